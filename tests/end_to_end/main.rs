@@ -8,6 +8,7 @@
 
 mod support;
 
+mod absolute_light;
 mod bad_files;
 mod bad_input;
 mod bsdf_command;

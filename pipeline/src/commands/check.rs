@@ -113,6 +113,10 @@ fn describe(design: &Design, models: &[String]) -> String {
             reflects(l.reflector)
         ),
     );
+    if let Some(flux) = design.emitted {
+        let [w, lm] = [flux.radiant_w, flux.luminous_lm].map(shortest);
+        line("emits", format!("{w} W, {lm} lm, each package"));
+    }
     if !design.sources.is_empty() {
         let names = design.sources.iter().map(|s| s.name().to_owned());
         line("sources", names.collect::<Vec<_>>().join(", "));

@@ -17,6 +17,7 @@ use crate::atomic_file::{write_atomic, write_bytes};
 use crate::cache::{EXTENSION, read_table};
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
+use crate::digits::shortest;
 use crate::formats::content::{self, Content};
 use crate::formats::photometry::{self, Labels, Photometry};
 use crate::formats::tables;
@@ -64,8 +65,8 @@ pub struct ExportArgs {
     /// Paths to trace, instead of the design's trace.paths
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
     pub paths: Option<u64>,
-    /// Luminous flux of the sources in lm, for far fields [default: 1000] and ray files [default:
-    /// not stated]
+    /// Luminous flux of the sources in lm, for far fields [default: that of the design, else 1000]
+    /// and ray files [default: that of the design, else not stated]
     #[arg(long, value_name = "LM", allow_negative_numbers = true)]
     pub lumens: Option<f64>,
     /// Absolute photometry instead of relative to the flux of the sources
@@ -176,7 +177,7 @@ fn of_table(arguments: &Export<'_>, context: RunContext) -> Result<()> {
 }
 
 fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
-    let far = far_field::of_results(&arguments.input)?;
+    let far_field::Stored { far, emitted_lm } = far_field::of_results(&arguments.input)?;
     let name = arguments
         .input
         .canonicalize()?
@@ -186,19 +187,22 @@ fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
         .map(|c| c.as_os_str().to_string_lossy().into_owned())
         .collect::<Vec<_>>();
     let name: Vec<&str> = name.iter().rev().map(String::as_str).collect();
-    far_field(&name.join(" "), &far, arguments, context)
+    far_field(&name.join(" "), &far, emitted_lm, arguments, context)
 }
 
+/// Writes the far field `far` of sources of 1 lm. Photometry is absolute where the design states
+/// its lumens, `emitted_lm`, and the arguments state no others.
 fn far_field(
     name: &str,
     far: &Distribution,
+    emitted_lm: Option<f64>,
     arguments: &Export<'_>,
     context: RunContext,
 ) -> Result<()> {
     let out = &arguments.out;
     let photometry = Photometry {
-        lumens: arguments.lumens.unwrap_or(1000.0),
-        absolute: arguments.absolute,
+        lumens: arguments.lumens.or(emitted_lm).unwrap_or(1000.0),
+        absolute: arguments.absolute || arguments.lumens.is_none() && emitted_lm.is_some(),
         watts: 1.0,
     };
     let table = far.clone().scaled(photometry.lumens);
@@ -342,6 +346,7 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
         return far_field(
             &format!("{} {}", design.name, model.key(design)),
             &far,
+            design.emitted_lm(),
             arguments,
             context,
         );
@@ -351,7 +356,10 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
         surface: &surface,
         paths,
         format,
-        lumens_per_watt: arguments.lumens,
+        lumens_per_watt: arguments
+            .lumens
+            .or(design.emitted_lm())
+            .map(|lumens| lumens / design.emitted_w()),
     };
     let ExportedRays {
         rays,
@@ -361,9 +369,10 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
     let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux_w, "escaped_w": escaped_w});
     context.console.result(&json, || {
         format!(
-            "{}\n  {}, {flux_w:.9} W of 1 W emitted; the ledger counts {escaped_w:.9} W escaped",
+            "{}\n  {}, {flux_w:.9} W of {} W emitted; the ledger counts {escaped_w:.9} W escaped",
             out.display(),
-            count(rays, "ray")
+            count(rays, "ray"),
+            shortest(design.emitted_w())
         )
     })
 }

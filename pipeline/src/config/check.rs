@@ -17,6 +17,16 @@ pub(super) const MOST_LENGTH_MM: f64 = 1e4;
 /// Most letters of a name of files, which get endings and stand in folders.
 const MOST_LETTERS: usize = 100;
 
+/// A limit as messages show it: `0.001`, `1e-12`, `1e9`.
+fn limit(number: f64) -> String {
+    let plain = number == 0.0 || (1e-3..1e6).contains(&number.abs());
+    if plain {
+        number.to_string()
+    } else {
+        format!("{number:e}")
+    }
+}
+
 /// Names the file in every complaint.
 pub(super) struct Context<'a> {
     pub(super) file: &'a str,
@@ -94,6 +104,7 @@ impl Context<'_> {
         if (low..=high).contains(&value) {
             Ok(value)
         } else {
+            let [low, high] = [low, high].map(limit);
             Err(self.value(key, value, &format!("a number from {low} to {high}")))
         }
     }

@@ -270,9 +270,7 @@ impl Regions {
         reading: ValleyReading,
     ) -> Self {
         let mut all = Self::between_neighbours(grid, map, layout, full_scale, reading);
-        if let Some([low, high]) =
-            cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
-        {
+        if let Some([low, high]) = cell_on(grid, layout) {
             let points = |region, places: &[[f64; 2]]| Sampled {
                 region,
                 valley: None,
@@ -514,6 +512,19 @@ pub fn cell(layout: &Layout) -> Option<[[f64; 2]; 2]> {
         ]
     };
     Some(layout.axes_mm.iter().fold([first; 2], grow))
+}
+
+/// The cell, if it is at least two bins of `grid` wide.
+fn cell_on(grid: Grid, layout: &Layout) -> Option<[[f64; 2]; 2]> {
+    cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
+}
+
+/// Mean of `map` over the bins whose middles lie in the cell; `None` without a cell.
+pub fn mean_over_cell(grid: Grid, layout: &Layout, map: &[f64]) -> Option<f64> {
+    let [low, high] = cell_on(grid, layout)?;
+    let samples = inside(grid, low, high);
+    let sum: f64 = samples.iter().map(|sample| sample.of(map)).sum();
+    Some(sum / samples.len() as f64)
 }
 
 /// Bins with their middles in a rectangle.

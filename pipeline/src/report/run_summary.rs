@@ -8,8 +8,11 @@ use crate::digits::{format_value_with_error, shortest, thousands};
 use crate::metrics::Estimate;
 use crate::metrics::extraction::{Ledger, is_end};
 use crate::metrics::uniformity_forms::{FORMS, Form, Region};
+use crate::plural::count;
 use crate::quantity::Unit;
+use crate::results::schema::Emitted;
 use crate::results::{DesignResult, Figure, ModelResult};
+use crate::spectrum::Weighting;
 
 /// Accounts of the ledger below this fraction of the emitted power are left out.
 const NEGLIGIBLE: f64 = 5e-7;
@@ -18,6 +21,8 @@ const NEGLIGIBLE: f64 = 5e-7;
 const NAMES: usize = 28;
 /// Width of a column of values.
 const COLUMN: usize = 18;
+/// Width of a column of values with units.
+const UNITS_COLUMN: usize = 28;
 
 /// Blocks of lines, one for each model of `design`.
 pub fn plain_text(design: &DesignResult) -> String {
@@ -35,6 +40,7 @@ fn block(design: &str, model: &ModelResult) -> String {
     light(&mut text, &model.ledger);
     uniformity(&mut text, model);
     far_field(&mut text, model);
+    absolute(&mut text, model);
     receivers(&mut text, model);
     text
 }
@@ -82,9 +88,9 @@ fn light(text: &mut String, ledger: &Ledger) {
     line(text, "lost", &lost);
 }
 
-/// Cells beside each other, each [`COLUMN`] wide.
-fn in_columns(cells: impl Iterator<Item = String>) -> String {
-    cells.fold(String::new(), |line, cell| format!("{line}{cell:<COLUMN$}"))
+/// Cells beside each other, each so wide.
+fn in_columns(width: usize, cells: impl Iterator<Item = String>) -> String {
+    cells.fold(String::new(), |line, cell| format!("{line}{cell:<width$}"))
 }
 
 /// Names of the rows of the table of uniformity, with what each takes from a region.
@@ -114,7 +120,7 @@ fn uniformity(text: &mut String, model: &ModelResult) {
     if there.is_empty() {
         return;
     }
-    let heading = in_columns(there.iter().map(|(name, _)| (*name).to_owned()));
+    let heading = in_columns(COLUMN, there.iter().map(|(name, _)| (*name).to_owned()));
     let _ = writeln!(
         text,
         " {:<w$}{}",
@@ -126,7 +132,7 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         let cells = there
             .iter()
             .map(|(_, region)| value(*region, form).unwrap_or_default());
-        let cells = in_columns(cells);
+        let cells = in_columns(COLUMN, cells);
         line(text, name, cells.trim_end());
     }
     for (name, region) in [
@@ -177,6 +183,49 @@ fn far_field(text: &mut String, model: &ModelResult) {
             text,
             "extraction from the domes",
             &percent(extracted.estimate),
+        );
+    }
+}
+
+/// Figures in the units of the light that the LEDs emit, of all packages and of one.
+fn absolute(text: &mut String, model: &ModelResult) {
+    let Some(absolute) = &model.absolute else {
+        return;
+    };
+    let packages = count(absolute.packages, "package");
+    let heading = if absolute.packages == 1 {
+        String::new()
+    } else {
+        in_columns(
+            UNITS_COLUMN,
+            [packages, "one package".to_owned()].into_iter(),
+        )
+    };
+    let heading = format!(" {:<w$}{heading}", "absolute", w = NAMES + 1);
+    let _ = writeln!(text, "{}", heading.trim_end());
+    let in_line = |text: &mut String, name: &str, cells: [String; 2]| {
+        let shown = if absolute.packages == 1 { 1 } else { 2 };
+        let cells = in_columns(UNITS_COLUMN, cells.into_iter().take(shown));
+        line(text, name, cells.trim_end());
+    };
+    let spectrum = model.spectrum.as_ref();
+    let photometric = spectrum.is_some_and(|s| s.light.weighting == Weighting::Photometric);
+    let flux = |emitted: &Emitted| match emitted.emitted_lm.filter(|_| photometric) {
+        Some(lumens) => format!("{} lm", shortest(lumens)),
+        None => format!("{} W", shortest(emitted.emitted_w)),
+    };
+    let both = [&absolute.emitted, &absolute.emitted_per_package];
+    in_line(text, "emitted", both.map(flux));
+    for (key, figure) in &absolute.figures {
+        let shown = |e: Estimate| {
+            let value = format_value_with_error(e.value, e.standard_error);
+            format!("{value} {}", figure.unit)
+        };
+        let of_package = figure.per_package.map(shown).unwrap_or_default();
+        in_line(
+            text,
+            &key.replace('_', " "),
+            [shown(figure.array), of_package],
         );
     }
 }
@@ -238,6 +287,7 @@ mod tests {
             counters: Vec::new(),
             tables: Vec::new(),
             spectrum: None,
+            absolute: None,
             until_error: None,
             receivers: None,
             polarization: None,

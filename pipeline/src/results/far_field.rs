@@ -15,23 +15,44 @@ use crate::formats::npy;
 use crate::formats::photometry::distribution;
 use crate::metrics::far_field::{AngularBins, BinPlacement};
 
-/// The far field in `far_field.npy` of a results directory, for 1 W emitted; a photometric one for 1 lm.
+/// A far field of a results directory.
+pub struct Stored {
+    /// The far field for 1 W emitted; a photometric one for 1 lm.
+    pub far: Distribution,
+    /// Lumens that the sources emit, where the design states what they do.
+    pub emitted_lm: Option<f64>,
+}
+
+/// The far field in `far_field.npy` of a results directory.
 ///
 /// # Errors
 /// If there is none or it has another shape, if `results.json` two directories above does not list it as it is, or if it is in cd and `results.json` does not say for how many lumens.
-pub fn of_results(directory: &Path) -> Result<Distribution> {
+pub fn of_results(directory: &Path) -> Result<Stored> {
     let far = as_it_stands(directory)?;
     for file in ["far_field.npy", "far_field.csv"] {
         unaltered(directory, file)?;
     }
-    Ok(far)
+    // The far field of many wavelengths has the shape of its lumens in photometric weighting only.
+    let of_spectrum = stated(directory, "/spectrum/emitted/emitted_w")?;
+    let lumens = match of_spectrum {
+        Some(_) => "/spectrum/emitted/emitted_lm",
+        None => "/absolute/emitted/emitted_lm",
+    };
+    let absolute = stated(directory, "/absolute/emitted/emitted_w")?;
+    Ok(Stored {
+        far,
+        emitted_lm: match absolute {
+            Some(_) => stated(directory, lumens)?,
+            None => None,
+        },
+    })
 }
 
 /// The far field of a results directory, whether or not a run wrote it so.
 fn as_it_stands(directory: &Path) -> Result<Distribution> {
     let path = directory.join("far_field.npy");
     let far = read_far_field(&path).with_context(|| path.display().to_string())?;
-    let emitted = emitted_lm(directory)?.unwrap_or(1.0);
+    let emitted = emitted(directory)?;
     Ok(far.scaled(1.0 / emitted))
 }
 
@@ -89,8 +110,9 @@ fn unaltered(directory: &Path, file: &str) -> Result<()> {
     Ok(())
 }
 
-/// Lumens emitted where the intensities of a results directory are in cd, as `results.json` of the run says.
-fn emitted_lm(directory: &Path) -> Result<Option<f64>> {
+/// What the sources emit, in the unit of the intensities of a results directory: lumens where they
+/// are in cd, watts where they are in W/sr, as `results.json` of the run says. Without it 1 W.
+fn emitted(directory: &Path) -> Result<f64> {
     let heading = File::open(directory.join("far_field.csv"))
         .and_then(|file| {
             let mut line = String::new();
@@ -100,29 +122,34 @@ fn emitted_lm(directory: &Path) -> Result<Option<f64>> {
         })
         .unwrap_or_default();
     if !heading.contains("intensity_cd") {
-        return Ok(None);
+        return Ok(stated(directory, "/absolute/emitted/emitted_w")?.unwrap_or(1.0));
     }
-    let directory = directory.canonicalize()?;
-    let names: Vec<_> = directory.iter().rev().take(2).collect();
-    let path = directory.join("../..").join(FILE);
-    let found = || -> Option<f64> {
-        let json: Value = serde_json::from_slice(&std::fs::read(&path).ok()?).ok()?;
-        let &[model, design] = names.as_slice() else {
-            return None;
-        };
-        ["designs", "references"].into_iter().find_map(|group| {
-            let model = json[group].get(design.to_str()?)?.get(model.to_str()?)?;
-            model["spectrum"]["emitted"]["emitted_lm"].as_f64()
-        })
-    };
-    let lumens = found().filter(|l| l.is_finite() && *l > 0.0).with_context(|| {
+    stated(directory, "/spectrum/emitted/emitted_lm")?.with_context(|| {
         format!(
             "`{}`: intensities in cd: expected emitted_lm of this model in `{}` two directories above, got none",
             directory.display(),
             FILE
         )
-    })?;
-    Ok(Some(lumens))
+    })
+}
+
+/// A flux above 0 under `pointer` of the model whose results directory this is, as `results.json`
+/// of the run says.
+fn stated(directory: &Path, pointer: &str) -> Result<Option<f64>> {
+    let directory = directory.canonicalize()?;
+    let names: Vec<_> = directory.iter().rev().take(2).collect();
+    let found = || -> Option<f64> {
+        let text = std::fs::read(directory.join("../..").join(FILE)).ok()?;
+        let json: Value = serde_json::from_slice(&text).ok()?;
+        let &[model, design] = names.as_slice() else {
+            return None;
+        };
+        ["designs", "references"].into_iter().find_map(|group| {
+            let model = json[group].get(design.to_str()?)?.get(model.to_str()?)?;
+            model.pointer(pointer)?.as_f64()
+        })
+    };
+    Ok(found().filter(|flux| flux.is_finite() && *flux > 0.0))
 }
 
 fn read_far_field(path: &Path) -> Result<Distribution> {

@@ -27,8 +27,8 @@ use crate::published::{Models, Published};
 use crate::quantity::Unit;
 use crate::spectrum::Weighting;
 use schema::{
-    FigureEntry, ModelEntries, ModelEntry, PaperFigures, PolarizationEntry, Program, ReceiverEntry,
-    ResultsFile, SpectrumEntry, StoppedBy, TableEntry, UntilError,
+    AbsoluteEntry, FigureEntry, ModelEntries, ModelEntry, PaperFigures, PolarizationEntry, Program,
+    ReceiverEntry, ResultsFile, SpectrumEntry, StoppedBy, TableEntry, UntilError,
 };
 
 /// Version of the layout of `results.json`.
@@ -76,6 +76,8 @@ pub struct ModelResult {
     pub tables: Vec<TableEntry>,
     /// For light of a spectrum: what it is, how it was sampled, the figures of every wavelength.
     pub spectrum: Option<SpectrumEntry>,
+    /// Where the design states what its LEDs emit: figures in absolute units.
+    pub absolute: Option<AbsoluteEntry>,
     /// Where paths were traced until a figure was known: the outcome.
     pub until_error: Option<UntilError>,
     /// What `[[receivers]]` saw, by name.
@@ -279,6 +281,7 @@ impl ModelResult {
             units: self.units(),
             tables: self.tables.clone(),
             spectrum: self.spectrum.clone(),
+            absolute: self.absolute.clone(),
             polarization: self.polarization.clone(),
             receivers: self.receivers.clone(),
             until_error: self.until_error.clone(),
@@ -334,6 +337,7 @@ mod tests {
                     "silicone_absorption_per_mm": 0.0}); 3],
             }))
             .expect("a spectrum"),
+            absolute: None,
             until_error: None,
             receivers: None,
             polarization: None,

@@ -139,6 +139,9 @@ pub struct ModelEntry {
     /// The light of a spectrum.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<SpectrumEntry>,
+    /// Flux, intensity and illuminance of a design that states what its LEDs emit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absolute: Option<AbsoluteEntry>,
     /// How rays carried their polarisation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarization: Option<PolarizationEntry>,
@@ -189,6 +192,32 @@ impl FigureEntry {
             published: None,
         }
     }
+}
+
+/// Figures in the units of light as it is sold, of all packages together and of one of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AbsoluteEntry {
+    /// Number of packages.
+    pub packages: usize,
+    /// Flux that the sources of all packages emit.
+    pub emitted: Emitted,
+    /// Flux that the sources of one package emit.
+    pub emitted_per_package: Emitted,
+    /// Figures by key.
+    pub figures: BTreeMap<String, AbsoluteFigure>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AbsoluteFigure {
+    /// `W`, `lm`, `W/sr`, `cd`, `W/mm²` or `lx`.
+    pub unit: String,
+    /// Of all packages together.
+    #[serde(flatten)]
+    pub array: Estimate,
+    /// Mean share of one package; none of the illuminance, to which all contribute.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_package: Option<Estimate>,
 }
 
 /// A table of diffraction orders.
@@ -468,6 +497,7 @@ impl<'de> Deserialize<'de> for ModelEntry {
                         "units" => units = Some(map.next_value()?),
                         "tables" => model.tables = map.next_value()?,
                         "spectrum" => model.spectrum = map.next_value()?,
+                        "absolute" => model.absolute = map.next_value()?,
                         "polarization" => model.polarization = map.next_value()?,
                         "receivers" => model.receivers = map.next_value()?,
                         "until_error" => model.until_error = map.next_value()?,

@@ -9,6 +9,7 @@
 //! Other commands use [`rings`] (tables one by one), [`convergence`], [`near_field`] and
 //! [`grating`] (the solver alone), [`paths`] (a few paths to look at) and [`paper_figures`].
 
+pub mod absolute;
 pub mod bodies;
 pub mod cells;
 pub mod convergence;

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
+use super::absolute::absolute;
 use super::model::Model;
 use super::observation::{Observation, curve};
 use super::units::Units;
@@ -66,6 +67,7 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
         counters: observation.counters(),
         tables: Vec::new(),
         spectrum: None,
+        absolute: None,
         until_error: None,
         receivers: None,
         polarization: (design.polarization == Carrying::Carried).then(|| PolarizationEntry {
@@ -110,6 +112,7 @@ impl Output<'_> {
                 .collect(),
             Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
         };
+        result.absolute = absolute(design, observation, self.units);
         let files = ModelFiles {
             design,
             result,

@@ -37,7 +37,7 @@ pub struct ExportedRays {
 }
 
 impl RayExport<'_> {
-    /// Traces and writes the rays that leave the scene to `path`; the sources emit 1 W.
+    /// Traces and writes the rays that leave the scene to `path`.
     ///
     /// # Errors
     /// An interrupt, or a file that cannot be written.
@@ -59,6 +59,8 @@ impl RayExport<'_> {
             design.wavelength_nm,
             self.lumens_per_watt.unwrap_or(f64::NAN),
         );
+        // A trace emits 1 W.
+        let emitted_w = design.emitted_w();
         let mut escaped = 0.0;
         let outcome = ray_files::write(path, self.format, &about, |put| {
             let mut failed = None;
@@ -66,7 +68,7 @@ impl RayExport<'_> {
                 let record = RayRecord {
                     position: ray.origin.to_array().map(|v| v as f32),
                     direction: ray.direction.to_array().map(|v| v as f32),
-                    flux: power as f32,
+                    flux: (power * emitted_w) as f32,
                     wavelength: f32::NAN,
                 };
                 put(&record).map_err(|error| {
@@ -86,7 +88,7 @@ impl RayExport<'_> {
         Ok(ExportedRays {
             rays,
             flux_w,
-            escaped_w: escaped,
+            escaped_w: escaped * emitted_w,
         })
     }
 }

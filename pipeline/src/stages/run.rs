@@ -104,7 +104,7 @@ impl Run<'_> {
         if let (Model::Hybrid, Some(tables)) = (model, tables) {
             result.tables = tables.describe();
         }
-        let output = self.output(Units::RADIOMETRIC);
+        let output = self.output(Units::of(design, None));
         output.write(&mut result, &mut Cow::Owned(observation), context)?;
         Ok(result)
     }
@@ -117,7 +117,7 @@ impl Run<'_> {
         result.until_error.clone_from(&trace.until_error);
         trace.add_wavelength_errors(&mut result.figures, &observation);
         result.spectrum = Some(trace.describe()?);
-        let output = self.output(Units::of(lights));
+        let output = self.output(Units::of(self.design, Some(lights)));
         output.write(&mut result, &mut observation, context)?;
         let nodes = trace.by_wavelength();
         if !nodes.is_empty() {

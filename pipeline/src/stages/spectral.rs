@@ -133,7 +133,7 @@ impl SpectralTrace<'_> {
     pub fn describe(&self) -> serde_json::Result<SpectrumEntry> {
         let (sweep, rule) = (&self.sweep, &self.rule);
         let (design, lights) = (sweep.job.design, sweep.job.lights);
-        let units = Units::of(lights);
+        let units = Units::of(design, Some(lights));
         let light = match &lights.lights[0].light {
             Colour::Spectrum(spectrum) if !lights.apart => json!(spectrum),
             _ => json!({"weighting": lights.weighting, "sources": sweep.account(rule)}),

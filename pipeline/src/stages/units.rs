@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Radiometric and photometric names of what the receivers saw, and the factors from watts.
 //!
-//! All sources together emit 1 W of radiant power in any case. In photometric units that is the
-//! luminous efficacy of their light in lumens, of all lights by their powers; observations weighted
-//! by P V(λ) are shares of this flux, so that the factor is the same for every direction and place.
+//! A trace emits 1 W from all sources of all packages together. Where the design states what its
+//! LEDs emit, readings are scaled by that; otherwise they are per watt. In photometric units the
+//! flux is the radiant one times the luminous efficacy of the light, of all lights by their powers;
+//! observations weighted by P V(λ) are shares of it, so that the factor is the same for every
+//! direction and place.
 
+use crate::config::design::Design;
 use crate::quantity::{Quantity, Unit};
 use crate::results::schema::Emitted;
 use crate::spectrum::Weighting;
@@ -14,25 +17,24 @@ use crate::spectrum::lights::Lights;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Units {
     weighting: Weighting,
-    /// Flux that all sources emit, W or lm.
+    /// Radiant flux that all sources emit, W.
+    emitted_w: f64,
+    /// Flux that they emit, W or lm.
     emitted: f64,
 }
 
 impl Units {
-    /// Watts.
-    pub const RADIOMETRIC: Self = Self {
-        weighting: Weighting::Radiometric,
-        emitted: 1.0,
-    };
+    /// Those of `design`, in the weighting that its `lights` ask for; without lights radiometric.
+    pub fn of(design: &Design, lights: Option<&Lights>) -> Self {
+        Self::new(design.emitted_w(), lights)
+    }
 
-    /// Those that the lights ask for.
-    pub fn of(lights: &Lights) -> Self {
-        match lights.weighting {
-            Weighting::Radiometric => Self::RADIOMETRIC,
-            Weighting::Photometric => Self {
-                weighting: Weighting::Photometric,
-                emitted: lights.emitted_lm(),
-            },
+    fn new(emitted_w: f64, lights: Option<&Lights>) -> Self {
+        let photometric = lights.filter(|lights| lights.weighting == Weighting::Photometric);
+        Self {
+            weighting: photometric.map_or(Weighting::Radiometric, |lights| lights.weighting),
+            emitted_w,
+            emitted: emitted_w * photometric.map_or(1.0, Lights::emitted_lm),
         }
     }
 
@@ -91,7 +93,7 @@ impl Units {
     pub fn emitted(&self) -> Emitted {
         let photometric = self.weighting == Weighting::Photometric;
         Emitted {
-            emitted_w: 1.0,
+            emitted_w: self.emitted_w,
             emitted_lm: photometric.then_some(self.emitted),
         }
     }
@@ -109,7 +111,8 @@ mod tests {
             power: vec![1.0],
         };
         let green = Spectrum::new(source, Weighting::Photometric, None).expect("valid");
-        let units = Units::of(&Lights::together(&green));
+        let lights = Lights::together(&green);
+        let units = Units::new(1.0, Some(&lights));
         assert!((units.per_intensity() - 683.0).abs() < 1e-9);
         assert!((units.per_irradiance() - 683e6).abs() < 1e-3);
         assert_eq!(units.intensity().key(), "luminous_intensity_cd");
@@ -122,6 +125,9 @@ mod tests {
             emitted_w: 1.0,
             emitted_lm: None,
         };
-        assert_eq!(Units::RADIOMETRIC.emitted(), watt);
+        assert_eq!(Units::new(1.0, None).emitted(), watt);
+        let half = Units::new(0.5, Some(&lights));
+        assert!((half.per_intensity() - 341.5).abs() < 1e-9);
+        assert!((half.emitted().emitted_w - 0.5).abs() < 1e-15);
     }
 }

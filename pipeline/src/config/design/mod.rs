@@ -72,6 +72,10 @@ pub struct Design {
     /// source where every source has a ledger of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lights: Option<Lights>,
+    /// Flux of the sources of one package, where the design states it; without it all sources of all
+    /// packages together emit 1 W.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub emitted: Option<EmittedFlux>,
     /// What shines of them, where not all do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lit: Option<LitSources>,
@@ -122,6 +126,15 @@ pub struct Led {
     /// Law of reflection of the box.
     #[serde(flatten)]
     pub reflector: Reflector,
+}
+
+/// Flux that the sources of one package emit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EmittedFlux {
+    /// Radiant flux, W.
+    pub radiant_w: f64,
+    /// Luminous flux, lm; 0 of light beyond V(λ).
+    pub luminous_lm: f64,
 }
 
 /// Walls around the array.
@@ -200,6 +213,19 @@ impl Design {
         };
         let half = self.half_extent_mm();
         Some([0, 1].map(|k| half[k] + 0.5 * width[k] + distance_mm))
+    }
+
+    /// Radiant flux that all sources of all packages emit together, W.
+    pub fn emitted_w(&self) -> f64 {
+        let stated = self.emitted.map(|flux| flux.radiant_w);
+        stated.map_or(1.0, |w| w * self.array.axes_mm().len() as f64)
+    }
+
+    /// Luminous flux of all sources of all packages, lm, where the design states what they emit and
+    /// the eye sees it.
+    pub fn emitted_lm(&self) -> Option<f64> {
+        let lumens = self.emitted?.luminous_lm * self.array.axes_mm().len() as f64;
+        (lumens > 0.0).then_some(lumens)
     }
 
     /// Overall width of a package, mm.

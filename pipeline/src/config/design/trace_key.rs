@@ -68,6 +68,8 @@ impl Design {
             wavelength_nm,
             spectrum,
             lights: _,
+            // Readings are scaled where they are written.
+            emitted: _,
             lit,
             receiver,
             far_field,

@@ -45,16 +45,20 @@ impl ResolvedLight {
 }
 
 pub(in crate::config) fn resolve(
-    raw: &schema::Light,
+    design: &schema::Design,
     folder: &Path,
     at: &Context,
 ) -> Result<ResolvedLight, ConfigError> {
+    let raw = &design.light;
+    // Who states lumens asks for lumens, unless the design says otherwise.
+    let in_lumens = design.led.shared.power_lm.is_some();
+    let usual = in_lumens.then_some(Weighting::Photometric);
     match (raw.wavelength_nm, &raw.spectrum) {
         (Some(wavelength_nm), None) => {
             let key = "light.wavelength_nm";
             at.within(key, wavelength_nm, WAVELENGTHS_NM[0], WAVELENGTHS_NM[1])?;
             // Lumens of one wavelength are those of a spectrum of one line.
-            let photometric = raw.weighting == Some(Weighting::Photometric);
+            let photometric = raw.weighting.or(usual) == Some(Weighting::Photometric);
             let line = photometric.then(|| line(wavelength_nm, Weighting::Photometric, key, at));
             Ok(ResolvedLight {
                 wavelength_nm,
@@ -67,7 +71,7 @@ pub(in crate::config) fn resolve(
                 return Err(at.value("light.weighting", "given", expected));
             }
             let key = "light.spectrum";
-            let weighting = spectrum.shared.weighting.ok_or_else(|| {
+            let weighting = spectrum.shared.weighting.or(usual).ok_or_else(|| {
                 let expected = "\"radiometric\" or \"photometric\"";
                 at.value("light.spectrum.weighting", "missing", expected)
             })?;

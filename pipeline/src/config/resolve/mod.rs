@@ -7,6 +7,7 @@ pub(in crate::config) mod defaults;
 mod dome;
 mod dome_mesh;
 mod elements;
+mod emitted_flux;
 mod files;
 mod films;
 mod form;
@@ -48,7 +49,7 @@ impl Design {
     ) -> Result<Self, ConfigError> {
         let at = Context { file };
         at.file_name("name", &raw.name)?;
-        let light = light::resolve(&raw.light, folder, &at)?;
+        let light = light::resolve(raw, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
         let dome = dome::resolve(raw, folder, &at)?;
         let sphere = dome.as_ref().and_then(Dome::sphere);
@@ -70,6 +71,7 @@ impl Design {
         let whole = light.whole(&at)?;
         let lights =
             source_spectra::lights(&raw.trace, &sources, source_file.as_ref(), &whole, &at)?;
+        let emitted = emitted_flux::resolve(&raw.led.shared, lights.as_ref(), &whole, &at)?;
         let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -88,6 +90,7 @@ impl Design {
             wavelength_nm,
             spectrum: light.spectrum,
             lights,
+            emitted,
             lit: None,
             receiver: schema::Receiver {
                 margin_mm: Some(raw.receiver.margin_mm(raw.array.pitch_mm)),

@@ -118,6 +118,10 @@ pub struct LedKeys {
     pub size_mm: List<f64, 2>,
     /// Height of the top face, mm.
     pub height_mm: f64,
+    /// Radiant flux that the sources of one package emit, W.
+    pub power_w: Option<f64>,
+    /// Luminous flux that they emit, lm, instead.
+    pub power_lm: Option<f64>,
 }
 
 /// Law of reflection of the box, which the key `reflection` names.

@@ -97,6 +97,8 @@ pub struct FarFieldFigures {
     pub centre_to_peak: Estimate,
     /// Intensity at the peak, W/sr.
     pub peak_w_per_sr: Estimate,
+    /// Mean intensity below the centre angle, W/sr.
+    pub centre_w_per_sr: Estimate,
     /// Whether there is a peak off the axis.
     pub peak_place: PeakPlace,
     /// Of a peak read as the middle of a bin: middles of the first and last bins that cannot be
@@ -283,6 +285,7 @@ impl FarFieldReading {
             peak_angle_parabola_deg: between,
             centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
             peak_w_per_sr,
+            centre_w_per_sr: jackknife(&seen, |s| s[0]),
             peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
             peak_range_deg: (self.peak == PeakMethod::Bin).then(|| self.peak_range(&seen)),
         }

@@ -40,8 +40,13 @@ impl Sweep<'_> {
                 None => colours.push((light.clone(), vec![number])),
             }
         }
+        let watts = self.job.design.emitted_w();
         let one = colours.into_iter().map(|(light, numbers)| {
-            let mut entry = json!(light);
+            let mut entry = json!(Light {
+                emitted_w: light.emitted_w * watts,
+                emitted_lm: light.emitted_lm * watts,
+                ..light
+            });
             entry["power_ledger"] = json!(self.ledger(&of_lights(rule, &numbers)));
             entry
         });
@@ -51,14 +56,15 @@ impl Sweep<'_> {
     /// Every source with its emitted flux and its ledger, in shares of that flux, where each is
     /// traced by itself.
     pub(super) fn by_source(&self, rule: &Rule) -> BTreeMap<String, SourceEntry> {
+        let watts = self.job.design.emitted_w();
         let of_source = |name: &str| {
             let all = self.job.lights.lights.iter().enumerate();
             let own = all.filter(|(_, light)| light.sources.iter().any(|source| source == name));
             let (numbers, lights): (Vec<usize>, Vec<&Light>) = own.unzip();
             let sum = |of: fn(&Light) -> f64| lights.iter().map(|light| of(light)).sum::<f64>();
             SourceEntry {
-                emitted_w: sum(|light| light.emitted_w),
-                emitted_lm: sum(|light| light.emitted_lm),
+                emitted_w: sum(|light| light.emitted_w) * watts,
+                emitted_lm: sum(|light| light.emitted_lm) * watts,
                 power_ledger: self.ledger(&of_lights(rule, &numbers)),
             }
         };
@@ -85,13 +91,14 @@ impl Sweep<'_> {
     /// Flux out over flux in, in watts and in lumens. The weighting that is not the design's
     /// interpolates linearly between wavelengths.
     pub(super) fn efficiency(&self, rule: &Rule) -> BTreeMap<Weighting, EfficiencyEntry> {
+        let watts = self.job.design.emitted_w();
         let mut efficiency = BTreeMap::new();
         for (unit, weighting, emitted) in [
-            ("W/W", Weighting::Radiometric, 1.0),
+            ("W/W", Weighting::Radiometric, watts),
             (
                 "lm/lm",
                 Weighting::Photometric,
-                self.job.lights.emitted_lm(),
+                watts * self.job.lights.emitted_lm(),
             ),
         ] {
             if emitted <= 0.0 {
