@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! BSDFs in closed form: smooth interface, mirror, Lambertian.
+//! BSDFs in closed form: smooth interface, mirror, Lambertian, diffusers.
 //!
 //! In: refractive indices or a reflectance. Out: a [`Bsdf`]. Fresnel's formulas give the reflectance of a
 //! smooth interface; only cosines appear, and total reflection is a separate case. With q = n cos θ, the
@@ -8,6 +8,10 @@
 //! [Born 1999, section 1.5.2].
 //!
 //! \[Born 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th edition, Cambridge University Press.
+
+mod diffuser;
+
+pub use diffuser::{DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe};
 
 use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport};
 use crate::direction::Side;

@@ -82,6 +82,8 @@ pub enum LobeKind {
     Facets,
     /// Cosine (Lambertian) distribution about the normal of the side it leaves on.
     Diffuse,
+    /// Gaussian distribution of intensity over the angle to its direction.
+    Gaussian,
     /// Binned over one cell of direction of a table; its direction is the middle of the cell.
     Cell,
 }
@@ -90,7 +92,7 @@ impl LobeKind {
     /// Whether all of the lobe's power goes into one direction.
     #[must_use]
     pub fn is_discrete(self) -> bool {
-        !matches!(self, Self::Diffuse | Self::Cell)
+        !matches!(self, Self::Diffuse | Self::Gaussian | Self::Cell)
     }
 }
 

@@ -354,16 +354,16 @@ fn of_transport(lobes: &[OutgoingLobe], transport: Transport) -> Vec<&OutgoingLo
         .collect()
 }
 
-/// Checks that the surface has no diffuse lobe, which has no direction to bin.
+/// Checks that the surface has no lobe by a formula, which has no one direction to bin.
 fn check_discrete(surface: &dyn Bsdf) -> Result<(), Error> {
     let wi = DVec3::new(0.1, 0.2, 0.95_f64).normalize();
     let diffuse = surface
         .lobes(wi, Polarization::Unpolarized)
         .iter()
-        .any(|l| l.lobe.kind == LobeKind::Diffuse);
+        .any(|l| matches!(l.lobe.kind, LobeKind::Diffuse | LobeKind::Gaussian));
     if diffuse {
         return Err(Error::Measured(
-            "expected orders or cells to export, got a diffuse (cosine) lobe".to_owned(),
+            "expected orders or cells to export, got a cosine or Gaussian lobe".to_owned(),
         ));
     }
     Ok(())

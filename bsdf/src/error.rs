@@ -30,6 +30,28 @@ pub enum Error {
         /// Value found.
         value: f64,
     },
+    /// Shares of a diffuser that give more power than comes in.
+    #[error(
+        "shares of a diffuser must add up to at most 1, got {reflected} reflected and {transmitted} transmitted"
+    )]
+    Shares {
+        /// Reflected share.
+        reflected: f64,
+        /// Transmitted share.
+        transmitted: f64,
+    },
+    /// A Gaussian lobe that is too narrow or too wide.
+    #[error(
+        "full width at half maximum of a Gaussian lobe must lie between {least} and {most} degrees, got {value}"
+    )]
+    Width {
+        /// Least width, degrees.
+        least: f64,
+        /// Largest width, degrees.
+        most: f64,
+        /// Value found, degrees.
+        value: f64,
+    },
     /// Jones matrices that contradict their table.
     #[error("matrices at {node}: expected {expected}, got {got}")]
     Matrices {

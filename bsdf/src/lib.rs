@@ -13,6 +13,7 @@
 //! | [`UnitCell`] | ray optics in one period of a relief, the control without diffraction |
 //! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
 //! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
+//! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
 //! | [`RemappedIncidence`], [`Masked`], [`Binned`] | another BSDF with something left out, for ablation studies |
 //!
 //! [`formats`] reads and writes files, [`convert`] turns a BSDF into the tables of other programs, and
@@ -82,7 +83,9 @@ mod tests;
 pub mod validate;
 
 pub use ablation::{Binned, IncidenceMap, Mask, Masked, RemappedIncidence};
-pub use analytic::{Lambertian, Mirror, SmoothInterface};
+pub use analytic::{
+    DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, Lambertian, Mirror, SmoothInterface,
+};
 pub use bsdf::{
     Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, PolarizedBsdf, Transport,
     s_axis,

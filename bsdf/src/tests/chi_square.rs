@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// Patches of a hemisphere: rings even in θ, 3.75 degrees wide, and sectors of 7.5 degrees.
 const PATCHES: [usize; 2] = [24, 48];
-/// Points of a patch in sin² θ and in azimuth for the integral of its probability: cell borders
+/// Points of a patch in θ and in azimuth for the integral of its probability: cell borders
 /// within it are off by half a point.
 const POINTS: [usize; 2] = [12, 60];
 
@@ -97,22 +97,20 @@ pub(crate) fn density_p_value(
         });
         counts[patch] += 1;
     }
-    // Midpoints in (sin² θ, φ), of which cos θ dΩ is half the product.
+    // Midpoints in (θ, φ), of which dΩ is sin θ times the product.
     let probability = |side: Side, ring: usize, sector: usize| {
         let part = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
         let [inwards, around] = POINTS;
-        let sin2 = |k: usize| (FRAC_PI_2 * k as f64 / rings as f64).sin().powi(2);
-        let [low, high] = [sin2(ring), sin2(ring + 1)];
         let points = (0..inwards).flat_map(|i| (0..around).map(move |j| (i, j)));
         let sum: f64 = points
             .map(|(i, j)| {
-                let sin2 = low + (high - low) * part(i, inwards);
+                let theta = FRAC_PI_2 * (ring as f64 + part(i, inwards)) / rings as f64;
                 let phi = TAU * (sector as f64 + part(j, around)) / sectors as f64;
-                let (r, cos) = (sin2.sqrt(), (1.0 - sin2).sqrt());
-                density(DVec3::new(r * phi.cos(), r * phi.sin(), cos * side.sign())) / cos
+                let (r, z) = (theta.sin(), theta.cos() * side.sign());
+                r * density(DVec3::new(r * phi.cos(), r * phi.sin(), z))
             })
             .sum();
-        sum * 0.5 * (high - low) * TAU / (sectors * inwards * around) as f64
+        sum * FRAC_PI_2 * TAU / (rings * sectors * inwards * around) as f64
     };
     let mut shares: Vec<f64> = Side::BOTH
         .into_iter()
