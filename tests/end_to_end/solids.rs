@@ -154,3 +154,57 @@ fn can_be_run(name: &str) {
         assert!(ledger[&key]["value"].is_number(), "{key} in {ledger}");
     }
 }
+
+/// `check` says what a diffuser does, studies set its width and its shares, and results do not
+/// depend on the number of threads.
+#[test]
+fn a_diffuser_is_described_and_varied() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let plate = "[[solids]]\nname = \"plate\"\nkind = \"disc\"\nper = \"array\"\nposition_mm = [0.0, 0.0, 4.0]\nradius_mm = 9.0\nscatter = { kind = \"gaussian\", transmitted = 0.7, reflected = 0.25, width_deg = 30.0 }\n";
+    std::fs::write(at.join("design.toml"), domed(plate)).expect("written");
+    let said = |arguments: &[&str]| {
+        let output = batwing(at).args(arguments).output().expect("it runs");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{arguments:?}: {error}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let checked = said(&["check", "design.toml"]);
+    let expected = "plate: disc, sheet, once, Gaussian diffuser of 30° full width at half maximum: 0.7 transmitted, 0.25 reflected, 0.05 absorbed";
+    assert!(checked.contains(expected), "{checked}");
+
+    let results = ["1", "2"].map(|threads| {
+        let run = [
+            "run",
+            "design.toml",
+            "--paths",
+            "20000",
+            "--threads",
+            threads,
+            "--out",
+            threads,
+        ];
+        said(&run);
+        let text = std::fs::read_to_string(at.join(threads).join("results.json"));
+        let mut json: serde_json::Value =
+            serde_json::from_str(&text.expect("results")).expect("JSON");
+        json["designs"]["bare-dome"]["geometric"]["power_ledger"].take()
+    });
+    assert_eq!(results[0], results[1]);
+    assert!(results[0]["absorbed_by_plate"]["value"].as_f64() > Some(0.01));
+
+    let study = "name = \"small\"\ndesigns = [\"design.toml\"]\nmodels = [\"geometric\"]\npaths = 20000\n[[factors]]\nname = \"width\"\nkey = \"solids.0.scatter.width_deg\"\nvalues = [5.0, 90.0]\n[[factors]]\nname = \"lost\"\nkey = \"solids.0.scatter.reflected\"\nvalues = [0.0]\n";
+    std::fs::write(at.join("study.toml"), study).expect("written");
+    said(&["study", "study.toml", "--out", "out"]);
+    let text = std::fs::read_to_string(at.join("out/study.json")).expect("study.json");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let setups: Vec<String> = (0..4)
+        .map(|k| json["setups"][k]["figures"].to_string())
+        .collect();
+    for (number, one) in setups.iter().enumerate() {
+        assert!(
+            one != "null" && !setups[..number].contains(one),
+            "{setups:?}"
+        );
+    }
+}

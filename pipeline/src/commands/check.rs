@@ -16,7 +16,7 @@ use crate::config::design::dome::Dome;
 use crate::config::design::reflector::Reflector;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::Arrangement;
-use crate::config::schema::solids::Per;
+use crate::config::schema::solids::{Per, ScatterLaw};
 use crate::digits::{shortest, thousands};
 use crate::plural::count;
 use crate::run_context::RunContext;
@@ -198,7 +198,36 @@ fn solid(solid: &CheckedSolid) -> String {
         Per::Array => "once",
     };
     let kind = solid.stated.kind.name();
-    format!("{}: {kind}, {made}, {per}", solid.name())
+    let scatter = solid.stated.shared.scatter.as_ref();
+    let scatter = scatter.map_or(String::new(), |scatter| {
+        format!(", {}", scatters(&scatter.kind))
+    });
+    format!("{}: {kind}, {made}, {per}{scatter}", solid.name())
+}
+
+/// What a surface does to light from either side, in words.
+fn scatters(law: &ScatterLaw) -> String {
+    let shares = |transmitted: f64, reflected: f64| {
+        let absorbed = shortest((1.0 - transmitted - reflected).max(0.0));
+        format!("{transmitted} transmitted, {reflected} reflected, {absorbed} absorbed")
+    };
+    match law {
+        ScatterLaw::File(_) => "scatters by files".to_owned(),
+        ScatterLaw::Lambertian(stated) => format!(
+            "Lambertian diffuser: {}",
+            shares(stated.transmitted, stated.reflected)
+        ),
+        ScatterLaw::Gaussian(stated) => {
+            let back = stated
+                .reflected_width_deg
+                .map_or(String::new(), |width| format!(" ({width}° in reflection)"));
+            format!(
+                "Gaussian diffuser of {}° full width at half maximum{back}: {}",
+                stated.width_deg,
+                shares(stated.transmitted, stated.reflected)
+            )
+        }
+    }
 }
 
 /// The dome in words.

@@ -126,7 +126,8 @@ pub fn path_picture(
     let mut solids: Vec<&CheckedSolid> = design.solids.iter().collect();
     solids.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
     for solid in solids {
-        let [fill, edge] = if solid.medium.is_some() { MEDIUM } else { BODY };
+        let passes = solid.medium.is_some() || solid.stated.shared.scatter.is_some();
+        let [fill, edge] = if passes { MEDIUM } else { BODY };
         for (points, closed) in solid.form.section() {
             canvas.with_tooltip(solid.name(), |canvas| {
                 let fill = closed.then_some(fill.with_opacity(0.7));

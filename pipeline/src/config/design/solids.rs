@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use bsdf::Bsdf;
+use bsdf::{Bsdf, DiffuseLobe, Diffuser};
 use serde::Serialize;
 use tracer::{Region, SurfaceModel};
 
@@ -63,6 +63,13 @@ pub(in crate::config) enum SolidOptics {
     Refracting,
     /// Tables of files.
     Scattering(Box<Scattering>),
+    /// Stated shares by a formula.
+    Diffusing {
+        /// What is reflected.
+        reflection: DiffuseLobe,
+        /// What is transmitted.
+        transmission: DiffuseLobe,
+    },
     /// A reflector by a file.
     File(FileReflector),
     /// A law of reflection; with the metal under it where it is of metal.
@@ -122,6 +129,14 @@ impl CheckedSolid {
                 coated.unwrap_or(SurfaceModel::Interface)
             }
             SolidOptics::Scattering(scattering) => SurfaceModel::Scatter(scattering.bsdf(indices)?),
+            SolidOptics::Diffusing {
+                reflection,
+                transmission,
+            } => SurfaceModel::Scatter(Arc::new(Diffuser::new(
+                *reflection,
+                *transmission,
+                indices,
+            )?)),
             SolidOptics::File(FileReflector(table)) => SurfaceModel::Coating(Arc::clone(table)),
             SolidOptics::Law(reflector) => {
                 metal(reflector.reflectance())?.unwrap_or_else(|| reflector.optics())

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 
 use crate::config::schema::films::Layer;
 use crate::config::schema::reflectors::{Law, Metal};
-use crate::config::schema::solids::{Solid, SolidForm, SurfaceLaw};
+use crate::config::schema::solids::{ScatterLaw, Solid, SolidForm, SurfaceLaw};
 use crate::config::schema::{self, DomeForm, Spectrum, SpectrumForm};
 use crate::provenance::FileRecord;
 
@@ -69,9 +69,9 @@ fn of_solids(raw: &[Solid]) -> Vec<Option<String>> {
         let keys = &solid.shared;
         names.push(keys.medium.as_ref().and_then(|m| m.material_file.clone()));
         names.extend(of_layers(&keys.coating));
-        if let Some(scatter) = &keys.scatter {
-            names.push(scatter.file.clone());
-            let sides = scatter.inner.iter().chain(&scatter.outer);
+        if let Some(ScatterLaw::File(files)) = keys.scatter.as_ref().map(|scatter| &scatter.kind) {
+            names.push(files.file.clone());
+            let sides = files.inner.iter().chain(&files.outer);
             names.extend(sides.cloned().map(Some));
         }
         match keys.surface.as_ref().map(|surface| &surface.kind) {

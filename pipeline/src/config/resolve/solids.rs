@@ -7,6 +7,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
+
 use super::{form, package};
 use crate::config::check::Context;
 use crate::config::design::films::Stack;
@@ -15,9 +17,13 @@ use crate::config::design::solids::{
 };
 use crate::config::error::ConfigError;
 use crate::config::schema::reflectors::Law;
-use crate::config::schema::solids::{ReflectorFile, Solid};
+use crate::config::schema::solids::{GaussianShares, ReflectorFile, ScatterLaw, Solid};
+use crate::digits::shortest;
 use crate::formats::scattering::{self, Scattering};
 use crate::metrics::illuminance::Symmetry;
+
+/// Rounding of a sum of shares.
+const SHARES_ROUNDING: f64 = 1e-12;
 
 /// Names that surfaces and media of a scene have without solids.
 const TAKEN: [&str; 12] = [
@@ -92,14 +98,25 @@ fn one(
     let of_files = |table: String, error: anyhow::Error| at.of_files(&error.context(table));
     let mut turns = true;
     let optics = match (&keys.scatter, &keys.surface) {
-        (Some(scatter), _) => {
-            let sides = [&*scatter.inner, &*scatter.outer];
-            let loaded = Scattering::load(scatter.file.as_deref(), sides, scatter.between, folder)
-                .map_err(|error| of_files(key("scatter"), error))?;
-            turns = loaded.is_isotropic();
-            files.extend(loaded.files.iter().cloned());
-            SolidOptics::Scattering(Box::new(loaded))
-        }
+        (Some(scatter), _) => match &scatter.kind {
+            ScatterLaw::File(stated) => {
+                let sides = [&*stated.inner, &*stated.outer];
+                let file = stated.file.as_deref();
+                let loaded = Scattering::load(file, sides, stated.between, folder)
+                    .map_err(|error| of_files(key("scatter"), error))?;
+                turns = loaded.is_isotropic();
+                files.extend(loaded.files.iter().cloned());
+                SolidOptics::Scattering(Box::new(loaded))
+            }
+            ScatterLaw::Lambertian(stated) => {
+                let shares = [stated.reflected, stated.transmitted];
+                diffusing(&key("scatter"), shares, [DiffuseLaw::Lambertian; 2], at)?
+            }
+            ScatterLaw::Gaussian(stated) => {
+                let shares = [stated.reflected, stated.transmitted];
+                diffusing(&key("scatter"), shares, gaussian(&key, stated, at)?, at)?
+            }
+        },
         (None, None) => SolidOptics::Refracting,
         (None, Some(surface)) => match surface.kind.law() {
             Err(ReflectorFile { file, between }) => {
@@ -131,6 +148,55 @@ fn one(
         form,
         symmetry,
         surface: Arc::new(CheckedSurface { stack, optics }),
+    })
+}
+
+/// Lobes of what is reflected and of what is transmitted.
+fn gaussian(
+    key: &impl Fn(&str) -> String,
+    stated: &GaussianShares,
+    at: &Context,
+) -> Result<[DiffuseLaw; 2], ConfigError> {
+    let lobe = |name: &str, width_deg: f64| {
+        let [least, most] = GaussianLobe::WIDTHS_DEG;
+        at.within(&key(&format!("scatter.{name}")), width_deg, least, most)?;
+        let lobe = GaussianLobe::new(width_deg);
+        let lobe = lobe.map_err(|error| at.of_files(&anyhow::Error::new(error)))?;
+        Ok(DiffuseLaw::Gaussian(lobe))
+    };
+    let through = lobe("width_deg", stated.width_deg)?;
+    let back = stated
+        .reflected_width_deg
+        .map_or(Ok(through), |width_deg| {
+            lobe("reflected_width_deg", width_deg)
+        })?;
+    Ok([back, through])
+}
+
+/// A diffuser of these reflected and transmitted shares, of the table `table`.
+fn diffusing(
+    table: &str,
+    [reflected, transmitted]: [f64; 2],
+    [back, through]: [DiffuseLaw; 2],
+    at: &Context,
+) -> Result<SolidOptics, ConfigError> {
+    let key = |name: &str| format!("{table}.{name}");
+    let lobe = |name: &str, share: f64, law: DiffuseLaw| {
+        let share = at.within(&key(name), share, 0.0, 1.0)?;
+        Ok(DiffuseLobe { share, law })
+    };
+    let transmission = lobe("transmitted", transmitted, through)?;
+    let reflection = lobe("reflected", reflected, back)?;
+    if reflected + transmitted > 1.0 + SHARES_ROUNDING {
+        let expected = format!(
+            "at most {}, what `transmitted` leaves of 1",
+            shortest(1.0 - transmitted)
+        );
+        return Err(at.value(&key("reflected"), reflected, &expected));
+    }
+    Ok(SolidOptics::Diffusing {
+        reflection,
+        transmission,
     })
 }
 

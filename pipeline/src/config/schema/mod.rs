@@ -79,12 +79,12 @@ pub struct Design {
 }
 
 /// The tables that are of one of several kinds, those within others first.
-pub(super) fn tagged_tables() -> [TaggedTable; 12] {
+pub(super) fn tagged_tables() -> [TaggedTable; 13] {
     use dome::{DomeKeys, ShapeKeys};
     use light::SpectrumKeys;
     use receivers::{ReceiverForm, ReceiverKeys};
     use reflectors::{HousingKeys, Law, LedKeys, LedLaw, Metal, MirrorKeys, Reflectance};
-    use solids::{SolidForm, SolidKeys, SurfaceLaw};
+    use solids::{ScatterLaw, SolidForm, SolidKeys, SurfaceLaw};
     use sources::{SourceForm, SourceKeys};
     [
         TaggedTable::new::<DomeKeys, DomeForm>(&["dome"]),
@@ -97,6 +97,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 12] {
         TaggedTable::new::<SpectrumKeys, SpectrumForm>(&["sources", "spectrum"]),
         TaggedTable::new::<SourceKeys, SourceForm>(&["sources"]),
         TaggedTable::new::<NoKeys, SurfaceLaw>(&["solids", "surface"]),
+        TaggedTable::new::<NoKeys, ScatterLaw>(&["solids", "scatter"]),
         TaggedTable::new::<SolidKeys, SolidForm>(&["solids"]),
         TaggedTable::new::<ReceiverKeys, ReceiverForm>(&["receivers"]),
     ]

@@ -30,8 +30,8 @@ pub struct SolidKeys {
     /// Thin layers on it, from its inside outwards, where light enters it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
-    /// What its surface does by a file, where light enters it; of a sheet, what it does to light
-    /// from either side.
+    /// What its surface does by a file or a formula, where light enters it; of a sheet, what it
+    /// does to light from either side.
     pub scatter: Option<SolidScatter>,
     /// What it does with light that does not enter it.
     pub surface: Option<SolidSurface>,
@@ -176,10 +176,36 @@ pub enum Per {
     Array,
 }
 
-/// `[solids.scatter]`: as of `[[files.bands]]`.
+/// `[solids.scatter]`.
+pub type SolidScatter = Tagged<NoKeys, ScatterLaw>;
+
+/// What the surface of a solid with a medium, or a sheet, does with light from either side.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ScatterLaw {
+    /// As files say.
+    File(ScatterFiles),
+    /// Stated shares by the cosine law.
+    Lambertian(DiffuseShares),
+    /// Stated shares in Gaussian lobes.
+    Gaussian(GaussianShares),
+}
+
+impl Kinds for ScatterLaw {
+    const TAG: &'static str = "kind";
+
+    fn untagged(keys: &dyn Fn(&str) -> bool) -> Option<&'static str> {
+        ["file", "inner", "outer"]
+            .into_iter()
+            .any(keys)
+            .then_some("file")
+    }
+}
+
+/// Keys of scattering by files, as of `[[files.bands]]`.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct SolidScatter {
+pub struct ScatterFiles {
     /// A file that says itself which side is meant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -191,6 +217,31 @@ pub struct SolidScatter {
     pub outer: Vec<String>,
     /// How lobes move between the incidences of the files.
     pub between: LobeMotion,
+}
+
+/// Keys of a Lambertian diffuser.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct DiffuseShares {
+    /// Share of the incident power that is transmitted, 0 to 1.
+    pub transmitted: f64,
+    /// Share that is reflected, 0 to 1; what both leave is absorbed.
+    pub reflected: f64,
+}
+
+/// Keys of a Gaussian diffuser.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct GaussianShares {
+    /// Share of the incident power that is transmitted, 0 to 1.
+    pub transmitted: f64,
+    /// Share that is reflected, 0 to 1; what both leave is absorbed.
+    pub reflected: f64,
+    /// Full width at half maximum of the intensity, degrees.
+    pub width_deg: f64,
+    /// That of the reflected light; as of the transmitted light if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflected_width_deg: Option<f64>,
 }
 
 /// `[solids.surface]`: as of `[mirror]` and of `[files.mirror]`.
