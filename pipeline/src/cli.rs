@@ -17,6 +17,7 @@ use crate::commands::rays::{self, RaysArgs};
 use crate::commands::report::{self, ReportArgs};
 use crate::commands::reproduce::{self, ReproduceArgs};
 use crate::commands::run::{self, RunArgs};
+use crate::commands::schema::{self, SchemaArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
@@ -115,6 +116,9 @@ pub enum Command {
     /// Read a file of another program, check it, say what it holds, and convert it
     #[command(after_help = "Example: batwing import led.ldt --out led.ies")]
     Import(ImportArgs),
+    /// Print the JSON Schema of the design file, by which editors complete and check it
+    #[command(after_help = "Example: batwing schema > design.schema.json")]
+    Schema(SchemaArgs),
     /// Show a folder of results as one HTML page
     #[command(after_help = "Example: batwing report results --out results.html")]
     Report(ReportArgs),
@@ -145,6 +149,7 @@ impl Cli {
         };
         let done = match &self.command {
             Command::New(arguments) => new::run(arguments, context),
+            Command::Schema(arguments) => schema::run(arguments, context),
             Command::Reproduce(arguments) => reproduce::run(arguments, context),
             Command::Run(arguments) => run::run(arguments, context),
             Command::Bsdf(arguments) => bsdf::run(arguments, context),

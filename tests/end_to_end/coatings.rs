@@ -126,7 +126,7 @@ fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
         (&["near-field", "layer.toml", "--ring", "5"], no_layers),
         (
             &["run", "layer.toml", "--model", "hybrid"],
-            "only the geometric models make sense",
+            "bands take no thin films on the dome",
         ),
     ] {
         let output = batwing(directory.path())

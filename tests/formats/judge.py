@@ -321,11 +321,37 @@ def images_by_openexr():
         claim(close, f"OpenEXR reads far_field.exr (channels {names}) as numpy reads far_field.npy")
 
 
+def designs_by_jsonschema():
+    import tomllib
+
+    import jsonschema
+
+    schema = batwing("schema")
+    jsonschema.Draft202012Validator.check_schema(schema)
+    judge = jsonschema.Draft202012Validator(schema)
+    files = sorted(DESIGN.parent.glob("*.toml"))
+    designs = [tomllib.loads(file.read_text()) for file in files]
+    wrong = [(f.name, e.message) for f, d in zip(files, designs) for e in judge.iter_errors(d)]
+    claim(not wrong and len(files) > 5, f"the JSON Schema of the design file admits the {len(files)} shipped designs {wrong}")
+    good = designs[0]
+    bad = [
+        good | {"colour": "red"},
+        {key: value for key, value in good.items() if key != "led"},
+        good | {"led": good["led"] | {"size_mm": [1.0]}},
+        good | {"mirror": good["mirror"] | {"kind": "shiny"}},
+        good | {"led": good["led"] | {"height_mm": "0.3"}},
+        good | {"receivers": [{"name": "a", "kind": "plane", "bins": [1, 1]}]},
+    ]
+    claim(all(not judge.is_valid(design) for design in bad), f"and refuses {len(bad)} wrong ones")
+
+
 BATWING, TABLE, RESULTS, DESIGN, WORK = (Path(a) for a in sys.argv[1:6])
 WORK.mkdir(parents=True, exist_ok=True)
 orders, grid = orders_by_numpy()
 if has("pyradiance"):
     scattering_by_radiance(orders, grid)
+if has("jsonschema"):
+    designs_by_jsonschema()
 far_field_by_others()
 rays_by_numpy()
 geometry_by_others()

@@ -161,6 +161,9 @@ fn describe(design: &Design, models: &[String]) -> String {
         line("file", format!("{}{share}", used.file));
     }
     line("models", models.join(", "));
+    if let Some(left_out) = Model::left_out(design) {
+        line("", left_out);
+    }
     text
 }
 

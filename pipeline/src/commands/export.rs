@@ -327,11 +327,7 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
         ExportModel::Geometric => Model::Geometric,
         ExportModel::Hybrid => Model::Hybrid,
     };
-    ensure!(
-        Model::all_of(design).contains(&model),
-        "{}: the dome is smooth or coated; only the geometric model makes sense",
-        design.name
-    );
+    let model = model.of(design)?;
     let tables = if model == Model::Hybrid {
         let cache = cache(arguments.cache.as_deref(), out);
         Some(solve(&[design], Some(&cache), None, context)?.remove(0))

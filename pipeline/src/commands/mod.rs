@@ -16,4 +16,5 @@ pub mod rays;
 pub mod report;
 pub mod reproduce;
 pub mod run;
+pub mod schema;
 pub mod study;

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
 
@@ -53,11 +53,7 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
     let model = arguments.model.one();
     let model = model.context("--model: expected one model, got `all`")?;
-    ensure!(
-        Model::all_of(&design).contains(&model),
-        "{}: the dome has no relief; only the geometric model makes sense",
-        arguments.design.display()
-    );
+    let model = model.of(&design)?;
     writable(&arguments.out)?;
     let cache = (model == Model::Hybrid).then(|| cache(arguments.cache.as_deref(), &arguments.out));
     let skin_of = |design: &Design| {

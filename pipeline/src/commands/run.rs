@@ -4,12 +4,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use clap::Args;
 
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
+use crate::digits::thousands;
 use crate::published::Published;
 use crate::report::{run_summary, summary};
 use crate::results::schema::PaperFigures;
@@ -18,6 +19,7 @@ use crate::run_context::RunContext;
 use crate::stages::model::Model;
 use crate::stages::run::Run;
 use crate::stages::stopping_rule::{ErrorTarget, StoppingRule};
+use crate::stages::trace::GROUPS;
 use crate::stages::{output, scene_check};
 
 /// `batwing run`.
@@ -68,13 +70,21 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
         rule.target.check(&design)?;
         design.trace.paths = rule.batch(design.trace.paths)?;
     }
-    let mut models = Model::all_of(&design);
-    models.retain(|model| arguments.model.one().is_none_or(|one| one == *model));
-    ensure!(
-        !models.is_empty(),
-        "{}: the dome is smooth or coated; only the geometric models make sense",
-        arguments.design.display()
-    );
+    let models = match arguments.model.one() {
+        Some(model) => vec![model.of(&design)?],
+        None => Model::all_of(&design),
+    };
+    if let (None, Some(left_out)) = (arguments.model.one(), Model::left_out(&design)) {
+        let file = &design.provenance.file;
+        context.console.warn(&format!("{file}: {left_out}"));
+    }
+    let traced = design.trace.paths.next_multiple_of(GROUPS as u64);
+    if traced != design.trace.paths && design.all_lights().is_none() {
+        let [asked, traced] = [design.trace.paths, traced].map(thousands);
+        context.console.say(&format!(
+            "{asked} paths are traced as {traced}: {GROUPS} groups of equal size"
+        ));
+    }
     let needs_tables = models.contains(&Model::Hybrid);
     let stores_paths = stopping_rule.is_some() || design.trace.paths >= LEAST_PATHS;
     let cache = (arguments.cache.is_some() || needs_tables || stores_paths)

@@ -8,6 +8,7 @@
 mod check;
 pub mod design;
 pub mod error;
+pub mod json_schema;
 pub(crate) mod resolve;
 pub mod schema;
 pub(crate) mod serde_arrays;
@@ -55,9 +56,11 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<design::Design, Co
                 message,
             }
         })?;
-    let written = text.parse().unwrap_or_default();
+    let written: toml::Table = text.parse().unwrap_or_default();
     resolve::defaults::derive(&mut raw, &written);
-    design::Design::resolve(&raw, file, text, folder)
+    let asks_for_bands = written.contains_key("hybrid");
+    let file = resolve::DesignText { file, text, folder };
+    design::Design::resolve(&raw, &file, asks_for_bands)
 }
 
 /// The embedded design called `name`, checked like any other.

@@ -11,12 +11,14 @@
 //!
 //! The second form is a struct of a struct and an enum, and all positions stay as they are.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{DeserializeOwned, Deserializer, Visitor, value};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
@@ -185,7 +187,7 @@ impl TaggedTable {
 }
 
 /// Names of the fields of a struct, or of the variants of an enum, as serde reads them.
-fn names<T: DeserializeOwned>() -> &'static [&'static str] {
+pub(super) fn names<T: DeserializeOwned>() -> &'static [&'static str] {
     struct Names<'a>(&'a mut &'static [&'static str]);
 
     impl<'de> Deserializer<'de> for Names<'_> {
@@ -225,4 +227,48 @@ fn names<T: DeserializeOwned>() -> &'static [&'static str] {
     // The answer is in the names; there is no value.
     let _ = T::deserialize(Names(&mut names));
     names
+}
+
+/// Keys of all kinds beside those of each, with the key that names the kind.
+impl<S: JsonSchema, K: JsonSchema + Kinds> JsonSchema for Tagged<S, K> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("{} of {}", K::schema_name(), S::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let shared = S::json_schema(generator).to_value();
+        let kinds = K::json_schema(generator).to_value();
+        let of_kind = |kind: &Value| one_kind::<K>(kind, &shared);
+        let kinds: Vec<Value> = kinds["oneOf"]
+            .as_array()
+            .map_or_else(Vec::new, |all| all.iter().filter_map(of_kind).collect());
+        json_schema!({"oneOf": kinds})
+    }
+}
+
+/// The table of one kind, from `{"kind": {keys}}` as serde writes an enum.
+fn one_kind<K: Kinds>(kind: &Value, shared: &Value) -> Option<Value> {
+    let (name, own) = kind["properties"].as_object()?.iter().next()?;
+    let properties = |of: &Value| of["properties"].as_object().cloned().unwrap_or_default();
+    let required = |of: &Value| of["required"].as_array().cloned().unwrap_or_default();
+    let mut keys: Map<String, Value> = properties(shared);
+    let own_keys = properties(own);
+    let told_by_keys = K::untagged(&|key| own_keys.contains_key(key)) == Some(name.as_str());
+    keys.extend(own_keys);
+    keys.insert(K::TAG.to_owned(), json!({"const": name}));
+    let mut needed = [required(shared), required(own)].concat();
+    if !told_by_keys {
+        needed.insert(0, K::TAG.into());
+    }
+    Some(json!({
+        "description": kind["description"],
+        "type": "object",
+        "properties": keys,
+        "required": needed,
+        "additionalProperties": false,
+    }))
 }

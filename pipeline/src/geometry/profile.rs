@@ -3,6 +3,7 @@
 //!
 //! In a design file they are `[dome]` and `[elements]`; here lengths are in one unit and nothing is open.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Tolerance for lengths that must agree, relative.
@@ -81,7 +82,7 @@ pub enum Shape {
 }
 
 /// Lines from which the angles at the base of a triangle are measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Reference {
     /// The chord of the element.

@@ -15,6 +15,7 @@ mod shares;
 
 use std::fmt::Display;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::plural::count;
@@ -22,7 +23,9 @@ use density::Density;
 use quadrature::fejer;
 
 /// What a spectrum is weighted by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Weighting {
     /// Radiant power: watts.

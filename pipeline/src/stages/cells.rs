@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Unit cells of a design's relief: one for each band of rings, or of one ring.
 
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use bsdf::ray_optics::{Outline, Polygon};
 
 use super::scene;
@@ -10,9 +10,10 @@ use crate::geometry::profile::Elements;
 use crate::geometry::{Cell, ring_cell};
 
 /// The unit cell of every band's representative ring, with the medium around the domes outside;
-/// `None` for a smooth band.
+/// `None` for a smooth band. There are none where the design has no bands.
 pub fn band_cells(design: &Design) -> Vec<Option<Cell>> {
-    let Some(sphere) = design.sphere() else {
+    let sphere = design.sphere().filter(|_| design.without_bands.is_none());
+    let Some(sphere) = sphere else {
         return Vec::new();
     };
     // `scene_check` refuses designs whose solids do not fit.
@@ -58,13 +59,17 @@ pub(super) fn by_ring(design: &Design) -> Design {
     design
 }
 
-/// Refuses thin layers on the dome: rings are solved without them.
-pub(super) fn uncoated(design: &Design) -> Result<()> {
+/// Refuses relief without bands: thin layers on the dome, which rings are solved without, and what
+/// has no tables.
+pub(super) fn has_bands(design: &Design) -> Result<()> {
     let layers = design.films.as_ref().map_or(0, |films| films.dome.len());
     ensure!(
         layers == 0,
         "dome.coating = {layers} layers: expected none; rings are solved without layers, and the models of rays on the relief (`batwing run`) alone know them"
     );
+    if let Some(why) = &design.without_bands {
+        bail!("{}: {why}", design.provenance.file);
+    }
     Ok(())
 }
 
@@ -73,7 +78,7 @@ pub(super) fn uncoated(design: &Design) -> Result<()> {
 /// # Errors
 /// A ring that the design does not have, or a smooth one; thin layers on the dome.
 pub fn ring(design: &Design, ring: usize) -> Result<Cell> {
-    uncoated(design)?;
+    has_bands(design)?;
     let cells = band_cells(&by_ring(design));
     let count = cells.len();
     ensure!(count > 0, "the dome is smooth, it has no rings of relief");

@@ -22,15 +22,44 @@ pub enum Model {
 
 impl Model {
     /// The models that `design` has: all four for relief, rays alone for smooth and bare packages.
-    /// Bands exist without thin films only.
+    /// Bands exist without thin films only, and the steps of rings where there are rings.
     pub fn all_of(design: &Design) -> Vec<Self> {
         if design.has_relief() && design.is_coated() {
             vec![Self::Geometric, Self::Fine]
+        } else if design.without_bands.is_some() {
+            vec![Self::Geometric]
         } else if design.has_relief() {
             vec![Self::Geometric, Self::Fine, Self::Control, Self::Hybrid]
         } else {
             vec![Self::Geometric]
         }
+    }
+
+    /// Why relief of `design` has not all four models; `None` where it has them, or no relief.
+    pub fn left_out(design: &Design) -> Option<String> {
+        let reason = if design.has_relief() && design.is_coated() {
+            "bands take no thin films on the dome"
+        } else {
+            design.without_bands.as_deref()?
+        };
+        let of = |models: &[Self]| models.iter().map(|m| m.key(design)).collect::<Vec<_>>();
+        let there = Self::all_of(design);
+        let mut missing = vec![Self::Fine, Self::Control, Self::Hybrid];
+        missing.retain(|model| !there.contains(model));
+        Some(format!("left out: {}: {reason}", of(&missing).join(", ")))
+    }
+
+    /// Refuses a model that `design` does not have.
+    ///
+    /// # Errors
+    /// Which models it has not, and why.
+    pub fn of(self, design: &Design) -> anyhow::Result<Self> {
+        if Self::all_of(design).contains(&self) {
+            return Ok(self);
+        }
+        let smooth = || "the dome is smooth, it has the geometric model only".to_owned();
+        let why = Self::left_out(design).unwrap_or_else(smooth);
+        anyhow::bail!("{}: {}: {why}", design.provenance.file, self.key(design))
     }
 
     /// Key in `results.json` and name of the directory: `hybrid_10um`; a package without relief has
@@ -77,6 +106,8 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::config;
 
@@ -101,5 +132,27 @@ mod tests {
                 .collect::<Vec<_>>(),
             ["geometric"]
         );
+    }
+
+    #[test]
+    fn bands_that_nobody_asked_for_do_not_refuse_a_design() {
+        let own = include_str!("../commands/new_design.toml").replace("NAME", "own");
+        let parsed = |text: &str| config::parse("own.toml", text, Path::new(""));
+        let usual = parsed(&own).expect("valid");
+        assert_eq!(Model::all_of(&usual).len(), 4);
+        assert_eq!(Model::left_out(&usual), None);
+        let x_rays = own.replace("wavelength_nm = 550.0", "wavelength_nm = 10.0");
+        let rays_only = parsed(&x_rays).expect("valid");
+        assert_eq!(Model::all_of(&rays_only), [Model::Geometric]);
+        let why = Model::left_out(&rays_only).expect("a reason");
+        assert!(
+            why.contains("hybrid_10um: light.wavelength_nm = 10"),
+            "{why}"
+        );
+        assert!(Model::Hybrid.of(&rays_only).is_err());
+        let asked = x_rays + "\n[hybrid]\ntolerance = 0.01\n";
+        let refused = parsed(&asked).expect_err("bands are asked for");
+        let refused = refused.to_string();
+        assert!(refused.contains("at most 1878 orders"), "{refused}");
     }
 }

@@ -15,7 +15,7 @@ use rcwa::Truncation;
 use rcwa::cost_model::{self, Operations};
 use rcwa::hemisphere::Resolution;
 
-use super::cells::{band_cells, by_ring, uncoated};
+use super::cells::{band_cells, by_ring, has_bands};
 use super::tables::{cost, directions, interface, tables};
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
@@ -70,7 +70,7 @@ impl RingChoice {
     /// A listed ring that the design does not have or that is smooth; none at all; thin layers on
     /// the dome.
     pub fn rings(&self, design: &Design) -> Result<Vec<usize>> {
-        uncoated(design)?;
+        has_bands(design)?;
         let cells = band_cells(&by_ring(design));
         let has_relief = |&ring: &usize| cells[ring - 1].is_some();
         let (size, stands) = (design.hybrid.rings_per_band, design.hybrid.representative);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Checks of a study file against the designs of its base.
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 
 use super::design_file::DesignFile;
 use super::file::{Probe, StudyFile};
@@ -98,13 +98,8 @@ pub(super) fn targets(
 /// Checks that every design has the models of the study.
 pub(super) fn designs(designs: &[Design], models: &[Model]) -> Result<()> {
     for design in designs {
-        let possible = Model::all_of(design);
-        if let Some(model) = models.iter().find(|m| !possible.contains(m)) {
-            bail!(
-                "models: the dome of {} is smooth, it has no {}",
-                design.name,
-                model.key(design)
-            );
+        for model in models {
+            model.of(design).context("models")?;
         }
     }
     Ok(())

@@ -76,6 +76,9 @@ pub struct Design {
     /// packages together emit 1 W.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub emitted: Option<EmittedFlux>,
+    /// Why its relief has no bands and no tables, of a design that does not ask for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_bands: Option<String>,
     /// What shines of them, where not all do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lit: Option<LitSources>,

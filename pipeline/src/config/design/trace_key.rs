@@ -70,6 +70,8 @@ impl Design {
             lights: _,
             // Readings are scaled where they are written.
             emitted: _,
+            // Which models there are, not what one of them is.
+            without_bands: _,
             lit,
             receiver,
             far_field,

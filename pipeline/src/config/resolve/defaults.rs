@@ -120,6 +120,24 @@ mod tests {
     }
 
     #[test]
+    fn optional_lines_of_the_starting_design_are_accepted() {
+        let stated = |line: &str| {
+            let key = line.strip_prefix("# ").filter(|key| {
+                let name = key.split([' ', '=']).next().unwrap_or_default();
+                key.starts_with("[[")
+                    || key.contains(" = ") && name.contains('_')
+                    || ["name", "kind", "bins"].contains(&name)
+            });
+            key.unwrap_or(line).to_owned()
+        };
+        let lines: Vec<String> = OWN.replace("NAME", "own").lines().map(stated).collect();
+        let design = parse("own.toml", &lines.join("\n"), Path::new(""));
+        let design = design.unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(design.receivers.len(), 1);
+        assert!(design.emitted.is_some());
+    }
+
+    #[test]
     fn one_key_of_the_far_field_is_enough() {
         for bin in ["0.5", "1.0", "2.0", "2.5", "5.0", "7.5", "10.0", "15.0"] {
             let far = own(&[], &format!("\n[far_field]\nbin_deg = {bin}\n")).far_field;

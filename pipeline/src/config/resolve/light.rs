@@ -188,10 +188,11 @@ fn rows(
 }
 
 /// A design with a spectrum, or with sources that have their own, must make sense over the whole of
-/// each: at both ends there are data of the material and tables of the rings.
+/// each: at both ends there are data of the material, and what `check` asks for.
 pub(in crate::config) fn check_ends(
     design: &Design,
     raw: &schema::Design,
+    check: fn(&Design, &Context) -> Result<(), ConfigError>,
     at: &Context,
 ) -> Result<(), ConfigError> {
     let colours = design.colours();
@@ -212,7 +213,7 @@ pub(in crate::config) fn check_ends(
     let of_sources = of_sources.map(|light| (Some(light), light.light.range_nm()));
     for (light, ends) in of_design.chain(of_sources) {
         for end in ends {
-            let fits = design.tuned(end).and_then(|tuned| tuned.check_relief(at));
+            let fits = design.tuned(end).and_then(|tuned| check(&tuned, at));
             fits.map_err(|error| match (light, error) {
                 (
                     Some(light),

@@ -39,13 +39,23 @@ use crate::provenance::Provenance;
 /// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
 const MOST_BINS: f64 = 1e6;
 
+/// The text of a design file.
+pub(in crate::config) struct DesignText<'a> {
+    /// Name in messages.
+    pub(in crate::config) file: &'a str,
+    /// The text itself.
+    pub(in crate::config) text: &'a str,
+    /// Where files lie that it names.
+    pub(in crate::config) folder: &'a Path,
+}
+
 impl Design {
-    /// Checks `raw`, read from `text` of `file`; material files are relative to `folder`.
+    /// Checks `raw`, read from a text. Bands that cannot be made are refused where the design asks
+    /// for them, and left out where it does not.
     pub(in crate::config) fn resolve(
         raw: &schema::Design,
-        file: &str,
-        text: &str,
-        folder: &Path,
+        &DesignText { file, text, folder }: &DesignText<'_>,
+        asks_for_bands: bool,
     ) -> Result<Self, ConfigError> {
         let at = Context { file };
         at.file_name("name", &raw.name)?;
@@ -91,6 +101,7 @@ impl Design {
             spectrum: light.spectrum,
             lights,
             emitted,
+            without_bands: None,
             lit: None,
             receiver: schema::Receiver {
                 margin_mm: Some(raw.receiver.margin_mm(raw.array.pitch_mm)),
@@ -110,7 +121,14 @@ impl Design {
         let scale = receivers::Scale::of(&design, source_file.as_ref());
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
         design.check_relief(&at)?;
-        light::check_ends(&design, raw, &at)?;
+        light::check_ends(&design, raw, Self::check_relief, &at)?;
+        let tables = design
+            .check_tables(&at)
+            .and_then(|()| light::check_ends(&design, raw, Self::check_tables, &at));
+        match tables {
+            Err(error) if !asks_for_bands => design.without_bands = Some(error.without_file()),
+            others => others?,
+        }
         let bands = if design.has_relief() {
             design.hybrid_rings().shapes.len() / design.hybrid.rings_per_band
         } else {
@@ -257,10 +275,14 @@ impl Design {
             Dome::Mesh(mesh) => mesh.height_mm,
             Dome::Sphere(_) | Dome::Meridian(_) => meridian.top_mm(),
         })?;
-        match dome {
-            Dome::Sphere(sphere) if self.has_relief() => tables::check(self, sphere, at)?,
-            _ => {}
-        }
         Ok(())
+    }
+
+    /// Whether the bands of relief can have tables.
+    pub(in crate::config) fn check_tables(&self, at: &Context) -> Result<(), ConfigError> {
+        match self.sphere() {
+            Some(sphere) if self.has_relief() => tables::check(self, sphere, at),
+            _ => Ok(()),
+        }
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[dome]` and `[elements]` as written.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::NoKeys;
@@ -13,7 +14,7 @@ use crate::geometry::profile::Reference;
 pub type Dome = Tagged<DomeKeys, DomeForm>;
 
 /// Keys of all domes.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DomeKeys {
     /// Thin layers on it, from the silicone outwards.
@@ -22,7 +23,7 @@ pub struct DomeKeys {
 }
 
 /// Kinds of dome, which are told by their keys.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DomeForm {
     /// A truncated sphere on a cylinder.
@@ -51,7 +52,7 @@ impl Kinds for DomeForm {
 }
 
 /// Keys of a sphere on a cylinder.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphereDome {
     /// Radius of the sphere, mm.
@@ -63,7 +64,7 @@ pub struct SphereDome {
 }
 
 /// Keys of a generating curve.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeridianDome {
     /// The curve from the axis outwards and down: rows [r, z], [r, z, bulge] or
@@ -72,7 +73,7 @@ pub struct MeridianDome {
 }
 
 /// Keys of a generating curve in a file.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeridianFileDome {
     /// A file of rows as of `meridian_mm`, relative to the design file.
@@ -80,7 +81,7 @@ pub struct MeridianFileDome {
 }
 
 /// Keys of a mesh.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshDome {
     /// A closed mesh, STL or OBJ, relative to the design file.
@@ -90,7 +91,7 @@ pub struct MeshDome {
 }
 
 /// Units of the lengths of a mesh, whose file does not say its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MeshUnit {
     /// Micrometre.
@@ -119,7 +120,7 @@ impl MeshUnit {
 }
 
 /// `[elements]`: concentric rings of relief, numbered from the axis outwards.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Elements {
     /// Number of elements.
@@ -134,7 +135,7 @@ pub struct Elements {
 pub type Shape = Tagged<ShapeKeys, ShapeForm>;
 
 /// Keys of all shapes.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShapeKeys {
     /// First element, from 1.
@@ -144,7 +145,7 @@ pub struct ShapeKeys {
 }
 
 /// Kinds of cross-section.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ShapeForm {
     /// Horizontal tread and vertical riser.
@@ -163,7 +164,7 @@ impl Kinds for ShapeForm {
 }
 
 /// Keys of a triangle: two of its three angles.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TriangleShape {
     /// Interior angle at the base corner nearer the axis, degrees.
@@ -178,7 +179,7 @@ pub struct TriangleShape {
 }
 
 /// Keys of a polygon.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolylineShape {
     /// Vertices between the base corners, (along the chord, above it), in chords.

@@ -2,12 +2,14 @@
 //! `[files]` as written: bands, mirror and source from files of other programs.
 
 use bsdf::LobeMotion;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 use super::sources::LightOf;
+use crate::config::tagged::names;
 
 /// `[files]` as it is written.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Files {
     /// `[[files.bands]]`.
@@ -20,7 +22,7 @@ pub struct Files {
 }
 
 /// `[[files.bands]]`: the hybrid's bands `from..=to` scatter by tables from files.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileBands {
     /// First band, from 1.
@@ -38,23 +40,25 @@ pub struct FileBands {
     pub outer: Vec<String>,
     /// How lobes move between the incidences of the files.
     #[serde(default)]
+    #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,
 }
 
 /// `[files.mirror]`: the reflector in the plane z = 0 scatters by a table for light from its outer
 /// side.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileMirror {
     /// The file.
     pub file: String,
     /// How lobes move between the incidences of the file.
     #[serde(default)]
+    #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,
 }
 
 /// `[files.source]`: the light of the LED.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileSource {
     /// An `.ies`, `.ldt`, `.tm25ray` or `.ray` file; its axis is +z, rays start about the middle of
@@ -70,4 +74,9 @@ pub struct FileSource {
     /// Light of the file: number of wavelengths instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples: Option<usize>,
+}
+
+/// Words of [`LobeMotion`], whose crate knows nothing of schemas.
+pub(super) fn lobe_motion(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({"type": "string", "enum": names::<LobeMotion>()})
 }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Thin films as written: `[[dome.coating]]`, `[mirror.substrate]`, `[[mirror.coating]]`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::config::serde_arrays::List;
 
 /// `[[dome.coating]]`, `[[mirror.coating]]`: one layer.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
     /// Refractive index: n or [n, k].
@@ -20,7 +21,7 @@ pub struct Layer {
 }
 
 /// `[mirror.substrate]`: the metal under the layers.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Substrate {
     /// Refractive index: n or [n, k].
@@ -32,7 +33,7 @@ pub struct Substrate {
 }
 
 /// A refractive index as written.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged, expecting = "a refractive index n or [n, k]")]
 pub enum Index {
     /// n.

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[hybrid]` as written: the settings of tables and bands.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
 
 /// `[hybrid]`: rings, bands and tables of the wave/ray hybrid and its control.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Hybrid {
     /// Radial width of a ring, µm; must divide the width of an element.
@@ -50,7 +51,7 @@ pub struct Hybrid {
 }
 
 /// What tables keep of their orders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TableContent {
     /// Shares of the power.
@@ -61,7 +62,7 @@ pub enum TableContent {
 }
 
 /// Polarisation of the light that meets a band.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Polarization {
     /// Half s, half p.
@@ -74,7 +75,7 @@ pub enum Polarization {
 }
 
 /// Which incidences of a table are used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Incidence {
     /// All of both hemispheres.
@@ -96,7 +97,7 @@ pub enum Incidence {
 }
 
 /// Which part of the light that bands scatter is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scattering {
     /// All of it.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[light]` as written.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
@@ -8,7 +9,7 @@ use crate::config::tagged::{Kinds, Tagged};
 use crate::spectrum::Weighting;
 
 /// `[light]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Light {
     /// Vacuum wavelength, nm; this or `spectrum`.
@@ -26,7 +27,7 @@ pub struct Light {
 }
 
 /// What rays know of their polarisation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Carrying {
     /// Nothing: every surface sees unpolarised light.
@@ -40,7 +41,7 @@ pub enum Carrying {
 pub type Spectrum = Tagged<SpectrumKeys, SpectrumForm>;
 
 /// Keys of all spectra.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectrumKeys {
     /// What figures are weighted by; of a source as of the design.
@@ -52,7 +53,7 @@ pub struct SpectrumKeys {
 }
 
 /// Kinds of spectrum.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SpectrumForm {
     /// Blue die and phosphor.
@@ -68,7 +69,7 @@ impl Kinds for SpectrumForm {
 }
 
 /// Keys of a white LED.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WhiteLed {
     /// Peak of the blue die, nm.
@@ -84,7 +85,7 @@ pub struct WhiteLed {
 }
 
 /// Keys of a table and of lines.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectrumRows {
     /// Wavelengths, nm.

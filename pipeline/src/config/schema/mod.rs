@@ -6,6 +6,7 @@
 //! *how it is observed and computed* may be left out key by key. The reference is
 //! `docs/reference/design-file.md`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::tagged::TaggedTable;
@@ -27,7 +28,7 @@ pub use light::{Carrying, Light, Spectrum, SpectrumForm};
 pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
 
 /// A whole design file.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Design {
     /// Short name, used for output files.
@@ -104,12 +105,12 @@ pub(super) fn tagged_tables() -> [TaggedTable; 13] {
 }
 
 /// There are no keys of the kind, or none that all kinds share.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}
 
 /// `[silicone]`: either `index` or `material_file`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Silicone {
     /// Refractive index, real.
@@ -124,7 +125,7 @@ pub struct Silicone {
 }
 
 /// How the rows of an array stand to each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Arrangement {
     /// Package above package, rows one pitch apart.
@@ -146,7 +147,7 @@ impl Arrangement {
 }
 
 /// `[array]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Array {
     /// Packages along x.
@@ -173,7 +174,7 @@ fn yes() -> bool {
 }
 
 /// `[receiver]`: the plane on which uniformity is judged.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Receiver {
     /// Height above the bottom, mm.
@@ -215,7 +216,7 @@ impl Receiver {
 }
 
 /// What a map is averaged over.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Average {
     /// Its images under the symmetries that the array, the packages and the files have in common.
@@ -226,7 +227,7 @@ pub enum Average {
 }
 
 /// What is 0 after illuminances were normalised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Zero {
     /// Darkness: illuminances are divided by the largest.
@@ -251,7 +252,7 @@ impl Default for Receiver {
 }
 
 /// `[far_field]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FarFieldReceiver {
     /// Bin of the polar angle, degrees.
@@ -305,7 +306,7 @@ pub(in crate::config) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 }
 
 /// `[trace]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Trace {
     /// Paths started by the sources together.
@@ -324,7 +325,7 @@ pub struct Trace {
 }
 
 /// How the beginnings of paths are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampling {
     /// Independent of each other.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[[receivers]]` as written.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tracer::receiver::{Facing, Sense};
 
@@ -12,7 +13,7 @@ use crate::config::tagged::{Kinds, Tagged};
 pub type Receiver = Tagged<ReceiverKeys, ReceiverForm>;
 
 /// Keys of all receivers.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReceiverKeys {
     /// Names its files.
@@ -22,7 +23,7 @@ pub struct ReceiverKeys {
 }
 
 /// Kinds of receiver with their keys.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReceiverForm {
     /// Irradiance on a rectangle.
@@ -42,7 +43,7 @@ impl Kinds for ReceiverForm {
 }
 
 /// Keys of a plane.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneReceiver {
     /// Middle of the rectangle, mm.
@@ -59,7 +60,7 @@ pub struct PlaneReceiver {
 }
 
 /// Keys of a far field and of C-γ planes.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AngularReceiver {
     /// Bin of the polar angle, degrees.
@@ -72,7 +73,7 @@ pub struct AngularReceiver {
 }
 
 /// Keys of a receiver of radiance.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LuminanceReceiver {
     /// Middle of the rectangle, mm.
@@ -93,7 +94,7 @@ pub struct LuminanceReceiver {
 }
 
 /// Keys of a receiver on surfaces.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceReceiver {
     /// Their name in the ledger.
@@ -156,7 +157,7 @@ impl ReceiverForm {
 }
 
 /// Kinds of receiver, as results name them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReceiverKind {
     /// Irradiance on a rectangle.
@@ -172,7 +173,7 @@ pub enum ReceiverKind {
 }
 
 /// Directions along the axes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 pub enum Normal {
     /// Upwards.
     #[default]
@@ -218,7 +219,7 @@ impl Normal {
 }
 
 /// `[receivers.only]`: all of what is given must hold.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Only {
     /// Name in the ledger of the surface met last.

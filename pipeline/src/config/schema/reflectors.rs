@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The tables of a design whose surfaces send light back.
 
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +11,7 @@ use crate::config::serde_arrays::List;
 use crate::config::tagged::{Kinds, Tagged};
 
 /// Laws of reflection; `S` are the keys of a specular surface.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Law<S> {
     /// Mirror.
@@ -28,7 +29,7 @@ impl<S: DeserializeOwned + Serialize> Kinds for Law<S> {
 }
 
 /// Keys of a surface with one law.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reflectance {
     /// Reflectance, 0 to 1.
@@ -36,7 +37,7 @@ pub struct Reflectance {
 }
 
 /// Keys of a mirror that may be of metal.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Metal {
     /// Reflectance, 0 to 1; of metal, the share of what it reflects that is kept.
@@ -68,7 +69,7 @@ impl Specular for Metal {
 }
 
 /// Keys of a surface that absorbs.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Absorbing {
     /// Any reflectance, which counts as 0.
@@ -77,7 +78,7 @@ pub struct Absorbing {
 }
 
 /// Keys of a mixture.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpecularAndDiffuse {
     /// Reflectance of both parts together, 0 to 1.
@@ -87,7 +88,7 @@ pub struct SpecularAndDiffuse {
 }
 
 /// How far the mirror extends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Extent {
     /// Under the whole array: a rectangle of columns × rows pitches.
@@ -100,7 +101,7 @@ pub enum Extent {
 pub type Mirror = Tagged<MirrorKeys, Law<Metal>>;
 
 /// Keys of a mirror of any law.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MirrorKeys {
     /// How far it extends.
@@ -111,7 +112,7 @@ pub struct MirrorKeys {
 pub type Led = Tagged<LedKeys, LedLaw>;
 
 /// Keys of a box of any law.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LedKeys {
     /// Width along x and y, mm.
@@ -125,7 +126,7 @@ pub struct LedKeys {
 }
 
 /// Law of reflection of the box, which the key `reflection` names.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(transparent)]
 pub struct LedLaw(pub Law<Reflectance>);
 
@@ -137,7 +138,7 @@ impl Kinds for LedLaw {
 pub type Housing = Tagged<HousingKeys, Law<Reflectance>>;
 
 /// Keys of walls of any law.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HousingKeys {
     /// From the outermost packages to the walls, mm.

@@ -2,8 +2,10 @@
 //! `[[solids]]` as written.
 
 use bsdf::LobeMotion;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::files::lobe_motion;
 use super::films::Layer;
 use super::reflectors::{Absorbing, Law, Metal, Reflectance, SpecularAndDiffuse};
 use super::{MeshUnit, NoKeys, Silicone, is_default};
@@ -14,7 +16,7 @@ use crate::config::tagged::{Kinds, Tagged};
 pub type Solid = Tagged<SolidKeys, SolidForm>;
 
 /// Keys of all solids and sheets.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidKeys {
     /// Its name in the ledger, as a surface and as a medium.
@@ -38,7 +40,7 @@ pub struct SolidKeys {
 }
 
 /// Kinds of solids and sheets.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SolidForm {
     /// A box.
@@ -62,7 +64,7 @@ impl Kinds for SolidForm {
 }
 
 /// Keys of a box and of a rectangle.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Flat<const N: usize> {
     /// Lengths along x, y and, of a box, z, mm.
@@ -72,7 +74,7 @@ pub struct Flat<const N: usize> {
 }
 
 /// Keys of a cylinder.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cylinder {
     /// Radius, mm.
@@ -84,7 +86,7 @@ pub struct Cylinder {
 }
 
 /// Keys of a sphere.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ball {
     /// Radius, mm.
@@ -92,7 +94,7 @@ pub struct Ball {
 }
 
 /// Keys of a body of revolution.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidMeridian {
     /// Rows as of `dome.meridian_mm`, from the axis back to the axis.
@@ -104,7 +106,7 @@ pub struct SolidMeridian {
 }
 
 /// Keys of a mesh.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidMesh {
     /// An STL or OBJ file, relative to the design file.
@@ -116,7 +118,7 @@ pub struct SolidMesh {
 }
 
 /// Keys of a disc.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Disc {
     /// Radius, mm.
@@ -166,7 +168,7 @@ impl Solid {
 }
 
 /// How often a solid stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Per {
     /// In every package, in its coordinates.
@@ -180,7 +182,7 @@ pub enum Per {
 pub type SolidScatter = Tagged<NoKeys, ScatterLaw>;
 
 /// What the surface of a solid with a medium, or a sheet, does with light from either side.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ScatterLaw {
     /// As files say.
@@ -203,7 +205,7 @@ impl Kinds for ScatterLaw {
 }
 
 /// Keys of scattering by files, as of `[[files.bands]]`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScatterFiles {
     /// A file that says itself which side is meant.
@@ -216,11 +218,12 @@ pub struct ScatterFiles {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outer: Vec<String>,
     /// How lobes move between the incidences of the files.
+    #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,
 }
 
 /// Keys of a Lambertian diffuser.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiffuseShares {
     /// Share of the incident power that is transmitted, 0 to 1.
@@ -230,7 +233,7 @@ pub struct DiffuseShares {
 }
 
 /// Keys of a Gaussian diffuser.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GaussianShares {
     /// Share of the incident power that is transmitted, 0 to 1.
@@ -248,7 +251,7 @@ pub struct GaussianShares {
 pub type SolidSurface = Tagged<NoKeys, SurfaceLaw>;
 
 /// What a solid does with light that does not enter it.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SurfaceLaw {
     /// Mirror, of metal where layers or a substrate are given.
@@ -285,12 +288,13 @@ impl Kinds for SurfaceLaw {
 }
 
 /// Keys of a reflector by a file.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReflectorFile {
     /// The file.
     pub file: String,
     /// How lobes move between the incidences of the file.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[[sources]]` as written.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Spectrum;
@@ -11,7 +12,7 @@ use crate::config::tagged::{Kinds, Tagged};
 pub type Source = Tagged<SourceKeys, SourceForm>;
 
 /// Keys of all sources.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SourceKeys {
     /// Its name, by which receivers tell its light from other.
@@ -33,7 +34,7 @@ fn one() -> f64 {
 }
 
 /// Kinds of source.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SourceForm {
     /// A point with the same intensity everywhere.
@@ -53,7 +54,7 @@ impl Kinds for SourceForm {
 }
 
 /// Keys of a point that shines alike everywhere.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IsotropicSource {
     /// Its place, mm, in the package.
@@ -64,7 +65,7 @@ pub struct IsotropicSource {
 }
 
 /// Keys of a point with a power of the cosine.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CosineSource {
     /// Its place, mm, in the package.
@@ -78,7 +79,7 @@ pub struct CosineSource {
 }
 
 /// Keys of a rectangle.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RectangleSource {
     /// Its middle, mm, in the package.
@@ -92,7 +93,7 @@ pub struct RectangleSource {
 }
 
 /// Keys of the LED box as a source.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChipSource {
     /// Power of the top and of the sides towards +x, -x, +y and -y, in any unit.
@@ -100,7 +101,7 @@ pub struct ChipSource {
 }
 
 /// Keys of a source by a file.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SourceOfFile {
     /// The place of the file's origin, mm, in the package.
@@ -138,7 +139,7 @@ impl SourceForm {
 }
 
 /// Which light a source shines in, where it states none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LightOf {
     /// That of `[light]`.

@@ -7,6 +7,7 @@
 //! all azimuths, for a cut too: near the axis azimuths hardly differ, and a cut holds few rays
 //! there.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{AngularBins, BinPlacement};
@@ -158,7 +159,7 @@ impl PeakPlace {
 }
 
 /// Where a profile has its peak.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PeakMethod {
     /// At the vertex of a parabola through the bins about the largest.

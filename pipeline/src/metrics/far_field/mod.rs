@@ -10,6 +10,7 @@ mod far_field_metrics;
 
 use std::f64::consts::PI;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use far_field_metrics::{
@@ -31,7 +32,7 @@ pub struct AngularBins {
 }
 
 /// Where the bins of the polar angle lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BinPlacement {
     /// Between multiples of their width.
