@@ -24,7 +24,7 @@ pub const CLOSED: u8 = 141;
 pub fn report(error: &Error) -> u8 {
     if let Some(stopped) = error.downcast_ref::<Stopped>() {
         interrupt::say(stopped);
-        interrupt::EXIT_CODE
+        stopped.exit_code
     } else if error.chain().any(<dyn std::error::Error>::is::<Closed>) {
         CLOSED
     } else {
@@ -89,7 +89,11 @@ mod tests {
     #[test]
     fn exit_codes_follow_the_cause() {
         assert_eq!(report(&anyhow::anyhow!("no such file")), 1);
-        assert_eq!(report(&Stopped("interrupted".to_owned()).into()), 130);
+        let terminated = Stopped {
+            line: "interrupted".to_owned(),
+            exit_code: 143,
+        };
+        assert_eq!(report(&terminated.into()), 143);
         let closed = Err::<(), _>(Closed).context("while printing").unwrap_err();
         assert_eq!(report(&closed), 141);
     }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Ctrl-C. The first one asks the running stage to stop at its next safe point. A second one, or a
-//! stage that has not stopped within [`GRACE`], ends the process. Either way one line says so and
-//! no further file appears.
+//! Ctrl-C, and the signals that ask a process to end. The first one asks the running stage to stop
+//! at its next safe point. A second one, or a stage that has not stopped within [`GRACE`], ends the
+//! process. Either way one line says so and no further file appears.
 //!
 //! Files appear under their names only when they are whole ([`crate::atomic_file`]), so neither way
 //! leaves a partial file.
 
 use std::io::Write;
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -16,8 +16,8 @@ use anyhow::{Context, Result};
 
 use crate::atomic_file;
 
-/// Exit code of a process ended by Ctrl-C (128 + SIGINT).
-pub const EXIT_CODE: u8 = 130;
+/// Number of the signal of Ctrl-C.
+const SIGINT: u8 = 2;
 
 /// How long a stage may take to stop.
 pub const GRACE: Duration = Duration::from_secs(2);
@@ -27,15 +27,22 @@ pub const GRACE: Duration = Duration::from_secs(2);
 #[error("interrupted")]
 pub struct Interrupted;
 
-/// The error of an interrupted command: the line for its user.
+/// The error of an interrupted command.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct Stopped(pub String);
+#[error("{line}")]
+pub struct Stopped {
+    /// The line for its user.
+    pub line: String,
+    /// Exit code: 128 and the number of the signal, 130 after Ctrl-C and 143 after SIGTERM.
+    pub exit_code: u8,
+}
 
 /// Flag that Ctrl-C raises.
 #[derive(Debug, Clone, Default)]
 pub struct Interrupt {
     raised: Arc<AtomicBool>,
+    /// The signal that raised it; 0 before.
+    signal: Arc<AtomicU8>,
     /// Continuation of the line for the user.
     note: Arc<Mutex<String>>,
 }
@@ -45,19 +52,46 @@ impl Interrupt {
     pub fn install() -> Result<Self> {
         let interrupt = Self::default();
         let pressed = interrupt.clone();
-        ctrlc::set_handler(move || {
-            if pressed.raised.swap(true, Ordering::SeqCst) {
-                pressed.end();
-            }
-            atomic_file::close();
-            let pressed = pressed.clone();
-            std::thread::spawn(move || {
-                std::thread::sleep(GRACE);
-                pressed.end();
-            });
-        })
-        .context("cannot watch for Ctrl-C")?;
+        ctrlc::set_handler(move || pressed.raise(SIGINT)).context("cannot watch for Ctrl-C")?;
+        interrupt.watch_signals()?;
         Ok(interrupt)
+    }
+
+    #[cfg(unix)]
+    fn watch_signals(&self) -> Result<()> {
+        // Not SIGHUP, which `nohup` has the process ignore.
+        let signals = signal_hook::iterator::Signals::new([signal_hook::consts::SIGTERM]);
+        let mut signals = signals.context("cannot watch for SIGTERM")?;
+        let interrupt = self.clone();
+        std::thread::spawn(move || {
+            for signal in signals.forever() {
+                interrupt.raise(u8::try_from(signal).unwrap_or(SIGINT));
+            }
+        });
+        Ok(())
+    }
+
+    #[cfg(not(unix))]
+    #[expect(
+        clippy::unused_self,
+        clippy::unnecessary_wraps,
+        reason = "as where there are signals"
+    )]
+    fn watch_signals(&self) -> Result<()> {
+        Ok(())
+    }
+
+    fn raise(&self, signal: u8) {
+        if self.raised.swap(true, Ordering::SeqCst) {
+            self.end();
+        }
+        self.signal.store(signal, Ordering::SeqCst);
+        atomic_file::close();
+        let pressed = self.clone();
+        std::thread::spawn(move || {
+            std::thread::sleep(GRACE);
+            pressed.end();
+        });
     }
 
     /// The flag itself, for code that polls it.
@@ -112,18 +146,27 @@ impl Interrupt {
 
     fn stopped(&self) -> Stopped {
         let note = self.note.lock().unwrap_or_else(PoisonError::into_inner);
-        if note.is_empty() {
-            Stopped("interrupted".to_owned())
+        let line = if note.is_empty() {
+            "interrupted".to_owned()
         } else {
-            Stopped(format!("interrupted {note}"))
+            format!("interrupted {note}")
+        };
+        let signal = match self.signal.load(Ordering::SeqCst) {
+            0 => SIGINT,
+            signal => signal,
+        };
+        Stopped {
+            line,
+            exit_code: 128 + signal,
         }
     }
 
     /// Removes what is being written and ends the process.
     fn end(&self) -> ! {
         atomic_file::discard_pending();
-        say(&self.stopped());
-        std::process::exit(i32::from(EXIT_CODE));
+        let stopped = self.stopped();
+        say(&stopped);
+        std::process::exit(i32::from(stopped.exit_code));
     }
 }
 
@@ -154,7 +197,10 @@ mod tests {
         let error = Err::<(), _>(stopped).context("while tracing").unwrap_err();
         assert_eq!(
             interrupt.explain(error).downcast::<Stopped>().unwrap(),
-            Stopped("interrupted".to_owned())
+            Stopped {
+                line: "interrupted".to_owned(),
+                exit_code: 130
+            }
         );
         interrupt.note("before results.json was written");
         let error = interrupt.explain(anyhow::anyhow!("stopped by the caller"));

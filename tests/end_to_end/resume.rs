@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::support::binary::batwing;
-use crate::support::runs::{contents, files, interrupted};
+use crate::support::runs::{contents, files, interrupted, signalled};
 use tempfile::tempdir;
 
 /// Two packages whose side is left out, so that a million paths are traced in seconds.
@@ -49,7 +49,9 @@ fn an_interrupted_trace_goes_on_to_the_same_bytes() {
     let whole = contents(&folder.join("whole"));
     assert!(!folder.join(".batwing-cache").exists());
 
-    for (out, threads) in [("first", "1"), ("second", "2")] {
+    for (out, threads, signal, exit_code) in
+        [("first", "1", "-INT", 130), ("second", "2", "-TERM", 143)]
+    {
         let arguments = [
             "run",
             "pair.toml",
@@ -60,8 +62,9 @@ fn an_interrupted_trace_goes_on_to_the_same_bytes() {
             "--threads",
             "2",
         ];
-        let (code, said) = interrupted(folder, &arguments, || groups(folder).len() > 4);
-        assert_eq!(code, Some(130), "{said}");
+        let ready = || groups(folder).len() > 4;
+        let (code, said) = signalled(signal, folder, &arguments, ready);
+        assert_eq!(code, Some(exit_code), "{said}");
         assert_eq!(
             said,
             "batwing: interrupted before results.json was written; finished groups of paths stay in `cache`, a new run goes on from there\n"

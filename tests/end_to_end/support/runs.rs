@@ -261,6 +261,19 @@ pub fn interrupted(
     arguments: &[&str],
     ready: impl Fn() -> bool,
 ) -> (Option<i32>, String) {
+    signalled("-INT", folder, arguments, ready)
+}
+
+/// [`interrupted`] by a signal as `kill` calls it.
+///
+/// # Panics
+/// As [`interrupted`].
+pub fn signalled(
+    signal: &str,
+    folder: &Path,
+    arguments: &[&str],
+    ready: impl Fn() -> bool,
+) -> (Option<i32>, String) {
     let mut child = Command::new(PATH)
         .args(arguments)
         .current_dir(folder)
@@ -277,7 +290,7 @@ pub fn interrupted(
         }
     }
     let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
+        .args([signal, &child.id().to_string()])
         .status()
         .expect("kill runs");
     let output = child.wait_with_output().expect("it ends");
