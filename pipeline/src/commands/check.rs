@@ -11,17 +11,11 @@ use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
 use crate::config::design::Design;
-use crate::config::design::array::PackagePositions;
-use crate::config::design::dome::Dome;
-use crate::config::design::reflector::Reflector;
-use crate::config::design::solids::CheckedSolid;
-use crate::config::schema::Arrangement;
-use crate::config::schema::solids::{Per, ScatterLaw};
-use crate::digits::{shortest, thousands};
+use crate::digits::thousands;
 use crate::plural::count;
 use crate::run_context::RunContext;
-use crate::spectrum::lights::Light;
 use crate::stages::cells::band_cells;
+use crate::stages::description::description;
 use crate::stages::model::Model;
 use crate::stages::scene_check;
 
@@ -48,109 +42,16 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
     context.console.result(&json, || describe(&design, &models))
 }
 
-/// A line for each light, where sources have spectra of their own.
-fn lights(design: &Design) -> Vec<String> {
-    let lights = design
-        .colours()
-        .into_iter()
-        .flat_map(|lights| lights.lights);
-    let one = |light: Light| {
-        let (names, share) = (light.sources.join(", "), 100.0 * light.emitted_w);
-        format!(
-            "{names}: {share:.1} % of the power: {}",
-            light.light.describe()
-        )
-    };
-    lights.map(one).collect()
-}
-
 fn describe(design: &Design, models: &[String]) -> String {
     let mut text = format!("{}: {}\n", design.name, design.description);
-    let mut line = |key: &str, value: String| {
+    let mut line = |key: &str, value: &str| {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {key:<11} {value}");
     };
-    line("dome", dome(design));
-    if design.has_relief() {
-        line(
-            "elements",
-            format!(
-                "{} of {} µm",
-                design.elements.shapes.len(),
-                shortest(design.elements.width_mm * 1e3)
-            ),
-        );
-        let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
-        let range = |f: fn(&crate::geometry::Cell) -> f64| {
-            let (low, high) = cells
-                .iter()
-                .map(f)
-                .fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
-            format!("{low:.2} to {high:.2} µm")
-        };
-        line(
-            "cells",
-            format!(
-                "{}, periods {}, heights {}",
-                count(cells.len(), "table"),
-                range(|c| c.period_um),
-                range(|c| c.depth_um)
-            ),
-        );
+    for (key, value) in description(design) {
+        line(key, &value);
     }
-    if let Some(spectrum) = &design.spectrum {
-        line("spectrum", spectrum.describe());
-    }
-    line("array", array(design));
-    let l = &design.led;
-    line(
-        "LED",
-        format!(
-            "{} x {} x {} mm, reflectance {}",
-            shortest(l.size_mm[0]),
-            shortest(l.size_mm[1]),
-            shortest(l.height_mm),
-            reflects(l.reflector)
-        ),
-    );
-    if let Some(flux) = design.emitted {
-        let [w, lm] = [flux.radiant_w, flux.luminous_lm].map(shortest);
-        line("emits", format!("{w} W, {lm} lm, each package"));
-    }
-    if !design.sources.is_empty() {
-        let names = design.sources.iter().map(|s| s.name().to_owned());
-        line("sources", names.collect::<Vec<_>>().join(", "));
-        for emits in lights(design) {
-            line("light", emits);
-        }
-    }
-    for solid in &design.solids {
-        line("solid", self::solid(solid));
-    }
-    let m = &design.mirror;
-    line(
-        "mirror",
-        match (design.files.mirror(), &design.films) {
-            (Some(_), _) => "by a file".to_owned(),
-            (None, Some(films)) if films.mirrors() => {
-                format!(
-                    "thin films on metal, {} of what they reflect",
-                    m.reflector.reflectance()
-                )
-            }
-            (None, _) => format!("reflectance {}", reflects(m.reflector)),
-        },
-    );
-    let plane = &design.receiver;
-    line(
-        "plane",
-        format!(
-            "{} mm above the bottom, bins of {} mm",
-            shortest(plane.plane_height_mm),
-            shortest(plane.read_bin_mm.unwrap_or(plane.bin_mm))
-        ),
-    );
-    line("paths", thousands(design.trace.paths));
+    line("paths", &thousands(design.trace.paths));
     for used in &design.files.used {
         let share = used.flux_used.map_or(String::new(), |share| {
             format!(
@@ -158,118 +59,13 @@ fn describe(design: &Design, models: &[String]) -> String {
                 100.0 * share
             )
         });
-        line("file", format!("{}{share}", used.file));
+        line("file", &format!("{}{share}", used.file));
     }
-    line("models", models.join(", "));
+    line("models", &models.join(", "));
     if let Some(left_out) = Model::left_out(design) {
-        line("", left_out);
+        line("", &left_out);
     }
     text
-}
-
-/// The array in words.
-fn array(design: &Design) -> String {
-    let pitch_mm = shortest(design.array.pitch_mm);
-    match &design.array.positions {
-        PackagePositions::List { positions_mm } => {
-            let packages = count(positions_mm.len(), "package");
-            format!("{packages} at positions from a file")
-        }
-        PackagePositions::Grid {
-            columns,
-            rows,
-            arrangement,
-        } => {
-            let hexagonal = match arrangement {
-                Arrangement::Square => "",
-                Arrangement::Hexagonal => ", hexagonal",
-            };
-            format!("{columns} x {rows} at {pitch_mm} mm{hexagonal}")
-        }
-    }
-}
-
-/// A solid in words.
-fn solid(solid: &CheckedSolid) -> String {
-    let made = match (&solid.medium, solid.stated.kind.is_sheet()) {
-        (Some(medium), _) => format!("index {}", medium.index),
-        (None, true) => "sheet".to_owned(),
-        (None, false) => "opaque".to_owned(),
-    };
-    let per = match solid.per() {
-        Per::Package => "in each package",
-        Per::Array => "once",
-    };
-    let kind = solid.stated.kind.name();
-    let scatter = solid.stated.shared.scatter.as_ref();
-    let scatter = scatter.map_or(String::new(), |scatter| {
-        format!(", {}", scatters(&scatter.kind))
-    });
-    format!("{}: {kind}, {made}, {per}{scatter}", solid.name())
-}
-
-/// What a surface does to light from either side, in words.
-fn scatters(law: &ScatterLaw) -> String {
-    let shares = |transmitted: f64, reflected: f64| {
-        let absorbed = shortest((1.0 - transmitted - reflected).max(0.0));
-        format!("{transmitted} transmitted, {reflected} reflected, {absorbed} absorbed")
-    };
-    match law {
-        ScatterLaw::File(_) => "scatters by files".to_owned(),
-        ScatterLaw::Lambertian(stated) => format!(
-            "Lambertian diffuser: {}",
-            shares(stated.transmitted, stated.reflected)
-        ),
-        ScatterLaw::Gaussian(stated) => {
-            let back = stated
-                .reflected_width_deg
-                .map_or(String::new(), |width| format!(" ({width}° in reflection)"));
-            format!(
-                "Gaussian diffuser of {}° full width at half maximum{back}: {}",
-                stated.width_deg,
-                shares(stated.transmitted, stated.reflected)
-            )
-        }
-    }
-}
-
-/// The dome in words.
-fn dome(design: &Design) -> String {
-    let index = design.silicone.index;
-    let Some(dome) = &design.dome else {
-        return "none".to_owned();
-    };
-    let [height, width] = [dome.height_mm(), 2.0 * dome.radius_mm()].map(shortest);
-    match dome {
-        Dome::Mesh(mesh) => format!(
-            "mesh of {}, {height} mm high, {width} mm wide, index {index}",
-            count(mesh.triangles, "triangle"),
-        ),
-        Dome::Meridian(meridian) => format!(
-            "curve of {}, {height} mm high, {width} mm wide, index {index}",
-            count(meridian.pieces.len(), "piece"),
-        ),
-        Dome::Sphere(sphere) => format!(
-            "sphere of radius {} mm, {height} mm high, {width} mm wide, index {index}",
-            shortest(sphere.sphere_radius_mm),
-        ),
-    }
-}
-
-/// Reflectance and law of reflection in words.
-fn reflects(reflector: Reflector) -> String {
-    match reflector {
-        Reflector::Specular { reflectance } => format!("{reflectance}, specular"),
-        Reflector::Lambertian { reflectance } => format!("{reflectance}, Lambertian"),
-        Reflector::Absorbing => "0, absorbing".to_owned(),
-        Reflector::Mixed {
-            reflectance,
-            specular_fraction,
-        } => format!(
-            "{reflectance}, of which {} % specular, the rest Lambertian",
-            100.0 * specular_fraction
-        ),
-    }
 }
 
 fn table(path: &Path, context: RunContext) -> Result<()> {

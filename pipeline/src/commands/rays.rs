@@ -18,7 +18,8 @@ use crate::results::ray_paths::PathEnd;
 use crate::run_context::RunContext;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
-use crate::stages::paths::{by_light, paths, single_package};
+use crate::stages::package_drawing::package_drawing;
+use crate::stages::paths::{by_light, paths};
 use crate::stages::scene_check;
 use crate::stages::tables::tables;
 
@@ -95,7 +96,8 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
             count(found.len(), "path")
         ),
     );
-    let picture = path_picture(&single_package(&design), &meridian, &heading, &found);
+    let drawing = package_drawing(&design, &meridian);
+    let picture = path_picture(&drawing, &heading, &found);
     let mut fates = serde_json::Map::new();
     for end in PathEnd::ALL {
         let count = found.iter().filter(|path| path.fate == end).count();

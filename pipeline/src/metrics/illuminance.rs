@@ -23,6 +23,14 @@ impl Grid {
         (i as f64 + 0.5 - 0.5 * count as f64) * self.bin_mm
     }
 
+    /// (x, y) of the middle of bin `k`, mm.
+    pub fn middle_mm(&self, k: usize) -> [f64; 2] {
+        [
+            self.centre_mm(k % self.columns, self.columns),
+            self.centre_mm(k / self.columns, self.rows),
+        ]
+    }
+
     /// Bilinear interpolation of `map` between bin centres, clamped at the border.
     pub fn at(&self, map: &[f64], x_mm: f64, y_mm: f64) -> f64 {
         let ([low, right, up, both], [a, b]) = self.corners(x_mm, y_mm);

@@ -45,6 +45,29 @@ impl ValleyReading {
     }
 }
 
+/// Where the figures of [`plain`] are read on one map, (x, y) in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Places {
+    /// Valley on the straight segments.
+    pub straight_mm: [f64; 2],
+    /// Valley on the diagonals; where there are none, that of the segments.
+    pub diagonal_mm: [f64; 2],
+    /// Middle of the largest bin.
+    pub peak_mm: [f64; 2],
+}
+
+/// Where the valleys and the peak of `map` are; `None` as for [`plain`].
+pub fn places(map: &[f64], grid: Grid, layout: &Layout, reading: ValleyReading) -> Option<Places> {
+    let [straight_mm, diagonal_mm] = reading
+        .valleys(grid, map, layout)?
+        .map(|valley| valley.place_mm(grid, map));
+    Some(Places {
+        straight_mm,
+        diagonal_mm,
+        peak_mm: grid.middle_mm(largest(map).0),
+    })
+}
+
 /// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as peak;
 /// 0 for a dark map, `None` without neighbours, or with bins too coarse for the fit.
 pub fn plain(

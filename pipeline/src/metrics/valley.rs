@@ -85,6 +85,17 @@ impl Valley {
             Self::Bins(bins) => bins.iter().map(|&k| map[k]).fold(f64::INFINITY, f64::min),
         }
     }
+
+    /// Where [`Valley::minimum`] is read in `map` on `grid`, (x, y) in mm.
+    pub fn place_mm(&self, grid: Grid, map: &[f64]) -> [f64; 2] {
+        match self {
+            Self::Fit(window) => window.place_mm(map),
+            Self::Bins(bins) => {
+                let least = bins.iter().min_by(|a, b| map[**a].total_cmp(&map[**b]));
+                grid.middle_mm(least.copied().unwrap_or(0))
+            }
+        }
+    }
 }
 
 /// A window on a segment, ready to be applied to maps.
@@ -96,6 +107,10 @@ pub struct Window {
     weights: Vec<[f64; DEGREES]>,
     /// Range of u that lies on the segment.
     range: [f64; 2],
+    /// Where u = 0, (x, y) in mm.
+    centre_mm: [f64; 2],
+    /// What a step of 1 in u is, mm.
+    step_mm: [f64; 2],
 }
 
 impl Window {
@@ -171,25 +186,48 @@ impl Window {
             bins,
             weights,
             range: [ends[0].max(-1.0), ends[1].min(1.0)],
+            centre_mm: centre,
+            step_mm: t.map(|t| t * along),
         })
     }
 
     /// Lowest value of the fit to `map` on the segment.
     pub fn minimum(&self, map: &[f64]) -> f64 {
+        let fit = self.fit(map);
+        let values = self.positions().map(|u| value(&fit, u));
+        values.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Where the fit to `map` is lowest on the segment, (x, y) in mm.
+    fn place_mm(&self, map: &[f64]) -> [f64; 2] {
+        let fit = self.fit(map);
+        let values = self.positions().map(|u| (u, value(&fit, u)));
+        let lowest = values.min_by(|a, b| a.1.total_cmp(&b.1));
+        let u = lowest.map_or(0.0, |(u, _)| u);
+        [0, 1].map(|k| self.centre_mm[k] + u * self.step_mm[k])
+    }
+
+    /// Coefficients of 1, u, ... u⁴ on the segment.
+    fn fit(&self, map: &[f64]) -> [f64; DEGREES] {
         let mut c = [0.0; DEGREES];
         for (&bin, weights) in self.bins.iter().zip(&self.weights) {
             for (sum, w) in c.iter_mut().zip(weights) {
                 *sum += w * map[bin];
             }
         }
-        let steps = 400;
-        (0..=steps)
-            .map(|k| {
-                self.range[0] + (self.range[1] - self.range[0]) * f64::from(k) / f64::from(steps)
-            })
-            .map(|u| c.iter().rev().fold(0.0, |sum, c| sum * u + c))
-            .fold(f64::INFINITY, f64::min)
+        c
     }
+
+    /// Values of u at which the fit is read.
+    fn positions(&self) -> impl Iterator<Item = f64> {
+        const STEPS: i32 = 400;
+        let [low, high] = self.range;
+        (0..=STEPS).map(move |k| low + (high - low) * f64::from(k) / f64::from(STEPS))
+    }
+}
+
+fn value(coefficients: &[f64; DEGREES], u: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * u + c)
 }
 
 /// (AᵀA)⁻¹ for the design matrix of rows `a`, by Gauss-Jordan with pivoting; `None` if the window
@@ -262,6 +300,9 @@ mod tests {
             .expect("a window")
             .minimum(&m);
         assert!((low - 2.0).abs() < 1e-5, "{low}");
+        let valley = Valley::fit(GRID, &m, &segment, 8.0).expect("a window");
+        let [x, y] = valley.place_mm(GRID, &m);
+        assert!((x - 0.2).abs() < 0.01 && (y - 1.0).abs() < 1e-9, "{x} {y}");
     }
 
     #[test]

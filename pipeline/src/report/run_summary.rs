@@ -257,6 +257,7 @@ mod tests {
             estimate: Estimate::new(value, error),
             peak_place: PeakPlace::OffAxis,
             peak_range_deg: None,
+            extremes: None,
             wavelength_error: None,
         };
         let forms = FORMS

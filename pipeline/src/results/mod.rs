@@ -6,6 +6,7 @@
 //! a reader can tell whether they still are what the run wrote.
 
 pub mod far_field;
+pub mod package;
 pub mod ray_paths;
 pub mod schema;
 
@@ -52,9 +53,20 @@ pub struct Figure {
     pub peak_place: PeakPlace,
     /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it.
     pub peak_range_deg: Option<[f64; 2]>,
+    /// Of a figure of the map: where its valley and its peak were read.
+    pub extremes: Option<Extremes>,
     /// For light of a spectrum: change from fewer wavelengths to those computed, which estimates the error of the fewer; not negative, with
     /// the standard error of that change. `None` for one wavelength and for lines.
     pub wavelength_error: Option<Estimate>,
+}
+
+/// Where the lowest and the largest value of a map were read, (x, y) in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extremes {
+    /// The valley between neighbours.
+    pub valley_mm: [f64; 2],
+    /// Middle of the largest bin.
+    pub peak_mm: [f64; 2],
 }
 
 /// What one model says of one design.
@@ -196,6 +208,11 @@ impl Results {
 /// What `--quick` says of itself, in the file and on the terminal.
 pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders and fewer rays than a full run; errors are larger than the tolerances the designs ask for";
 
+/// To a micrometre, far below any bin.
+fn rounded_mm(length_mm: f64) -> f64 {
+    (length_mm * 1e3).round() / 1e3 + 0.0
+}
+
 impl DesignResult {
     fn entries(&self, published: &Published) -> ModelEntries {
         let of_design = published.design(&self.design_sha256);
@@ -266,6 +283,8 @@ impl ModelResult {
             let entry = FigureEntry {
                 peak_place: figure.peak_place,
                 peak_range_deg: figure.peak_range_deg,
+                valley_at_mm: figure.extremes.map(|at| at.valley_mm.map(rounded_mm)),
+                peak_at_mm: figure.extremes.map(|at| at.peak_mm.map(rounded_mm)),
                 wavelength_error: figure.wavelength_error,
                 published: published
                     .and_then(|models| models.get(&self.key)?.get(figure.key).copied()),
@@ -306,6 +325,7 @@ mod tests {
             estimate: Estimate::new(0.76, 0.001),
             peak_place: PeakPlace::OffAxis,
             peak_range_deg: None,
+            extremes: None,
             wavelength_error: Some(Estimate::new(0.002, 0.001)),
         };
         let axial = Figure {
@@ -315,6 +335,7 @@ mod tests {
             estimate: Estimate::new(4.0, 10.0),
             peak_place: PeakPlace::OnAxis,
             peak_range_deg: None,
+            extremes: None,
             wavelength_error: None,
         };
         let model = ModelResult {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Single paths of light, as `batwing rays` writes them.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What became of a path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PathEnd {
     /// Left the scene with direction z ≥ 0.
@@ -50,7 +50,7 @@ impl PathEnd {
 }
 
 /// A place where a path bends or ends.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Vertex {
     /// Where, mm.
     pub point_mm: [f64; 3],
@@ -59,18 +59,18 @@ pub struct Vertex {
 }
 
 /// One path.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TracedPath {
     /// Power that it carries from its source to its end, W.
     pub power_w: f64,
     /// Its wavelength, nm, where sources shine in lights of their own.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_nm: Option<f64>,
     /// What became of it.
     pub fate: PathEnd,
     /// From the source on.
     pub vertices: Vec<Vertex>,
     /// Direction of the last flight of a path that escaped or was given up.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leaves_along: Option<[f64; 3]>,
 }

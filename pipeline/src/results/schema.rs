@@ -171,6 +171,12 @@ pub struct FigureEntry {
     /// degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_range_deg: Option<[f64; 2]>,
+    /// Of a figure of the map: where its valley was read, (x, y) in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valley_at_mm: Option<[f64; 2]>,
+    /// Of a figure of the map: the middle of its largest bin, (x, y) in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_at_mm: Option<[f64; 2]>,
     /// Change when the last wavelengths were added.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_error: Option<Estimate>,
@@ -188,6 +194,8 @@ impl FigureEntry {
             bias_bound: estimate.bias_bound,
             peak_place: PeakPlace::OffAxis,
             peak_range_deg: None,
+            valley_at_mm: None,
+            peak_at_mm: None,
             wavelength_error: None,
             published: None,
         }

@@ -18,11 +18,11 @@ use crate::metrics::extraction::{self, Ledger, flow};
 use crate::metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakPlace};
 use crate::metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
 use crate::metrics::layout::Layout;
-use crate::metrics::uniformity::{ValleyReading, bin_by_bin};
+use crate::metrics::uniformity::{Places, ValleyReading, bin_by_bin};
 use crate::metrics::uniformity_forms::FORMS;
 use crate::metrics::{Estimate, Grouped, changes};
 use crate::quantity::{Curve, Unit};
-use crate::results::Figure;
+use crate::results::{Extremes, Figure};
 use map_reader::{MAP_FIGURES, MapReader};
 
 /// Receiver sums of one trace, by groups of paths.
@@ -421,6 +421,7 @@ impl Observation {
             estimate,
             peak_place: PeakPlace::OffAxis,
             peak_range_deg: None,
+            extremes: None,
             wavelength_error: None,
         };
         let [peak_angle, centre_to_peak, parabola] = FAR_FIGURES;
@@ -447,16 +448,16 @@ impl Observation {
             let between = far.peak_angle_parabola_deg;
             figures.extend(between.map(|e| angle(parabola, "peak angle, parabola", e)));
         }
-        let map = self.binned_map(design);
-        let of_map = self
-            .lit()
-            .then(|| MapReader::new(design, self.grid, &map).estimates(&map));
-        figures.extend(
-            of_map
-                .into_iter()
-                .flatten()
-                .map(|(key, label, estimate)| figure(key, label, Unit::Fraction, estimate)),
-        );
+        if self.lit() {
+            let map = self.binned_map(design);
+            let reader = MapReader::new(design, self.grid, &map);
+            let places = reader.places(map.total());
+            let of_map = reader.estimates(&map).into_iter();
+            figures.extend(of_map.map(|(key, label, estimate)| Figure {
+                extremes: places.and_then(|places| extremes(key, places)),
+                ..figure(key, label, Unit::Fraction, estimate)
+            }));
+        }
         if design.dome.is_some() {
             let extracted = extraction::extraction(&self.flows);
             figures.push(figure(EXTRACTION, "extraction", Unit::Fraction, extracted));
@@ -468,6 +469,18 @@ impl Observation {
     pub fn counters(&self) -> Vec<(String, f64)> {
         vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
+}
+
+/// Where the paper's figure under `key` is read.
+fn extremes(key: &str, places: Places) -> Option<Extremes> {
+    let valley_mm = match MAP_FIGURES.iter().position(|known| *known == key)? {
+        1 => places.diagonal_mm,
+        _ => places.straight_mm,
+    };
+    Some(Extremes {
+        valley_mm,
+        peak_mm: places.peak_mm,
+    })
 }
 
 /// The curve of `values` at `x` up to `last`.

@@ -6,6 +6,7 @@
 
 mod by_wavelength;
 mod labels;
+mod map_pictures;
 mod receivers;
 
 use std::borrow::Cow;
@@ -26,11 +27,7 @@ use crate::formats::{csv, exr};
 use crate::metrics::Grouped;
 use crate::metrics::extraction::ROUNDING;
 use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
-use crate::report::plots::Heading;
-use crate::report::plots::{
-    AxisScale, BinImage, FarField, IlluminanceMap, LEVELS, LedOutline, LineColours, Mark, MarkKind,
-    Section, cross_section, far_field_cartesian, far_field_polar, illuminance_map,
-};
+use crate::report::plots::{FarField, Heading, far_field_cartesian, far_field_polar};
 use crate::results::schema::PolarizationEntry;
 use crate::results::{self, ModelResult};
 use crate::run_context::RunContext;
@@ -285,7 +282,7 @@ impl ModelFiles<'_> {
             heading: &heading,
             quantity: &intensity,
             curves: &shown,
-            colours: LineColours::Distinct,
+            colours: self.colours(),
             numbers: &[],
             peaks: &[],
         };
@@ -297,138 +294,5 @@ impl ModelFiles<'_> {
             &self.folder.join("far_field_polar.png"),
             &far_field_polar(&picture)?.png()?,
         )
-    }
-
-    fn illuminance(&self) -> Result<()> {
-        let grid = self.observation.grid;
-        let (seen, factor) = (&self.observation.illuminance, self.units.per_irradiance());
-        let (value, error) = seen.each(|_, irradiance| irradiance * factor);
-        let irradiance = self.units.irradiance();
-        let axis = |name: &str, count: usize| {
-            let half = 0.5 * count as f64 * grid.bin_mm;
-            Axis::uniform(Quantity::new(name, Unit::Millimetre), -half, half, count)
-        };
-        let map = Map::new(
-            irradiance.clone(),
-            axis("y", grid.rows)?,
-            axis("x", grid.columns)?,
-            value,
-            error,
-        )?;
-        exr::write_map(
-            &self.folder.join("illuminance.exr"),
-            &map,
-            &self.provenance(),
-        )?;
-        csv::write_map_npy(&self.folder.join("illuminance.npy"), &map)?;
-        // The section through the first row of LEDs, and the least value between the first two of
-        // them.
-        let first = self.axes()[0];
-        let position = Quantity::new("x", Unit::Millimetre);
-        let x: Vec<f64> = (0..grid.columns)
-            .map(|i| grid.centre_mm(i, grid.columns))
-            .collect();
-        let section = curve(
-            "through LED axes",
-            &seen.map(|m| {
-                let m = scaled(m, factor);
-                x.iter().map(|&x| grid.at(&m, x, first[1])).collect()
-            }),
-            &x,
-            f64::INFINITY,
-        )?;
-        csv::write_curves_csv(
-            &self.folder.join("illuminance_cross_section.csv"),
-            &position,
-            &irradiance,
-            std::slice::from_ref(&section),
-        )?;
-        csv::write_curve_npy(&self.folder.join("illuminance_cross_section.npy"), &section)?;
-        let marks = self.marks(&section, first[0]);
-        let heading = self.heading("Cross-section through LED axes");
-        let picture = Section {
-            heading: &heading,
-            position: &position,
-            quantity: &irradiance,
-            curves: &[section],
-            leds: &self.led_spans(first[1]),
-            marks: &marks,
-        };
-        write_bytes(
-            &self.folder.join("illuminance_cross_section.png"),
-            &cross_section(&picture)?.png()?,
-        )?;
-
-        let on_map: Vec<Mark> = marks
-            .into_iter()
-            .map(|m| Mark {
-                kind: m.kind,
-                at: [m.at[0], first[1]],
-                label: m.label,
-            })
-            .collect();
-        let title = format!(
-            "{} at z = {} mm",
-            capitalised(irradiance.name()),
-            self.design.receiver.plane_height_mm
-        );
-        let picture = IlluminanceMap {
-            heading: &self.heading(&title),
-            map: &map,
-            leds: &self.led_outlines(),
-            // A dark map has no maximum for the scale.
-            range: (!self.observation.lit()).then_some(AxisScale::Log {
-                low: 1.0 / LEVELS,
-                high: 1.0,
-            }),
-            image: BinImage::Sharp,
-            marks: &on_map,
-        };
-        write_bytes(
-            &self.folder.join("illuminance.png"),
-            &illuminance_map(&picture)?.png()?,
-        )
-    }
-
-    /// The LEDs as the map shows them.
-    fn led_outlines(&self) -> Vec<LedOutline> {
-        let size = self.design.led.size_mm;
-        let outline = |centre| LedOutline { centre, size };
-        self.axes().into_iter().map(outline).collect()
-    }
-
-    /// Extents along x of the LEDs that the line at `y` crosses, mm.
-    fn led_spans(&self, y: f64) -> Vec<[f64; 2]> {
-        let [width, depth] = self.design.led.size_mm;
-        let crossed = self.axes().into_iter();
-        crossed
-            .filter(|at| (at[1] - y).abs() < 0.5 * depth)
-            .map(|[x, _]| [x - 0.5 * width, x + 0.5 * width])
-            .collect()
-    }
-
-    fn axes(&self) -> Vec<[f64; 2]> {
-        self.design.array.axes_mm()
-    }
-
-    /// The least value of the section between the first two LEDs, labelled with its ratio to the
-    /// peak of the map.
-    fn marks(&self, section: &Curve, first_mm: f64) -> Vec<Mark> {
-        let Some(ratio) = self.result.figure("illuminance_valley_to_peak") else {
-            return Vec::new();
-        };
-        let between = first_mm..=first_mm + self.design.array.pitch_mm;
-        let points = section
-            .x()
-            .iter()
-            .zip(section.value())
-            .filter(|(x, _)| between.contains(*x));
-        let lowest = points.min_by(|a, b| a.1.total_cmp(b.1));
-        let mark = |(&position, &value): (&f64, &f64)| Mark {
-            kind: MarkKind::Valley,
-            at: [position, value],
-            label: format!("valley {:.1} %", 100.0 * ratio.estimate.value),
-        };
-        lowest.map(mark).into_iter().collect()
     }
 }

@@ -76,7 +76,7 @@ pub fn all(
             "S6 as OS1, OS2, OS3, all others absorbing",
         ),
         &fourth,
-        LineColours::Distinct,
+        LineColours::Ordered,
     )?;
     let band = tables
         .bands

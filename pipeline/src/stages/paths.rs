@@ -48,21 +48,11 @@ impl Observer for PathRecorder<'_> {
 
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
         let lines = self.lines;
-        let end = match fate {
-            Fate::EscapedUp => PathEnd::EscapedUp,
-            Fate::EscapedDown => PathEnd::EscapedDown,
-            Fate::Surface(line) => match lines.surfaces[line].as_str() {
-                "bottom" | "ground mirror" | "floor" => PathEnd::AbsorbedMirror,
-                "box side" | "box top" => PathEnd::AbsorbedLed,
-                _ => PathEnd::AbsorbedSurface,
-            },
-            Fate::Medium(line, length) => {
-                // The middle of the flight stands for the place of absorption.
-                self.add(ray.at(0.5 * length.min(1e3)), &lines.media[line]);
-                PathEnd::AbsorbedMedium
-            }
-            Fate::Lost(Loss::Bounces | Loss::Leak | Loss::Invalid) => PathEnd::Lost,
-        };
+        let end = path_end(fate, lines);
+        if let Fate::Medium(line, length) = fate {
+            // The middle of the flight stands for the place of absorption.
+            self.add(ray.at(0.5 * length.min(1e3)), &lines.media[line]);
+        }
         let flies = matches!(
             end,
             PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost
@@ -74,6 +64,21 @@ impl Observer for PathRecorder<'_> {
             vertices: std::mem::take(&mut self.vertices),
             leaves_along: flies.then(|| ray.direction.to_array()),
         });
+    }
+}
+
+/// What became of a path, by the names of the ledger.
+pub(super) fn path_end(fate: Fate, lines: &Lines) -> PathEnd {
+    match fate {
+        Fate::EscapedUp => PathEnd::EscapedUp,
+        Fate::EscapedDown => PathEnd::EscapedDown,
+        Fate::Surface(line) => match lines.surfaces[line].as_str() {
+            "bottom" | "ground mirror" | "floor" => PathEnd::AbsorbedMirror,
+            "box side" | "box top" => PathEnd::AbsorbedLed,
+            _ => PathEnd::AbsorbedSurface,
+        },
+        Fate::Medium(..) => PathEnd::AbsorbedMedium,
+        Fate::Lost(Loss::Bounces | Loss::Leak | Loss::Invalid) => PathEnd::Lost,
     }
 }
 

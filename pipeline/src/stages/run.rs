@@ -9,6 +9,8 @@ use anyhow::Result;
 use super::dome_surface::dome_surface;
 use super::model::Model;
 use super::output::{self, Output};
+use super::package;
+use super::space_paths::Part;
 use super::spectral::SpectralJob;
 use super::stopping_rule::{self, StoppingRule};
 use super::tables::{DesignTables, tables};
@@ -106,6 +108,12 @@ impl Run<'_> {
         }
         let output = self.output(Units::of(design, None));
         output.write(&mut result, &mut Cow::Owned(observation), context)?;
+        let part = Part {
+            design,
+            surface: &surface,
+            share: 1.0,
+        };
+        package::write(design, &[part], self.out, &mut result, context.seed)?;
         Ok(result)
     }
 
@@ -123,6 +131,8 @@ impl Run<'_> {
         if !nodes.is_empty() {
             output.write_by_wavelength(&mut result, &nodes, &observation)?;
         }
+        let parts = trace.surfaces();
+        package::write(self.design, &parts, self.out, &mut result, context.seed)?;
         Ok(result)
     }
 

@@ -26,6 +26,7 @@ use self::rule::{Node, Rule, any, compares, least, medians, tolerance};
 pub use self::sweep::SpectralJob;
 use self::sweep::Sweep;
 use super::observation::Observation;
+use super::space_paths::Part;
 use super::stopping_rule::StoppingRule;
 use super::units::Units;
 use crate::metrics::Estimate;
@@ -170,6 +171,14 @@ impl SpectralTrace<'_> {
             )
         };
         nodes.map(of).collect()
+    }
+}
+
+impl SpectralTrace<'_> {
+    /// Share of the flux, design and dome of every node.
+    pub(super) fn surfaces(&self) -> Vec<Part<'_>> {
+        let nodes = self.rule.iter();
+        nodes.map(|node| self.sweep.surface(node)).collect()
     }
 }
 

@@ -7,9 +7,11 @@
 //! [`models`], [`orders`]). The same folder gives the same bytes.
 
 pub mod folder;
+pub mod maps;
 pub mod models;
 pub mod orders;
 pub mod pack;
+pub mod package;
 pub mod pictures;
 pub mod tables;
 
@@ -20,9 +22,10 @@ use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
 use serde_json::{Value, json};
 
-use super::plots::{LineColours, glow};
+use super::plots::{LineColours, glow, palette};
 use crate::results::schema::PaperFigures;
 use folder::Folder;
+use maps::shared_range;
 use models::{FarFieldTable, Model, Plane};
 use orders::Source;
 use pictures::{Album, cuts, designs};
@@ -33,19 +36,22 @@ pub const LIMIT: usize = 6_000_000;
 const MAPS_BUDGET: usize = 1_000_000;
 
 const TEMPLATE: &str = include_str!("assets/page.html");
-const STYLES: [&str; 4] = [
+const STYLES: [&str; 5] = [
     include_str!("assets/base.css"),
     include_str!("assets/parts.css"),
     include_str!("assets/pictures.css"),
+    include_str!("assets/space.css"),
     include_str!("assets/print.css"),
 ];
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("assets/core.js"),
     include_str!("assets/controls.js"),
     include_str!("assets/axes.js"),
     include_str!("assets/pictures.js"),
     include_str!("assets/far-field.js"),
     include_str!("assets/map.js"),
+    include_str!("assets/webgl.js"),
+    include_str!("assets/space.js"),
     include_str!("assets/bsdf.js"),
 ];
 
@@ -79,18 +85,33 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     while maps.iter().map(Plane::letters).sum::<usize>() > MAPS_BUDGET {
         maps.iter_mut().for_each(Plane::halve);
     }
-    let data = json!({
-        "models": models.iter().zip(&fields).zip(&maps).map(|((model, field), map)| json!({
+    let packages = models.iter().map(|model| model.package(folder));
+    let packages = packages.collect::<Result<Vec<_>>>()?;
+    let spaces = models.iter().zip(&packages);
+    let spaces = spaces
+        .map(|(model, package)| package::space(model, package.as_ref(), folder, models.len()));
+    let spaces = spaces.collect::<Result<Vec<_>>>()?;
+    let of_model = |((model, field), (map, space)): (
+        (&Model, &FarFieldTable),
+        (&Plane, &Value),
+    )| {
+        json!({
             "design": model.design, "label": model.label(),
-            "farField": field.to_json(), "map": map.to_json(),
-        })).collect::<Vec<_>>(),
+            "farField": field.to_json(), "map": map.to_json(shared_range(model, &models, &maps)), "space": space,
+        })
+    };
+    let of_models = models.iter().zip(&fields).zip(maps.iter().zip(&spaces));
+    let data = json!({
+        "models": of_models.map(of_model).collect::<Vec<_>>(),
+        "fates": package::fates(),
         "orders": embedded.json,
         "palette": palette(),
     });
 
     let mut album = Album::default();
     let [far, far_polar] = album.far_fields(&models, &fields)?;
-    let [map, profile] = album.maps(&models, &maps)?;
+    let sections = album.sections(&models, &packages);
+    let [map, profile] = album.maps(&models, &maps, &packages)?;
     let single = single_elements(&mut album, &results.figures)?;
     let mut labels: Vec<String> = models.iter().map(Model::label).collect();
     labels.sort();
@@ -109,7 +130,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     environment.add_template("page.html", TEMPLATE)?;
     let values = json!({
         "title": format!("batwing: {}", designs(&models)),
-        "style": STYLES.concat(),
+        "style": palette::style_sheet() + &STYLES.concat(),
         "script": SCRIPTS.concat(),
         "data": script_json(&data),
         "version": results.program.version,
@@ -119,6 +140,9 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "models": models.iter().map(|m| format!("{}, {}", m.design, m.label())).collect::<Vec<_>>(),
         "labels": labels,
         "cuts": cuts(&fields),
+        "overview": package::overview(&models, &packages),
+        "sections": sections,
+        "fates": package::fates(),
         "spectra": tables::spectra(&models),
         "results": tables::results(&models),
         "uniformity": tables::uniformity(&models),
@@ -168,7 +192,7 @@ fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>
     ];
     let elements = [
         (&paper.figure_3, third, LineColours::Ordered),
-        (&paper.figure_4, fourth, LineColours::Distinct),
+        (&paper.figure_4, fourth, LineColours::Ordered),
     ];
     let mut single = Vec::new();
     for (figure, words, colours) in elements {

@@ -11,6 +11,8 @@ use super::pack::{base64_of_numbers, linear};
 use crate::formats::exr;
 use crate::metrics::extraction::{ROUNDING, is_end};
 use crate::quantity::{Curve, Unit};
+use crate::report::plots::map_range;
+use crate::results::package::{self, PackageFile};
 use crate::results::schema::{ModelEntries, ModelEntry};
 
 /// Figures that every model has.
@@ -80,7 +82,29 @@ impl Model<'_> {
         Ok(())
     }
 
-    fn file(&self, folder: &Folder, name: &str) -> Result<PathBuf> {
+    /// What was simulated, and a few paths; `None` of results without them.
+    ///
+    /// # Errors
+    /// A file of another layout.
+    pub fn package(&self, folder: &Folder) -> Result<Option<PackageFile>> {
+        let name = format!("{}/{}/{}", self.design, self.key, package::FILE);
+        let mut files = folder.results().files.iter();
+        if files.all(|entry| entry.file != name) {
+            return Ok(None);
+        }
+        let path = self.file(folder, package::FILE)?;
+        let shown = path.display();
+        let text = std::fs::read(&path).with_context(|| format!("cannot read `{shown}`"))?;
+        let json = bsdf::json::parse(&text).with_context(|| format!("`{shown}`"))?;
+        let file = serde_json::from_value(json).with_context(|| format!("`{shown}`"))?;
+        Ok(Some(file))
+    }
+
+    /// The path of a file of the model.
+    ///
+    /// # Errors
+    /// If the results do not list it.
+    pub fn file(&self, folder: &Folder, name: &str) -> Result<PathBuf> {
         let file = format!("{}/{}/{name}", self.design, self.key);
         folder.file(&file, &folder.place(&self.place))
     }
@@ -339,9 +363,9 @@ impl Plane {
         2 * super::pack::letters(r * c)
     }
 
-    /// Largest value.
-    pub fn largest(&self) -> f64 {
-        largest(&self.value)
+    /// Smallest positive and largest value of a map's colours.
+    pub fn range(&self) -> [f64; 2] {
+        map_range(&self.value)
     }
 
     /// First and last edge along x and y, mm.
@@ -368,7 +392,9 @@ impl Plane {
     }
 
     /// As JSON: values and errors in 65 535 steps of their largest.
-    pub fn to_json(&self) -> Value {
+    ///
+    /// `range` is that of the colours.
+    pub fn to_json(&self, range: [f64; 2]) -> Value {
         let (rows, columns) = self.kept();
         let packed = |values: &[f64], full: f64| -> String {
             let one = |k: usize| linear(values[k / columns * self.columns + k % columns], full);
@@ -378,7 +404,7 @@ impl Plane {
         json!({
             "rows": self.rows, "columns": self.columns, "keptRows": rows, "keptColumns": columns,
             "first": self.first_mm, "bin": self.bin_mm, "merged": self.merged,
-            "unit": self.unit.symbol(), "quantity": self.quantity,
+            "range": range, "unit": self.unit.symbol(), "quantity": self.quantity,
             "fullValue": full_value, "fullError": full_error,
             "value": packed(&self.value, full_value), "error": packed(&self.error, full_error),
         })
@@ -437,7 +463,7 @@ mod tests {
         assert_eq!(both.kept(), (2, 3));
         assert_eq!(plane(4, 5, |r, _| 1.0 + r as f64).kept(), (4, 3));
         assert_eq!(plane(4, 5, |r, c| (r * 5 + c) as f64).kept(), (4, 5));
-        let json = both.to_json();
+        let json = both.to_json([1.0, 2.0]);
         assert_eq!(
             json["value"].as_str().map(str::len),
             Some(super::super::pack::letters(6))

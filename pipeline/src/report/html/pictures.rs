@@ -10,17 +10,16 @@ use anyhow::{Context, Result, anyhow};
 use minijinja::HtmlEscape;
 use serde_json::{Value, json};
 
-use super::models::{FarFieldTable, Model, Plane};
+use super::models::{FarFieldTable, Model};
 use super::orders::Listed;
 use super::tables::{self, PEAK};
 use crate::metrics::Estimate;
-use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
+use crate::quantity::{Curve, Quantity, Unit};
 use crate::report::convergence_study::ConvergenceStudy;
 use crate::report::plots::{
-    AxisScale, BinImage, ErrorCurve, FarField, Heading, IlluminanceMap, LEVELS, LineColours,
-    LobeSide, Picture, PlaneLobe, Refinement, Section, ShareBar, convergence, cross_section,
-    element_far_fields, far_field_cartesian, far_field_polar, grating_lobes, illuminance_map,
-    published_vs_computed, share_bars,
+    Colour, ErrorCurve, FarField, Heading, LineColours, LobeSide, Picture, PlaneLobe, Refinement,
+    ShareBar, convergence, element_far_fields, far_field_cartesian, far_field_polar, grating_lobes,
+    palette, published_vs_computed, share_bars,
 };
 use crate::results::schema::{CurvesEntry, LobeEntry, LobesEntry};
 
@@ -44,7 +43,13 @@ pub struct Album {
 impl Album {
     /// A picture with its caption, which is also what it is to those who cannot see it. `choice` says
     /// which choices show it; `shown` whether it is shown before any choice.
-    fn add(&mut self, picture: &Picture, caption: &str, choice: &Value, shown: bool) -> Value {
+    pub(super) fn add(
+        &mut self,
+        picture: &Picture,
+        caption: &str,
+        choice: &Value,
+        shown: bool,
+    ) -> Value {
         self.count += 1;
         let clip = format!("p{}clip", self.count);
         let svg = picture
@@ -107,13 +112,6 @@ impl Album {
         models: &[Model],
         fields: &[FarFieldTable],
     ) -> Result<[Vec<Value>; 2]> {
-        let mut keys: Vec<&str> = Vec::new();
-        for model in models {
-            if !keys.contains(&model.key) {
-                keys.push(model.key);
-            }
-        }
-        let number = |key: &str| keys.iter().position(|k| *k == key).unwrap_or(0);
         let (mut straight, mut polar) = (Vec::new(), Vec::new());
         let all: Vec<(&Model, &FarFieldTable)> = models.iter().zip(fields).collect();
         for design in all.chunk_by(|a, b| a.0.design == b.0.design) {
@@ -131,7 +129,8 @@ impl Album {
                             }
                             _ => curve.clone(),
                         };
-                        chosen.add(model, &curve, number(model.key))?;
+                        let number = palette::model_number(model.key).unwrap_or(0);
+                        chosen.add(model, &curve, number)?;
                     }
                     if chosen.whole.is_empty() {
                         continue;
@@ -147,7 +146,7 @@ impl Album {
                         heading: &heading,
                         quantity: &quantity,
                         curves,
-                        colours: LineColours::Distinct,
+                        colours: LineColours::Models,
                         numbers: &chosen.numbers,
                         peaks,
                     };
@@ -176,89 +175,6 @@ impl Album {
         Ok([straight, polar])
     }
 
-    /// Axes of the maps, linear and logarithmic, and of profiles through them. The page's script
-    /// paints the bins and draws the profiles.
-    ///
-    /// # Errors
-    /// A map without extent.
-    pub fn maps(&mut self, models: &[Model], planes: &[Plane]) -> Result<[Vec<Value>; 2]> {
-        let (mut maps, mut profiles) = (Vec::new(), Vec::new());
-        for (i, (model, plane)) in models.iter().zip(planes).enumerate() {
-            let quantity = Quantity::new(&plane.quantity, plane.unit);
-            let [x, y] = plane.ends_mm();
-            let axis = |name, [low, high]: [f64; 2]| {
-                Axis::uniform(Quantity::new(name, Unit::Millimetre), low, high, 1)
-            };
-            // A dark map has no largest value to end at.
-            let most = Some(plane.largest())
-                .filter(|most| *most > f64::MIN_POSITIVE)
-                .unwrap_or(1.0);
-            let map = Map::new(
-                quantity.clone(),
-                axis("y", y)?,
-                axis("x", x)?,
-                vec![most],
-                vec![0.0],
-            )?;
-            let subtitle = format!("{}, {}", model.design, model.label());
-            let [across, along] = plane.bin_mm.map(|mm| (mm * 1e4).round() / 1e4);
-            let merged = match plane.merged {
-                1 => String::new(),
-                n => format!("; {n} × {n} bins of the file are one here"),
-            };
-            let caption = format!(
-                "{subtitle}: {}, bins of {across} × {along} mm{merged}.",
-                plane.quantity
-            );
-            let least = most / LEVELS;
-            for (scale, range) in [
-                (
-                    "linear",
-                    AxisScale::Linear {
-                        low: 0.0,
-                        high: most,
-                    },
-                ),
-                (
-                    "log",
-                    AxisScale::Log {
-                        low: least,
-                        high: most,
-                    },
-                ),
-            ] {
-                let picture = illuminance_map(&IlluminanceMap {
-                    heading: &Heading::new(
-                        Quantity::new(&plane.quantity, Unit::Relative).label(),
-                        &subtitle,
-                    ),
-                    map: &map,
-                    leds: &[],
-                    range: Some(range),
-                    image: BinImage::Omitted,
-                    marks: &[],
-                })?;
-                let keys = json!({"model": i.to_string(), "scale": scale});
-                maps.push(self.add(&picture, &caption, &keys, i == 0 && scale == "linear"));
-            }
-            let curve = |name: &str, [low, high]: [f64; 2]| {
-                Curve::new(name, vec![low, high], vec![least, most], vec![0.0; 2])
-            };
-            let picture = cross_section(&Section {
-                heading: &Heading::new("Profiles through the cross", &subtitle),
-                position: &Quantity::new("position", Unit::Millimetre),
-                quantity: &quantity,
-                curves: &[curve("along x", x)?, curve("along y", y)?],
-                leds: &[],
-                marks: &[],
-            })?;
-            let caption =
-                format!("{subtitle}: profiles along x and y through the cross on the map.");
-            profiles.push(self.add(&picture, &caption, &json!({"model": i.to_string()}), i == 0));
-        }
-        Ok([maps, profiles])
-    }
-
     /// Power that does not escape upwards; none where all does.
     ///
     /// # Errors
@@ -284,7 +200,8 @@ impl Album {
             }
         };
         let bars: Vec<ShareBar> = models.iter().map(bar).collect();
-        let names: Vec<String> = accounts.iter().map(|name| name.replace('_', " ")).collect();
+        let part = |name: &String| (name.replace('_', " "), account_colour(name, &accounts));
+        let names: Vec<(String, Colour)> = accounts.iter().map(part).collect();
         let heading = Heading::new("Power that does not escape upwards", designs(models));
         let picture = share_bars(&heading, "share of the emitted power", &names, &bars)?;
         let caption = "Shares of the emitted power that do not escape upwards; the rest does. The numbers stand in the tables below.";
@@ -417,6 +334,14 @@ impl Album {
         let caption = format!("Figure 6: {subtitle}, by rays and by RCWA.");
         Ok(self.fixed(&picture, &caption))
     }
+}
+
+/// The colour of an account's fate; accounts of one fate grow lighter.
+fn account_colour(name: &str, accounts: &[String]) -> Colour {
+    let fate = |name: &str| palette::fate_of_account(name);
+    let before = accounts.iter().take_while(|other| *other != name);
+    let same = before.filter(|other| fate(other) == fate(name)).count();
+    palette::fate(fate(name)).with_opacity(0.75f64.powi(same as i32))
 }
 
 /// Names of the curves of far fields.

@@ -252,18 +252,21 @@ fn by_model(
     value: impl Fn(&Model, &str) -> Option<Estimate>,
 ) -> Value {
     let row = |(name, key): &(String, String)| {
-        let cell = |model: &Model| {
-            let text = value(model, key).map_or(NONE.to_owned(), |e| {
-                format_value_with_error(100.0 * e.value, 100.0 * e.standard_error)
-            });
-            json!({"model": model.label(), "text": text})
-        };
+        let cell =
+            |model: &Model| json!({"model": model.label(), "text": percent(value(model, key))});
         json!({"name": name, "cells": design.iter().map(cell).collect::<Vec<_>>()})
     };
     json!({
         "design": design[0].design,
         "models": design.iter().map(Model::label).collect::<Vec<_>>(),
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
+    })
+}
+
+/// A share in per cent with its error.
+pub fn percent(share: Option<Estimate>) -> String {
+    share.map_or(NONE.to_owned(), |e| {
+        format_value_with_error(100.0 * e.value, 100.0 * e.standard_error)
     })
 }
 

@@ -5,7 +5,7 @@ use anyhow::{Result, ensure};
 
 use super::Heading;
 use super::draw::canvas::{Align, Letters, Picture, Rect};
-use super::draw::colour::LineColours;
+use super::draw::colour::Colour;
 use super::draw::panel::{Panel, PanelAxis, TICK_SIZE};
 use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet};
@@ -27,14 +27,14 @@ pub struct ShareBar {
     pub shares: Vec<Estimate>,
 }
 
-/// Draws a bar for each of `bars`, whose shares have the names `parts`.
+/// Draws a bar for each of `bars`, whose shares have the names and colours of `parts`.
 ///
 /// # Errors
 /// No bars, no parts, or a number of shares other than that of the names.
 pub fn share_bars(
     heading: &Heading,
     quantity: &str,
-    parts: &[String],
+    parts: &[(String, Colour)],
     bars: &[ShareBar],
 ) -> Result<Picture> {
     ensure!(
@@ -42,11 +42,9 @@ pub fn share_bars(
         "expected bars with {} shares each",
         parts.len()
     );
-    let colour = |part: usize| LineColours::Distinct.pick(part, parts.len());
     let legend: Vec<Entry> = parts
         .iter()
-        .enumerate()
-        .map(|(i, name)| Entry::new(Sample::Area(colour(i)), name))
+        .map(|(name, colour)| Entry::new(Sample::Area(*colour), name))
         .collect();
     let height = REST + LINE * bars.len() as f64;
     let mut sheet = Sheet::new(1600, height as u32, heading, &legend);
@@ -73,10 +71,10 @@ pub fn share_bars(
         for (part, share) in bar.shares.iter().enumerate().filter(|(_, s)| s.value > 0.0) {
             let [x0, x1] = [from, from + share.value].map(|v| panel.at(v, 0.0)[0]);
             let number = format_value_with_error(100.0 * share.value, 100.0 * share.standard_error);
-            let words = format!("{}, {}: {number} %", bar.label, parts[part]);
+            let words = format!("{}, {}: {number} %", bar.label, parts[part].0);
             sheet.canvas.with_tooltip(&words, |canvas| {
                 let area = Rect::new(x0, y - BAR / 2.0, x1, y + BAR / 2.0);
-                canvas.rectangle(area, colour(part));
+                canvas.rectangle(area, parts[part].1);
             });
             from += share.value;
         }
@@ -92,7 +90,11 @@ mod tests {
 
     #[test]
     fn bars_are_as_long_as_their_shares() {
-        let parts = ["floor".to_owned(), "mirror".to_owned()];
+        let colours = [Colour::new(10, 20, 30), Colour::new(200, 20, 30)];
+        let parts = [
+            ("floor".to_owned(), colours[0]),
+            ("mirror".to_owned(), colours[1]),
+        ];
         let bar = |shares: [f64; 2]| ShareBar {
             label: "D1".to_owned(),
             shares: shares.map(|v| Estimate::new(v, 0.0)).to_vec(),
@@ -101,7 +103,7 @@ mod tests {
         let picture = share_bars(&heading, "share", &parts, &[bar([0.1, 0.3])]).unwrap();
         let picture = decode(&picture);
         let count = |part: usize| {
-            let rgb = LineColours::Distinct.pick(part, 2).rgb;
+            let rgb = colours[part].rgb;
             let below = picture.pixels().iter().skip(1600 * 140);
             below
                 .filter(|p| [p.red(), p.green(), p.blue()] == rgb)

@@ -62,7 +62,7 @@ pub fn convergence(
     let costs = ends(refinements.iter().flat_map(|r| r.cost.iter().copied()), 1.6);
 
     let curves = &refinements[0].curves;
-    let pens = curve_pens(LineColours::Distinct, curves.len(), &[]);
+    let pens = curve_pens(LineColours::Neutral, curves.len(), &[]);
     let mut legend: Vec<Entry> = curves
         .iter()
         .zip(&pens)
@@ -220,7 +220,7 @@ mod tests {
         let heading = Heading::new("Convergence", "ring 75");
         let good = refinement(vec![1e-1, 1e-3, 0.0], vec![1.0, 2.0, 4.0]);
         let picture = decode(&convergence(&heading, &[good], Some(1e-3), "cost").unwrap());
-        let blue = LineColours::Distinct.pick(0, 1).rgb;
+        let blue = LineColours::Neutral.pick(0, 1).rgb;
         // Below the legend: mean height of the curve's pixels in the left and the right part of its column.
         let mean = |columns: std::ops::Range<u32>| {
             let rows: Vec<f64> = columns

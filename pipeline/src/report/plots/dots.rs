@@ -6,7 +6,8 @@ use anyhow::{Result, ensure};
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
-use super::draw::colour::{Colour, LineColours};
+use super::draw::colour::Colour;
+use super::draw::palette;
 use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
 use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet, diamond};
@@ -166,7 +167,8 @@ struct Chart {
 
 impl Chart {
     fn colour(&self, series: usize) -> Colour {
-        LineColours::Distinct.pick(series, self.series.len())
+        let name = &self.series[series];
+        palette::model_number(name).map_or_else(|| palette::neutral(series), palette::model)
     }
 
     fn legend(&self) -> Vec<Entry> {
@@ -394,7 +396,7 @@ mod tests {
     fn row(quantity: &str, published: Option<f64>, computed: Option<f64>) -> SummaryRow {
         SummaryRow {
             design: "D1".into(),
-            model: "rays".into(),
+            model: "geometric".into(),
             quantity: quantity.into(),
             unit: Unit::Fraction,
             published,
@@ -406,7 +408,7 @@ mod tests {
     #[test]
     fn missing_numbers_leave_their_place_empty() {
         let heading = Heading::new("Comparison", "all designs");
-        let blue = LineColours::Distinct.pick(0, 1).rgb;
+        let blue = palette::model(0).rgb;
         let dots = |rows: &[SummaryRow]| {
             let picture = decode(&published_vs_computed(&heading, rows).unwrap());
             // Below the legend, which holds a dot of its own.

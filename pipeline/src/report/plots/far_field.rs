@@ -54,13 +54,18 @@ impl FarField<'_> {
         Sheet::new(width, height, self.heading, &legend)
     }
 
-    /// Largest value with its band.
+    /// Largest value that is more than noise, with its band.
     fn top(&self) -> f64 {
-        let points = self
-            .curves
-            .iter()
-            .flat_map(|c| c.value().iter().zip(c.standard_error()));
-        let top = points.fold(0.0, |top: f64, (v, e)| top.max(v + BAND_ERRORS * e));
+        let tops = self.curves.iter().map(|curve| {
+            let certain = certain_peak(curve);
+            let points = curve.value().iter().zip(curve.standard_error());
+            let banded = points.map(|(v, e)| v + BAND_ERRORS * e);
+            // A bin with few paths, such as that about the axis, may leave the picture.
+            banded
+                .filter(|v| *v <= NOISY * certain)
+                .fold(certain, f64::max)
+        });
+        let top = tops.fold(0.0, f64::max);
         if top > 0.0 { top } else { 1.0 }
     }
 
@@ -72,6 +77,20 @@ impl FarField<'_> {
         let last = if beyond { 180.0 } else { 90.0 };
         [if one_sided { 0.0 } else { -last }, last]
     }
+}
+
+/// Values and bands beyond this multiple of the certain peak are left to noise.
+const NOISY: f64 = 1.3;
+
+/// The value that stands out most from its noise: that of the largest lower end of a band. The bin
+/// about the axis holds few paths, and the largest value may be its noise.
+fn certain_peak(curve: &Curve) -> f64 {
+    let points = curve.value().iter().zip(curve.standard_error());
+    let best = points.max_by(|a, b| {
+        let low = |(v, e): &(&f64, &f64)| **v - BAND_ERRORS * **e;
+        low(a).total_cmp(&low(b))
+    });
+    best.map_or(0.0, |(value, _)| *value)
 }
 
 /// Intensity over θ on straight axes, with error bands.
@@ -108,9 +127,9 @@ pub fn element_far_fields(far_field: &FarField) -> Result<Picture> {
     let relative: Vec<Curve> = far_field
         .curves
         .iter()
-        .map(|curve| curve.relative_to(curve.maximum()))
+        .map(|curve| curve.relative_to(certain_peak(curve)))
         .collect::<Result<_>>()?;
-    let name = format!("{} relative to each maximum", far_field.quantity.name());
+    let name = format!("{} relative to each peak", far_field.quantity.name());
     let normalised = FarField {
         quantity: &Quantity::new(name, Unit::Relative),
         curves: &relative,
@@ -203,9 +222,9 @@ fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
         let deg = f64::from(step) * 15.0;
         canvas.line(disc.centre, disc.at(deg, top), &grid);
     }
-    // Nothing below the axis: θ ends at 90°.
-    let upper = Rect::new(room.left, room.top, room.right, disc.centre[1]);
-    canvas.clipped(upper, |canvas| {
+    // Nothing below the axis, where θ ends, nor beyond the rim.
+    let rim = disc.arc(top);
+    canvas.clipped_to(&rim, |canvas| {
         draw_curves(canvas, far_field.curves, &far_field.pens(), |x, y| {
             disc.at(x, y)
         });
@@ -263,7 +282,7 @@ mod tests {
             heading: &heading,
             quantity: &quantity,
             curves,
-            colours: LineColours::Distinct,
+            colours: LineColours::Models,
             numbers: &[],
             peaks: &[(0, 20.0)],
         })
@@ -286,6 +305,20 @@ mod tests {
     }
 
     #[test]
+    fn a_noisy_bin_on_the_axis_sets_no_scale() {
+        let x: Vec<f64> = (0..=18).map(|i| 5.0 * f64::from(i)).collect();
+        let mut value = vec![0.5; 19];
+        let mut error = vec![0.01; 19];
+        (value[0], error[0], value[4]) = (3.0, 1.5, 1.0);
+        let curve = Curve::new("S1", x, value, std::mem::take(&mut error)).unwrap();
+        assert!((certain_peak(&curve) - 1.0).abs() < 1e-12);
+        with(&[curve], |field| {
+            assert!((field.top() - 1.02).abs() < 1e-12, "{}", field.top());
+            assert!(element_far_fields(field).is_ok());
+        });
+    }
+
+    #[test]
     fn the_same_curves_give_the_same_bytes() {
         let curves = [curve(-90.0, 90.0), curve(0.0, 80.0)];
         let draw = || with(&curves, |f| far_field_polar(f).unwrap());
@@ -295,7 +328,7 @@ mod tests {
     #[test]
     fn a_symmetric_curve_gives_a_symmetric_polar_picture() {
         let picture = decode(&with(&[curve(-90.0, 90.0)], far_field_polar).unwrap());
-        let blue = LineColours::Distinct.pick(0, 1).rgb;
+        let blue = LineColours::Models.pick(0, 1).rgb;
         let (mut left, mut right) = (0u32, 0u32);
         for y in 140..picture.height() {
             for x in 0..picture.width() {

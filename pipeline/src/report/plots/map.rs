@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Illuminance maps in false colours, with the LEDs outlined.
+//! Illuminance maps in false colours, linear beside logarithmic, with the LEDs outlined.
 
 use anyhow::{Result, ensure};
 
 use super::Heading;
-use super::draw::canvas::{Canvas, Picture, Point, Rect};
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::{Colour, glow};
-use super::draw::panel::{Mark, Panel, PanelAxis, colour_bar, draw_marks};
-use super::draw::scale::AxisScale;
-use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, led_outline};
+use super::draw::palette::LED;
+use super::draw::panel::{LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
+use super::draw::scale::{AxisScale, significant};
+use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
 use crate::quantity::Map;
 
 /// The outline of an LED seen from above, in the unit of the map's axes.
@@ -20,6 +21,15 @@ pub struct LedOutline {
     pub size: [f64; 2],
 }
 
+/// How the values of a map become colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapScale {
+    /// From 0 to the largest value.
+    Linear,
+    /// From the smallest positive value to the largest.
+    Logarithmic,
+}
+
 /// An illuminance map over a plane.
 #[derive(Clone, Copy, Debug)]
 pub struct IlluminanceMap<'a> {
@@ -29,60 +39,120 @@ pub struct IlluminanceMap<'a> {
     pub map: &'a Map,
     /// LEDs under the plane.
     pub leds: &'a [LedOutline],
-    /// Values of the first and the last colour, on a logarithmic or a linear scale. `None`: logarithmic from the largest
-    /// value down to a 256th of it, the levels of the paper's equation 2.
-    pub range: Option<AxisScale>,
+    /// Smallest positive and largest value that have a colour of their own, where maps are to be
+    /// compared; without it, those of the map.
+    pub range: Option<[f64; 2]>,
     /// How bins become an image.
     pub image: BinImage,
     /// Peaks and valleys.
     pub marks: &'a [Mark],
+    /// The line of the cross-section.
+    pub section: Option<[Point; 2]>,
 }
 
-/// Draws an illuminance map with the y axis upwards and equal scales.
+/// Smallest positive and largest value, at most [`LEVELS`] apart; of a dark map 1 and [`LEVELS`].
+pub fn map_range(values: &[f64]) -> [f64; 2] {
+    let lit = values.iter().copied().filter(|v| *v > 0.0);
+    let [least, most] = lit.fold([f64::INFINITY, 0.0], |[a, b], v| [v.min(a), v.max(b)]);
+    if most <= f64::MIN_POSITIVE {
+        return [1.0, LEVELS];
+    }
+    let least = least.max(most / LEVELS);
+    // An even map still needs two ends.
+    [
+        if least < 0.9 * most {
+            least
+        } else {
+            0.5 * most
+        },
+        most,
+    ]
+}
+
+/// Draws a map on a linear and on a logarithmic scale side by side, the y axis upwards.
 ///
 /// # Errors
-/// A map without a positive value and without a range, or a range that is not positive and ascending.
+/// A range that is not positive and ascending.
 pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
-    let map = picture.map;
-    let top = map.maximum();
-    ensure!(
-        top > 0.0 || picture.range.is_some(),
-        "expected a positive value in the map, or a range"
-    );
-    let scale = picture.range.unwrap_or(AxisScale::Log {
-        low: top / LEVELS,
-        high: top,
-    });
-    let [low, high] = scale.ends();
-    let positive = low > 0.0 || (low == 0.0 && matches!(scale, AxisScale::Linear { .. }));
-    ensure!(
-        positive && low < high && high.is_finite(),
-        "expected a positive, ascending range of colours, got {low} to {high}"
-    );
+    let mut sheet = Sheet::new(1600, 820, picture.heading, &legend(picture));
+    let [mut left, mut right] = [sheet.body; 2];
+    (left.right, right.left) = (sheet.body.centre()[0], sheet.body.centre()[0]);
+    draw(&mut sheet, left, picture, MapScale::Linear)?;
+    draw(&mut sheet, right, picture, MapScale::Logarithmic)?;
+    Ok(sheet.finish())
+}
+
+/// Draws a map on one scale.
+///
+/// # Errors
+/// As [`illuminance_map`].
+pub fn map_on_scale(picture: &IlluminanceMap, scale: MapScale) -> Result<Picture> {
+    let mut sheet = Sheet::new(840, 860, picture.heading, &legend(picture));
+    let body = sheet.body;
+    draw(&mut sheet, body, picture, scale)?;
+    Ok(sheet.finish())
+}
+
+fn legend(picture: &IlluminanceMap) -> Vec<Entry> {
     let mut legend = Vec::new();
     if !picture.leds.is_empty() {
         legend.push(Entry::new(Sample::Frame(LED), "LED"));
     }
-    let mut sheet = Sheet::new(WIDTH, HEIGHT, picture.heading, &legend);
-    let levels = match scale {
-        AxisScale::Log { .. } => PanelAxis::log(map.quantity(), low, high, 6),
-        AxisScale::Linear { .. } => PanelAxis::linear(map.quantity(), scale, 6),
-    };
-    let panel = false_colours(&mut sheet, map, &levels, picture.image);
-    for led in picture.leds {
-        draw_led(&mut sheet.canvas, &panel, led);
+    if picture.section.is_some() {
+        legend.push(Entry::new(Sample::Line(SECTION), "cross-section"));
     }
-    draw_marks(&mut sheet.canvas, &panel, picture.marks);
-    panel.frame(&mut sheet.canvas);
-    colour_bar(&mut sheet.canvas, &panel, &levels);
-    Ok(sheet.finish())
+    legend
 }
 
-/// Ratio of the largest value to that of the first colour: the 256 levels of the paper's equation 2.
-pub const LEVELS: f64 = 256.0;
+/// One map with its colour bar, in this room.
+fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale) -> Result<()> {
+    let map = picture.map;
+    let [low, high] = picture.range.unwrap_or_else(|| map_range(map.value()));
+    ensure!(
+        low > 0.0 && low < high && high.is_finite(),
+        "expected a positive, ascending range of colours, got {low} to {high}"
+    );
+    let (levels, words) = match scale {
+        MapScale::Linear => {
+            let scale = AxisScale::Linear { low: 0.0, high };
+            let words = format!("linear, 0 to {}", significant(high, 2));
+            (PanelAxis::linear(map.quantity(), scale, 6), words)
+        }
+        MapScale::Logarithmic => {
+            let ends = [low, high].map(|v| significant(v, 2));
+            let ratio = significant(high / low, 2);
+            let words = format!("logarithmic, 1 : {ratio}, {} to {}", ends[0], ends[1]);
+            (PanelAxis::log(map.quantity(), low, high, 6), words)
+        }
+    };
+    let symbol = map.quantity().unit().symbol();
+    let panel = false_colours(sheet, room, map, &levels, picture.image);
+    let canvas = &mut sheet.canvas;
+    let place = [panel.area.left, panel.area.top - 18.0];
+    let letters = Letters::new(LABEL_SIZE, Align::Left).bold();
+    canvas.text(&format!("{words} {symbol}"), place, &letters);
+    if let Some(ends) = picture.section {
+        canvas.clipped(panel.area, |canvas| {
+            let [from, to] = ends.map(|[x, y]| panel.at(x, y));
+            canvas.line(from, to, &Pen::solid(Colour::WHITE.with_opacity(0.5), 2.6));
+            canvas.line(from, to, &SECTION);
+        });
+    }
+    for led in picture.leds {
+        draw_led(canvas, &panel, led);
+    }
+    draw_marks(canvas, &panel, picture.marks);
+    panel.frame(canvas);
+    colour_bar(canvas, &panel, &levels);
+    Ok(())
+}
 
-/// Outline of LEDs: light on any colour of the scale, with a dark rim.
-const LED: Colour = Colour::new(120, 220, 255);
+/// The line of the cross-section.
+const SECTION: Pen = Pen::dashed(Colour::BLACK, 1.4, &[6.0, 5.0]);
+
+/// Largest ratio of the largest value to that of the first colour: the 256 levels of the paper's
+/// equation 2.
+pub const LEVELS: f64 = 256.0;
 
 /// How a map's bins become an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,19 +166,27 @@ pub enum BinImage {
 }
 
 /// Draws a map in colours on the largest area of equal scales in both directions, in the middle of
-/// the sheet's width, with room for a colour bar at the right; returns its panel.
-pub fn false_colours(sheet: &mut Sheet, map: &Map, levels: &PanelAxis, image: BinImage) -> Panel {
-    let room = sheet.body.inset(75.0, 10.0, 160.0, 65.0);
+/// the room's width, with room for a colour bar at the right; returns its panel.
+pub fn false_colours(
+    sheet: &mut Sheet,
+    room: Rect,
+    map: &Map,
+    levels: &PanelAxis,
+    image: BinImage,
+) -> Panel {
+    let room = room.inset(75.0, 34.0, 155.0, 65.0);
     let [columns, rows] = [map.columns().range(), map.rows().range()];
     let extent = [columns, rows].map(|[low, high]| high - low);
     let scale = (room.width() / extent[0]).min(room.height() / extent[1]);
     let [width, height] = extent.map(|e| e * scale);
     let left = room.left + (room.width() - width) / 2.0;
     let linear = |[low, high]: [f64; 2]| AxisScale::Linear { low, high };
+    // Equal steps on both axes.
+    let ticks = |extent: f64| (9.0 * extent / extent_of(map)).ceil() as usize;
     let panel = Panel {
         area: Rect::new(left, room.top, left + width, room.top + height),
-        x: PanelAxis::linear(map.columns().quantity(), linear(columns), 9),
-        y: PanelAxis::linear(map.rows().quantity(), linear(rows), 8),
+        x: PanelAxis::linear(map.columns().quantity(), linear(columns), ticks(extent[0])),
+        y: PanelAxis::linear(map.rows().quantity(), linear(rows), ticks(extent[1])),
     };
     panel.grid(&mut sheet.canvas);
     let bins = [map.columns().bins(), map.rows().bins()];
@@ -120,6 +198,12 @@ pub fn false_colours(sheet: &mut Sheet, map: &Map, levels: &PanelAxis, image: Bi
         });
     }
     panel
+}
+
+/// The longer side of a map.
+fn extent_of(map: &Map) -> f64 {
+    let sides = [map.columns().range(), map.rows().range()].map(|[low, high]| high - low);
+    sides[0].max(sides[1])
 }
 
 fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {
@@ -159,9 +243,10 @@ mod tests {
             heading: &Heading::new("Map", "D1"),
             map,
             leds: &[],
-            range: range.map(|[low, high]| AxisScale::Log { low, high }),
+            range,
             image: BinImage::Sharp,
             marks: &[],
+            section: None,
         })
     }
 
@@ -170,21 +255,32 @@ mod tests {
         let map = map(vec![0.01, 1.0, 0.1, 0.01]);
         let png = picture(&map, Some([0.01, 1.0])).unwrap();
         let picture = decode(&png);
-        // A pixel well inside each quarter of the map, which lies left of the middle of the sheet.
+        // A pixel well inside each quarter of the logarithmic map, right of the linear one.
         let colour = |x: u32, y: u32| {
             let p = picture.pixel(x, y).unwrap();
             [p.red(), p.green(), p.blue()]
         };
         let at = |share| glow(share).rgb;
-        assert_eq!(colour(750, 650), at(1.0));
-        assert_eq!(colour(350, 650), at(0.0));
-        assert_eq!(colour(350, 250), at(0.5));
-        assert_eq!(colour(750, 250), at(0.0));
+        assert_eq!(colour(1300, 640), at(1.0));
+        assert_eq!(colour(1000, 640), at(0.0));
+        assert_eq!(colour(1000, 300), at(0.5));
+        assert_eq!(colour(1300, 300), at(0.0));
+        // On the linear scale a tenth is a tenth of the way.
+        assert_eq!(colour(550, 640), at(1.0));
+        assert_eq!(colour(250, 300), at(0.1));
     }
 
     #[test]
-    fn dark_maps_and_wrong_ranges_are_refused() {
-        assert!(picture(&map(vec![0.0; 4]), None).is_err());
+    fn ranges_follow_the_values() {
+        assert_eq!(map_range(&[0.0, 0.5, 4.0]), [0.5, 4.0]);
+        assert_eq!(map_range(&[1e-9, 256.0]), [1.0, 256.0]);
+        assert_eq!(map_range(&[2.0, 2.0]), [1.0, 2.0]);
+        assert_eq!(map_range(&[0.0]), [1.0, 256.0]);
+    }
+
+    #[test]
+    fn dark_maps_are_drawn_and_wrong_ranges_refused() {
+        assert!(picture(&map(vec![0.0; 4]), None).is_ok());
         assert!(picture(&map(vec![1.0; 4]), Some([0.0, 1.0])).is_err());
         assert!(picture(&map(vec![1.0; 4]), Some([2.0, 1.0])).is_err());
     }

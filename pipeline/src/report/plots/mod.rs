@@ -24,11 +24,15 @@ pub use bars::{ShareBar, share_bars};
 pub use convergence::{ErrorCurve, Refinement, convergence};
 pub use dots::{MarkedLine, marked_lines, published_vs_computed};
 pub use draw::canvas::Picture;
-pub use draw::colour::{LineColours, glow};
+pub use draw::colour::{Colour, LineColours, glow};
+pub use draw::palette;
 pub use draw::panel::{Mark, MarkKind};
 pub use draw::scale::AxisScale;
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
-pub use map::{BinImage, IlluminanceMap, LEVELS, LedOutline, illuminance_map};
+pub use map::{
+    BinImage, IlluminanceMap, LEVELS, LedOutline, MapScale, illuminance_map, map_on_scale,
+    map_range,
+};
 pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::{LobeSide, PlaneLobe, grating_lobes};
 pub use section::{Section, cross_section};

@@ -59,7 +59,8 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Picture> {
     let mut sheet = Sheet::new(WIDTH, height as u32, picture.heading, &[]);
     let levels = AxisScale::Linear { low: 0.0, high };
     let levels = PanelAxis::linear(map.quantity(), levels, 6);
-    let panel = false_colours(&mut sheet, map, &levels, BinImage::Smooth);
+    let room = sheet.body;
+    let panel = false_colours(&mut sheet, room, map, &levels, BinImage::Smooth);
     let canvas = &mut sheet.canvas;
     canvas.clipped(panel.area, |canvas| {
         surface(canvas, &panel, picture);

@@ -5,7 +5,8 @@ use anyhow::{Result, ensure};
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
-use super::draw::colour::{Colour, LineColours};
+use super::draw::colour::Colour;
+use super::draw::palette;
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
 use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet};
@@ -59,10 +60,7 @@ pub fn grating_lobes(
             );
         }
     }
-    let (blue, red) = (
-        LineColours::Distinct.pick(0, 2),
-        LineColours::Distinct.pick(1, 2),
-    );
+    let [blue, red] = palette::RAYS_WAVES;
     let legend = [
         Entry::new(Sample::Dot(blue, 6.0), "ray tracing, one stem a lobe"),
         Entry::new(Sample::Dot(red, 6.0), "RCWA, one stem a diffraction order"),
@@ -184,8 +182,8 @@ mod tests {
                 .collect()
         };
         // Below the legend.
-        let rays = columns(LineColours::Distinct.pick(0, 2), 140);
-        let orders = columns(LineColours::Distinct.pick(1, 2), 140);
+        let rays = columns(palette::RAYS_WAVES[0], 140);
+        let orders = columns(palette::RAYS_WAVES[1], 140);
         assert!(!rays.is_empty() && rays == orders);
     }
 }

@@ -4,9 +4,10 @@
 use anyhow::{Result, ensure};
 
 use super::Heading;
-use super::draw::canvas::{Canvas, Pen, Picture, Rect};
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
 use super::draw::colour::{Colour, LineColours};
-use super::draw::panel::{BAND_ERRORS, Mark, Panel, PanelAxis, draw_marks};
+use super::draw::palette::LED_GROUND;
+use super::draw::panel::{BAND_ERRORS, Mark, Panel, PanelAxis, TICK_SIZE, draw_marks};
 use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pens};
 use crate::quantity::{Curve, Quantity};
@@ -26,6 +27,12 @@ pub struct Section<'a> {
     pub leds: &'a [[f64; 2]],
     /// Peaks and valleys.
     pub marks: &'a [Mark],
+    /// A value that lies beside the section, such as the peak of the map, with its name.
+    pub level: Option<(f64, &'a str)>,
+    /// The model whose curves these are.
+    pub colours: LineColours,
+    /// Smallest positive and largest value to be shown, where sections are to be compared.
+    pub range: Option<[f64; 2]>,
 }
 
 /// Ratio of the largest value to the start of the logarithmic axis: the 256 levels of the paper's equation 2.
@@ -50,18 +57,21 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
             .iter()
             .flat_map(|c| c.value().iter().zip(c.standard_error()))
     };
-    let top = values().fold(0.0f64, |top, (v, e)| top.max(v + BAND_ERRORS * e));
+    let level = section.level.map_or(0.0, |(level, _)| level);
+    let top = values().fold(level, |top, (v, e)| top.max(v + BAND_ERRORS * e));
+    let top = section.range.map_or(top, |[_, high]| top.max(high));
     // A beam beside the axes leaves the section dark.
     let top = if top > 0.0 { top } else { 1.0 };
     let lowest = values()
         .map(|(&v, _)| v)
         .filter(|&v| v > 0.0)
         .fold(top, f64::min);
+    let lowest = section.range.map_or(lowest, |[low, _]| lowest.min(low));
 
-    let pens = curve_pens(LineColours::Distinct, section.curves.len(), &[]);
+    let pens = curve_pens(section.colours, section.curves.len(), &[]);
     let mut legend = curve_legend(section.curves, &pens);
     if !section.leds.is_empty() {
-        legend.push(Entry::new(Sample::Area(Colour::SHADE), "LED"));
+        legend.push(Entry::new(Sample::Area(LED_GROUND), "LED"));
     }
     let mut sheet = Sheet::new(WIDTH, HEIGHT, section.heading, &legend);
 
@@ -110,13 +120,22 @@ fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section, pens: &[Pen]) {
         for [from, to] in section.leds {
             let place = |x: f64| panel.at(x, 1.0)[0];
             let led = Rect::new(place(*from), area.top, place(*to), area.bottom);
-            canvas.rectangle(led, Colour::SHADE);
+            canvas.rectangle(led, LED_GROUND);
         }
     });
     panel.grid(canvas);
     panel.curves(canvas, section.curves, pens);
+    if let Some((value, name)) = section.level {
+        let [_, y] = panel.at(panel.x.scale.ends()[0], value);
+        canvas.line([area.left, y], [area.right, y], &LEVEL);
+        let letters = Letters::new(TICK_SIZE, Align::Centre);
+        canvas.text_with_rim(name, [area.centre()[0], y - 14.0], &letters);
+    }
     draw_marks(canvas, panel, section.marks);
 }
+
+/// The line of a value beside the section.
+const LEVEL: Pen = Pen::dashed(Colour::MUTED, 1.6, &[8.0, 6.0]);
 
 #[cfg(test)]
 mod tests {
@@ -138,6 +157,9 @@ mod tests {
             curves: &curves,
             leds,
             marks: &[],
+            level: Some((1.0, "peak")),
+            colours: LineColours::OfModel(0),
+            range: None,
         })
     }
 
@@ -156,7 +178,7 @@ mod tests {
             (0..picture.height()).any(|y| {
                 let p = picture.pixel(x, y).unwrap();
                 // The sample in the legend lies above the panels.
-                y > 160 && [p.red(), p.green(), p.blue()] == Colour::SHADE.rgb
+                y > 160 && [p.red(), p.green(), p.blue()] == LED_GROUND.rgb
             })
         };
         let columns: Vec<u32> = (0..picture.width()).filter(|&x| shaded(x)).collect();

@@ -11,7 +11,9 @@ use crate::config::design::Design;
 use crate::config::schema::Zero;
 use crate::metrics::illuminance::{Grid, coarser};
 use crate::metrics::layout::Layout;
-use crate::metrics::uniformity::{ValleyReading, above_smallest, plain, smallest_bin};
+use crate::metrics::uniformity::{
+    Places, ValleyReading, above_smallest, places, plain, smallest_bin,
+};
 use crate::metrics::uniformity_forms::{Regions, Uniformity};
 use crate::metrics::{Estimate, Grouped};
 
@@ -72,6 +74,11 @@ impl MapReader {
     /// Whether maps of the design have figures.
     pub(super) fn has_figures(&self) -> bool {
         self.regions.is_some()
+    }
+
+    /// Where the valleys and the peak of `map` are read; a zero that is not darkness moves neither.
+    pub(super) fn places(&self, map: &[f64]) -> Option<Places> {
+        places(map, self.grid, &self.layout, self.reading)
     }
 
     fn papers(&self, map: &[f64]) -> Option<[f64; 3]> {

@@ -23,6 +23,7 @@ use crate::stages::model::Model;
 use crate::stages::observation::{Observation, is_one, plane_grid, sphere};
 use crate::stages::scene::DomeSurface;
 use crate::stages::seeds;
+use crate::stages::space_paths::Part;
 use crate::stages::stopping_rule::{Batches, StoppingRule};
 use crate::stages::tables::tables;
 use crate::stages::trace::{GROUPS, TraceJob};
@@ -228,6 +229,16 @@ impl<'a> Sweep<'a> {
         };
         traced.observation = Some(self.observe(&traced, node, alone, self.job.context)?);
         Ok(traced)
+    }
+
+    /// Share of the flux, design and dome of a node.
+    pub(super) fn surface(&self, node: &Node) -> Part<'_> {
+        let traced = self.at(node);
+        Part {
+            design: &traced.design,
+            surface: &traced.prepared.surface,
+            share: node.weight,
+        }
     }
 
     /// Traces one wavelength, with random numbers of its own unless there is no other.

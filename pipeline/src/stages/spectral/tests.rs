@@ -13,6 +13,7 @@ fn figure(key: &'static str, peak_place: PeakPlace) -> Figure {
         estimate: Estimate::new(0.5, 0.001),
         peak_place,
         peak_range_deg: None,
+        extremes: None,
         wavelength_error: None,
     }
 }

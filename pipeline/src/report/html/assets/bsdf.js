@@ -204,7 +204,7 @@ part("bsdf", () => {
     const index = current().index[from()];
     const x = l.nodes.map((n) => inPlane(n.kx, l.ky, index));
     const passed = (key) => l.nodes.map((_, i) => sum(orders(i), opposite(from()), key));
-    const curves = [{ name: "s", index: 0, y: passed("s") }, { name: "p", index: 1, y: passed("p") }];
+    const curves = [{ name: "s", index: 3, y: passed("s") }, { name: "p", index: 4, y: passed("p") }];
     curves.push({ name: "unpolarised", index: 2, y: x.map((_, i) => 0.5 * (curves[0].y[i] + curves[1].y[i])) });
     const f = frame({
       width: Math.max(280, widthOf(albedoHost)), height: 260, x: { min: -90, max: 90, ticks: [-90, -60, -30, 0, 30, 60, 90], label: `incident angle from ${sideOf(from())} (°)` },

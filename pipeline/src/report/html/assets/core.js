@@ -15,8 +15,9 @@ function fill(node, attributes, children) {
 const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
 const svg = (tag, attributes, ...children) => fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 
-// Colours as in every picture.
-const colour = (i) => `var(--c${i})`;
+// Colours of light that surfaces let through and send back, as in every picture, and of errors: s, p and both together.
+const COLOURS = ["transmitted", "reflected", "neutral-1", "neutral-2", "neutral-3"];
+const colour = (i) => `var(--${COLOURS[i]})`;
 
 // Sixteen-bit numbers from base 64.
 function unpack(text) {

@@ -2,7 +2,6 @@
 // Maps of the receiver plane: paints their bins, reads them at a cross, draws profiles through it.
 
 part("illuminance", () => {
-  const LEAST = 1 / 256;
   const open = new Map();
   function unfold(model) {
     if (!open.has(model)) {
@@ -23,14 +22,15 @@ part("illuminance", () => {
     return open.get(model);
   }
   const palette = data.palette.match(/../g).map((pair) => parseInt(pair, 16));
-  const shares = { linear: (v) => v, log: (v) => 1 - Math.log(Math.max(v, LEAST)) / Math.log(LEAST) };
+  // From 0 on the linear scale, from the low end of the picture's own on the logarithmic one.
+  const share = (v, scale, [low, high]) => (scale === "linear" ? v / high : Math.log(Math.max(v, low) / low) / Math.log(high / low));
 
-  function paint(m, panel, scale) {
+  function paint(m, panel, scale, range) {
     const canvas = el("canvas", { width: m.columns, height: m.rows });
     const pixels = new ImageData(m.columns, m.rows);
     m.value.forEach((v, k) => {
       const at = 4 * ((m.rows - 1 - Math.floor(k / m.columns)) * m.columns + (k % m.columns));
-      const colour = 3 * Math.round(255 * clamp(shares[scale](v / m.fullValue), 0, 1));
+      const colour = 3 * Math.round(255 * clamp(share(v, scale, range), 0, 1));
       pixels.data.set([...palette.slice(colour, colour + 3), 255], at);
     });
     canvas.getContext("2d").putImageData(pixels, 0, 0);
@@ -72,19 +72,20 @@ part("illuminance", () => {
   }
 
   const ready = new Map();
-  pictures("controls-map", ({ model, scale }) => {
+  pictures("controls-map", ({ model }) => {
     const m = unfold(data.models[Number(model)]);
-    const image = shown("plot-map");
-    const [panel] = panels(image);
-    if (!ready.has(image)) {
-      paint(m, panel, scale);
+    const images = [...byId("plot-map").querySelectorAll("figure:not([hidden])")].map((figure) => [figure.querySelector("svg"), figure.dataset.scale]);
+    for (const [image, scale] of images) {
+      if (ready.has(image)) continue;
+      const [panel] = panels(image);
+      paint(m, panel, scale, m.range);
       ready.set(image, [cursor(image, panel, false), cursor(image, panel, true)]);
       reads(image, panel, (x, y) => { at = [x, y]; mark(); }, (dx, dy) => { at = [at[0] + dx * m.bin[0], at[1] + dy * m.bin[1]]; mark(); });
     }
     function mark() {
       const [c, r] = place(m);
       at = [m.first[0] + c * m.bin[0], m.first[1] + r * m.bin[1]];
-      ready.get(image).forEach((line, axis) => line(at[axis]));
+      for (const [image] of images) ready.get(image).forEach((line, axis) => line(at[axis]));
       const k = r * m.columns + c;
       readout.replaceChildren(
         el("span", { class: "item" }, `x = ${digits(at[0], 4)} mm, y = ${digits(at[1], 4)} mm:`),

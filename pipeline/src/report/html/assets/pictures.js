@@ -4,7 +4,8 @@
 // Calls `shown` after every choice in the form `id`, and once now.
 function pictures(id, shown) {
   const form = byId(id);
-  const figures = [...form.closest("section").querySelectorAll("figure.picture")];
+  const section = form.closest("section");
+  const figures = [...section.querySelectorAll("figure.picture")];
   const boxes = [...form.querySelectorAll("input[name=curve]")];
   const update = () => {
     const chosen = [...new FormData(form)].filter(([name]) => name !== "curve");
@@ -17,7 +18,11 @@ function pictures(id, shown) {
       box.parentElement.hidden = groups.length === 0;
       for (const group of groups) group.style.display = box.checked ? "" : "none";
     }
-    shown(Object.fromEntries(chosen), boxes.filter((box) => box.checked && !box.parentElement.hidden).map((box) => box.value));
+    const labels = boxes.filter((box) => box.checked && !box.parentElement.hidden).map((box) => box.value);
+    const none = boxes.length ? labels.length === 0 : visible.length === 0;
+    if (none) figures.forEach((figure) => { figure.hidden = true; });
+    for (const empty of section.querySelectorAll(".empty")) empty.hidden = !none;
+    shown(Object.fromEntries(chosen), labels);
   };
   form.addEventListener("change", update);
   form.addEventListener("submit", (event) => event.preventDefault());
@@ -45,6 +50,10 @@ function panels(image) {
     };
   });
 }
+
+part("simulated", () => {
+  if (byId("controls-section")) pictures("controls-section", () => {});
+});
 
 // Position of a pointer in the units of the image's viewBox.
 function pointer(image, event) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Colours: lines that colour-blind readers tell apart, and scales whose lightness grows evenly.
 //!
-//! The line colours are those of [Okabe Ito 2008]. The scales are curves in the space OKLCH [Ottosson 2020], in which equal
+//! What single colours mean stands in the palette. The scales are curves in the space OKLCH [Ottosson 2020], in which equal
 //! steps look equal: lightness rises linearly along them while the hue turns, with a chroma that a screen can show everywhere.
+
+use super::palette;
 
 /// A colour with opacity; red, green, blue in 0..=255 as encoded in sRGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,8 +28,6 @@ impl Colour {
     pub const GRID: Self = Self::new(214, 214, 219);
     /// Faint grid lines between the others.
     pub const FAINT: Self = Self::new(236, 236, 240);
-    /// Areas that belong to objects, such as LEDs.
-    pub const SHADE: Self = Self::new(233, 229, 214);
 
     /// An opaque colour.
     pub const fn new(red: u8, green: u8, blue: u8) -> Self {
@@ -43,21 +43,15 @@ impl Colour {
     }
 }
 
-const LINES: [Colour; 7] = [
-    Colour::new(0, 114, 178),
-    Colour::new(213, 94, 0),
-    Colour::new(0, 158, 115),
-    Colour::new(204, 121, 167),
-    Colour::new(86, 180, 233),
-    Colour::new(230, 159, 0),
-    Colour::new(60, 60, 60),
-];
-
 /// How the curves of one picture are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineColours {
-    /// Unrelated curves: distinct hues.
-    Distinct,
+    /// Models, by their numbers in the palette.
+    Models,
+    /// Cuts or profiles of the model of this number: its colour, told apart by dashes.
+    OfModel(usize),
+    /// Errors of different origin: greys, told apart by dashes.
+    Neutral,
     /// A numbered series: one scale from dark to light.
     Ordered,
     /// A numbered series and, last, what it adds up to: the scale, then black.
@@ -68,7 +62,9 @@ impl LineColours {
     /// Colour of curve `index` of `count`.
     pub fn pick(self, index: usize, count: usize) -> Colour {
         match self {
-            Self::Distinct => LINES[index % LINES.len()],
+            Self::Models => palette::model(index),
+            Self::OfModel(number) => palette::model(number),
+            Self::Neutral => palette::neutral(index),
             Self::OrderedAndSum if index + 1 == count => Colour::BLACK,
             Self::OrderedAndSum => Self::Ordered.pick(index, count - 1),
             Self::Ordered => {
@@ -186,8 +182,8 @@ mod tests {
 
     #[test]
     fn neighbouring_lines_differ() {
-        for colours in [LineColours::Distinct, LineColours::Ordered] {
-            for i in 1..6 {
+        for colours in [LineColours::Models, LineColours::Ordered] {
+            for i in 1..4 {
                 let (a, b) = (colours.pick(i - 1, 6).rgb, colours.pick(i, 6).rgb);
                 let distance: i32 = (0..3)
                     .map(|k| (i32::from(a[k]) - i32::from(b[k])).abs())

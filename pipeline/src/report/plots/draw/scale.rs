@@ -110,6 +110,23 @@ pub fn number_label(number: f64, decimals: usize) -> String {
     }
 }
 
+/// A number to so many significant digits, with a power of ten where it is far from 1.
+pub fn significant(number: f64, digits: usize) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return number_label(number, 0);
+    }
+    let power = common_power(number);
+    let mantissa = number / 10f64.powi(power);
+    let whole = mantissa.abs().log10().floor() as i64;
+    let decimals = (digits as i64 - 1 - whole).max(0) as usize;
+    let text = number_label(mantissa, decimals);
+    if power == 0 {
+        text
+    } else {
+        format!("{text} × {}", power_of_ten(power))
+    }
+}
+
 /// `10⁻³` in superscript letters.
 pub fn power_of_ten(exponent: i32) -> String {
     let raised = |c: char| match c {
@@ -138,7 +155,7 @@ pub fn common_power(size: f64) -> i32 {
 }
 
 /// The next of 1, 2, 2.5 and 5 times a power of ten at or above `step`.
-fn round_step(step: f64) -> f64 {
+pub fn round_step(step: f64) -> f64 {
     if !(step.is_finite() && step > 0.0) {
         return 1.0;
     }
@@ -292,5 +309,8 @@ mod tests {
         assert_eq!(common_power(7.0e5), 3);
         assert_eq!(common_power(0.0), 0);
         assert_eq!(power_of_ten(-12), "10⁻¹²");
+        assert_eq!(significant(8.337e-3, 3), "8.34 × 10⁻³");
+        assert_eq!(significant(42.3, 2), "42");
+        assert_eq!(significant(0.0, 3), "0");
     }
 }

@@ -154,17 +154,18 @@ pub fn diamond(canvas: &mut Canvas, [x, y]: Point, radius: f64, colour: Colour) 
 
 const DASHES: [&[f32]; 4] = [&[], &[12.0, 5.0], &[14.0, 4.0, 3.0, 4.0], &[4.0, 4.0]];
 
-/// Lines of `count` curves: unrelated curves differ by colour and dashes, numbered ones by colour.
-/// `numbers` says which of the unrelated colours each takes; without them they follow each other.
+/// Lines of `count` curves; those that no scale orders differ by dashes too. `numbers` says which
+/// models curves belong to; without them they are numbered.
 pub fn curve_pens(colours: LineColours, count: usize, numbers: &[usize]) -> Vec<Pen> {
     let pen = |i: usize| {
         let number = numbers.get(i).copied().unwrap_or(i);
+        let solid = Pen::solid(colours.pick(number, count), 2.6);
         match colours {
-            LineColours::Distinct => Pen {
+            LineColours::Models | LineColours::OfModel(_) | LineColours::Neutral => Pen {
                 dash: DASHES[number % DASHES.len()],
-                ..Pen::solid(colours.pick(number, count), 2.6)
+                ..solid
             },
-            _ => Pen::solid(colours.pick(i, count), 2.6),
+            LineColours::Ordered | LineColours::OrderedAndSum => solid,
         }
     };
     (0..count).map(pen).collect()
@@ -229,7 +230,7 @@ mod tests {
     fn bands_are_explained_only_where_there_are_errors() {
         let curve =
             |error| Curve::new("a", vec![0.0, 1.0], vec![1.0, 2.0], vec![error; 2]).unwrap();
-        let pens = curve_pens(LineColours::Distinct, 1, &[]);
+        let pens = curve_pens(LineColours::Models, 1, &[]);
         assert_eq!(curve_legend(&[curve(0.0)], &pens).len(), 1);
         assert_eq!(curve_legend(&[curve(0.1)], &pens).len(), 2);
     }

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What was simulated: the package in words and as a section with rays, total efficiency and
+//! uniformity; and, for the page's view in space, the package, paths and the far field.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use super::models::Model;
+use super::pack::{base64_of_numbers, linear};
+use super::pictures::Album;
+use super::tables::percent;
+use crate::formats::exr;
+use crate::metrics::Estimate;
+use crate::plural::count;
+use crate::report::html::folder::Folder;
+use crate::report::path_picture::path_picture;
+use crate::report::plots::{Heading, palette};
+use crate::results::package::{PackageDrawing, PackageFile, SpacePath};
+use crate::results::ray_paths::PathEnd;
+
+/// Paths of all models together that the page holds.
+const MOST_PATHS: usize = 9_000;
+/// Radius of the view, in widths of the package or distances of neighbours.
+const VIEW: f64 = 0.75;
+
+impl Album {
+    /// A section with rays for each model that has paths.
+    pub fn sections(&mut self, models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value> {
+        let mut all = Vec::new();
+        for (i, (model, package)) in models.iter().zip(packages).enumerate() {
+            let Some(package) = package else {
+                continue;
+            };
+            let paths = count(package.section_paths.len(), "path");
+            let subtitle = format!("{}, {}, {paths}", model.design, model.label());
+            let heading = Heading::new("Package and paths in the plane y = 0", &subtitle);
+            let picture = path_picture(&package.drawing, &heading, &package.section_paths);
+            let shares = shares(package);
+            let caption = format!(
+                "Section of one package with its LED, mirror, solids and receiver plane; {subtitle}: {shares}."
+            );
+            let shown = all.is_empty();
+            all.push(self.add(&picture, &caption, &json!({"model": i.to_string()}), shown));
+        }
+        all
+    }
+}
+
+/// Fates of the paths of a section in words.
+fn shares(package: &PackageFile) -> String {
+    let whole = package.section_paths.len() as f64;
+    let words = PathEnd::ALL.into_iter().filter_map(|end| {
+        let of_end = package.section_paths.iter().filter(|path| path.fate == end);
+        let share = 100.0 * of_end.count() as f64 / whole;
+        (share > 0.0).then(|| format!("{share:.0} % {}", end.words()))
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// What was simulated, design by design: words, models, total efficiency and uniformity.
+pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value> {
+    let all: Vec<(&Model, &Option<PackageFile>)> = models.iter().zip(packages).collect();
+    let of_design = |design: &[(&Model, &Option<PackageFile>)]| {
+        let words = design.iter().find_map(|(_, package)| package.as_ref());
+        let row = |(model, _): &(&Model, &Option<PackageFile>)| {
+            let ledger = &model.entry.power_ledger;
+            let figure = |key: &str| {
+                let entry = model.entry.figures.get(key)?;
+                Some(Estimate::new(entry.value, entry.standard_error))
+            };
+            json!({
+                "model": model.label(),
+                "paths": model.entry.paths,
+                "efficiency": percent(ledger.account("escaped_up")),
+                "uniformity": percent(figure("uniformity")),
+                "valley": percent(figure("illuminance_valley_to_peak")),
+            })
+        };
+        json!({
+            "design": design[0].0.design,
+            "simulated": words.map_or(&[][..], |package| &package.simulated),
+            "rows": design.iter().map(row).collect::<Vec<_>>(),
+        })
+    };
+    let designs = all.chunk_by(|a, b| a.0.design == b.0.design);
+    designs.map(of_design).collect()
+}
+
+/// Fates, in words and with the variables of their colours.
+pub fn fates() -> Value {
+    let fate = |end: PathEnd| json!({"words": end.words(), "colour": palette::fate_variable(end)});
+    PathEnd::ALL.into_iter().map(fate).collect()
+}
+
+/// The scene of a model for the view in space; null of results without paths.
+///
+/// # Errors
+/// A far field that cannot be read.
+pub fn space(
+    model: &Model,
+    package: Option<&PackageFile>,
+    folder: &Folder,
+    models: usize,
+) -> Result<Value> {
+    let Some(PackageFile { drawing, space, .. }) = package else {
+        return Ok(Value::Null);
+    };
+    let radius = view_radius(drawing);
+    let kept = space.paths.len().min(MOST_PATHS / models.max(1));
+    let paths = &space.paths[..kept];
+    let points: Vec<Vec<[f64; 3]>> = paths.iter().map(|path| drawn(path, radius)).collect();
+    let quantised =
+        |p: &[f64; 3]| p.map(|x| linear(x.clamp(-radius, radius) + radius, 2.0 * radius));
+    let packed: Vec<u16> = points.iter().flatten().flat_map(quantised).collect();
+    let solid =
+        |s: &crate::results::package::SolidDrawing| json!({"name": s.name, "bounds": s.bounds_mm});
+    let number = |place: Option<usize>| place.map_or(-1, |place| place as i64);
+    Ok(json!({
+        "radius": radius,
+        "rings": drawing.rings.iter().map(|ring| &ring.points_mm).collect::<Vec<_>>(),
+        "ringNames": space.rings,
+        "faceNames": space.faces,
+        "led": drawing.led_mm,
+        "mirror": drawing.mirror_half_mm,
+        "plane": drawing.plane_mm,
+        "solids": drawing.solids.iter().map(solid).collect::<Vec<_>>(),
+        "sizes": points.iter().map(Vec::len).collect::<Vec<_>>(),
+        "points": base64_of_numbers(&packed),
+        "fates": paths.iter().map(|path| place_of(path.fate)).collect::<Vec<_>>(),
+        "pathRings": paths.iter().map(|path| number(path.ring)).collect::<Vec<_>>(),
+        "pathFaces": paths.iter().map(|path| number(path.face)).collect::<Vec<_>>(),
+        "bins": paths.iter().map(|path| number(bin(path, space.bin_deg))).collect::<Vec<_>>(),
+        "traced": space.traced,
+        "binDeg": space.bin_deg,
+        "byRing": space.by_ring,
+        "byFace": space.by_face,
+        "lobe": lobe(model, folder)?,
+    }))
+}
+
+/// Radius about the middle of the package that is drawn, mm.
+fn view_radius(drawing: &PackageDrawing) -> f64 {
+    let width = drawing.pitch_mm.unwrap_or(4.0 * drawing.radius_mm);
+    let width = width.clamp(3.0 * drawing.radius_mm, 8.0 * drawing.radius_mm);
+    (VIEW * width).max(1.15 * drawing.plane_mm.min(3.0 * width))
+}
+
+fn place_of(end: PathEnd) -> usize {
+    let place = PathEnd::ALL.iter().position(|other| *other == end);
+    place.unwrap_or(0)
+}
+
+/// Number of the polar angle that a path escaped to.
+fn bin(path: &SpacePath, bin_deg: f64) -> Option<usize> {
+    let escaped = matches!(path.fate, PathEnd::EscapedUp | PathEnd::EscapedDown);
+    let [_, _, z] = path.leaves_along.filter(|_| escaped)?;
+    let last = (180.0 / bin_deg).round() as usize - 1;
+    Some(((z.clamp(-1.0, 1.0).acos().to_degrees() / bin_deg) as usize).min(last))
+}
+
+/// Points of a path within the view, with the one where it leaves it.
+fn drawn(path: &SpacePath, radius: f64) -> Vec<[f64; 3]> {
+    let length = |p: &[f64; 3]| p.iter().map(|x| x * x).sum::<f64>();
+    let inside = path.points_mm.iter();
+    let mut points: Vec<[f64; 3]> = inside
+        .take_while(|p| length(p) < radius * radius)
+        .copied()
+        .collect();
+    let beyond = path.points_mm.get(points.len());
+    if let Some(last) = points.last().copied() {
+        let along = match (beyond, path.leaves_along) {
+            (Some(next), _) => Some([0, 1, 2].map(|k| next[k] - last[k])),
+            (None, along) => along,
+        };
+        points.extend(along.map(|d| {
+            // |last + s d| = radius
+            let a = length(&d).max(f64::MIN_POSITIVE);
+            let b: f64 = (0..3).map(|k| last[k] * d[k]).sum();
+            let s = ((b * b + a * (radius * radius - length(&last))).sqrt() - b) / a;
+            [0, 1, 2].map(|k| last[k] + s * d[k])
+        }));
+    }
+    points
+}
+
+/// The far field over polar angle and azimuth, as shares of its largest value that is not noise.
+fn lobe(model: &Model, folder: &Folder) -> Result<Value> {
+    let path = model.file(folder, "far_field.exr")?;
+    let contents = exr::read_map(&path)?;
+    let [polar, azimuths] = [&contents.description.rows, &contents.description.columns]
+        .map(|axis| axis.edges.len() - 1);
+    let pairs = contents.value.iter().zip(&contents.standard_error);
+    // Bins about the poles hold few paths.
+    let certain = pairs
+        .map(|(v, e)| f64::from(*v - 2.0 * *e))
+        .fold(f64::MIN_POSITIVE, f64::max);
+    let shares = contents
+        .value
+        .iter()
+        .map(|v| linear(f64::from(*v), 1.25 * certain));
+    Ok(json!({
+        "polar": polar, "azimuths": azimuths,
+        "share": base64_of_numbers(&shares.collect::<Vec<_>>()),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_end_on_the_sphere_of_the_view() {
+        let path = |points_mm: &[[f64; 3]], leaves_along| SpacePath {
+            fate: PathEnd::EscapedUp,
+            ring: None,
+            face: None,
+            points_mm: points_mm.to_vec(),
+            leaves_along,
+        };
+        let away = |p: [f64; 3]| p.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let leaves = path(&[[0.0; 3], [1.0, 0.0, 1.0]], Some([0.0, 0.6, 0.8]));
+        let points = drawn(&leaves, 3.0);
+        assert_eq!(points.len(), 3);
+        assert!((away(points[2]) - 3.0).abs() < 1e-12);
+        // A bend outside the view is left out, its direction is not.
+        let far = path(&[[0.0; 3], [0.0, 0.0, 9.0]], None);
+        assert_eq!(drawn(&far, 3.0), [[0.0; 3], [0.0, 0.0, 3.0]]);
+        assert_eq!(bin(&leaves, 5.0), Some(7));
+        assert_eq!(bin(&far, 5.0), None);
+    }
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `package.json` of a model: what was simulated, drawn and traced by a few paths, for pictures.
+//!
+//! The layout is written out in `docs/reference/results-schema.md`.
+
+use serde::{Deserialize, Serialize};
+
+use super::ray_paths::{PathEnd, TracedPath};
+
+/// File in the folder of a model.
+pub const FILE: &str = "package.json";
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PackageFile {
+    /// What was simulated: names and words for people.
+    pub simulated: Vec<(String, String)>,
+    /// The package and its surroundings.
+    pub drawing: PackageDrawing,
+    /// Paths in the plane y = 0.
+    pub section_paths: Vec<TracedPath>,
+    /// Paths in space.
+    pub space: SpacePaths,
+}
+
+/// The package nearest to the middle of the array, with its axis at the origin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PackageDrawing {
+    /// The dome: lines in the plane y = 0 that close, (x, z) in mm.
+    pub dome_mm: Vec<Vec<[f64; 2]>>,
+    /// What the dome is of.
+    pub dome_words: String,
+    /// Right half of its generating curve by rings, (r, z) in mm; empty for a mesh.
+    pub rings: Vec<RingOutline>,
+    /// Largest distance of the package from its axis, mm.
+    pub radius_mm: f64,
+    /// Width, depth and height of the LED's box, mm.
+    pub led_mm: [f64; 3],
+    /// Half the width of the mirror under the package, as far as half the pitch, mm.
+    pub mirror_half_mm: f64,
+    /// Height of the receiver plane, mm.
+    pub plane_mm: f64,
+    /// Distance of neighbours, mm; none of a package alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch_mm: Option<f64>,
+    /// Axes of all packages on the map, mm.
+    pub axes_mm: Vec<[f64; 2]>,
+    /// Other solids and sheets.
+    pub solids: Vec<SolidDrawing>,
+}
+
+/// A ring of the dome.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RingOutline {
+    /// Its name.
+    pub name: String,
+    /// Its part of the generating curve, (r, z) in mm.
+    pub points_mm: Vec<[f64; 2]>,
+}
+
+/// A solid or sheet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SolidDrawing {
+    /// Its name.
+    pub name: String,
+    /// What it is of.
+    pub words: String,
+    /// Whether light enters it or passes through it.
+    pub entered: bool,
+    /// Low and high corner of the box about it, mm.
+    pub bounds_mm: [[f64; 3]; 2],
+    /// Where the plane y = 0 cuts it: lines of (x, z) in mm, and whether each closes.
+    pub lines_mm: Vec<(Vec<[f64; 2]>, bool)>,
+}
+
+/// Paths of one package alone on its ground, and what leaves where.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpacePaths {
+    /// Paths traced, of equal power.
+    pub traced: u64,
+    /// Names of the dome's rings, from the axis outwards.
+    pub rings: Vec<String>,
+    /// Names of surfaces.
+    pub faces: Vec<String>,
+    /// The first of the paths.
+    pub paths: Vec<SpacePath>,
+    /// Width of the polar angles counted, degrees.
+    pub bin_deg: f64,
+    /// Escaped paths by polar angle and by the ring through which they left the dome last; the last
+    /// number of each row counts those that left through none.
+    pub by_ring: Vec<Vec<u32>>,
+    /// The same by the surface met last; the last number counts those that met none.
+    pub by_face: Vec<Vec<u32>>,
+}
+
+/// A path in space.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpacePath {
+    /// What became of it.
+    pub fate: PathEnd,
+    /// Ring through which it left the dome last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ring: Option<usize>,
+    /// Surface met last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<usize>,
+    /// Where it begins, bends and ends, mm.
+    pub points_mm: Vec<[f64; 3]>,
+    /// Direction of the last flight of a path that escaped or was given up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leaves_along: Option<[f64; 3]>,
+}
