@@ -277,17 +277,30 @@ impl Section<'_> {
         let middle = self.at([0.0, 0.0]);
         let step = round_step(0.12 * self.panel.x.scale.ends()[1]);
         let [from, to] = [0.0, self.at([step, 0.0])[0] - middle[0]].map(|x| x + left + 20.0);
+        let plane = self.at([0.0, self.drawing.plane_mm])[1];
         let y = top + 24.0;
+        // Beside the line of the receiver.
+        let y = if (plane - y).abs() < 20.0 {
+            plane + 24.0
+        } else {
+            y
+        };
         let bar = [
             [[from, y], [to, y]],
             [[from, y - 6.0], [from, y + 6.0]],
             [[to, y - 6.0], [to, y + 6.0]],
         ];
-        canvas.lines(&bar, &Pen::solid(Colour::WHITE, 6.0));
-        canvas.lines(&bar, &Pen::solid(Colour::TEXT, 2.4));
         let letters = Letters::new(TICK_SIZE, Align::Left);
         let words = format!("{} mm", significant(step, 1));
-        canvas.text_with_rim(&words, [to + 10.0, y], &letters);
+        let ground = Rect::new(
+            from - 8.0,
+            y - 13.0,
+            to + 18.0 + letters.width(&words),
+            y + 13.0,
+        );
+        canvas.rectangle(ground, Colour::WHITE.with_opacity(0.85));
+        canvas.lines(&bar, &Pen::solid(Colour::TEXT, 2.4));
+        canvas.text(&words, [to + 10.0, y], &letters);
         let Some(pitch) = self.drawing.pitch_mm else {
             return;
         };

@@ -8,7 +8,8 @@ use serde_json::{Value, json};
 use super::models::Model;
 use super::pack::{base64_of_numbers, linear};
 use super::pictures::Album;
-use super::tables::percent;
+use super::tables::{percent, thousands};
+use crate::digits::format_value_with_error;
 use crate::formats::exr;
 use crate::metrics::Estimate;
 use crate::plural::count;
@@ -68,9 +69,15 @@ pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value
                 let entry = model.entry.figures.get(key)?;
                 Some(Estimate::new(entry.value, entry.standard_error))
             };
+            let absolute = model.entry.absolute.as_ref();
+            let flux = absolute.and_then(|absolute| absolute.figures.get("flux_up"));
             json!({
+                "flux": flux.map(|flux| {
+                    let e = flux.array;
+                    format!("{} {}", format_value_with_error(e.value, e.standard_error), flux.unit)
+                }),
                 "model": model.label(),
-                "paths": model.entry.paths,
+                "paths": thousands(model.entry.paths),
                 "efficiency": percent(ledger.account("escaped_up")),
                 "uniformity": percent(figure("uniformity")),
                 "valley": percent(figure("illuminance_valley_to_peak")),
@@ -79,6 +86,7 @@ pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value
         json!({
             "design": design[0].0.design,
             "simulated": words.map_or(&[][..], |package| &package.simulated),
+            "absolute": design.iter().any(|(model, _)| model.entry.absolute.is_some()),
             "rows": design.iter().map(row).collect::<Vec<_>>(),
         })
     };
@@ -117,6 +125,7 @@ pub fn space(
     let number = |place: Option<usize>| place.map_or(-1, |place| place as i64);
     Ok(json!({
         "radius": radius,
+        "colour": palette::model_variable(palette::model_number(model.key).unwrap_or(0)),
         "rings": drawing.rings.iter().map(|ring| &ring.points_mm).collect::<Vec<_>>(),
         "ringNames": space.rings,
         "faceNames": space.faces,
@@ -183,30 +192,55 @@ fn drawn(path: &SpacePath, radius: f64) -> Vec<[f64; 3]> {
     points
 }
 
-/// The far field over polar angle and azimuth, as shares of its largest value that is not noise.
+/// The far field over polar angle and azimuth, as shares of its largest value.
 fn lobe(model: &Model, folder: &Folder) -> Result<Value> {
     let path = model.file(folder, "far_field.exr")?;
     let contents = exr::read_map(&path)?;
-    let [polar, azimuths] = [&contents.description.rows, &contents.description.columns]
-        .map(|axis| axis.edges.len() - 1);
-    let pairs = contents.value.iter().zip(&contents.standard_error);
-    // Bins about the poles hold few paths.
-    let certain = pairs
-        .map(|(v, e)| f64::from(*v - 2.0 * *e))
-        .fold(f64::MIN_POSITIVE, f64::max);
-    let shares = contents
-        .value
+    let polar = contents.description.rows.edges.len() - 1;
+    let azimuths = contents.description.columns.edges.len() - 1;
+    let values: Vec<f64> = contents.value.iter().copied().map(f64::from).collect();
+    let errors: Vec<f64> = contents
+        .standard_error
         .iter()
-        .map(|v| linear(f64::from(*v), 1.25 * certain));
-    Ok(json!({
-        "polar": polar, "azimuths": azimuths,
-        "share": base64_of_numbers(&shares.collect::<Vec<_>>()),
-    }))
+        .copied()
+        .map(f64::from)
+        .collect();
+    let rows = values.chunks(azimuths).zip(errors.chunks(azimuths));
+    let smooth: Vec<f64> = rows.flat_map(|(v, e)| averaged(v, e)).collect();
+    let most = smooth.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let shares: Vec<u16> = smooth.iter().map(|v| linear(*v, most)).collect();
+    Ok(json!({"polar": polar, "azimuths": azimuths, "share": base64_of_numbers(&shares)}))
+}
+
+/// Error of the mean of neighbouring azimuths, beside it, that the view in space leaves.
+const SMOOTH: f64 = 0.06;
+
+/// The values of one polar angle, averaged over as many neighbouring azimuths as their errors ask
+/// for.
+fn averaged(values: &[f64], errors: &[f64]) -> Vec<f64> {
+    let count = values.len();
+    let noise = errors.iter().sum::<f64>() / values.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let enough = |n: &usize| count.is_multiple_of(*n) && noise <= SMOOTH * (*n as f64).sqrt();
+    let together = (1..=count).find(enough).unwrap_or(count);
+    let means = values.chunks(together).flat_map(|group| {
+        let mean = group.iter().sum::<f64>() / group.len() as f64;
+        std::iter::repeat_n(mean, group.len())
+    });
+    means.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn noisy_angles_are_averaged_over_azimuth() {
+        let values = [1.0, 3.0, 5.0, 7.0];
+        assert_eq!(averaged(&values, &[0.1; 4]), values);
+        assert_eq!(averaged(&values, &[0.3; 4]), [2.0, 2.0, 6.0, 6.0]);
+        assert_eq!(averaged(&values, &[9.0; 4]), [4.0; 4]);
+        assert_eq!(averaged(&[0.0; 4], &[0.0; 4]), [0.0; 4]);
+    }
 
     #[test]
     fn paths_end_on_the_sphere_of_the_view() {

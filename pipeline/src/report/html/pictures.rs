@@ -184,7 +184,8 @@ impl Album {
             let begins = ["absorbed_", "lost_", "escaped_down"];
             begins.iter().any(|begin| name.starts_with(begin))
         };
-        let accounts: Vec<String> = tables::accounts(models).into_iter().filter(lost).collect();
+        let mut accounts: Vec<String> = tables::accounts(models).into_iter().filter(lost).collect();
+        accounts.sort_by_key(|account| palette::fate_of_account(account));
         if accounts.is_empty() {
             return Ok(None);
         }

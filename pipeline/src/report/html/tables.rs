@@ -405,7 +405,7 @@ fn two_digits(x: f64) -> f64 {
 }
 
 /// Groups of three digits, apart by narrow spaces.
-fn thousands(number: u64) -> String {
+pub fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {

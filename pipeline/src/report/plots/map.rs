@@ -8,7 +8,7 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::{Colour, glow};
 use super::draw::palette::LED;
 use super::draw::panel::{LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
-use super::draw::scale::{AxisScale, significant};
+use super::draw::scale::{AxisScale, common_power, significant};
 use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
 use crate::quantity::Map;
 
@@ -74,7 +74,7 @@ pub fn map_range(values: &[f64]) -> [f64; 2] {
 /// # Errors
 /// A range that is not positive and ascending.
 pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
-    let mut sheet = Sheet::new(1600, 820, picture.heading, &legend(picture));
+    let mut sheet = Sheet::new(1600, 790, picture.heading, &legend(picture));
     let [mut left, mut right] = [sheet.body; 2];
     (left.right, right.left) = (sheet.body.centre()[0], sheet.body.centre()[0]);
     draw(&mut sheet, left, picture, MapScale::Linear)?;
@@ -87,7 +87,7 @@ pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
 /// # Errors
 /// As [`illuminance_map`].
 pub fn map_on_scale(picture: &IlluminanceMap, scale: MapScale) -> Result<Picture> {
-    let mut sheet = Sheet::new(840, 860, picture.heading, &legend(picture));
+    let mut sheet = Sheet::new(840, 790, picture.heading, &legend(picture));
     let body = sheet.body;
     draw(&mut sheet, body, picture, scale)?;
     Ok(sheet.finish())
@@ -119,9 +119,11 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
             (PanelAxis::linear(map.quantity(), scale, 6), words)
         }
         MapScale::Logarithmic => {
-            let ends = [low, high].map(|v| significant(v, 2));
+            let unit = 10f64.powi(common_power(high));
+            let from = significant(low / unit, 2);
             let ratio = significant(high / low, 2);
-            let words = format!("logarithmic, 1 : {ratio}, {} to {}", ends[0], ends[1]);
+            let to = significant(high, 2);
+            let words = format!("logarithmic, 1 : {ratio}, {from} to {to}");
             (PanelAxis::log(map.quantity(), low, high, 6), words)
         }
     };

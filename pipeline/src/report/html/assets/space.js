@@ -43,9 +43,9 @@ part("space", () => {
   function lobe({ polar, azimuths, share }, size) {
     const raw = unpack(share);
     const at = (i, k) => {
-      const r = (1.25 * raw[i * azimuths + (k % azimuths)]) / STEPS;
+      const r = raw[i * azimuths + (k % azimuths)] / STEPS;
       const [theta, phi] = [(Math.PI * (i + 0.5)) / polar, (2 * Math.PI * (k + 0.5)) / azimuths];
-      return [Math.sin(theta) * Math.cos(phi), Math.sin(theta) * Math.sin(phi), Math.cos(theta)].map((x) => x * Math.min(r, 1.2) * size);
+      return [Math.sin(theta) * Math.cos(phi), Math.sin(theta) * Math.sin(phi), Math.cos(theta)].map((x) => x * r * size);
     };
     const [points, mesh] = [[], []];
     for (let i = 0; i + 1 < polar; i += 1) {
@@ -93,7 +93,7 @@ part("space", () => {
   function rays(list) {
     lines.forEach(([mesh]) => view.forget(mesh));
     const ends = data.fates.map((fate, number) => [number, fate.colour]);
-    const opacity = clamp(30 / Math.sqrt(list.length + 1), 0.25, 0.85);
+    const opacity = clamp(9 / Math.sqrt(list.length + 1), 0.16, 0.85);
     lines = ends.map(([number, name]) => {
       const points = list.filter((i) => scene.fates[i] === number).flatMap((i) => {
         const path = scene.paths[i];
@@ -110,27 +110,31 @@ part("space", () => {
     const m = scene.meshes;
     const r = chosen(ring);
     const shown = checked("show");
-    const dome = m.rings.map((mesh, i) => [mesh, i === r ? tint("--hybrid", 0.8) : tint("--silicone-edge", i % 2 ? 0.16 : 0.26)]);
+    const dome = m.rings.map((mesh, i) => [mesh, i === r ? tint("--accent", 0.75) : tint("--silicone-edge", i % 2 ? 0.16 : 0.26)]);
     const packed = [[m.ground, tint("--mirror", 0.35)], [m.led, tint("--led", 0.95)], ...dome, [m.creases, tint("--silicone-edge", 0.3)],
       [m.solids, tint("--medium-edge", 0.8)], [m.plane, tint("--receiver", 0.8)]];
-    const far = [[m.lobe, tint("--geometric", 0.07)], [m.grid, tint("--geometric", 0.4)]];
+    const far = [[m.lobe, tint(scene.colour, 0.07)], [m.grid, tint(scene.colour, 0.4)]];
     const light = lines.map(([mesh, name, opacity]) => [mesh, tint(name, opacity)]);
     view.draw(camera, [...(shown.includes(0) ? packed : []), ...light, ...(shown.includes(1) ? far : [])]);
   }
 
-  // Shares by polar angle as buttons, one for each bin that holds light.
+  // Intensity by polar angle as buttons, one for each bin as far as light goes.
   const sum = (list) => list.reduce((a, b) => a + b, 0);
   function angles() {
     const totals = scene.byRing.map(sum);
-    const most = Math.max(...totals, 1);
-    const last = totals.reduce((end, n, i) => (n > 0 ? i : end), 0);
+    const solid = (i) => Math.cos(radians(i * scene.binDeg)) - Math.cos(radians((i + 1) * scene.binDeg));
+    const intensity = totals.map((n, i) => n / solid(i));
+    const most = Math.max(...intensity, 1e-9);
+    const last = Math.max(totals.reduce((end, n, i) => (n > 0 ? i : end), 0), Math.round(90 / scene.binDeg) - 1);
     byId("angles-space").replaceChildren(...totals.slice(0, last + 1).map((n, i) => {
-      const label = `${i * scene.binDeg} to ${(i + 1) * scene.binDeg}°: ${digits((100 * n) / scene.traced, 2)} % of the light`;
+      const label = `${i * scene.binDeg} to ${(i + 1) * scene.binDeg}°: ${digits((100 * n) / scene.traced, 2)} % of the light, intensity ${digits((100 * intensity[i]) / most, 2)} % of the largest`;
       const button = el("button", { type: "button", "aria-label": label, "aria-pressed": String(bin === i), title: label });
-      button.append(el("span", { style: `height:${(100 * n) / most}%` }));
+      button.append(el("span", { style: `height:${(100 * intensity[i]) / most}%` }));
       button.addEventListener("click", () => { bin = bin === i ? null : i; update(); });
       return button;
     }));
+    const end = (last + 1) * scene.binDeg;
+    byId("scale-space").replaceChildren(...[0, end / 2, end].map((t) => el("span", {}, `${t}°`)));
   }
 
   // The rings, and the surfaces met last, by their shares of what leaves into the chosen angles.
@@ -169,10 +173,11 @@ part("space", () => {
     byId("space-body").hidden = !scene;
     if (!scene) return;
     bin = null;
+    for (const box of form.querySelectorAll("input[name=fate]")) box.parentElement.hidden = !scene.fates.includes(Number(box.value));
     const options = (names) => [el("option", { value: "" }, "any"), ...names.map((name, k) => el("option", { value: k }, name))];
     ring.replaceChildren(...options(scene.ringNames));
     face.replaceChildren(...options(scene.faceNames));
-    [camera.radius, camera.middle] = [0.8 * scene.radius, 0.35 * scene.radius];
+    [camera.radius, camera.middle] = [0.86 * scene.radius, 0.4 * scene.radius];
     update();
   }
 
@@ -218,5 +223,8 @@ part("space", () => {
   });
   new ResizeObserver(draw).observe(canvas);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
-  open();
+  // Nothing is drawn before it comes near the screen or goes to paper.
+  const begin = () => { if (!scene) open(); };
+  new IntersectionObserver((entries) => { if (entries.some((entry) => entry.isIntersecting)) begin(); }, { rootMargin: "300px" }).observe(byId("space"));
+  window.addEventListener("beforeprint", begin);
 });

@@ -122,6 +122,11 @@ pub fn model(number: usize) -> Colour {
     MODELS[number % MODELS.len()].light
 }
 
+/// The variable of the page that holds the colour of the model under this number.
+pub fn model_variable(number: usize) -> String {
+    format!("--{}", MODELS[number % MODELS.len()].name)
+}
+
 /// Colours of errors of different origin.
 pub fn neutral(number: usize) -> Colour {
     NEUTRAL[number % NEUTRAL.len()].light
