@@ -286,6 +286,7 @@ fn check_reproduction(out: &Path, json: &Value) {
                 "illuminance.png",
                 "illuminance_cross_section.csv",
                 "illuminance_cross_section.png",
+                "package.json",
             ] {
                 let path = out.join(name).join(model).join(file);
                 assert!(

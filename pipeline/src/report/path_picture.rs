@@ -320,7 +320,7 @@ impl Section<'_> {
                 canvas.line([edge, top], [edge, bottom], &cell);
             }
         }
-        canvas.text_with_rim(&text, [middle[0], y], &letters);
+        canvas.text(&text, [middle[0], y], &letters);
     }
 
     /// Names right of the axes, in the order of their heights, with lines to what they name.
