@@ -73,7 +73,9 @@ const inked = (page) => page.locator("#canvas-space").evaluate((canvas) => {
 async function inSpace(page) {
   const readout = page.locator("#readout-space");
   const paths = async () => Number((await readout.innerText()).match(/^(\d+) of/)?.[1] ?? 0);
-  await page.locator("#canvas-space").scrollIntoViewIfNeeded();
+  // The view is made as soon as it comes near the screen.
+  await page.locator("#space").scrollIntoViewIfNeeded();
+  await page.locator("#angles-space button").first().waitFor();
   const all = await paths();
   claim(all >= 100, `${all} paths are drawn in space`);
   const ink = await inked(page);
@@ -82,9 +84,9 @@ async function inSpace(page) {
   await page.locator("#controls-space input[name=fate]").first().uncheck();
   const others = await paths();
   claim(others < all && (await inked(page)) < ink, `without the light that escaped upwards ${others} paths are left`);
-  for (const box of await page.locator("#controls-space input[name=fate]").all()) await box.uncheck();
+  for (const box of await page.locator("#controls-space input[name=fate]:visible").all()) await box.uncheck();
   claim(/No fate is ticked/.test(await readout.innerText()), "no fate ticked: it says so");
-  for (const box of await page.locator("#controls-space input[name=fate]").all()) await box.check();
+  for (const box of await page.locator("#controls-space input[name=fate]:visible").all()) await box.check();
   const bars = page.locator("#angles-space button");
   const heights = await bars.evaluateAll((buttons) => buttons.map((b) => parseFloat(b.firstChild.style.height)));
   await bars.nth(heights.indexOf(Math.max(...heights))).click();
@@ -240,6 +242,8 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
   const { context, page } = await open({ viewport: DESKTOP }, () => { HTMLCanvasElement.prototype.getContext = ((whole) => function (kind, ...more) {
     return kind === "webgl" ? null : whole.call(this, kind, ...more);
   })(HTMLCanvasElement.prototype.getContext); });
+  await page.locator("#space").scrollIntoViewIfNeeded();
+  await page.locator("#angles-space button").first().waitFor();
   claim(await page.locator("#space-without").isVisible(), "without WebGL it says so");
   await page.locator("#angles-space button").first().click();
   claim((await page.locator("#ranking-rings button").count()) > 0, "and still ranks the rings");

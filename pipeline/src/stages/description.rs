@@ -141,7 +141,7 @@ fn array(design: &Design) -> String {
 /// A solid in words.
 pub(super) fn solid(solid: &CheckedSolid) -> String {
     let made = match (&solid.medium, solid.stated.kind.is_sheet()) {
-        (Some(medium), _) => format!("index {}", medium.index),
+        (Some(medium), _) => format!("index {}", shortest(medium.index)),
         (None, true) => "sheet".to_owned(),
         (None, false) => "opaque".to_owned(),
     };
@@ -184,7 +184,7 @@ fn scatters(law: &ScatterLaw) -> String {
 
 /// The dome in words.
 fn dome(design: &Design) -> String {
-    let index = design.silicone.index;
+    let index = shortest(design.silicone.index);
     let Some(dome) = &design.dome else {
         return "none".to_owned();
     };

@@ -6,7 +6,8 @@ use anyhow::{Context, Result, ensure};
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
-use super::draw::colour::{Colour, LineColours};
+use super::draw::colour::Colour;
+use super::draw::line_colours::LineColours;
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
 use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet, curve_pens};

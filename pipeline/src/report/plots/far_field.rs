@@ -5,7 +5,8 @@ use anyhow::{Result, ensure};
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
-use super::draw::colour::{Colour, LineColours};
+use super::draw::colour::Colour;
+use super::draw::line_colours::LineColours;
 use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, TICK_SIZE, draw_curves};
 use super::draw::scale::AxisScale;
 use super::draw::sheet::{CURVE, HEIGHT, Sheet, WIDTH, curve_legend, curve_pens};

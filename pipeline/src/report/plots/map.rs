@@ -8,7 +8,7 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::{Colour, glow};
 use super::draw::palette::LED;
 use super::draw::panel::{LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
-use super::draw::scale::{AxisScale, common_power, significant};
+use super::draw::scale::{AxisScale, common_power, rounded, significant};
 use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
 use crate::quantity::Map;
 
@@ -74,7 +74,7 @@ pub fn map_range(values: &[f64]) -> [f64; 2] {
 /// # Errors
 /// A range that is not positive and ascending.
 pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
-    let mut sheet = Sheet::new(1600, 790, picture.heading, &legend(picture));
+    let mut sheet = Sheet::new(1600, 770, picture.heading, &legend(picture));
     let [mut left, mut right] = [sheet.body; 2];
     (left.right, right.left) = (sheet.body.centre()[0], sheet.body.centre()[0]);
     draw(&mut sheet, left, picture, MapScale::Linear)?;
@@ -87,7 +87,7 @@ pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
 /// # Errors
 /// As [`illuminance_map`].
 pub fn map_on_scale(picture: &IlluminanceMap, scale: MapScale) -> Result<Picture> {
-    let mut sheet = Sheet::new(840, 790, picture.heading, &legend(picture));
+    let mut sheet = Sheet::new(840, 770, picture.heading, &legend(picture));
     let body = sheet.body;
     draw(&mut sheet, body, picture, scale)?;
     Ok(sheet.finish())
@@ -120,7 +120,7 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
         }
         MapScale::Logarithmic => {
             let unit = 10f64.powi(common_power(high));
-            let from = significant(low / unit, 2);
+            let from = rounded(low / unit, 2);
             let ratio = significant(high / low, 2);
             let to = significant(high, 2);
             let words = format!("logarithmic, 1 : {ratio}, {from} to {to}");
@@ -176,7 +176,7 @@ pub fn false_colours(
     levels: &PanelAxis,
     image: BinImage,
 ) -> Panel {
-    let room = room.inset(75.0, 34.0, 155.0, 65.0);
+    let room = room.inset(75.0, 34.0, 172.0, 65.0);
     let [columns, rows] = [map.columns().range(), map.rows().range()];
     let extent = [columns, rows].map(|[low, high]| high - low);
     let scale = (room.width() / extent[0]).min(room.height() / extent[1]);

@@ -5,7 +5,8 @@ use anyhow::{Result, ensure};
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
-use super::draw::colour::{Colour, LineColours};
+use super::draw::colour::Colour;
+use super::draw::line_colours::LineColours;
 use super::draw::palette::LED_GROUND;
 use super::draw::panel::{BAND_ERRORS, Mark, Panel, PanelAxis, TICK_SIZE, draw_marks};
 use super::draw::scale::AxisScale;

@@ -79,7 +79,8 @@ part("space", () => {
     };
   }
 
-  const checked = (name) => [...form.querySelectorAll(`input[name=${name}]:checked`)].map((box) => Number(box.value));
+  // Fates that no path of the model has are hidden.
+  const checked = (name) => [...form.querySelectorAll(`input[name=${name}]:checked`)].filter((box) => !box.parentElement.hidden).map((box) => Number(box.value));
   const chosen = (select) => (select.value === "" ? null : Number(select.value));
 
   // Numbers of the paths that pass all filters.

@@ -4,8 +4,6 @@
 //! What single colours mean stands in the palette. The scales are curves in the space OKLCH [Ottosson 2020], in which equal
 //! steps look equal: lightness rises linearly along them while the hue turns, with a chroma that a screen can show everywhere.
 
-use super::palette;
-
 /// A colour with opacity; red, green, blue in 0..=255 as encoded in sRGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Colour {
@@ -43,39 +41,6 @@ impl Colour {
     }
 }
 
-/// How the curves of one picture are told apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LineColours {
-    /// Models, by their numbers in the palette.
-    Models,
-    /// Cuts or profiles of the model of this number: its colour, told apart by dashes.
-    OfModel(usize),
-    /// Errors of different origin: greys, told apart by dashes.
-    Neutral,
-    /// A numbered series: one scale from dark to light.
-    Ordered,
-    /// A numbered series and, last, what it adds up to: the scale, then black.
-    OrderedAndSum,
-}
-
-impl LineColours {
-    /// Colour of curve `index` of `count`.
-    pub fn pick(self, index: usize, count: usize) -> Colour {
-        match self {
-            Self::Models => palette::model(index),
-            Self::OfModel(number) => palette::model(number),
-            Self::Neutral => palette::neutral(index),
-            Self::OrderedAndSum if index + 1 == count => Colour::BLACK,
-            Self::OrderedAndSum => Self::Ordered.pick(index, count - 1),
-            Self::Ordered => {
-                let share = index as f64 / (count.max(2) - 1) as f64;
-                let mix = |from: f64, to: f64| from + (to - from) * share;
-                oklch(mix(0.36, 0.80), 0.155, mix(-75.0, 85.0))
-            }
-        }
-    }
-}
-
 /// Colour at `share` of the scale of light, held within 0..=1: black through violet and orange to
 /// pale yellow.
 pub fn glow(share: f64) -> Colour {
@@ -90,7 +55,7 @@ pub fn glow(share: f64) -> Colour {
 }
 
 /// The sRGB colour of this lightness, chroma and hue, which must lie within what a screen shows.
-fn oklch(lightness: f64, chroma: f64, hue_deg: f64) -> Colour {
+pub(super) fn oklch(lightness: f64, chroma: f64, hue_deg: f64) -> Colour {
     let linear = linear_rgb(lightness, chroma, hue_deg.to_radians());
     debug_assert!(
         linear.iter().all(|v| (-1e-3..=1.001).contains(v)),
@@ -176,20 +141,6 @@ mod tests {
         // The assertion within `oklch` judges.
         for i in 0..=1000u32 {
             glow(f64::from(i) / 1000.0);
-            LineColours::Ordered.pick(i as usize, 1001);
-        }
-    }
-
-    #[test]
-    fn neighbouring_lines_differ() {
-        for colours in [LineColours::Models, LineColours::Ordered] {
-            for i in 1..4 {
-                let (a, b) = (colours.pick(i - 1, 6).rgb, colours.pick(i, 6).rgb);
-                let distance: i32 = (0..3)
-                    .map(|k| (i32::from(a[k]) - i32::from(b[k])).abs())
-                    .sum();
-                assert!(distance > 30, "{colours:?} {i}: {a:?} {b:?}");
-            }
         }
     }
 

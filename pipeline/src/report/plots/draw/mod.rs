@@ -6,6 +6,7 @@
 pub mod canvas;
 pub mod colour;
 pub mod font;
+pub mod line_colours;
 pub mod palette;
 pub mod panel;
 pub mod scale;

@@ -116,15 +116,19 @@ pub fn significant(number: f64, digits: usize) -> String {
         return number_label(number, 0);
     }
     let power = common_power(number);
-    let mantissa = number / 10f64.powi(power);
-    let whole = mantissa.abs().log10().floor() as i64;
-    let decimals = (digits as i64 - 1 - whole).max(0) as usize;
-    let text = number_label(mantissa, decimals);
+    let text = rounded(number / 10f64.powi(power), digits);
     if power == 0 {
         text
     } else {
         format!("{text} × {}", power_of_ten(power))
     }
+}
+
+/// A number to so many significant digits, without a power of ten.
+pub fn rounded(number: f64, digits: usize) -> String {
+    let whole = number.abs().max(f64::MIN_POSITIVE).log10().floor() as i64;
+    let decimals = (digits as i64 - 1 - whole).clamp(0, 12) as usize;
+    number_label(number, decimals)
 }
 
 /// `10⁻³` in superscript letters.
@@ -312,5 +316,6 @@ mod tests {
         assert_eq!(significant(8.337e-3, 3), "8.34 × 10⁻³");
         assert_eq!(significant(42.3, 2), "42");
         assert_eq!(significant(0.0, 3), "0");
+        assert_eq!(rounded(0.0143, 2), "0.014");
     }
 }

@@ -5,7 +5,8 @@
 
 use super::super::Heading;
 use super::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
-use super::colour::{Colour, LineColours};
+use super::colour::Colour;
+use super::line_colours::LineColours;
 use crate::quantity::Curve;
 
 /// Width of most pictures in pixels.
