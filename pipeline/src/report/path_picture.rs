@@ -188,7 +188,7 @@ impl Section<'_> {
             .iter()
             .map(|l| self.all(l))
             .collect();
-        canvas.with_tooltip(&format!("{}: {}", solid.name, solid.words), |canvas| {
+        canvas.with_tooltip(&solid.name, |canvas| {
             if !closed.is_empty() {
                 canvas.shape(
                     &closed,
