@@ -35,7 +35,7 @@ fn main() -> Result<()> {
         heading: &heading,
         quantity: &quantity,
         curves: &curves,
-        colours: LineColours::Distinct,
+        colours: LineColours::Ordered,
         numbers: &[],
         peaks: &[],
     };
