@@ -147,18 +147,18 @@ impl Section<'_> {
         let (around, inside): (Vec<_>, Vec<_>) = solids
             .into_iter()
             .partition(|solid| extent(solid) > 2.0 * drawing.radius_mm);
-        around
-            .into_iter()
-            .for_each(|solid| self.solid(canvas, solid));
+        for solid in around {
+            self.solid(canvas, solid);
+        }
         canvas.shape(
             &dome,
             true,
             Some(SILICONE[0]),
             &Pen::solid(SILICONE[1], 1.3),
         );
-        inside
-            .into_iter()
-            .for_each(|solid| self.solid(canvas, solid));
+        for solid in inside {
+            self.solid(canvas, solid);
+        }
         let edge = drawing.dome_mm.iter().flatten().copied();
         // A place on the right of the outline, below the top.
         let slope = |[x, z]: &[f64; 2]| x + 0.4 * z;

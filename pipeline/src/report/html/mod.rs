@@ -117,13 +117,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     labels.sort();
     labels.dedup();
     let note = results.quick_note.as_deref();
-    if results.quick {
-        ensure!(
-            note.is_some(),
-            "{}: expected a value, got none",
-            folder.place("quick_note")
-        );
-    }
+    checked_note(folder)?;
 
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -176,6 +170,17 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         html,
         tables: embedded.found,
     })
+}
+
+/// Refuses a quick run that does not say what that means.
+fn checked_note(folder: &Folder) -> Result<()> {
+    let results = folder.results();
+    ensure!(
+        !results.quick || results.quick_note.is_some(),
+        "{}: expected a value, got none",
+        folder.place("quick_note")
+    );
+    Ok(())
 }
 
 /// Pictures of the paper's Figures 3, 4 and 6.

@@ -233,17 +233,13 @@ impl ModelFiles<'_> {
         let seen = self.observation.illuminance.total();
         let largest = seen.iter().copied().fold(0.0, f64::max);
         let peak = largest * self.units.per_irradiance();
-        let level = match self.peak_on(line, largest, peak_mm) {
-            Some(position) => {
-                marks.push(self.mark(MarkKind::Peak, [position, peak]));
-                None
-            }
-            None => {
-                let [x, y] = peak_mm.map(|mm| format!("{mm:.2}").replace('-', "−"));
-                Some((peak, format!("peak of the map, at ({x}, {y}) mm")))
-            }
-        };
-        (marks, level)
+        if let Some(position) = self.peak_on(line, largest, peak_mm) {
+            marks.push(self.mark(MarkKind::Peak, [position, peak]));
+            return (marks, None);
+        }
+        let [x, y] = peak_mm.map(|mm| format!("{mm:.2}").replace('-', "−"));
+        let level = (peak, format!("peak of the map, at ({x}, {y}) mm"));
+        (marks, Some(level))
     }
 
     /// Position on the line of the largest bin or, by symmetry, of one that is as large.

@@ -36,6 +36,7 @@ impl Colour {
     }
 
     /// The same colour, partly transparent.
+    #[must_use]
     pub const fn with_opacity(self, opacity: f64) -> Self {
         Self { opacity, ..self }
     }
