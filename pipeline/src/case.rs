@@ -112,6 +112,8 @@ impl Case {
     }
 
     fn from_text(text: &str) -> Result<Self> {
+        // Editors of some systems begin a file with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let value = json::parse(text.as_bytes()).map_err(|error| {
             let other_than_json = !error.is_data();
             let error = anyhow::Error::new(error);

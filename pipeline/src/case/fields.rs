@@ -105,10 +105,14 @@ impl<'a> Fields<'a> {
             .ok_or_else(|| self.refuse(key, "a number"))
     }
 
-    /// A number above 0.
+    /// A number above 0, with room for its ratios to others.
     pub(super) fn length(&self, key: &str) -> Result<f64> {
-        let length = "a length above 0";
-        let value = self.required(key)?.as_f64().filter(|&x| x > 0.0);
+        let value = self.required(key)?.as_f64();
+        let length = match value {
+            Some(x) if x > 0.0 => "a length from 1e-100 to 1e100",
+            _ => "a length above 0",
+        };
+        let value = value.filter(|x| (1e-100..=1e100).contains(x));
         value.ok_or_else(|| self.refuse(key, length))
     }
 

@@ -28,6 +28,10 @@ pub fn run(arguments: &NewArgs, context: RunContext) -> Result<()> {
         .name
         .strip_suffix(".toml")
         .unwrap_or(&arguments.name);
+    ensure!(
+        !name.chars().any(char::is_control),
+        "NAME: expected letters, digits, '-', '_' and '.', got {name:?}"
+    );
     let file = PathBuf::from(format!("{name}.toml"));
     let shown = file.display().to_string();
     let text = DESIGN.replace("NAME", name);

@@ -14,7 +14,6 @@ use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
 use crate::formats::csv;
-use crate::metrics::Estimate;
 use crate::plural::count;
 use crate::provenance::FileRecord;
 use crate::quantity::Unit;
@@ -22,7 +21,7 @@ use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::run_context::RunContext;
 use crate::study::compute::compute;
-use crate::study::study_results::{FigureRow, StudyResults};
+use crate::study::study_results::{FigureRow, Ranked, StudyResults};
 use crate::study::{self, Study};
 
 /// File under the directory of results.
@@ -81,12 +80,22 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         let bars: Vec<MarkedLine> = ranking
             .iter()
             .take(SHOWN)
-            .map(|(i, misfit)| MarkedLine {
-                label: study.setups[*i].0.name.clone(),
-                marks: vec![(String::new(), misfit.value, misfit.standard_error)],
+            .map(|ranked| MarkedLine {
+                label: study.setups[ranked.setup].0.name.clone(),
+                marks: vec![(
+                    String::new(),
+                    ranked.misfit.value,
+                    ranked.misfit.standard_error,
+                )],
+                least: 0.0,
             })
             .collect();
-        let subtitle = format!("best {} of {}", bars.len(), count(ranking.len(), "set-up"));
+        let subtitle = format!(
+            "smallest {} of {}; {}",
+            bars.len(),
+            count(ranking.len(), "set-up"),
+            tied(&ranking)
+        );
         let heading = Heading::new(format!("{}: misfit to targets", study.name), subtitle);
         atomic_file::write_bytes(
             &path("misfit.png"),
@@ -203,6 +212,7 @@ fn spans(outcome: &StudyResults, figure: &str) -> Vec<MarkedLine> {
     };
     (1..outcome.found.len())
         .map(|i| MarkedLine {
+            least: f64::NEG_INFINITY,
             label: outcome.study.setups[i].0.name.clone(),
             marks: outcome.lines(i).filter_map(change).collect(),
         })
@@ -232,7 +242,15 @@ fn describe_single_runs(outcome: &StudyResults) -> String {
     text
 }
 
-fn describe(study: &Study, ranking: &[(usize, Estimate)]) -> String {
+/// How many of the set-ups of `ranking` may be the best one.
+fn tied(ranking: &[Ranked]) -> String {
+    match ranking.iter().filter(|ranked| ranked.is_tied()).count() {
+        1 => "the first is the best".to_owned(),
+        tied => format!("{tied} cannot be told from the first"),
+    }
+}
+
+fn describe(study: &Study, ranking: &[Ranked]) -> String {
     let mut text = count(study.setups.len(), "set-up");
     for (setup, why) in &study.impossible {
         // Writing to a string cannot fail.
@@ -246,12 +264,17 @@ fn describe(study: &Study, ranking: &[(usize, Estimate)]) -> String {
         text,
         "; root mean square of misses in units of their scales:"
     );
-    for (i, misfit) in ranking.iter().take(SHOWN) {
+    for ranked in ranking.iter().take(SHOWN) {
+        let misfit = ranked.misfit;
         let number = format_value_with_error(misfit.value, misfit.standard_error);
-        let _ = writeln!(text, "{number:>16}  {}", study.setups[*i].0.name);
+        let name = &study.setups[ranked.setup].0.name;
+        let _ = writeln!(text, "{number:>16}  {name}");
     }
     if ranking.len() > SHOWN {
         let _ = writeln!(text, "and {} more", ranking.len() - SHOWN);
+    }
+    if ranking.len() > 1 {
+        let _ = writeln!(text, "{}", tied(ranking));
     }
     text
 }

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use crate::digits::{format_value_with_error, shortest, thousands};
 use crate::metrics::Estimate;
 use crate::metrics::extraction::{Ledger, is_end};
+use crate::metrics::far_field::PeakPlace;
 use crate::metrics::uniformity_forms::{FORMS, Form, Region};
 use crate::plural::count;
 use crate::quantity::Unit;
@@ -163,7 +164,13 @@ fn far_field(text: &mut String, model: &ModelResult) {
         text.push_str(" far field\n");
     }
     for figure in figures {
-        let value = match (figure.peak_place.words(), figure.unit) {
+        let beside = model.figure("peak_angle_deg").map(|peak| peak.peak_place);
+        // A ratio to a peak that is noise is noise as well.
+        let place = match (figure.key, beside) {
+            ("centre_to_peak", Some(PeakPlace::NotResolved)) => PeakPlace::NotResolved,
+            _ => figure.peak_place,
+        };
+        let value = match (place.words(), figure.unit) {
             (Some(words), _) => words.to_owned(),
             (None, Unit::Fraction) => percent(figure.estimate),
             (None, unit) => {
@@ -247,7 +254,6 @@ fn receivers(text: &mut String, model: &ModelResult) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::far_field::PeakPlace;
 
     fn model() -> ModelResult {
         let figure = |key, label, unit, value, error| Figure {

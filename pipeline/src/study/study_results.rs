@@ -19,9 +19,52 @@ use crate::provenance::FileRecord;
 /// Version of the layout of `study.json`.
 const SCHEMA_VERSION: u32 = 2;
 
-/// Misfit: root mean square of misses in units of their scales, with its standard error. `None`
-/// without targets, or with fewer figures than `base`.
-pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> Option<Estimate> {
+/// Standard errors of a difference of misfits by which a set-up must lie above the best one to be
+/// told from it.
+pub const DISTINCT: f64 = 3.0;
+
+/// A misfit, with and without each group of paths.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Misfit {
+    /// Root mean square of misses in units of their scales.
+    pub value: f64,
+    without: Vec<f64>,
+}
+
+impl Misfit {
+    /// With its standard error.
+    pub fn estimate(&self) -> Estimate {
+        Estimate::new(self.value, spread(&self.without))
+    }
+
+    /// How far it lies above another one, group by group.
+    pub fn above(&self, other: &Self) -> Estimate {
+        let pairs = self.without.iter().zip(&other.without);
+        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        Estimate::new(self.value - other.value, spread(&differences))
+    }
+}
+
+/// A set-up in the ranking.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranked {
+    /// Number of the set-up.
+    pub setup: usize,
+    /// Its misfit.
+    pub misfit: Estimate,
+    /// How far it lies above the first one.
+    pub above_first: Estimate,
+}
+
+impl Ranked {
+    /// Whether it cannot be told from the first one, which itself is among these.
+    pub fn is_tied(&self) -> bool {
+        self.above_first.value <= DISTINCT * self.above_first.standard_error
+    }
+}
+
+/// Misfit of a set-up. `None` without targets, or with fewer figures than `base`.
+pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> Option<Misfit> {
     let misses = misses(found, targets);
     if misses.len() < self::misses(base, targets).len() {
         return None;
@@ -35,8 +78,10 @@ pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> O
             .map(|(f, target, scale)| ((value(f) - target) / scale).powi(2));
         (squares.sum::<f64>() / count).sqrt()
     };
-    let without: Vec<f64> = (0..groups).map(|g| of(&|f| f.without[g])).collect();
-    Some(Estimate::new(of(&|f| f.value), spread(&without)))
+    Some(Misfit {
+        value: of(&|f| f.value),
+        without: (0..groups).map(|g| of(&|f| f.without[g])).collect(),
+    })
 }
 
 /// Figures with a target, with target and scale.
@@ -79,14 +124,19 @@ pub struct FigureRow<'a> {
 }
 
 impl StudyResults<'_> {
-    /// Set-ups by misfit, best first; empty without targets.
-    pub fn ranking(&self) -> Vec<(usize, Estimate)> {
+    /// Set-ups by misfit, the smallest first; empty without targets.
+    pub fn ranking(&self) -> Vec<Ranked> {
         let misfits = self.found.iter().enumerate();
-        let mut all: Vec<(usize, Estimate)> = misfits
+        let mut all: Vec<(usize, Misfit)> = misfits
             .filter_map(|(i, found)| Some((i, misfit(found, &self.found[0], &self.study.targets)?)))
             .collect();
         all.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        all
+        let ranked = |(setup, misfit): &(usize, Misfit)| Ranked {
+            setup: *setup,
+            misfit: misfit.estimate(),
+            above_first: misfit.above(&all[0].1),
+        };
+        all.iter().map(ranked).collect()
     }
 
     /// Every figure of set-up `index`.
@@ -204,7 +254,7 @@ impl StudyResults<'_> {
             json!({
                 "name": setup.name,
                 "levels": setup.levels,
-                "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets),
+                "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets).map(|m| m.estimate()),
                 "figures": figures,
                 "short_runs": short_runs,
                 "targets_as_single_runs": self.as_single_runs(i),
@@ -215,9 +265,14 @@ impl StudyResults<'_> {
             json!({"name": f.name, "description": f.description, "key": f.key, "levels": levels})
         });
         let ranking = self.ranking();
-        let ranking = ranking
-            .iter()
-            .map(|(i, misfit)| json!({"setup": self.study.setups[*i].0.name, "misfit": misfit}));
+        let ranking = ranking.iter().map(|ranked| {
+            json!({
+                "setup": self.study.setups[ranked.setup].0.name,
+                "misfit": ranked.misfit,
+                "above_first": ranked.above_first,
+                "tied_with_first": ranked.is_tied(),
+            })
+        });
         let impossible = self.study.impossible.iter();
         let impossible = impossible.map(|(setup, why)| json!({"setup": setup, "why": why}));
         json!({
@@ -319,12 +374,24 @@ mod tests {
         let table = toml::from_str("[D1.hybrid_10um]\nuniformity = 0.75").expect("valid");
         let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
         let of = |found: &SetupFigures| misfit(found, found, &targets);
-        let estimate = of(&found(figure(0.79, &[0.79, 0.80, 0.78]))).expect("a target");
+        let third = of(&found(figure(0.79, &[0.79, 0.80, 0.78]))).expect("a target");
+        let estimate = third.estimate();
         assert!((estimate.value - 2.0).abs() < 1e-12);
         // √((3-1)/3 · 2 · 0.5²) of misses 2, 2.5 and 1.5.
         assert!((estimate.standard_error - (1.0f64 / 3.0).sqrt()).abs() < 1e-12);
         let one = found(figure(0.79, &[0.79, 0.78]));
         assert_eq!(misfit(&one, &one, &Targets::default()), None);
+        // Both vary alike, so that their difference has no error.
+        let first = of(&found(figure(0.77, &[0.77, 0.78, 0.76]))).expect("a target");
+        let above = third.above(&first);
+        assert!((above.value - 1.0).abs() < 1e-12 && above.standard_error < 1e-12);
+        let ranked = |above_first| Ranked {
+            setup: 0,
+            misfit: estimate,
+            above_first,
+        };
+        assert!(!ranked(above).is_tied() && ranked(first.above(&first)).is_tied());
+        assert!(ranked(Estimate::new(0.2, 0.1)).is_tied());
         // Without the figure that the base has there is nothing to rank.
         assert_eq!(misfit(&SetupFigures::new(), &one, &targets), None);
     }

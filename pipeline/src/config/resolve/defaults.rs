@@ -51,6 +51,16 @@ fn rings(raw: &mut Design, states: impl Fn(&str) -> bool) {
 /// at least a bin.
 fn far_field(raw: &mut Design, states: impl Fn(&str) -> bool) {
     let f = &mut raw.far_field;
+    if f.read_bins == BinPlacement::About && !states("read_bin_deg") {
+        if !states("bin_deg") {
+            f.bin_deg = 1.0;
+        }
+        // Whole bins on both sides of a multiple of the width that is read.
+        let pair = 2.0 * f.bin_deg;
+        let fits = |read: &f64| (90.0 / read - (90.0 / read).round()).abs() < 1e-9;
+        let multiples = (1..=90).map(|k| pair * f64::from(k));
+        f.read_bin_deg = multiples.take_while(|read| *read <= 15.0).find(fits);
+    }
     let read = f.read_bin_deg();
     if !(read.is_finite() && read > 0.0) {
         return;
@@ -146,6 +156,11 @@ mod tests {
                 (bins - bins.round()).abs() < 1e-9 && far.centre_deg >= 2.0,
                 "{bin}"
             );
+        }
+        for bin in ["", "bin_deg = 0.5\n", "bin_deg = 2.5\n"] {
+            let text = format!("\n[far_field]\nread_bins = \"about\"\n{bin}");
+            let far = own(&[], &text).far_field;
+            assert!(far.read_bin_deg() >= 2.0 * far.bin_deg, "{bin}");
         }
         own(&[("pitch_mm = 5.0", "pitch_mm = 17")], "");
     }

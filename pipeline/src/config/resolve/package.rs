@@ -242,7 +242,10 @@ pub(in crate::config) fn reflector<S: Specular>(
             reflectance: reflectance(stated.reflectance)?,
         },
         Law::Absorbing(stated) => {
-            reflectance(stated.reflectance.unwrap_or_default())?;
+            if let Some(value) = stated.reflectance.filter(|value| *value != 0.0) {
+                let expected = "0 or no such key: the surface absorbs all";
+                return Err(at.value(&format!("{table}.reflectance"), value, expected));
+            }
             Reflector::Absorbing
         }
         Law::Mixed(stated) => Reflector::Mixed {

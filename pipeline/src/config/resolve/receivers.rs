@@ -23,6 +23,9 @@ const MOST_BINS: f64 = 4e6;
 /// Longest rectangle, mm: a thousand kilometres, for what is far away.
 const MOST_SIZE_MM: f64 = 1e9;
 
+/// Least width of a bin of directions, degrees.
+const LEAST_BIN_DEG: f64 = 1e-3;
+
 /// Most bins of a rectangle along u or v.
 const MOST_ALONG_AXIS: usize = 20_000;
 
@@ -167,7 +170,7 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
         let (key, at) = (self.key, self.at);
         let names = ["theta_bin_deg", "phi_bin_deg"];
         for ((name, width), whole) in names.into_iter().zip(widths).zip([polar, 360.0]) {
-            at.positive(&key(name), width, "an angle above 0")?;
+            at.within(&key(name), width, LEAST_BIN_DEG, whole)?;
             whole_division(at, &key(name), whole, width)?;
         }
         // Widths divide their ranges by now.

@@ -38,6 +38,8 @@ pub struct MarkedLine {
     pub label: String,
     /// Series, value, standard error.
     pub marks: Vec<(String, f64, f64)>,
+    /// Least value that there can be, at which bars end.
+    pub least: f64,
 }
 
 /// Draws a dot with a bar of two standard errors for every mark, coloured by its series, and a line at 0. Fractions are drawn as percentages.
@@ -55,7 +57,15 @@ pub fn marked_lines(
         from_zero: true,
         ..Chart::default()
     };
-    for (line, MarkedLine { label, marks }) in lines.iter().enumerate() {
+    for (
+        line,
+        MarkedLine {
+            label,
+            marks,
+            least,
+        },
+    ) in lines.iter().enumerate()
+    {
         chart.lines.push(broken(label));
         for (series, value, error) in marks.iter().filter(|m| m.1.is_finite()) {
             chart.dots.push(Dot {
@@ -63,6 +73,7 @@ pub fn marked_lines(
                 column: 0,
                 series: place_of(&mut chart.series, series),
                 computed: Some([*value, *error]),
+                least: *least,
                 published: None,
             });
         }
@@ -101,6 +112,7 @@ pub fn published_vs_computed(heading: &Heading, rows: &[SummaryRow]) -> Result<P
             column: place_of(&mut chart.columns, &quantity),
             series: place_of(&mut chart.series, &row.model),
             computed: computed.map(|c| [c.value, c.standard_error]),
+            least: f64::NEG_INFINITY,
             published,
         });
     }
@@ -129,6 +141,8 @@ struct Dot {
     series: usize,
     /// Value and standard error; the error may be unknown.
     computed: Option<[f64; 2]>,
+    /// Least value that there can be.
+    least: f64,
     published: Option<f64>,
 }
 
@@ -141,7 +155,7 @@ impl Dot {
             } else {
                 0.0
             };
-            [value - bar, value + bar]
+            [(value - bar).max(self.least), value + bar]
         })
     }
 
@@ -348,6 +362,7 @@ mod tests {
 
     fn line(label: &str, value: f64) -> MarkedLine {
         MarkedLine {
+            least: f64::NEG_INFINITY,
             label: label.to_owned(),
             marks: vec![
                 ("D1".to_owned(), value, 0.01),
