@@ -69,20 +69,6 @@ impl Context<'_> {
         Err(self.value(key, value, &expected))
     }
 
-    /// A number above 0.
-    pub(super) fn positive(
-        &self,
-        key: &str,
-        value: f64,
-        expected: &str,
-    ) -> Result<f64, ConfigError> {
-        if value.is_finite() && value > 0.0 {
-            Ok(value)
-        } else {
-            Err(self.value(key, value, expected))
-        }
-    }
-
     /// A direction of any length.
     pub(super) fn direction(&self, key: &str, stated: [f64; 3]) -> Result<DVec3, ConfigError> {
         let direction = DVec3::from_array(stated);
