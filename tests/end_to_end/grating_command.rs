@@ -56,6 +56,7 @@ fn reticolo_cases_agree_as_they_are() {
 }
 
 #[test]
+#[ignore = "slow: 13 s"]
 fn truncated_cases_agree_as_they_are() {
     check("truncated.json", "truncated/", 40);
 }
@@ -139,6 +140,7 @@ fn reliefs() -> [(&'static str, Value); 4] {
 }
 
 #[test]
+#[ignore = "slow: 30 s"]
 fn tolerances_are_kept() {
     let folder = tempdir().expect("a folder");
     for (name, case) in reliefs() {
@@ -173,6 +175,7 @@ fn tolerances_are_kept() {
 /// Dielectric, absorbing and metallic gratings whose limit for infinitely many orders is known from
 /// other formulations.
 #[test]
+#[ignore = "slow: 8 s"]
 fn stated_errors_bound_the_departure_from_known_limits() {
     let folder = tempdir().expect("a folder");
     let mut judged = 0;

@@ -195,6 +195,7 @@ fn a_flat_relief_has_the_matrices_of_fresnel_from_both_sides() {
 /// D1's band 2 at a tolerance of 1e-2, off the nodes, over diffuse light; and next to the normal,
 /// where s turns by any angle from node to node.
 #[test]
+#[ignore = "slow: a table against single solves (8 s)"]
 fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
     let design = config::embedded("d1.toml").expect("valid");
     let cell = band_cells(&design)[1].clone().expect("a relief");
@@ -297,6 +298,7 @@ fn run_in(folder: &Path, text: &str, flags: &[&str]) -> Result<Value, String> {
 }
 
 #[test]
+#[ignore = "slow: tables with matrices (7 s)"]
 fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
     let text = |law: &str, polarization: &str, tables: &str| {
         format!(

@@ -36,4 +36,5 @@ mod sources_from_files;
 mod spectrum;
 mod stopping_rule;
 mod study;
+mod tutorial;
 mod unlit_receivers;

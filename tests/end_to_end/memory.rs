@@ -65,6 +65,7 @@ fn bins_for_which_there_is_no_memory_are_refused_in_one_line() {
 }
 
 #[test]
+#[ignore = "slow: maps near the limit of the memory (6 s)"]
 fn groups_are_in_memory_once() {
     let folder = tempdir().expect("a folder");
     let bins = 900 * 900;
@@ -80,6 +81,7 @@ fn groups_are_in_memory_once() {
 }
 
 #[test]
+#[ignore = "slow: maps near the limit of the memory (12 s)"]
 fn maps_and_far_fields_are_in_memory_once_beside_what_is_judged() {
     let folder = tempdir().expect("a folder");
     let text = receiver(1);

@@ -318,6 +318,7 @@ fn rays_disperse_only_in_materials_that_do() {
 }
 
 #[test]
+#[ignore = "slow: 8 s"]
 fn wavelengths_are_added_until_noise_hides_what_they_change() {
     let light = |sampling: &str| {
         format!(

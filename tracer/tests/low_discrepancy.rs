@@ -40,6 +40,7 @@ fn settings(paths: u64, seed: u64, sampling: Sampling) -> Settings {
 }
 
 #[test]
+#[ignore = "slow: 12 s"]
 fn errors_are_as_large_as_they_say() {
     // (estimate - p)/error of the share of every bin is Student's t with 63 degrees of freedom:
     // variance 63/61, beyond 2 in 4.98 % of cases.

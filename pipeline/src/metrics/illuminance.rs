@@ -4,6 +4,8 @@
 //!
 //! Both steps are linear and act on every group of paths alone, so errors follow.
 
+use std::ops::Range;
+
 use super::Grouped;
 
 /// A rectangular map of bins centred on the array's axis.
@@ -137,27 +139,64 @@ fn convolved(map: &[f64], grid: Grid, kernel: &[f64]) -> Vec<f64> {
     if kernel.len() == 1 {
         return map.to_vec();
     }
-    let along = |source: &[f64], count: usize, step: usize, lines: usize, stride: usize| {
-        let mut out = vec![0.0; source.len()];
-        for line in 0..lines {
-            for i in 0..count {
-                let (low, high) = (
-                    i.saturating_sub(kernel.len() - 1),
-                    (i + kernel.len() - 1).min(count - 1),
-                );
-                let (mut sum, mut weight) = (0.0, 0.0);
-                for k in low..=high {
-                    let w = kernel[k.abs_diff(i)];
-                    sum += w * source[line * stride + k * step];
-                    weight += w;
-                }
-                out[line * stride + i * step] = sum / weight;
-            }
+    let columns = grid.columns;
+    let mut rows = vec![0.0; map.len()];
+    let weights = weights(kernel, columns);
+    for (line, source) in rows
+        .chunks_exact_mut(columns)
+        .zip(map.chunks_exact(columns))
+    {
+        for (offset, weight) in offsets(kernel) {
+            let (to, from) = overlap(columns, offset);
+            add(&mut line[to], &source[from], weight);
         }
-        out
-    };
-    let rows = along(map, grid.columns, 1, grid.rows, grid.columns);
-    along(&rows, grid.rows, grid.columns, grid.columns, 1)
+        for (value, weight) in line.iter_mut().zip(&weights) {
+            *value /= weight;
+        }
+    }
+    let mut both = vec![0.0; map.len()];
+    for (offset, weight) in offsets(kernel) {
+        let (to, from) = overlap(grid.rows, offset);
+        let whole = |lines: Range<usize>| lines.start * columns..lines.end * columns;
+        add(&mut both[whole(to)], &rows[whole(from)], weight);
+    }
+    let weights = self::weights(kernel, grid.rows);
+    for (line, weight) in both.chunks_exact_mut(columns).zip(&weights) {
+        line.iter_mut().for_each(|value| *value /= weight);
+    }
+    both
+}
+
+/// Distances from a bin, from the lowest up, with the kernel's weight there.
+fn offsets(kernel: &[f64]) -> impl Iterator<Item = (isize, f64)> {
+    let reach = kernel.len() as isize - 1;
+    (-reach..=reach).map(|offset| (offset, kernel[offset.unsigned_abs()]))
+}
+
+/// Bins of `count` that have a neighbour at `offset`, and these neighbours.
+fn overlap(count: usize, offset: isize) -> (Range<usize>, Range<usize>) {
+    let (far, rest) = (
+        offset.unsigned_abs().min(count),
+        count.saturating_sub(offset.unsigned_abs()),
+    );
+    let (low, high) = (0..rest, far..count);
+    if offset < 0 { (high, low) } else { (low, high) }
+}
+
+/// Weight of the kernel inside a line of `count` bins, about each of them.
+fn weights(kernel: &[f64], count: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; count];
+    for (offset, weight) in offsets(kernel) {
+        let (to, _) = overlap(count, offset);
+        sums[to].iter_mut().for_each(|sum| *sum += weight);
+    }
+    sums
+}
+
+fn add(to: &mut [f64], from: &[f64], weight: f64) {
+    for (sum, value) in to.iter_mut().zip(from) {
+        *sum += weight * value;
+    }
 }
 
 #[cfg(test)]

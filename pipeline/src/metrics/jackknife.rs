@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sums by groups of paths, and jackknife errors of functions of them.
 
+use rayon::prelude::*;
+
 use super::Estimate;
 
 /// Additive observations (powers in bins), one vector of equal length for each group of paths.
@@ -129,12 +131,12 @@ impl Grouped {
         }
     }
 
-    /// Applies a linear map to the groups one after the other, so that old and new groups are never
-    /// all in memory.
+    /// Applies a linear map to the groups, each of which goes when its image is there, so that old
+    /// and new groups are never all in memory.
     #[must_use]
-    pub fn into_map(self, f: impl Fn(Vec<f64>) -> Vec<f64>) -> Self {
+    pub fn into_map(self, f: impl Fn(Vec<f64>) -> Vec<f64> + Sync + Send) -> Self {
         drop(self.total);
-        Self::new(self.groups.into_iter().map(f).collect())
+        Self::new(self.groups.into_par_iter().map(f).collect())
     }
 
     /// Total and standard error in every bin of `f`(bin, power), without a copy of the groups: the

@@ -24,6 +24,8 @@
 //! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
 //! paths does not, and is averaged over many halvings.
 
+use rayon::prelude::*;
+
 use super::illuminance::Grid;
 use super::jackknife::spread;
 use super::layout::Layout;
@@ -208,7 +210,7 @@ struct Sampled {
 }
 
 /// Values of one region in one map.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Levels {
     low: f64,
     high: f64,
@@ -303,9 +305,8 @@ impl Regions {
 
     /// The forms of [`FORMS`] of `map` (W/mm² by groups) with their errors.
     pub fn estimates(&self, map: &Grouped) -> Vec<(RegionForm, Estimate)> {
-        let without: Vec<_> = (0..map.count())
-            .map(|g| self.squared(&map.without(g)))
-            .collect();
+        let groups = (0..map.count()).into_par_iter();
+        let without: Vec<_> = groups.map(|g| self.squared(&map.without(g))).collect();
         let plain = self.all(map.total());
         let crossed = self.crossed(map, &plain);
         let mut position = 0;
@@ -360,21 +361,20 @@ impl Regions {
     /// covariance of both. Fitted valleys and means are those of `plain`.
     fn crossed(&self, map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
         let splits = SPLITS.min(map.count() - 1);
-        let mut sums = vec![
-            Levels {
-                low: 0.0,
-                high: 0.0,
-                mean: 0.0,
-                variance: 0.0
-            };
-            plain.len()
-        ];
-        for split in 1..=splits {
+        let of_split = |split| {
             let [a, b] = map.halves(split);
             let at_peak = 0.5 * (b[largest(&a).0] + a[largest(&b).0]);
-            for (sum, region) in sums.iter_mut().zip(&self.regions) {
-                region.cross(&a, &b, at_peak, sum);
-            }
+            let regions = self.regions.iter();
+            let crossed = regions.map(|region| region.cross(&a, &b, at_peak));
+            crossed.collect::<Vec<_>>()
+        };
+        let of_splits: Vec<Vec<Levels>> = (1..=splits).into_par_iter().map(of_split).collect();
+        let mut sums = vec![Levels::default(); plain.len()];
+        for (region, one) in of_splits.iter().flat_map(|all| all.iter().enumerate()) {
+            let sum = &mut sums[region];
+            sum.low += one.low;
+            sum.high += one.high;
+            sum.variance += one.variance;
         }
         let scale = 1.0 / splits as f64;
         let mean = |((sum, plain), region): ((&Levels, &Levels), &Sampled)| Levels {
@@ -439,8 +439,8 @@ impl Sampled {
         }
     }
 
-    /// Adds what one of two halves has where the other has its extremes, and their covariance.
-    fn cross(&self, a: &[f64], b: &[f64], at_peak: f64, sum: &mut Levels) {
+    /// What one of two halves has where the other has its extremes, and their covariance; no mean.
+    fn cross(&self, a: &[f64], b: &[f64], at_peak: f64) -> Levels {
         let [in_a, in_b] = [a, b].map(|half| {
             self.samples
                 .iter()
@@ -450,12 +450,12 @@ impl Sampled {
         let places: Vec<usize> = (0..in_a.len()).collect();
         let swapped =
             |pick: &dyn Fn(&[f64]) -> usize| 0.5 * (in_b[pick(&in_a)] + in_a[pick(&in_b)]);
-        sum.low += match &self.valley {
+        let low = match &self.valley {
             Some(Valley::Bins(bins)) => 0.5 * (b[smallest(a, bins)] + a[smallest(b, bins)]),
             Some(Valley::Fit(_)) => 0.0,
             None => swapped(&|values| smallest(values, &places)),
         };
-        sum.high += match self.valley {
+        let high = match self.valley {
             Some(_) => at_peak,
             None => swapped(&|values| largest(values).0),
         };
@@ -463,10 +463,13 @@ impl Sampled {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
         let (mean_a, mean_b) = (mean(&in_a), mean(&in_b));
         let products = in_a.iter().zip(&in_b);
-        sum.variance += products
-            .map(|(a, b)| (a - mean_a) * (b - mean_b))
-            .sum::<f64>()
-            / count;
+        let products = products.map(|(a, b)| (a - mean_a) * (b - mean_b));
+        Levels {
+            low,
+            high,
+            mean: 0.0,
+            variance: products.sum::<f64>() / count,
+        }
     }
 }
 

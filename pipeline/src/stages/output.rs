@@ -127,8 +127,8 @@ impl Output<'_> {
         for folder in [folder, &folder.join(receivers::FOLDER)] {
             discard_abandoned(folder);
         }
-        files.far_field()?;
-        files.illuminance()?;
+        let (far_field, illuminance) = rayon::join(|| files.far_field(), || files.illuminance());
+        far_field.and(illuminance)?;
         let provenance = files.provenance();
         let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
         if !design.receivers.is_empty() {
