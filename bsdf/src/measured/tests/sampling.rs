@@ -134,7 +134,6 @@ fn isotropic(total: f64, rng: &mut Pcg64) -> ScatterTable {
 }
 
 #[test]
-#[ignore = "slow: 30 s"]
 #[ignore = "slow: five kinds of table (70 s)"]
 fn every_kind_of_table_is_drawn_by_its_density() {
     let rng = &mut Pcg64::seed_from_u64(31);
