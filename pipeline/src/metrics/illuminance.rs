@@ -162,7 +162,9 @@ fn convolved(map: &[f64], grid: Grid, kernel: &[f64]) -> Vec<f64> {
     }
     let weights = self::weights(kernel, grid.rows);
     for (line, weight) in both.chunks_exact_mut(columns).zip(&weights) {
-        line.iter_mut().for_each(|value| *value /= weight);
+        for value in line {
+            *value /= weight;
+        }
     }
     both
 }
