@@ -25,10 +25,12 @@ enum Step {
 
 /// The last file that a text names: `` `NAME.toml` ``.
 fn named(text: &str) -> String {
-    let names = text
-        .split('`')
-        .filter(|word| word.ends_with(".toml") && !word.contains(' '));
-    names.last().expect("a name of a file").to_owned()
+    let is_file = |word: &&str| {
+        word.strip_suffix(".toml")
+            .is_some_and(|name| !name.contains(' '))
+    };
+    let name = text.split('`').rev().find(is_file);
+    name.expect("a name of a file").to_owned()
 }
 
 fn steps(page: &str) -> Vec<Step> {
@@ -92,7 +94,7 @@ fn of_study(file: &Path) -> BTreeSet<String> {
 fn every_command_of_the_tutorial_runs_and_gives_the_quoted_figures() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
-    let page = read(&workspace().join("docs/tutorial.md"));
+    let page = read(workspace().join("docs/tutorial.md"));
     let mut printed = BTreeSet::new();
     let mut ran = 0;
     for step in steps(&page) {

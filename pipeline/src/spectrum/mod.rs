@@ -257,7 +257,10 @@ impl Spectrum {
         if self.is_line() {
             let [nm, _] = self.range_nm;
             let weighting = self.weighting.name();
-            return format!("{nm} nm; {weighting}, {:.1} lm/W", self.luminous_efficacy_lm_per_w);
+            return format!(
+                "{nm} nm; {weighting}, {:.1} lm/W",
+                self.luminous_efficacy_lm_per_w
+            );
         }
         let source = match &self.source {
             SpectralPower::WhiteLed {

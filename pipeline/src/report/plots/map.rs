@@ -274,10 +274,16 @@ mod tests {
 
     #[test]
     fn ranges_follow_the_values() {
-        assert_eq!(map_range(&[0.0, 0.5, 4.0]), [0.5, 4.0]);
-        assert_eq!(map_range(&[1e-9, 256.0]), [1.0, 256.0]);
-        assert_eq!(map_range(&[2.0, 2.0]), [1.0, 2.0]);
-        assert_eq!(map_range(&[0.0]), [1.0, 256.0]);
+        for (values, [low, high]) in [
+            (&[0.0, 0.5, 4.0][..], [0.5, 4.0]),
+            (&[1e-9, 256.0], [1.0, 256.0]),
+            (&[2.0, 2.0], [1.0, 2.0]),
+            (&[0.0], [1.0, 256.0]),
+        ] {
+            let found = map_range(values);
+            let off = (found[0] - low).abs() + (found[1] - high).abs();
+            assert!(off < 1e-12, "{values:?}: {found:?}");
+        }
     }
 
     #[test]
