@@ -208,3 +208,51 @@ fn a_diffuser_is_described_and_varied() {
         );
     }
 }
+
+/// `check` and `run` say what stands on the bottom and how; contact changes what the board takes,
+/// and the number of threads nothing.
+#[test]
+fn gaps_and_contacts_are_stated() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let potted = include_str!("../../data/designs/potted.toml");
+    let slab = "name = \"slab\"\n";
+    assert!(potted.contains(slab));
+    let wet = potted.replace(slab, &format!("{slab}optical_contact = \"bottom\"\n"));
+    std::fs::write(at.join("dry.toml"), potted).expect("written");
+    std::fs::write(at.join("wet.toml"), wet).expect("written");
+    let said = |arguments: &[&str]| {
+        let output = batwing(at).args(arguments).output().expect("it runs");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{arguments:?}: {error}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let [dry, wet] = [
+        ("dry", "slab stands above a gap of air"),
+        (
+            "wet",
+            "slab is in optical contact with ground mirror and floor",
+        ),
+    ]
+    .map(|(name, words)| {
+        let design = format!("{name}.toml");
+        let checked = said(&["check", &design]);
+        assert!(checked.contains(words), "{checked}");
+        let ledgers = ["1", "2"].map(|threads| {
+            let out = format!("{name}-{threads}");
+            let paths = ["--paths", "20000", "--threads", threads, "--out", &out];
+            let ran = said(&[&["run", &design][..], &paths].concat());
+            assert!(ran.contains(&format!("on the bottom: {words}\n")), "{ran}");
+            let text = std::fs::read_to_string(at.join(&out).join("results.json"));
+            let json: serde_json::Value =
+                serde_json::from_str(&text.expect("results")).expect("JSON");
+            json["designs"]["potted"]["geometric"]["power_ledger"].clone()
+        });
+        assert_eq!(ledgers[0], ledgers[1]);
+        let of = |key: &str| ledgers[0][key]["value"].as_f64().expect("a number");
+        of("absorbed_by_ground_mirror")
+    });
+    assert!(wet > 1.2 * dry, "{wet} {dry}");
+    let rays = ["rays", "wet.toml", "--count", "50", "--out", "rays"];
+    said(&rays);
+}

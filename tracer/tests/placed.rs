@@ -11,7 +11,7 @@ use crate::common::placed::{at, brick, disc, in_furnace, turned};
 use crate::common::*;
 use bsdf::Side;
 use tracer::glam::{DMat3, DVec3};
-use tracer::shape::{Bounds, Closing, Element, Extent, Placement, Plane, Reach, Sides};
+use tracer::shape::{Bounds, Closing, Element, Extent, Foot, Placement, Plane, Reach, Sides};
 use tracer::{
     Dome, Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Patch, Prototype, Ray,
     Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
@@ -68,8 +68,7 @@ fn a_placed_shape_is_met_where_the_shape_at_home_is() {
     for home in homes {
         let placement = Placement {
             rotation,
-            origin,
-            inset: 0.0,
+            ..Placement::at(origin)
         };
         let away = Shape::placed(vec![home.clone()], Closing::Open, &placement).unwrap();
         let mut met = 0;
@@ -136,6 +135,23 @@ fn an_inset_draws_outer_faces_in_and_nothing_else() {
     }
 }
 
+/// The foot goes down by the inset, below the plane of the stated one; all else stays.
+#[test]
+fn a_foot_is_sunk_by_the_inset() {
+    let inset = 1e-3;
+    let quarter = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
+    for rotation in [DMat3::IDENTITY, quarter] {
+        let raised = at([1.0, 0.0, 2.0], rotation, inset);
+        let sunk = Placement {
+            foot: Foot::Sunk,
+            ..raised
+        };
+        let [before, after] = [raised, sunk].map(|p| brick([0.5, 1.0, 0.25], &p).bounds());
+        assert!((after.high - before.high).length() < 1e-12);
+        assert!((after.low - before.low + DVec3::Z * (2.0 * inset)).length() < 1e-12);
+    }
+}
+
 #[test]
 fn what_is_no_placement_is_refused() {
     let sphere = || vec![Shape::sphere(0.0, 1.0).unwrap()];
@@ -157,6 +173,12 @@ fn what_is_no_placement_is_refused() {
         let said = build(&placement).expect_err(word).to_string();
         assert!(said.contains(word), "{said}");
     }
+    let leaning = Placement {
+        foot: Foot::Sunk,
+        ..at([0.0; 3], turned(), 0.0)
+    };
+    let said = build(&leaning).expect_err("leans").to_string();
+    assert!(said.contains("expected one axis upright"), "{said}");
     assert!(Shape::placed(Vec::new(), Closing::Closed, &Placement::at(DVec3::ZERO)).is_err());
     let plane = vec![Shape::horizontal(0.0).unwrap()];
     assert!(Shape::placed(plane, Closing::Open, &Placement::at(DVec3::ZERO)).is_err());

@@ -16,8 +16,10 @@ use crate::plural::count;
 use crate::run_context::RunContext;
 use crate::stages::cells::band_cells;
 use crate::stages::description::description;
+use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
-use crate::stages::scene_check;
+use crate::stages::solids::StandingSolid;
+use crate::stages::{scene, scene_check};
 
 /// `batwing check`.
 #[derive(Debug, Args)]
@@ -38,11 +40,15 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
         .into_iter()
         .map(|m| m.key(&design))
         .collect();
-    let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells});
-    context.console.result(&json, || describe(&design, &models))
+    let surface = dome_surface(&design, Model::Geometric, None)?;
+    let standing = scene::standing(&design, &surface)?;
+    let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": standing});
+    context
+        .console
+        .result(&json, || describe(&design, &models, &standing))
 }
 
-fn describe(design: &Design, models: &[String]) -> String {
+fn describe(design: &Design, models: &[String], standing: &[StandingSolid]) -> String {
     let mut text = format!("{}: {}\n", design.name, design.description);
     let mut line = |key: &str, value: &str| {
         // Writing to a string cannot fail.
@@ -50,6 +56,9 @@ fn describe(design: &Design, models: &[String]) -> String {
     };
     for (key, value) in description(design) {
         line(key, &value);
+    }
+    for solid in standing {
+        line("bottom", &solid.describe());
     }
     line("paths", &thousands(design.trace.paths));
     for used in &design.files.used {

@@ -10,17 +10,20 @@ use clap::Args;
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
+use crate::config::design::Design;
 use crate::digits::thousands;
 use crate::published::Published;
 use crate::report::{run_summary, summary};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
+use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
 use crate::stages::run::Run;
+use crate::stages::solids::StandingSolid;
 use crate::stages::stopping_rule::{ErrorTarget, StoppingRule};
 use crate::stages::trace::GROUPS;
-use crate::stages::{output, scene_check};
+use crate::stages::{output, scene, scene_check};
 
 /// `batwing run`.
 #[derive(Debug, Args)]
@@ -121,6 +124,7 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
         references: Vec::new(),
         figures: PaperFigures::default(),
     };
+    let on_bottom = on_bottom(&design)?;
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Checkpoints::finish);
@@ -136,8 +140,19 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
         let (out, seconds) = (arguments.out.display(), started.elapsed().as_secs_f64());
         let wavelengths = results.wavelength_errors();
         format!(
-            "{light}{table}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
+            "{light}{on_bottom}{table}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
             results::FILE
         )
     })
+}
+
+/// A line on what stands on the bottom and light enters; empty where nothing does.
+fn on_bottom(design: &Design) -> Result<String> {
+    let surface = dome_surface(design, Model::Geometric, None)?;
+    let standing = scene::standing(design, &surface)?;
+    if standing.is_empty() {
+        return Ok(String::new());
+    }
+    let all: Vec<String> = standing.iter().map(StandingSolid::describe).collect();
+    Ok(format!("on the bottom: {}\n", all.join("; ")))
 }

@@ -17,7 +17,7 @@ use tracer::{
     Surface, SurfaceModel,
 };
 
-use super::solids;
+use super::solids::{self, Bottom, BottomPart, StandingSolid};
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
 use crate::config::design::reflector::Reflector;
@@ -83,17 +83,14 @@ impl DomeSurface {
 pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     let mirror = mirror(design)?;
     let mut scene = SceneBuilder::new(Medium::air());
-    let mut prototype = match &design.dome {
-        Some(dome) => package(design, dome, surface, &mirror)?,
-        None => bare(design)?,
-    };
-    coat(design, &mut prototype)?;
+    let mut prototype = unlit(design, surface, &mirror)?;
     design.files.light_up(&mut prototype);
     if !design.sources.is_empty() {
         let emitters = design.sources.iter().flat_map(|s| &s.emitters);
         prototype.sources = emitters.map(|emitter| emitter.source.clone()).collect();
     }
-    let packages = solids::add(design, prototype, &mut scene)?;
+    let bottom = bottom(design, &mirror);
+    let packages = solids::add(design, prototype, &bottom, &mut scene)?;
     scene.isolated(!design.array.crossing);
     for (package, [x, y]) in packages.into_iter().zip(design.array.axes_mm()) {
         scene.place(package, DVec3::new(x, y, 0.0));
@@ -121,6 +118,30 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     built(&scene, design)
 }
 
+/// The solids of `design` that light enters and that stand on the bottom, with `surface` on its
+/// domes.
+///
+/// # Errors
+/// Solids that do not fit.
+pub fn standing(design: &Design, surface: &DomeSurface) -> Result<Vec<StandingSolid>> {
+    if design.solids.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mirror = mirror(design)?;
+    let package = unlit(design, surface, &mirror)?;
+    solids::standing(design, package, &bottom(design, &mirror))
+}
+
+/// A package of `design` with its own source alone, and `surface` on its dome.
+fn unlit(design: &Design, surface: &DomeSurface, mirror: &SurfaceModel) -> Result<Prototype> {
+    let mut prototype = match &design.dome {
+        Some(dome) => package(design, dome, surface, mirror)?,
+        None => bare(design)?,
+    };
+    coat(design, &mut prototype)?;
+    Ok(prototype)
+}
+
 /// Refractive index of the medium around the domes with relief; 1 without relief.
 ///
 /// # Errors
@@ -130,8 +151,9 @@ pub fn index_about_domes(design: &Design) -> Result<f64> {
     match &design.dome {
         Some(dome) if entered && design.has_relief() => {
             let surface = DomeSurface::Refracting(design.outline()?);
-            let package = package(design, dome, &surface, &mirror(design)?)?;
-            solids::index_about_domes(design, package)
+            let mirror = mirror(design)?;
+            let package = package(design, dome, &surface, &mirror)?;
+            solids::index_about_domes(design, package, &bottom(design, &mirror))
         }
         _ => Ok(1.0),
     }
@@ -192,6 +214,33 @@ fn mirror_half_mm(design: &Design) -> [f64; 2] {
     design
         .half_extent_mm()
         .map(|half| half + 0.5 * design.array.pitch_mm)
+}
+
+/// What stands on the bottom meets there.
+fn bottom(design: &Design, mirror: &SurfaceModel) -> Bottom {
+    let part = |name, half_mm, optics: &SurfaceModel| BottomPart {
+        name,
+        half_mm,
+        optics: optics.clone(),
+    };
+    let housing = housing(design, mirror);
+    let within = |half: [f64; 2]| match &housing {
+        Some(housing) => [0, 1].map(|k| half[k].min(housing.half[k])),
+        None => half,
+    };
+    let mut outside = Vec::new();
+    if design.mirror.extent == Extent::Array {
+        let half = within(mirror_half_mm(design));
+        outside.push(part("ground mirror", Some(half), mirror));
+    }
+    if let Some(housing) = &housing {
+        outside.push(part("housing floor", Some(housing.half), &housing.floor));
+    }
+    outside.push(part("floor", None, &SurfaceModel::Absorber));
+    Bottom {
+        in_dome: part(BOTTOM, None, mirror),
+        outside,
+    }
 }
 
 /// The housing with its floor, if the design has one.

@@ -5,12 +5,17 @@
 //! hold all of its points, and the innermost of these surrounds it. The order of the tables in the
 //! design means nothing. Solids that overlap partly come out as neighbours; the scene refuses their
 //! crossing with a place.
+//!
+//! Between the bottom and a solid that stands on it there is a gap, unless the design asks for
+//! optical contact (`contact`).
 
+mod contact;
 mod nesting;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use tracer::glam::DVec3;
+use serde::Serialize;
+use tracer::glam::{DVec2, DVec3};
 use tracer::{
     Containment, Medium, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface,
     SurfaceModel, Surroundings,
@@ -19,14 +24,65 @@ use tracer::{
 use crate::config::ConfigError;
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
+use crate::config::design::form::Footprint;
 use crate::config::design::solids;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::solids::Per;
-use nesting::{NestedObject, Nesting};
+pub use contact::{Bottom, BottomPart};
+use contact::{Covered, Stretch, covered, plates};
+use nesting::{NestedObject, NestedPlace, Nesting};
 
 /// Distance by which the outer faces of a solid are drawn in, as a share of the size of the scene,
 /// for every solid that it lies in: a thousand times the offset of a ray's start from a surface.
 const INSET: f64 = 1e-9;
+
+/// What all solids of a design are placed by.
+struct Placing<'a> {
+    design: &'a Design,
+    bottom: &'a Bottom,
+    /// Distance by which faces are drawn in, mm.
+    inset_mm: f64,
+}
+
+impl<'a> Placing<'a> {
+    fn of(design: &'a Design, bottom: &'a Bottom) -> Self {
+        Self {
+            design,
+            bottom,
+            inset_mm: INSET * extent_mm(design),
+        }
+    }
+}
+
+/// A solid that light enters and that stands on the bottom with a flat face.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StandingSolid {
+    /// Its name.
+    pub name: String,
+    /// The parts of the bottom that it touches; none across a gap.
+    pub touches: Vec<&'static str>,
+    /// The medium in the gap, or around the solid.
+    pub around: String,
+}
+
+impl StandingSolid {
+    /// How it stands, in words.
+    pub fn describe(&self) -> String {
+        let Self {
+            name,
+            touches,
+            around,
+        } = self;
+        if touches.is_empty() {
+            format!("{name} stands above a gap of {around}")
+        } else {
+            format!(
+                "{name} is in optical contact with {}",
+                touches.join(" and ")
+            )
+        }
+    }
+}
 
 /// Adds the packages of `design` (`package` with its solids) and the solids of the array to the
 /// scene; returns the prototype of every package in order.
@@ -37,17 +93,18 @@ const INSET: f64 = 1e-9;
 pub fn add(
     design: &Design,
     package: Prototype,
+    bottom: &Bottom,
     scene: &mut SceneBuilder,
 ) -> Result<Vec<PrototypeId>> {
     let count = design.array.count();
     if design.solids.is_empty() {
         return Ok(vec![scene.prototype(package); count]);
     }
-    let inset_mm = INSET * extent_mm(design);
+    let placing = Placing::of(design, bottom);
     let mut outline = package.clone();
-    into(design, Per::Package, &mut outline, inset_mm, None)?;
+    into(&placing, Per::Package, &mut outline, None)?;
     let mut array = Prototype::default();
-    let depths = into(design, Per::Array, &mut array, inset_mm, Some(AIR))?.depths;
+    let depths = into(&placing, Per::Array, &mut array, Some(AIR))?.depths;
     let holders = holders(design, &outline, &array)?;
     if !array.surfaces.is_empty() {
         let array = scene.prototype(array);
@@ -65,7 +122,7 @@ pub fn add(
         } else {
             let mut body = package.clone();
             let outside = outside(holder, &depths);
-            into(design, Per::Package, &mut body, inset_mm, Some(outside))?;
+            into(&placing, Per::Package, &mut body, Some(outside))?;
             sources_fit(design, holder)?;
             let id = scene.prototype(body);
             kinds.push((holder, id));
@@ -80,15 +137,15 @@ pub fn add(
 ///
 /// # Errors
 /// Solids that [`add`] refuses; packages in different media.
-pub fn index_about_domes(design: &Design, package: Prototype) -> Result<f64> {
-    let inset_mm = INSET * extent_mm(design);
+pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -> Result<f64> {
+    let placing = Placing::of(design, bottom);
     let mut outline = package;
-    let put = into(design, Per::Package, &mut outline, inset_mm, None)?;
+    let put = into(&placing, Per::Package, &mut outline, None)?;
     if let Region::Body(medium) = put.about_dome {
         return Ok(outline.media[usize::from(medium)].index);
     }
     let mut array = Prototype::default();
-    into(design, Per::Array, &mut array, inset_mm, Some(AIR))?;
+    into(&placing, Per::Array, &mut array, Some(AIR))?;
     let holders = holders(design, &outline, &array)?;
     let index = |holder: Option<&CheckedSolid>| outside(holder, &[]).index;
     let first = index(holders.first().copied().flatten());
@@ -108,6 +165,42 @@ pub fn index_about_domes(design: &Design, package: Prototype) -> Result<f64> {
             .to_owned(),
     }
     .into())
+}
+
+/// The solids that light enters and that stand on the bottom, in the order of the design; `package`
+/// has no solids yet.
+///
+/// # Errors
+/// Solids that [`add`] refuses.
+pub fn standing(
+    design: &Design,
+    package: Prototype,
+    bottom: &Bottom,
+) -> Result<Vec<StandingSolid>> {
+    let placing = Placing::of(design, bottom);
+    let mut outline = package;
+    let own = into(&placing, Per::Package, &mut outline, None)?.standing;
+    let mut array = Prototype::default();
+    let once = into(&placing, Per::Array, &mut array, None)?.standing;
+    let holders = holders(design, &outline, &array)?;
+    let holder = holders.first().copied().flatten();
+    let name = |region: Region, body: &Prototype, world: &str| match region {
+        Region::Body(number) => body.media[usize::from(number)].name.clone(),
+        Region::World | Region::Opaque => world.to_owned(),
+    };
+    let about_packages = holder.map_or("air", CheckedSolid::name);
+    let standing = |all: Vec<Foothold<'_>>, body: &Prototype, world: &str| -> Vec<StandingSolid> {
+        let one = |foothold: Foothold<'_>| StandingSolid {
+            name: foothold.solid.name().to_owned(),
+            touches: foothold.parts.iter().map(|part| part.name).collect(),
+            around: name(foothold.outer, body, world),
+        };
+        all.into_iter().map(one).collect()
+    };
+    let mut all = standing(own, &outline, about_packages);
+    all.extend(standing(once, &array, "air"));
+    all.sort_by_key(|one| design.solids.iter().position(|s| s.name() == one.name));
+    Ok(all)
 }
 
 /// The innermost solid of the array that holds each package; `None` in air. `package` has its
@@ -231,23 +324,34 @@ const AIR: Surrounding = Surrounding {
     depth: 0,
 };
 
+/// Where a solid that light enters stands on the bottom.
+struct Foothold<'a> {
+    solid: &'a CheckedSolid,
+    /// The region around the solid.
+    outer: Region,
+    /// The parts of the bottom that it touches.
+    parts: Vec<&'a BottomPart>,
+}
+
 /// The result of [`into`].
 struct PlacedSolids<'a> {
     /// Solids of the body, each with the number of others that hold it.
     depths: Vec<(&'a CheckedSolid, usize)>,
     /// Region around the dome.
     about_dome: Region,
+    /// Those that stand on the bottom.
+    standing: Vec<Foothold<'a>>,
 }
 
 /// Puts the solids of one kind into an empty body or a package. Without `outside` the medium around
 /// the body is unknown, and solids only refract.
 fn into<'a>(
-    design: &'a Design,
+    placing: &Placing<'a>,
     per: Per,
     body: &mut Prototype,
-    inset_mm: f64,
     outside: Option<Surrounding>,
 ) -> Result<PlacedSolids<'a>> {
+    let design = placing.design;
     let own: Vec<&CheckedSolid> = design
         .solids
         .iter()
@@ -257,10 +361,81 @@ fn into<'a>(
         return Ok(PlacedSolids {
             depths: Vec::new(),
             about_dome: Region::World,
+            standing: Vec::new(),
         });
     }
     let domed = design.dome.is_some();
     let regions = solids::regions(&design.solids, per, domed);
+    let (objects, nest) = nested(design, &own, &regions, body)?;
+
+    for (solid, _) in &regions {
+        let Some(medium) = &solid.medium else {
+            continue;
+        };
+        body.media
+            .push(Medium::clear(solid.name(), medium.index).absorbing(medium.absorption_per_mm));
+    }
+    nest.surround(body);
+    for source in &mut body.sources {
+        // A chip emits from the box; other sources name their medium.
+        let stated = design.sources.iter().find(|s| s.name() == source.name);
+        if stated.is_none_or(|s| s.stated.kind.place().is_none()) {
+            source.region = nest.about_box;
+        }
+    }
+    let mut standing = Vec::new();
+    for ((solid, object), place) in own.iter().zip(&objects).zip(&nest.places) {
+        let index = |region: Region| match region {
+            Region::World => outside.unwrap_or(AIR).index,
+            Region::Body(number) => body.media[usize::from(number)].index,
+            Region::Opaque => 0.0,
+        };
+        let inner = if object.sheet {
+            place.outer
+        } else {
+            object.inner
+        };
+        let sides = [inner, place.outer];
+        let optics = match outside {
+            Some(_) => optics(design, solid, sides.map(index))?,
+            None => SurfaceModel::Interface,
+        };
+        let depth = outside.map_or(0, |outside| outside.depth) + place.depth;
+        let inset_mm = placing.inset_mm * (1 + depth) as f64;
+        let shape = drawn_in(design, solid, inset_mm)?;
+        body.surfaces.push(surface(solid, shape, sides, optics));
+        let foot = solid.medium.as_ref().and_then(|_| solid.form.footprint());
+        if let Some(foot) = foot {
+            let parts = if solid.touches_bottom() {
+                let in_dome = domed && in_silicone(place, &objects, &nest);
+                touched(placing, solid, &foot, in_dome)?
+            } else {
+                Vec::new()
+            };
+            body.surfaces
+                .extend(plates(&foot, &parts, object.inner, 0.25 * inset_mm)?);
+            standing.push(Foothold {
+                solid,
+                outer: place.outer,
+                parts: parts.into_iter().map(|(part, _)| part).collect(),
+            });
+        }
+    }
+    let depths = own.iter().zip(&nest.places);
+    Ok(PlacedSolids {
+        depths: depths.map(|(solid, place)| (*solid, place.depth)).collect(),
+        about_dome: nest.about_dome,
+        standing,
+    })
+}
+
+/// Solids of one kind, and how they lie in each other and in the body.
+fn nested(
+    design: &Design,
+    own: &[&CheckedSolid],
+    regions: &[(&CheckedSolid, Region)],
+    body: &Prototype,
+) -> Result<(Vec<NestedObject>, Nesting)> {
     let objects = own.iter().map(|solid| {
         let inner = regions
             .iter()
@@ -285,67 +460,102 @@ fn into<'a>(
             expected,
         }
     })?;
+    Ok((objects, nest))
+}
 
-    for (solid, _) in &regions {
-        let Some(medium) = &solid.medium else {
-            continue;
-        };
-        body.media
-            .push(Medium::clear(solid.name(), medium.index).absorbing(medium.absorption_per_mm));
-    }
-    nest.surround(body);
-    for source in &mut body.sources {
-        // A chip emits from the box; other sources name their medium.
-        let stated = design.sources.iter().find(|s| s.name() == source.name);
-        if stated.is_none_or(|s| s.stated.kind.place().is_none()) {
-            source.region = nest.about_box;
+/// What light meets on a solid between media of these indices.
+fn optics(design: &Design, solid: &CheckedSolid, indices: [f64; 2]) -> Result<SurfaceModel> {
+    let optics = solid.optics(design.wavelength_nm, indices);
+    optics.map_err(|error| {
+        ConfigError::Files {
+            file: design.provenance.file.clone(),
+            message: format!(
+                "solids[{}].scatter: {error:#}, at {} nm",
+                number(design, solid),
+                design.wavelength_nm
+            ),
+        }
+        .into()
+    })
+}
+
+/// The shape of a solid with its outer faces drawn in; in optical contact its foot is sunk.
+fn drawn_in(design: &Design, solid: &CheckedSolid, inset_mm: f64) -> Result<Shape> {
+    let shape = if solid.touches_bottom() {
+        solid.form.shape_in_contact(inset_mm)
+    } else {
+        solid.form.shape(inset_mm)
+    };
+    shape.map_err(|error| {
+        let (key, got) = solid.stated.size();
+        ConfigError::Value {
+            file: design.provenance.file.clone(),
+            key: format!("solids[{}].{key}", number(design, solid)),
+            got,
+            expected: format!(
+                "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
+            ),
+        }
+        .into()
+    })
+}
+
+/// Whether a place lies within the silicone, directly or in solids that do.
+fn in_silicone(place: &NestedPlace, objects: &[NestedObject], nest: &Nesting) -> bool {
+    let mut outer = place.outer;
+    // No chain is longer than there are solids.
+    for _ in 0..=objects.len() {
+        if outer == tracer::package::SILICONE {
+            return true;
+        }
+        let holder = objects
+            .iter()
+            .position(|object| !object.sheet && object.inner == outer);
+        match holder {
+            Some(holder) => outer = nest.places[holder].outer,
+            None => return false,
         }
     }
-    for ((solid, object), place) in own.iter().zip(&objects).zip(&nest.places) {
-        let index = |region: Region| match region {
-            Region::World => outside.unwrap_or(AIR).index,
-            Region::Body(number) => body.media[usize::from(number)].index,
-            Region::Opaque => 0.0,
-        };
-        let inner = if object.sheet {
-            place.outer
-        } else {
-            object.inner
-        };
-        let sides = [inner, place.outer];
-        let optics = match outside {
-            Some(_) => solid
-                .optics(design.wavelength_nm, sides.map(index))
-                .map_err(|error| ConfigError::Files {
-                    file: design.provenance.file.clone(),
-                    message: format!(
-                        "solids[{}].scatter: {error:#}, at {} nm",
-                        number(design, solid),
-                        design.wavelength_nm
-                    ),
-                })?,
-            None => SurfaceModel::Interface,
-        };
-        let depth = outside.map_or(0, |outside| outside.depth) + place.depth;
-        let inset_mm = inset_mm * (1 + depth) as f64;
-        let shape = solid.form.shape(inset_mm).map_err(|error| {
-            let (key, got) = solid.stated.size();
-            ConfigError::Value {
-                file: design.provenance.file.clone(),
-                key: format!("solids[{}].{key}", number(design, solid)),
-                got,
-                expected: format!(
-                    "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
-                ),
-            }
-        })?;
-        body.surfaces.push(surface(solid, shape, sides, optics));
+    false
+}
+
+/// The parts of the bottom that the foot of a solid touches, alike in every package.
+fn touched<'a>(
+    placing: &Placing<'a>,
+    solid: &CheckedSolid,
+    foot: &Footprint,
+    in_dome: bool,
+) -> Result<Vec<(&'a BottomPart, Stretch)>> {
+    let bottom = placing.bottom;
+    if in_dome {
+        return Ok(vec![(&bottom.in_dome, Stretch::Whole)]);
     }
-    let depths = own.iter().zip(&nest.places);
-    Ok(PlacedSolids {
-        depths: depths.map(|(solid, place)| (*solid, place.depth)).collect(),
-        about_dome: nest.about_dome,
-    })
+    let axes = match solid.per() {
+        Per::Package => placing.design.array.axes_mm(),
+        Per::Array => vec![[0.0; 2]],
+    };
+    let of_axis = |at: &[f64; 2]| covered(foot, &bottom.outside, DVec2::from_array(*at));
+    let mut all = axes.iter().map(of_axis);
+    let whole = |covered: &Covered| matches!(covered[..], [(_, Stretch::Whole)]);
+    let first = all.next().flatten();
+    let first = first.filter(|first| {
+        axes.len() == 1 || (whole(first) && all.all(|other| other.as_ref() == Some(first)))
+    });
+    let Some(first) = first else {
+        let names: Vec<&str> = bottom.outside.iter().map(|part| part.name).collect();
+        return Err(ConfigError::Value {
+            file: placing.design.provenance.file.clone(),
+            key: format!("solids[{}].optical_contact", number(placing.design, solid)),
+            got: "\"bottom\"".to_owned(),
+            expected: format!(
+                "a solid that stands on one part of the bottom ({}), the same in every package, or with per = \"array\" a box along x and y",
+                names.join(", ")
+            ),
+        }
+        .into());
+    };
+    let part = |(number, stretch)| (&bottom.outside[number], stretch);
+    Ok(first.into_iter().map(part).collect())
 }
 
 /// The number of a solid in the design, from 1.

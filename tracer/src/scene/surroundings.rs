@@ -89,8 +89,8 @@ impl<'a> Surroundings<'a> {
         (containment, false)
     }
 
-    /// Whether no surface of the array solids reaches into a box: each surface lies beside the box
-    /// or is that of a convex solid that holds its corners.
+    /// Whether no surface of the array solids reaches into a box above the ground: each surface lies
+    /// beside the box, on the ground, or is that of a convex solid that holds its corners.
     fn clear(&self, around: Bounds) -> bool {
         // What stands on the ground is looked at a little above it: solids that stand there keep a
         // gap.
@@ -100,7 +100,9 @@ impl<'a> Surroundings<'a> {
         self.array_solids.surfaces.iter().all(|surface| {
             let shape = &surface.shape;
             let solid = shape.closed() && shape.convex();
-            !shape.bounds().overlaps(&around)
+            let bounds = shape.bounds();
+            bounds.high.z <= above
+                || !bounds.overlaps(&around)
                 || (solid && lifted.corners().iter().all(|corner| shape.holds(*corner)))
         })
     }

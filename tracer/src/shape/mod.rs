@@ -41,7 +41,7 @@ pub(crate) use hull::Hull;
 pub use meridian::{Element, Meridian};
 pub use mesh::{Mesh, MeshError};
 pub(crate) use mesh::{PACKET, PacketTraversal};
-pub use placed::{Closing, Placed, Placement};
+pub use placed::{Closing, Foot, Placed, Placement};
 pub use revolution::Revolution;
 pub(crate) use shell::Shell;
 pub use sphere::Sphere;

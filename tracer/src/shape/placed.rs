@@ -17,6 +17,9 @@ use crate::ray::Ray;
 /// Chords of a circle in [`Placed::edges`].
 const CHORDS: usize = 48;
 
+/// Largest deviation of an upright axis, 1 less its cosine.
+const UPRIGHT: f64 = 1e-12;
+
 /// A rotation, a translation and an inset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
@@ -26,6 +29,18 @@ pub struct Placement {
     pub origin: DVec3,
     /// Inset of its outermost faces, mm; 0 or more.
     pub inset: f64,
+    /// Which way the lowest face is moved by the inset.
+    pub foot: Foot,
+}
+
+/// Which way the lowest face of a placed shape is moved by the inset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Foot {
+    /// Upwards: inwards as all others.
+    #[default]
+    Raised,
+    /// Downwards, into what the shape stands on. One axis of the members must be upright.
+    Sunk,
 }
 
 impl Placement {
@@ -35,6 +50,7 @@ impl Placement {
             rotation: DMat3::IDENTITY,
             origin,
             inset: 0.0,
+            foot: Foot::Raised,
         }
     }
 
@@ -99,7 +115,7 @@ impl Placed {
     ///
     /// # Errors
     /// No member; members that reach to infinity; a matrix that is no rotation; an origin that is
-    /// not finite; an inset that leaves nothing.
+    /// not finite; an inset that leaves nothing; a foot to sink below axes that all lean.
     pub fn new(
         members: Vec<Shape>,
         closing: Closing,
@@ -116,6 +132,7 @@ impl Placed {
             rotation,
             origin,
             inset,
+            foot,
         } = *placement;
         for value in origin.to_array() {
             finite("place of a shape, mm", value)?;
@@ -149,7 +166,21 @@ impl Placed {
                 scale[axis] = 1.0 - inset / half[axis];
             }
         }
-        let origin = origin + rotation * (middle - scale * middle);
+        let mut sunk = 0.0;
+        if foot == Foot::Sunk {
+            let tilts = [0, 1, 2].map(|axis| 1.0 - rotation.col(axis).z.abs());
+            let upright = (0..3).find(|axis| tilts[*axis] < UPRIGHT);
+            let least = tilts.into_iter().fold(f64::INFINITY, f64::min);
+            let axis = upright.ok_or(Error::Number {
+                what: "tilt of a shape whose foot is sunk".to_owned(),
+                expected: "one axis upright",
+                got: least,
+            })?;
+            // As high as before, and lower.
+            scale[axis] = 1.0;
+            sunk = inset;
+        }
+        let origin = origin + rotation * (middle - scale * middle) - DVec3::Z * sunk;
         let placed = Self {
             members,
             closing,

@@ -15,8 +15,8 @@ pub fn turned() -> DMat3 {
 pub fn at(origin: [f64; 3], rotation: DMat3, inset: f64) -> Placement {
     Placement {
         rotation,
-        origin: DVec3::from_array(origin),
         inset,
+        ..Placement::at(DVec3::from_array(origin))
     }
 }
 

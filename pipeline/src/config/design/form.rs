@@ -4,8 +4,8 @@
 use std::f64::consts::TAU;
 
 use tracer::Shape;
-use tracer::glam::{DMat3, DVec3};
-use tracer::shape::{Bounds, Closing, Placement};
+use tracer::glam::{DMat3, DVec2, DVec3};
+use tracer::shape::{Bounds, Closing, Foot, Placement};
 
 use crate::config::schema::solids::{Flat, SolidForm};
 use crate::config::serde_arrays::List;
@@ -14,6 +14,30 @@ use crate::metrics::illuminance::Symmetry;
 
 /// Chords of circles in sections.
 pub(in crate::config) const CHORDS: usize = 96;
+
+/// Largest distance from the bottom of what stands on it, as a share of its size.
+const LEVEL: f64 = 1e-9;
+
+/// The flat face with which a solid stands on the bottom.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Footprint {
+    /// A rectangle.
+    Rectangle {
+        /// Its middle, mm.
+        centre: DVec2,
+        /// Unit vector along its first side.
+        along: DVec2,
+        /// Half its lengths along and across, mm.
+        half: [f64; 2],
+    },
+    /// Discs and rings about one point.
+    Rings {
+        /// Their middle, mm.
+        centre: DVec2,
+        /// Inner and outer radius of each, mm.
+        rings: Vec<[f64; 2]>,
+    },
+}
 
 /// A form in its own coordinates, and its place.
 #[derive(Debug, Clone)]
@@ -35,11 +59,73 @@ impl Form {
     /// # Errors
     /// A form thinner than that.
     pub fn shape(&self, inset_mm: f64) -> Result<Shape, tracer::Error> {
+        self.inset(inset_mm, Foot::Raised)
+    }
+
+    /// The same, but for its foot, which is sunk by `inset_mm` below the bottom.
+    ///
+    /// # Errors
+    /// A form thinner than that; one that leans.
+    pub fn shape_in_contact(&self, inset_mm: f64) -> Result<Shape, tracer::Error> {
+        self.inset(inset_mm, Foot::Sunk)
+    }
+
+    fn inset(&self, inset_mm: f64, foot: Foot) -> Result<Shape, tracer::Error> {
         let placement = Placement {
             inset: inset_mm,
+            foot,
             ..self.placement
         };
         Shape::placed(self.pieces.clone(), self.closing, &placement)
+    }
+
+    /// The flat face with which it stands on the bottom: that of a box with one axis upright, or of
+    /// an upright body of revolution. `None` for all others, and for what ends above the bottom.
+    pub fn footprint(&self) -> Option<Footprint> {
+        let Bounds { low, high } = self.shape(0.0).ok()?.bounds();
+        if self.closing == Closing::Open || low.z.abs() > LEVEL * (high - low).max_element() {
+            return None;
+        }
+        let Placement {
+            rotation, origin, ..
+        } = self.placement;
+        let upright = (0..3).find(|axis| 1.0 - rotation.col(*axis).z.abs() < LEVEL * LEVEL)?;
+        let centre = origin.truncate();
+        match &self.pieces[..] {
+            [Shape::Mesh(_)] => None,
+            [Shape::Cuboid(_)] => {
+                let half = self.shape_at_home()?.size() * 0.5;
+                let [u, v] = [(upright + 1) % 3, (upright + 2) % 3];
+                let along = rotation.col(u).truncate();
+                Some(Footprint::Rectangle {
+                    centre,
+                    along,
+                    half: [half[u], half[v]],
+                })
+            }
+            _ if upright == 2 => {
+                let points = self.outline.windows(2);
+                let foot = -origin.z * rotation.z_axis.z.signum();
+                let near = |z: f64| (z - foot).abs() <= LEVEL * (high - low).max_element();
+                let rings = points.filter(|ends| ends.iter().all(|[_, z]| near(*z)));
+                let rings: Vec<[f64; 2]> = rings
+                    .map(|ends| [ends[0][0].min(ends[1][0]), ends[0][0].max(ends[1][0])])
+                    .filter(|[inner, outer]| outer > inner)
+                    .collect();
+                (!rings.is_empty()).then_some(Footprint::Rings { centre, rings })
+            }
+            _ => None,
+        }
+    }
+
+    /// The box around its pieces in their own coordinates.
+    fn shape_at_home(&self) -> Option<Bounds> {
+        let home = Shape::placed(
+            self.pieces.clone(),
+            self.closing,
+            &Placement::at(DVec3::ZERO),
+        );
+        Some(home.ok()?.bounds())
     }
 
     /// Symmetry about the z axis of its package or of the array, as far as it is plain.

@@ -96,6 +96,11 @@ impl CheckedSolid {
         self.stated.shared.per
     }
 
+    /// Whether it stands on the bottom without a gap.
+    pub fn touches_bottom(&self) -> bool {
+        self.stated.shared.optical_contact.is_some()
+    }
+
     /// At another wavelength.
     fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
         let medium = self.medium.as_ref();

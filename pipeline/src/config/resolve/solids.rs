@@ -12,6 +12,7 @@ use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
 use super::{form, package};
 use crate::config::check::Context;
 use crate::config::design::films::Stack;
+use crate::config::design::form::Form;
 use crate::config::design::solids::{
     CheckedSolid, CheckedSurface, FileReflector, MOST_SOLIDS, SolidOptics,
 };
@@ -91,6 +92,9 @@ fn one(
     let mut files = Vec::new();
     let form = form::resolve(solid, table, folder, &mut files, at)?;
     substance(solid, &key, at)?;
+    if solid.shared.optical_contact.is_some() && form.footprint().is_none() {
+        return Err(no_foot(&form, &key("optical_contact"), at));
+    }
     let keys = &solid.shared;
     let medium = keys.medium.as_ref();
     let medium = medium.map(|raw| package::medium(&key("medium"), raw, wavelength_nm, folder, at));
@@ -173,6 +177,16 @@ fn gaussian(
     Ok([back, through])
 }
 
+/// The error of a solid that is to touch the bottom and has no flat face there.
+fn no_foot(form: &Form, key: &str, at: &Context) -> ConfigError {
+    let low = form.shape(0.0).map_or(0.0, |shape| shape.bounds().low.z);
+    let expected = format!(
+        "a box, upright cylinder or upright meridian that stands on z = 0 with a flat face; the lowest point of this solid lies at {} mm",
+        shortest(low)
+    );
+    at.value(key, "\"bottom\"", &expected)
+}
+
 /// A diffuser of these reflected and transmitted shares, of the table `table`.
 fn diffusing(
     table: &str,
@@ -210,6 +224,13 @@ fn substance(
     let refuse = |name: &str, got: &str, expected: &str| Err(at.value(&key(name), got, expected));
     let keys = &solid.shared;
     let coated = !keys.coating.is_empty();
+    if keys.optical_contact.is_some() && keys.medium.is_none() {
+        return refuse(
+            "optical_contact",
+            "\"bottom\"",
+            "no such key without `medium`: light does not enter the solid",
+        );
+    }
     if solid.kind.is_sheet() {
         if keys.medium.is_some() {
             return refuse(

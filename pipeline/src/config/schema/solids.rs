@@ -27,6 +27,8 @@ pub struct SolidKeys {
     /// Its place, mm: the middle; of a meridian or a mesh the origin of its coordinates.
     #[serde(default, skip_serializing_if = "is_default")]
     pub position_mm: List<f64, 3>,
+    /// What it stands on without a gap, where light enters it.
+    pub optical_contact: Option<OpticalContact>,
     /// What it is of, if light enters it; keys of `[silicone]`.
     pub medium: Option<Silicone>,
     /// Thin layers on it, from its inside outwards, where light enters it.
@@ -176,6 +178,14 @@ pub enum Per {
     Package,
     /// Once, in the coordinates of the array.
     Array,
+}
+
+/// What a solid is in optical contact with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum OpticalContact {
+    /// The bottom, z = 0: the mirror or the floor there.
+    Bottom,
 }
 
 /// `[solids.scatter]`.

@@ -265,6 +265,10 @@ fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
     (!clear(0) && !clear(1)).then(|| (apart[axis].abs(), needed(axis)))
 }
 
+/// Depth below the ground that counts as standing on it, in offsets of a ray's start: a ten
+/// millionth of the scene. A foot may be sunk, so that walls leave no gap.
+const SUNK: f64 = 1e5;
+
 /// Checks that no body reaches below a horizontal ground that is opaque underneath.
 fn check_ground(scene: &Scene) -> Result<(), Error> {
     for ground in scene
@@ -278,7 +282,8 @@ fn check_ground(scene: &Scene) -> Result<(), Error> {
         for (number, instance) in scene.instances.list.iter().enumerate() {
             let body = &scene.bodies[instance.prototype as usize];
             let low_mm = body.bounds.low.z + instance.position.z;
-            if level && low_mm < low.z - 1e-6 * body.bounds.size().z {
+            let slack = (1e-6 * body.bounds.size().z).max(SUNK * scene.offset());
+            if level && low_mm < low.z - slack {
                 return Err(Error::BelowGround {
                     instance: number,
                     low_mm,
