@@ -154,7 +154,7 @@ fn ctrl_c_stops_the_writing_of_files() {
         "run",
         "small.toml",
         "--paths",
-        "1000",
+        "1024",
         "--model",
         "geometric",
     ];
