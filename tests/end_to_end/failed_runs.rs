@@ -227,7 +227,7 @@ fn a_run_that_is_terminated_ends_as_one_that_is_interrupted() {
     assert!(sent.expect("kill runs").success());
     let output = child.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert_eq!(output.status.code(), Some(143), "{said}");
     assert!(
         said.contains("batwing: interrupted before results.json was written"),
         "{said}"

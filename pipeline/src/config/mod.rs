@@ -36,13 +36,26 @@ pub const EMBEDDED: [(&str, &str); 5] = [
     ),
 ];
 
+/// Largest design file: its reader takes some eighty times as much memory.
+const MOST_BYTES: u64 = 4_000_000;
+
 /// Reads and checks the design file at `path`. Material files are looked for beside it.
 pub fn load(path: &Path) -> Result<design::Design, ConfigError> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+    let unreadable = |source| ConfigError::Read {
         file: file.clone(),
         source,
-    })?;
+    };
+    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    if bytes > MOST_BYTES {
+        let message = format!(
+            "expected a design of at most {} MB, got {:.1}; long lists go into files that it names",
+            MOST_BYTES / 1_000_000,
+            bytes as f64 * 1e-6
+        );
+        return Err(ConfigError::Syntax { file, message });
+    }
+    let text = std::fs::read_to_string(path).map_err(unreadable)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     parse(&file, &text, &folder)
 }

@@ -242,10 +242,8 @@ pub(in crate::config) fn reflector<S: Specular>(
             reflectance: reflectance(stated.reflectance)?,
         },
         Law::Absorbing(stated) => {
-            if let Some(value) = stated.reflectance.filter(|value| *value != 0.0) {
-                let expected = "0 or no such key: the surface absorbs all";
-                return Err(at.value(&format!("{table}.reflectance"), value, expected));
-            }
+            // A study that makes a mirror black leaves its reflectance in the design.
+            reflectance(stated.reflectance.unwrap_or_default())?;
             Reflector::Absorbing
         }
         Law::Mixed(stated) => Reflector::Mixed {

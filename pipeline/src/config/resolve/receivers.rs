@@ -24,7 +24,7 @@ const MOST_BINS: f64 = 4e6;
 const MOST_SIZE_MM: f64 = 1e9;
 
 /// Least width of a bin of directions, degrees.
-const LEAST_BIN_DEG: f64 = 1e-3;
+const LEAST_BIN_DEG: f64 = 1e-6;
 
 /// Most bins of a rectangle along u or v.
 const MOST_ALONG_AXIS: usize = 20_000;

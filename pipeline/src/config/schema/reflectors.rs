@@ -72,7 +72,7 @@ impl Specular for Metal {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Absorbing {
-    /// 0 if it is stated.
+    /// Any reflectance, which counts as 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reflectance: Option<f64>,
 }
