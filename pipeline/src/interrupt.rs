@@ -82,10 +82,14 @@ impl Interrupt {
     }
 
     fn raise(&self, signal: u8) {
-        if self.raised.swap(true, Ordering::SeqCst) {
+        // The first signal says how the process ends.
+        let first = self
+            .signal
+            .compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst);
+        self.raised.store(true, Ordering::SeqCst);
+        if first.is_err() {
             self.end();
         }
-        self.signal.store(signal, Ordering::SeqCst);
         atomic_file::close();
         let pressed = self.clone();
         std::thread::spawn(move || {

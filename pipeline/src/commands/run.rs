@@ -17,6 +17,7 @@ use crate::report::{run_summary, summary};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
+use crate::spectrum::Spectrum;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
 use crate::stages::run::Run;
@@ -82,7 +83,9 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
         context.console.warn(&format!("{file}: {left_out}"));
     }
     let traced = design.trace.paths.next_multiple_of(GROUPS as u64);
-    if traced != design.trace.paths && design.all_lights().is_none() {
+    let one_trace =
+        design.spectrum.as_ref().is_none_or(Spectrum::is_line) && design.lights.is_none();
+    if traced != design.trace.paths && one_trace {
         let [asked, traced] = [design.trace.paths, traced].map(thousands);
         context.console.say(&format!(
             "{asked} paths are traced as {traced}: {GROUPS} groups of equal size"

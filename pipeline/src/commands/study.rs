@@ -21,7 +21,7 @@ use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::run_context::RunContext;
 use crate::study::compute::compute;
-use crate::study::study_results::{FigureRow, Ranked, StudyResults};
+use crate::study::study_results::{DISTINCT, FigureRow, Ranked, StudyResults};
 use crate::study::{self, Study};
 
 /// File under the directory of results.
@@ -242,11 +242,17 @@ fn describe_single_runs(outcome: &StudyResults) -> String {
     text
 }
 
-/// How many of the set-ups of `ranking` may be the best one.
+/// How many of the other set-ups of `ranking` may be better than the first.
 fn tied(ranking: &[Ranked]) -> String {
-    match ranking.iter().filter(|ranked| ranked.is_tied()).count() {
-        1 => "the first is the best".to_owned(),
-        tied => format!("{tied} cannot be told from the first"),
+    match ranking
+        .iter()
+        .skip(1)
+        .filter(|ranked| ranked.is_tied())
+        .count()
+    {
+        0 => format!("the first is ahead of the others by more than {DISTINCT} standard errors"),
+        1 => "1 other cannot be told from the first".to_owned(),
+        tied => format!("{tied} others cannot be told from the first"),
     }
 }
 

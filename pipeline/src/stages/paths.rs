@@ -73,7 +73,7 @@ pub(super) fn path_end(fate: Fate, lines: &Lines) -> PathEnd {
         Fate::EscapedUp => PathEnd::EscapedUp,
         Fate::EscapedDown => PathEnd::EscapedDown,
         Fate::Surface(line) => match lines.surfaces[line].as_str() {
-            "bottom" | "ground mirror" | "floor" => PathEnd::AbsorbedMirror,
+            "bottom" | "ground mirror" | "floor" | "housing floor" => PathEnd::AbsorbedMirror,
             "box side" | "box top" => PathEnd::AbsorbedLed,
             _ => PathEnd::AbsorbedSurface,
         },

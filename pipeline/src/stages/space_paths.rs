@@ -14,8 +14,8 @@ use crate::config::design::Design;
 use crate::results::package::{RingOutline, SpacePath, SpacePaths};
 use crate::results::ray_paths::PathEnd;
 
-/// Paths traced.
-pub(super) const TRACED: u64 = 1 << 16;
+/// Most paths traced.
+const TRACED: u64 = 1 << 16;
 /// Paths that are kept to be drawn.
 const DRAWN: u64 = 1_500;
 /// Width of the polar angles counted, degrees.
@@ -30,11 +30,14 @@ pub(super) struct Part<'a> {
     pub share: f64,
 }
 
-/// Traces [`TRACED`] paths of all `parts` through a dome of `rings`.
+/// Traces as many paths of all `parts` through a dome of `rings` as their design asks for, at most
+/// [`TRACED`].
 ///
 /// # Errors
 /// Scenes that cannot be built.
 pub(super) fn space_paths(parts: &[Part], rings: &[RingOutline], seed: u64) -> Result<SpacePaths> {
+    let asked = parts.iter().map(|part| part.design.trace.paths).max();
+    let traced = asked.unwrap_or_default().min(TRACED);
     let mut seen = SpacePaths {
         traced: 0,
         rings: rings.iter().map(|ring| ring.name.clone()).collect(),
@@ -47,11 +50,11 @@ pub(super) fn space_paths(parts: &[Part], rings: &[RingOutline], seed: u64) -> R
     let mut ends = Vec::new();
     let mut begun = 0.0;
     for (place, part) in parts.iter().enumerate() {
-        let first = (begun * TRACED as f64).round() as u64;
-        let first_drawn = (begun * DRAWN as f64).round() as u64;
+        let first = (begun * traced as f64).round() as u64;
+        let first_drawn = (begun * DRAWN.min(traced) as f64).round() as u64;
         begun += part.share;
-        let count = (begun * TRACED as f64).round() as u64 - first;
-        let drawn = (begun * DRAWN as f64).round() as u64 - first_drawn;
+        let count = (begun * traced as f64).round() as u64 - first;
+        let drawn = (begun * DRAWN.min(traced) as f64).round() as u64 - first_drawn;
         if count == 0 {
             continue;
         }
@@ -147,6 +150,14 @@ impl Observer for Recorder<'_> {
 
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
         let end = path_end(fate, self.lines);
+        let whole = self.path.points.len() < MOST_BENDS;
+        if let Fate::Medium(_, length) = fate
+            && whole
+        {
+            // The middle of the flight stands for the place of absorption.
+            let place = ray.at(0.5 * length.min(1e3));
+            self.path.points.push(place.to_array());
+        }
         let flies = matches!(
             end,
             PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost
@@ -168,7 +179,8 @@ impl Observer for Recorder<'_> {
                 ring: self.path.ring,
                 face,
                 points_mm: points.map(|point| point.map(rounded)).collect(),
-                leaves_along: flies.then_some(along),
+                // The end of a path with more bends is not drawn.
+                leaves_along: (flies && whole).then_some(along),
             });
         }
     }

@@ -93,7 +93,9 @@ impl Album {
 pub fn shared_range(model: &Model, models: &[Model], planes: &[Plane]) -> [f64; 2] {
     let all = models.iter().zip(planes);
     let same = all.filter(|(other, _)| other.design == model.design);
-    let ranges = same.map(|(_, plane)| plane.range());
+    // A dark map has no range of its own.
+    let lit = same.filter(|(_, plane)| plane.is_lit());
+    let ranges = lit.map(|(_, plane)| plane.range());
     let range = ranges.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
     range.unwrap_or([1.0, 2.0])
 }

@@ -363,6 +363,11 @@ impl Plane {
         2 * super::pack::letters(r * c)
     }
 
+    /// Whether any light is on it.
+    pub fn is_lit(&self) -> bool {
+        self.value.iter().any(|value| *value > 0.0)
+    }
+
     /// Smallest positive and largest value of a map's colours.
     pub fn range(&self) -> [f64; 2] {
         map_range(&self.value)

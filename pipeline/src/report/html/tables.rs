@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::folder::Folder;
 use super::models::{Model, SURFACES};
 use super::orders::Listed;
-use crate::digits::format_value_with_error;
+use crate::digits::{self, format_value_with_error};
 use crate::metrics::Estimate;
 use crate::metrics::uniformity_forms::FORMS;
 use crate::quantity::Unit;
@@ -406,15 +406,7 @@ fn two_digits(x: f64) -> f64 {
 
 /// Groups of three digits, apart by narrow spaces.
 pub fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push('\u{202f}');
-        }
-        text.push(digit);
-    }
-    text
+    digits::thousands(number).replace(',', "\u{202f}")
 }
 
 #[cfg(test)]

@@ -86,12 +86,12 @@ const NOISY: f64 = 1.3;
 /// The value that stands out most from its noise: that of the largest lower end of a band. The bin
 /// about the axis holds few paths, and the largest value may be its noise.
 fn certain_peak(curve: &Curve) -> f64 {
+    let low = |(v, e): &(&f64, &f64)| **v - BAND_ERRORS * **e;
     let points = curve.value().iter().zip(curve.standard_error());
-    let best = points.max_by(|a, b| {
-        let low = |(v, e): &(&f64, &f64)| **v - BAND_ERRORS * **e;
-        low(a).total_cmp(&low(b))
-    });
-    best.map_or(0.0, |(value, _)| *value)
+    // A bin that no path reached has no error, and says nothing.
+    let certain = points.filter(|point| low(point) > 0.0);
+    let best = certain.max_by(|a, b| low(a).total_cmp(&low(b)));
+    best.map_or_else(|| curve.maximum(), |(value, _)| *value)
 }
 
 /// Intensity over θ on straight axes, with error bands.
@@ -118,17 +118,20 @@ pub fn far_field_polar(far_field: &FarField) -> Result<Picture> {
     Ok(sheet.finish())
 }
 
-/// Far fields of single elements (figures 3 and 4 of the paper): left as they are over θ, right each divided by its own
-/// maximum as a polar diagram, so that both the power and the direction of each element can be read.
+/// Far fields of single elements (figures 3 and 4 of the paper): left as they are over θ, right each divided by
+/// the value that stands out most from its noise as a polar diagram, so that both the power and the direction of each element can be read.
 ///
 /// # Errors
-/// No curves, angles outside -90°..90°, or a curve without a positive value.
+/// No curves, angles outside -90°..90°, or a range that cannot be drawn. A dark curve is left as it is.
 pub fn element_far_fields(far_field: &FarField) -> Result<Picture> {
     far_field.check(90.0)?;
     let relative: Vec<Curve> = far_field
         .curves
         .iter()
-        .map(|curve| curve.relative_to(certain_peak(curve)))
+        .map(|curve| match certain_peak(curve) {
+            peak if peak > 0.0 => curve.relative_to(peak),
+            _ => Ok(curve.clone()),
+        })
         .collect::<Result<_>>()?;
     let name = format!("{} relative to each peak", far_field.quantity.name());
     let normalised = FarField {

@@ -8,7 +8,7 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::{Colour, glow};
 use super::draw::palette::LED;
 use super::draw::panel::{LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
-use super::draw::scale::{AxisScale, common_power, rounded, significant};
+use super::draw::scale::{AxisScale, significant};
 use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
 use crate::quantity::Map;
 
@@ -119,10 +119,8 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
             (PanelAxis::linear(map.quantity(), scale, 6), words)
         }
         MapScale::Logarithmic => {
-            let unit = 10f64.powi(common_power(high));
-            let from = rounded(low / unit, 2);
             let ratio = significant(high / low, 2);
-            let to = significant(high, 2);
+            let [from, to] = [low, high].map(|end| significant(end, 2));
             let words = format!("logarithmic, 1 : {ratio}, {from} to {to}");
             (PanelAxis::log(map.quantity(), low, high, 6), words)
         }

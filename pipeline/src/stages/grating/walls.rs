@@ -78,7 +78,9 @@ impl Search<'_> {
             self.by_slices = left(change, ratio.powi(LAW_OF_SLICES));
         }
         let law = LAW_OF_ORDERS[usize::from(is_of_high_contrast(self.interface))];
+        // Where slices alone miss the tolerance, orders need not be much better.
         while self.by_orders + self.by_slices > self.tolerance
+            && (self.by_slices < self.tolerance || self.by_orders > 0.1 * self.by_slices)
             && (self.by_orders.is_infinite() || self.work < orders_work)
         {
             let order = self.at.truncation.highest();

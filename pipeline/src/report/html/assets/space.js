@@ -203,7 +203,8 @@ part("space", () => {
   canvas.addEventListener("pointerup", (event) => {
     const clicked = grip && !grip.moved;
     grip = null;
-    if (!clicked) return;
+    // Seen from nearly above, a place says nothing of the polar angle.
+    if (!clicked || camera.elevation > 1.2) return;
     // In the plane of the z axis and the screen's horizontal: x = r sin θ, y = r cos θ cos(elevation).
     const box = canvas.getBoundingClientRect();
     const scale = (2 * camera.radius) / Math.min(box.width, box.height);
@@ -214,6 +215,7 @@ part("space", () => {
     bin = bin === next ? null : next;
     update();
   });
+  canvas.addEventListener("pointercancel", () => (grip = null));
   canvas.addEventListener("keydown", (event) => {
     const turn = { ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];
     if (!turn) return;
