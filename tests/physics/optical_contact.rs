@@ -92,6 +92,7 @@ fn mean(f: impl Fn(f64) -> f64) -> f64 {
 /// A point within a slab above a black bottom. In contact all that goes down is absorbed; across a
 /// gap what lies beyond the critical angle is reflected, and stays in the slab.
 #[test]
+#[ignore = "slow: 9 s"]
 fn a_black_bottom_takes_what_a_gap_reflects() {
     const HEIGHT: f64 = 0.1;
     const PLACE: f64 = 0.07;

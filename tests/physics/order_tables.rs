@@ -190,6 +190,7 @@ fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
 }
 
 #[test]
+#[ignore = "slow: 15 s"]
 fn interpolated_shares_are_those_of_direct_solves() {
     let (interface, resolution, table) = table();
     for (side, count) in [(Side::Inner, 40), (Side::Outer, 20)] {

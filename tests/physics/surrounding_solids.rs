@@ -287,6 +287,7 @@ fn orders_are_judged_by_what_the_relief_stands_in() {
 }
 
 #[test]
+#[ignore = "slow: 14 s"]
 fn relief_has_tables_for_what_it_stands_in() {
     let lens = "[[solids]]\nname = \"lens\"\nkind = \"cylinder\"\nposition_mm = [0.0, 0.0, 1.0]\nradius_mm = 2.5\nheight_mm = 2.0\nmedium = { index = 1.2 }\n";
     let around = slab("array", [0.0, 30.0, 1.6], "{ index = 1.2 }");
