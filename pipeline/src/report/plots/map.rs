@@ -8,7 +8,7 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::{Colour, glow};
 use super::draw::palette::LED;
 use super::draw::panel::{LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
-use super::draw::scale::{AxisScale, significant};
+use super::draw::scale::{AxisScale, common_power, power_of_ten, rounded, significant};
 use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
 use crate::quantity::Map;
 
@@ -120,8 +120,13 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
         }
         MapScale::Logarithmic => {
             let ratio = significant(high / low, 2);
-            let [from, to] = [low, high].map(|end| significant(end, 2));
-            let words = format!("logarithmic, 1 : {ratio}, {from} to {to}");
+            let power = common_power(high);
+            let [from, to] = [low, high].map(|end| rounded(end / 10f64.powi(power), 2));
+            let ends = match power {
+                0 => format!("{from} to {to}"),
+                power => format!("({from} to {to}) × {}", power_of_ten(power)),
+            };
+            let words = format!("logarithmic, 1 : {ratio}, {ends}");
             (PanelAxis::log(map.quantity(), low, high, 6), words)
         }
     };
