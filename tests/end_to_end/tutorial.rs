@@ -67,8 +67,11 @@ fn steps(page: &str) -> Vec<Step> {
 /// All `value ± error` of a text.
 fn quoted(text: &str) -> BTreeSet<String> {
     let words: Vec<&str> = text.split([' ', '\n', '|', '(', ')', ',']).collect();
-    let numbers = words.windows(3).filter(|three| three[1] == "±");
     let end = |word: &str| word.trim_end_matches(['.', ';', '%']).to_owned();
+    let is_number = |word: &str| word.parse::<f64>().is_ok();
+    let numbers = words
+        .windows(3)
+        .filter(|three| three[1] == "±" && is_number(three[0]));
     numbers
         .map(|three| format!("{} ± {}", three[0], end(three[2])))
         .collect()

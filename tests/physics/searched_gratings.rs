@@ -48,17 +48,17 @@ fn departure(found: &Efficiencies, exact: impl Fn(Side, i32) -> f64) -> f64 {
 }
 
 #[test]
-#[ignore = "slow: four rings, two polarisations (100 s)"]
+#[ignore = "slow: two rings, two polarisations (40 s)"]
 fn estimates_bound_the_departure_from_boundary_integrals() {
-    for (place, (file, band)) in RINGS.into_iter().enumerate() {
+    for (place, (file, band)) in RINGS.into_iter().step_by(2).enumerate() {
         let (number, interface) = ring(file, band).expect("a ring");
         let (top, bottom) = (interface.n_top.re, interface.n_bottom.re);
         let grating = Grating::of_relief(&interface.relief, interface.wavelength, top, bottom)
             .expect("a surface");
         let exact = grating.solve(KX0, Fineness::default()).expect("a solution");
         let incident = exact.orders(Side::Top);
-        // Near normal incidence of the first two rings, half-way to grazing of the others.
-        let share = if place < 2 { 2 } else { 3 };
+        // Near normal incidence of the first ring, half-way to grazing of the other.
+        let share = 2 + place;
         let order = &incident[share * incident.len() / 4];
         let theta = (order.kx / top).asin().to_degrees();
         for (pol, polarization) in [(Pol::S, Polarization::S), (Pol::P, Polarization::P)] {
