@@ -59,14 +59,8 @@ fn trace(text: &str) -> Observation {
     let env = RunContext::quiet(&interrupt, 31);
     let surface = dome_surface(&design, Model::Geometric, None).expect("a surface");
     let seen = observe(&design, &surface, PATHS, "", env).expect("a trace");
-    let ledger = seen.ledger();
-    let ends = ["escaped_", "absorbed_", "lost_"];
-    let ending = ledger
-        .accounts
-        .iter()
-        .filter(|(name, _)| ends.iter().any(|end| name.starts_with(end)));
-    let ended: f64 = ending.map(|(_, estimate)| estimate.value).sum();
-    assert!((ended - 1.0).abs() < 1e-9, "{ended}");
+    let surplus = seen.ledger().surplus();
+    assert!(surplus.abs() < 1e-9, "{surplus}");
     seen
 }
 

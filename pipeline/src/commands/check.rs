@@ -18,7 +18,7 @@ use crate::stages::cells::band_cells;
 use crate::stages::description::description;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
-use crate::stages::solids::StandingSolid;
+use crate::stages::solids::SolidOnBottom;
 use crate::stages::{scene, scene_check};
 
 /// `batwing check`.
@@ -41,14 +41,14 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
         .map(|m| m.key(&design))
         .collect();
     let surface = dome_surface(&design, Model::Geometric, None)?;
-    let standing = scene::standing(&design, &surface)?;
-    let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": standing});
+    let on_bottom = scene::on_bottom(&design, &surface)?;
+    let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": on_bottom});
     context
         .console
-        .result(&json, || describe(&design, &models, &standing))
+        .result(&json, || describe(&design, &models, &on_bottom))
 }
 
-fn describe(design: &Design, models: &[String], standing: &[StandingSolid]) -> String {
+fn describe(design: &Design, models: &[String], on_bottom: &[SolidOnBottom]) -> String {
     let mut text = format!("{}: {}\n", design.name, design.description);
     let mut line = |key: &str, value: &str| {
         // Writing to a string cannot fail.
@@ -57,7 +57,7 @@ fn describe(design: &Design, models: &[String], standing: &[StandingSolid]) -> S
     for (key, value) in description(design) {
         line(key, &value);
     }
-    for solid in standing {
+    for solid in on_bottom {
         line("bottom", &solid.describe());
     }
     line("paths", &thousands(design.trace.paths));

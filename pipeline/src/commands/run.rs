@@ -21,7 +21,7 @@ use crate::spectrum::Spectrum;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
 use crate::stages::run::Run;
-use crate::stages::solids::StandingSolid;
+use crate::stages::solids::SolidOnBottom;
 use crate::stages::stopping_rule::{ErrorTarget, StoppingRule};
 use crate::stages::trace::GROUPS;
 use crate::stages::{output, scene, scene_check};
@@ -152,10 +152,10 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
 /// A line on what stands on the bottom and light enters; empty where nothing does.
 fn on_bottom(design: &Design) -> Result<String> {
     let surface = dome_surface(design, Model::Geometric, None)?;
-    let standing = scene::standing(design, &surface)?;
-    if standing.is_empty() {
+    let on_bottom = scene::on_bottom(design, &surface)?;
+    if on_bottom.is_empty() {
         return Ok(String::new());
     }
-    let all: Vec<String> = standing.iter().map(StandingSolid::describe).collect();
+    let all: Vec<String> = on_bottom.iter().map(SolidOnBottom::describe).collect();
     Ok(format!("on the bottom: {}\n", all.join("; ")))
 }

@@ -17,7 +17,7 @@ use tracer::{
     Surface, SurfaceModel,
 };
 
-use super::solids::{self, Bottom, BottomPart, StandingSolid};
+use super::solids::{self, Bottom, BottomPart, SolidOnBottom};
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
 use crate::config::design::reflector::Reflector;
@@ -123,13 +123,13 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
 ///
 /// # Errors
 /// Solids that do not fit.
-pub fn standing(design: &Design, surface: &DomeSurface) -> Result<Vec<StandingSolid>> {
+pub fn on_bottom(design: &Design, surface: &DomeSurface) -> Result<Vec<SolidOnBottom>> {
     if design.solids.is_empty() {
         return Ok(Vec::new());
     }
     let mirror = mirror(design)?;
     let package = unlit(design, surface, &mirror)?;
-    solids::standing(design, package, &bottom(design, &mirror))
+    solids::on_bottom(design, package, &bottom(design, &mirror))
 }
 
 /// A package of `design` with its own source alone, and `surface` on its dome.

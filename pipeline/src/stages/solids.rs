@@ -24,12 +24,12 @@ use tracer::{
 use crate::config::ConfigError;
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
-use crate::config::design::form::Footprint;
+use crate::config::design::footprint::Footprint;
 use crate::config::design::solids;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::solids::Per;
 pub use contact::{Bottom, BottomPart};
-use contact::{Covered, Stretch, covered, plates};
+use contact::{Coverage, Covered, covered, plates};
 use nesting::{NestedObject, NestedPlace, Nesting};
 
 /// Distance by which the outer faces of a solid are drawn in, as a share of the size of the scene,
@@ -56,7 +56,7 @@ impl<'a> Placing<'a> {
 
 /// A solid that light enters and that stands on the bottom with a flat face.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct StandingSolid {
+pub struct SolidOnBottom {
     /// Its name.
     pub name: String,
     /// The parts of the bottom that it touches; none across a gap.
@@ -65,7 +65,7 @@ pub struct StandingSolid {
     pub around: String,
 }
 
-impl StandingSolid {
+impl SolidOnBottom {
     /// How it stands, in words.
     pub fn describe(&self) -> String {
         let Self {
@@ -172,16 +172,16 @@ pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -
 ///
 /// # Errors
 /// Solids that [`add`] refuses.
-pub fn standing(
+pub fn on_bottom(
     design: &Design,
     package: Prototype,
     bottom: &Bottom,
-) -> Result<Vec<StandingSolid>> {
+) -> Result<Vec<SolidOnBottom>> {
     let placing = Placing::of(design, bottom);
     let mut outline = package;
-    let own = into(&placing, Per::Package, &mut outline, None)?.standing;
+    let own = into(&placing, Per::Package, &mut outline, None)?.on_bottom;
     let mut array = Prototype::default();
-    let once = into(&placing, Per::Array, &mut array, None)?.standing;
+    let once = into(&placing, Per::Array, &mut array, None)?.on_bottom;
     let holders = holders(design, &outline, &array)?;
     let holder = holders.first().copied().flatten();
     let name = |region: Region, body: &Prototype, world: &str| match region {
@@ -189,16 +189,17 @@ pub fn standing(
         Region::World | Region::Opaque => world.to_owned(),
     };
     let about_packages = holder.map_or("air", CheckedSolid::name);
-    let standing = |all: Vec<Foothold<'_>>, body: &Prototype, world: &str| -> Vec<StandingSolid> {
-        let one = |foothold: Foothold<'_>| StandingSolid {
-            name: foothold.solid.name().to_owned(),
-            touches: foothold.parts.iter().map(|part| part.name).collect(),
-            around: name(foothold.outer, body, world),
+    let described =
+        |all: Vec<BottomContact<'_>>, body: &Prototype, world: &str| -> Vec<SolidOnBottom> {
+            let one = |contact: BottomContact<'_>| SolidOnBottom {
+                name: contact.solid.name().to_owned(),
+                touches: contact.parts.iter().map(|part| part.name).collect(),
+                around: name(contact.outer, body, world),
+            };
+            all.into_iter().map(one).collect()
         };
-        all.into_iter().map(one).collect()
-    };
-    let mut all = standing(own, &outline, about_packages);
-    all.extend(standing(once, &array, "air"));
+    let mut all = described(own, &outline, about_packages);
+    all.extend(described(once, &array, "air"));
     all.sort_by_key(|one| design.solids.iter().position(|s| s.name() == one.name));
     Ok(all)
 }
@@ -324,8 +325,8 @@ const AIR: Surrounding = Surrounding {
     depth: 0,
 };
 
-/// Where a solid that light enters stands on the bottom.
-struct Foothold<'a> {
+/// A solid that light enters and that stands on the bottom, and what it touches there.
+struct BottomContact<'a> {
     solid: &'a CheckedSolid,
     /// The region around the solid.
     outer: Region,
@@ -340,7 +341,7 @@ struct PlacedSolids<'a> {
     /// Region around the dome.
     about_dome: Region,
     /// Those that stand on the bottom.
-    standing: Vec<Foothold<'a>>,
+    on_bottom: Vec<BottomContact<'a>>,
 }
 
 /// Puts the solids of one kind into an empty body or a package. Without `outside` the medium around
@@ -361,7 +362,7 @@ fn into<'a>(
         return Ok(PlacedSolids {
             depths: Vec::new(),
             about_dome: Region::World,
-            standing: Vec::new(),
+            on_bottom: Vec::new(),
         });
     }
     let domed = design.dome.is_some();
@@ -383,7 +384,7 @@ fn into<'a>(
             source.region = nest.about_box;
         }
     }
-    let mut standing = Vec::new();
+    let mut on_bottom = Vec::new();
     for ((solid, object), place) in own.iter().zip(&objects).zip(&nest.places) {
         let index = |region: Region| match region {
             Region::World => outside.unwrap_or(AIR).index,
@@ -414,7 +415,7 @@ fn into<'a>(
             };
             body.surfaces
                 .extend(plates(&foot, &parts, object.inner, 0.25 * inset_mm)?);
-            standing.push(Foothold {
+            on_bottom.push(BottomContact {
                 solid,
                 outer: place.outer,
                 parts: parts.into_iter().map(|(part, _)| part).collect(),
@@ -425,7 +426,7 @@ fn into<'a>(
     Ok(PlacedSolids {
         depths: depths.map(|(solid, place)| (*solid, place.depth)).collect(),
         about_dome: nest.about_dome,
-        standing,
+        on_bottom,
     })
 }
 
@@ -525,10 +526,10 @@ fn touched<'a>(
     solid: &CheckedSolid,
     foot: &Footprint,
     in_dome: bool,
-) -> Result<Vec<(&'a BottomPart, Stretch)>> {
+) -> Result<Vec<(&'a BottomPart, Coverage)>> {
     let bottom = placing.bottom;
     if in_dome {
-        return Ok(vec![(&bottom.in_dome, Stretch::Whole)]);
+        return Ok(vec![(&bottom.in_dome, Coverage::Whole)]);
     }
     let axes = match solid.per() {
         Per::Package => placing.design.array.axes_mm(),
@@ -536,7 +537,7 @@ fn touched<'a>(
     };
     let of_axis = |at: &[f64; 2]| covered(foot, &bottom.outside, DVec2::from_array(*at));
     let mut all = axes.iter().map(of_axis);
-    let whole = |covered: &Covered| matches!(covered[..], [(_, Stretch::Whole)]);
+    let whole = |covered: &Covered| matches!(covered[..], [(_, Coverage::Whole)]);
     let first = all.next().flatten();
     let first = first.filter(|first| {
         axes.len() == 1 || (whole(first) && all.all(|other| other.as_ref() == Some(first)))

@@ -7,6 +7,7 @@ use tracer::Shape;
 use tracer::glam::{DMat3, DVec2, DVec3};
 use tracer::shape::{Bounds, Closing, Foot, Placement};
 
+use super::footprint::{Footprint, TurnedRectangle};
 use crate::config::schema::solids::{Flat, SolidForm};
 use crate::config::serde_arrays::List;
 use crate::formats::mesh::BOX_FACES;
@@ -17,27 +18,6 @@ pub(in crate::config) const CHORDS: usize = 96;
 
 /// Largest distance from the bottom of what stands on it, as a share of its size.
 const LEVEL: f64 = 1e-9;
-
-/// The flat face with which a solid stands on the bottom.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Footprint {
-    /// A rectangle.
-    Rectangle {
-        /// Its middle, mm.
-        centre: DVec2,
-        /// Unit vector along its first side.
-        along: DVec2,
-        /// Half its lengths along and across, mm.
-        half: [f64; 2],
-    },
-    /// Discs and rings about one point.
-    Rings {
-        /// Their middle, mm.
-        centre: DVec2,
-        /// Inner and outer radius of each, mm.
-        rings: Vec<[f64; 2]>,
-    },
-}
 
 /// A form in its own coordinates, and its place.
 #[derive(Debug, Clone)]
@@ -97,11 +77,11 @@ impl Form {
                 let half = self.shape_at_home()?.size() * 0.5;
                 let [u, v] = [(upright + 1) % 3, (upright + 2) % 3];
                 let along = rotation.col(u).truncate();
-                Some(Footprint::Rectangle {
+                Some(Footprint::Rectangle(TurnedRectangle {
                     centre,
                     along,
-                    half: [half[u], half[v]],
-                })
+                    half: DVec2::new(half[u], half[v]),
+                }))
             }
             _ if upright == 2 => {
                 let points = self.outline.windows(2);

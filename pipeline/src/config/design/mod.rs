@@ -6,6 +6,7 @@ pub mod at_wavelength;
 pub mod dome;
 pub mod files;
 pub mod films;
+pub mod footprint;
 pub mod form;
 pub mod incidence_grid;
 pub mod medium;

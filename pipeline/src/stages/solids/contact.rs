@@ -2,15 +2,15 @@
 //! Optical contact with the bottom: the mirror or the floor as the lower face of a solid.
 //!
 //! A plate at z = 0 with the optics of the bottom closes the medium of the solid, as it does below
-//! a dome. The foot of the solid itself is sunk below the plate, so that its walls leave no gap.
-//! Where the foot covers several parts of the bottom, each has a plate, the inner ones above.
+//! a dome. The footprint of the solid itself is sunk below the plate, so that its walls leave no gap.
+//! Where the footprint covers several parts of the bottom, each has a plate, the inner ones above.
 
 use anyhow::Result;
 use tracer::glam::{DMat3, DVec2, DVec3};
 use tracer::shape::{Closing, Extent, Placement, Plane};
 use tracer::{Region, Shape, Surface, SurfaceModel};
 
-use crate::config::design::form::Footprint;
+use crate::config::design::footprint::Footprint;
 
 /// Rounding of positions, as a share of the lengths that are compared.
 const ROUNDING: f64 = 1e-9;
@@ -35,116 +35,74 @@ pub struct Bottom {
     pub outside: Vec<BottomPart>,
 }
 
-/// The stretch of a part of the bottom that a foot covers.
+/// How much of a part of the bottom a footprintprint covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Stretch {
-    /// All of the foot that parts before have left.
+pub(super) enum Coverage {
+    /// All of the footprint that parts before have left.
     Whole,
     /// A rectangle, from its lowest to its highest corner.
     Rectangle(DVec2, DVec2),
 }
 
-/// Numbers of parts with their stretches.
-pub(super) type Covered = Vec<(usize, Stretch)>;
+/// Numbers of parts, each with its coverage.
+pub(super) type Covered = Vec<(usize, Coverage)>;
 
-/// Unit vector across another in the plane.
-fn across(along: DVec2) -> DVec2 {
-    DVec2::new(-along.y, along.x)
-}
-
-/// Half the box around a foot, and its middle.
-fn around(foot: &Footprint) -> (DVec2, DVec2) {
-    match foot {
-        Footprint::Rectangle {
-            centre,
-            along,
-            half,
-        } => {
-            let half = along.abs() * half[0] + across(*along).abs() * half[1];
-            (*centre, half)
-        }
-        Footprint::Rings { centre, rings } => {
-            let radius = rings.iter().map(|ring| ring[1]).fold(0.0, f64::max);
-            (*centre, DVec2::splat(radius))
-        }
-    }
-}
-
-/// Whether a foot covers a point.
-fn covers(foot: &Footprint, point: DVec2) -> bool {
-    match foot {
-        Footprint::Rectangle {
-            centre,
-            along,
-            half,
-        } => {
-            let off = point - *centre;
-            off.dot(*along).abs() <= half[0] && off.dot(across(*along)).abs() <= half[1]
-        }
-        // A hole may lie anywhere within.
-        Footprint::Rings { centre, rings } => {
-            let full = rings.iter().any(|ring| ring[0] <= 0.0) && rings.len() == 1;
-            full && rings.iter().any(|ring| point.distance(*centre) <= ring[1])
-        }
-    }
-}
-
-/// Whether the sides of a rectangle lie along x and y.
-fn level(foot: &Footprint) -> bool {
-    match foot {
-        Footprint::Rectangle { along, .. } => along.abs().min_element() < ROUNDING,
-        Footprint::Rings { .. } => false,
-    }
-}
-
-/// The parts of the bottom that a foot covers when it is moved by `offset`, innermost first; `None`
+/// The parts of the bottom that a footprint covers when it is moved by `offset`, innermost first; `None`
 /// where a border between two parts cuts it in another way than along its sides.
-pub(super) fn covered(foot: &Footprint, outside: &[BottomPart], offset: DVec2) -> Option<Covered> {
-    let (centre, half) = around(foot);
+pub(super) fn covered(
+    footprint: &Footprint,
+    outside: &[BottomPart],
+    offset: DVec2,
+) -> Option<Covered> {
+    let [centre, half] = footprint.bounding_box();
     let [low, high] = [centre - half, centre + half];
     let slack = ROUNDING * (half.max_element() + (centre + offset).abs().max_element());
     let mut covered = Covered::new();
     for (number, part) in outside.iter().enumerate() {
         let Some(limit) = part.half_mm else {
-            covered.push((number, Stretch::Whole));
+            covered.push((number, Coverage::Whole));
             break;
         };
         let limit = DVec2::from_array(limit);
         let [from, to] = [-limit - offset, limit - offset];
         if low.cmpge(from - slack).all() && high.cmple(to + slack).all() {
-            covered.push((number, Stretch::Whole));
+            covered.push((number, Coverage::Whole));
             break;
         }
         let [from_shared, to_shared] = [low.max(from), high.min(to)];
         if !(to_shared - from_shared).cmpgt(DVec2::splat(slack)).all() {
             continue;
         }
+        if !footprint.meets(from, to) {
+            continue;
+        }
         let corners = [from, to, DVec2::new(from.x, to.y), DVec2::new(to.x, from.y)];
-        if !level(foot) && !corners.iter().all(|corner| covers(foot, *corner)) {
+        let corner_within = |corner: &DVec2| footprint.holds(*corner);
+        if !footprint.is_axis_aligned() && !corners.iter().all(corner_within) {
             return None;
         }
-        covered.push((number, Stretch::Rectangle(from_shared, to_shared)));
+        covered.push((number, Coverage::Rectangle(from_shared, to_shared)));
     }
     Some(covered)
 }
 
-/// Plates below a foot: those of `covered`, each lower than the one before by `step_mm`, between
+/// Plates below a footprint: those of `covered`, each lower than the one before by `step_mm`, between
 /// opaque ground and `medium`.
 ///
 /// # Errors
-/// Never for a foot of a checked design.
+/// Never for a footprint of a checked design.
 pub(super) fn plates(
-    foot: &Footprint,
-    covered: &[(&BottomPart, Stretch)],
+    footprint: &Footprint,
+    covered: &[(&BottomPart, Coverage)],
     medium: Region,
     step_mm: f64,
 ) -> Result<Vec<Surface>> {
     let mut plates = Vec::new();
-    for (number, (part, stretch)) in covered.iter().enumerate() {
+    for (number, (part, coverage)) in covered.iter().enumerate() {
         let z = -step_mm * number as f64;
-        let shapes = match stretch {
-            Stretch::Whole => whole(foot, z)?,
-            Stretch::Rectangle(low, high) => {
+        let shapes = match coverage {
+            Coverage::Whole => whole(footprint, z)?,
+            Coverage::Rectangle(low, high) => {
                 let half = 0.5 * (*high - *low);
                 vec![rectangle((0.5 * (*low + *high)).extend(z), half)?]
             }
@@ -164,18 +122,15 @@ fn rectangle(middle: DVec3, half: DVec2) -> Result<Shape, tracer::Error> {
     Plane::new(middle, DVec3::Z, extent).map(Shape::Plane)
 }
 
-/// The foot itself at height `z`.
-fn whole(foot: &Footprint, z: f64) -> Result<Vec<Shape>, tracer::Error> {
-    match foot {
-        Footprint::Rectangle {
-            centre,
-            along,
-            half,
-        } => {
-            let plane = rectangle(DVec3::ZERO, DVec2::from_array(*half))?;
+/// The footprint itself at height `z`.
+fn whole(footprint: &Footprint, z: f64) -> Result<Vec<Shape>, tracer::Error> {
+    match footprint {
+        Footprint::Rectangle(r) => {
+            let plane = rectangle(DVec3::ZERO, r.half)?;
+            let [along, across] = [r.along, r.across()].map(|side| side.extend(0.0));
             let placement = Placement {
-                rotation: DMat3::from_cols(along.extend(0.0), across(*along).extend(0.0), DVec3::Z),
-                ..Placement::at(centre.extend(z))
+                rotation: DMat3::from_cols(along, across, DVec3::Z),
+                ..Placement::at(r.centre.extend(z))
             };
             Ok(vec![Shape::placed(vec![plane], Closing::Open, &placement)?])
         }
