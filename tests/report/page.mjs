@@ -61,33 +61,33 @@ async function emptyStates(page) {
   claim(!(await empty.isVisible()) && (await page.locator("#far-field figure:visible").count()) === 2, "ticked again, the far fields are back");
 }
 
-// Pixels of the view in space that are not background.
-const inked = (page) => page.locator("#canvas-space").evaluate((canvas) => {
+// Pixels of the 3-D view that are not background.
+const inked = (page) => page.locator("#canvas-3d").evaluate((canvas) => {
   const gl = canvas.getContext("webgl");
   const pixels = new Uint8Array(4 * canvas.width * canvas.height);
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   return pixels.filter((_, k) => k % 4 === 3).filter((alpha) => alpha > 0).length;
 });
 
-// The view in space: filters, and from a peak to its ring in two clicks.
-async function inSpace(page) {
-  const readout = page.locator("#readout-space");
+// The 3-D view: filters, and from a peak to its ring in two clicks.
+async function inThreeDimensions(page) {
+  const readout = page.locator("#readout-3d");
   const paths = async () => Number((await readout.innerText()).match(/^(\d+) of/)?.[1] ?? 0);
   // The view is made as soon as it comes near the screen.
-  await page.locator("#space").scrollIntoViewIfNeeded();
-  await page.locator("#angles-space button").first().waitFor();
+  await page.locator("#view-3d").scrollIntoViewIfNeeded();
+  await page.locator("#angles-3d button").first().waitFor();
   const all = await paths();
-  claim(all >= 100, `${all} paths are drawn in space`);
+  claim(all >= 100, `${all} paths are drawn in three dimensions`);
   const ink = await inked(page);
   claim(ink > 10_000, `the view has ${ink} pixels of package, rays and far field`);
-  await page.locator("#space").screenshot({ path: join(pictures, "space.png") });
-  await page.locator("#controls-space input[name=fate]").first().uncheck();
+  await page.locator("#view-3d").screenshot({ path: join(pictures, "view-3d.png") });
+  await page.locator("#controls-3d input[name=fate]").first().uncheck();
   const others = await paths();
   claim(others < all && (await inked(page)) < ink, `without the light that escaped upwards ${others} paths are left`);
-  for (const box of await page.locator("#controls-space input[name=fate]:visible").all()) await box.uncheck();
+  for (const box of await page.locator("#controls-3d input[name=fate]:visible").all()) await box.uncheck();
   claim(/No fate is ticked/.test(await readout.innerText()), "no fate ticked: it says so");
-  for (const box of await page.locator("#controls-space input[name=fate]:visible").all()) await box.check();
-  const bars = page.locator("#angles-space button");
+  for (const box of await page.locator("#controls-3d input[name=fate]:visible").all()) await box.check();
+  const bars = page.locator("#angles-3d button");
   const heights = await bars.evaluateAll((buttons) => buttons.map((b) => parseFloat(b.firstChild.style.height)));
   await bars.nth(heights.indexOf(Math.max(...heights))).click();
   const inPeak = await paths();
@@ -98,18 +98,18 @@ async function inSpace(page) {
   const ofRing = await paths();
   claim(ofRing > 0 && ofRing <= inPeak, `a second click leaves the ${ofRing} paths of that ring`);
   claim((await page.locator("#ranking-rings button[aria-pressed=true]").count()) === 1, "which is marked for screen readers");
-  await page.locator("#space").screenshot({ path: join(pictures, "space-ring.png") });
-  await page.locator("#reset-space").click();
+  await page.locator("#view-3d").screenshot({ path: join(pictures, "view-3d-ring.png") });
+  await page.locator("#reset-3d").click();
   claim((await paths()) === all, "all rays are back");
-  const box = await page.locator("#canvas-space").boundingBox();
+  const box = await page.locator("#canvas-3d").boundingBox();
   await page.mouse.click(box.x + 0.7 * box.width, box.y + 0.35 * box.height);
-  claim((await page.locator("#angles-space button[aria-pressed=true]").count()) === 1, "a click on the far field chooses a polar angle");
-  await page.locator("#reset-space").click();
-  const before = await page.locator("#canvas-space").evaluate((canvas) => canvas.toDataURL());
-  await page.locator("#canvas-space").focus();
+  claim((await page.locator("#angles-3d button[aria-pressed=true]").count()) === 1, "a click on the far field chooses a polar angle");
+  await page.locator("#reset-3d").click();
+  const before = await page.locator("#canvas-3d").evaluate((canvas) => canvas.toDataURL());
+  await page.locator("#canvas-3d").focus();
   await page.keyboard.press("ArrowLeft");
-  claim((await page.locator("#canvas-space").evaluate((canvas) => canvas.toDataURL())) !== before, "arrow keys turn the view");
-  const named = await page.locator("#canvas-space").getAttribute("aria-label");
+  claim((await page.locator("#canvas-3d").evaluate((canvas) => canvas.toDataURL())) !== before, "arrow keys turn the view");
+  const named = await page.locator("#canvas-3d").getAttribute("aria-label");
   claim(/\d+ of \d+ paths/.test(named), `the view says in words what it shows: ${named.slice(0, 70)}`);
 }
 
@@ -213,7 +213,7 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
   const facts = await page.locator("#simulated dt").allInnerTexts();
   claim(["dome", "LED", "mirror", "array", "plane"].every((fact) => facts.includes(fact)), `it says what was simulated: ${facts.join(", ")}`);
   await emptyStates(page);
-  await inSpace(page);
+  await inThreeDimensions(page);
   const unnamed = await page.locator("input, select").evaluateAll((fields) => fields.filter((f) => !f.labels.length).length);
   claim(unnamed === 0, "every control has a label");
   const wordless = await page.locator("button").evaluateAll((buttons) => buttons.filter((b) => !(b.getAttribute("aria-label") || b.textContent.trim())).length);
@@ -242,10 +242,10 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
   const { context, page } = await open({ viewport: DESKTOP }, () => { HTMLCanvasElement.prototype.getContext = ((whole) => function (kind, ...more) {
     return kind === "webgl" ? null : whole.call(this, kind, ...more);
   })(HTMLCanvasElement.prototype.getContext); });
-  await page.locator("#space").scrollIntoViewIfNeeded();
-  await page.locator("#angles-space button").first().waitFor();
-  claim(await page.locator("#space-without").isVisible(), "without WebGL it says so");
-  await page.locator("#angles-space button").first().click();
+  await page.locator("#view-3d").scrollIntoViewIfNeeded();
+  await page.locator("#angles-3d button").first().waitFor();
+  claim(await page.locator("#without-3d").isVisible(), "without WebGL it says so");
+  await page.locator("#angles-3d button").first().click();
   claim((await page.locator("#ranking-rings button").count()) > 0, "and still ranks the rings");
   await context.close();
 }

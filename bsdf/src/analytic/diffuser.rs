@@ -197,7 +197,7 @@ pub struct Diffuser {
 }
 
 /// One lobe at one incidence.
-struct Part {
+struct LobeAtIncidence {
     transport: Transport,
     share: f64,
     law: DiffuseLaw,
@@ -206,7 +206,7 @@ struct Part {
     side: Side,
 }
 
-impl Part {
+impl LobeAtIncidence {
     fn lobe(&self) -> Lobe {
         Lobe {
             transport: self.transport,
@@ -265,11 +265,11 @@ impl Diffuser {
     }
 
     /// Both lobes for light from `wi`, reflection first.
-    fn parts(&self, wi: DVec3) -> [Part; 2] {
+    fn lobes_at(&self, wi: DVec3) -> [LobeAtIncidence; 2] {
         let from = Side::of(wi);
         let part = |lobe: DiffuseLobe, transport: Transport, smooth: DVec3| {
             let side = transport.exit_side(from);
-            Part {
+            LobeAtIncidence {
                 transport,
                 share: lobe.share,
                 law: lobe.law,
@@ -300,7 +300,7 @@ impl Bsdf for Diffuser {
         if kept <= 0.0 {
             return None;
         }
-        let [reflection, transmission] = self.parts(wi);
+        let [reflection, transmission] = self.lobes_at(wi);
         let sum = reflection.share + transmission.share;
         let part = if rng.random::<f64>() * sum < reflection.share {
             reflection
@@ -315,7 +315,7 @@ impl Bsdf for Diffuser {
     }
 
     fn pdf(&self, wi: DVec3, sample: &BsdfSample) -> Option<f64> {
-        let parts = self.parts(wi);
+        let parts = self.lobes_at(wi);
         let sum: f64 = parts.iter().map(|part| part.share).sum();
         let of_transport = parts
             .iter()
@@ -328,7 +328,10 @@ impl Bsdf for Diffuser {
     }
 
     fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
-        let parts = self.parts(wi).into_iter().filter(|part| part.share > 0.0);
+        let parts = self
+            .lobes_at(wi)
+            .into_iter()
+            .filter(|part| part.share > 0.0);
         let lobes = parts.map(|part| OutgoingLobe {
             wo: part.axis,
             power: part.share,

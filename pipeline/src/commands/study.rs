@@ -14,6 +14,7 @@ use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
 use crate::formats::csv;
+use crate::metrics::estimate::DISTINCT;
 use crate::plural::count;
 use crate::provenance::FileRecord;
 use crate::quantity::Unit;
@@ -21,7 +22,7 @@ use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::run_context::RunContext;
 use crate::study::compute::compute;
-use crate::study::study_results::{DISTINCT, FigureRow, Ranked, StudyResults};
+use crate::study::study_results::{FigureRow, Ranked, StudyResults};
 use crate::study::{self, Study};
 
 /// File under the directory of results.

@@ -4,6 +4,9 @@
 use serde::de::{Error, Unexpected};
 use serde::{Deserialize, Deserializer, Serialize};
 
+/// Standard errors of a difference by which two values must differ to be told apart.
+pub const DISTINCT: f64 = 3.0;
+
 /// A figure with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {

@@ -12,7 +12,7 @@ use super::plots::draw::palette::{BODY, LED, LED_EDGE, MEDIUM, MIRROR, RECEIVER,
 use super::plots::draw::panel::{Panel, PanelAxis, TICK_SIZE};
 use super::plots::draw::scale::{AxisScale, round_step, significant};
 use super::plots::draw::sheet::{Entry, Sample, Sheet};
-use crate::digits::format_value_with_error;
+use crate::digits::{format_value_with_error, shortest};
 use crate::quantity::{Quantity, Unit};
 use crate::results::package::{PackageDrawing, SolidDrawing};
 use crate::results::ray_paths::{PathEnd, TracedPath};
@@ -163,12 +163,7 @@ impl Section<'_> {
         // A place on the right of the outline, below the top.
         let slope = |[x, z]: &[f64; 2]| x + 0.4 * z;
         if let Some(at) = edge.max_by(|a, b| slope(a).total_cmp(&slope(b))) {
-            let index = drawing
-                .dome_words
-                .rsplit_once("index ")
-                .map(|(_, index)| index);
-            let words = index.map_or("dome".to_owned(), |n| format!("dome, n = {n}"));
-            self.name(words, at, SILICONE[1]);
+            self.name(with_index("dome", drawing.dome_index), at, SILICONE[1]);
         }
         self.ground(canvas);
         let [x, _, z] = drawing.led_mm;
@@ -205,16 +200,8 @@ impl Section<'_> {
         let points = solid.lines_mm.iter().flat_map(|(line, _)| line);
         let held = points.map(|[x, z]| [x.clamp(-half, half), *z]);
         let rightmost = held.max_by(|a, b| (a[0] + 0.01 * a[1]).total_cmp(&(b[0] + 0.01 * b[1])));
-        let index = solid
-            .words
-            .split(", ")
-            .find_map(|word| word.strip_prefix("index "));
-        let words = match index {
-            Some(n) => format!("{}, n = {n}", solid.name),
-            None => solid.name.clone(),
-        };
         if let Some(at) = rightmost {
-            self.name(words, at, edge);
+            self.name(with_index(&solid.name, solid.index), at, edge);
         }
     }
 
@@ -355,6 +342,14 @@ impl Section<'_> {
             canvas.text(&named.words, [x, y], &letters);
         }
     }
+}
+
+/// A name with the refractive index, where there is one.
+fn with_index(name: &str, index: Option<f64>) -> String {
+    index.map_or_else(
+        || name.to_owned(),
+        |n| format!("{name}, n = {}", shortest(n)),
+    )
 }
 
 /// How far a solid reaches across, mm.

@@ -35,6 +35,9 @@ use schema::{
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 4;
 
+/// Key of the figure whose valley and peak are marked on maps.
+pub const VALLEY_TO_PEAK: &str = "illuminance_valley_to_peak";
+
 /// File under the directory of results.
 pub const FILE: &str = "results.json";
 

@@ -19,8 +19,8 @@ pub struct PackageFile {
     pub drawing: PackageDrawing,
     /// Paths in the plane y = 0.
     pub section_paths: Vec<TracedPath>,
-    /// Paths in space.
-    pub space: SpacePaths,
+    /// Paths in three dimensions.
+    pub paths_3d: Paths3d,
 }
 
 /// The package nearest to the middle of the array, with its axis at the origin.
@@ -28,8 +28,9 @@ pub struct PackageFile {
 pub struct PackageDrawing {
     /// The dome: lines in the plane y = 0 that close, (x, z) in mm.
     pub dome_mm: Vec<Vec<[f64; 2]>>,
-    /// What the dome is of.
-    pub dome_words: String,
+    /// Refractive index of the dome; none of a bare package.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dome_index: Option<f64>,
     /// Right half of its generating curve by rings, (r, z) in mm; empty for a mesh.
     pub rings: Vec<RingOutline>,
     /// Largest distance of the package from its axis, mm.
@@ -63,8 +64,9 @@ pub struct RingOutline {
 pub struct SolidDrawing {
     /// Its name.
     pub name: String,
-    /// What it is of.
-    pub words: String,
+    /// Refractive index of what light enters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index: Option<f64>,
     /// Whether light enters it or passes through it.
     pub entered: bool,
     /// Low and high corner of the box about it, mm.
@@ -75,7 +77,7 @@ pub struct SolidDrawing {
 
 /// Paths of one package alone on its ground, and what leaves where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SpacePaths {
+pub struct Paths3d {
     /// Paths traced, of equal power.
     pub traced: u64,
     /// Names of the dome's rings, from the axis outwards.
@@ -83,7 +85,7 @@ pub struct SpacePaths {
     /// Names of surfaces.
     pub faces: Vec<String>,
     /// The first of the paths.
-    pub paths: Vec<SpacePath>,
+    pub paths: Vec<Path3d>,
     /// Width of the polar angles counted, degrees.
     pub bin_deg: f64,
     /// Escaped paths by polar angle and by the ring through which they left the dome last; the last
@@ -93,9 +95,9 @@ pub struct SpacePaths {
     pub by_face: Vec<Vec<u32>>,
 }
 
-/// A path in space.
+/// A path in three dimensions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SpacePath {
+pub struct Path3d {
     /// What became of it.
     pub fate: PathEnd,
     /// Ring through which it left the dome last.

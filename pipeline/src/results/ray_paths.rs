@@ -35,6 +35,15 @@ impl PathEnd {
         Self::Lost,
     ];
 
+    /// Absorption by the surface of this name in the ledger.
+    pub fn at_surface(name: &str) -> Self {
+        match name {
+            "bottom" | "ground mirror" | "floor" | "housing floor" => Self::AbsorbedMirror,
+            "box side" | "box top" => Self::AbsorbedLed,
+            _ => Self::AbsorbedSurface,
+        }
+    }
+
     /// In words.
     pub fn words(self) -> &'static str {
         match self {

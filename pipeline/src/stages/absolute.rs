@@ -35,7 +35,7 @@ pub fn absolute(design: &Design, seen: &Observation, units: Units) -> Option<Abs
     for (key, account) in [("flux_up", "escaped_up"), ("flux_down", "escaped_down")] {
         let escaped = ledger.account(account).filter(|share| share.value > 0.0);
         if let Some(escaped) = escaped {
-            both(key, &units.flux(), units.per_intensity(), escaped);
+            both(key, &units.flux(), units.per_flux(), escaped);
         }
     }
     let far = far_field_reading(design).figures(&seen.far_field);

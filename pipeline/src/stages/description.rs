@@ -139,7 +139,7 @@ fn array(design: &Design) -> String {
 }
 
 /// A solid in words.
-pub(super) fn solid(solid: &CheckedSolid) -> String {
+fn solid(solid: &CheckedSolid) -> String {
     let made = match (&solid.medium, solid.stated.kind.is_sheet()) {
         (Some(medium), _) => format!("index {}", shortest(medium.index)),
         (None, true) => "sheet".to_owned(),

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use super::description::description;
 use super::package_drawing::package_drawing;
 use super::paths::paths;
-use super::space_paths::{Part, space_paths};
+use super::paths_3d::{WavelengthScene, paths_3d};
 use crate::atomic_file::write_bytes;
 use crate::config::design::Design;
 use crate::results::ModelResult;
@@ -25,7 +25,7 @@ const IN_SECTION: u64 = 120;
 /// Scenes that cannot be built; a file that cannot be written.
 pub(super) fn write(
     design: &Design,
-    parts: &[Part],
+    parts: &[WavelengthScene],
     out: &Path,
     result: &mut ModelResult,
     seed: u64,
@@ -45,7 +45,7 @@ pub(super) fn write(
     let file = PackageFile {
         simulated,
         section_paths: section_paths(parts, seed)?,
-        space: space_paths(parts, &drawing.rings, seed)?,
+        paths_3d: paths_3d(parts, &drawing.rings, seed)?,
         drawing,
     };
     let inner: PathBuf = [design.name.as_str(), &result.key, FILE].iter().collect();
@@ -56,7 +56,7 @@ pub(super) fn write(
 }
 
 /// Paths in the plane y = 0, shared among the parts by their flux.
-fn section_paths(parts: &[Part], seed: u64) -> Result<Vec<TracedPath>> {
+fn section_paths(parts: &[WavelengthScene], seed: u64) -> Result<Vec<TracedPath>> {
     let mut all = Vec::new();
     let mut begun = 0.0;
     for (place, part) in parts.iter().enumerate() {

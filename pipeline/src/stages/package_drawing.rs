@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The package of a design as plain lines: what `rays` and the page draw.
 
-use super::description;
 use super::paths::single_package;
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
@@ -24,11 +23,9 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         _ => outline(meridian).into_iter().collect(),
     };
     let [width, depth] = design.led.size_mm;
-    let words = description::description(design);
-    let dome_words = words.into_iter().find(|(key, _)| *key == "dome");
     PackageDrawing {
         dome_mm: dome_mm.into_iter().map(rounded_line).collect(),
-        dome_words: dome_words.map_or_else(String::new, |(_, words)| words),
+        dome_index: design.dome.as_ref().map(|_| design.silicone.index),
         rings: rings(meridian),
         radius_mm,
         led_mm: [width, depth, design.led.height_mm],
@@ -51,7 +48,7 @@ fn solid(solid: &CheckedSolid) -> SolidDrawing {
     let lines = solid.form.section().into_iter();
     SolidDrawing {
         name: solid.name().to_owned(),
-        words: description::solid(solid),
+        index: solid.medium.as_ref().map(|medium| medium.index),
         entered: solid.medium.is_some() || solid.stated.shared.scatter.is_some(),
         bounds_mm,
         lines_mm: lines

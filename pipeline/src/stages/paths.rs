@@ -72,11 +72,7 @@ pub(super) fn path_end(fate: Fate, lines: &Lines) -> PathEnd {
     match fate {
         Fate::EscapedUp => PathEnd::EscapedUp,
         Fate::EscapedDown => PathEnd::EscapedDown,
-        Fate::Surface(line) => match lines.surfaces[line].as_str() {
-            "bottom" | "ground mirror" | "floor" | "housing floor" => PathEnd::AbsorbedMirror,
-            "box side" | "box top" => PathEnd::AbsorbedLed,
-            _ => PathEnd::AbsorbedSurface,
-        },
+        Fate::Surface(line) => PathEnd::at_surface(&lines.surfaces[line]),
         Fate::Medium(..) => PathEnd::AbsorbedMedium,
         Fate::Lost(Loss::Bounces | Loss::Leak | Loss::Invalid) => PathEnd::Lost,
     }

@@ -10,7 +10,7 @@ use super::dome_surface::dome_surface;
 use super::model::Model;
 use super::output::{self, Output};
 use super::package;
-use super::space_paths::Part;
+use super::paths_3d::WavelengthScene;
 use super::spectral::SpectralJob;
 use super::stopping_rule::{self, StoppingRule};
 use super::tables::{DesignTables, tables};
@@ -108,7 +108,7 @@ impl Run<'_> {
         }
         let output = self.output(Units::of(design, None));
         output.write(&mut result, &mut Cow::Owned(observation), context)?;
-        let part = Part {
+        let part = WavelengthScene {
             design,
             surface: &surface,
             share: 1.0,

@@ -26,7 +26,7 @@ use self::rule::{Node, Rule, any, compares, least, medians, tolerance};
 pub use self::sweep::SpectralJob;
 use self::sweep::Sweep;
 use super::observation::Observation;
-use super::space_paths::Part;
+use super::paths_3d::WavelengthScene;
 use super::stopping_rule::StoppingRule;
 use super::units::Units;
 use crate::metrics::Estimate;
@@ -176,7 +176,7 @@ impl SpectralTrace<'_> {
 
 impl SpectralTrace<'_> {
     /// Share of the flux, design and dome of every node.
-    pub(super) fn surfaces(&self) -> Vec<Part<'_>> {
+    pub(super) fn surfaces(&self) -> Vec<WavelengthScene<'_>> {
         let nodes = self.rule.iter();
         nodes.map(|node| self.sweep.surface(node)).collect()
     }

@@ -75,7 +75,12 @@ impl Units {
         self.emitted * 1e6
     }
 
-    /// What W/sr and W are multiplied by.
+    /// What W are multiplied by.
+    pub fn per_flux(&self) -> f64 {
+        self.emitted
+    }
+
+    /// What W/sr are multiplied by.
     pub fn per_intensity(&self) -> f64 {
         self.emitted
     }

@@ -13,15 +13,12 @@ use super::definition::Study;
 use super::resampling_test::{Comparison, compare};
 use super::targets::Targets;
 use super::trace_figures::{JackknifedFigure, SetupFigures, ShortRuns, TraceId, find};
+use crate::metrics::estimate::DISTINCT;
 use crate::metrics::{Estimate, spread};
 use crate::provenance::FileRecord;
 
 /// Version of the layout of `study.json`.
 const SCHEMA_VERSION: u32 = 2;
-
-/// Standard errors of a difference of misfits by which a set-up must lie above the best one to be
-/// told from it.
-pub const DISTINCT: f64 = 3.0;
 
 /// A misfit, with and without each group of paths.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,6 +7,7 @@ use anyhow::{Result, bail, ensure};
 
 use super::file::Probe;
 use crate::metrics::uniformity_forms::FORMS;
+use crate::results::VALLEY_TO_PEAK;
 
 /// Figures of the paper's tables with default scales: about the precision of the published figures.
 const PAPERS: [(&str, f64); 6] = [
@@ -14,7 +15,7 @@ const PAPERS: [(&str, f64); 6] = [
     ("centre_to_peak", 0.06),
     ("uniformity", 0.02),
     ("uniformity_diagonal", 0.02),
-    ("illuminance_valley_to_peak", 0.03),
+    (VALLEY_TO_PEAK, 0.03),
     ("extraction_efficiency", 0.01),
 ];
 

@@ -126,14 +126,14 @@ fn integrals_of_lobes_have_their_limits() {
 
 /// The density of all directions from `wi`, with the integrals of its lobes taken once.
 fn density(surface: &Diffuser, wi: DVec3) -> impl Fn(DVec3) -> f64 {
-    let parts = surface.parts(wi);
+    let parts = surface.lobes_at(wi);
     let sum: f64 = parts.iter().map(|part| part.share).sum();
     let integrals = parts.each_ref().map(|part| match part.law {
         DiffuseLaw::Lambertian => PI,
         DiffuseLaw::Gaussian(lobe) => lobe.integral(part.axis.z.abs()),
     });
     move |wo| {
-        let of = |(part, integral): (&Part, f64)| {
+        let of = |(part, integral): (&LobeAtIncidence, f64)| {
             let shape = match part.law {
                 _ if Side::of(wo) != part.side => 0.0,
                 DiffuseLaw::Lambertian => wo.z.abs(),

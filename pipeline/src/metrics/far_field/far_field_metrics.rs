@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{AngularBins, BinPlacement};
+use crate::metrics::estimate::DISTINCT;
 use crate::metrics::{Estimate, Grouped, jackknife};
 
 /// The largest of the bins of the upper hemisphere of `profile`.
@@ -107,9 +108,6 @@ pub struct FarFieldFigures {
     /// errors of the difference.
     pub peak_range_deg: Option<[f64; 2]>,
 }
-
-/// Standard errors by which a peak off the axis must exceed the centre.
-pub const DISTINCT: f64 = 3.0;
 
 /// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
 /// see before it may say that there is none.

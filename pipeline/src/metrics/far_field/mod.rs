@@ -13,9 +13,7 @@ use std::f64::consts::PI;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use far_field_metrics::{
-    DISTINCT, FarFieldFigures, FarFieldReading, PeakMethod, PeakPlace, VISIBLE,
-};
+pub use far_field_metrics::{FarFieldFigures, FarFieldReading, PeakMethod, PeakPlace, VISIBLE};
 
 /// Bins of the far field: θ from 0 to 180°, φ from 0 to 360°; bin (θ, φ) is at `theta * azimuths +
 /// phi`.

@@ -12,10 +12,8 @@ use crate::report::plots::{
     BinImage, Heading, IlluminanceMap, LedOutline, LineColours, MapScale, Mark, MarkKind, Section,
     cross_section, map_on_scale, palette,
 };
+use crate::results::VALLEY_TO_PEAK;
 use crate::results::package::PackageFile;
-
-/// Figure whose valley and peak are marked.
-const MARKED: &str = "illuminance_valley_to_peak";
 
 impl Album {
     /// Axes of the maps, linear and logarithmic, and of profiles through them. Those of models of
@@ -128,7 +126,7 @@ fn leds(package: &PackageFile) -> Vec<LedOutline> {
 
 /// Where valley and peak were read.
 fn marks(model: &Model) -> Vec<Mark> {
-    let Some(figure) = model.entry.figures.get(MARKED) else {
+    let Some(figure) = model.entry.figures.get(VALLEY_TO_PEAK) else {
         return Vec::new();
     };
     let valley = figure.valley_at_mm.map(|at| Mark {

@@ -40,7 +40,7 @@ const STYLES: [&str; 5] = [
     include_str!("assets/base.css"),
     include_str!("assets/parts.css"),
     include_str!("assets/pictures.css"),
-    include_str!("assets/space.css"),
+    include_str!("assets/view_3d.css"),
     include_str!("assets/print.css"),
 ];
 const SCRIPTS: [&str; 9] = [
@@ -51,7 +51,7 @@ const SCRIPTS: [&str; 9] = [
     include_str!("assets/far-field.js"),
     include_str!("assets/map.js"),
     include_str!("assets/webgl.js"),
-    include_str!("assets/space.js"),
+    include_str!("assets/view_3d.js"),
     include_str!("assets/bsdf.js"),
 ];
 
@@ -89,15 +89,12 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let packages = packages.collect::<Result<Vec<_>>>()?;
     let spaces = models.iter().zip(&packages);
     let spaces = spaces
-        .map(|(model, package)| package::space(model, package.as_ref(), folder, models.len()));
+        .map(|(model, package)| package::view_3d(model, package.as_ref(), folder, models.len()));
     let spaces = spaces.collect::<Result<Vec<_>>>()?;
-    let of_model = |((model, field), (map, space)): (
-        (&Model, &FarFieldTable),
-        (&Plane, &Value),
-    )| {
+    let of_model = |((model, field), (map, view)): ((&Model, &FarFieldTable), (&Plane, &Value))| {
         json!({
             "design": model.design, "label": model.label(),
-            "farField": field.to_json(), "map": map.to_json(shared_range(model, &models, &maps)), "space": space,
+            "farField": field.to_json(), "map": map.to_json(shared_range(model, &models, &maps)), "view3d": view,
         })
     };
     let of_models = models.iter().zip(&fields).zip(maps.iter().zip(&spaces));

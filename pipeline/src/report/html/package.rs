@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What was simulated: the package in words and as a section with rays, total efficiency and
-//! uniformity; and, for the page's view in space, the package, paths and the far field.
+//! uniformity; and, for the page's 3-D view, the package, paths and the far field.
 
 use anyhow::Result;
 use serde_json::{Value, json};
@@ -16,7 +16,8 @@ use crate::plural::count;
 use crate::report::html::folder::Folder;
 use crate::report::path_picture::path_picture;
 use crate::report::plots::{Heading, palette};
-use crate::results::package::{PackageDrawing, PackageFile, SpacePath};
+use crate::results::VALLEY_TO_PEAK;
+use crate::results::package::{PackageDrawing, PackageFile, Path3d};
 use crate::results::ray_paths::PathEnd;
 
 /// Paths of all models together that the page holds.
@@ -80,7 +81,7 @@ pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value
                 "paths": thousands(model.entry.paths),
                 "efficiency": percent(ledger.account("escaped_up")),
                 "uniformity": percent(figure("uniformity")),
-                "valley": percent(figure("illuminance_valley_to_peak")),
+                "valley": percent(figure(VALLEY_TO_PEAK)),
             })
         };
         json!({
@@ -100,22 +101,25 @@ pub fn fates() -> Value {
     PathEnd::ALL.into_iter().map(fate).collect()
 }
 
-/// The scene of a model for the view in space; null of results without paths.
+/// The scene of a model for the 3-D view; null of results without paths.
 ///
 /// # Errors
 /// A far field that cannot be read.
-pub fn space(
+pub fn view_3d(
     model: &Model,
     package: Option<&PackageFile>,
     folder: &Folder,
     models: usize,
 ) -> Result<Value> {
-    let Some(PackageFile { drawing, space, .. }) = package else {
+    let Some(PackageFile {
+        drawing, paths_3d, ..
+    }) = package
+    else {
         return Ok(Value::Null);
     };
     let radius = view_radius(drawing);
-    let kept = space.paths.len().min(MOST_PATHS / models.max(1));
-    let paths = &space.paths[..kept];
+    let kept = paths_3d.paths.len().min(MOST_PATHS / models.max(1));
+    let paths = &paths_3d.paths[..kept];
     let points: Vec<Vec<[f64; 3]>> = paths.iter().map(|path| drawn(path, radius)).collect();
     let quantised =
         |p: &[f64; 3]| p.map(|x| linear(x.clamp(-radius, radius) + radius, 2.0 * radius));
@@ -127,8 +131,8 @@ pub fn space(
         "radius": radius,
         "colour": palette::model_variable(palette::model_number(model.key).unwrap_or(0)),
         "rings": drawing.rings.iter().map(|ring| &ring.points_mm).collect::<Vec<_>>(),
-        "ringNames": space.rings,
-        "faceNames": space.faces,
+        "ringNames": paths_3d.rings,
+        "faceNames": paths_3d.faces,
         "led": drawing.led_mm,
         "mirror": drawing.mirror_half_mm,
         "plane": drawing.plane_mm,
@@ -138,11 +142,11 @@ pub fn space(
         "fates": paths.iter().map(|path| place_of(path.fate)).collect::<Vec<_>>(),
         "pathRings": paths.iter().map(|path| number(path.ring)).collect::<Vec<_>>(),
         "pathFaces": paths.iter().map(|path| number(path.face)).collect::<Vec<_>>(),
-        "bins": paths.iter().map(|path| number(bin(path, space.bin_deg))).collect::<Vec<_>>(),
-        "traced": space.traced,
-        "binDeg": space.bin_deg,
-        "byRing": space.by_ring,
-        "byFace": space.by_face,
+        "bins": paths.iter().map(|path| number(bin(path, paths_3d.bin_deg))).collect::<Vec<_>>(),
+        "traced": paths_3d.traced,
+        "binDeg": paths_3d.bin_deg,
+        "byRing": paths_3d.by_ring,
+        "byFace": paths_3d.by_face,
         "lobe": lobe(model, folder)?,
     }))
 }
@@ -160,7 +164,7 @@ fn place_of(end: PathEnd) -> usize {
 }
 
 /// Number of the polar angle that a path escaped to.
-fn bin(path: &SpacePath, bin_deg: f64) -> Option<usize> {
+fn bin(path: &Path3d, bin_deg: f64) -> Option<usize> {
     let escaped = matches!(path.fate, PathEnd::EscapedUp | PathEnd::EscapedDown);
     let [_, _, z] = path.leaves_along.filter(|_| escaped)?;
     let last = (180.0 / bin_deg).round() as usize - 1;
@@ -168,7 +172,7 @@ fn bin(path: &SpacePath, bin_deg: f64) -> Option<usize> {
 }
 
 /// Points of a path within the view, with the one where it leaves it.
-fn drawn(path: &SpacePath, radius: f64) -> Vec<[f64; 3]> {
+fn drawn(path: &Path3d, radius: f64) -> Vec<[f64; 3]> {
     let length = |p: &[f64; 3]| p.iter().map(|x| x * x).sum::<f64>();
     let inside = path.points_mm.iter();
     let mut points: Vec<[f64; 3]> = inside
@@ -212,7 +216,7 @@ fn lobe(model: &Model, folder: &Folder) -> Result<Value> {
     Ok(json!({"polar": polar, "azimuths": azimuths, "share": base64_of_numbers(&shares)}))
 }
 
-/// Error of the mean of neighbouring azimuths, beside it, that the view in space leaves.
+/// Error of the mean of neighbouring azimuths, beside it, that the 3-D view leaves.
 const SMOOTH: f64 = 0.06;
 
 /// The values of one polar angle, averaged over as many neighbouring azimuths as their errors ask
@@ -244,7 +248,7 @@ mod tests {
 
     #[test]
     fn paths_end_on_the_sphere_of_the_view() {
-        let path = |points_mm: &[[f64; 3]], leaves_along| SpacePath {
+        let path = |points_mm: &[[f64; 3]], leaves_along| Path3d {
             fate: PathEnd::EscapedUp,
             ring: None,
             face: None,

@@ -12,6 +12,7 @@ use crate::metrics::Estimate;
 use crate::metrics::uniformity_forms::FORMS;
 use crate::quantity::Unit;
 use crate::report::summary::SummaryRow;
+use crate::results::VALLEY_TO_PEAK;
 use crate::results::schema::FigureEntry;
 
 /// Figures by key, in the order of the paper's tables, and their names for people.
@@ -20,7 +21,7 @@ const FIGURES: [(&str, &str); 6] = [
     ("centre_to_peak", "centre / peak"),
     ("uniformity", "uniformity"),
     ("uniformity_diagonal", "uniformity, diagonal"),
-    ("illuminance_valley_to_peak", "illuminance valley / peak"),
+    (VALLEY_TO_PEAK, "illuminance valley / peak"),
     ("extraction_efficiency", "extraction"),
 ];
 

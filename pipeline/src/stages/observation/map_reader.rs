@@ -16,13 +16,10 @@ use crate::metrics::uniformity::{
 };
 use crate::metrics::uniformity_forms::{Regions, Uniformity};
 use crate::metrics::{Estimate, Grouped};
+use crate::results::VALLEY_TO_PEAK;
 
 /// Keys of the paper's figures of a map.
-pub(super) const MAP_FIGURES: [&str; 3] = [
-    "uniformity",
-    "uniformity_diagonal",
-    "illuminance_valley_to_peak",
-];
+pub(super) const MAP_FIGURES: [&str; 3] = ["uniformity", "uniformity_diagonal", VALLEY_TO_PEAK];
 /// Their names for people.
 const LABELS: [&str; 3] = [
     "uniformity",

@@ -14,10 +14,8 @@ use crate::report::plots::{
     illuminance_map, palette,
 };
 use crate::results::Extremes;
+use crate::results::VALLEY_TO_PEAK;
 use crate::stages::observation::{curve, layout};
-
-/// Figure whose valley and peak the pictures mark.
-const MARKED: &str = "illuminance_valley_to_peak";
 
 /// A straight line through the map.
 #[derive(Debug, Clone, PartialEq)]
@@ -161,7 +159,7 @@ impl ModelFiles<'_> {
     }
 
     fn extremes(&self) -> Option<Extremes> {
-        self.result.figure(MARKED)?.extremes
+        self.result.figure(VALLEY_TO_PEAK)?.extremes
     }
 
     fn line(&self) -> MapLine {
@@ -259,7 +257,7 @@ impl ModelFiles<'_> {
     }
 
     fn mark(&self, kind: MarkKind, at: [f64; 2]) -> Mark {
-        let ratio = self.result.figure(MARKED);
+        let ratio = self.result.figure(VALLEY_TO_PEAK);
         let ratio = ratio.map_or(0.0, |figure| 100.0 * figure.estimate.value);
         let label = match kind {
             MarkKind::Peak => "peak".to_owned(),

@@ -73,7 +73,7 @@ impl<'a> ReceiverOutput<'a> {
             Measurement::Plane(_) => (units.irradiance(), units.per_irradiance()),
             Measurement::FarField(_) => (units.intensity(), units.per_intensity()),
             Measurement::Luminance(..) => (units.radiance(), units.per_radiance()),
-            Measurement::Flux(_) => (units.flux(), units.per_intensity()),
+            Measurement::Flux(_) => (units.flux(), units.per_flux()),
         };
         let measures = detector.measures();
         let (value, standard_error) = powers.each(|bin, power| factor * power / measures[bin]);
@@ -119,7 +119,7 @@ impl<'a> ReceiverOutput<'a> {
             receiver,
             quantity,
             flux: units.flux(),
-            per_flux: units.per_intensity(),
+            per_flux: units.per_flux(),
             axes,
             value,
             standard_error,

@@ -21,9 +21,9 @@ use crate::spectrum::quadrature::COUNTS;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
 use crate::stages::observation::{Observation, is_one, plane_grid, sphere};
+use crate::stages::paths_3d::WavelengthScene;
 use crate::stages::scene::DomeSurface;
 use crate::stages::seeds;
-use crate::stages::space_paths::Part;
 use crate::stages::stopping_rule::{Batches, StoppingRule};
 use crate::stages::tables::tables;
 use crate::stages::trace::{GROUPS, TraceJob};
@@ -232,9 +232,9 @@ impl<'a> Sweep<'a> {
     }
 
     /// Share of the flux, design and dome of a node.
-    pub(super) fn surface(&self, node: &Node) -> Part<'_> {
+    pub(super) fn surface(&self, node: &Node) -> WavelengthScene<'_> {
         let traced = self.at(node);
-        Part {
+        WavelengthScene {
             design: &traced.design,
             surface: &traced.prepared.surface,
             share: node.weight,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// Lines and faces in space, by WebGL alone: an orthographic view about the z axis.
+// Lines and faces in three dimensions, by WebGL alone: an orthographic view about the z axis.
 
 const SHADERS = [
   `attribute vec3 at; attribute vec3 normal; uniform mat3 turn; uniform vec3 frame; varying float shade;

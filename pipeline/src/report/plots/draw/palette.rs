@@ -152,13 +152,11 @@ pub fn fate_of_account(account: &str) -> PathEnd {
     match account {
         "escaped_up" => PathEnd::EscapedUp,
         "escaped_down" => PathEnd::EscapedDown,
-        "absorbed_by_bottom" | "absorbed_by_ground_mirror" | "absorbed_by_floor" => {
-            PathEnd::AbsorbedMirror
-        }
-        "absorbed_by_box_side" | "absorbed_by_box_top" => PathEnd::AbsorbedLed,
-        _ if account.starts_with("absorbed_by_") => PathEnd::AbsorbedSurface,
         _ if account.starts_with("absorbed_in_") => PathEnd::AbsorbedMedium,
-        _ => PathEnd::Lost,
+        _ => match account.strip_prefix("absorbed_by_") {
+            Some(surface) => PathEnd::at_surface(&surface.replace('_', " ")),
+            None => PathEnd::Lost,
+        },
     }
 }
 

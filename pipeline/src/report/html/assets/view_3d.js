@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// The package, its paths and its far field in space: turned by dragging, filtered by fate, ring, surface and polar angle.
+// The package, its paths and its far field in three dimensions: turned by dragging, filtered by fate, ring, surface and polar angle.
 // Shares are counted in all paths traced; those drawn are the first of them.
 
-part("space", () => {
-  const form = byId("controls-space");
-  const canvas = byId("canvas-space");
+part("view-3d", () => {
+  const form = byId("controls-3d");
+  const canvas = byId("canvas-3d");
   const [ring, face] = ["ring", "face"].map((name) => form.elements[name]);
-  const status = byId("readout-space");
+  const status = byId("readout-3d");
   const view = viewOf(canvas);
-  if (!view) byId("space-without").hidden = false;
+  if (!view) byId("without-3d").hidden = false;
   canvas.hidden = !view;
   const camera = { azimuth: -0.9, elevation: 0.35, radius: 1, middle: 0 };
   let bin = null; // chosen polar angle
@@ -24,7 +24,7 @@ part("space", () => {
   // Paths of a model as lists of points, mm.
   function unfold(index) {
     if (cache.has(index)) return cache.get(index);
-    const s = data.models[index].space;
+    const s = data.models[index].view3d;
     if (s) {
       const raw = unpack(s.points);
       let next = 0;
@@ -127,7 +127,7 @@ part("space", () => {
     const intensity = totals.map((n, i) => n / solid(i));
     const most = Math.max(...intensity, 1e-9);
     const last = Math.max(totals.reduce((end, n, i) => (n > 0 ? i : end), 0), Math.round(90 / scene.binDeg) - 1);
-    byId("angles-space").replaceChildren(...totals.slice(0, last + 1).map((n, i) => {
+    byId("angles-3d").replaceChildren(...totals.slice(0, last + 1).map((n, i) => {
       const label = `${i * scene.binDeg} to ${(i + 1) * scene.binDeg}°: ${digits((100 * n) / scene.traced, 2)} % of the light, intensity ${digits((100 * intensity[i]) / most, 2)} % of the largest`;
       const button = el("button", { type: "button", "aria-label": label, "aria-pressed": String(bin === i), title: label });
       button.append(el("span", { style: `height:${(100 * intensity[i]) / most}%` }));
@@ -135,7 +135,7 @@ part("space", () => {
       return button;
     }));
     const end = (last + 1) * scene.binDeg;
-    byId("scale-space").replaceChildren(...[0, end / 2, end].map((t) => el("span", {}, `${t}°`)));
+    byId("scale-3d").replaceChildren(...[0, end / 2, end].map((t) => el("span", {}, `${t}°`)));
   }
 
   // The rings, and the surfaces met last, by their shares of what leaves into the chosen angles.
@@ -164,14 +164,14 @@ part("space", () => {
     ranking(byId("ranking-faces"), scene.byFace, scene.faceNames, face, "No light into these angles met a surface.");
     const words = checked("fate").length ? `${list.length} of ${scene.paths.length} paths drawn, ${where}.` : "No fate is ticked: no path is drawn.";
     status.textContent = words;
-    canvas.setAttribute("aria-label", `The package in space with its far field as a surface. ${words}`);
+    canvas.setAttribute("aria-label", `The package in three dimensions with its far field as a surface. ${words}`);
     draw();
   }
 
   function open() {
     scene = unfold(Number(form.elements.model.value));
-    byId("space-empty").hidden = Boolean(scene);
-    byId("space-body").hidden = !scene;
+    byId("empty-3d").hidden = Boolean(scene);
+    byId("body-3d").hidden = !scene;
     if (!scene) return;
     bin = null;
     for (const box of form.querySelectorAll("input[name=fate]")) box.parentElement.hidden = !scene.fates.includes(Number(box.value));
@@ -184,7 +184,7 @@ part("space", () => {
 
   form.addEventListener("submit", (event) => event.preventDefault());
   form.addEventListener("change", (event) => (event.target.name === "model" ? open() : update()));
-  byId("reset-space").addEventListener("click", () => { bin = null; [ring.value, face.value] = ["", ""]; update(); });
+  byId("reset-3d").addEventListener("click", () => { bin = null; [ring.value, face.value] = ["", ""]; update(); });
 
   // Dragging turns; a click without dragging chooses the polar angle of that direction.
   let grip = null;

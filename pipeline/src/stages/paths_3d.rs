@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths in space of one package alone: a few to be drawn, and by polar angle the ring or surface
+//! Paths in three dimensions of one package alone: a few to be drawn, and by polar angle the ring or surface
 //! that the light of all came from last.
 
 use anyhow::Result;
@@ -11,7 +11,7 @@ use super::package_drawing::rounded;
 use super::paths::{path_end, single_package};
 use super::scene::{self, DomeSurface, is_skin};
 use crate::config::design::Design;
-use crate::results::package::{RingOutline, SpacePath, SpacePaths};
+use crate::results::package::{Path3d, Paths3d, RingOutline};
 use crate::results::ray_paths::PathEnd;
 
 /// Most paths traced.
@@ -24,7 +24,7 @@ const BIN_DEG: f64 = 5.0;
 const MOST_BENDS: usize = 40;
 
 /// The light of one wavelength: design, dome and share of all paths.
-pub(super) struct Part<'a> {
+pub(super) struct WavelengthScene<'a> {
     pub design: &'a Design,
     pub surface: &'a DomeSurface,
     pub share: f64,
@@ -35,10 +35,14 @@ pub(super) struct Part<'a> {
 ///
 /// # Errors
 /// Scenes that cannot be built.
-pub(super) fn space_paths(parts: &[Part], rings: &[RingOutline], seed: u64) -> Result<SpacePaths> {
+pub(super) fn paths_3d(
+    parts: &[WavelengthScene],
+    rings: &[RingOutline],
+    seed: u64,
+) -> Result<Paths3d> {
     let asked = parts.iter().map(|part| part.design.trace.paths).max();
     let traced = asked.unwrap_or_default().min(TRACED);
-    let mut seen = SpacePaths {
+    let mut seen = Paths3d {
         traced: 0,
         rings: rings.iter().map(|ring| ring.name.clone()).collect(),
         faces: Vec::new(),
@@ -115,7 +119,7 @@ struct Recorder<'a> {
     drawn: u64,
     faces: &'a mut Vec<String>,
     path: Current,
-    paths: Vec<SpacePath>,
+    paths: Vec<Path3d>,
     ends: Vec<End>,
 }
 
@@ -174,7 +178,7 @@ impl Observer for Recorder<'_> {
         if (self.paths.len() as u64) < self.drawn {
             let points = std::mem::take(&mut self.path.points).into_iter();
             let along = ray.direction.to_array().map(rounded);
-            self.paths.push(SpacePath {
+            self.paths.push(Path3d {
                 fate: end,
                 ring: self.path.ring,
                 face,
@@ -226,12 +230,12 @@ mod tests {
         let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
         let rings = package_drawing(&design, surface.meridian()).rings;
         assert_eq!(rings.len(), 18, "17 rings and the side");
-        let part = Part {
+        let part = WavelengthScene {
             design: &design,
             surface: &surface,
             share: 1.0,
         };
-        let seen = space_paths(&[part], &rings, 3).expect("traced");
+        let seen = paths_3d(&[part], &rings, 3).expect("traced");
         assert_eq!((seen.traced, seen.paths.len()), (TRACED, DRAWN as usize));
         let sum = |rows: &[Vec<u32>]| rows.iter().flatten().map(|n| u64::from(*n)).sum::<u64>();
         assert_eq!(sum(&seen.by_ring), sum(&seen.by_face));
