@@ -22,7 +22,7 @@ pub enum ValleyReading {
 }
 
 impl ValleyReading {
-    pub(super) fn valley(
+    fn valley(
         self,
         grid: Grid,
         map: &[f64],
@@ -34,18 +34,59 @@ impl ValleyReading {
             Self::Bins => Valley::bins(grid, segments),
         }
     }
+}
+
+/// How figures are read from the maps of one design.
+#[derive(Debug, Clone)]
+pub struct MapReading {
+    /// Bins of the maps.
+    pub grid: Grid,
+    /// LEDs below them.
+    pub layout: Layout,
+    /// Level that the largest illuminance is scaled to before the logarithm.
+    pub full_scale: f64,
+    /// How the valley is read.
+    pub valley: ValleyReading,
+}
+
+impl MapReading {
+    pub(super) fn valley(&self, map: &[f64], segments: &[[[f64; 2]; 2]]) -> Option<Valley> {
+        let pitch_mm = self.layout.pitch_mm;
+        self.valley.valley(self.grid, map, segments, pitch_mm)
+    }
 
     /// Valleys on the straight segments and on the diagonals. A single row has no diagonal and
     /// repeats the straight valley.
-    fn valleys(self, grid: Grid, map: &[f64], layout: &Layout) -> Option<[Valley; 2]> {
-        let of = |segments: &[[[f64; 2]; 2]]| self.valley(grid, map, segments, layout.pitch_mm);
-        let straight = of(&layout.straight())?;
-        let diagonal = of(&layout.diagonal()).unwrap_or_else(|| straight.clone());
+    fn valleys(&self, map: &[f64]) -> Option<[Valley; 2]> {
+        let straight = self.valley(map, &self.layout.straight())?;
+        let diagonal = self.valley(map, &self.layout.diagonal());
+        let diagonal = diagonal.unwrap_or_else(|| straight.clone());
         Some([straight, diagonal])
+    }
+
+    /// Where the valleys and the peak of `map` are; `None` as for [`MapReading::plain`].
+    pub fn places(&self, map: &[f64]) -> Option<Places> {
+        let valleys = self.valleys(map)?;
+        let [straight_mm, diagonal_mm] = valleys.map(|valley| valley.place_mm(self.grid, map));
+        Some(Places {
+            straight_mm,
+            diagonal_mm,
+            peak_mm: self.grid.middle_mm(largest(map).0),
+        })
+    }
+
+    /// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as
+    /// peak; 0 for a dark map, `None` without neighbours, or with bins too coarse for the fit.
+    pub fn plain(&self, map: &[f64]) -> Option<[f64; 3]> {
+        let peak = largest(map).1;
+        let valleys = self.valleys(map)?;
+        let [low, corner] = valleys.map(|valley| ratio(valley.minimum(map), peak));
+        let on_scale = |v: f64| logarithmic(v, self.full_scale);
+        Some([on_scale(low), on_scale(corner), low])
     }
 }
 
-/// Where the figures of [`plain`] are read on one map, (x, y) in mm.
+/// Where the figures of [`MapReading::plain`] are read on one map, (x, y) in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Places {
     /// Valley on the straight segments.
@@ -54,38 +95,6 @@ pub struct Places {
     pub diagonal_mm: [f64; 2],
     /// Middle of the largest bin.
     pub peak_mm: [f64; 2],
-}
-
-/// Where the valleys and the peak of `map` are; `None` as for [`plain`].
-pub fn places(map: &[f64], grid: Grid, layout: &Layout, reading: ValleyReading) -> Option<Places> {
-    let [straight_mm, diagonal_mm] = reading
-        .valleys(grid, map, layout)?
-        .map(|valley| valley.place_mm(grid, map));
-    Some(Places {
-        straight_mm,
-        diagonal_mm,
-        peak_mm: grid.middle_mm(largest(map).0),
-    })
-}
-
-/// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as peak;
-/// 0 for a dark map, `None` without neighbours, or with bins too coarse for the fit.
-pub fn plain(
-    map: &[f64],
-    grid: Grid,
-    layout: &Layout,
-    full_scale: f64,
-    reading: ValleyReading,
-) -> Option<[f64; 3]> {
-    let peak = largest(map).1;
-    let [low, corner] = reading
-        .valleys(grid, map, layout)?
-        .map(|valley| ratio(valley.minimum(map), peak));
-    Some([
-        logarithmic(low, full_scale),
-        logarithmic(corner, full_scale),
-        low,
-    ])
 }
 
 /// The bin that counts as dark where equation 1 scales a range.
@@ -145,6 +154,20 @@ mod tests {
     use crate::metrics::illuminance::{Symmetry, coarser, smoothed};
     use crate::metrics::uniformity_forms::{Regions, Uniformity};
 
+    fn reading_of(
+        grid: Grid,
+        layout: &Layout,
+        full_scale: f64,
+        valley: ValleyReading,
+    ) -> MapReading {
+        MapReading {
+            grid,
+            layout: layout.clone(),
+            full_scale,
+            valley,
+        }
+    }
+
     fn uniformity(
         map: &Grouped,
         grid: Grid,
@@ -152,8 +175,8 @@ mod tests {
         full_scale: f64,
         reading: ValleyReading,
     ) -> Option<Uniformity> {
-        let total = map.total();
-        let regions = Regions::between_neighbours(grid, total, layout, full_scale, reading);
+        let reading = reading_of(grid, layout, full_scale, reading);
+        let regions = Regions::between_neighbours(&reading, map.total());
         Uniformity::of(&regions.estimates(map))
     }
 
@@ -247,14 +270,9 @@ mod tests {
             "{u:?}"
         );
         assert!(u.straight.standard_error < 1e-12);
-        let [straight, diagonal, ratio] = plain(
-            map(w, floor, 0.0, 4).total(),
-            GRID,
-            &square(2),
-            256.0,
-            ValleyReading::Fit,
-        )
-        .expect("neighbours");
+        let reading = reading_of(GRID, &square(2), 256.0, ValleyReading::Fit);
+        let one = map(w, floor, 0.0, 4);
+        let [straight, diagonal, ratio] = reading.plain(one.total()).expect("neighbours");
         assert!((straight - u.straight.value).abs() < 1e-12);
         assert!((diagonal - u.diagonal.value).abs() < 1e-12);
         assert!((ratio - u.valley_to_peak.value).abs() < 1e-12);
@@ -315,7 +333,8 @@ mod tests {
             "{read:?} {expected}"
         );
         assert!((read.diagonal.value - logarithmic(mean(0.3, 0.3) / peak, 256.0)).abs() < 1e-9);
-        let plain = plain(seen.total(), grid, &square(2), 256.0, ValleyReading::Bins);
+        let reading = reading_of(grid, &square(2), 256.0, ValleyReading::Bins);
+        let plain = reading.plain(seen.total());
         assert!((plain.expect("neighbours")[0] - read.straight.value).abs() < 1e-12);
     }
 

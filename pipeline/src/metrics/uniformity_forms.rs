@@ -29,7 +29,7 @@ use rayon::prelude::*;
 use super::illuminance::Grid;
 use super::jackknife::spread;
 use super::layout::Layout;
-use super::uniformity::{ValleyReading, largest, logarithmic, ratio, smallest};
+use super::uniformity::{MapReading, ValleyReading, largest, logarithmic, ratio, smallest};
 use super::valley::Valley;
 use super::{Estimate, Grouped};
 
@@ -237,42 +237,31 @@ pub struct Regions {
 }
 
 impl Regions {
-    /// Segments and diagonals that `layout` has on maps of `grid`. A fit has its window where the
-    /// valley of `map` is.
-    pub fn between_neighbours(
-        grid: Grid,
-        map: &[f64],
-        layout: &Layout,
-        full_scale: f64,
-        reading: ValleyReading,
-    ) -> Self {
+    /// Segments and diagonals that the layout has. A fit has its window where the valley of `map`
+    /// is.
+    pub fn between_neighbours(reading: &MapReading, map: &[f64]) -> Self {
         let lines = |region, segments: &[[[f64; 2]; 2]]| {
             Some(Sampled {
                 region,
-                valley: Some(reading.valley(grid, map, segments, layout.pitch_mm)?),
-                samples: along(grid, segments, reading),
+                valley: Some(reading.valley(map, segments)?),
+                samples: along(reading.grid, segments, reading.valley),
             })
         };
         let regions = [
-            lines(Region::Segment, &layout.straight()),
-            lines(Region::Diagonal, &layout.diagonal()),
+            lines(Region::Segment, &reading.layout.straight()),
+            lines(Region::Diagonal, &reading.layout.diagonal()),
         ];
         Self {
             regions: regions.into_iter().flatten().collect(),
-            full_scale,
+            full_scale: reading.full_scale,
         }
     }
 
     /// [`Regions::between_neighbours`], and the cell.
-    pub fn new(
-        grid: Grid,
-        map: &[f64],
-        layout: &Layout,
-        full_scale: f64,
-        reading: ValleyReading,
-    ) -> Self {
-        let mut all = Self::between_neighbours(grid, map, layout, full_scale, reading);
-        if let Some([low, high]) = cell_on(grid, layout) {
+    pub fn new(reading: &MapReading, map: &[f64]) -> Self {
+        let mut all = Self::between_neighbours(reading, map);
+        let grid = reading.grid;
+        if let Some([low, high]) = cell_on(grid, &reading.layout) {
             let points = |region, places: &[[f64; 2]]| Sampled {
                 region,
                 valley: None,
@@ -601,8 +590,17 @@ mod tests {
         Grouped::new((0..groups).map(group).collect())
     }
 
+    fn reading_of(layout: Layout, valley: ValleyReading) -> MapReading {
+        MapReading {
+            grid: GRID,
+            layout,
+            full_scale: 256.0,
+            valley,
+        }
+    }
+
     fn estimates(map: &Grouped, reading: ValleyReading) -> Vec<(RegionForm, Estimate)> {
-        Regions::new(GRID, map.total(), &layout(), 256.0, reading).estimates(map)
+        Regions::new(&reading_of(layout(), reading), map.total()).estimates(map)
     }
 
     fn value(all: &[(RegionForm, Estimate)], key: &str) -> Estimate {
@@ -699,12 +697,12 @@ mod tests {
     fn a_row_has_no_diagonal_and_no_cell() {
         let row = Layout::rectangular(vec![[-4.0, 0.0], [4.0, 0.0]], 2, 1, PITCH);
         let seen = map(0.5, 0.0, 2);
-        let regions = Regions::new(GRID, seen.total(), &row, 256.0, ValleyReading::Fit);
+        let regions = Regions::new(&reading_of(row, ValleyReading::Fit), seen.total());
         let found = regions.plain(seen.total());
         assert_eq!(found.len(), 4);
         assert!(found.iter().all(|(form, _)| form.region == Region::Segment));
         let one = Layout::rectangular(vec![[0.0, 0.0]], 1, 1, PITCH);
-        let none = Regions::new(GRID, seen.total(), &one, 256.0, ValleyReading::Fit);
+        let none = Regions::new(&reading_of(one, ValleyReading::Fit), seen.total());
         assert!(none.plain(seen.total()).is_empty());
     }
 }

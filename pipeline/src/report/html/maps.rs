@@ -9,7 +9,7 @@ use super::models::{Model, Plane};
 use super::pictures::Album;
 use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
 use crate::report::plots::{
-    BinImage, Heading, IlluminanceMap, LedOutline, LineColours, MapScale, Mark, MarkKind, Section,
+    BinImage, Heading, IlluminanceMap, LedOutline, LineColours, MapScale, Mark, Section,
     cross_section, map_on_scale, palette,
 };
 use crate::results::VALLEY_TO_PEAK;
@@ -129,15 +129,7 @@ fn marks(model: &Model) -> Vec<Mark> {
     let Some(figure) = model.entry.figures.get(VALLEY_TO_PEAK) else {
         return Vec::new();
     };
-    let valley = figure.valley_at_mm.map(|at| Mark {
-        kind: MarkKind::Valley,
-        at,
-        label: format!("valley {:.1} %", 100.0 * figure.value),
-    });
-    let peak = figure.peak_at_mm.map(|at| Mark {
-        kind: MarkKind::Peak,
-        at,
-        label: "peak".to_owned(),
-    });
+    let valley = figure.valley_at_mm.map(|at| Mark::valley(at, figure.value));
+    let peak = figure.peak_at_mm.map(Mark::peak);
     valley.into_iter().chain(peak).collect()
 }

@@ -10,10 +10,7 @@ use super::{layout, reading};
 use crate::config::design::Design;
 use crate::config::schema::Zero;
 use crate::metrics::illuminance::{Grid, coarser};
-use crate::metrics::layout::Layout;
-use crate::metrics::uniformity::{
-    Places, ValleyReading, above_smallest, places, plain, smallest_bin,
-};
+use crate::metrics::uniformity::{MapReading, Places, above_smallest, smallest_bin};
 use crate::metrics::uniformity_forms::{Regions, Uniformity};
 use crate::metrics::{Estimate, Grouped};
 use crate::results::VALLEY_TO_PEAK;
@@ -29,10 +26,7 @@ const LABELS: [&str; 3] = [
 
 /// Reads figures from maps of one design.
 pub(super) struct MapReader {
-    grid: Grid,
-    layout: Layout,
-    full_scale: f64,
-    reading: ValleyReading,
+    reading: MapReading,
     /// Bin that counts as dark, of designs that count from the smallest.
     smallest: Option<usize>,
     /// `None` where the paper's figures cannot be read.
@@ -45,26 +39,20 @@ impl MapReader {
     pub(super) fn new(design: &Design, recorded: Grid, map: &Grouped) -> Self {
         let total = map.total();
         let mut reader = Self {
-            grid: coarser(&[], recorded, design.receiver.read_together()).1,
-            layout: layout(design),
-            full_scale: design.receiver.full_scale,
-            reading: reading(design),
+            reading: MapReading {
+                grid: coarser(&[], recorded, design.receiver.read_together()).1,
+                layout: layout(design),
+                full_scale: design.receiver.full_scale,
+                valley: reading(design),
+            },
             smallest: match design.receiver.zero {
                 Zero::Dark => None,
                 Zero::Smallest => Some(smallest_bin(total)),
             },
             regions: None,
         };
-        reader.regions = reader.papers(total).map(|_| {
-            let Self {
-                grid,
-                layout,
-                full_scale,
-                reading,
-                ..
-            } = &reader;
-            Regions::new(*grid, total, layout, *full_scale, *reading)
-        });
+        let regions = reader.papers(total);
+        reader.regions = regions.map(|_| Regions::new(&reader.reading, total));
         reader
     }
 
@@ -75,7 +63,7 @@ impl MapReader {
 
     /// Where the valleys and the peak of `map` are read; a zero that is not darkness moves neither.
     pub(super) fn places(&self, map: &[f64]) -> Option<Places> {
-        places(map, self.grid, &self.layout, self.reading)
+        self.reading.places(map)
     }
 
     fn papers(&self, map: &[f64]) -> Option<[f64; 3]> {
@@ -83,13 +71,7 @@ impl MapReader {
             None => Cow::Borrowed(map),
             Some(k) => map.iter().map(|l| l - map[k]).collect(),
         };
-        plain(
-            &above,
-            self.grid,
-            &self.layout,
-            self.full_scale,
-            self.reading,
-        )
+        self.reading.plain(&above)
     }
 
     /// All figures of one map, without errors.
@@ -136,9 +118,7 @@ impl MapReader {
         let above = above_smallest(map);
         let total = above.total();
         let lit = total.iter().any(|l| *l > 0.0);
-        let (grid, full_scale) = (self.grid, self.full_scale);
-        let regions =
-            Regions::between_neighbours(grid, total, &self.layout, full_scale, self.reading);
+        let regions = Regions::between_neighbours(&self.reading, total);
         Uniformity::of(&regions.estimates(&above)).filter(|_| lit)
     }
 }

@@ -10,7 +10,7 @@ use crate::formats::{csv, exr};
 use crate::metrics::illuminance::Grid;
 use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
 use crate::report::plots::{
-    BinImage, IlluminanceMap, LedOutline, LineColours, Mark, MarkKind, Section, cross_section,
+    BinImage, IlluminanceMap, LedOutline, LineColours, Mark, Section, cross_section,
     illuminance_map, palette,
 };
 use crate::results::Extremes;
@@ -227,12 +227,12 @@ impl ModelFiles<'_> {
         let places = section.x().iter().zip(section.value());
         let nearest = places.min_by(|a, b| (a.0 - valley).abs().total_cmp(&(b.0 - valley).abs()));
         let value = nearest.map_or(0.0, |(_, value)| *value);
-        let mut marks = vec![self.mark(MarkKind::Valley, [valley, value])];
+        let mut marks = vec![self.valley([valley, value])];
         let seen = self.observation.illuminance.total();
         let largest = seen.iter().copied().fold(0.0, f64::max);
         let peak = largest * self.units.per_irradiance();
         if let Some(position) = self.peak_on(line, largest, peak_mm) {
-            marks.push(self.mark(MarkKind::Peak, [position, peak]));
+            marks.push(Mark::peak([position, peak]));
             return (marks, None);
         }
         let [x, y] = peak_mm.map(|mm| format!("{mm:.2}").replace('-', "−"));
@@ -256,22 +256,14 @@ impl ModelFiles<'_> {
             .map(|at| line.position(at))
     }
 
-    fn mark(&self, kind: MarkKind, at: [f64; 2]) -> Mark {
-        let ratio = self.result.figure(VALLEY_TO_PEAK);
-        let ratio = ratio.map_or(0.0, |figure| 100.0 * figure.estimate.value);
-        let label = match kind {
-            MarkKind::Peak => "peak".to_owned(),
-            MarkKind::Valley => format!("valley {ratio:.1} %"),
-        };
-        Mark { kind, at, label }
+    fn valley(&self, at: [f64; 2]) -> Mark {
+        let share = self.result.figure(VALLEY_TO_PEAK);
+        Mark::valley(at, share.map_or(0.0, |figure| figure.estimate.value))
     }
 
     fn draw_map(&self, map: &Map, line: &MapLine) -> Result<()> {
         let marks = self.extremes().map_or(Vec::new(), |at| {
-            vec![
-                self.mark(MarkKind::Valley, at.valley_mm),
-                self.mark(MarkKind::Peak, at.peak_mm),
-            ]
+            vec![self.valley(at.valley_mm), Mark::peak(at.peak_mm)]
         });
         let size = self.design.led.size_mm;
         let leds = self.axes().into_iter();

@@ -322,6 +322,26 @@ pub struct Mark {
     pub label: String,
 }
 
+impl Mark {
+    /// A peak.
+    pub fn peak(at: [f64; 2]) -> Self {
+        Self {
+            kind: MarkKind::Peak,
+            at,
+            label: "peak".to_owned(),
+        }
+    }
+
+    /// A valley with its share of the peak, a fraction.
+    pub fn valley(at: [f64; 2], share: f64) -> Self {
+        Self {
+            kind: MarkKind::Valley,
+            at,
+            label: format!("valley {:.1} %", 100.0 * share),
+        }
+    }
+}
+
 /// Draws marks, whose labels stay within the panel.
 pub fn draw_marks(canvas: &mut Canvas, panel: &Panel, marks: &[Mark]) {
     for mark in marks {
