@@ -3,14 +3,16 @@
 //!
 //! The types show what simpler tables would keep of a BSDF, and what such a simplification costs:
 //!
-//! - [`RemappedIncidence`] scatters another incident wave, rotated or mirrored about the normal, and maps
-//!   its light back. It stands for tables known at some incidences alone, or applied the wrong way round.
-//! - [`Masked`] keeps transmitted light, or light from the inner side, or replaces reflected light by a
-//!   specular reflection. Tables of transmission alone are common, and so are those solved from one side.
+//! - [`RemappedIncidence`] scatters another incident wave, rotated or mirrored about the normal,
+//!   and maps its light back. It stands for tables known at some incidences alone, or applied the
+//!   wrong way round.
+//! - [`Masked`] keeps transmitted light, or light from the inner side, or replaces reflected light
+//!   by a specular reflection. Tables of transmission alone are common, and so are those solved
+//!   from one side.
 //! - [`Binned`] moves each direction to a random place in its cell of an angular basis.
 //!
-//! Power is conserved, except by the first two masks. None of the results is reciprocal, and none knows
-//! its pdf.
+//! Power is conserved, except by the first two masks. None of the results is reciprocal, and none
+//! knows its pdf.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! BSDFs in closed form: smooth interface, mirror, Lambertian, diffusers.
 //!
-//! In: refractive indices or a reflectance. Out: a [`Bsdf`]. Fresnel's formulas give the reflectance of a
-//! smooth interface; only cosines appear, and total reflection is a separate case. With q = n cos θ, the
-//! normal component of the wavevector in units of the vacuum wavenumber, they hold in any mount:
-//! `r_s = (q₁ - q₂)/(q₁ + q₂)` and, for the magnetic field, `r_p = (n₂² q₁ - n₁² q₂)/(n₂² q₁ + n₁² q₂)`
-//! [Born 1999, section 1.5.2].
+//! In: refractive indices or a reflectance. Out: a [`Bsdf`]. Fresnel's formulas give the
+//! reflectance of a smooth interface; only cosines appear, and total reflection is a separate case.
+//! With q = n cos θ, the normal component of the wavevector in units of the vacuum wavenumber, they
+//! hold in any mount: `r_s = (q₁ - q₂)/(q₁ + q₂)` and, for the magnetic field,
+//! `r_p = (n₂² q₁ - n₁² q₂)/(n₂² q₁ + n₁² q₂)` [Born 1999, section 1.5.2].
 //!
 //! \[Born 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th edition, Cambridge University Press.
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! File formats of BSDFs, one module a format, through `Read`, `Write` and text; the caller opens files.
+//! File formats of BSDFs, one module a format, through `Read`, `Write` and text; the caller opens
+//! files.
 
 pub mod lighttools;
 pub mod native;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! JSON without duplicate keys.
 //!
-//! RFC 8259 leaves the meaning of duplicate keys open, and most readers silently take the last. These
-//! functions refuse such a text with the path of the key.
+//! RFC 8259 leaves the meaning of duplicate keys open, and most readers silently take the last.
+//! These functions refuse such a text with the path of the key.
 
 use std::fmt;
 

@@ -3,9 +3,9 @@
 //! BSDFs of micro-structured surfaces: tables of diffraction orders, ray optics of a unit cell,
 //! measured tables and closed forms, behind one trait.
 //!
-//! A surface is a [`Bsdf`]. From the direction `wi` towards the light's origin it samples a direction
-//! `wo` towards the light's destination, or lists all outgoing lobes with their powers. The
-//! implementations are:
+//! A surface is a [`Bsdf`]. From the direction `wi` towards the light's origin it samples a
+//! direction `wo` towards the light's destination, or lists all outgoing lobes with their powers.
+//! The implementations are:
 //!
 //! | type | what it is |
 //! |---|---|
@@ -16,12 +16,12 @@
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
 //! | [`RemappedIncidence`], [`Masked`], [`Binned`] | another BSDF with something left out, for ablation studies |
 //!
-//! [`formats`] reads and writes files, [`convert`] turns a BSDF into the tables of other programs, and
-//! [`validate`] checks energy, reciprocity and interpolation. Axes, sides, signs and units are those of
-//! `docs/explanation/conventions.md`.
+//! [`formats`] reads and writes files, [`convert`] turns a BSDF into the tables of other programs,
+//! and [`validate`] checks energy, reciprocity and interpolation. Axes, sides, signs and units are
+//! those of `docs/explanation/conventions.md`.
 //!
-//! The example builds a table from rows, samples it at one incidence, and compares the mean with the
-//! table's own albedo. The solver is Fresnel's formula, with all power in order 0.
+//! The example builds a table from rows, samples it at one incidence, and compares the mean with
+//! the table's own albedo. The solver is Fresnel's formula, with all power in order 0.
 //!
 //! ```
 //! use bsdf::direction::spherical;

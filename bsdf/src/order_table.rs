@@ -2,22 +2,22 @@
 //! Tables of diffraction orders over the hemispheres of incidence, from both sides, for s and p.
 //!
 //! In: a [`Grid`] of incident tangential wavevectors and one [`EfficiencyRow`] for each node and
-//! polarisation, from any solver. Out: an [`OrderTable`], which is a [`Bsdf`]. A relief that varies along
-//! t alone couples (kx, ky) to (kx + l λ/Λ, ky) and to nothing else [Petit 1980]. The efficiency of each
-//! *relative order* l therefore varies smoothly with the incidence, and the grating equation gives the
-//! direction from the ray's own kx. Interpolating at fixed l keeps one peak one peak, where
-//! interpolating in angle would make two.
+//! polarisation, from any solver. Out: an [`OrderTable`], which is a [`Bsdf`]. A relief that varies
+//! along t alone couples (kx, ky) to (kx + l λ/Λ, ky) and to nothing else [Petit 1980]. The
+//! efficiency of each *relative order* l therefore varies smoothly with the incidence, and the
+//! grating equation gives the direction from the ray's own kx. Interpolating at fixed l keeps one
+//! peak one peak, where interpolating in angle would make two.
 //!
-//! **Interpolation** is linear in kx and in |ky| between the nodes around the query, over those that
-//! exist (|k|² < n² of the side of incidence), with renormalised weights; at the rim the nearest node
-//! stands alone. At |ky| equal to the lower of the two indices the other side closes: nodes below and
-//! above it are never mixed.
+//! **Interpolation** is linear in kx and in |ky| between the nodes around the query, over those
+//! that exist (|k|² < n² of the side of incidence), with renormalised weights; at the rim the
+//! nearest node stands alone. At |ky| equal to the lower of the two indices the other side closes:
+//! nodes below and above it are never mixed.
 //!
-//! **Evanescent orders.** Near a Rayleigh point an order may propagate at a node and be evanescent at
-//! the query. Its power then goes to the propagating orders of the same side, in proportion to their
-//! own; to those of the other side if that side has none; to the mirror reflection if none is left.
-//! Power is conserved exactly. Sampling follows the same rule, so the expected frequencies of `sample`
-//! are the powers that `lobes` lists.
+//! **Evanescent orders.** Near a Rayleigh point an order may propagate at a node and be evanescent
+//! at the query. Its power then goes to the propagating orders of the same side, in proportion to
+//! their own; to those of the other side if that side has none; to the mirror reflection if none is
+//! left. Power is conserved exactly. Sampling follows the same rule, so the expected frequencies of
+//! `sample` are the powers that `lobes` lists.
 //!
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 

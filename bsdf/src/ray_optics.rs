@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Ray optics in one period of a relief: the control without diffraction.
 //!
-//! In: the outline of one period as plain points and indices (x along t, z from the inner side outward,
-//! 0 ≤ z ≤ depth, periodic in x, later polygons over earlier ones). Out: a [`Bsdf`] that traces rays
-//! through the periodic cell. At each facet a ray reflects or refracts by Fresnel's formulas, until it
-//! leaves. The relief does not vary along b, so ky is conserved, and a ray in a medium of index n has
-//! the in-plane wavevector (kx, kz) with `kx² + kz² = n² - ky²`: the conical mount is a planar one with
-//! shorter vectors. There is neither interference nor diffraction. Each facet sees unpolarised light (the
-//! rotation of the polarisation from facet to facet is ignored), so lobes for s or p are those for
-//! unpolarised light.
+//! In: the outline of one period as plain points and indices (x along t, z from the inner side
+//! outward, 0 ≤ z ≤ depth, periodic in x, later polygons over earlier ones). Out: a [`Bsdf`] that
+//! traces rays through the periodic cell. At each facet a ray reflects or refracts by Fresnel's
+//! formulas, until it leaves. The relief does not vary along b, so ky is conserved, and a ray in a
+//! medium of index n has the in-plane wavevector (kx, kz) with `kx² + kz² = n² - ky²`: the conical
+//! mount is a planar one with shorter vectors. There is neither interference nor diffraction. Each
+//! facet sees unpolarised light (the rotation of the polarisation from facet to facet is ignored),
+//! so lobes for s or p are those for unpolarised light.
 
 mod beams;
 mod outline;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Validation of order tables: energy, reciprocity, albedo, and interpolation against a solver.
 //!
-//! In: an [`OrderTable`], and for interpolation a solver as a closure. Out: small reports. A lossless
-//! relief conserves power. Reciprocity [Petit 1980]: the efficiency from incidence (kx, ky) into order l
-//! equals that of light sent back along the order, from (-kx - l λ/Λ, -ky) into order l again, both
-//! summed over polarisations. It holds with absorption and for any groove. kx nodes are symmetric about
-//! 0, so the reverse path is a node too.
+//! In: an [`OrderTable`], and for interpolation a solver as a closure. Out: small reports. A
+//! lossless relief conserves power. Reciprocity [Petit 1980]: the efficiency from incidence (kx,
+//! ky) into order l equals that of light sent back along the order, from (-kx - l λ/Λ, -ky) into
+//! order l again, both summed over polarisations. It holds with absorption and for any groove. kx
+//! nodes are symmetric about 0, so the reverse path is a node too.
 //!
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Files that exist whole or not at all.
 //!
-//! A file is written beside its destination under a hidden temporary name, flushed to the disk and renamed, which the file
-//! system does in one step. A failed writer removes its temporary file; after an interrupt [`close`] lets no more files appear, and
-//! [`discard_pending`] removes those of writers that the end of the process cuts short.
+//! A file is written beside its destination under a hidden temporary name, flushed to the disk and
+//! renamed, which the file system does in one step. A failed writer removes its temporary file;
+//! after an interrupt [`close`] lets no more files appear, and [`discard_pending`] removes those of
+//! writers that the end of the process cuts short.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -26,10 +27,12 @@ static PENDING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 static NEXT: AtomicU64 = AtomicU64::new(0);
 static CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// Writes the file at `path` through `fill`, creating missing directories, and replaces an older file of that name.
+/// Writes the file at `path` through `fill`, creating missing directories, and replaces an older
+/// file of that name.
 ///
 /// # Errors
-/// What `fill` returns, a failing directory, file or rename, or [`close`] before the end; then nothing new is left and an older file stays.
+/// What `fill` returns, a failing directory, file or rename, or [`close`] before the end; then
+/// nothing new is left and an older file stays.
 pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
     write(path, Flush::Now, fill)
 }
@@ -86,7 +89,8 @@ pub fn is_closed() -> bool {
     CLOSED.load(Ordering::SeqCst)
 }
 
-/// Writes `bytes` to a file that is worth nothing after a failure of power, and whose reader checks it: as [`write_bytes`], without waiting for the disk.
+/// Writes `bytes` to a file that is worth nothing after a failure of power, and whose reader checks
+/// it: as [`write_bytes`], without waiting for the disk.
 ///
 /// # Errors
 /// A failing directory, file or rename.
@@ -94,7 +98,8 @@ pub fn write_scratch(path: &Path, bytes: &[u8]) -> Result<()> {
     write(path, Flush::Later, |file| Ok(file.write_all(bytes)?))
 }
 
-/// Lets no more files of this process appear: every [`write_atomic`] from here on fails, running ones too.
+/// Lets no more files of this process appear: every [`write_atomic`] from here on fails, running
+/// ones too.
 pub fn close() {
     CLOSED.store(true, Ordering::SeqCst);
 }
@@ -116,8 +121,9 @@ pub fn write_json(path: &Path, value: &serde_json::Value) -> Result<()> {
     write_bytes(path, text.as_bytes())
 }
 
-/// Removes the file at `path`, which lists others beside it by their hashes, before the first of them is replaced: it would stand beside files that it does not
-/// list. And what writers in its folder left that were cut short.
+/// Removes the file at `path`, which lists others beside it by their hashes, before the first of
+/// them is replaced: it would stand beside files that it does not list. And what writers in its
+/// folder left that were cut short.
 ///
 /// # Errors
 /// A file that cannot be removed.
@@ -133,15 +139,18 @@ pub fn supersede(path: &Path) -> Result<()> {
     }
 }
 
-/// Removes every temporary file that a running [`write_atomic`] of this process has open, and returns how many there were.
+/// Removes every temporary file that a running [`write_atomic`] of this process has open, and
+/// returns how many there were.
 ///
-/// Meant for the handler of an interrupt that is about to end the process: the writers that lose their file report an error.
+/// Meant for the handler of an interrupt that is about to end the process: the writers that lose
+/// their file report an error.
 pub fn discard_pending() -> usize {
     discard(|_| true)
 }
 
-/// Removes the temporary files in `directory` whose process is no more: one that was killed could not. Where it is not known which processes there are, those
-/// older than a day. A file that cannot be removed stays.
+/// Removes the temporary files in `directory` whose process is no more: one that was killed could
+/// not. Where it is not known which processes there are, those older than a day. A file that cannot
+/// be removed stays.
 pub fn discard_abandoned(directory: &Path) {
     let Ok(entries) = fs::read_dir(directory) else {
         return;
@@ -219,7 +228,8 @@ impl Pending {
     }
 
     fn rename(self, to: &Path) -> Result<()> {
-        // The lock keeps an interrupt from removing the file between the rename and its leaving the list.
+        // The lock keeps an interrupt from removing the file between the rename and its leaving the
+        // list.
         let mut pending = lock();
         fs::rename(&self.path, to)
             .with_context(|| format!("cannot move `{}` into place", to.display()))?;
@@ -231,7 +241,8 @@ impl Pending {
 impl Drop for Pending {
     fn drop(&mut self) {
         if lock().remove(&self.path) {
-            // Failing to remove it leaves a hidden file, which is all that can be done while an error is on its way.
+            // Failing to remove it leaves a hidden file, which is all that can be done while an
+            // error is on its way.
             let _ = fs::remove_file(&self.path);
         }
     }

@@ -87,7 +87,8 @@ pub enum Polarization {
 pub enum Accuracy {
     /// Keep the orders -N..N.
     Orders(usize),
-    /// Choose orders and slices so that no efficiency is off by more than this, from [`SMALLEST_TOLERANCE`] to [`LARGEST_TOLERANCE`].
+    /// Choose orders and slices so that no efficiency is off by more than this, from
+    /// [`SMALLEST_TOLERANCE`] to [`LARGEST_TOLERANCE`].
     Tolerance(f64),
 }
 

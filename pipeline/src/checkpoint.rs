@@ -6,8 +6,9 @@
 //! depend on: this very program, the resolved design, the surface of the dome, paths and seed. A
 //! group is one file: a mark, the SHA-256 of what follows, the name of the trace, the number of the
 //! group, and the bytes that [`tracer::checkpoint`] makes of it. A file that is damaged or that
-//! belongs elsewhere is reported, and its paths are traced anew; folders of other programs, and those that nobody has touched for a week, are removed when
-//! a command begins, its own when its results are written.
+//! belongs elsewhere is reported, and its paths are traced anew; folders of other programs, and
+//! those that nobody has touched for a week, are removed when a command begins, its own when its
+//! results are written.
 
 use std::collections::BTreeSet;
 use std::fs;

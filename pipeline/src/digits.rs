@@ -2,10 +2,11 @@
 //! Numbers for people: a value and its standard error to as many digits as the error leaves
 //! meaning to [JCGM 100:2008, 7.2.6].
 
-/// `75.31 ± 0.12`: the error to two significant digits, the value to the same decimal; very large and very small numbers
-/// with a common power of ten, `(1.234 ± 0.012)e-9`.
+/// `75.31 ± 0.12`: the error to two significant digits, the value to the same decimal; very large
+/// and very small numbers with a common power of ten, `(1.234 ± 0.012)e-9`.
 ///
-/// An error of exactly 0 shows as `± 0`, an unknown one (NaN) as `± ?`, a value that is not finite as `n/a`.
+/// An error of exactly 0 shows as `± 0`, an unknown one (NaN) as `± ?`, a value that is not finite
+/// as `n/a`.
 pub fn format_value_with_error(value: f64, error: f64) -> String {
     let digits = Digits::new(value, error);
     if digits.error.is_empty() {

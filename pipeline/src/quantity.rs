@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The plain data that reports are made of.
 //!
-//! Every value carries its unit and its standard error. Values are checked when they are made: lengths agree, edges ascend,
-//! numbers are finite; the writers and pictures trust them.
+//! Every value carries its unit and its standard error. Values are checked when they are made:
+//! lengths agree, edges ascend, numbers are finite; the writers and pictures trust them.
 
 use anyhow::{Result, ensure};
 
@@ -201,7 +201,8 @@ impl Axis {
     }
 }
 
-/// A quantity over two binned axes, row by row: bin (row, column) is at `row * columns.bins() + column`.
+/// A quantity over two binned axes, row by row: bin (row, column) is at
+/// `row * columns.bins() + column`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     quantity: Quantity,
@@ -287,7 +288,8 @@ impl Curve {
     /// A curve with its name in the legend.
     ///
     /// # Errors
-    /// Fewer than two points, lengths that differ, positions that do not ascend, numbers that are not finite.
+    /// Fewer than two points, lengths that differ, positions that do not ascend, numbers that are
+    /// not finite.
     pub fn new(
         label: impl Into<String>,
         x: Vec<f64>,
@@ -315,7 +317,8 @@ impl Curve {
         })
     }
 
-    /// The curve continued to negative positions by symmetry: the azimuthal mean over θ = 0..90° drawn over -90..90°.
+    /// The curve continued to negative positions by symmetry: the azimuthal mean over θ = 0..90°
+    /// drawn over -90..90°.
     ///
     /// # Errors
     /// A position below zero.
@@ -339,7 +342,8 @@ impl Curve {
         )
     }
 
-    /// The curve on at most `most` points: means over equal runs of points, with independent errors.
+    /// The curve on at most `most` points: means over equal runs of points, with independent
+    /// errors.
     ///
     /// # Errors
     /// Fewer than two points.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Diffusers by formula: stated shares of the light are transmitted and reflected, by the cosine law
-//! or in a Gaussian lobe.
+//! Diffusers by formula: stated shares of the light are transmitted and reflected, by the cosine
+//! law or in a Gaussian lobe.
 //!
 //! The shares hold at every incidence, from either side; what they leave of 1 is absorbed. With σ
 //! the standard deviation and α the angle to the axis of a lobe, its intensity is
@@ -92,8 +92,8 @@ impl GaussianLobe {
         self.variance.sqrt()
     }
 
-    /// Draws a direction above the surface on `side` about `axis`, a unit vector that does not point
-    /// below it.
+    /// Draws a direction above the surface on `side` about `axis`, a unit vector that does not
+    /// point below it.
     fn sample(self, axis: DVec3, side: Side, rng: &mut dyn rand::Rng) -> DVec3 {
         let (u, v) = axis.any_orthonormal_pair();
         for _ in 0..MOST_DRAWS {
@@ -187,8 +187,8 @@ pub struct DiffuseLobe {
 /// rest.
 ///
 /// Beyond the critical angle no direction is refracted. What a Gaussian lobe would transmit then is
-/// reflected, in a lobe of the same width about the mirrored direction. A Lambertian diffuser has no
-/// critical angle.
+/// reflected, in a lobe of the same width about the mirrored direction. A Lambertian diffuser has
+/// no critical angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diffuser {
     reflection: DiffuseLobe,

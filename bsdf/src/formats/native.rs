@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Native file format of order tables: versioned, checksummed, self-describing.
 //!
-//! In: an [`OrderTable`] or the bytes of a file. Out: the bytes, or the checked table. The layout, all
-//! numbers little-endian (`docs/reference/native-table-format.md` has the details):
+//! In: an [`OrderTable`] or the bytes of a file. Out: the bytes, or the checked table. The layout,
+//! all numbers little-endian (`docs/reference/native-table-format.md` has the details):
 //!
 //! ```text
 //! 8 bytes  magic "BWORDERS"

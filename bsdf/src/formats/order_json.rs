@@ -2,8 +2,8 @@
 //! Order tables as JSON, for scripts: order by order, node by node, nothing binned.
 //!
 //! In: an [`OrderTable`] or the text of a file. Out: the other. Efficiencies stand as
-//! `[side, relative order, efficiency]`, and tangential wavevectors of the incident light in units of the
-//! vacuum wavenumber (`docs/explanation/conventions.md`):
+//! `[side, relative order, efficiency]`, and tangential wavevectors of the incident light in units
+//! of the vacuum wavenumber (`docs/explanation/conventions.md`):
 //!
 //! ```json
 //! {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Grid of incident wavevectors: which nodes a table holds.
 //!
-//! In: period, wavelength, the two refractive indices, kx nodes per Brillouin zone, ky nodes. Out: the
-//! nodes that propagate, and their kx and ky.
+//! In: period, wavelength, the two refractive indices, kx nodes per Brillouin zone, ky nodes. Out:
+//! the nodes that propagate, and their kx and ky.
 
 use super::{EfficiencyRow, OrderEfficiency};
 use crate::bsdf::Polarization;

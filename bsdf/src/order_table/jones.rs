@@ -1,27 +1,30 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Polarisation of an order table: a Jones matrix for every stored order, queried as Mueller matrices.
+//! Polarisation of an order table: a Jones matrix for every stored order, queried as Mueller
+//! matrices.
 //!
-//! In: one [`JonesRow`] for each node, with matrices between waves of unit power through the surface, so
-//! that |element|² is an efficiency. Out: Stokes parameters of the outgoing light. Light is described by
-//! I = |E_s|² + |E_p|², Q = |E_s|² - |E_p|², U = 2 Re E_s E_p*, V = -2 Im E_s E_p*, with
-//! s = z × k∥/|k∥| (y where k∥ = 0) and p = s × k/|k|, k the wavevector of the travelling light.
+//! In: one [`JonesRow`] for each node, with matrices between waves of unit power through the
+//! surface, so that |element|² is an efficiency. Out: Stokes parameters of the outgoing light.
+//! Light is described by I = |E_s|² + |E_p|², Q = |E_s|² - |E_p|², U = 2 Re E_s E_p*, V = -2 Im E_s
+//! E_p*, with s = z × k∥/|k∥| (y where k∥ = 0) and p = s × k/|k|, k the wavevector of the
+//! travelling light.
 //!
-//! **Interpolation** is that of the efficiencies: Mueller matrices with the weights of the nodes, at
-//! fixed relative order. A sum of Mueller matrices with positive weights is that of a passive surface;
-//! phases are never interpolated. s rotates with the azimuth of k∥. Between two nodes near the normal
-//! that is any angle, although the surface sees almost the same field. Therefore the matrices of a node
-//! are applied to light whose s and p were rotated about z by the difference of the azimuths of query
-//! and node, before and after. For ky < 0 the reflection y → -y changes the signs of U and V before and
-//! after.
+//! **Interpolation** is that of the efficiencies: Mueller matrices with the weights of the nodes,
+//! at fixed relative order. A sum of Mueller matrices with positive weights is that of a passive
+//! surface; phases are never interpolated. s rotates with the azimuth of k∥. Between two nodes near
+//! the normal that is any angle, although the surface sees almost the same field. Therefore the
+//! matrices of a node are applied to light whose s and p were rotated about z by the difference of
+//! the azimuths of query and node, before and after. For ky < 0 the reflection y → -y changes the
+//! signs of U and V before and after.
 //!
 //! **Evanescent orders** pass their power on as efficiencies do, unpolarised.
 //!
 //! **Sampling.** A node by its weight and an order by its unpolarised efficiency, as in
-//! [`Bsdf::sample`](crate::Bsdf::sample). With S the ratio of the order's efficiency for the incident
-//! light to that for unpolarised light and P the degree of polarisation, the order is accepted with
-//! probability S/(1 + P) and otherwise sampled again at the same node. S is at most 1 + P, and its mean
-//! over the orders of a lossless node is 1, so at most half of the samples are rejected on average.
-//! Weights are 1, and unpolarised light consumes the same random numbers as without matrices.
+//! [`Bsdf::sample`](crate::Bsdf::sample). With S the ratio of the order's efficiency for the
+//! incident light to that for unpolarised light and P the degree of polarisation, the order is
+//! accepted with probability S/(1 + P) and otherwise sampled again at the same node. S is at most
+//! 1 + P, and its mean over the orders of a lossless node is 1, so at most half of the samples are
+//! rejected on average. Weights are 1, and unpolarised light consumes the same random numbers as
+//! without matrices.
 
 use super::layout::NodeOrders;
 use super::{BinLocation, EFFICIENCY_TOLERANCE, NodeId, OrderTable};

@@ -2,12 +2,12 @@
 //! Beam tracing: all directions that one incidence reaches, without random numbers.
 //!
 //! In: the incident ray. Out: outgoing directions with their powers. A beam of parallel rays stays
-//! parallel at straight facets. Seen along its direction, the corners of the facets cut it into strips
-//! that meet one facet each, so the entry position is integrated exactly. Every strip splits into a
-//! reflected and a refracted beam until its power falls below the cutoff. Then its middle ray continues
-//! unsplit, so no power is dropped; a fixed sequence of numbers chooses its branch at each facet in
-//! proportion to the reflectance. The stronger branch every time would favour directions and can loop
-//! for ever.
+//! parallel at straight facets. Seen along its direction, the corners of the facets cut it into
+//! strips that meet one facet each, so the entry position is integrated exactly. Every strip splits
+//! into a reflected and a refracted beam until its power falls below the cutoff. Then its middle
+//! ray continues unsplit, so no power is dropped; a fixed sequence of numbers chooses its branch at
+//! each facet in proportion to the reflectance. The stronger branch every time would favour
+//! directions and can loop for ever.
 
 use super::UnitCell;
 use super::outline::Facet;

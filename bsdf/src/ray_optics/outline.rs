@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Outline of a unit cell: from polygons to the boundaries between media in one period.
 //!
-//! In: an outline as plain data. Out: straight facets, each with the media on both sides. The sides of
-//! all polygons, their copies in the neighbouring periods and the borders z = 0 and z = depth are cut
-//! where they meet. Each piece then separates two media, given by the topmost polygons; pieces with the
-//! same medium on both sides are dropped. Points closer than 1e-10 of the cell's size coincide.
+//! In: an outline as plain data. Out: straight facets, each with the media on both sides. The sides
+//! of all polygons, their copies in the neighbouring periods and the borders z = 0 and z = depth
+//! are cut where they meet. Each piece then separates two media, given by the topmost polygons;
+//! pieces with the same medium on both sides are dropped. Points closer than 1e-10 of the cell's
+//! size coincide.
 
 use crate::error::Error;
 use glam::DVec2;

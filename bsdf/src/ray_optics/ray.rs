@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One ray in the periodic cell: its next event, and its reflection and refraction at a facet.
 //!
-//! In: a ray and the facets. Out: the next step. The sign of one cross product decides on which side of
-//! a corner a ray passes. Both facets at the corner use the same number, so no ray slips between them. A
-//! facet knows the media on both sides; a ray that arrives in another medium was lost to rounding and is
-//! reported so.
+//! In: a ray and the facets. Out: the next step. The sign of one cross product decides on which
+//! side of a corner a ray passes. Both facets at the corner use the same number, so no ray slips
+//! between them. A facet knows the media on both sides; a ray that arrives in another medium was
+//! lost to rounding and is reported so.
 
 use super::UnitCell;
 use super::outline::Facet;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Chi-square tests of sampling: lobes against their powers, directions against a density.
 //!
-//! Cells with fewer than 5 expected samples are pooled. The probability of a chi-square at least as large
-//! is the regularised upper incomplete gamma function Q(dof/2, chi²/2). A family of m tests at level α
-//! uses 1 - (1 - α)^(1/m) for each (Šidák).
+//! Cells with fewer than 5 expected samples are pooled. The probability of a chi-square at least as
+//! large is the regularised upper incomplete gamma function Q(dof/2, chi²/2). A family of m tests
+//! at level α uses 1 - (1 - α)^(1/m) for each (Šidák).
 
 use crate::angular_basis::AngularBasis;
 use crate::bsdf::{Bsdf, BsdfSample, OutgoingLobe, Polarization};

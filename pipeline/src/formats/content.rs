@@ -148,8 +148,9 @@ impl Content {
         }
     }
 
-    /// The scattering that it holds, as a surface between media of refractive index `indices` (inner, outer); `side` is where the light of a Zemax
-    /// or Speos file comes from, `name` that of the file in warnings.
+    /// The scattering that it holds, as a surface between media of refractive index `indices`
+    /// (inner, outer); `side` is where the light of a Zemax or Speos file comes from, `name` that
+    /// of the file in warnings.
     ///
     /// # Errors
     /// If it holds none, or its power exceeds 1.
@@ -170,7 +171,8 @@ impl Content {
         Ok(Arc::new(measured))
     }
 
-    /// Whether scattering turns with the incidence: tables at one azimuth for all. Tables of orders do not.
+    /// Whether scattering turns with the incidence: tables at one azimuth for all. Tables of orders
+    /// do not.
     ///
     /// # Errors
     /// As [`Content::bsdf`].

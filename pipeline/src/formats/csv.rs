@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables for programs: arrays as `.npy` and columns as CSV.
 //!
-//! In: numbers with their quantity. Out: files whose column names carry the unit and whose numbers are the shortest text
-//! that reads back to the same `f64`.
+//! In: numbers with their quantity. Out: files whose column names carry the unit and whose numbers
+//! are the shortest text that reads back to the same `f64`.
 
 use std::path::Path;
 
@@ -41,8 +41,8 @@ impl Column {
 /// Writes `columns` side by side under their names.
 ///
 /// # Errors
-/// No columns, lengths that differ, a name that is empty, appears twice or needs quoting, an infinite value, or a file that
-/// cannot be written.
+/// No columns, lengths that differ, a name that is empty, appears twice or needs quoting, an
+/// infinite value, or a file that cannot be written.
 pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     let Some(first) = columns.first() else {
         anyhow::bail!("a table needs at least one column");
@@ -110,8 +110,8 @@ pub fn write_text_csv(path: &Path, headings: &[&str], lines: &[Vec<String>]) -> 
     })
 }
 
-/// Writes curves over the same positions as one table: the position, then value and standard error of each curve, whose
-/// label becomes part of its column names.
+/// Writes curves over the same positions as one table: the position, then value and standard error
+/// of each curve, whose label becomes part of its column names.
 ///
 /// # Errors
 /// Curves at different positions, and those of [`write_csv`].
@@ -188,7 +188,8 @@ fn shortest(value: f64) -> String {
     }
 }
 
-/// How the columns of a curve with this label begin, by which [`write_curves_csv`] tells curves apart.
+/// How the columns of a curve with this label begin, by which [`write_curves_csv`] tells curves
+/// apart.
 pub fn column_of(label: &str) -> String {
     plain(label)
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! DXF (release 12, ASCII) of the meridian for the tool maker: lines and true arcs in the plane x = r, y = z, in millimetres, one layer for each kind of piece.
+//! DXF (release 12, ASCII) of the meridian for the tool maker: lines and true arcs in the plane x =
+//! r, y = z, in millimetres, one layer for each kind of piece.
 
 use std::io::Write;
 
@@ -19,7 +20,8 @@ pub fn layer(role: Role) -> &'static str {
 
 /// Writes the pieces of `meridian`, and the bottom and the axis on layers of their own.
 pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized)) -> Result<()> {
-    // Comments, the drawing unit millimetre (code 70, value 4), then entities: pairs of a code and a value, each on its line.
+    // Comments, the drawing unit millimetre (code 70, value 4), then entities: pairs of a code and
+    // a value, each on its line.
     let about = about.replace(['\r', '\n'], " ");
     write!(
         file,

@@ -3,10 +3,11 @@
 //!
 //! [`write_channels`] writes any number of named quantities over one pair of axes instead.
 //!
-//! In: a [`Map`] and where it comes from. Out: a linear, losslessly compressed image with the 32-bit channels
-//! [`VALUE_CHANNEL`] and [`ERROR_CHANNEL`], one pixel a bin, first row = first bin of the row axis (not flipped for viewing).
-//! Units, axes, bin edges and provenance stand in the one attribute [`ATTRIBUTE`] as a JSON text: the format keeps several
-//! attributes in an arbitrary order, and the same map must give the same bytes.
+//! In: a [`Map`] and where it comes from. Out: a linear, losslessly compressed image with the
+//! 32-bit channels [`VALUE_CHANNEL`] and [`ERROR_CHANNEL`], one pixel a bin, first row = first bin
+//! of the row axis (not flipped for viewing). Units, axes, bin edges and provenance stand in the
+//! one attribute [`ATTRIBUTE`] as a JSON text: the format keeps several attributes in an arbitrary
+//! order, and the same map must give the same bytes.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -114,11 +115,12 @@ pub struct Channel {
     pub values: Vec<f64>,
 }
 
-/// Writes several quantities over the same axes as the channels of one image; the attribute lists name, quantity and unit of each.
+/// Writes several quantities over the same axes as the channels of one image; the attribute lists
+/// name, quantity and unit of each.
 ///
 /// # Errors
-/// No channels, two of one name, a length that does not fit the axes, a value outside the range of 32-bit floats, or a file that
-/// cannot be written.
+/// No channels, two of one name, a length that does not fit the axes, a value outside the range of
+/// 32-bit floats, or a file that cannot be written.
 pub fn write_channels(
     path: &Path,
     [rows, columns]: [&Axis; 2],
@@ -194,7 +196,8 @@ fn write_image(
 /// Reads what [`write_map`] wrote.
 ///
 /// # Errors
-/// A file that is no EXR image, lacks the attribute or a channel, or whose axes do not fit its size.
+/// A file that is no EXR image, lacks the attribute or a channel, or whose axes do not fit its
+/// size.
 pub fn read_map(path: &Path) -> Result<Contents> {
     let (layer, text) = read_layer(path)?;
     let description: Description = serde_json::from_str(&text)

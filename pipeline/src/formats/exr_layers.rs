@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Radiance over place and direction as an EXR image of many layers.
 //!
-//! In: values and standard errors over four axes (two of the place, two of the direction). Out: one linear, losslessly compressed image file whose layers
-//! are the directions, each an image of the places; or, where there are fewer places than directions, the places, each an image of the directions.
-//! Where Stokes parameters are given, layers are doubled and doubled again, those of I before those of Q, U and V, and there may be two axes, those of one image; the
-//! name of the parameter follows the unit. Every layer has the 32-bit channels [`VALUE_CHANNEL`] and [`ERROR_CHANNEL`] and a name that says what it holds, in which unit, and the middle of
-//! its bin: `radiance_w_per_m2_sr_theta_15_deg_phi_45_deg`. The attribute [`ATTRIBUTE`] of the first layer holds all axes and where the values come from as
-//! a JSON text. First row = first bin of the row axis, as in [`super::exr`].
+//! In: values and standard errors over four axes (two of the place, two of the direction). Out: one
+//! linear, losslessly compressed image file whose layers are the directions, each an image of the
+//! places; or, where there are fewer places than directions, the places, each an image of the
+//! directions. Where Stokes parameters are given, layers are doubled and doubled again, those of I
+//! before those of Q, U and V, and there may be two axes, those of one image; the name of the
+//! parameter follows the unit. Every layer has the 32-bit channels [`VALUE_CHANNEL`] and
+//! [`ERROR_CHANNEL`] and a name that says what it holds, in which unit, and the middle of its bin:
+//! `radiance_w_per_m2_sr_theta_15_deg_phi_45_deg`. The attribute [`ATTRIBUTE`] of the first layer
+//! holds all axes and where the values come from as a JSON text. First row = first bin of the row
+//! axis, as in [`super::exr`].
 
 use std::path::Path;
 
@@ -28,9 +32,11 @@ use crate::quantity::{Axis, Quantity};
 pub struct Layers<'a> {
     /// What the values are.
     pub quantity: &'a Quantity,
-    /// Names of Stokes parameters, or none: values of the first are followed by those of the second.
+    /// Names of Stokes parameters, or none: values of the first are followed by those of the
+    /// second.
     pub parameters: &'a [&'a str],
-    /// Rows and columns of the place, then of the direction; the last axis runs fastest. Two axes are those of one image.
+    /// Rows and columns of the place, then of the direction; the last axis runs fastest. Two axes
+    /// are those of one image.
     pub axes: &'a [Axis],
     /// Values.
     pub value: &'a [f64],
@@ -47,7 +53,8 @@ impl Layers<'_> {
     /// Writes them to `path`, with `provenance` (any JSON) beside the axes.
     ///
     /// # Errors
-    /// A number of values that does not fit the axes, a value outside the range of 32-bit floats, or a file that cannot be written.
+    /// A number of values that does not fit the axes, a value outside the range of 32-bit floats,
+    /// or a file that cannot be written.
     pub fn write(&self, path: &Path, provenance: &Value) -> Result<()> {
         ensure!(
             matches!(self.axes.len(), 2 | 4),

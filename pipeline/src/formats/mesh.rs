@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Closed triangle meshes of a design's bodies, to a stated chord error.
 //!
-//! In: a [`Meridian`] and the largest distance that a triangle may lie from the true surface. Out: one watertight [`Mesh`], its triangles
-//! counter-clockwise as seen from outside. Half of the error is allowed to the arcs of the meridian, half to the turn about the axis: a chord over the angle
-//! 2a of a circle of radius r lies r (1 - cos a) inside of it. All rings have the same number of vertices, so that no edge is split on one side only.
+//! In: a [`Meridian`] and the largest distance that a triangle may lie from the true surface. Out:
+//! one watertight [`Mesh`], its triangles counter-clockwise as seen from outside. Half of the error
+//! is allowed to the arcs of the meridian, half to the turn about the axis: a chord over the angle
+//! 2a of a circle of radius r lies r (1 - cos a) inside of it. All rings have the same number of
+//! vertices, so that no edge is split on one side only.
 
 use anyhow::{Result, ensure};
 
@@ -146,7 +148,8 @@ pub fn revolved(name: &str, meridian: &Meridian, error_mm: f64) -> Result<Mesh> 
     Ok(mesh)
 }
 
-/// Corners of each face of a box, counter-clockwise from outside; the bits of their numbers say low or high along x, y and z.
+/// Corners of each face of a box, counter-clockwise from outside; the bits of their numbers say low
+/// or high along x, y and z.
 pub const BOX_FACES: [[usize; 4]; 6] = [
     [0, 2, 3, 1],
     [4, 5, 7, 6],

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Reading NumPy's `.npy`: a header that says type and shape, then the values.
 //!
-//! In: the bytes of a file. Out: shape and values, or an error with offset, what was expected and what stands there. The header's word is checked against
-//! the bytes before anything is allocated, so that a file cannot ask for memory out of proportion to its length. Layout: NumPy's `numpy.lib.format`,
-//! versions 1 to 3; little-endian values in C order.
+//! In: the bytes of a file. Out: shape and values, or an error with offset, what was expected and
+//! what stands there. The header's word is checked against the bytes before anything is allocated,
+//! so that a file cannot ask for memory out of proportion to its length. Layout: NumPy's
+//! `numpy.lib.format`, versions 1 to 3; little-endian values in C order.
 
 use anyhow::{Context, Result, bail, ensure};
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A table of diffraction orders as `.npz`, for NumPy: one row an order, one row a node.
 //!
-//! Arrays: `node_side` (0 inner, 1 outer), `node_kx`, `node_ky` (units of the vacuum wavenumber), `node_kx_index`, `node_ky_index`, `order_node`,
-//! `order_side`, `order` (relative order), `s`, `p` (shares of the incident power), and `header`, the bytes of a JSON text with `format`, `version`, `header`
-//! and `grid` as in the JSON format. `docs/guide/other-programs.md` shows how to load it.
+//! Arrays: `node_side` (0 inner, 1 outer), `node_kx`, `node_ky` (units of the vacuum wavenumber),
+//! `node_kx_index`, `node_ky_index`, `order_node`, `order_side`, `order` (relative order), `s`, `p`
+//! (shares of the incident power), and `header`, the bytes of a JSON text with `format`, `version`,
+//! `header` and `grid` as in the JSON format. `docs/guide/other-programs.md` shows how to load it.
 
 use std::io::{Read, Seek, Write};
 
@@ -83,7 +84,8 @@ pub fn write(table: &OrderTable, file: &mut (impl Write + Seek)) -> Result<()> {
 struct Members<R>(ZipArchive<R>);
 
 impl<R: Read + Seek> Members<R> {
-    /// The array `name` of one dimension, of at most `most` values: more than the file can mean are not unpacked.
+    /// The array `name` of one dimension, of at most `most` values: more than the file can mean are
+    /// not unpacked.
     fn array<T: Element>(&mut self, name: &str, most: usize) -> Result<Vec<T>> {
         let file = format!("{name}.npy");
         let member = self

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Wavefront OBJ: one object a body, vertices in millimetres, faces counted from 1 through the whole file.
+//! Wavefront OBJ: one object a body, vertices in millimetres, faces counted from 1 through the
+//! whole file.
 
 use std::io::Write;
 
@@ -8,8 +9,8 @@ use glam::DVec3;
 
 use super::mesh::Mesh;
 
-/// The triangles of all objects of a file, corners times `unit_mm`; polygons are cut into fans, which is right for convex ones. Texture, normals and materials are not
-/// looked at.
+/// The triangles of all objects of a file, corners times `unit_mm`; polygons are cut into fans,
+/// which is right for convex ones. Texture, normals and materials are not looked at.
 pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     let text = std::str::from_utf8(bytes).context("OBJ: expected text")?;
     let mut vertices: Vec<DVec3> = Vec::new();

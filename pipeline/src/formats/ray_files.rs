@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Ray files: looked through, converted, written from a trace, and read as sources. Rays pass one by one; no file has to fit into the memory.
+//! Ray files: looked through, converted, written from a trace, and read as sources. Rays pass one
+//! by one; no file has to fit into the memory.
 
 use crate::atomic_file::write_atomic;
 use crate::plural::count;
@@ -182,7 +183,8 @@ struct RayHeader {
     warning: Option<String>,
 }
 
-/// Calls `take` for every ray of the file at `path` and the number of its spectral table, NaN where it has none.
+/// Calls `take` for every ray of the file at `path` and the number of its spectral table, NaN where
+/// it has none.
 fn scan(path: &Path, take: impl FnMut(RayRecord, f32) -> Result<()>) -> Result<RayHeader> {
     let file = File::open(path).context("expected rays, cannot open it")?;
     let length = file.metadata().context("cannot look at it")?.len();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scattering of surfaces by files: what lets light through, for which the indices on both sides must be known, and reflectors.
+//! Scattering of surfaces by files: what lets light through, for which the indices on both sides
+//! must be known, and reflectors.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -155,7 +156,8 @@ impl Scattering {
     }
 }
 
-/// The reflector that the file `name` holds, for light from its outer (front) side, and whether scattering turns with the incidence.
+/// The reflector that the file `name` holds, for light from its outer (front) side, and whether
+/// scattering turns with the incidence.
 ///
 /// # Errors
 /// A file that holds no scattering, or none from that side.

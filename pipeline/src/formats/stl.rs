@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Binary STL: 80 bytes of text, the number of triangles, then 50 bytes a triangle (normal, three corners, two zero bytes), little-endian f32. The unit,
-//! which the format does not state, is the millimetre.
+//! Binary STL: 80 bytes of text, the number of triangles, then 50 bytes a triangle (normal, three
+//! corners, two zero bytes), little-endian f32. The unit, which the format does not state, is the
+//! millimetre.
 
 use std::io::Write;
 
@@ -13,7 +14,8 @@ use super::mesh::Mesh;
 const HEADER: usize = 84;
 const RECORD: usize = 50;
 
-/// The triangles of a file, binary or text, corners times `unit_mm`; stated normals are not looked at, the order of the corners tells them.
+/// The triangles of a file, binary or text, corners times `unit_mm`; stated normals are not looked
+/// at, the order of the corners tells them.
 pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     let stated = bytes
         .get(80..HEADER)
@@ -55,7 +57,8 @@ pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     )
 }
 
-/// The text form, keywords in small or capital letters: of all its words, `vertex x y z` is what counts, and that the last line ends a solid.
+/// The text form, keywords in small or capital letters: of all its words, `vertex x y z` is what
+/// counts, and that the last line ends a solid.
 fn text(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     let text = std::str::from_utf8(bytes).context("STL: expected a binary file or text")?;
     let mut corners = Vec::new();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! SVG of the meridian: lines and true arcs in the plane x = r, y = z (upwards), one user unit a millimetre and drawn at that size, one group for each kind
-//! of piece as the layers of the DXF.
+//! SVG of the meridian: lines and true arcs in the plane x = r, y = z (upwards), one user unit a
+//! millimetre and drawn at that size, one group for each kind of piece as the layers of the DXF.
 
 use std::io::Write;
 

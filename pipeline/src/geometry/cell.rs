@@ -2,9 +2,10 @@
 //! One period of the relief in the frame of its chord, as plain points and indices.
 //!
 //! x runs along t (meridional tangent, outward and down), z along the outward normal from the chord
-//! (0, silicone side) to the apex (`depth`, outer side). Outside the polygons is air, or what else lies around
-//! the dome; below z = 0 is silicone and beyond `depth` is the same as between the polygons. The outline wraps at the period and a later polygon lies over an
-//! earlier one. Micrometres.
+//! (0, silicone side) to the apex (`depth`, outer side). Outside the polygons is air, or what else
+//! lies around the dome; below z = 0 is silicone and beyond `depth` is the same as between the
+//! polygons. The outline wraps at the period and a later polygon lies over an earlier one.
+//! Micrometres.
 
 use serde::Serialize;
 

@@ -24,7 +24,8 @@ pub enum Curve {
         radius_mm: f64,
         /// Centre (r, z), mm.
         centre_mm: [f64; 2],
-        /// Whether its way is clockwise, r to the right and z up; n then points away from the centre.
+        /// Whether its way is clockwise, r to the right and z up; n then points away from the
+        /// centre.
         clockwise: bool,
     },
 }
@@ -215,7 +216,8 @@ impl Meridian {
     }
 }
 
-/// Whether two pieces cross; arcs are taken by their chords, which bend away by far less than an element.
+/// Whether two pieces cross; arcs are taken by their chords, which bend away by far less than an
+/// element.
 fn cross(a: &Piece, b: &Piece) -> bool {
     let side = |p: [f64; 2], q: [f64; 2], x: [f64; 2]| {
         (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0])

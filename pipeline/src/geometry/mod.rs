@@ -4,8 +4,8 @@
 //! A dome and its rings of relief go in. Out come a [`Meridian`] (pieces of line and arc from the
 //! axis to the bottom, for the ray tracer) and a [`Cell`] per ring (one period of the relief in the
 //! frame of its chord, for the wave solver and for its control by ray optics). Ring i of width w
-//! spans r from w(i-1) to wi; its base corners lie on the sphere, and everything on it stands on the
-//! chord between them.
+//! spans r from w(i-1) to wi; its base corners lie on the sphere, and everything on it stands on
+//! the chord between them.
 
 mod cell;
 mod meridian;
@@ -94,7 +94,8 @@ impl Chord {
     }
 }
 
-/// Vertices of `shape` between the base corners of `chord`: (along, above), mm. Empty for a smooth element.
+/// Vertices of `shape` between the base corners of `chord`: (along, above), mm. Empty for a smooth
+/// element.
 pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
     let length = chord.length_mm();
     match shape {
@@ -114,7 +115,8 @@ pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
             apex_deg,
             reference,
         } => {
-            // The chord falls outwards by its slope, so that a side makes as much more with it than with the horizontal.
+            // The chord falls outwards by its slope, so that a side makes as much more with it than
+            // with the horizontal.
             let turn = match reference {
                 Reference::Chord => 0.0,
                 Reference::Horizontal => chord.slope(),

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A generating curve that is stated point by point, with arcs between points where wanted.
 //!
-//! In: rows, each a point [r, z] in mm and how the way from the point before gets there: straight, by the bulge of an arc (the tangent of a quarter of
-//! the angle it turns through, above 0 for counterclockwise, as in DXF), or about a centre. Out: pieces, or the row that is wrong. The outside lies to
-//! the left of the way, r to the right and z up; no piece may touch another one but at the point where they join.
+//! In: rows, each a point [r, z] in mm and how the way from the point before gets there: straight,
+//! by the bulge of an arc (the tangent of a quarter of the angle it turns through, above 0 for
+//! counterclockwise, as in DXF), or about a centre. Out: pieces, or the row that is wrong. The
+//! outside lies to the left of the way, r to the right and z up; no piece may touch another one but
+//! at the point where they join.
 
 use super::planar::{centre_of_bulge, distance, meetings, shorter_is_clockwise};
 use super::{Curve, Meridian, Piece, Role};
@@ -14,7 +16,8 @@ pub const MOST_PIECES: usize = 4000;
 const SAME: f64 = 1e-9;
 /// Length of the shortest piece, as a share of the size of the curve.
 const SHORTEST: f64 = 1e-6;
-/// How far from their common end neighbours that join smoothly may seem to meet, as a share of the size of the curve: the root of rounding.
+/// How far from their common end neighbours that join smoothly may seem to meet, as a share of the
+/// size of the curve: the root of rounding.
 const JOINT: f64 = 1e-7;
 
 /// How a point is reached from the one before.
@@ -38,7 +41,8 @@ pub struct Row {
 }
 
 impl Row {
-    /// From two numbers r and z, three with a bulge (0 for straight), or four with the centre of an arc.
+    /// From two numbers r and z, three with a bulge (0 for straight), or four with the centre of an
+    /// arc.
     pub fn of(numbers: &[f64]) -> Option<Self> {
         let (to, way) = match *numbers {
             [r, z] | [r, z, 0.0] => ([r, z], Way::Line),
@@ -56,7 +60,8 @@ impl Row {
 /// Where a curve begins and ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {
-    /// A dome: from the axis above the bottom to the bottom, z = 0, away from the axis; all above the bottom.
+    /// A dome: from the axis above the bottom to the bottom, z = 0, away from the axis; all above
+    /// the bottom.
     OnBottom,
     /// A body by itself: from the axis down to a lower point of the axis.
     OnAxis,
@@ -221,7 +226,8 @@ fn equidistant(start: [f64; 2], end: [f64; 2], centre: [f64; 2]) -> [f64; 2] {
     [centre[0] - off * step[0], centre[1] - off * step[1]]
 }
 
-/// Piece `k` of `count` stays off the axis but for the ends of the curve, and a dome above the bottom but for its end.
+/// Piece `k` of `count` stays off the axis but for the ends of the curve, and a dome above the
+/// bottom but for its end.
 fn check_place(
     piece: &Piece,
     k: usize,
@@ -298,7 +304,8 @@ fn extent(piece: &Piece) -> [[f64; 2]; 2] {
     corners
 }
 
-/// The row whose way enters the cylinder of radius `radius_mm` from z = 0 up to `height_mm`, if there is one.
+/// The row whose way enters the cylinder of radius `radius_mm` from z = 0 up to `height_mm`, if
+/// there is one.
 pub fn into_cylinder(meridian: &Meridian, radius_mm: f64, height_mm: f64) -> Option<usize> {
     let wall = |start: [f64; 2], end: [f64; 2]| Piece {
         start,

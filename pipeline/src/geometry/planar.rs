@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where pieces of generating curves meet, and what else the plane (r, z) knows of a piece: its length, its directions at its ends, how far it reaches.
+//! Where pieces of generating curves meet, and what else the plane (r, z) knows of a piece: its
+//! length, its directions at its ends, how far it reaches.
 
 use std::f64::consts::{PI, TAU};
 
@@ -163,7 +164,8 @@ impl Circle {
     }
 }
 
-/// Points that two pieces have in common, `slack` mm aside; of a stretch that they share, one or two of its points.
+/// Points that two pieces have in common, `slack` mm aside; of a stretch that they share, one or
+/// two of its points.
 pub(super) fn meetings(a: &Piece, b: &Piece, slack: f64) -> Vec<[f64; 2]> {
     let found = match (a.circle(), b.circle()) {
         (None, None) => of_lines(a, b, slack),
@@ -232,7 +234,8 @@ fn of_circles(pieces: [&Piece; 2], [a, b]: [Circle; 2], slack: f64) -> Vec<[f64;
     vec![at(half), at(-half)]
 }
 
-/// The circle through two points with the centre at this bulge, tan of a quarter of the angle turned through, above 0 for counterclockwise.
+/// The circle through two points with the centre at this bulge, tan of a quarter of the angle
+/// turned through, above 0 for counterclockwise.
 pub(super) fn centre_of_bulge(start: [f64; 2], end: [f64; 2], bulge: f64) -> [f64; 2] {
     // The centre lies (1 - b²) / 4b chords to the left of the middle of the chord.
     let off = (1.0 - bulge * bulge) / (4.0 * bulge);
@@ -243,7 +246,8 @@ pub(super) fn centre_of_bulge(start: [f64; 2], end: [f64; 2], bulge: f64) -> [f6
     ]
 }
 
-/// Whether the way from `start` to `end` about `centre` is the shorter one clockwise; `None` at half a turn.
+/// Whether the way from `start` to `end` about `centre` is the shorter one clockwise; `None` at
+/// half a turn.
 pub(super) fn shorter_is_clockwise(
     start: [f64; 2],
     end: [f64; 2],

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Profiles of a dome and of the rings of relief on it.
 //!
-//! In a design file they are `[dome]` and `[elements]`; here lengths are in one unit and nothing is open.
+//! In a design file they are `[dome]` and `[elements]`; here lengths are in one unit and nothing is
+//! open.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

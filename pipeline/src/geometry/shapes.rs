@@ -6,7 +6,8 @@ use tracer::shape::{Bend, Element, Meridian as TracerMeridian};
 
 use super::{Curve, Meridian, Piece, Role};
 
-/// One shape for each stretch of straight pieces, each stretch of arcs of one sphere, and each other arc, in order, with the roles of its parts.
+/// One shape for each stretch of straight pieces, each stretch of arcs of one sphere, and each
+/// other arc, in order, with the roles of its parts.
 ///
 /// # Errors
 /// Pieces that the tracer refuses.

@@ -17,9 +17,9 @@
 //!
 //! An extreme of noisy bins is biased. A valley read from a local fit ([`super::valley`]) has no
 //! bias to speak of. The peak is the largest bin, which lies above the true maximum on average; the
-//! place that one half of the paths picks, read in the other half, lies below it. The reported value
-//! is the middle of both, averaged over many halvings, and half their distance bounds its bias. A
-//! smallest bin is treated likewise, with the signs exchanged.
+//! place that one half of the paths picks, read in the other half, lies below it. The reported
+//! value is the middle of both, averaged over many halvings, and half their distance bounds its
+//! bias. A smallest bin is treated likewise, with the signs exchanged.
 //!
 //! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
 //! paths does not, and is averaged over many halvings.

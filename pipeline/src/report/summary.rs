@@ -2,9 +2,10 @@
 //! The table of published figures beside computed ones: published, computed ± standard error,
 //! difference.
 //!
-//! In: one [`SummaryRow`] a figure of the paper's tables. Out: aligned plain text for the terminal and Markdown for documents. Standard
-//! errors show two significant digits and values as many decimals, as the guide to uncertainty asks [JCGM 100:2008, 7.2.6].
-//! Fractions appear as percentages, their differences as points.
+//! In: one [`SummaryRow`] a figure of the paper's tables. Out: aligned plain text for the terminal
+//! and Markdown for documents. Standard errors show two significant digits and values as many
+//! decimals, as the guide to uncertainty asks [JCGM 100:2008, 7.2.6]. Fractions appear as
+//! percentages, their differences as points.
 
 use std::fmt::Write as _;
 

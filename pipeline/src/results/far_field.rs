@@ -26,7 +26,8 @@ pub struct Stored {
 /// The far field in `far_field.npy` of a results directory.
 ///
 /// # Errors
-/// If there is none or it has another shape, if `results.json` two directories above does not list it as it is, or if it is in cd and `results.json` does not say for how many lumens.
+/// If there is none or it has another shape, if `results.json` two directories above does not list
+/// it as it is, or if it is in cd and `results.json` does not say for how many lumens.
 pub fn of_results(directory: &Path) -> Result<Stored> {
     let far = as_it_stands(directory)?;
     for file in ["far_field.npy", "far_field.csv"] {
@@ -56,7 +57,8 @@ fn as_it_stands(directory: &Path) -> Result<Distribution> {
     Ok(far.scaled(1.0 / emitted))
 }
 
-/// Refuses a file of a results directory that is not the one that `results.json` of the run lists, with its hash.
+/// Refuses a file of a results directory that is not the one that `results.json` of the run lists,
+/// with its hash.
 fn unaltered(directory: &Path, file: &str) -> Result<()> {
     let path = directory.join(file);
     let bytes =

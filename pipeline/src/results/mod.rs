@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `results.json`: every figure with its standard error, beside the published one, and where all of it came from.
+//! `results.json`: every figure with its standard error, beside the published one, and where all of
+//! it came from.
 //!
-//! The layout is written out in `docs/reference/results-schema.md`; [`SCHEMA_VERSION`] changes when a key changes its meaning. No time and no
-//! host appear in it, so that the same inputs and seed give the same bytes. It lists the files written beside it with their hashes, so that
-//! a reader can tell whether they still are what the run wrote.
+//! The layout is written out in `docs/reference/results-schema.md`; [`SCHEMA_VERSION`] changes when
+//! a key changes its meaning. No time and no host appear in it, so that the same inputs and seed
+//! give the same bytes. It lists the files written beside it with their hashes, so that a reader
+//! can tell whether they still are what the run wrote.
 
 pub mod far_field;
 pub mod package;
@@ -58,8 +60,9 @@ pub struct Figure {
     pub peak_range_deg: Option<[f64; 2]>,
     /// Of a figure of the map: where its valley and its peak were read.
     pub extremes: Option<Extremes>,
-    /// For light of a spectrum: change from fewer wavelengths to those computed, which estimates the error of the fewer; not negative, with
-    /// the standard error of that change. `None` for one wavelength and for lines.
+    /// For light of a spectrum: change from fewer wavelengths to those computed, which estimates
+    /// the error of the fewer; not negative, with the standard error of that change. `None` for one
+    /// wavelength and for lines.
     pub wavelength_error: Option<Estimate>,
 }
 
@@ -133,7 +136,8 @@ pub struct Results {
     pub files: Vec<FileRecord>,
 }
 
-/// The files of `designs` and `others`, all under `out`, with their hashes, sorted by name; parts of names are joined by `/` on every system.
+/// The files of `designs` and `others`, all under `out`, with their hashes, sorted by name; parts
+/// of names are joined by `/` on every system.
 ///
 /// # Errors
 /// A file that cannot be read.
@@ -194,7 +198,8 @@ impl Results {
 }
 
 impl Results {
-    /// What sampling a spectrum adds to the errors in the final table, one line a model; empty without spectra.
+    /// What sampling a spectrum adds to the errors in the final table, one line a model; empty
+    /// without spectra.
     pub fn wavelength_errors(&self) -> String {
         let models = self
             .designs
@@ -232,7 +237,8 @@ impl ModelResult {
         self.figures.iter().find(|f| f.key == key)
     }
 
-    /// Units of the figures, of the ledger and of the counters. Shares of flux name what is divided by what.
+    /// Units of the figures, of the ledger and of the counters. Shares of flux name what is divided
+    /// by what.
     fn units(&self) -> BTreeMap<String, String> {
         let figures = self.figures.iter().map(|figure| {
             let unit = match figure.unit {
@@ -251,8 +257,8 @@ impl ModelResult {
         units
     }
 
-    /// A line on the light of a spectrum: how it is weighted, how many wavelengths stand for it, what the last of them changed. `None` for
-    /// monochromatic light.
+    /// A line on the light of a spectrum: how it is weighted, how many wavelengths stand for it,
+    /// what the last of them changed. `None` for monochromatic light.
     fn wavelength_errors(&self, design: &str) -> Option<String> {
         let spectrum = self.spectrum.as_ref()?;
         let weighting = spectrum.light.weighting.name();

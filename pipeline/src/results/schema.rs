@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `results.json` as a file: the same types write it and read it.
 //!
-//! The reference is `docs/reference/results-schema.md`. Maps are sorted by key, so that equal results give equal bytes.
+//! The reference is `docs/reference/results-schema.md`. Maps are sorted by key, so that equal
+//! results give equal bytes.
 
 use std::collections::BTreeMap;
 use std::fmt;

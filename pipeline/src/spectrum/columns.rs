@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Text of two columns, wavelength in nm and a number, into two lists.
 
-/// Reads rows separated by lines, columns by commas, semicolons, tabs or spaces; lines that begin with `#` and empty lines are left out,
-/// and so is the first other line if it begins with no number (a heading).
+/// Reads rows separated by lines, columns by commas, semicolons, tabs or spaces; lines that begin
+/// with `#` and empty lines are left out, and so is the first other line if it begins with no
+/// number (a heading).
 ///
 /// # Errors
 /// A line that holds anything but two numbers: its number, what was expected and what was found.

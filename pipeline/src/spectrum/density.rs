@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A continuous spectrum, weighted or not, as a density that is linear between closely spaced wavelengths, and its quantiles.
+//! A continuous spectrum, weighted or not, as a density that is linear between closely spaced
+//! wavelengths, and its quantiles.
 
 use super::{SpectralPower, photopic};
 
-/// Gaussians are cut off this many full widths from their peak: three standard deviations, beyond which 0.27 % of the power would lie.
+/// Gaussians are cut off this many full widths from their peak: three standard deviations, beyond
+/// which 0.27 % of the power would lie.
 pub(super) const REACH_FWHM: f64 = 3.0 / FWHM;
 /// Full width at half maximum of a Gaussian of standard deviation 1, 2 √(2 ln 2).
 const FWHM: f64 = 2.354_820_045_030_949_3;
@@ -153,7 +155,8 @@ fn white_led(peaks: &[Peak; 2]) -> (Vec<f64>, Vec<f64>) {
     (nm, value)
 }
 
-/// The rows, with V's knots where V is to be multiplied in, and steps fine enough that the product is linear between them.
+/// The rows, with V's knots where V is to be multiplied in, and steps fine enough that the product
+/// is linear between them.
 fn table(wavelength_nm: &[f64], power: &[f64], photometric: bool) -> (Vec<f64>, Vec<f64>) {
     let (first, last) = (wavelength_nm[0], wavelength_nm[wavelength_nm.len() - 1]);
     let mut nm = wavelength_nm.to_vec();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The lights of a design: which sources shine in which spectrum, and what each of them emits in watts and in lumens.
+//! The lights of a design: which sources shine in which spectrum, and what each of them emits in
+//! watts and in lumens.
 
 use serde::Serialize;
 
@@ -146,7 +147,8 @@ impl Colour {
         }
     }
 
-    /// Wavelengths (nm, ascending) and weights (adding up to 1) with `count` points where it is sampled.
+    /// Wavelengths (nm, ascending) and weights (adding up to 1) with `count` points where it is
+    /// sampled.
     pub fn rule(&self, count: usize) -> Vec<(f64, f64)> {
         match self {
             Self::Spectrum(spectrum) => spectrum.rule(count),

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Spectra of sources: radiant power over the wavelength in, wavelengths to compute at and their weights out.
+//! Spectra of sources: radiant power over the wavelength in, wavelengths to compute at and their
+//! weights out.
 //!
-//! A far field, a map or a ledger for a whole spectrum is ∫ f(λ) w(λ) dλ / ∫ w(λ) dλ, where f holds for light of one wavelength and
-//! 1 W, and w is the spectral power P (radiometric) or P V (photometric, [`photopic`]). With u(λ), the share of ∫ w below λ, this is
-//! ∫ f(λ(u)) du over 0..1, which [`quadrature`] turns into a few wavelengths with positive weights. Spectra of lines need no quadrature.
+//! A far field, a map or a ledger for a whole spectrum is ∫ f(λ) w(λ) dλ / ∫ w(λ) dλ, where f holds
+//! for light of one wavelength and 1 W, and w is the spectral power P (radiometric) or P V
+//! (photometric, [`photopic`]). With u(λ), the share of ∫ w below λ, this is ∫ f(λ(u)) du over
+//! 0..1, which [`quadrature`] turns into a few wavelengths with positive weights. Spectra of lines
+//! need no quadrature.
 
 pub mod columns;
 mod density;
@@ -48,8 +51,8 @@ impl Weighting {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
-    /// As many as it takes for the figures to change by no more than this from one rule to the next: fractions as they are, angles in
-    /// hundreds of degrees.
+    /// As many as it takes for the figures to change by no more than this from one rule to the
+    /// next: fractions as they are, angles in hundreds of degrees.
     Tolerance(f64),
     /// This number, one of [`quadrature::COUNTS`].
     Samples(usize),
@@ -140,16 +143,16 @@ pub const WAVELENGTHS_NM: [f64; 2] = [10.0, 100_000.0];
 const SLICES: usize = 4096;
 /// Tolerances of use.
 const TOLERANCES: [f64; 2] = [1e-6, 1.0];
-/// Wavelengths chosen by quantiles are rounded to this many to a nanometre, which no figure sees: the same tables then serve spectra that
-/// hardly differ, and every machine.
+/// Wavelengths chosen by quantiles are rounded to this many to a nanometre, which no figure sees:
+/// the same tables then serve spectra that hardly differ, and every machine.
 const PER_NM: f64 = 1000.0;
 
 impl Spectrum {
     /// Checks a spectrum.
     ///
     /// # Errors
-    /// Wavelengths out of range or out of order, negative power or none at all, widths or shares out of range, sampling of lines, a
-    /// photometric spectrum with wavelengths beyond V(λ).
+    /// Wavelengths out of range or out of order, negative power or none at all, widths or shares
+    /// out of range, sampling of lines, a photometric spectrum with wavelengths beyond V(λ).
     pub fn new(
         source: SpectralPower,
         weighting: Weighting,
@@ -202,8 +205,8 @@ impl Spectrum {
         matches!(&self.source, SpectralPower::Lines { wavelength_nm, .. } if wavelength_nm.len() == 1)
     }
 
-    /// The shares of the power, weighted in any way, that `nodes` (nm, ascending) stand for where whatever is seen is linear between them; zeros where
-    /// nothing has weight.
+    /// The shares of the power, weighted in any way, that `nodes` (nm, ascending) stand for where
+    /// whatever is seen is linear between them; zeros where nothing has weight.
     pub fn weights(&self, nodes: &[f64], weighting: Weighting) -> Vec<f64> {
         let photometric = weighting == Weighting::Photometric;
         if photometric && self.luminous_efficacy_lm_per_w <= 0.0 {
@@ -223,7 +226,8 @@ impl Spectrum {
         }
     }
 
-    /// The wavelength with half of the weighted power on either side, nm: what stands for the spectrum where one wavelength must.
+    /// The wavelength with half of the weighted power on either side, nm: what stands for the
+    /// spectrum where one wavelength must.
     pub fn median_nm(&self) -> f64 {
         match &self.shares {
             Shares::Continuous(_) => self.rule(1)[0].0,
@@ -238,8 +242,8 @@ impl Spectrum {
         }
     }
 
-    /// Wavelengths (nm, ascending) and weights (positive, adding up to 1) of the rule of `count` points, one of [`quadrature::COUNTS`];
-    /// the lines themselves for a spectrum of lines.
+    /// Wavelengths (nm, ascending) and weights (positive, adding up to 1) of the rule of `count`
+    /// points, one of [`quadrature::COUNTS`]; the lines themselves for a spectrum of lines.
     pub fn rule(&self, count: usize) -> Vec<(f64, f64)> {
         match &self.shares {
             Shares::Lines(lines) => lines.clone(),
@@ -345,7 +349,8 @@ fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {
     }
 }
 
-/// Rows of a table or lines: as many powers as wavelengths, these ascending and in range, no power negative, some above 0.
+/// Rows of a table or lines: as many powers as wavelengths, these ascending and in range, no power
+/// negative, some above 0.
 fn check_rows(wavelength_nm: &[f64], power: &[f64], least: usize) -> Result<(), SpectrumError> {
     let rows = wavelength_nm.len();
     if rows < least {

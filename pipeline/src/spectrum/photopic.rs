@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! V(λ), the spectral luminous efficiency for photopic vision, and the constant that makes lumens of watts.
+//! V(λ), the spectral luminous efficiency for photopic vision, and the constant that makes lumens
+//! of watts.
 //!
 //! Source of the values: `data/spectra/photopic.csv` (CIE 1924, 2° field; CIE 018:2019).
 
@@ -47,7 +48,8 @@ mod tests {
     #[test]
     fn the_table_is_that_of_the_standard() {
         assert_eq!((ROWS.len(), range_nm()), (95, [360.0, 830.0]));
-        // Rows that every edition prints, and the sum over all of them: 21.3714 (CIE 015, ȳ every 5 nm).
+        // Rows that every edition prints, and the sum over all of them: 21.3714 (CIE 015, ȳ every 5
+        // nm).
         for (nm, value) in [
             (450.0, 0.038),
             (510.0, 0.503),

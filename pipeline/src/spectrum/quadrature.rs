@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Quadrature over the quantiles of a spectrum: places between 0 and 1 and their weights.
 //!
-//! Fejér's second rule with n = 2^k - 1 points: the angles φ_j = jπ/(n+1) give the places (1 - cos φ_j)/2 and the weights
-//! (2 sin φ_j/(n+1)) Σ_m sin((2m-1)φ_j)/(2m-1), m = 1..(n+1)/2. Weights are positive and add up to 1, polynomials of degree n are
-//! integrated exactly, and the points of one n are among those of the next, so that a finer rule uses all that was computed for a
-//! coarser one. References: [Fejér 1933], [Trefethen 2008].
+//! Fejér's second rule with n = 2^k - 1 points: the angles φ_j = jπ/(n+1) give the places (1 - cos
+//! φ_j)/2 and the weights (2 sin φ_j/(n+1)) Σ_m sin((2m-1)φ_j)/(2m-1), m = 1..(n+1)/2. Weights are
+//! positive and add up to 1, polynomials of degree n are integrated exactly, and the points of one
+//! n are among those of the next, so that a finer rule uses all that was computed for a coarser
+//! one. References: [Fejér 1933], [Trefethen 2008].
 
 use std::f64::consts::PI;
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays of a file, each with its wavelength → a few wavelengths, and what is traced at each.
 //!
-//! Where the rays have few wavelengths, all of them are computed. Else wavelengths are the quantiles of the weighted flux at the places of [`quadrature`](super::quadrature),
-//! and the flux of a ray between two of them is shared by both, the nearer one getting more; beyond the first and the last it is theirs. Whatever is seen is
-//! so interpolated linearly over the wavelength, each ray at its own place and in its own direction: exact where it is linear between neighbours, and off by
-//! h²/8 of its second derivative at most where they are h apart.
+//! Where the rays have few wavelengths, all of them are computed. Else wavelengths are the
+//! quantiles of the weighted flux at the places of [`quadrature`](super::quadrature), and the flux
+//! of a ray between two of them is shared by both, the nearer one getting more; beyond the first
+//! and the last it is theirs. Whatever is seen is so interpolated linearly over the wavelength,
+//! each ray at its own place and in its own direction: exact where it is linear between neighbours,
+//! and off by h²/8 of its second derivative at most where they are h apart.
 
 use std::sync::Arc;
 
@@ -49,8 +51,9 @@ pub struct ColouredRays {
 }
 
 impl ColouredRays {
-    /// Rays whose flux is radiant, in any unit, and whose wavelengths were checked; those without flux say nothing. With more than [`MOST_EXACT`]
-    /// wavelengths they are sampled as `sampling` says.
+    /// Rays whose flux is radiant, in any unit, and whose wavelengths were checked; those without
+    /// flux say nothing. With more than [`MOST_EXACT`] wavelengths they are sampled as `sampling`
+    /// says.
     pub fn new(records: Vec<RayRecord>, weighting: Weighting, sampling: Sampling) -> Self {
         let lit = records.iter().filter(|ray| ray.flux > 0.0);
         let mut flux: Vec<(f64, f64)> = lit
@@ -224,7 +227,8 @@ mod tests {
             for (flux, weight) in flux.iter().zip(&weights) {
                 assert!((flux / whole - weight).abs() < 1e-6, "{flux} {weight}");
             }
-            // A linear function of the wavelength has its mean, but for the ends, which are drawn in.
+            // A linear function of the wavelength has its mean, but for the ends, which are drawn
+            // in.
             let weighted = found.weighted(weighting);
             let mean = |of: &[(f64, f64)]| {
                 let whole: f64 = of.iter().map(|p| p.1).sum();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light at any wavelength, shared by a few: between two by nearness, beyond the first and the last all to that one.
+//! Light at any wavelength, shared by a few: between two by nearness, beyond the first and the last
+//! all to that one.
 
 /// The two of `nodes`, ascending, that light of `nm` belongs to, and the share of each.
 fn of(nodes: &[f64], nm: f64) -> [(usize, f64); 2] {
@@ -20,7 +21,8 @@ pub(super) fn part(nodes: &[f64], node: usize, nm: f64) -> f64 {
     shares.filter(|(k, _)| *k == node).map(|(_, s)| s).sum()
 }
 
-/// The share of all of `light`, wavelengths (nm) and flux, that each of `nodes` stands for; zeros where there is no flux.
+/// The share of all of `light`, wavelengths (nm) and flux, that each of `nodes` stands for; zeros
+/// where there is no flux.
 pub(super) fn of_nodes(nodes: &[f64], light: impl IntoIterator<Item = (f64, f64)>) -> Vec<f64> {
     let (mut weights, mut whole) = (vec![0.0; nodes.len()], 0.0);
     for (nm, flux) in light {

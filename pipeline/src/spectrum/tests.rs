@@ -40,14 +40,16 @@ fn integral(spectrum: &Spectrum, count: usize, f: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn equal_energy_has_the_efficacy_of_the_sum_of_v() {
-    // ∫ V dλ = 106.857 nm (5 nm times 21.3714, the sum of ȳ in CIE 015), over the 470 nm of the table.
+    // ∫ V dλ = 106.857 nm (5 nm times 21.3714, the sum of ȳ in CIE 015), over the 470 nm of the
+    // table.
     for weighting in [Weighting::Radiometric, Weighting::Photometric] {
         let flat = spectrum(table(&[360.0, 830.0], &[2.0, 2.0]), weighting);
         let expected = 683.0 * 106.857 / 470.0;
         let got = flat.luminous_efficacy_lm_per_w;
         assert!((got / expected - 1.0).abs() < 1e-6, "{got} and {expected}");
     }
-    // Half of that light lies below 560 nm, where the eye's curve is nearly symmetrical about 559 nm.
+    // Half of that light lies below 560 nm, where the eye's curve is nearly symmetrical about 559
+    // nm.
     let flat = spectrum(table(&[360.0, 830.0], &[1.0, 1.0]), Weighting::Photometric);
     let below: f64 = photopic::knots_nm()
         .filter(|&nm| nm < 560.0)
@@ -150,17 +152,20 @@ fn rules_converge_on_an_oscillating_function_of_a_white_led() {
 #[test]
 fn a_white_led_is_plausible() {
     let white = spectrum(led(), Weighting::Photometric);
-    // The most that white light of one colour temperature or another can have: 250 to 370 lm/W [Murphy2012].
+    // The most that white light of one colour temperature or another can have: 250 to 370 lm/W
+    // [Murphy2012].
     let efficacy = white.luminous_efficacy_lm_per_w;
     assert!((250.0..370.0).contains(&efficacy), "{efficacy}");
     assert!((540.0..570.0).contains(&white.median_nm()));
-    // A quarter of the radiant power is blue: the quantile at 0.125 is the die's peak, but for the phosphor's faint tail below it.
+    // A quarter of the radiant power is blue: the quantile at 0.125 is the die's peak, but for the
+    // phosphor's faint tail below it.
     let Shares::Continuous(power) = spectrum(led(), Weighting::Radiometric).shares else {
         unreachable!("continuous")
     };
     assert!((power.quantile_nm(0.125) - 450.0).abs() < 1.0);
     assert!((power.total() - 1.0).abs() < 1e-6, "{}", power.total());
-    // The order of what is said of a spectrum does not matter to it: without a die it is its phosphor.
+    // The order of what is said of a spectrum does not matter to it: without a die it is its
+    // phosphor.
     let mut bare = led();
     if let SpectralPower::WhiteLed { blue_part, .. } = &mut bare {
         *blue_part = 0.0;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One grating and one incident wave: the efficiency of every order.
 //!
-//! Layers are solved as they are. With a tolerance, a dielectric relief is solved as tables are: its
-//! slices follow its slanted walls, at a resolution that suits the whole hemisphere (`walls`). Any
-//! other relief, and any with a given number of orders, is solved on s and on 2s slices as stairs
-//! and extrapolated: an even power series in the thickness loses its first term. s grows until the
-//! result is stable; with a tolerance the orders grow too (`search`). The estimated error extends
-//! what more orders and more slices change to all further steps.
+//! Layers are solved as they are. With a tolerance, a dielectric relief is solved as tables are:
+//! its slices follow its slanted walls, at a resolution that suits the whole hemisphere (`walls`).
+//! Any other relief, and any with a given number of orders, is solved on s and on 2s slices as
+//! stairs and extrapolated: an even power series in the thickness loses its first term. s grows
+//! until the result is stable; with a tolerance the orders grow too (`search`). The estimated error
+//! extends what more orders and more slices change to all further steps.
 
 mod jones;
 mod search;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths in three dimensions of one package alone: a few to be drawn, and by polar angle the ring or surface
-//! that the light of all came from last.
+//! Paths in three dimensions of one package alone: a few to be drawn, and by polar angle the ring
+//! or surface that the light of all came from last.
 
 use anyhow::Result;
 use bsdf::Side;

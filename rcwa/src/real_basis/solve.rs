@@ -16,8 +16,8 @@ use crate::stack::transfer_cache::TransferCache;
 use crate::wave::Side;
 use rayon::prelude::*;
 
-/// Largest |R + T - 1| of a result in real arithmetic; beyond, far below [`ENERGY_TOLERANCE`], it is
-/// solved again.
+/// Largest |R + T - 1| of a result in real arithmetic; beyond, far below [`ENERGY_TOLERANCE`], it
+/// is solved again.
 const SUSPECT: f64 = 0.2 * ENERGY_TOLERANCE;
 
 /// Transfers of a line for further ky, for each part of its basis.

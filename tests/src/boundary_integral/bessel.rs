@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bessel functions of order 0 and 1 of a positive real argument: J0, J1, Y0, Y1.
 //!
-//! In: x > 0. Out: all four, to an absolute error of a few 1e-16 (relative to the larger of |Y| and 1). Below
-//! [`ASYMPTOTIC_FROM`] by Miller's backward recurrence for J_n and Neumann's series for Y \[DLMF 3.6, 10.8\];
-//! above by Hankel's asymptotic series \[DLMF 10.17\], whose smallest term, about e^(-2x), is then below rounding.
+//! In: x > 0. Out: all four, to an absolute error of a few 1e-16 (relative to the larger of |Y| and
+//! 1). Below [`ASYMPTOTIC_FROM`] by Miller's backward recurrence for J_n and Neumann's series for Y
+//! \[DLMF 3.6, 10.8\]; above by Hankel's asymptotic series \[DLMF 10.17\], whose smallest term,
+//! about e^(-2x), is then below rounding.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 
@@ -42,9 +43,9 @@ impl Bessel {
         }
     }
 
-    /// J_n downwards from a high even n, scaled so that J0 + 2 (J2 + J4 + ...) = 1; on the way Neumann's sums
-    /// Y0 = 2/π (L J0 - 2 Σ (-1)^k J_2k / k) and
-    /// Y1 = 2/π (-J0/x + (L - 1) J1 - Σ (-1)^k (2k+1)/(k(k+1)) J_2k+1), L = ln(x/2) + γ, k ≥ 1.
+    /// J_n downwards from a high even n, scaled so that J0 + 2 (J2 + J4 + ...) = 1; on the way
+    /// Neumann's sums Y0 = 2/π (L J0 - 2 Σ (-1)^k J_2k / k) and Y1 = 2/π (-J0/x + (L - 1) J1 - Σ
+    /// (-1)^k (2k+1)/(k(k+1)) J_2k+1), L = ln(x/2) + γ, k ≥ 1.
     fn recurrence(x: f64) -> Self {
         // J_n falls below 1e-17 of the largest beyond this n, for all x of this range.
         let half = (12.0 + 0.85 * x) as usize;
@@ -73,7 +74,8 @@ impl Bessel {
         }
     }
 
-    /// H_ν = sqrt(2/πx) exp(i(x - νπ/2 - π/4)) Σ i^k a_k(ν)/x^k, a_k/a_{k-1} = (4ν² - (2k-1)²)/(8k).
+    /// H_ν = sqrt(2/πx) exp(i(x - νπ/2 - π/4)) Σ i^k a_k(ν)/x^k, a_k/a_{k-1} = (4ν² -
+    /// (2k-1)²)/(8k).
     fn asymptotic(x: f64) -> Self {
         let amplitude = (FRAC_2_PI / x).sqrt();
         let (sin, cos) = (x - FRAC_PI_4).sin_cos();
@@ -110,7 +112,8 @@ impl Bessel {
 mod tests {
     use super::*;
 
-    /// x, J0, J1, Y0, Y1 from Abramowitz and Stegun, tables 9.1 and 9.2, to the digits printed there.
+    /// x, J0, J1, Y0, Y1 from Abramowitz and Stegun, tables 9.1 and 9.2, to the digits printed
+    /// there.
     const TABLE: [(f64, [f64; 4]); 4] = [
         (
             1.0,

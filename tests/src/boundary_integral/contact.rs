@@ -4,7 +4,8 @@
 use super::outline::{direction, following, length};
 use super::trace::{Piece, Point, SAME};
 
-/// A point where sides that are no neighbours meet, of a surface and its images one and two periods on.
+/// A point where sides that are no neighbours meet, of a surface and its images one and two periods
+/// on.
 pub(super) fn crossing(corners: &[Point], period: f64) -> Option<Point> {
     let sides: Vec<Piece> = (0..corners.len())
         .map(|i| Piece {
@@ -20,7 +21,8 @@ pub(super) fn crossing(corners: &[Point], period: f64) -> Option<Point> {
             let first = ((left - b_right) / period).floor() as i32;
             let last = ((right - b_left) / period).ceil() as i32;
             for lap in first..=last {
-                // Number of sides from a to b along the surface: 0 and ±1 share a corner or are the same.
+                // Number of sides from a to b along the surface: 0 and ±1 share a corner or are the
+                // same.
                 let apart = j as i32 - i as i32 + lap * count;
                 let dx = f64::from(lap) * period;
                 let moved = Piece {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What quadrature misses of the double layer next to a corner.
 //!
-//! In: the nodes. Out: for every node, the double layer of density 1 on the two sides next to its own, in the static limit,
-//! less what the quadrature makes of it. The kernel on one side of a corner seen from a node on the other is a peak as wide
-//! as the node is near, and next to the corner narrower than the steps. Since the field is continuous, what is missed is this
-//! number times the field at the node, which goes onto the diagonal; what is still missed falls off with the field's
-//! variation over the peak \[Kress1990\]. The exact value is the angle under which the side is seen, over 2π.
+//! In: the nodes. Out: for every node, the double layer of density 1 on the two sides next to its
+//! own, in the static limit, less what the quadrature makes of it. The kernel on one side of a
+//! corner seen from a node on the other is a peak as wide as the node is near, and next to the
+//! corner narrower than the steps. Since the field is continuous, what is missed is this number
+//! times the field at the node, which goes onto the diagonal; what is still missed falls off with
+//! the field's variation over the peak \[Kress1990\]. The exact value is the angle under which the
+//! side is seen, over 2π.
 
 use super::nodes::{Node, Nodes};
 use std::f64::consts::TAU;
@@ -45,7 +47,8 @@ pub(super) fn missed(nodes: &Nodes) -> Vec<f64> {
         .collect()
 }
 
-/// Static double layer of a node in the image `image`, times its length per parameter: n·(x - y)/(2π |x - y|²).
+/// Static double layer of a node in the image `image`, times its length per parameter: n·(x -
+/// y)/(2π |x - y|²).
 fn layer(nodes: &Nodes, at: &Node, source: &Node, image: i32) -> f64 {
     let [dx, dz] = nodes.difference(at, source, image);
     // Not the square of the distance: next to a corner it would underflow.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The single and the double layer of one medium as matrices over the nodes.
 //!
-//! (S ψ)(x) = ∫ G(x,y) v(y) dl and (D u)(x) = ∫ ∂G(x,y)/∂n(y) u(y) dl with the quasi-periodic Green's function G of
-//! the medium; ψ = v |dx/ds| is what is unknown, since it is as smooth as the grading makes it. Near images are summed
-//! as (i/4) H0; the nearest in the parameter carries the logarithm, which is split off as
-//! -J0(kr)/4π ln(4 sin²((s-t)/2)) \[Kress1991\] within a smooth window, so that the splitting is periodic. Far images come from
-//! `lattice`.
+//! (S ψ)(x) = ∫ G(x,y) v(y) dl and (D u)(x) = ∫ ∂G(x,y)/∂n(y) u(y) dl with the quasi-periodic
+//! Green's function G of the medium; ψ = v |dx/ds| is what is unknown, since it is as smooth as the
+//! grading makes it. Near images are summed as (i/4) H0; the nearest in the parameter carries the
+//! logarithm, which is split off as -J0(kr)/4π ln(4 sin²((s-t)/2)) \[Kress1991\] within a smooth
+//! window, so that the splitting is periodic. Far images come from `lattice`.
 
 use super::bessel::{Bessel, EULER};
 use super::corner;
@@ -138,7 +138,8 @@ fn on_itself(n: f64, speed: f64, bend: f64, split: &Split, step: f64) -> [Comple
     [single, Complex64::from(step * bend * speed / (4.0 * PI))]
 }
 
-/// Steps of the parameter from node j, of the nearest of its images, to node i; and which image that is.
+/// Steps of the parameter from node j, of the nearest of its images, to node i; and which image
+/// that is.
 fn nearest(i: usize, j: usize, count: usize) -> (usize, i32) {
     let steps = i.abs_diff(j);
     if 2 * steps <= count {

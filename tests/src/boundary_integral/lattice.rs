@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The far images in the quasi-periodic Green's function, as a sum of products.
 //!
-//! The field at (x, z) of sources at (x' + jd, z') with phases e^{iαjd} is the sum of the images' (i/4) H0. Those with |j| < J are
-//! summed one by one elsewhere. The others lie to the right and to the left of all points of the surface, where
-//! (i/4) H0 = (i/4π) ∫ e^{iκ|x| + itz} dt/κ, κ² = k² - t², and their sum is a geometric series under the integral
-//! \[Petit1980; Linton1998\]:
+//! The field at (x, z) of sources at (x' + jd, z') with phases e^{iαjd} is the sum of the images'
+//! (i/4) H0. Those with |j| < J are summed one by one elsewhere. The others lie to the right and to
+//! the left of all points of the surface, where (i/4) H0 = (i/4π) ∫ e^{iκ|x| + itz} dt/κ, κ² = k² -
+//! t², and their sum is a geometric series under the integral \[Petit1980; Linton1998\]:
 //!
 //! Σ_{j≥J} = (i/4π) ∫ e^{-iκ(x-x') + it(z-z')} e^{i(α+κ)Jd} / (1 - e^{i(α+κ)d}) dt/κ,
 //!
-//! and likewise to the left with -α and x'-x. Poles stand where the orders do, at t = ±kz_m. The contour t = s e^{-iβ}
-//! passes them on the side that outgoing waves require, and there e^{iκ...} falls off like a Gaussian, so that the
-//! trapezoidal rule converges exponentially. Every node is a product of a function of (x, z) and one of (x', z').
+//! and likewise to the left with -α and x'-x. Poles stand where the orders do, at t = ±kz_m. The
+//! contour t = s e^{-iβ} passes them on the side that outgoing waves require, and there e^{iκ...}
+//! falls off like a Gaussian, so that the trapezoidal rule converges exponentially. Every node is a
+//! product of a function of (x, z) and one of (x', z').
 
 use std::f64::consts::{PI, TAU};
 
@@ -60,8 +61,9 @@ struct Plan {
 }
 
 impl Far {
-    /// For index `n`, phase `alpha` per length, and the kz of all orders that matter (`poles`). `None` if an order is
-    /// so near its cut-off that the contour would need more than [`MOST`] nodes.
+    /// For index `n`, phase `alpha` per length, and the kz of all orders that matter (`poles`).
+    /// `None` if an order is so near its cut-off that the contour would need more than [`MOST`]
+    /// nodes.
     pub(super) fn new(n: f64, alpha: f64, poles: &[Complex64], place: Place) -> Option<Self> {
         let width = place.high[0] - place.low[0];
         let least = (width / place.period - 1e-9).ceil() as i32 + 1;
@@ -218,8 +220,8 @@ mod tests {
         near + products.sum::<Complex64>()
     }
 
-    /// From short periods to those of the steps, shallow and deep: the sum over images is the sum over orders
-    /// Σ i/(2 d kz_m) e^{i kx_m x + i kz_m |z|}.
+    /// From short periods to those of the steps, shallow and deep: the sum over images is the sum
+    /// over orders Σ i/(2 d kz_m) e^{i kx_m x + i kz_m |z|}.
     #[test]
     fn images_and_orders_sum_to_one_field() {
         for (period, depth, n, alpha) in [
@@ -252,7 +254,8 @@ mod tests {
                     })
                     .sum();
                 let got = green(&far, n, alpha, at, source);
-                // Evanescent orders die off with depth; the least of these depths leaves e^(-2π 60 · 0.45/0.9).
+                // Evanescent orders die off with depth; the least of these depths leaves e^(-2π 60
+                // · 0.45/0.9).
                 let error = (got - expected).norm();
                 assert!(
                     error < 2e-13,

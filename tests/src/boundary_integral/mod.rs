@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A second opinion: one surface between two media without loss, by boundary integral equations, in planar mount (ky = 0).
+//! A second opinion: one surface between two media without loss, by boundary integral equations, in
+//! planar mount (ky = 0).
 //!
-//! In: a period of the surface ([`Outline`], also made from a [`Relief`](rcwa::relief::Relief)), wavelength, two real
-//! indices, kx0. Out: the efficiencies of all propagating orders for light by each of them, from both sides, in TE
-//! (`Pol::S`) and TM (`Pol::P`). Conventions are those of `docs/explanation/conventions.md`.
+//! In: a period of the surface ([`Outline`], also made from a [`Relief`](rcwa::relief::Relief)),
+//! wavelength, two real indices, kx0. Out: the efficiencies of all propagating orders for light by
+//! each of them, from both sides, in TE (`Pol::S`) and TM (`Pol::P`). Conventions are those of
+//! `docs/explanation/conventions.md`.
 //!
-//! By Green's theorem the field in a homogeneous medium is an integral over its boundary of the field and its normal derivative,
-//! with the medium's quasi-periodic Green's function; the limit on the boundary, from both media, makes two equations for two
-//! unknown functions of one variable \[Petit1980\]. They are solved at quadrature nodes that crowd at corners \[Kress1990\],
-//! with a rule of their own for the logarithm of the Green's function \[Kress1991\]. Nothing is cut into layers and nothing is
-//! expanded in modes or in orders, so that this shares with the RCWA of this crate no more than the points of a
-//! relief and the names of sides and polarisations, and fails, if it fails, for other reasons: the sum of all efficiencies
-//! is not 1 by construction but as closely as the solution is accurate ([`Solution::worst_balance`]).
+//! By Green's theorem the field in a homogeneous medium is an integral over its boundary of the
+//! field and its normal derivative, with the medium's quasi-periodic Green's function; the limit on
+//! the boundary, from both media, makes two equations for two unknown functions of one variable
+//! \[Petit1980\]. They are solved at quadrature nodes that crowd at corners \[Kress1990\], with a
+//! rule of their own for the logarithm of the Green's function \[Kress1991\]. Nothing is cut into
+//! layers and nothing is expanded in modes or in orders, so that this shares with the RCWA of this
+//! crate no more than the points of a relief and the names of sides and polarisations, and fails,
+//! if it fails, for other reasons: the sum of all efficiencies is not 1 by construction but as
+//! closely as the solution is accurate ([`Solution::worst_balance`]).
 //!
-//! What is not solved is refused: absorption, a third medium, bodies apart from the surface, an order exactly at its cut-off.
+//! What is not solved is refused: absorption, a third medium, bodies apart from the surface, an
+//! order exactly at its cut-off.
 //!
 //! ```
 //! use batwing_tests::boundary_integral::{Fineness, Grating, Outline};

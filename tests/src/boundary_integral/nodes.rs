@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Quadrature on the surface: nodes graded towards corners, and weights for a logarithmic kernel.
 //!
-//! In: an outline and how fine. Out: nodes at equal steps of a parameter s, 0 ≤ s < 2π for one period. On a straight side the
-//! place is a polynomial-like function of s whose first derivatives vanish at both corners, so that all that is
-//! integrated is smooth and periodic in s and the trapezoidal rule converges fast, whatever happens at the corner; on a
-//! smooth surface it converges exponentially. A kernel a(s,t) ln(4 sin²((s-t)/2)) is integrated with weights of
-//! its own, exact for trigonometric polynomials \[Kress1990\].
+//! In: an outline and how fine. Out: nodes at equal steps of a parameter s, 0 ≤ s < 2π for one
+//! period. On a straight side the place is a polynomial-like function of s whose first derivatives
+//! vanish at both corners, so that all that is integrated is smooth and periodic in s and the
+//! trapezoidal rule converges fast, whatever happens at the corner; on a smooth surface it
+//! converges exponentially. A kernel a(s,t) ln(4 sin²((s-t)/2)) is integrated with weights of its
+//! own, exact for trigonometric polynomials \[Kress1990\].
 //!
-//! Nodes next to a corner lie within 1e-20 of it. Their places are kept relative to the corner, so that distances across
-//! a corner keep all digits.
+//! Nodes next to a corner lie within 1e-20 of it. Their places are kept relative to the corner, so
+//! that distances across a corner keep all digits.
 
 use super::error::IntegralError;
 use super::outline::{Outline, Shape, direction, following, height, length};
@@ -17,11 +18,13 @@ use std::f64::consts::{PI, TAU};
 /// How finely the surface is resolved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fineness {
-    /// Nodes per wavelength of the denser medium where they are sparsest, in the middle of a side; above 4.
+    /// Nodes per wavelength of the denser medium where they are sparsest, in the middle of a side;
+    /// above 4.
     pub per_wavelength: f64,
     /// Nodes on every side beyond that, for its two corners; twice as many on a smooth surface.
     pub at_corners: usize,
-    /// How strongly nodes crowd at corners: places near one go as the `grading`-th power of the parameter; 2 to 12.
+    /// How strongly nodes crowd at corners: places near one go as the `grading`-th power of the
+    /// parameter; 2 to 12.
     pub grading: u32,
 }
 
@@ -234,8 +237,8 @@ impl Nodes {
     }
 }
 
-/// Kress's grading w = v^p/(v^p + v̄^p) at a share `t` of a side, `rest` = 1 - t: w, 1 - w and dw/dt. v is the cubic
-/// with v(0) = 0, v(1) = 1 and such a slope that dw/dt = 2 in the middle.
+/// Kress's grading w = v^p/(v^p + v̄^p) at a share `t` of a side, `rest` = 1 - t: w, 1 - w and
+/// dw/dt. v is the cubic with v(0) = 0, v(1) = 1 and such a slope that dw/dt = 2 in the middle.
 fn grade(t: f64, rest: f64, p: u32) -> (f64, f64, f64) {
     let order = f64::from(p);
     let bent = 1.0 / order - 0.5;
@@ -249,8 +252,8 @@ fn grade(t: f64, rest: f64, p: u32) -> (f64, f64, f64) {
     (a / (a + b), b / (a + b), slope)
 }
 
-/// R_0 .. R_{N-1} with ∫ ln(4 sin²((s_i - t)/2)) f(t) dt = Σ_j R_{|i-j|} f(s_j) over 2π for trigonometric
-/// polynomials f of degree below N/2 (N even), at nodes a step 2π/N apart.
+/// R_0 .. R_{N-1} with ∫ ln(4 sin²((s_i - t)/2)) f(t) dt = Σ_j R_{|i-j|} f(s_j) over 2π for
+/// trigonometric polynomials f of degree below N/2 (N even), at nodes a step 2π/N apart.
 pub(super) fn logarithmic_weights(count: usize) -> Vec<f64> {
     let half = count / 2;
     let cosines: Vec<f64> = (0..count)

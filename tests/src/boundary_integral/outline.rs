@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The surface between two media over one period: straight sides between corners, or a smooth curve.
+//! The surface between two media over one period: straight sides between corners, or a smooth
+//! curve.
 //!
-//! In: corners, Fourier coefficients, or a [`Relief`] (`trace.rs`). Out: a curve that goes on to the next period, with the
-//! top medium on that side of it on which z is smaller where the curve runs along +x. It may overhang; it must not
-//! touch itself (`contact.rs`).
+//! In: corners, Fourier coefficients, or a [`Relief`] (`trace.rs`). Out: a curve that goes on to
+//! the next period, with the top medium on that side of it on which z is smaller where the curve
+//! runs along +x. It may overhang; it must not touch itself (`contact.rs`).
 
 use super::error::IntegralError;
 use super::{contact, trace};
@@ -31,11 +32,13 @@ pub(super) enum Shape {
 }
 
 impl Outline {
-    /// Straight sides between `corners` [x, z], ordered from left to right along the surface; the last is joined to
-    /// the first of the next period. Corners at which the surface does not turn are dropped.
+    /// Straight sides between `corners` [x, z], ordered from left to right along the surface; the
+    /// last is joined to the first of the next period. Corners at which the surface does not turn
+    /// are dropped.
     ///
     /// # Errors
-    /// No corners, numbers that are not finite, equal neighbours, a surface that crosses or touches itself.
+    /// No corners, numbers that are not finite, equal neighbours, a surface that crosses or touches
+    /// itself.
     pub fn corners(period: f64, corners: &[[f64; 2]]) -> Result<Self, IntegralError> {
         positive("the period", period)?;
         if corners.is_empty() || corners.iter().flatten().any(|v| !v.is_finite()) {
@@ -69,8 +72,8 @@ impl Outline {
         })
     }
 
-    /// The smooth surface z(x) = Σ a_m cos(2πmx/period) + b_m sin(2πmx/period) from [a_m, b_m], m = 1, 2, ...;
-    /// none make a plane.
+    /// The smooth surface z(x) = Σ a_m cos(2πmx/period) + b_m sin(2πmx/period) from [a_m, b_m], m =
+    /// 1, 2, ...; none make a plane.
     ///
     /// # Errors
     /// Numbers that are not finite.
@@ -85,11 +88,12 @@ impl Outline {
         })
     }
 
-    /// The surface between the half-spaces of index `n_top` and `n_bottom` that a relief of these two media makes.
+    /// The surface between the half-spaces of index `n_top` and `n_bottom` that a relief of these
+    /// two media makes.
     ///
     /// # Errors
-    /// Absorbing media, an index that is neither of the two, bodies or holes apart from the surface, a surface that
-    /// touches itself.
+    /// Absorbing media, an index that is neither of the two, bodies or holes apart from the
+    /// surface, a surface that touches itself.
     pub fn of_relief(relief: &Relief, n_top: f64, n_bottom: f64) -> Result<Self, IntegralError> {
         let corners = trace::surface(relief, n_top, n_bottom)?;
         Self::corners(relief.period(), &corners)

@@ -54,8 +54,8 @@ impl Solution {
         Some(before + found)
     }
 
-    /// Share of the power of the wave that comes in by order `from.1` of side `from.0` which leaves by `to`; 0 where either
-    /// does not propagate. In the planar mount the polarisation is kept.
+    /// Share of the power of the wave that comes in by order `from.1` of side `from.0` which leaves
+    /// by `to`; 0 where either does not propagate. In the planar mount the polarisation is kept.
     pub fn efficiency(&self, from: (Side, i32, Pol), to: (Side, i32)) -> f64 {
         let places = (self.position(to.0, to.1), self.position(from.0, from.1));
         let (Some(row), Some(column)) = places else {
@@ -72,7 +72,8 @@ impl Solution {
             .sum()
     }
 
-    /// Largest |R + T - 1| of any incident wave. Nothing in the equations enforces 0: it shows the error.
+    /// Largest |R + T - 1| of any incident wave. Nothing in the equations enforces 0: it shows the
+    /// error.
     pub fn worst_balance(&self) -> f64 {
         let residual = |matrix: &Mat<f64>, from: usize| {
             ((0..matrix.nrows())

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The integral equations: from a surface between two media to the share of every order.
 //!
-//! With u the field along the grooves (E for TE, H for TM) and v its derivative along the normal on the top side, Green's theorem in
-//! both media reads on the surface
+//! With u the field along the grooves (E for TE, H for TM) and v its derivative along the normal on
+//! the top side, Green's theorem in both media reads on the surface
 //!
-//! u/2 + D₁u - S₁v = u_inc (light from the top),   u/2 - D₂u + ρ S₂v = u_inc (light from the bottom),
+//! u/2 + D₁u - S₁v = u_inc (light from the top),   u/2 - D₂u + ρ S₂v = u_inc (light from the
+//! bottom),
 //!
-//! ρ = 1 for TE and ε₂/ε₁ for TM. The amplitudes of the orders are integrals of u and v with plane waves.
+//! ρ = 1 for TE and ε₂/ε₁ for TM. The amplitudes of the orders are integrals of u and v with plane
+//! waves.
 
 use super::error::IntegralError;
 use super::kernel::{CMat, Layers, layers};
@@ -33,7 +35,8 @@ pub struct Grating {
 }
 
 impl Grating {
-    /// The surface `outline` with `n_top` above (smaller z) and `n_bottom` below; lengths in one unit.
+    /// The surface `outline` with `n_top` above (smaller z) and `n_bottom` below; lengths in one
+    /// unit.
     ///
     /// # Errors
     /// A wavelength or an index that is not a finite number above 0; equal indices.
@@ -79,8 +82,8 @@ impl Grating {
         &self.outline
     }
 
-    /// Solves for all waves whose kx differs from `kx0` (in units of k0) by multiples of λ/Λ: all propagating
-    /// orders from both sides, in both polarisations, ky = 0.
+    /// Solves for all waves whose kx differs from `kx0` (in units of k0) by multiples of λ/Λ: all
+    /// propagating orders from both sides, in both polarisations, ky = 0.
     ///
     /// # Errors
     /// A wavevector that is not finite, an order next to its cut-off, too many nodes.
@@ -88,8 +91,9 @@ impl Grating {
         Ok(Problem::new(self, kx0, fineness)?.solve())
     }
 
-    /// As [`Grating::solve`], and again with 1.5 times as many nodes. The finer solution and the largest difference of any
-    /// efficiency between both: an upper estimate of its error where it converges.
+    /// As [`Grating::solve`], and again with 1.5 times as many nodes. The finer solution and the
+    /// largest difference of any efficiency between both: an upper estimate of its error where it
+    /// converges.
     ///
     /// # Errors
     /// As [`Grating::solve`].
@@ -211,8 +215,8 @@ impl Problem {
         })
     }
 
-    /// Amplitudes that leave on a side, as a matrix on u and on ψ (on ρψ at the bottom), since far from the surface
-    /// G = Σ i/(2 d kz_m) e^{i kx_m (x-x') + i kz_m |z-z'|}.
+    /// Amplitudes that leave on a side, as a matrix on u and on ψ (on ρψ at the bottom), since far
+    /// from the surface G = Σ i/(2 d kz_m) e^{i kx_m (x-x') + i kz_m |z-z'|}.
     fn projection(&self, side: Side) -> CMat {
         let count = self.nodes.list.len();
         let step = TAU / count as f64;

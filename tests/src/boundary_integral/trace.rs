@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! From a relief to the one surface between its two media.
 //!
-//! In: polygons that wrap at the period and lie over one another, between two half-spaces. Out: the corners of the surface.
-//! All sides of all polygons and the planes z = 0 and z = depth are cut where they meet; a piece belongs to the surface
-//! if the media just beside it differ; pieces are then joined end to end.
+//! In: polygons that wrap at the period and lie over one another, between two half-spaces. Out: the
+//! corners of the surface. All sides of all polygons and the planes z = 0 and z = depth are cut
+//! where they meet; a piece belongs to the surface if the media just beside it differ; pieces are
+//! then joined end to end.
 
 #[cfg(test)]
 mod tests;
@@ -134,8 +135,8 @@ impl<'a> Media<'a> {
         all
     }
 
-    /// The piece with the top medium to one side and the bottom medium to the other, directed along the surface; `None` if
-    /// its middle is not in the first period or both sides are the same.
+    /// The piece with the top medium to one side and the bottom medium to the other, directed along
+    /// the surface; `None` if its middle is not in the first period or both sides are the same.
     fn oriented(&self, piece: Piece) -> Option<Piece> {
         let period = self.relief.period();
         let middle = [
@@ -243,7 +244,8 @@ fn same_piece(a: &Piece, b: &Piece, same: f64) -> bool {
     near(a.from, b.from, same) && near(a.to, b.to, same)
 }
 
-/// Follows the pieces from end to end; exactly one chain must lead into the next period, and none may be left over.
+/// Follows the pieces from end to end; exactly one chain must lead into the next period, and none
+/// may be left over.
 fn join(pieces: &[Piece], period: f64) -> Result<Vec<Point>, IntegralError> {
     let same = SAME * period;
     let mut free = vec![true; pieces.len()];

@@ -2,8 +2,8 @@
 //! Branch-free kernels of the batch: distances to flat and round surfaces, reflection and
 //! refraction.
 //!
-//! The walker and the batch share [`Fresnel`], [`quadratic_root`], [`chord`] and [`box_passage`]. The
-//! bottom is a [`crate::shape::Frustum`] whose distance is a product with 1/d_z in place of a
+//! The walker and the batch share [`Fresnel`], [`quadratic_root`], [`chord`] and [`box_passage`].
+//! The bottom is a [`crate::shape::Frustum`] whose distance is a product with 1/d_z in place of a
 //! quotient.
 //!
 //! Both values of a choice are computed or read before it. Work within an arm of a choice becomes a

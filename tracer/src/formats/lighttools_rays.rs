@@ -2,8 +2,9 @@
 //! LightTools binary ray files (`.ray`), version 2.0: a short header, seven or eight little-endian
 //! f32 for each ray, and an end mark.
 //!
-//! [`LightToolsReader`] and [`LightToolsWriter`] pass rays one after another, so memory does not grow with the file.
-//! The file does not state how many rays it holds: they go on until the end mark.
+//! [`LightToolsReader`] and [`LightToolsWriter`] pass rays one after another, so memory does not
+//! grow with the file. The file does not state how many rays it holds: they go on until the end
+//! mark.
 //!
 //! Layout: the public code of TM25RaySetTools.
 

@@ -2,8 +2,8 @@
 //! IES TM-25 ray files (`.tm25ray`), version 2013: a header, then one block of little-endian f32
 //! columns for each ray.
 //!
-//! [`Tm25Reader`] and [`Tm25Writer`] pass rays one after another, so memory does not grow with the file.
-//! Positions are in mm, flux in W (radiant) or lm (luminous).
+//! [`Tm25Reader`] and [`Tm25Writer`] pass rays one after another, so memory does not grow with the
+//! file. Positions are in mm, flux in W (radiant) or lm (luminous).
 //!
 //! The text of TM-25-20 was not available; every public file carries version 2013. Layout: a
 //! byte-level parse of a vendor's file of 100 000 rays whose every byte is accounted for, and the
@@ -266,8 +266,8 @@ impl<R: Read> Tm25Reader<R> {
         self.sum
     }
 
-    /// Which of [`Tm25Header::tables`], from 1, the file names as the spectrum of the ray read last;
-    /// NaN where it names none.
+    /// Which of [`Tm25Header::tables`], from 1, the file names as the spectrum of the ray read
+    /// last; NaN where it names none.
     pub fn spectrum_index(&self) -> f32 {
         self.spectrum_index
     }

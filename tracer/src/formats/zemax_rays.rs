@@ -4,8 +4,8 @@
 //!
 //! Makers of LEDs publish these files. The program itself uses of the header the number of rays,
 //! the unit of length, and whether rays carry flux alone (in W or lm) or a wavelength too (then in
-//! W). So does [`ZemaxReader`]: flux and wavelength in the header are told and not used, since makers
-//! write what they like there. [`ZemaxWriter`] fills in both.
+//! W). So does [`ZemaxReader`]: flux and wavelength in the header are told and not used, since
+//! makers write what they like there. [`ZemaxWriter`] fills in both.
 //!
 //! Layout: the vendor's support article "Converting a binary Source File into ASCII" and the public
 //! code of TM25RaySetTools (`ZemaxBinary.h`).

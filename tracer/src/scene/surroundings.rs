@@ -89,8 +89,8 @@ impl<'a> Surroundings<'a> {
         (containment, false)
     }
 
-    /// Whether no surface of the array solids reaches into a box above the ground: each surface lies
-    /// beside the box, on the ground, or is that of a convex solid that holds its corners.
+    /// Whether no surface of the array solids reaches into a box above the ground: each surface
+    /// lies beside the box, on the ground, or is that of a convex solid that holds its corners.
     fn clear(&self, around: Bounds) -> bool {
         // What stands on the ground is looked at a little above it: solids that stand there keep a
         // gap.

@@ -182,9 +182,8 @@ impl Frustum {
         let towards = -side.sign();
         if self.nz == 0.0 {
             // A cylinder: its far root where the ray moves in the sense of n, its near one
-            // elsewhere.
-            // The near root is at most -b/a: nothing is met there by a ray that moves outwards, unless
-            // it starts at its turn, to the slack behind a start.
+            // elsewhere. The near root is at most -b/a: nothing is met there by a ray that moves
+            // outwards, unless it starts at its turn, to the slack behind a start.
             let near = towards * self.nr < 0.0;
             if near && axial.b > 0.0 && -axial.b < 2.0 * reach.from * axial.a {
                 return None;

@@ -65,7 +65,8 @@ pub(crate) struct CentredLine {
 }
 
 impl CentredLine {
-    /// Distances at which it enters and leaves the ball of this radius; far behind if it never does.
+    /// Distances at which it enters and leaves the ball of this radius; far behind if it never
+    /// does.
     #[expect(
         clippy::inline_always,
         reason = "compiled into the wide loop over many paths"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Chi-square tests of measured tables: samples against densities, for every kind of table, from both
-//! sides, from the normal to grazing.
+//! Chi-square tests of measured tables: samples against densities, for every kind of table, from
+//! both sides, from the normal to grazing.
 
 use super::*;
 use crate::angular_basis::{AngularBasis, OrientedBasis};

@@ -73,8 +73,8 @@ pub struct Design {
     /// source where every source has a ledger of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lights: Option<Lights>,
-    /// Flux of the sources of one package, where the design states it; without it all sources of all
-    /// packages together emit 1 W.
+    /// Flux of the sources of one package, where the design states it; without it all sources of
+    /// all packages together emit 1 W.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub emitted: Option<EmittedFlux>,
     /// Why its relief has no bands and no tables, of a design that does not ask for them.

@@ -7,9 +7,9 @@
 //! holds beside its fields as written follows from them, and is left out:
 //!
 //! - `Medium::stated`, `Films::stated` and `CheckedSolid::surface` give indices and reflectors at
-//!   other wavelengths. Index and absorption at the wavelength of the trace are fields of their own; a
-//!   trace of many wavelengths depends on the tables as written and on the content of the files
-//!   that they name, whose hashes are listed.
+//!   other wavelengths. Index and absorption at the wavelength of the trace are fields of their
+//!   own; a trace of many wavelengths depends on the tables as written and on the content of the
+//!   files that they name, whose hashes are listed.
 //! - Forms, symmetries, detectors, emitters and lights follow from the tables as written and from
 //!   the same hashes. Only the weights of emitters are listed, which say what shines.
 

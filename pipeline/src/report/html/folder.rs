@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A folder of results, checked before anything is read from it.
 //!
-//! In: the directory that `reproduce` or `run` wrote. Out: `results.json` and the certainty that every file that it lists is there
-//! and is the one that the run wrote. Files that it does not list are no part of the results.
+//! In: the directory that `reproduce` or `run` wrote. Out: `results.json` and the certainty that
+//! every file that it lists is there and is the one that the run wrote. Files that it does not list
+//! are no part of the results.
 
 use std::path::{Component, Path, PathBuf};
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A folder of results as one page of HTML that needs nothing else: no network, no other file.
 //!
-//! In: a folder that [`folder`] has checked, and the tables that its hybrids list. Out: the text of the
-//! page. Its template takes tables of numbers ([`tables`]) and pictures ([`pictures`]); what its scripts
-//! read under the pointer or look up stands in the page as JSON, quantised where it is large ([`pack`],
-//! [`models`], [`orders`]). The same folder gives the same bytes.
+//! In: a folder that [`folder`] has checked, and the tables that its hybrids list. Out: the text of
+//! the page. Its template takes tables of numbers ([`tables`]) and pictures ([`pictures`]); what
+//! its scripts read under the pointer or look up stands in the page as JSON, quantised where it is
+//! large ([`pack`], [`models`], [`orders`]). The same folder gives the same bytes.
 
 pub mod folder;
 pub mod maps;
@@ -208,7 +208,8 @@ fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>
     Ok(single)
 }
 
-/// `value` as JSON that may stand within a `script` element: nothing in it can end the element or begin a comment.
+/// `value` as JSON that may stand within a `script` element: nothing in it can end the element or
+/// begin a comment.
 fn script_json(value: &Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the folder holds of each model: far field and map, in the form in which the page keeps them.
+//! What the folder holds of each model: far field and map, in the form in which the page keeps
+//! them.
 
 use std::path::{Path, PathBuf};
 
@@ -153,7 +154,8 @@ pub fn models(folder: &Folder) -> Result<Vec<Model<'_>>> {
     Ok(all)
 }
 
-/// Rays before controls before hybrids, coarse before fine: the order of the chapters of the documentation.
+/// Rays before controls before hybrids, coarse before fine: the order of the chapters of the
+/// documentation.
 fn rank(key: &str) -> (usize, std::cmp::Reverse<u64>) {
     let kinds = ["geometric", "control", "hybrid"];
     let kind = kinds.iter().position(|kind| key.starts_with(kind));
@@ -336,8 +338,9 @@ impl Plane {
         })
     }
 
-    /// Half as many bins along both edges; an odd row or column at the end goes. Standard errors are those of a bin before: neighbours are
-    /// smoothed over each other, so that merging them gains little.
+    /// Half as many bins along both edges; an odd row or column at the end goes. Standard errors
+    /// are those of a bin before: neighbours are smoothed over each other, so that merging them
+    /// gains little.
     pub fn halve(&mut self) {
         let (rows, columns) = (self.rows / 2, self.columns / 2);
         let merge = |values: &[f64]| -> Vec<f64> {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables of diffraction orders in a form small enough for a page.
 //!
-//! In: the tables that the hybrids of the results list. Out: for a few ky, beginning with 0, the shares of all orders at all or every second,
-//! fourth ... node of kx, for both sides and for s and p, as roots in 16 bits ([`pack::root`]).
+//! In: the tables that the hybrids of the results list. Out: for a few ky, beginning with 0, the
+//! shares of all orders at all or every second, fourth ... node of kx, for both sides and for s and
+//! p, as roots in 16 bits ([`pack::root`]).
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,7 +21,8 @@ use crate::results::schema::TableEntry;
 
 /// Letters that all tables together may take.
 pub const BUDGET: usize = 2_500_000;
-/// How many ky beside the lowest, and every how many-th node of kx at them: from the most to the least.
+/// How many ky beside the lowest, and every how many-th node of kx at them: from the most to the
+/// least.
 const MORE: [(usize, i64); 6] = [(5, 1), (3, 1), (3, 2), (3, 4), (2, 4), (1, 4)];
 
 /// A table that the results list.
@@ -36,7 +38,8 @@ pub struct Listed<'a> {
     place: String,
 }
 
-/// All tables that `models` list. In the light of a spectrum those of the wavelength of the largest weight.
+/// All tables that `models` list. In the light of a spectrum those of the wavelength of the largest
+/// weight.
 pub fn listed<'a>(models: &[Model<'a>], folder: &Folder) -> Vec<Listed<'a>> {
     let mut all = Vec::new();
     for Model {
@@ -192,7 +195,8 @@ impl Thinning {
         choices.find(fits).unwrap_or_else(|| thinner(14))
     }
 
-    /// Indices of the ky kept, with the stride of kx: the first, which is the lowest, and others evenly over those below the critical one.
+    /// Indices of the ky kept, with the stride of kx: the first, which is the lowest, and others
+    /// evenly over those below the critical one.
     fn rows(self, table: &OrderTable) -> Vec<(usize, i64)> {
         let grid = table.grid();
         let critical = grid.critical_ky();
@@ -208,7 +212,8 @@ impl Thinning {
         (0..count).map(|i| (i * below / count, stride(i))).collect()
     }
 
-    /// Shares of one polarisation that are kept of a table, more or less: every node has as many orders as propagate.
+    /// Shares of one polarisation that are kept of a table, more or less: every node has as many
+    /// orders as propagate.
     fn entries(self, table: &OrderTable) -> usize {
         let grid = table.grid();
         let of_row = |(ky_index, stride): (usize, i64)| -> usize {

@@ -23,7 +23,8 @@ pub fn linear(value: f64, full: f64) -> u16 {
     (value / full).clamp(0.0, 1.0).mul_add(STEPS, 0.5) as u16
 }
 
-/// The root of a share in [`STEPS`] equal steps, so that small shares keep digits: a share x comes back within √x / 65535.
+/// The root of a share in [`STEPS`] equal steps, so that small shares keep digits: a share x comes
+/// back within √x / 65535.
 pub fn root(share: f64) -> u16 {
     linear(share.max(0.0).sqrt(), 1.0)
 }

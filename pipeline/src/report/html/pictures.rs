@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The pictures of the page: those of [`plots`](crate::report::plots), as SVG images within it.
 //!
-//! Of what a control chooses between, every picture is there; the page's script shows one of them and
-//! hides curves of models that are switched off.
+//! Of what a control chooses between, every picture is there; the page's script shows one of them
+//! and hides curves of models that are switched off.
 
 use std::path::{Path, PathBuf};
 
@@ -41,8 +41,8 @@ pub struct Album {
 }
 
 impl Album {
-    /// A picture with its caption, which is also what it is to those who cannot see it. `choice` says
-    /// which choices show it; `shown` whether it is shown before any choice.
+    /// A picture with its caption, which is also what it is to those who cannot see it. `choice`
+    /// says which choices show it; `shown` whether it is shown before any choice.
     pub(super) fn add(
         &mut self,
         picture: &Picture,

@@ -236,7 +236,8 @@ fn shares_in_the_page_are_those_of_the_table() {
         .iter()
         .map(|v| v.as_i64().expect("whole"))
         .collect();
-    // Orders before the node: s and p of all nodes in front of it, then the inner ones below order 0.
+    // Orders before the node: s and p of all nodes in front of it, then the inner ones below order
+    // 0.
     let before: i64 = (0..normal)
         .map(|i| 2 * (spans[4 * i + 1] + spans[4 * i + 3]))
         .sum();

@@ -41,8 +41,8 @@ pub struct Refinement {
 
 const BLACK_DASHES: &[f32] = &[3.0, 5.0];
 
-/// Draws refinements side by side, all errors on one scale, with a line at the tolerance where there
-/// is one. `cost` names what the lower panels show.
+/// Draws refinements side by side, all errors on one scale, with a line at the tolerance where
+/// there is one. `cost` names what the lower panels show.
 ///
 /// # Errors
 /// No refinements, lengths that differ, no positive error, or a cost that is not positive.
@@ -222,7 +222,8 @@ mod tests {
         let good = refinement(vec![1e-1, 1e-3, 0.0], vec![1.0, 2.0, 4.0]);
         let picture = decode(&convergence(&heading, &[good], Some(1e-3), "cost").unwrap());
         let blue = LineColours::Neutral.pick(0, 1).rgb;
-        // Below the legend: mean height of the curve's pixels in the left and the right part of its column.
+        // Below the legend: mean height of the curve's pixels in the left and the right part of its
+        // column.
         let mean = |columns: std::ops::Range<u32>| {
             let rows: Vec<f64> = columns
                 .flat_map(|x| (150..900).map(move |y| (x, y)))

@@ -15,7 +15,8 @@ use crate::digits::format_value_with_error;
 use crate::quantity::{Quantity, Unit};
 use crate::report::summary::SummaryRow;
 
-/// Pixels of a line, of one whose label has two, of a picture without lines, and of the highest picture.
+/// Pixels of a line, of one whose label has two, of a picture without lines, and of the highest
+/// picture.
 const LINE: f64 = 30.0;
 const BROKEN: f64 = 46.0;
 const REST: f64 = 290.0;
@@ -42,7 +43,8 @@ pub struct MarkedLine {
     pub least: f64,
 }
 
-/// Draws a dot with a bar of two standard errors for every mark, coloured by its series, and a line at 0. Fractions are drawn as percentages.
+/// Draws a dot with a bar of two standard errors for every mark, coloured by its series, and a line
+/// at 0. Fractions are drawn as percentages.
 ///
 /// # Errors
 /// No finite value, or more lines than a picture can hold.
@@ -82,8 +84,9 @@ pub fn marked_lines(
     chart.draw(heading)
 }
 
-/// Draws published values as open diamonds and computed values as dots with bars of two standard errors. Columns and lines stand
-/// in the order in which `rows` first names them; fractions are drawn as percentages.
+/// Draws published values as open diamonds and computed values as dots with bars of two standard
+/// errors. Columns and lines stand in the order in which `rows` first names them; fractions are
+/// drawn as percentages.
 ///
 /// # Errors
 /// No row with a number, or more than six figures of merit.
@@ -330,7 +333,8 @@ fn drawn(low: f64, high: f64) -> (f64, f64) {
     }
 }
 
-/// A label on one line, or a longer one on two, broken after the comma that leaves the shortest lines.
+/// A label on one line, or a longer one on two, broken after the comma that leaves the shortest
+/// lines.
 fn broken(label: &str) -> Vec<String> {
     let count = |part: &str| part.chars().count();
     if count(label) <= LETTERS {

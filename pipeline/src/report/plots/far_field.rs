@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Far fields: intensity over the polar angle, as a polar diagram, over a straight axis, and both for single elements.
+//! Far fields: intensity over the polar angle, as a polar diagram, over a straight axis, and both
+//! for single elements.
 
 use anyhow::{Result, ensure};
 
@@ -12,8 +13,8 @@ use super::draw::scale::AxisScale;
 use super::draw::sheet::{CURVE, HEIGHT, Sheet, WIDTH, curve_legend, curve_pens};
 use crate::quantity::{Curve, Quantity, Unit};
 
-/// Intensity curves over the polar angle θ in degrees. Negative angles are the half-plane opposite to the positive ones;
-/// [`Curve::mirrored`] makes both from an azimuthal mean.
+/// Intensity curves over the polar angle θ in degrees. Negative angles are the half-plane opposite
+/// to the positive ones; [`Curve::mirrored`] makes both from an azimuthal mean.
 #[derive(Clone, Copy, Debug)]
 pub struct FarField<'a> {
     /// Title, design and model.
@@ -70,8 +71,8 @@ impl FarField<'_> {
         if top > 0.0 { top } else { 1.0 }
     }
 
-    /// First and last angle to show: both half-planes unless no curve has negative angles, the lower
-    /// half-space only where a curve reaches it.
+    /// First and last angle to show: both half-planes unless no curve has negative angles, the
+    /// lower half-space only where a curve reaches it.
     fn angles(&self) -> [f64; 2] {
         let one_sided = self.curves.iter().all(|c| c.x()[0] >= 0.0);
         let beyond = self.curves.iter().any(|c| c.x()[c.x().len() - 1] > 90.0);
@@ -118,11 +119,13 @@ pub fn far_field_polar(far_field: &FarField) -> Result<Picture> {
     Ok(sheet.finish())
 }
 
-/// Far fields of single elements (figures 3 and 4 of the paper): left as they are over θ, right each divided by
-/// the value that stands out most from its noise as a polar diagram, so that both the power and the direction of each element can be read.
+/// Far fields of single elements (figures 3 and 4 of the paper): left as they are over θ, right
+/// each divided by the value that stands out most from its noise as a polar diagram, so that both
+/// the power and the direction of each element can be read.
 ///
 /// # Errors
-/// No curves, angles outside -90°..90°, or a range that cannot be drawn. A dark curve is left as it is.
+/// No curves, angles outside -90°..90°, or a range that cannot be drawn. A dark curve is left as it
+/// is.
 pub fn element_far_fields(far_field: &FarField) -> Result<Picture> {
     far_field.check(90.0)?;
     let relative: Vec<Curve> = far_field

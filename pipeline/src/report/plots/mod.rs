@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pictures that an engineer reads at a glance.
 //!
-//! In: plain data with standard errors. Out: a [`Picture`], an SVG image from which its PNG is made.
-//! Every axis has a unit, every picture its design and model in the heading, every statistical curve
-//! a band of two standard errors. Letters are compiled in and nothing else is read, so that the same
-//! data give the same bytes on every machine.
+//! In: plain data with standard errors. Out: a [`Picture`], an SVG image from which its PNG is
+//! made. Every axis has a unit, every picture its design and model in the heading, every
+//! statistical curve a band of two standard errors. Letters are compiled in and nothing else is
+//! read, so that the same data give the same bytes on every machine.
 //!
 //! In the SVG image groups of a curve carry its name (`data-curve`), axes their place and range
 //! (`data-panel`, `data-x`, `data-y`), and marks a tooltip: the page of `batwing report` needs no

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Near fields in false colours over a cross-section, with the surface drawn in and, where there is a flow, arrows along it.
+//! Near fields in false colours over a cross-section, with the surface drawn in and, where there is
+//! a flow, arrows along it.
 
 use anyhow::{Result, ensure};
 
@@ -15,7 +16,8 @@ use crate::quantity::Map;
 const WIDTH: u32 = 1600;
 /// Pixels between arrows.
 const ARROW_SPACING: f64 = 34.0;
-/// Share of the values that the colour scale covers; the rest, at tips and in foci, takes its last colour.
+/// Share of the values that the colour scale covers; the rest, at tips and in foci, takes its last
+/// colour.
 const COVERED: f64 = 0.999;
 
 /// A picture of a near field.
@@ -107,7 +109,8 @@ fn surface(canvas: &mut Canvas, panel: &Panel, picture: &NearFieldMap) {
     }
 }
 
-/// Arrows on an even grid, each the mean flow of the square about it; length goes as the root of the flow, so that weak flow shows.
+/// Arrows on an even grid, each the mean flow of the square about it; length goes as the root of
+/// the flow, so that weak flow shows.
 fn arrows(canvas: &mut Canvas, panel: &Panel, map: &Map, flow: &[[f64; 2]]) {
     let area = panel.area;
     let [across, down] =

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One structure by rays and by waves at one incidence (figure 6 of the paper): power over the outgoing angle, as stems.
+//! One structure by rays and by waves at one incidence (figure 6 of the paper): power over the
+//! outgoing angle, as stems.
 
 use anyhow::{Result, ensure};
 
@@ -35,8 +36,9 @@ pub struct PlaneLobe {
     pub power: f64,
 }
 
-/// Draws rays above and diffraction orders below, transmitted light left and reflected light right, all over the same angles;
-/// each panel has its own scale of power, since an order carries a small part of a lobe.
+/// Draws rays above and diffraction orders below, transmitted light left and reflected light right,
+/// all over the same angles; each panel has its own scale of power, since an order carries a small
+/// part of a lobe.
 ///
 /// # Errors
 /// No lobes, angles outside -90°..90°, or powers below 0.

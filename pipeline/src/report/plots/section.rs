@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Cross-sections of the illuminance between LEDs, linear above and logarithmic below over one axis.
+//! Cross-sections of the illuminance between LEDs, linear above and logarithmic below over one
+//! axis.
 
 use anyhow::{Result, ensure};
 
@@ -36,10 +37,12 @@ pub struct Section<'a> {
     pub range: Option<[f64; 2]>,
 }
 
-/// Ratio of the largest value to the start of the logarithmic axis: the 256 levels of the paper's equation 2.
+/// Ratio of the largest value to the start of the logarithmic axis: the 256 levels of the paper's
+/// equation 2.
 const LEVELS: f64 = 256.0;
 
-/// Draws a section, linear above and logarithmic below, from the largest value down to a 256th of it at most.
+/// Draws a section, linear above and logarithmic below, from the largest value down to a 256th of
+/// it at most.
 ///
 /// # Errors
 /// No curves, or an LED whose end lies before its start.
@@ -86,7 +89,8 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
     };
     let low = ends(|c| c.x()[0], f64::min);
     let high = ends(|c| c.x()[c.x().len() - 1], f64::max);
-    // Labels of marks take about a seventh of a panel's height, above the peak and below the valley.
+    // Labels of marks take about a seventh of a panel's height, above the peak and below the
+    // valley.
     let lowest = lowest.max(top / LEVELS);
     let log_room = (top / lowest).powf(0.22).max(1.1);
     let linear = AxisScale::Linear {

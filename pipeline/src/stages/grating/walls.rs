@@ -3,9 +3,9 @@
 //!
 //! The search begins at the resolution of a table, which suits the hemisphere as a whole and leaves
 //! up to twenty times its tolerance in single orders of single directions. First it raises the
-//! slices, whose error hardly depends on the orders, then the orders. It keeps the finer of the last
-//! two results. The error of that one follows from the last change and the slowest law that errors
-//! obey.
+//! slices, whose error hardly depends on the orders, then the orders. It keeps the finer of the
+//! last two results. The error of that one follows from the last change and the slowest law that
+//! errors obey.
 
 use anyhow::Result;
 use rcwa::convergence::{converge_hemisphere, fine_enough, is_of_high_contrast};

@@ -2,8 +2,9 @@
 //! Optical contact with the bottom: the mirror or the floor as the lower face of a solid.
 //!
 //! A plate at z = 0 with the optics of the bottom closes the medium of the solid, as it does below
-//! a dome. The footprint of the solid itself is sunk below the plate, so that its walls leave no gap.
-//! Where the footprint covers several parts of the bottom, each has a plate, the inner ones above.
+//! a dome. The footprint of the solid itself is sunk below the plate, so that its walls leave no
+//! gap. Where the footprint covers several parts of the bottom, each has a plate, the inner ones
+//! above.
 
 use anyhow::Result;
 use tracer::glam::{DMat3, DVec2, DVec3};
@@ -47,8 +48,8 @@ pub(super) enum Coverage {
 /// Numbers of parts, each with its coverage.
 pub(super) type Covered = Vec<(usize, Coverage)>;
 
-/// The parts of the bottom that a footprint covers when it is moved by `offset`, innermost first; `None`
-/// where a border between two parts cuts it in another way than along its sides.
+/// The parts of the bottom that a footprint covers when it is moved by `offset`, innermost first;
+/// `None` where a border between two parts cuts it in another way than along its sides.
 pub(super) fn covered(
     footprint: &Footprint,
     outside: &[BottomPart],
@@ -86,8 +87,8 @@ pub(super) fn covered(
     Some(covered)
 }
 
-/// Plates below a footprint: those of `covered`, each lower than the one before by `step_mm`, between
-/// opaque ground and `medium`.
+/// Plates below a footprint: those of `covered`, each lower than the one before by `step_mm`,
+/// between opaque ground and `medium`.
 ///
 /// # Errors
 /// Never for a footprint of a checked design.

@@ -77,7 +77,8 @@ fn later_polygons_lie_over_earlier_ones_and_parts_of_one_medium_are_one() {
     let tooth = polygon(SILICONE, &[[1.0, 0.2], [3.0, 0.2], [2.0, 1.0]]);
     let notch = polygon(AIR, &[[3.5, 0.25], [4.5, 0.25], [4.0, 0.8], [3.6, 0.8]]);
     let got = outline(&relief(AIR, vec![block, tooth, notch])).expect("a surface");
-    // Notch: floor at 0.25 with two corners, two more where it meets the block; tooth: feet and apex.
+    // Notch: floor at 0.25 with two corners, two more where it meets the block; tooth: feet and
+    // apex.
     assert_eq!(got.points().len(), 7, "{:?}", got.points());
     let lowest = got
         .points()

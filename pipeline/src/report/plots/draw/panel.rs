@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Cartesian axes: where numbers lie in a rectangle, its grid, ticks and labels, and curves with their error bands.
+//! Cartesian axes: where numbers lie in a rectangle, its grid, ticks and labels, and curves with
+//! their error bands.
 
 use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::colour::{Colour, glow};
@@ -28,7 +29,8 @@ pub struct PanelAxis {
 }
 
 impl PanelAxis {
-    /// A linear axis with about `count` ticks. Fractions are numbered in per cent; a common power of ten moves into the label.
+    /// A linear axis with about `count` ticks. Fractions are numbered in per cent; a common power
+    /// of ten moves into the label.
     pub fn linear(quantity: &Quantity, scale: AxisScale, count: usize) -> Self {
         if quantity.unit() == Unit::Fraction {
             let name = Quantity::new(quantity.name(), Unit::Relative).label();
@@ -80,7 +82,8 @@ impl PanelAxis {
         }
     }
 
-    /// The axis for a position: angles over at least half a right angle get ticks at multiples of 5°, 10°, 15° or 30°.
+    /// The axis for a position: angles over at least half a right angle get ticks at multiples of
+    /// 5°, 10°, 15° or 30°.
     pub fn position(quantity: &Quantity, low: f64, high: f64, count: usize) -> Self {
         if quantity.unit() == Unit::Degree && high - low >= 45.0 {
             let wanted = (high - low) / count as f64;

@@ -62,7 +62,8 @@ impl AxisScale {
         }
     }
 
-    /// Place of `number`: 0 at the start, 1 at the end. Numbers at or below zero lie far before a logarithmic axis.
+    /// Place of `number`: 0 at the start, 1 at the end. Numbers at or below zero lie far before a
+    /// logarithmic axis.
     pub fn share(self, number: f64) -> f64 {
         match self {
             Self::Linear { low, high } => (number - low) / (high - low),
@@ -83,7 +84,8 @@ impl AxisScale {
     }
 }
 
-/// Ticks at the multiples of `step` from `low` to `high`, labelled with as many decimals as the step needs.
+/// Ticks at the multiples of `step` from `low` to `high`, labelled with as many decimals as the
+/// step needs.
 pub fn every(low: f64, high: f64, step: f64) -> Vec<Tick> {
     let first = (low / step - 1e-6).ceil() as i64;
     let last = (high / step + 1e-6).floor() as i64;
@@ -146,7 +148,8 @@ pub fn power_of_ten(exponent: i32) -> String {
     format!("10{exponent}")
 }
 
-/// Power of ten to take out of the labels of a linear axis up to `size`: 0 where plain numbers are short enough.
+/// Power of ten to take out of the labels of a linear axis up to `size`: 0 where plain numbers are
+/// short enough.
 pub fn common_power(size: f64) -> i32 {
     let size = size.abs();
     if size > 0.0 && size.is_finite() && !(0.2..20_000.0).contains(&size) {

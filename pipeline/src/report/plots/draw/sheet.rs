@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The frame that all pictures share: heading at the top, legend in rows below it, the rest for the data.
+//! The frame that all pictures share: heading at the top, legend in rows below it, the rest for the
+//! data.
 //!
 //! The legend never lies over data: it has its own strip, as high as it needs.
 
