@@ -10,7 +10,7 @@ use super::plots::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Re
 use super::plots::draw::colour::Colour;
 use super::plots::draw::palette::{BODY, LED, LED_EDGE, MEDIUM, MIRROR, RECEIVER, SILICONE, fate};
 use super::plots::draw::panel::{Panel, PanelAxis, TICK_SIZE};
-use super::plots::draw::scale::{AxisScale, round_step, significant};
+use super::plots::draw::scale::{AxisScale, round_step};
 use super::plots::draw::sheet::{Entry, Sample, Sheet};
 use crate::digits::{format_value_with_error, shortest};
 use crate::quantity::{Quantity, Unit};
@@ -81,7 +81,15 @@ pub fn path_picture(drawing: &PackageDrawing, heading: &Heading, paths: &[Traced
 fn view(drawing: &PackageDrawing) -> [f64; 3] {
     let radius = drawing.radius_mm;
     let cell = drawing.pitch_mm.map_or(2.0 * radius, |pitch| 0.56 * pitch);
-    let half = cell.clamp(1.4 * radius, 3.2 * radius);
+    // Small packages far apart are seen with what lies above them.
+    let most = (3.2 * radius).max(cell.min(0.6 * drawing.plane_mm));
+    let half = cell.clamp(1.4 * radius, most);
+    let with_plane = 0.54 * drawing.plane_mm / TALLEST;
+    let half = if with_plane < 1.5 * half {
+        half.max(with_plane)
+    } else {
+        half
+    };
     let top = drawing.dome_mm.iter().flatten().map(|[_, z]| *z);
     let top = top.fold(drawing.led_mm[2], f64::max);
     let solids = drawing.solids.iter().flat_map(|solid| &solid.lines_mm);
@@ -278,7 +286,7 @@ impl Section<'_> {
             [[to, y - 6.0], [to, y + 6.0]],
         ];
         let letters = Letters::new(TICK_SIZE, Align::Left);
-        let words = format!("{} mm", significant(step, 1));
+        let words = format!("{} mm", shortest(step));
         let ground = Rect::new(
             from - 8.0,
             y - 13.0,
