@@ -87,17 +87,17 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     }
     let packages = models.iter().map(|model| model.package(folder));
     let packages = packages.collect::<Result<Vec<_>>>()?;
-    let spaces = models.iter().zip(&packages);
-    let spaces = spaces
+    let views = models.iter().zip(&packages);
+    let views = views
         .map(|(model, package)| package::view_3d(model, package.as_ref(), folder, models.len()));
-    let spaces = spaces.collect::<Result<Vec<_>>>()?;
+    let views = views.collect::<Result<Vec<_>>>()?;
     let of_model = |((model, field), (map, view)): ((&Model, &FarFieldTable), (&Plane, &Value))| {
         json!({
             "design": model.design, "label": model.label(),
             "farField": field.to_json(), "map": map.to_json(shared_range(model, &models, &maps)), "view3d": view,
         })
     };
-    let of_models = models.iter().zip(&fields).zip(maps.iter().zip(&spaces));
+    let of_models = models.iter().zip(&fields).zip(maps.iter().zip(&views));
     let data = json!({
         "models": of_models.map(of_model).collect::<Vec<_>>(),
         "fates": package::fates(),

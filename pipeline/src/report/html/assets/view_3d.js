@@ -228,6 +228,6 @@ part("view-3d", () => {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
   // Nothing is drawn before it comes near the screen or goes to paper.
   const begin = () => { if (!scene) open(); };
-  new IntersectionObserver((entries) => { if (entries.some((entry) => entry.isIntersecting)) begin(); }, { rootMargin: "300px" }).observe(byId("space"));
+  new IntersectionObserver((entries) => { if (entries.some((entry) => entry.isIntersecting)) begin(); }, { rootMargin: "300px" }).observe(byId("view-3d"));
   window.addEventListener("beforeprint", begin);
 });
