@@ -32,6 +32,7 @@ fn largest_difference(a: &[Wave], b: &[Wave]) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: 5 s"]
 fn equal_teeth_are_the_grating_of_one() {
     for (file, number) in [("d1.toml", 75), ("d2.toml", 25)] {
         let ring = Ring::of(file, number).expect("a ring");

@@ -209,6 +209,7 @@ fn a_sampler_without_the_cosine_is_found_out() {
 /// is that of the table at the point before the shift, and where the shift would lead off the disc,
 /// light stays.
 #[test]
+#[ignore = "slow: 8 s"]
 fn shifted_lobes_are_drawn_by_the_density_of_their_table() {
     let rng = &mut Pcg64::seed_from_u64(33);
     let tilt = 30.0;
