@@ -159,18 +159,9 @@ pub const BOX_FACES: [[usize; 4]; 6] = [
     [1, 3, 7, 5],
 ];
 
-/// A box standing on z = 0.
-pub fn cuboid(name: &str, [x, y]: [f64; 2], height: f64) -> Mesh {
-    let vertices = (0..8)
-        .map(|k: u32| {
-            let half = |bit: u32, length: f64| if k >> bit & 1 == 1 { 0.5 } else { -0.5 } * length;
-            [
-                half(0, x),
-                half(1, y),
-                if k >> 2 == 1 { height } else { 0.0 },
-            ]
-        })
-        .collect();
+/// A box of these corners, the bits of their numbers low or high along its x, y and z.
+pub fn cuboid(name: &str, corners: [[f64; 3]; 8]) -> Mesh {
+    let vertices = corners.to_vec();
     let triangles = BOX_FACES
         .iter()
         .map(|face| face.map(|corner| corner as u32))

@@ -91,7 +91,8 @@ fn view(drawing: &PackageDrawing) -> [f64; 3] {
         half
     };
     let top = drawing.dome_mm.iter().flatten().map(|[_, z]| *z);
-    let top = top.fold(drawing.led_mm[2], f64::max);
+    let of_led = drawing.led_corners().map(|[.., z]| z);
+    let top = of_led.into_iter().chain(top).fold(0.0, f64::max);
     let solids = drawing.solids.iter().flat_map(|solid| &solid.lines_mm);
     let seen = solids
         .flat_map(|(line, _)| line)
@@ -174,10 +175,12 @@ impl Section<'_> {
             self.name(with_index("dome", drawing.dome_index), at, SILICONE[1]);
         }
         self.ground(canvas);
-        let [x, _, z] = drawing.led_mm;
-        let led = self.all(&[[-0.5 * x, 0.0], [-0.5 * x, z], [0.5 * x, z], [0.5 * x, 0.0]]);
+        // The front of the box, seen along y; of a box level about the axis also its section.
+        let corners = drawing.led_corners().map(|[x, _, z]| [x, z]);
+        let led = self.all(&[corners[0], corners[4], corners[5], corners[1]]);
         canvas.shape(&[led], true, Some(LED), &Pen::solid(LED_EDGE, 1.2));
-        self.name("LED".to_owned(), [0.5 * x, 0.5 * z], LED_EDGE);
+        let right = [0, 1].map(|k| 0.5 * (corners[1][k] + corners[5][k]));
+        self.name("LED".to_owned(), right, LED_EDGE);
         let [half, plane] = [self.panel.x.scale.ends()[1], drawing.plane_mm];
         let pen = Pen::dashed(RECEIVER, 1.6, &[9.0, 5.0]);
         canvas.line(self.at([-half, plane]), self.at([half, plane]), &pen);

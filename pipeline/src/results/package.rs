@@ -37,6 +37,14 @@ pub struct PackageDrawing {
     pub radius_mm: f64,
     /// Width, depth and height of the LED's box, mm.
     pub led_mm: [f64; 3],
+    /// Corners of a box that stands off the axis or is tilted, mm; the bits of their numbers say
+    /// low or high along its x, y and z. Empty for a box level about the axis.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub led_corners_mm: Vec<[f64; 3]>,
+    /// From the axes of all packages to the centres of the feet of their boxes, mm; empty where
+    /// all of them are on the axes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub led_offsets_mm: Vec<[f64; 2]>,
     /// Half the width of the mirror under the package, as far as half the pitch, mm.
     pub mirror_half_mm: f64,
     /// Height of the receiver plane, mm.
@@ -48,6 +56,25 @@ pub struct PackageDrawing {
     pub axes_mm: Vec<[f64; 2]>,
     /// Other solids and sheets.
     pub solids: Vec<SolidDrawing>,
+}
+
+impl PackageDrawing {
+    /// Corners of the LED's box, mm, numbered as [`Self::led_corners_mm`].
+    pub fn led_corners(&self) -> [[f64; 3]; 8] {
+        if let Ok(corners) = <[[f64; 3]; 8]>::try_from(&self.led_corners_mm[..]) {
+            return corners;
+        }
+        let [width, depth, height] = self.led_mm;
+        std::array::from_fn(|k| {
+            let half =
+                |bit: usize, length: f64| if k >> bit & 1 == 1 { 0.5 } else { -0.5 } * length;
+            [
+                half(0, width),
+                half(1, depth),
+                if k >> 2 == 1 { height } else { 0.0 },
+            ]
+        })
+    }
 }
 
 /// A ring of the dome.

@@ -15,7 +15,9 @@ pub fn bodies(design: &Design, error_mm: f64) -> Result<Vec<Mesh>> {
     if design.dome.is_some() {
         bodies.push(revolved("dome", &design.outline()?, error_mm)?);
     }
-    bodies.push(cuboid("led", design.led.size_mm, design.led.height_mm));
+    let led = design.led.at(design.led.place(0));
+    let corners = led.corners(0.0).map(|corner| corner.to_array());
+    bodies.push(cuboid("led", corners));
     Ok(bodies)
 }
 

@@ -5,6 +5,7 @@ use super::cells::band_cells;
 use crate::config::design::Design;
 use crate::config::design::array::PackagePositions;
 use crate::config::design::dome::Dome;
+use crate::config::design::led::Led;
 use crate::config::design::reflector::Reflector;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::Arrangement;
@@ -53,11 +54,12 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     line(
         "LED",
         format!(
-            "{} x {} x {} mm, reflectance {}",
+            "{} x {} x {} mm, reflectance {}{}",
             shortest(l.size_mm[0]),
             shortest(l.size_mm[1]),
             shortest(l.height_mm),
-            reflects(l.reflector)
+            reflects(l.reflector),
+            moved(l)
         ),
     );
     if let Some(flux) = design.emitted {
@@ -98,6 +100,22 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         ),
     );
     lines
+}
+
+/// Where the box stands, in words; nothing of one that is level about the axis.
+fn moved(led: &Led) -> String {
+    let pair = |[x, y]: [f64; 2]| format!("({}, {})", shortest(x), shortest(y));
+    let mut words = String::new();
+    if led.offset_mm != [0.0; 2] {
+        words += &format!(", {} mm off the axis", pair(led.offset_mm));
+    }
+    if led.tilt_deg != [0.0; 2] {
+        words += &format!(", tilted by {}° about x and y", pair(led.tilt_deg));
+    }
+    if !led.offsets_mm.is_empty() {
+        words += ", and its own offset in each package";
+    }
+    words
 }
 
 /// A line for each light, where sources have spectra of their own.

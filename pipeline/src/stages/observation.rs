@@ -172,6 +172,8 @@ impl Observation {
         let grid = plane_grid(design);
         let [led_x, led_y] = design.led.size_mm;
         let array = match design.array.rectangle() {
+            // A box off its axis, or tilted, leaves none of the mirrors of the array.
+            _ if !design.led.is_centred() => Symmetry::None,
             None => Symmetry::None,
             Some([columns, rows]) if columns == rows && (led_x / led_y - 1.0).abs() < 1e-12 => {
                 Symmetry::Square

@@ -29,6 +29,8 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         rings: rings(meridian),
         radius_mm,
         led_mm: [width, depth, design.led.height_mm],
+        led_corners_mm: led_corners(&alone),
+        led_offsets_mm: led_offsets(design),
         mirror_half_mm: match design.mirror.extent {
             Extent::Array => 0.5 * design.array.pitch_mm,
             Extent::Package => radius_mm,
@@ -38,6 +40,28 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         axes_mm: design.array.axes_mm(),
         solids: alone.solids.iter().map(solid).collect(),
     }
+}
+
+/// Corners of the box of a package alone, unless it stands level about the axis.
+fn led_corners(alone: &Design) -> Vec<[f64; 3]> {
+    let led = &alone.led;
+    if led.is_centred() {
+        return Vec::new();
+    }
+    let corners = led.at(led.place(0)).corners(0.0).into_iter();
+    corners
+        .map(|corner| corner.to_array().map(rounded))
+        .collect()
+}
+
+/// Offsets of the boxes of all packages; none where all stand on the axes.
+pub(super) fn led_offsets(design: &Design) -> Vec<[f64; 2]> {
+    let places = (0..design.array.count()).map(|package| design.led.place(package).offset_mm);
+    let offsets: Vec<[f64; 2]> = places.collect();
+    if offsets.iter().all(|offset| *offset == [0.0; 2]) {
+        return Vec::new();
+    }
+    offsets
 }
 
 fn solid(solid: &CheckedSolid) -> SolidDrawing {

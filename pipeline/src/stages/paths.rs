@@ -83,10 +83,12 @@ pub(super) fn path_end(fate: Fate, lines: &Lines) -> PathEnd {
 pub fn single_package(design: &Design) -> Design {
     let mut alone = design.clone();
     let away = |[x, y]: &[f64; 2]| x * x + y * y;
-    let axes = design.array.axes_mm().into_iter();
-    let nearest = axes.min_by(|a, b| away(a).total_cmp(&away(b)));
+    let axes = design.array.axes_mm().into_iter().enumerate();
+    let nearest = axes.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
+    let own = nearest.and_then(|(package, _)| design.led.offsets_mm.get(package));
+    alone.led.offsets_mm = own.into_iter().copied().collect();
     for solid in &mut alone.solids {
-        if let (Per::Array, Some([x, y])) = (solid.per(), nearest) {
+        if let (Per::Array, Some([x, y])) = (solid.per(), nearest.map(|(_, at)| at)) {
             solid.form.placement.origin -= DVec3::new(x, y, 0.0);
         }
     }
@@ -114,10 +116,10 @@ pub fn paths(
         vertices: Vec::new(),
         paths: Vec::new(),
     };
-    let aim: fn(Ray) -> Ray = if design.sources.is_empty() {
+    let aim: fn(Ray) -> Ray = if design.sources.is_empty() && design.led.is_centred() {
         into_plane
     } else {
-        // Sources of `[[sources]]` keep their place.
+        // Sources of `[[sources]]`, and of a box off the axis, keep their place.
         |ray| ray
     };
     trace_observed(&scene, &settings, aim, &mut album)?;

@@ -17,9 +17,10 @@ use tracer::{
     Surface, SurfaceModel,
 };
 
-use super::solids::{self, Bottom, BottomPart, SolidOnBottom};
+use super::solids::{self, Bottom, BottomPart, Packages, SolidOnBottom};
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
+use crate::config::design::led::BoxPlace;
 use crate::config::design::reflector::Reflector;
 use crate::config::schema::{self, Carrying, Extent};
 use crate::geometry::{Meridian, Piece, Role, shapes};
@@ -30,6 +31,8 @@ pub const DOME: &str = "dome";
 pub const CYLINDER: &str = "side";
 /// Ledger name of the mirror under the dome.
 const BOTTOM: &str = "bottom";
+/// Ledger name of the first patch of the box.
+const BOX_SIDE: &str = "box side";
 /// Ledger name of elements made absorbing for Figures 3 and 4.
 pub const MASK: &str = "mask";
 
@@ -90,7 +93,15 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
         prototype.sources = emitters.map(|emitter| emitter.source.clone()).collect();
     }
     let bottom = bottom(design, &mirror);
-    let packages = solids::add(design, prototype, &bottom, &mut scene)?;
+    let (places, numbers) = design.led.places(design.array.count());
+    let kinds = places
+        .into_iter()
+        .map(|place| seated(design, &prototype, place));
+    let packages = Packages {
+        kinds: kinds.collect::<Result<_>>()?,
+        numbers,
+    };
+    let packages = solids::add(design, &packages, &bottom, &mut scene)?;
     scene.isolated(!design.array.crossing);
     for (package, [x, y]) in packages.into_iter().zip(design.array.axes_mm()) {
         scene.place(package, DVec3::new(x, y, 0.0));
@@ -128,7 +139,11 @@ pub fn on_bottom(design: &Design, surface: &DomeSurface) -> Result<Vec<SolidOnBo
         return Ok(Vec::new());
     }
     let mirror = mirror(design)?;
-    let package = unlit(design, surface, &mirror)?;
+    let package = seated(
+        design,
+        &unlit(design, surface, &mirror)?,
+        design.led.place(0),
+    )?;
     solids::on_bottom(design, package, &bottom(design, &mirror))
 }
 
@@ -142,6 +157,27 @@ fn unlit(design: &Design, surface: &DomeSurface, mirror: &SurfaceModel) -> Resul
     Ok(prototype)
 }
 
+/// `prototype`, whose box stands level about the axis, with its box at `place` and what emits on
+/// it.
+fn seated(design: &Design, prototype: &Prototype, place: BoxPlace) -> Result<Prototype> {
+    let mut seated = prototype.clone();
+    if place == BoxPlace::default() {
+        return Ok(seated);
+    }
+    let led = design.led.at(place);
+    for surface in seated.surfaces.iter_mut().filter(|s| s.name() == BOX_SIDE) {
+        surface.shape = led.shape(surface.shape.bounds().low.z)?;
+    }
+    for source in &mut seated.sources {
+        // Sources that state a place keep it.
+        let stated = design.sources.iter().find(|s| s.name() == source.name);
+        if stated.is_none_or(|s| s.stated.kind.place().is_none()) {
+            *source = led.carry(source.clone());
+        }
+    }
+    Ok(seated)
+}
+
 /// Refractive index of the medium around the domes with relief; 1 without relief.
 ///
 /// # Errors
@@ -153,6 +189,7 @@ pub fn index_about_domes(design: &Design) -> Result<f64> {
             let surface = DomeSurface::Refracting(design.outline()?);
             let mirror = mirror(design)?;
             let package = package(design, dome, &surface, &mirror)?;
+            let package = seated(design, &package, design.led.place(0))?;
             solids::index_about_domes(design, package, &bottom(design, &mirror))
         }
         _ => Ok(1.0),
@@ -335,7 +372,7 @@ fn bare(design: &Design) -> Result<Prototype> {
     let half = DVec3::new(0.5 * led.size_mm[0], 0.5 * led.size_mm[1], 0.0);
     let solid = Shape::cuboid(-half, half + DVec3::Z * led.height_mm)?;
     let optics = led.reflector.optics();
-    let parts = ["box side", "box top", "box side"]
+    let parts = [BOX_SIDE, "box top", BOX_SIDE]
         .map(|name| Patch::new(name, optics.clone()))
         .to_vec();
     let emitter = Emitter::Rectangle {

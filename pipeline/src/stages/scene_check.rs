@@ -216,6 +216,9 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
         Error::Crossing { first, second, .. } => {
             let is_box = |name: &String| name.starts_with("box ");
             if is_box(first) || is_box(second) {
+                if !led.is_centred() {
+                    return off_axis(design, error);
+                }
                 let [x, y] = led.size_mm;
                 (
                     "led.size_mm",
@@ -228,6 +231,9 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
         Error::RayOutside { .. } => {
             let file = design.files.source_file().unwrap_or_default();
             ("files.source.file", format!("{file:?}"))
+        }
+        Error::Overlap { .. } if design.dome.is_none() && !led.is_centred() => {
+            return off_axis(design, error);
         }
         Error::Overlap { .. } => (
             design.array.distance_key(),
@@ -252,6 +258,29 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
                 message: other.to_string(),
             };
         }
+    };
+    ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: key.to_owned(),
+        got,
+        expected: format!("a package that can be built: {error}"),
+    }
+}
+
+/// The error of a box that does not fit where it was moved to.
+fn off_axis(design: &Design, error: &Error) -> ConfigError {
+    let led = &design.led;
+    let (key, got) = if !led.offsets_mm.is_empty() {
+        let rows = format!(
+            "{} rows, beside offset_mm = {:?}",
+            led.offsets_mm.len(),
+            led.offset_mm
+        );
+        ("led.offsets_mm", rows)
+    } else if led.offset_mm == [0.0; 2] {
+        ("led.tilt_deg", format!("{:?}", led.tilt_deg))
+    } else {
+        ("led.offset_mm", format!("{:?}", led.offset_mm))
     };
     ConfigError::Value {
         file: design.provenance.file.clone(),

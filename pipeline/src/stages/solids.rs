@@ -12,6 +12,8 @@
 mod contact;
 mod nesting;
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -84,7 +86,15 @@ impl SolidOnBottom {
     }
 }
 
-/// Adds the packages of `design` (`package` with its solids) and the solids of the array to the
+/// Packages without the solids of the design.
+pub struct Packages {
+    /// Those that differ.
+    pub kinds: Vec<Prototype>,
+    /// The number of the kind of every package, in order.
+    pub numbers: Vec<usize>,
+}
+
+/// Adds the packages of `design` (`packages` with their solids) and the solids of the array to the
 /// scene; returns the prototype of every package in order.
 ///
 /// # Errors
@@ -92,40 +102,43 @@ impl SolidOnBottom {
 /// does not fit the media, sources that name another medium.
 pub fn add(
     design: &Design,
-    package: Prototype,
+    packages: &Packages,
     bottom: &Bottom,
     scene: &mut SceneBuilder,
 ) -> Result<Vec<PrototypeId>> {
-    let count = design.array.count();
+    let Packages { kinds, numbers } = packages;
     if design.solids.is_empty() {
-        return Ok(vec![scene.prototype(package); count]);
+        let kinds = kinds.iter().map(|kind| scene.prototype(kind.clone()));
+        let kinds: Vec<PrototypeId> = kinds.collect();
+        return Ok(numbers.iter().map(|number| kinds[*number]).collect());
     }
     let placing = Placing::of(design, bottom);
-    let mut outline = package.clone();
-    into(&placing, Per::Package, &mut outline, None)?;
+    let outline = |kind: &Prototype| {
+        let mut outline = kind.clone();
+        into(&placing, Per::Package, &mut outline, None)?;
+        Ok(outline)
+    };
+    let outlines: Vec<Prototype> = kinds.iter().map(outline).collect::<Result<_>>()?;
     let mut array = Prototype::default();
     let depths = into(&placing, Per::Array, &mut array, Some(AIR))?.depths;
-    let holders = holders(design, &outline, &array)?;
+    let holders = holders(design, |package| &outlines[numbers[package]], &array)?;
     if !array.surfaces.is_empty() {
         let array = scene.prototype(array);
         scene.array_solids(array);
     }
-    let mut kinds: Vec<(Option<&CheckedSolid>, PrototypeId)> = Vec::new();
-    let mut packages = Vec::with_capacity(count);
-    for holder in holders {
-        let same = |(other, _): &&(Option<&CheckedSolid>, PrototypeId)| {
-            other.map(CheckedSolid::name) == holder.map(CheckedSolid::name)
-        };
-        let known = kinds.iter().find(same).map(|(_, id)| *id);
-        let id = if let Some(id) = known {
-            id
+    let mut known: BTreeMap<(Option<&str>, usize), PrototypeId> = BTreeMap::new();
+    let mut packages = Vec::with_capacity(numbers.len());
+    for (holder, number) in holders.into_iter().zip(numbers) {
+        let held = (holder.map(CheckedSolid::name), *number);
+        let id = if let Some(id) = known.get(&held) {
+            *id
         } else {
-            let mut body = package.clone();
+            let mut body = kinds[*number].clone();
             let outside = outside(holder, &depths);
             into(&placing, Per::Package, &mut body, Some(outside))?;
             sources_fit(design, holder)?;
             let id = scene.prototype(body);
-            kinds.push((holder, id));
+            known.insert(held, id);
             id
         };
         packages.push(id);
@@ -146,7 +159,7 @@ pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -
     }
     let mut array = Prototype::default();
     into(&placing, Per::Array, &mut array, Some(AIR))?;
-    let holders = holders(design, &outline, &array)?;
+    let holders = holders(design, |_| &outline, &array)?;
     let index = |holder: Option<&CheckedSolid>| outside(holder, &[]).index;
     let first = index(holders.first().copied().flatten());
     let other = holders
@@ -182,7 +195,7 @@ pub fn on_bottom(
     let own = into(&placing, Per::Package, &mut outline, None)?.on_bottom;
     let mut array = Prototype::default();
     let once = into(&placing, Per::Array, &mut array, None)?.on_bottom;
-    let holders = holders(design, &outline, &array)?;
+    let holders = holders(design, |_| &outline, &array)?;
     let holder = holders.first().copied().flatten();
     let name = |region: Region, body: &Prototype, world: &str| match region {
         Region::Body(number) => body.media[usize::from(number)].name.clone(),
@@ -204,11 +217,11 @@ pub fn on_bottom(
     Ok(all)
 }
 
-/// The innermost solid of the array that holds each package; `None` in air. `package` has its
-/// solids.
-fn holders<'a>(
+/// The innermost solid of the array that holds each package; `None` in air. `package` gives each
+/// with its solids.
+fn holders<'a, 'b>(
     design: &'a Design,
-    package: &Prototype,
+    package: impl Fn(usize) -> &'b Prototype + Sync,
     array: &Prototype,
 ) -> Result<Vec<Option<&'a CheckedSolid>>> {
     let axes = design.array.axes_mm();
@@ -218,13 +231,16 @@ fn holders<'a>(
     let media = solids::regions(&design.solids, Per::Array, false);
     let surroundings = Surroundings::new(array, 0.0);
     let places = axes.par_iter().map(|[x, y]| DVec3::new(*x, *y, 0.0));
-    let stands = places.map(|at| match surroundings.of(package, at) {
-        // The scene reports the place of the cut.
-        Containment::Straddles(..) => Ok(None),
-        Containment::Within(Region::Opaque) => Err(within_opaque(design, package, at)),
-        Containment::Within(region) => {
-            let holder = media.iter().find(|(_, of)| *of == region);
-            Ok(holder.map(|(solid, _)| *solid))
+    let stands = places.enumerate().map(|(number, at)| {
+        let package = package(number);
+        match surroundings.of(package, at) {
+            // The scene reports the place of the cut.
+            Containment::Straddles(..) => Ok(None),
+            Containment::Within(Region::Opaque) => Err(within_opaque(design, package, at)),
+            Containment::Within(region) => {
+                let holder = media.iter().find(|(_, of)| *of == region);
+                Ok(holder.map(|(solid, _)| *solid))
+            }
         }
     });
     // The first package that fails is reported, in any order of threads.

@@ -49,7 +49,7 @@ impl EmittedRays {
             Emitter::Rectangle { half_x, half_y } => Some([half_x, half_y]),
             _ => return None,
         };
-        let level = source.normal == DVec3::Z;
+        let level = source.normal == DVec3::Z && source.along.is_none();
         (level && source.emission == Emission::LAMBERTIAN).then_some(Self {
             half,
             // Far from any path.

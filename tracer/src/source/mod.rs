@@ -98,6 +98,9 @@ pub struct Source {
     pub emission: Emission,
     /// Unit normal of the emitter; enclosures, beams and ray sets ignore it.
     pub normal: DVec3,
+    /// Unit vector u of its plane, at right angles to the normal, where it is not the one that
+    /// follows from the normal ([`Source::axes`]); enclosures, beams and ray sets ignore it.
+    pub along: Option<DVec3>,
     /// Power relative to the other sources. A source of weight 0 is dark: no path begins at it, and
     /// the others keep their numbers.
     pub weight: f64,
@@ -119,6 +122,7 @@ impl Source {
             emitter,
             emission,
             normal: DVec3::Z,
+            along: None,
             weight: 1.0,
         }
     }
@@ -130,6 +134,14 @@ impl Source {
         self
     }
 
+    /// The same, turned about its normal so that its u is `along`, at right angles to the normal
+    /// and of any length above 0.
+    #[must_use]
+    pub fn lying_along(mut self, along: DVec3) -> Self {
+        self.along = Some(along.normalize());
+        self
+    }
+
     /// The same with another weight.
     #[must_use]
     pub fn weighing(mut self, weight: f64) -> Self {
@@ -137,10 +149,11 @@ impl Source {
         self
     }
 
-    /// Unit vectors (u, v) of its plane: (x, y) for a source that faces up, (x, -y) for one that
-    /// faces down, else u level and v rising.
+    /// Unit vectors (u, v) of its plane, (u, v, normal) right-handed. Where [`Source::along`] does
+    /// not state u: (x, y) for a source that faces up, (x, -y) for one that faces down, else u
+    /// level and v rising.
     pub fn axes(&self) -> (DVec3, DVec3) {
-        axes(self.normal)
+        axes(self.normal, self.along)
     }
 
     pub(crate) fn validate(&self) -> Result<(), Error> {
@@ -160,6 +173,17 @@ impl Source {
             "1",
             (self.normal.length() - 1.0).abs() < 1e-9,
         )?;
+        if let Some(along) = self.along {
+            let off = (along.length() - 1.0)
+                .abs()
+                .max(along.dot(self.normal).abs());
+            check(
+                &format!("deviation of u of source '{name}' from a unit vector in its plane"),
+                off,
+                "0",
+                off < 1e-9,
+            )?;
+        }
         match self.emitter {
             Emitter::Point => {}
             Emitter::Disc { radius } | Emitter::Enclosure { radius } => {
@@ -230,20 +254,23 @@ impl Source {
 
     #[inline]
     fn emit(&self, offset: f64, sampler: &mut impl Sampler) -> Ray {
-        let (from_position, normal) = match self.emitter {
-            Emitter::Point => (DVec3::ZERO, self.normal),
+        let along = self.along;
+        let (from_position, normal, along) = match self.emitter {
+            Emitter::Point => (DVec3::ZERO, self.normal, along),
             Emitter::Disc { radius } => {
                 let (x, y) = sampler.position_on_disc(radius);
-                (turned(self.normal, DVec3::new(x, y, 0.0)), self.normal)
+                let start = turned(self.normal, along, DVec3::new(x, y, 0.0));
+                (start, self.normal, along)
             }
             Emitter::Rectangle { half_x, half_y } => {
                 let [u, v] = sampler.position_on_square();
                 let (x, y) = (half_x * (2.0 * u - 1.0), half_y * (2.0 * v - 1.0));
-                (turned(self.normal, DVec3::new(x, y, 0.0)), self.normal)
+                let start = turned(self.normal, along, DVec3::new(x, y, 0.0));
+                (start, self.normal, along)
             }
             Emitter::Enclosure { radius } => {
                 let outward = random::wrapped(sampler.position_on_disc(1.0));
-                (outward * radius, -outward)
+                (outward * radius, -outward, None)
             }
         };
         let direction = match &self.emission {
@@ -270,7 +297,7 @@ impl Source {
             }
             Emission::Isotropic => random::wrapped(sampler.direction(1.0)),
             Emission::Beam { direction } => direction.normalize(),
-            Emission::Table(table) => turned(normal, sampler.table_direction(table)),
+            Emission::Table(table) => turned(normal, along, sampler.table_direction(table)),
             Emission::Rays(rays) => {
                 return self.placed(sampler.set_ray(rays), offset);
             }
@@ -284,23 +311,25 @@ impl Source {
 }
 
 /// Axes (u, v) of the plane at right angles to a unit vector, see [`Source::axes`].
-fn axes(normal: DVec3) -> (DVec3, DVec3) {
-    let level = DVec3::Z.cross(normal);
-    let u = if level.length_squared() > 1e-20 {
-        level.normalize()
-    } else {
-        DVec3::X
-    };
+fn axes(normal: DVec3, along: Option<DVec3>) -> (DVec3, DVec3) {
+    let u = along.unwrap_or_else(|| {
+        let level = DVec3::Z.cross(normal);
+        if level.length_squared() > 1e-20 {
+            level.normalize()
+        } else {
+            DVec3::X
+        }
+    });
     (u, normal.cross(u))
 }
 
 /// A vector in the frame of (u, v, normal).
 #[inline]
-fn turned(normal: DVec3, local: DVec3) -> DVec3 {
-    if normal == DVec3::Z {
+fn turned(normal: DVec3, along: Option<DVec3>, local: DVec3) -> DVec3 {
+    if normal == DVec3::Z && along.is_none() {
         return local;
     }
-    let (u, v) = axes(normal);
+    let (u, v) = axes(normal, along);
     u * local.x + v * local.y + normal * local.z
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sets of rays as sources: rays of a ray file, sampled in proportion to their flux.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rand::Rng;
 
 use crate::error::Error;
@@ -34,6 +34,11 @@ pub struct RaySet {
     starts: Bounds,
 }
 
+/// Where a ray starts.
+fn start([x, y, z, ..]: &[f32; 6]) -> DVec3 {
+    DVec3::new((*x).into(), (*y).into(), (*z).into())
+}
+
 impl RaySet {
     /// A set of rays; positions are relative to the source that emits them. Rays without flux are
     /// left out.
@@ -57,16 +62,32 @@ impl RaySet {
                 got: 0,
             });
         }
-        let places = rays
-            .iter()
-            .map(|[x, y, z, ..]| DVec3::new((*x).into(), (*y).into(), (*z).into()));
-        let starts = Bounds::of_points(places);
+        let starts = Bounds::of_points(rays.iter().map(start));
         Ok(Self {
             rays,
             left_out,
             flux,
             starts,
         })
+    }
+
+    /// The same rays, turned about the position of the source that emits them.
+    #[must_use]
+    pub fn turned(&self, rotation: &DMat3) -> Self {
+        let turn = |ray: &[f32; 6]| {
+            let at = *rotation * start(ray);
+            let [.., a, b, c] = ray.map(f64::from);
+            let way = *rotation * DVec3::new(a, b, c);
+            let [at, way] = [at, way].map(|v| v.as_vec3().to_array());
+            [at[0], at[1], at[2], way[0], way[1], way[2]]
+        };
+        let rays: Vec<[f32; 6]> = self.rays.iter().map(turn).collect();
+        let starts = Bounds::of_points(rays.iter().map(start));
+        Self {
+            rays,
+            starts,
+            ..self.clone()
+        }
     }
 
     /// Number of rays.

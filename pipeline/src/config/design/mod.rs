@@ -9,6 +9,7 @@ pub mod films;
 pub mod footprint;
 pub mod form;
 pub mod incidence_grid;
+pub mod led;
 pub mod medium;
 pub mod receivers;
 pub mod reflector;
@@ -31,6 +32,7 @@ use at_wavelength::LitSources;
 use dome::Dome;
 use files::Files;
 use films::Films;
+use led::Led;
 use medium::Medium;
 use receivers::CheckedReceiver;
 use reflector::Reflector;
@@ -118,18 +120,6 @@ pub struct Mirror {
     pub reflector: Reflector,
     /// How far it extends.
     pub extent: Extent,
-}
-
-/// The light source box.
-#[derive(Debug, Clone, Serialize)]
-pub struct Led {
-    /// Width along x and y, mm.
-    pub size_mm: [f64; 2],
-    /// Height of the top face, mm.
-    pub height_mm: f64,
-    /// Law of reflection of the box.
-    #[serde(flatten)]
-    pub reflector: Reflector,
 }
 
 /// Flux that the sources of one package emit.

@@ -20,11 +20,12 @@ use super::at_wavelength::LitSources;
 use super::dome::{Dome, DomeMesh};
 use super::files::{Files, UsedFile};
 use super::films::Films;
+use super::led::{BoxPlace, Led};
 use super::medium::Medium;
 use super::receivers::CheckedReceiver;
 use super::solids::CheckedSolid;
 use super::sources::CheckedSource;
-use super::{Design, Housing, Led, Mirror};
+use super::{Design, Housing, Mirror};
 use crate::config::schema;
 use crate::geometry::Meridian;
 use crate::geometry::profile::{Elements, SphericalDome};
@@ -93,7 +94,7 @@ impl Design {
             "elements": fields!(elements => Elements { width_mm, shapes }),
             "silicone": medium_fields(silicone),
             "mirror": fields!(mirror => Mirror { reflector, extent }),
-            "led": fields!(led => Led { size_mm, height_mm, reflector }),
+            "led": led_fields(led),
             "array": array_fields(array),
             "housing": housing.as_ref().map(housing_fields),
             "wavelength_nm": by_wavelength.then_some(wavelength_nm),
@@ -164,6 +165,24 @@ fn dome_fields(dome: &Dome) -> Value {
 
 fn medium_fields(medium: &Medium) -> Value {
     fields!(medium => Medium { index, absorption_per_mm; stated })
+}
+
+/// A box that stands level about the axis has the fields of designs that cannot say otherwise.
+fn led_fields(led: &Led) -> Value {
+    let mut fields = fields!(led => Led {
+        size_mm, height_mm, reflector; offset_mm, tilt_deg, offsets_mm
+    });
+    if !led.is_centred() {
+        let BoxPlace {
+            offset_mm: _,
+            tilt_deg,
+        } = led.place(0);
+        let packages = 0..led.offsets_mm.len().max(1);
+        let offsets: Vec<[f64; 2]> = packages.map(|k| led.place(k).offset_mm).collect();
+        fields["offsets_mm"] = json!(offsets);
+        fields["tilt_deg"] = json!(tilt_deg);
+    }
+    fields
 }
 
 fn array_fields(array: &Array) -> Value {
@@ -271,8 +290,11 @@ mod tests {
         };
         let all = ReliefModel::OrderTables;
         let base = of(|_| {}, all);
-        let traced: [Change; 6] = [
+        let traced: [Change; 9] = [
             |d| d.led.height_mm = 0.3,
+            |d| d.led.offset_mm = [0.01, 0.0],
+            |d| d.led.tilt_deg = [0.0, 1.0],
+            |d| d.led.offsets_mm = vec![[0.0; 2], [0.01, 0.0]],
             |d| d.receiver.bin_mm = 0.05,
             |d| d.array.positions = PackagePositions::SINGLE,
             |d| d.hybrid.tolerance = 1e-3,
@@ -288,7 +310,7 @@ mod tests {
         assert!(changed.0 == base.0 && changed.1 != base.1);
         // Rays on the elements know neither tables nor, without films, the wavelength.
         let rays = of(|_| {}, ReliefModel::Elements);
-        for change in [traced[3], traced[5]] {
+        for change in [traced[6], traced[8]] {
             assert_eq!(of(change, ReliefModel::Elements), rays);
         }
     }

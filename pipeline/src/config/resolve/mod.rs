@@ -12,6 +12,7 @@ mod files;
 mod films;
 mod form;
 mod input_files;
+mod led;
 mod light;
 mod package;
 mod positions;
@@ -70,8 +71,9 @@ impl Design {
             reflector: package::reflector("mirror", &raw.mirror.kind, &at)?,
             extent: raw.mirror.shared.extent,
         };
-        let led = package::led(&raw.led, dome.as_ref(), &at)?;
+        let led = led::resolve(&raw.led, dome.as_ref(), &at)?;
         let array = package::array(&raw.array, dome.as_ref(), &led, folder, &at)?;
+        led::one_for_each(&led, array.count(), &at)?;
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
         let solids = solids::resolve(&raw.solids, wavelength_nm, folder, &at)?;
@@ -266,7 +268,9 @@ impl Design {
             Err(at.value("receiver.plane_height_mm", plane_mm, &expected))
         };
         let Some(dome) = &self.dome else {
-            return above(self.led.height_mm);
+            let (places, _) = self.led.places(self.array.count());
+            let tops = places.into_iter().map(|place| self.led.at(place).top_mm());
+            return above(tops.fold(0.0, f64::max));
         };
         let meridian = self
             .outline()

@@ -5,18 +5,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{elements, positions};
-use crate::config::check::{Context, LEAST_LENGTH_MM};
+use crate::config::check::Context;
+use crate::config::design::Housing;
 use crate::config::design::array::{Array, PackagePositions};
 use crate::config::design::dome::Dome;
+use crate::config::design::led::Led;
 use crate::config::design::medium::{MaterialFile, Medium, StatedMedium, medium_at};
 use crate::config::design::reflector::Reflector;
-use crate::config::design::{Housing, Led};
 use crate::config::error::ConfigError;
 use crate::config::schema;
 use crate::config::schema::dome::SphereDome;
-use crate::config::schema::reflectors::{Law, LedLaw, Specular};
-use crate::config::tagged::Tagged;
-use crate::geometry::outline::into_cylinder;
+use crate::config::schema::reflectors::{Law, Specular};
 use crate::geometry::profile::{Elements, Reference, SAME_LENGTH, Shape, SphericalDome};
 use crate::material;
 
@@ -186,44 +185,6 @@ pub(in crate::config) fn medium(
         }
     };
     medium_at(&Arc::new(stated), wavelength_nm, at)
-}
-
-pub(in crate::config) fn led(
-    raw: &schema::Led,
-    dome: Option<&Dome>,
-    at: &Context,
-) -> Result<Led, ConfigError> {
-    let Tagged {
-        shared: keys,
-        kind: LedLaw(law),
-    } = raw;
-    let size_mm = keys.size_mm.0;
-    for v in size_mm {
-        at.length("led.size_mm", v)?;
-    }
-    let height_mm = at.length("led.height_mm", keys.height_mm)?;
-    let corner = 0.5 * size_mm[0].hypot(size_mm[1]);
-    let outside = |height_mm: f64| match dome {
-        None => false,
-        Some(Dome::Sphere(sphere)) => {
-            corner >= sphere.radius_mm || height_mm >= sphere.height_at(corner)
-        }
-        Some(Dome::Meridian(meridian)) => into_cylinder(meridian, corner, height_mm).is_some(),
-        Some(Dome::Mesh(mesh)) => !mesh.holds_box(size_mm, height_mm),
-    };
-    if outside(height_mm) {
-        let expected = "a box whose corners lie inside the dome";
-        return Err(if outside(LEAST_LENGTH_MM) {
-            at.value("led.size_mm", format!("{size_mm:?}"), expected)
-        } else {
-            at.value("led.height_mm", height_mm, expected)
-        });
-    }
-    Ok(Led {
-        size_mm,
-        height_mm,
-        reflector: reflector("led", law, at)?,
-    })
 }
 
 /// The law of reflection of the table `table`.

@@ -10,8 +10,8 @@ use tracer::{Emission, Emitter, Region};
 
 use super::source_spectra::Scope;
 use crate::config::check::{Context, MOST_LENGTH_MM};
-use crate::config::design::Led;
 use crate::config::design::files::SourceFile;
+use crate::config::design::led::Led;
 use crate::config::design::solids::{self, CheckedSolid};
 use crate::config::design::sources::{CheckedEmitter, CheckedSource, EmitterLight, Part};
 use crate::config::error::ConfigError;

@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::NoKeys;
 use super::films::{Layer, Substrate};
+use super::{NoKeys, is_default};
 use crate::config::serde_arrays::List;
 use crate::config::tagged::{Kinds, Tagged};
 
@@ -123,6 +123,16 @@ pub struct LedKeys {
     pub power_w: Option<f64>,
     /// Luminous flux that they emit, lm, instead.
     pub power_lm: Option<f64>,
+    /// From the axis of the package to the centre of the foot, along x and y, mm.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub offset_mm: List<f64, 2>,
+    /// Rotation about x, then about y, degrees, -10 to 10.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub tilt_deg: List<f64, 2>,
+    /// What is added to the offset in each package, one row for each in the order of the array,
+    /// mm.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub offsets_mm: Vec<List<f64, 2>>,
 }
 
 /// Law of reflection of the box, which the key `reflection` names.

@@ -116,9 +116,11 @@ fn frame(plane: &Plane, [_, most]: [f64; 2]) -> Result<Map> {
 
 fn leds(package: &PackageFile) -> Vec<LedOutline> {
     let [width, depth, _] = package.drawing.led_mm;
-    let axes = package.drawing.axes_mm.iter();
-    axes.map(|centre| LedOutline {
-        centre: *centre,
+    let offsets = package.drawing.led_offsets_mm.iter().copied();
+    let offsets = offsets.chain(std::iter::repeat([0.0; 2]));
+    let axes = package.drawing.axes_mm.iter().zip(offsets);
+    axes.map(|(axis, offset)| LedOutline {
+        centre: [0, 1].map(|k| axis[k] + offset[k]),
         size: [width, depth],
     })
     .collect()

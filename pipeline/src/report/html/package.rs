@@ -133,7 +133,7 @@ pub fn view_3d(
         "rings": drawing.rings.iter().map(|ring| &ring.points_mm).collect::<Vec<_>>(),
         "ringNames": paths_3d.rings,
         "faceNames": paths_3d.faces,
-        "led": drawing.led_mm,
+        "led": drawing.led_corners(),
         "mirror": drawing.mirror_half_mm,
         "plane": drawing.plane_mm,
         "solids": drawing.solids.iter().map(solid).collect::<Vec<_>>(),

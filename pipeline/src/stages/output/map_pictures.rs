@@ -169,7 +169,7 @@ impl ModelFiles<'_> {
             |extremes: Extremes| MapLine::of_valley(grid, &segments, extremes.valley_mm);
         self.extremes()
             .and_then(of_valley)
-            .unwrap_or_else(|| MapLine::row(grid, self.axes()[0][1]))
+            .unwrap_or_else(|| MapLine::row(grid, self.design.array.axes_mm()[0][1]))
     }
 
     fn section(&self, line: &MapLine) -> Result<Curve> {
@@ -194,7 +194,7 @@ impl ModelFiles<'_> {
         section: Curve,
     ) -> Result<()> {
         let (marks, level) = self.marks_on(line, &section);
-        let leds = self.axes().into_iter();
+        let leds = self.leds().into_iter();
         let half = self.design.led.size_mm.map(|size| 0.5 * size);
         let leds: Vec<[f64; 2]> = leds.filter_map(|at| line.within(at, half)).collect();
         let [x, y] = line.start.map(|mm| (mm * 1e3).round() / 1e3);
@@ -266,7 +266,7 @@ impl ModelFiles<'_> {
             vec![self.valley(at.valley_mm), Mark::peak(at.peak_mm)]
         });
         let size = self.design.led.size_mm;
-        let leds = self.axes().into_iter();
+        let leds = self.leds().into_iter();
         let leds: Vec<_> = leds.map(|centre| LedOutline { centre, size }).collect();
         let name = capitalised(map.quantity().name());
         let title = format!("{name} at z = {} mm", self.design.receiver.plane_height_mm);
@@ -288,8 +288,14 @@ impl ModelFiles<'_> {
         LineColours::OfModel(palette::model_number(&self.result.key).unwrap_or(0))
     }
 
-    fn axes(&self) -> Vec<[f64; 2]> {
-        self.design.array.axes_mm()
+    /// Centres of the LEDs.
+    fn leds(&self) -> Vec<[f64; 2]> {
+        let axes = self.design.array.axes_mm().into_iter().enumerate();
+        let centre = |(package, axis): (usize, [f64; 2])| {
+            let offset = self.design.led.place(package).offset_mm;
+            [0, 1].map(|k| axis[k] + offset[k])
+        };
+        axes.map(centre).collect()
     }
 }
 

@@ -62,13 +62,12 @@ part("view-3d", () => {
   function meshes(s) {
     const tall = s.radius;
     const [surface, mesh] = lobe(s.lobe, 0.8 * tall);
-    const led = [[-s.led[0] / 2, -s.led[1] / 2, 0], [s.led[0] / 2, s.led[1] / 2, s.led[2]]];
     const ground = [[[-1, -1], [1, -1], [-1, 1], [-1, 1], [1, -1], [1, 1]].flatMap(([x, y]) => [x * s.mirror, y * s.mirror, -0.002 * tall])];
     const held = ([low, high]) => [low, high].map((corner) => corner.map((x) => clamp(x, -tall, tall)));
     const square = 0.7 * tall;
     return {
       ground: view.mesh("triangles", ground[0]),
-      led: view.mesh("triangles", ...faces(led)),
+      led: view.mesh("triangles", ...faces(s.led)),
       rings: s.rings.map((line) => view.mesh("triangles", ...revolved(line))),
       creases: view.mesh("lines", s.rings.flatMap((line) => circle(...line[line.length - 1]))),
       solids: view.mesh("lines", s.solids.flatMap((solid) => edges(held(solid.bounds)))),

@@ -105,17 +105,19 @@ function edges([low, high]) {
   return list;
 }
 
-// The six faces of a box: triangles and normals.
-function faces([low, high]) {
+// The six faces of a box with these corners, bit i of their numbers low or high along its axis i: triangles and normals.
+function faces(corners) {
   const [points, normals] = [[], []];
   for (let i = 0; i < 3; i += 1) {
     const [j, k] = [(i + 1) % 3, (i + 2) % 3];
-    for (const end of [low, high]) {
+    for (const end of [0, 1]) {
+      const corner = (a, b) => corners[(end << i) | (a << j) | (b << k)];
+      const [u, v] = [corner(1, 0), corner(0, 1)].map((p) => p.map((x, axis) => x - corner(0, 0)[axis]));
+      const normal = [0, 1, 2].map((axis) => u[(axis + 1) % 3] * v[(axis + 2) % 3] - u[(axis + 2) % 3] * v[(axis + 1) % 3]);
+      const length = Math.hypot(...normal);
       for (const [a, b] of [[0, 0], [1, 0], [0, 1], [0, 1], [1, 0], [1, 1]]) {
-        const p = [0, 0, 0];
-        [p[i], p[j], p[k]] = [end[i], (a ? high : low)[j], (b ? high : low)[k]];
-        points.push(...p);
-        normals.push(...[0, 1, 2].map((axis) => (axis === i ? 1 : 0)));
+        points.push(...corner(a, b));
+        normals.push(...normal.map((x) => x / length));
       }
     }
   }

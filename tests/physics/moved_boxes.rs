@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The LED box off the axis of its package and tilted.
+//!
+//! Sources: view factors of a Lambertian face in closed form; the same box as a solid with a source
+//! on it; the package moved in place of the box; mirrors of the whole package.
+
+use std::path::Path;
+
+use batwing_tests::judgement::{PATHS, account, alike, close};
+use batwing_tests::traces::trace;
+use pipeline::config;
+use pipeline::config::design::Design;
+use pipeline::config::design::array::PackagePositions;
+use pipeline::metrics::{Estimate, jackknife};
+use pipeline::stages::model::Model;
+use pipeline::stages::observation::Observation;
+use pipeline::stages::scene_check;
+
+/// A box in air without reflections.
+const BARE: &str = r#"
+name = "bare"
+mirror = { kind = "absorbing", reflectance = 0.0, extent = "package" }
+led = { size_mm = [1.0, 0.6], height_mm = 0.4, reflectance = 0.0, reflection = "absorbing", MOVED }
+array = { columns = 1, rows = 1, pitch_mm = 8.0 }
+light = { wavelength_nm = 550.0 }
+receiver = { bin_mm = 0.5 }
+"#;
+
+/// A box in a smooth dome on a black bottom.
+const DOMED: &str = r#"
+name = "domed"
+dome = { sphere_radius_mm = 2.0, height_mm = 1.0, width_mm = 3.4 }
+silicone = { index = 1.41 }
+mirror = { kind = "absorbing", reflectance = 0.0, extent = "package" }
+array = { columns = 1, rows = 1, pitch_mm = 8.0 }
+light = { wavelength_nm = 550.0 }
+receiver = { bin_mm = 0.5 }
+"#;
+
+fn parse(text: &str) -> Design {
+    let design = config::parse("box.toml", text, Path::new(""));
+    let design = design.unwrap_or_else(|e| panic!("{e}"));
+    scene_check::check(&design).unwrap_or_else(|e| panic!("{e}"));
+    design
+}
+
+fn bare(moved: &str) -> Design {
+    parse(&BARE.replace("MOVED", moved))
+}
+
+fn seen(design: &Design) -> Observation {
+    trace(design, Model::Geometric, PATHS, 29)
+}
+
+/// Power that goes up on the side of positive x.
+fn to_the_right(seen: &Observation) -> Estimate {
+    let azimuths = seen.sphere.azimuths;
+    jackknife(&seen.far_field, |powers| {
+        let upper = powers.chunks(azimuths).take(seen.sphere.polar / 2);
+        let right = |ring: &[f64]| {
+            let quarter = azimuths / 4;
+            ring[..quarter]
+                .iter()
+                .chain(&ring[3 * quarter..])
+                .sum::<f64>()
+        };
+        upper.map(right).sum()
+    })
+}
+
+#[test]
+fn an_offset_in_air_is_a_package_elsewhere() {
+    let plane = "\n[[receivers]]\nname = \"a\"\nkind = \"plane\"\nposition_mm = [0, 0, 2.5]\n\
+                 size_mm = [12, 12]\nbins = [12, 12]\n";
+    let text = format!("{BARE}{plane}");
+    let moved = parse(&text.replace("MOVED", "offset_mm = [1.3, -0.7]"));
+    let mut elsewhere = parse(&text.replace("MOVED", ""));
+    elsewhere.array.positions = PackagePositions::List {
+        positions_mm: vec![[1.3, -0.7]],
+    };
+    let [a, b] = [&moved, &elsewhere].map(seen);
+    let bins = a.receivers[0].total().iter().zip(b.receivers[0].total());
+    let differ: f64 = bins.map(|(a, b)| (a - b).abs()).sum();
+    assert!(differ < 20.0 / PATHS as f64, "{differ}");
+    // The map is not averaged over mirrors that the package no longer has.
+    let map = &moved_map(&a);
+    assert!(map[0] > 0.2 && map[1] < -0.1, "{map:?}");
+}
+
+/// Mean x and y of the light on the map, mm.
+fn moved_map(seen: &Observation) -> [f64; 2] {
+    let map = seen.illuminance.total();
+    let all: f64 = map.iter().sum();
+    [0, 1].map(|axis| {
+        let bins = map.iter().enumerate();
+        bins.map(|(k, value)| seen.grid.middle_mm(k)[axis] * value / all)
+            .sum()
+    })
+}
+
+#[test]
+fn a_tilted_face_shares_its_light_by_view_factors() {
+    // Of a Lambertian face the share (1 + n·e)/2 goes to the half-space along e; the box lies
+    // below its own face.
+    for [x, y] in [[0.0f64, 8.0], [0.0, -8.0], [9.0, 0.0], [6.0, -5.0]] {
+        let seen = seen(&bare(&format!("tilt_deg = [{x:?}, {y:?}]")));
+        let up = 0.5 * (1.0 + x.to_radians().cos() * y.to_radians().cos());
+        close("floor", account(&seen, "absorbed_by_floor"), 1.0 - up);
+        close("up", account(&seen, "escaped_up"), up);
+        if x == 0.0 {
+            let sine = y.to_radians().sin();
+            // All that goes down goes to the side that the face looks to.
+            let down = if y > 0.0 { 1.0 - up } else { 0.0 };
+            let right = 0.5 * (1.0 + sine) - down;
+            close("right", to_the_right(&seen), right);
+        }
+    }
+}
+
+#[test]
+fn a_tilted_box_in_a_dome_is_the_same_solid_with_a_source_on_it() {
+    let tilted = parse(&format!(
+        "{DOMED}led = {{ size_mm = [1.0, 0.6], height_mm = 0.35, reflection = \"absorbing\", \
+         offset_mm = [0.2, -0.1], tilt_deg = [0.0, 6.0] }}\n"
+    ));
+    // On a black bottom nothing tells a box on a wedge from one above a gap.
+    let (sin, cos) = 6f64.to_radians().sin_cos();
+    let lift = 0.5 * sin + 1e-6;
+    let along = |height: f64| [0.2 + height * sin, -0.1, lift + height * cos];
+    let solid = parse(&format!(
+        "{DOMED}led = {{ size_mm = [1e-3, 1e-3], height_mm = 1e-3, reflection = \"absorbing\", \
+         offset_mm = [-1.0, 1.0] }}\n\
+         [[solids]]\nname = \"chip\"\nkind = \"box\"\nsize_mm = [1.0, 0.6, 0.35]\n\
+         position_mm = {:?}\nrotation_deg = [0.0, 6.0, 0.0]\n\
+         surface = {{ kind = \"absorbing\" }}\n\
+         [[sources]]\nname = \"top\"\nkind = \"rectangle\"\nposition_mm = {:?}\n\
+         normal = [{sin:?}, 0.0, {cos:?}]\nsize_mm = [0.6, 1.0]\n",
+        along(0.175),
+        along(0.35)
+    ));
+    let [a, b] = [&tilted, &solid].map(seen);
+    for name in ["escaped_up", "absorbed_by_bottom", "absorbed_by_floor"] {
+        alike(name, account(&a, name), account(&b, name));
+    }
+    alike("right", to_the_right(&a), to_the_right(&b));
+    let box_and_chip = [
+        account(&a, "absorbed_by_box_side").value + account(&a, "absorbed_by_box_top").value,
+        account(&b, "absorbed_by_chip").value,
+    ];
+    let error = account(&b, "absorbed_by_chip").standard_error;
+    assert!(
+        (box_and_chip[0] - box_and_chip[1]).abs() < 6.5 * error,
+        "{box_and_chip:?} {error}"
+    );
+}
+
+#[test]
+fn sources_on_the_box_move_with_it() {
+    let led = "led = { size_mm = [1.0, 0.6], height_mm = 0.35, reflection = \"lambertian\", \
+               reflectance = 0.8, offset_mm = [0.2, -0.1], tilt_deg = [4.0, 6.0] }\n";
+    let chip = "[[sources]]\nname = \"chip\"\nkind = \"chip\"\nface_powers = [1, 0, 0, 0, 0]\n";
+    let [top, chip] = [String::new(), chip.to_owned()].map(|more| {
+        let design = parse(&format!("{DOMED}{led}{more}"));
+        trace(&design, Model::Geometric, PATHS, 31)
+    });
+    assert_eq!(top.far_field.total(), chip.far_field.total());
+}
+
+#[test]
+fn offsets_of_packages_are_those_of_single_ones() {
+    let of = |columns: usize, moved: &str| {
+        let text = DOMED
+            .replace("columns = 1", &format!("columns = {columns}"))
+            .replace("pitch_mm = 8.0", "pitch_mm = 8.0, crossing = false");
+        seen(&parse(&format!(
+            "{text}led = {{ size_mm = [0.8, 0.8], height_mm = 0.3, reflection = \"specular\", \
+             reflectance = 0.8, {moved} }}\n"
+        )))
+    };
+    let same = of(2, "offsets_mm = [[0.3, 0.1], [0.3, 0.1]]");
+    let all = of(2, "offset_mm = [0.3, 0.1]");
+    assert_eq!(same.far_field.total(), all.far_field.total());
+    let added = of(
+        2,
+        "offset_mm = [0.2, 0.0], offsets_mm = [[0.1, 0.1], [0.1, 0.1]]",
+    );
+    alike(
+        "sum",
+        account(&added, "escaped_up"),
+        account(&all, "escaped_up"),
+    );
+    // Mirrored in x = 0, two packages are one; a box in a corner sends out another share.
+    let mirrored = of(2, "offsets_mm = [[0.5, 0.0], [-0.5, 0.0]]");
+    let [single, centred] = ["offset_mm = [0.5, 0.0]", ""].map(|moved| of(1, moved));
+    let up = |seen: &Observation| account(seen, "escaped_up");
+    alike("mirrored", up(&mirrored), up(&single));
+    let error = up(&single)
+        .standard_error
+        .hypot(up(&centred).standard_error);
+    let change = (up(&single).value - up(&centred).value).abs();
+    assert!(change > 6.0 * error, "{change} {error}");
+    // Half of the light goes to either side, where one box sends more to one.
+    close("right", to_the_right(&mirrored), 0.5 * up(&mirrored).value);
+}
