@@ -44,6 +44,7 @@ pub mod reader_words;
 pub mod report;
 pub mod results;
 pub mod run_context;
+pub mod search;
 pub mod spectrum;
 pub mod stages;
 pub mod study;

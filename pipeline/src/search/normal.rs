@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Random numbers of a search.
+//!
+//! \[Box, Muller 1958\] G. E. P. Box, M. E. Muller, *A note on the generation of random normal
+//! deviates*, Ann. Math. Stat. 29, 610.
+
+use std::f64::consts::TAU;
+
+use rand_pcg::Pcg64;
+use tracer::random::{stream, unit};
+
+/// One stream of uniform and normal numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Normal {
+    generator: Pcg64,
+    spare: Option<f64>,
+}
+
+impl Normal {
+    pub(super) fn new(seed: u64) -> Self {
+        Self {
+            generator: stream(seed, 0),
+            spare: None,
+        }
+    }
+
+    /// Uniform on [0, 1).
+    pub(super) fn uniform(&mut self) -> f64 {
+        unit(&mut self.generator)
+    }
+
+    /// A seed for a stream of its own.
+    pub(super) fn seed(&mut self) -> u64 {
+        // 53 random bits as a whole number.
+        (self.uniform() * 2f64.powi(53)) as u64
+    }
+
+    /// A point of the unit box.
+    pub(super) fn point(&mut self, dimension: usize) -> Vec<f64> {
+        (0..dimension).map(|_| self.uniform()).collect()
+    }
+
+    /// Mean 0, variance 1 [Box, Muller 1958].
+    pub(super) fn normal(&mut self) -> f64 {
+        if let Some(spare) = self.spare.take() {
+            return spare;
+        }
+        // 1 - u lies in (0, 1]: the logarithm is finite.
+        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        let (sine, cosine) = (TAU * self.uniform()).sin_cos();
+        self.spare = Some(radius * sine);
+        radius * cosine
+    }
+}
