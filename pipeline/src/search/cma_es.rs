@@ -358,7 +358,7 @@ struct Weight {
 /// Weights of ranked candidates. Equal values share theirs: their order is no information.
 fn tied_weights(weights: &[f64], ranked: &[Ranked]) -> Vec<Weight> {
     let mut tied = Vec::with_capacity(weights.len());
-    for group in ranked.chunk_by(|a, b| a.value == b.value) {
+    for group in ranked.chunk_by(|a, b| a.value.total_cmp(&b.value).is_eq()) {
         let of_group = &weights[tied.len()..tied.len() + group.len()];
         let count = group.len() as f64;
         let weight = Weight {

@@ -102,10 +102,6 @@ fn slope_hits(n: usize) -> Vec<usize> {
 fn assert_as_fast(name: &str, hits: &[usize], pycma: f64) {
     assert!(hits.len() >= 20, "{name}: {} of 25 runs", hits.len());
     let median = hits[hits.len() / 2];
-    println!(
-        "{name}: median {median}, pycma {pycma}, {} of 25 runs",
-        hits.len()
-    );
     assert!(
         median as f64 <= 1.2 * pycma,
         "{name}: {median} against {pycma}"
@@ -161,10 +157,6 @@ fn large_populations_find_the_optimum_of_rastrigin() {
             )
         });
         let median = hits[hits.len() / 2];
-        println!(
-            "{n} {population}: {} of 25, {median}; pycma {successes}, {pycma}",
-            hits.len()
-        );
         // Standard error of the difference of two shares of 25 runs at their mean.
         let mean = (hits.len() as f64 + f64::from(successes)) / 50.0;
         let error = (2.0 * mean * (1.0 - mean) * 25.0).sqrt();
@@ -193,7 +185,6 @@ fn rotating_the_objective_changes_nothing() {
     });
     assert_eq!((plain.len(), turned.len()), (25, 25));
     let ratio = turned[12] as f64 / plain[12] as f64;
-    println!("rotated over plain ellipsoid: {ratio}");
     assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
 }
 
@@ -290,11 +281,6 @@ fn infeasible_candidates_do_not_move_the_mean() {
                 (if u[0] > 0.5 { value } else { f64::INFINITY }, 1.0)
             });
             let best = search.best().expect("a feasible candidate").point[0];
-            println!(
-                "{expected} {seed}: {best} {:?} {}",
-                search.ended(),
-                search.evaluations()
-            );
             assert!((best - expected).abs() < close, "{expected} {seed}: {best}");
         }
     }
@@ -326,12 +312,6 @@ fn restarts_alternate_and_keep_to_the_budget() {
         (functions::rastrigin(&coordinates(u, 10.0)), 1.0)
     });
     let runs = search.runs();
-    for run in runs {
-        println!(
-            "{} {} {:e} {}",
-            run.population, run.evaluations, run.best_value, run.why
-        );
-    }
     let populations: Vec<usize> = runs.iter().map(|r| r.population).collect();
     assert_eq!(populations[..2], [8, 16]);
     assert!(populations.contains(&32) && populations.contains(&64));
@@ -381,7 +361,6 @@ fn cma_es_beats_simpler_searches_on_a_rotated_ellipsoid() {
             search.best().expect("all are feasible").value
         })
         .collect();
-    println!("{best:?}");
     assert!(best[0] < 1e-8 && best[1] < 1e-8, "{best:?}");
     assert!(best[2] > 1.0 && best[3] > 1e-3, "{best:?}");
 }

@@ -83,7 +83,7 @@ impl Distribution<'_> {
         }
         let axis = generation % n;
         let along = self.axes.column(axis) * (0.1 * self.sigma * self.lengths[axis]);
-        let still = |k: usize| self.mean[k] + 0.2 * deviation(k) == self.mean[k];
+        let still = |k: usize| self.mean[k] + 0.2 * deviation(k) <= self.mean[k];
         if self.mean + along == *self.mean || (0..n).any(still) {
             return Some("steps vanish in round-off");
         }

@@ -35,7 +35,7 @@ pub(super) fn default_population(dimension: usize) -> usize {
 impl Strategy {
     pub(super) fn new(dimension: usize, population: usize) -> Self {
         let n = dimension as f64;
-        let half = ((population as f64 + 1.0) / 2.0).ln();
+        let half = f64::midpoint(population as f64, 1.0).ln();
         // (49)
         let raw: Vec<f64> = (1..=population)
             .map(|rank| half - (rank as f64).ln())
