@@ -14,7 +14,8 @@
 //! let rings = design.hybrid_rings();
 //! let dome = design.dome.as_ref().and_then(|dome| dome.sphere()).expect("D1 has a sphere");
 //! let index = design.silicone.index;
-//! let cell = geometry::ring_cell(dome, &rings, 75, index).expect("ring 75 is a step");
+//! let cell = geometry::ring_cell(dome, &rings, 75, index).expect("sharp corners");
+//! let cell = cell.expect("ring 75 is a step");
 //! assert!((cell.period_um - 10.78).abs() < 0.005);
 //! # Ok::<(), config::ConfigError>(())
 //! ```

@@ -2,14 +2,17 @@
 //! One period of the relief in the frame of its chord, as plain points and indices.
 //!
 //! x runs along t (meridional tangent, outward and down), z along the outward normal from the chord
-//! (0, silicone side) to the apex (`depth`, outer side). Outside the polygons is air, or what else
+//! (0, silicone side; with rounded valleys from their lowest point) to the apex (`depth`, outer
+//! side). Rounded corners are polygons of at least 8 chords each, within 5 nm of their arcs. Outside the polygons is air, or what else
 //! lies around the dome; below z = 0 is silicone and beyond `depth` is the same as between the
 //! polygons. The outline wraps at the period and a later polygon lies over an earlier one.
 //! Micrometres.
 
 use serde::Serialize;
 
-use super::Chord;
+use super::profile::Rounding;
+use super::rounding::rounded;
+use super::{Chord, Curve, GeometryError, Piece, Role};
 
 /// A polygon of one material.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,32 +42,119 @@ pub struct Cell {
     pub polygons: Vec<CellPolygon>,
 }
 
+/// The ring of a cell, and its material.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CellOf {
+    /// Ring, from 1.
+    pub ring: usize,
+    /// Refractive index.
+    pub index: f64,
+}
+
+/// The role of the period that is cut out.
+const OWN: Role = Role::Element(1);
+/// Fewest chords of a rounded corner.
+const CHORDS: f64 = 8.0;
+/// Largest distance of an arc from its chords, µm: below a fiftieth of a wavelength of 0.4 µm in a
+/// medium of index 1.6.
+const SAGITTA_UM: f64 = 0.005;
+
+/// One period of the outline with these corners (µm), rounded as one of many that repeat, from its
+/// lowest point to the next one, both at z = 0.
+fn rounded_period(
+    corners: &[[f64; 2]],
+    rounding: Rounding,
+    ring: usize,
+) -> Result<Vec<[f64; 2]>, GeometryError> {
+    let in_um = |rounding: Rounding| Rounding {
+        tip_mm: 1e3 * rounding.tip_mm,
+        valley_mm: 1e3 * rounding.valley_mm,
+    };
+    let period = corners[corners.len() - 1][0];
+    let side = |ends: &[[f64; 2]], shift: f64, role: Role| Piece {
+        start: [ends[0][0] + shift, ends[0][1]],
+        end: [ends[1][0] + shift, ends[1][1]],
+        curve: Curve::Line,
+        role,
+    };
+    // The last side of the period before, and the first of the one after.
+    let mut sides = vec![side(
+        &corners[corners.len() - 2..],
+        -period,
+        Role::Element(0),
+    )];
+    sides.extend(corners.windows(2).map(|ends| side(ends, 0.0, OWN)));
+    sides.push(side(&corners[..2], period, Role::Element(2)));
+    let all = |other: Rounding| rounded(&sides, |_| true, in_um(other));
+    let pieces =
+        all(rounding).map_err(|misfit| misfit.at(ring, rounding, |other| all(other).is_ok()))?;
+    // Halves of the arcs between periods at both ends.
+    let own: Vec<&Piece> = pieces.iter().filter(|piece| piece.role == OWN).collect();
+    let mut points = vec![own[0].start];
+    for (k, piece) in own.iter().enumerate() {
+        let least = if k == 0 || k + 1 == own.len() {
+            0.5 * CHORDS
+        } else {
+            CHORDS
+        };
+        points.extend(piece.points(chords(piece, least)));
+    }
+    // Rounding must not open the period.
+    let last = points.len() - 1;
+    points[last] = [points[0][0] + period, points[0][1]];
+    let by_height = |a: &usize, b: &usize| points[*a][1].total_cmp(&points[*b][1]);
+    let lowest = (0..last).min_by(by_height).unwrap_or(0);
+    let [_, level] = points[lowest];
+    let later = points[..=lowest].iter().map(|[x, z]| [x + period, *z]);
+    let around: Vec<[f64; 2]> = points[lowest..last].iter().copied().chain(later).collect();
+    Ok(around.into_iter().map(|[x, z]| [x, z - level]).collect())
+}
+
+/// Chords of an arc; 1 of a line.
+fn chords(piece: &Piece, least: f64) -> usize {
+    let Curve::Bend {
+        radius_mm: radius_um,
+        ..
+    } = piece.curve
+    else {
+        return 1;
+    };
+    let half = (1.0 - (SAGITTA_UM / radius_um).min(1.0)).acos();
+    (piece.sweep() / (2.0 * half)).ceil().max(least) as usize
+}
+
 impl Cell {
-    /// The cell whose outline has `vertices` (along, above the chord, mm) between the base corners.
-    /// `None` if nothing stands on the chord.
+    /// The cell whose outline has `vertices` (along, above the chord, mm) between the base corners,
+    /// rounded. `None` if nothing stands on the chord.
+    ///
+    /// # Errors
+    /// Radii that do not fit.
     pub(super) fn standing_on(
         chord: &Chord,
         vertices: &[[f64; 2]],
-        index: f64,
-        ring: usize,
-    ) -> Option<Self> {
-        let depth_um = 1e3 * vertices.iter().map(|v| v[1]).fold(0.0, f64::max);
-        if depth_um <= 0.0 {
-            return None;
+        rounding: Rounding,
+        of: CellOf,
+    ) -> Result<Option<Self>, GeometryError> {
+        if vertices.iter().all(|v| v[1] <= 0.0) {
+            return Ok(None);
         }
         let period_um = 1e3 * chord.length_mm();
         let mut points_um = vec![[0.0, 0.0]];
         points_um.extend(vertices.iter().map(|v| [1e3 * v[0], 1e3 * v[1]]));
         points_um.push([period_um, 0.0]);
-        Some(Self {
+        if !rounding.is_sharp() {
+            points_um = rounded_period(&points_um, rounding, of.ring)?;
+        }
+        let CellOf { ring, index } = of;
+        Ok(Some(Self {
             ring,
             period_um,
-            depth_um,
+            depth_um: points_um.iter().map(|p| p[1]).fold(0.0, f64::max),
             slope_deg: chord.slope().to_degrees(),
             background_index: 1.0,
             inner_index: index,
             polygons: vec![CellPolygon { index, points_um }],
-        })
+        }))
     }
 
     /// The same in a medium of this index, in place of air.
@@ -80,13 +170,18 @@ impl Cell {
 #[cfg(test)]
 mod tests {
     use crate::geometry::profile::Reference;
-    use crate::geometry::profile::{Elements, Shape};
-    use crate::geometry::{DOME, ring_cell};
+    use crate::geometry::profile::{Elements, Rounding, Shape};
+    use crate::geometry::{Cell, DOME, SphericalDome};
+
+    fn ring_cell(dome: &SphericalDome, rings: &Elements, ring: usize, index: f64) -> Option<Cell> {
+        crate::geometry::ring_cell(dome, rings, ring, index).expect("radii that fit")
+    }
 
     fn rings(shape: Shape) -> Elements {
         Elements {
             width_mm: 0.01,
             shapes: vec![shape; 170],
+            rounding: Rounding::default(),
         }
     }
 

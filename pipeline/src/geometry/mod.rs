@@ -4,20 +4,28 @@
 //! A dome and its rings of relief go in. Out come a [`Meridian`] (pieces of line and arc from the
 //! axis to the bottom, for the ray tracer) and a [`Cell`] per ring (one period of the relief in the
 //! frame of its chord, for the wave solver and for its control by ray optics). Ring i of width w
-//! spans r from w(i-1) to wi; its base corners lie on the sphere, and everything on it stands on
-//! the chord between them.
+//! spans r from w(i-1) to wi; its base corners lie on the smooth surface that carries the relief
+//! ([`BaseSurface`]), and everything on it stands on the chord between them.
 
+mod base_surface;
 mod cell;
 mod meridian;
 pub mod outline;
 mod planar;
 pub mod profile;
+mod relief;
+mod rounding;
 pub mod shapes;
 
+pub use base_surface::BaseSurface;
+use cell::CellOf;
 pub use cell::{Cell, CellPolygon};
 pub use meridian::{Curve, Meridian, Piece, Role};
+pub use rounding::Corner;
 
-use profile::{Elements, Reference, Shape, SphericalDome};
+#[cfg(test)]
+use profile::SphericalDome;
+use profile::{Elements, Reference, Shape};
 
 /// The dome of the paper, for tests.
 #[cfg(test)]
@@ -50,6 +58,20 @@ pub enum GeometryError {
         /// Element, from 1 (one more than the last is the cylinder).
         second: usize,
     },
+    /// A corner is rounded by more than its sides hold.
+    #[error(
+        "a {corner} radius of {radius_um} um at element {element}, where at most {most_um} um fit"
+    )]
+    Radius {
+        /// Element, from 1.
+        element: usize,
+        /// Which radius.
+        corner: Corner,
+        /// The radius, µm.
+        radius_um: f64,
+        /// The largest that fits everywhere, µm.
+        most_um: f64,
+    },
 }
 
 /// The chord of one ring and the frame that stands on it.
@@ -63,13 +85,14 @@ pub struct Chord {
 
 impl Chord {
     /// The chord of ring `ring` (from 1) of width `width_mm`.
-    pub fn of(dome: &SphericalDome, width_mm: f64, ring: usize) -> Self {
+    pub fn of<'a>(base: impl Into<BaseSurface<'a>>, width_mm: f64, ring: usize) -> Self {
+        let base = base.into();
         let (r0, r1) = (width_mm * (ring - 1) as f64, width_mm * ring as f64);
         // Rounding must not push the last ring beyond the cylinder.
-        let r1 = r1.min(dome.radius_mm);
+        let r1 = r1.min(base.reach_mm());
         Self {
-            inner: [r0, dome.height_at(r0)],
-            outer: [r1, dome.height_at(r1)],
+            inner: [r0, base.height_at(r0)],
+            outer: [r1, base.height_at(r1)],
         }
     }
 
@@ -134,12 +157,16 @@ pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
 }
 
 /// The cell of ring `ring` (from 1), or `None` where the ring is smooth.
-pub fn ring_cell(dome: &SphericalDome, rings: &Elements, ring: usize, index: f64) -> Option<Cell> {
-    let chord = Chord::of(dome, rings.width_mm, ring);
-    Cell::standing_on(
-        &chord,
-        &vertices(&rings.shapes[ring - 1], &chord),
-        index,
-        ring,
-    )
+///
+/// # Errors
+/// Radii of corners that do not fit.
+pub fn ring_cell<'a>(
+    base: impl Into<BaseSurface<'a>>,
+    rings: &Elements,
+    ring: usize,
+    index: f64,
+) -> Result<Option<Cell>, GeometryError> {
+    let chord = Chord::of(base, rings.width_mm, ring);
+    let vertices = vertices(&rings.shapes[ring - 1], &chord);
+    Cell::standing_on(&chord, &vertices, rings.rounding, CellOf { ring, index })
 }

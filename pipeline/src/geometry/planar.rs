@@ -121,6 +121,61 @@ impl Piece {
         })
     }
 
+    /// The piece at this distance to its left, mm; none of an arc beyond its centre.
+    pub(super) fn moved(&self, to_left_mm: f64) -> Option<Self> {
+        let wider = |clockwise: bool| if clockwise { to_left_mm } else { -to_left_mm };
+        let mut moved = *self;
+        let radius = match &mut moved.curve {
+            Curve::Line => None,
+            Curve::Arc { radius_mm, .. } => {
+                *radius_mm += wider(true);
+                Some(*radius_mm)
+            }
+            Curve::Bend {
+                radius_mm,
+                clockwise,
+                ..
+            } => {
+                *radius_mm += wider(*clockwise);
+                Some(*radius_mm)
+            }
+        };
+        let [at_start, at_end] = self.directions();
+        let aside = |p: [f64; 2], [r, z]: [f64; 2]| [p[0] - to_left_mm * z, p[1] + to_left_mm * r];
+        moved.start = aside(self.start, at_start);
+        moved.end = aside(self.end, at_end);
+        radius.is_none_or(|radius| radius > 0.0).then_some(moved)
+    }
+
+    /// The point of its line or circle nearest to `p`, wherever the piece ends.
+    pub(super) fn nearest(&self, p: [f64; 2]) -> [f64; 2] {
+        match self.circle() {
+            None => {
+                let [u, _] = self.directions();
+                let along = dot(minus(p, self.start), u);
+                [0, 1].map(|k| self.start[k] + along * u[k])
+            }
+            Some(circle) => {
+                let off = distance(p, circle.centre);
+                let to = minus(p, circle.centre);
+                [0, 1].map(|k| circle.centre[k] + circle.radius / off * to[k])
+            }
+        }
+    }
+
+    /// How far along its way a point of its line or circle lies, mm; below 0 before its start.
+    pub(super) fn position(&self, p: [f64; 2]) -> f64 {
+        match self.circle() {
+            None => dot(minus(p, self.start), self.directions()[0]),
+            Some(circle) => {
+                let turned = circle.turned(self.start, p);
+                // Nearer to the start than to the end the other way round.
+                let before = TAU - turned < turned - self.sweep();
+                circle.radius * if before { turned - TAU } else { turned }
+            }
+        }
+    }
+
     /// Its ends, and the points where an arc is farthest out, in, up or down.
     pub(super) fn extremes(&self) -> Vec<[f64; 2]> {
         let mut found = vec![self.start, self.end];
@@ -167,14 +222,18 @@ impl Circle {
 /// Points that two pieces have in common, `slack` mm aside; of a stretch that they share, one or
 /// two of its points.
 pub(super) fn meetings(a: &Piece, b: &Piece, slack: f64) -> Vec<[f64; 2]> {
-    let found = match (a.circle(), b.circle()) {
+    let common = |p: &[f64; 2]| a.holds(*p, slack) && b.holds(*p, slack);
+    crossings(a, b, slack).into_iter().filter(common).collect()
+}
+
+/// Points that the lines or circles of two pieces have in common, wherever the pieces end.
+pub(super) fn crossings(a: &Piece, b: &Piece, slack: f64) -> Vec<[f64; 2]> {
+    match (a.circle(), b.circle()) {
         (None, None) => of_lines(a, b, slack),
         (None, Some(circle)) => of_line_and_circle(a, circle),
         (Some(circle), None) => of_line_and_circle(b, circle),
         (Some(first), Some(second)) => of_circles([a, b], [first, second], slack),
-    };
-    let common = |p: &[f64; 2]| a.holds(*p, slack) && b.holds(*p, slack);
-    found.into_iter().filter(common).collect()
+    }
 }
 
 fn of_lines(a: &Piece, b: &Piece, slack: f64) -> Vec<[f64; 2]> {

@@ -43,10 +43,30 @@ pub struct Elements {
     pub width_mm: f64,
     /// Shapes from the axis outwards.
     pub shapes: Vec<Shape>,
+    /// Radii of their corners: those of the tool, whatever the width of a ring.
+    #[serde(skip_serializing_if = "Rounding::is_sharp")]
+    pub rounding: Rounding,
+}
+
+/// Radii of the corners of relief; 0 is sharp.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Rounding {
+    /// Of corners that point away from the silicone, mm.
+    pub tip_mm: f64,
+    /// Of corners that point into it, those between neighbouring elements among them, mm.
+    pub valley_mm: f64,
+}
+
+impl Rounding {
+    /// Whether all corners are sharp.
+    pub fn is_sharp(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 impl Elements {
-    /// The same relief in rings of `width_mm`: each ring takes the shape of the element it lies in.
+    /// The same relief in rings of `width_mm`: each ring takes the shape of the element it lies in,
+    /// and the radii as they are.
     /// `None` if the width does not divide that of an element.
     pub fn refined(&self, width_mm: f64) -> Option<Self> {
         let ratio = (self.width_mm / width_mm).round();
@@ -58,7 +78,11 @@ impl Elements {
             .iter()
             .flat_map(|s| std::iter::repeat_n(s.clone(), ratio as usize))
             .collect();
-        Some(Self { width_mm, shapes })
+        Some(Self {
+            width_mm,
+            shapes,
+            rounding: self.rounding,
+        })
     }
 }
 

@@ -12,8 +12,8 @@ use crate::geometry::{Cell, ring_cell};
 /// The unit cell of every band's representative ring, with the medium around the domes outside;
 /// `None` for a smooth band. There are none where the design has no bands.
 pub fn band_cells(design: &Design) -> Vec<Option<Cell>> {
-    let sphere = design.sphere().filter(|_| design.without_bands.is_none());
-    let Some(sphere) = sphere else {
+    let base = design.base().filter(|_| design.without_bands.is_none());
+    let Some(base) = base else {
         return Vec::new();
     };
     // `scene_check` refuses designs whose solids do not fit.
@@ -21,12 +21,9 @@ pub fn band_cells(design: &Design) -> Vec<Option<Cell>> {
     let rings: Elements = design.hybrid_rings();
     (0..rings.shapes.len() / design.hybrid.rings_per_band)
         .map(|band| {
-            let cell = ring_cell(
-                sphere,
-                &rings,
-                band * design.hybrid.rings_per_band + design.hybrid.representative,
-                design.silicone.index,
-            )?;
+            let ring = band * design.hybrid.rings_per_band + design.hybrid.representative;
+            // Radii that do not fit leave a design without bands.
+            let cell = ring_cell(base, &rings, ring, design.silicone.index).ok()??;
             Some(cell.within(around))
         })
         .collect()

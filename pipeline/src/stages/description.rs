@@ -5,7 +5,7 @@ use super::cells::band_cells;
 use crate::config::design::Design;
 use crate::config::design::array::PackagePositions;
 use crate::config::design::dome::Dome;
-use crate::config::design::led::Led;
+use crate::config::design::led::{BoxPlace, Led};
 use crate::config::design::reflector::Reflector;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::Arrangement;
@@ -105,17 +105,24 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
 /// Where the box stands, in words; nothing of one that is level about the axis.
 fn moved(led: &Led) -> String {
     let pair = |[x, y]: [f64; 2]| format!("({}, {})", shortest(x), shortest(y));
-    let mut words = String::new();
-    if led.offset_mm != [0.0; 2] {
-        words += &format!(", {} mm off the axis", pair(led.offset_mm));
+    let place = BoxPlace {
+        offset_mm: led.offset_mm,
+        tilt_deg: led.tilt_deg,
+    };
+    let mut words = Vec::new();
+    if !place.is_on_axis() {
+        words.push(format!(", {} mm off the axis", pair(place.offset_mm)));
     }
-    if led.tilt_deg != [0.0; 2] {
-        words += &format!(", tilted by {}° about x and y", pair(led.tilt_deg));
+    if !place.is_level() {
+        words.push(format!(
+            ", tilted by {}° about x and y",
+            pair(place.tilt_deg)
+        ));
     }
     if !led.offsets_mm.is_empty() {
-        words += ", and its own offset in each package";
+        words.push(", and its own offset in each package".to_owned());
     }
-    words
+    words.concat()
 }
 
 /// A line for each light, where sources have spectra of their own.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The surface of the dome in each model: the relief itself, or a smooth sphere in bands with a
+//! The surface of the dome in each model: the relief itself, or the smooth dome in bands with a
 //! BSDF each.
 
 use std::sync::Arc;
@@ -14,8 +14,7 @@ use super::scene::DomeSurface;
 use super::tables::DesignTables;
 use crate::config::design::Design;
 use crate::config::schema::{Incidence, Polarization, Scattering};
-use crate::geometry::Meridian;
-use crate::geometry::profile::SphericalDome;
+use crate::geometry::{BaseSurface, Meridian};
 
 /// The surface of the dome in `model`; the hybrid needs `tables`.
 pub fn dome_surface(
@@ -26,10 +25,13 @@ pub fn dome_surface(
     if design.dome.is_none() {
         return Ok(DomeSurface::Refracting(design.outline()?));
     }
-    let sphere = || {
-        design.sphere().with_context(|| {
+    let base = || {
+        design.base().with_context(|| {
             let label = model.label(design);
-            format!("{}: expected a spherical dome for {label}", design.name)
+            format!(
+                "{}: expected a dome that is no mesh for {label}",
+                design.name
+            )
         })
     };
     ensure!(
@@ -40,9 +42,7 @@ pub fn dome_surface(
     );
     Ok(match model {
         Model::Geometric => DomeSurface::Refracting(design.outline()?),
-        Model::Fine => {
-            DomeSurface::Refracting(Meridian::stepped(sphere()?, &design.hybrid_rings())?)
-        }
+        Model::Fine => DomeSurface::Refracting(Meridian::stepped(base()?, &design.hybrid_rings())?),
         Model::Control => {
             let cells = band_cells(design);
             let bsdfs = cells.iter().map(|cell| {
@@ -50,7 +50,7 @@ pub fn dome_surface(
                     .map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Bsdf>))
                     .transpose()
             });
-            banded(design, sphere()?, bsdfs.collect::<Result<_>>()?)
+            banded(design, base()?, bsdfs.collect::<Result<_>>()?)
         }
         Model::Hybrid => {
             let tables =
@@ -63,7 +63,7 @@ pub fn dome_surface(
                     .map_or_else(solved, |bsdf| Ok(Some(bsdf)))?;
                 Ok(bsdf.map(|bsdf| simplified(design, bsdf)))
             });
-            banded(design, sphere()?, bsdfs.collect::<Result<_>>()?)
+            banded(design, base()?, bsdfs.collect::<Result<_>>()?)
         }
     })
 }
@@ -108,8 +108,12 @@ fn simplified(design: &Design, mut bsdf: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
     bsdf
 }
 
-fn banded(design: &Design, dome: &SphericalDome, bsdfs: Vec<Option<Arc<dyn Bsdf>>>) -> DomeSurface {
+fn banded(
+    design: &Design,
+    base: BaseSurface<'_>,
+    bsdfs: Vec<Option<Arc<dyn Bsdf>>>,
+) -> DomeSurface {
     let width_mm = design.hybrid.element_width_um * 1e-3 * design.hybrid.rings_per_band as f64;
     let ends: Vec<f64> = (1..=bsdfs.len()).map(|k| k as f64 * width_mm).collect();
-    DomeSurface::Banded(Meridian::banded(dome, &ends), bsdfs)
+    DomeSurface::Banded(Meridian::banded(base, &ends), bsdfs)
 }

@@ -13,9 +13,9 @@ pub enum Model {
     Geometric,
     /// Rays on the relief in the hybrid's finer steps: isolates the effect of the step.
     Fine,
-    /// Rays on the smooth sphere in bands; each band has the BSDF of its unit cell by ray optics.
+    /// Rays on the smooth dome in bands; each band has the BSDF of its unit cell by ray optics.
     Control,
-    /// Rays on the smooth sphere in bands; each band has the BSDF of its table of diffraction
+    /// Rays on the smooth dome in bands; each band has the BSDF of its table of diffraction
     /// orders.
     Hybrid,
 }

@@ -4,6 +4,7 @@
 use super::paths::single_package;
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
+use crate::config::design::led::BoxPlace;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::Extent;
 use crate::geometry::{Curve, Meridian, Piece, Role};
@@ -55,13 +56,13 @@ fn led_corners(alone: &Design) -> Vec<[f64; 3]> {
 }
 
 /// Offsets of the boxes of all packages; none where all stand on the axes.
-pub(super) fn led_offsets(design: &Design) -> Vec<[f64; 2]> {
-    let places = (0..design.array.count()).map(|package| design.led.place(package).offset_mm);
-    let offsets: Vec<[f64; 2]> = places.collect();
-    if offsets.iter().all(|offset| *offset == [0.0; 2]) {
+fn led_offsets(design: &Design) -> Vec<[f64; 2]> {
+    let places = (0..design.array.count()).map(|package| design.led.place(package));
+    let places: Vec<BoxPlace> = places.collect();
+    if places.iter().all(BoxPlace::is_on_axis) {
         return Vec::new();
     }
-    offsets
+    places.iter().map(|place| place.offset_mm).collect()
 }
 
 fn solid(solid: &CheckedSolid) -> SolidDrawing {

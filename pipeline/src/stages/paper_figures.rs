@@ -104,10 +104,10 @@ pub fn all(
 
 /// Far field of element `k` alone, averaged over azimuth.
 fn alone(design: &Design, k: usize, label: &str, context: RunContext) -> Result<Curve> {
-    let dome = design
-        .sphere()
+    let base = design
+        .base()
         .with_context(|| format!("{} has no dome", design.name))?;
-    let surface = DomeSurface::Only(Meridian::stepped(dome, &design.elements)?, k);
+    let surface = DomeSurface::Only(Meridian::stepped(base, &design.elements)?, k);
     let paths = (design.trace.paths / SHARE_OF_PATHS).max(1000);
     observe(design, &surface, paths, &format!("{label} alone"), context)?.azimuthal_mean(label)
 }

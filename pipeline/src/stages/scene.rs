@@ -47,7 +47,7 @@ pub enum DomeSurface {
     Refracting(Meridian),
     /// One element (from 1) of a meridian refracts; all others and the cylinder absorb.
     Only(Meridian, usize),
-    /// A smooth sphere in bands with a BSDF each; `None` refracts.
+    /// The smooth dome in bands with a BSDF each; `None` refracts.
     Banded(Meridian, Vec<Option<Arc<dyn Bsdf>>>),
 }
 
@@ -439,6 +439,7 @@ mod tests {
         zoned.elements = crate::geometry::profile::Elements {
             width_mm: 0.1,
             shapes: vec![Relief::Smooth; 17],
+            rounding: crate::geometry::profile::Rounding::default(),
         };
         let a = extraction(&bare, &DomeSurface::Refracting(stepped(&bare)));
         let b = extraction(&zoned, &DomeSurface::Refracting(stepped(&zoned)));

@@ -277,7 +277,7 @@ fn off_axis(design: &Design, error: &Error) -> ConfigError {
             led.offset_mm
         );
         ("led.offsets_mm", rows)
-    } else if led.offset_mm == [0.0; 2] {
+    } else if led.place(0).is_on_axis() {
         ("led.tilt_deg", format!("{:?}", led.tilt_deg))
     } else {
         ("led.offset_mm", format!("{:?}", led.offset_mm))

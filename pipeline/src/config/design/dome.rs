@@ -6,7 +6,7 @@ use serde::Serialize;
 use tracer::Shape;
 
 use crate::geometry::profile::{Elements, SphericalDome};
-use crate::geometry::{GeometryError, Meridian};
+use crate::geometry::{BaseSurface, GeometryError, Meridian};
 
 /// A dome, by what states its surface.
 #[derive(Debug, Clone, Serialize)]
@@ -14,7 +14,7 @@ use crate::geometry::{GeometryError, Meridian};
 pub enum Dome {
     /// A sphere on a cylinder, which may carry relief.
     Sphere(SphericalDome),
-    /// A generating curve, which is the whole surface.
+    /// A generating curve, which may carry relief as far as it is a function z(r).
     Meridian(Meridian),
     /// A closed mesh of triangles.
     Mesh(DomeMesh),
@@ -47,14 +47,24 @@ impl Dome {
         }
     }
 
+    /// The smooth surface that may carry relief; none of a mesh.
+    pub fn base(&self) -> Option<BaseSurface<'_>> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere.into()),
+            Self::Meridian(meridian) => Some(meridian.into()),
+            Self::Mesh(_) => None,
+        }
+    }
+
     /// The generating curve of the surface with `relief` on it; without pieces for a mesh.
     ///
     /// # Errors
-    /// Relief that crosses itself or leaves the half-plane.
+    /// Relief that crosses itself or leaves the half-plane, radii of corners that do not fit.
     pub fn outline(&self, relief: &Elements) -> Result<Meridian, GeometryError> {
         match self {
             Self::Sphere(sphere) => Meridian::stepped(sphere, relief),
-            Self::Meridian(meridian) => Ok(meridian.clone()),
+            Self::Meridian(meridian) if relief.shapes.is_empty() => Ok(meridian.clone()),
+            Self::Meridian(meridian) => Meridian::stepped(meridian, relief),
             Self::Mesh(_) => Ok(Meridian { pieces: Vec::new() }),
         }
     }

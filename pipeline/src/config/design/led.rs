@@ -47,6 +47,18 @@ pub struct BoxPlace {
     pub tilt_deg: [f64; 2],
 }
 
+impl BoxPlace {
+    /// Whether the centre of the foot lies on the axis of the package.
+    pub fn is_on_axis(&self) -> bool {
+        is_default(&self.offset_mm)
+    }
+
+    /// Whether it is not tilted.
+    pub fn is_level(&self) -> bool {
+        is_default(&self.tilt_deg)
+    }
+}
+
 impl Led {
     /// Whether every box stands level about the axis of its package.
     pub fn is_centred(&self) -> bool {
@@ -84,7 +96,7 @@ impl Led {
         let [x, y] = place.tilt_deg.map(f64::to_radians);
         let rotation = DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x);
         let half = DVec3::new(0.5 * self.size_mm[0], 0.5 * self.size_mm[1], 0.0);
-        let level = place.tilt_deg == [0.0; 2];
+        let level = place.is_level();
         let drop = (rotation * DVec3::X).z.abs() * half.x + (rotation * DVec3::Y).z.abs() * half.y;
         let [offset_x, offset_y] = place.offset_mm;
         PlacedBox {

@@ -23,7 +23,7 @@ use serde::Serialize;
 
 use super::schema::{self, Extent};
 use crate::geometry::profile::{Elements, Shape, SphericalDome};
-use crate::geometry::{GeometryError, Meridian};
+use crate::geometry::{BaseSurface, GeometryError, Meridian};
 use crate::provenance::Provenance;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
@@ -177,6 +177,11 @@ impl Design {
             Some(dome) => dome.outline(&self.elements),
             None => Ok(Meridian { pieces: Vec::new() }),
         }
+    }
+
+    /// The smooth surface of the dome that may carry relief.
+    pub fn base(&self) -> Option<BaseSurface<'_>> {
+        self.dome.as_ref().and_then(Dome::base)
     }
 
     /// The sphere of the dome, if it is one.

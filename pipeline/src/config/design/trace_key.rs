@@ -28,7 +28,7 @@ use super::sources::CheckedSource;
 use super::{Design, Housing, Mirror};
 use crate::config::schema;
 use crate::geometry::Meridian;
-use crate::geometry::profile::{Elements, SphericalDome};
+use crate::geometry::profile::{Elements, Rounding, SphericalDome};
 use crate::provenance::{FileRecord, Provenance};
 
 /// Takes a struct apart and lists the fields before `;` by name; those after it change no trace.
@@ -91,7 +91,7 @@ impl Design {
         json!({
             "named_files": named_files(provenance),
             "dome": dome.as_ref().map(dome_fields),
-            "elements": fields!(elements => Elements { width_mm, shapes }),
+            "elements": element_fields(elements),
             "silicone": medium_fields(silicone),
             "mirror": fields!(mirror => Mirror { reflector, extent }),
             "led": led_fields(led),
@@ -165,6 +165,17 @@ fn dome_fields(dome: &Dome) -> Value {
 
 fn medium_fields(medium: &Medium) -> Value {
     fields!(medium => Medium { index, absorption_per_mm; stated })
+}
+
+/// Sharp relief has the fields of designs that cannot say otherwise.
+fn element_fields(elements: &Elements) -> Value {
+    let mut fields = fields!(elements => Elements { width_mm, shapes; rounding });
+    let Rounding { tip_mm, valley_mm } = elements.rounding;
+    if !elements.rounding.is_sharp() {
+        fields["tip_mm"] = json!(tip_mm);
+        fields["valley_mm"] = json!(valley_mm);
+    }
+    fields
 }
 
 /// A box that stands level about the axis has the fields of designs that cannot say otherwise.
@@ -290,8 +301,10 @@ mod tests {
         };
         let all = ReliefModel::OrderTables;
         let base = of(|_| {}, all);
-        let traced: [Change; 9] = [
+        let traced: [Change; 11] = [
             |d| d.led.height_mm = 0.3,
+            |d| d.elements.rounding.tip_mm = 1e-3,
+            |d| d.elements.rounding.valley_mm = 1e-3,
             |d| d.led.offset_mm = [0.01, 0.0],
             |d| d.led.tilt_deg = [0.0, 1.0],
             |d| d.led.offsets_mm = vec![[0.0; 2], [0.01, 0.0]],
@@ -310,7 +323,7 @@ mod tests {
         assert!(changed.0 == base.0 && changed.1 != base.1);
         // Rays on the elements know neither tables nor, without films, the wavelength.
         let rays = of(|_| {}, ReliefModel::Elements);
-        for change in [traced[6], traced[8]] {
+        for change in [traced[8], traced[10]] {
             assert_eq!(of(change, ReliefModel::Elements), rays);
         }
     }

@@ -31,28 +31,25 @@ pub(in crate::config) fn resolve(
     let Some(stated) = &raw.dome else {
         return Ok(None);
     };
-    let (dome, what) = match &stated.kind {
-        DomeForm::Sphere(sphere) => return Ok(Some(Dome::Sphere(package::dome(sphere, at)?))),
+    let dome = match &stated.kind {
+        DomeForm::Sphere(sphere) => Dome::Sphere(package::dome(sphere, at)?),
         DomeForm::Meridian(MeridianDome { meridian_mm }) => {
             let curve = in_design("dome.meridian_mm", meridian_mm, Ends::OnBottom, at)?;
-            (Dome::Meridian(curve), "a meridian")
+            Dome::Meridian(curve)
         }
         DomeForm::MeridianFile(MeridianFileDome { meridian_file }) => {
             let key = ["dome.meridian_file", meridian_file];
-            (
-                Dome::Meridian(in_file(key, folder, Ends::OnBottom, at)?),
-                "a meridian",
-            )
+            Dome::Meridian(in_file(key, folder, Ends::OnBottom, at)?)
         }
         DomeForm::Mesh(mesh) => {
             let mesh = dome_mesh::load(mesh, folder).map_err(|error| at.of_files(&error))?;
-            (Dome::Mesh(mesh), "dome.mesh")
+            if raw.elements.is_some() {
+                let expected = "no such table with dome.mesh, which is the whole surface";
+                return Err(at.value("elements", "given", expected));
+            }
+            Dome::Mesh(mesh)
         }
     };
-    if raw.elements.is_some() {
-        let expected = format!("no such table with {what}, which is the whole surface");
-        return Err(at.value("elements", "given", &expected));
-    }
     Ok(Some(dome))
 }
 

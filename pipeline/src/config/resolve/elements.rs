@@ -1,17 +1,138 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[elements.shapes]]`: one shape for every element, ranges neither overlapping nor leaving gaps.
+//! `[elements]`: as many rings as the dome holds, and one shape for every element, ranges neither
+//! overlapping nor leaving gaps.
 
 use crate::config::check::Context;
 use crate::config::error::ConfigError;
 use crate::config::schema;
 use crate::config::schema::dome::{PolylineShape, ShapeForm, TriangleShape};
-use crate::geometry::profile::Shape;
+use crate::geometry::profile::{Elements, Reference, Rounding, SAME_LENGTH, Shape};
+use crate::geometry::{BaseSurface, GeometryError};
+
+/// Most radii of corners, µm.
+const MOST_RADIUS_UM: f64 = 1e7;
+
+/// The relief of `raw` on `base`.
+pub(in crate::config) fn resolve(
+    raw: Option<&schema::Elements>,
+    base: Option<BaseSurface<'_>>,
+    at: &Context,
+) -> Result<Elements, ConfigError> {
+    let Some(raw) = raw else {
+        return Ok(Elements {
+            width_mm: 0.0,
+            shapes: Vec::new(),
+            rounding: Rounding::default(),
+        });
+    };
+    let Some(base) = base else {
+        return Err(at.value("elements", "given", "no such table without [dome]"));
+    };
+    at.count("elements.count", raw.count, 1, 2_000)?;
+    let width_mm = 1e-3 * at.length_um("elements.width_um", raw.width_um)?;
+    let reach_mm = base.reach_mm();
+    if raw.count as f64 * width_mm > reach_mm * (1.0 + SAME_LENGTH) {
+        let most = (reach_mm / width_mm * (1.0 + SAME_LENGTH)).floor();
+        let carrier = match base {
+            BaseSurface::Sphere(_) => format!("on a dome {} mm wide", 2.0 * reach_mm),
+            BaseSurface::Curve(_) => {
+                format!("on a meridian that is a function z(r) as far as r = {reach_mm} mm")
+            }
+        };
+        let expected = format!("at most {most} elements of {} um {carrier}", raw.width_um);
+        return Err(at.value("elements.count", raw.count, &expected));
+    }
+    let radius = |key: &str, um: f64| {
+        let key = format!("elements.{key}_radius_um");
+        at.within(&key, um, 0.0, MOST_RADIUS_UM).map(|um| 1e-3 * um)
+    };
+    let rounding = Rounding {
+        tip_mm: radius("tip", raw.tip_radius_um)?,
+        valley_mm: radius("valley", raw.valley_radius_um)?,
+    };
+    let shapes = shapes(raw, at)?;
+    for (k, shape) in shapes.iter().enumerate() {
+        stands(shape, base, (k + 1, width_mm)).map_err(|expected| {
+            at.value("elements.shapes", format!("element {}", k + 1), &expected)
+        })?;
+    }
+    Ok(Elements {
+        width_mm,
+        shapes,
+        rounding,
+    })
+}
+
+/// The error of relief that cannot be built, under `key` unless a radius is to blame.
+pub(in crate::config) fn refused(error: &GeometryError, key: &str, at: &Context) -> ConfigError {
+    let &GeometryError::Radius {
+        element,
+        corner,
+        radius_um,
+        most_um,
+    } = error
+    else {
+        return at.value(key, error, "rings that neither cross nor overlap");
+    };
+    let ring = if key == "elements.shapes" {
+        format!("element {element}")
+    } else {
+        format!("ring {element} of hybrid.element_width_um")
+    };
+    let expected = format!("at most {most_um} um, which the sides at {ring} hold");
+    let radius_um = (radius_um * 1e6).round() / 1e6;
+    at.value(
+        &format!("elements.{corner}_radius_um"),
+        radius_um,
+        &expected,
+    )
+}
+
+/// Whether a shape stands outside the dome all over its element, of this number and width: a
+/// triangle by angles from the horizontal rises above the chord on both sides, and a step stands
+/// where the dome falls outwards.
+fn stands(
+    shape: &Shape,
+    base: BaseSurface<'_>,
+    (element, width_mm): (usize, f64),
+) -> Result<(), String> {
+    let outer_mm = element as f64 * width_mm;
+    let [least, most] = base.slopes_deg([outer_mm - width_mm, outer_mm]);
+    match *shape {
+        Shape::Triangle {
+            inner_base_deg,
+            apex_deg,
+            reference: Reference::Horizontal,
+        } => {
+            let outer = 180.0 - inner_base_deg - apex_deg;
+            if outer <= most {
+                return Err(format!(
+                    "a triangle whose outer side is steeper than the dome, {most:.1} degrees \
+                     there, not {outer:.1}"
+                ));
+            }
+            if inner_base_deg <= -least {
+                return Err(format!(
+                    "a triangle whose inner side is steeper than the dome, which rises by {:.1} \
+                     degrees there, not {inner_base_deg:.1}",
+                    -least
+                ));
+            }
+            Ok(())
+        }
+        Shape::Os1 if least < -LEVEL_DEG => Err(format!(
+            "a step where the dome falls outwards; it rises by {:.1} degrees there",
+            -least
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Rise that counts as level ground, degrees.
+const LEVEL_DEG: f64 = 1e-6;
 
 /// Shapes of all elements, in order from the axis.
-pub(in crate::config) fn resolve(
-    elements: &schema::Elements,
-    at: &Context,
-) -> Result<Vec<Shape>, ConfigError> {
+fn shapes(elements: &schema::Elements, at: &Context) -> Result<Vec<Shape>, ConfigError> {
     let mut shapes: Vec<Option<Shape>> = vec![None; elements.count];
     for (
         entry,

@@ -63,8 +63,8 @@ impl Design {
         let light = light::resolve(raw, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
         let dome = dome::resolve(raw, folder, &at)?;
-        let sphere = dome.as_ref().and_then(Dome::sphere);
-        let elements = package::elements(raw.elements.as_ref(), sphere, &at)?;
+        let base = dome.as_ref().and_then(Dome::base);
+        let elements = elements::resolve(raw.elements.as_ref(), base, &at)?;
         let of_files = |error| at.of_files(&error);
         let silicone = package::inside(raw, dome.is_some(), wavelength_nm, folder, &at)?;
         let mirror = Mirror {
@@ -274,7 +274,7 @@ impl Design {
         };
         let meridian = self
             .outline()
-            .map_err(|e| at.value("elements.shapes", e, "rings that neither cross nor overlap"))?;
+            .map_err(|e| elements::refused(&e, "elements.shapes", at))?;
         above(match dome {
             Dome::Mesh(mesh) => mesh.height_mm,
             Dome::Sphere(_) | Dome::Meridian(_) => meridian.top_mm(),
@@ -284,8 +284,8 @@ impl Design {
 
     /// Whether the bands of relief can have tables.
     pub(in crate::config) fn check_tables(&self, at: &Context) -> Result<(), ConfigError> {
-        match self.sphere() {
-            Some(sphere) if self.has_relief() => tables::check(self, sphere, at),
+        match self.base() {
+            Some(base) if self.has_relief() => tables::check(self, base, at),
             _ => Ok(()),
         }
     }

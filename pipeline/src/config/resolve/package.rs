@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{elements, positions};
+use super::positions;
 use crate::config::check::Context;
 use crate::config::design::Housing;
 use crate::config::design::array::{Array, PackagePositions};
@@ -16,7 +16,7 @@ use crate::config::error::ConfigError;
 use crate::config::schema;
 use crate::config::schema::dome::SphereDome;
 use crate::config::schema::reflectors::{Law, Specular};
-use crate::geometry::profile::{Elements, Reference, SAME_LENGTH, Shape, SphericalDome};
+use crate::geometry::profile::SphericalDome;
 use crate::material;
 
 pub(in crate::config) fn dome(
@@ -47,66 +47,6 @@ pub(in crate::config) fn dome(
         ));
     }
     Ok(dome)
-}
-
-pub(in crate::config) fn elements(
-    raw: Option<&schema::Elements>,
-    dome: Option<&SphericalDome>,
-    at: &Context,
-) -> Result<Elements, ConfigError> {
-    let Some(raw) = raw else {
-        return Ok(Elements {
-            width_mm: 0.0,
-            shapes: Vec::new(),
-        });
-    };
-    let Some(dome) = dome else {
-        return Err(at.value("elements", "given", "no such table without [dome]"));
-    };
-    at.count("elements.count", raw.count, 1, 2_000)?;
-    let width_mm = 1e-3 * at.length_um("elements.width_um", raw.width_um)?;
-    if raw.count as f64 * width_mm > dome.radius_mm * (1.0 + SAME_LENGTH) {
-        return Err(at.value(
-            "elements.count",
-            raw.count,
-            &format!(
-                "at most {} elements of {} um on a dome {} mm wide",
-                (dome.radius_mm / width_mm * (1.0 + SAME_LENGTH)).floor(),
-                raw.width_um,
-                2.0 * dome.radius_mm
-            ),
-        ));
-    }
-    let shapes = elements::resolve(raw, at)?;
-    for (k, shape) in shapes.iter().enumerate() {
-        stands(shape, dome, (k + 1) as f64 * width_mm).map_err(|expected| {
-            at.value("elements.shapes", format!("element {}", k + 1), &expected)
-        })?;
-    }
-    Ok(Elements { width_mm, shapes })
-}
-
-/// Whether a triangle by angles from the horizontal has an outer side that rises above the chord
-/// everywhere up to `r_mm` from the axis.
-fn stands(shape: &Shape, dome: &SphericalDome, r_mm: f64) -> Result<(), String> {
-    let &Shape::Triangle {
-        inner_base_deg,
-        apex_deg,
-        reference: Reference::Horizontal,
-    } = shape
-    else {
-        return Ok(());
-    };
-    let steepest = (r_mm / dome.sphere_radius_mm).min(1.0).asin().to_degrees();
-    let outer = 180.0 - inner_base_deg - apex_deg;
-    if outer > steepest {
-        Ok(())
-    } else {
-        Err(format!(
-            "a triangle whose outer side is steeper than the dome, {steepest:.1} degrees there, \
-             not {outer:.1}"
-        ))
-    }
 }
 
 /// What fills the dome: silicone, or air where there is none.

@@ -4,21 +4,21 @@
 
 use rcwa::Truncation;
 
+use super::elements;
 use crate::config::check::Context;
 use crate::config::design::Design;
 use crate::config::design::incidence_grid::{USUAL_KY, grid};
 use crate::config::error::ConfigError;
 use crate::config::schema::{Carrying, Incidence, Polarization, Scattering, TableContent};
-use crate::geometry::profile::SphericalDome;
-use crate::geometry::{self, Cell, ring_cell};
+use crate::geometry::{BaseSurface, Cell, GeometryError, Meridian, ring_cell};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
 const MOST_RINGS: f64 = 10_000.0;
 
-/// Checks `[hybrid]` of a design with relief on `dome`.
+/// Checks `[hybrid]` of a design with relief on `base`.
 pub(in crate::config) fn check(
     design: &Design,
-    dome: &SphericalDome,
+    base: BaseSurface<'_>,
     at: &Context,
 ) -> Result<(), ConfigError> {
     let (elements, width) = (&design.elements, design.hybrid.element_width_um);
@@ -46,16 +46,11 @@ pub(in crate::config) fn check(
             &format!("a divisor of the {} rings", rings.shapes.len()),
         ));
     }
-    geometry::Meridian::stepped(dome, &rings).map_err(|e| {
-        at.value(
-            "hybrid.element_width_um",
-            e,
-            "rings that neither cross nor overlap",
-        )
-    })?;
-    let cells: Vec<Cell> = (1..=rings.shapes.len())
-        .filter_map(|ring| ring_cell(dome, &rings, ring, design.silicone.index))
-        .collect();
+    let refused = |e: GeometryError| elements::refused(&e, "hybrid.element_width_um", at);
+    Meridian::stepped(base, &rings).map_err(refused)?;
+    let cells = (1..=rings.shapes.len())
+        .filter_map(|ring| ring_cell(base, &rings, ring, design.silicone.index).transpose());
+    let cells: Vec<Cell> = cells.collect::<Result<_, _>>().map_err(refused)?;
     grids(design, &cells, at)?;
     matrices(design, at)?;
     let h = &design.hybrid;

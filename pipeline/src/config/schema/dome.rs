@@ -4,8 +4,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::NoKeys;
 use super::films::Layer;
+use super::{NoKeys, is_default};
 use crate::config::serde_arrays::List;
 use crate::config::tagged::{Kinds, Tagged};
 use crate::geometry::profile::Reference;
@@ -127,6 +127,12 @@ pub struct Elements {
     pub count: usize,
     /// Radial width of each, µm.
     pub width_um: f64,
+    /// Radius of corners that point away from the silicone, µm; 0 is sharp.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub tip_radius_um: f64,
+    /// Radius of corners that point into it, those between elements among them, µm; 0 is sharp.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub valley_radius_um: f64,
     /// Which shape stands where.
     pub shapes: Vec<Shape>,
 }
@@ -155,7 +161,7 @@ pub enum ShapeForm {
     Triangle(TriangleShape),
     /// Any open polygon standing on the chord.
     Polyline(PolylineShape),
-    /// The sphere as it is.
+    /// The dome as it is.
     Smooth(NoKeys),
 }
 
