@@ -164,7 +164,7 @@ fn rays_on_arcs_are_rays_in_cells_of_polygons() {
     let triangle = "type = \"triangle\", inner_base_angle_deg = 50, apex_angle_deg = 70";
     for (kind, radii) in [(triangle, [3.0, 2.0]), (triangle, [0.0, 4.0])] {
         let design = parse(&rounded(kind, radii));
-        let arcs = trace(&design, Model::Geometric, PATHS / 2, 7);
+        let arcs = trace(&design, Model::Geometric, PATHS / 4, 7);
         assert!(
             arcs.ledger()
                 .accounts
