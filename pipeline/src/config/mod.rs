@@ -7,6 +7,7 @@
 
 mod check;
 pub mod design;
+pub mod dotted_keys;
 pub mod error;
 pub mod json_schema;
 pub(crate) mod resolve;

@@ -14,6 +14,7 @@ pub mod bodies;
 pub mod cells;
 pub mod convergence;
 pub mod description;
+pub mod design_file;
 pub mod dome_surface;
 pub mod grating;
 pub mod model;

@@ -3,10 +3,10 @@
 
 use anyhow::{Context, Result, ensure};
 
-use super::design_file::DesignFile;
 use super::file::{Probe, StudyFile};
 use super::targets::Targets;
 use crate::config::design::{Design, PATHS};
+use crate::stages::design_file::DesignFile;
 use crate::stages::model::Model;
 use crate::stages::trace::GROUPS;
 

@@ -7,15 +7,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 
 use super::checks;
-use super::design_file::DesignFile;
 use super::file::{Level, Probe, StudyFile};
 use super::setups::{self, FactorLevels, Setup};
 use super::targets::Targets;
 use crate::config::design::Design;
-use crate::config::{self, ConfigError, toml_errors};
+use crate::config::toml_errors;
 use crate::provenance::FileRecord;
+use crate::stages::design_file::DesignFile;
 use crate::stages::model::Model;
-use crate::stages::scene_check;
 
 /// A checked study.
 #[derive(Debug, Clone)]
@@ -68,9 +67,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         .iter()
         .map(|name| {
             let (path, table) = read.toml("designs", name)?;
-            let name = table.get("name").and_then(toml::Value::as_str);
-            let name = name.unwrap_or_default().to_owned();
-            Ok(DesignFile { path, table, name })
+            Ok(DesignFile::new(path, table))
         })
         .collect::<Result<_>>()?;
     checks::sources(&sources)?;
@@ -190,63 +187,17 @@ fn input(file: &str, text: &str) -> FileRecord {
 
 /// The design that `setup` makes of `source`.
 fn make(source: &DesignFile, setup: &Setup, paths: Option<u64>) -> Result<Design> {
-    let (file, folder) = source.place();
-    let mut table = source.table.clone();
-    for (key, value) in setup.of(&source.name) {
-        setups::set(&mut table, &key, &value).with_context(|| file.clone())?;
-    }
-    let text = toml::to_string(&table).with_context(|| file.clone())?;
-    let mut design =
-        config::parse(&file, &text, &folder).map_err(|e| by_key(shorter(e), source, setup))?;
-    scene_check::check(&design)?;
+    let mut design = source.with(&setup.of(&source.name))?;
     if let Some(paths) = paths {
         design.trace.paths = paths;
     }
     Ok(design)
 }
 
-/// The last line of a syntax error: the text it quotes is generated.
-fn shorter(error: ConfigError) -> ConfigError {
-    match error {
-        ConfigError::Syntax { file, message } => ConfigError::Syntax {
-            file,
-            message: message.lines().last().unwrap_or_default().to_owned(),
-        },
-        other => other,
-    }
-}
-
-/// A syntax error with the keys of the set-up that cause it: those without which it changes or
-/// vanishes.
-fn by_key(error: ConfigError, source: &DesignFile, setup: &Setup) -> anyhow::Error {
-    let (file, folder) = source.place();
-    let said = error.to_string();
-    let all = setup.of(&source.name);
-    let without = |key: &str| -> Result<bool> {
-        let mut table = source.table.clone();
-        for (other, value) in all.iter().filter(|(other, _)| *other != key) {
-            setups::set(&mut table, other, value)?;
-        }
-        let parsed = config::parse(&file, &toml::to_string(&table)?, &folder);
-        Ok(parsed.map_or_else(|e| shorter(e).to_string() != said, |_| true))
-    };
-    let keys: Vec<&str> = match error {
-        ConfigError::Syntax { .. } => all.keys().map(String::as_str).collect(),
-        _ => Vec::new(),
-    };
-    let about = keys.into_iter().filter(|key| without(key).unwrap_or(false));
-    let about: Vec<&str> = about.collect();
-    if about.is_empty() {
-        error.into()
-    } else {
-        let keys = about.join(", ");
-        anyhow::Error::from(error).context(keys)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config;
 
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().expect("a folder");

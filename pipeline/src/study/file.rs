@@ -5,11 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::config::dotted_keys::Settings;
 use crate::config::serde_arrays::List;
 use crate::stages::model::Model;
-
-/// Keys of a design by dotted path, and what they are set to.
-pub type Settings = BTreeMap<String, toml::Value>;
 
 /// A whole study file.
 #[derive(Debug, Clone, Deserialize)]

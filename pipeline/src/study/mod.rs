@@ -9,7 +9,6 @@
 mod checks;
 pub mod compute;
 pub mod definition;
-mod design_file;
 pub mod file;
 pub mod resampling_test;
 pub mod setups;
