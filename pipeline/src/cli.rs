@@ -13,12 +13,14 @@ use crate::commands::grating::{self, GratingArgs};
 use crate::commands::import::{self, ImportArgs};
 use crate::commands::near_field::{self, NearFieldArgs};
 use crate::commands::new::{self, NewArgs};
+use crate::commands::optimise::{self, OptimiseArgs};
 use crate::commands::rays::{self, RaysArgs};
 use crate::commands::report::{self, ReportArgs};
 use crate::commands::reproduce::{self, ReproduceArgs};
 use crate::commands::run::{self, RunArgs};
 use crate::commands::schema::{self, SchemaArgs};
 use crate::commands::study::{self, StudyArgs};
+use crate::commands::tolerance::{self, ToleranceArgs};
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
 use crate::run_context::RunContext;
@@ -105,6 +107,16 @@ pub enum Command {
     /// Vary keys of designs and rank the set-ups by how near their figures come to targets
     #[command(after_help = "Example: batwing study data/studies/readings.toml --out study")]
     Study(StudyArgs),
+    /// Search for the design that a problem file asks for, and verify it
+    #[command(
+        after_help = "Example: batwing optimise data/gallery/d3-rays/problem.toml --out optimised"
+    )]
+    Optimise(OptimiseArgs),
+    /// Show what deviations of real packages do to the figures of a design
+    #[command(
+        after_help = "Example: batwing tolerance data/gallery/d3-rays/tolerance.toml --out tolerance"
+    )]
+    Tolerance(ToleranceArgs),
     /// Solve one grating and print every order as JSON
     #[command(after_help = "Example: batwing grating case.json")]
     Grating(GratingArgs),
@@ -155,6 +167,8 @@ impl Cli {
             Command::Bsdf(arguments) => bsdf::run(arguments, context),
             Command::Converge(arguments) => converge::run(arguments, context),
             Command::NearField(arguments) => near_field::run(arguments, context),
+            Command::Optimise(arguments) => optimise::run(arguments, context),
+            Command::Tolerance(arguments) => tolerance::run(arguments, context),
             Command::Study(arguments) => study::run(arguments, context),
             Command::Grating(arguments) => grating::run(arguments, context),
             Command::Export(arguments) => export::run(arguments, context),

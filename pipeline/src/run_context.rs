@@ -29,6 +29,16 @@ impl<'a> RunContext<'a> {
         }
     }
 
+    /// The same, with warnings alone on the console.
+    #[must_use]
+    pub fn silent(self) -> Self {
+        let console = Console {
+            quiet: true,
+            ..self.console
+        };
+        Self { console, ..self }
+    }
+
     /// A context that prints nothing, for programs that call a stage themselves.
     pub fn quiet(interrupt: &'a Interrupt, seed: u64) -> Self {
         let console = Console {

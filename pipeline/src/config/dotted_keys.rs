@@ -60,6 +60,20 @@ pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<
     Ok(())
 }
 
+/// The value at the dotted `path`, if there is one.
+pub fn get<'a>(design: &'a toml::Table, path: &str) -> Option<&'a toml::Value> {
+    let mut parts = path.split('.');
+    let mut at = design.get(parts.next()?)?;
+    for part in parts {
+        at = match at {
+            toml::Value::Table(table) => table.get(part)?,
+            toml::Value::Array(list) => list.get(part.parse::<usize>().ok()?)?,
+            _ => return None,
+        };
+    }
+    Some(at)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

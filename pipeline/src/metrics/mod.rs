@@ -11,6 +11,7 @@ pub mod extraction;
 pub mod far_field;
 pub mod illuminance;
 mod jackknife;
+mod jackknifed_figure;
 pub mod layout;
 pub mod uniformity;
 pub mod uniformity_forms;
@@ -18,3 +19,4 @@ pub mod valley;
 
 pub use estimate::Estimate;
 pub use jackknife::{Grouped, changes, jackknife, spread};
+pub use jackknifed_figure::JackknifedFigure;

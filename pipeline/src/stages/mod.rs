@@ -6,7 +6,8 @@
 //! [`spectral`] (the same at several wavelengths), [`observation`] (figures of merit) and
 //! [`output`] (files). [`run`] is that recipe. [`scene_check`] refuses designs before it begins.
 //!
-//! Other commands use [`rings`] (tables one by one), [`convergence`], [`near_field`] and
+//! [`design_file`] makes designs by setting keys, [`ring_slopes`] reliefs by their slopes, and
+//! [`model_traces`] traces many designs without files. Other commands use [`rings`] (tables one by one), [`convergence`], [`near_field`] and
 //! [`grating`] (the solver alone), [`paths`] (a few paths to look at) and [`paper_figures`].
 
 pub mod absolute;
@@ -18,6 +19,7 @@ pub mod design_file;
 pub mod dome_surface;
 pub mod grating;
 pub mod model;
+pub mod model_traces;
 pub mod near_field;
 pub mod observation;
 pub mod output;
@@ -27,6 +29,7 @@ pub mod paper_figures;
 pub mod paths;
 mod paths_3d;
 pub mod ray_export;
+pub mod ring_slopes;
 pub mod rings;
 pub mod run;
 pub mod scene;

@@ -81,6 +81,16 @@ impl Model {
         }
     }
 
+    /// As written in files of studies and problems.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Geometric => "geometric",
+            Self::Fine => "fine",
+            Self::Control => "control",
+            Self::Hybrid => "hybrid",
+        }
+    }
+
     /// Whether the relief is replaced by bands with a BSDF.
     pub fn is_banded(self) -> bool {
         matches!(self, Self::Control | Self::Hybrid)

@@ -20,7 +20,7 @@ use crate::metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
 use crate::metrics::layout::Layout;
 use crate::metrics::uniformity::{Places, ValleyReading, bin_by_bin};
 use crate::metrics::uniformity_forms::FORMS;
-use crate::metrics::{Estimate, Grouped, changes};
+use crate::metrics::{Estimate, Grouped, JackknifedFigure, changes};
 use crate::quantity::{Curve, Unit};
 use crate::results::{Extremes, Figure};
 use map_reader::{MAP_FIGURES, MapReader};
@@ -343,6 +343,32 @@ impl Observation {
         )
     }
 
+    /// The figures that are `wanted`, read alike from all paths and without each group: key, value,
+    /// replicates. The peak of the illuminance counts as the largest bin.
+    pub fn replicated(
+        &self,
+        design: &Design,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Vec<(&'static str, JackknifedFigure)> {
+        let mut all = Vec::new();
+        if FAR_FIGURES.into_iter().any(&wanted) {
+            let reading = far_field_reading(design);
+            let read = replicates(&self.far_field, &|powers| reading.plain(powers));
+            all.extend(FAR_FIGURES.into_iter().zip(read));
+        }
+        if wanted(EXTRACTION) {
+            let read = replicates(&self.flows, &|p| vec![extraction::of_powers(p)]);
+            all.extend([EXTRACTION].into_iter().zip(read));
+        }
+        if self.lit() && figure_keys().any(|key| is_of_map(key) && wanted(key)) {
+            let reader = self.map_reader(design);
+            let read = replicates(&self.binned_map(design), &|map| reader.values(map));
+            all.extend(reader.keyed(read));
+        }
+        all.retain(|(key, _)| wanted(key));
+        all
+    }
+
     /// Figures of short runs of about `paths` paths each, cut from this trace in whole groups and
     /// read bin by bin, by key.
     pub fn short_runs(&self, design: &Design, paths: u64) -> Vec<(&'static str, Vec<f64>)> {
@@ -471,6 +497,21 @@ impl Observation {
     pub fn counters(&self) -> Vec<(String, f64)> {
         vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
+}
+
+/// Figures of the totals and without each group.
+fn replicates(
+    seen: &Grouped,
+    figures: &(dyn Fn(&[f64]) -> Vec<f64> + Sync),
+) -> Vec<JackknifedFigure> {
+    let groups = (0..seen.count()).into_par_iter();
+    let rows: Vec<Vec<f64>> = groups.map(|g| figures(&seen.without(g))).collect();
+    let all = figures(seen.total()).into_iter().enumerate();
+    all.map(|(i, value)| {
+        let without = rows.iter().map(|row| row.get(i).copied().unwrap_or(value));
+        JackknifedFigure::new(value, without.collect())
+    })
+    .collect()
 }
 
 /// Where the paper's figure under `key` is read.

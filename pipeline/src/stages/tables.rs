@@ -407,6 +407,15 @@ pub fn tables(
     let distinct: BTreeMap<&Key, &RingProblem> = all.map(|ring| (&ring.key, ring)).collect();
     let (mut ready, missing) = look_up(distinct, cache, context);
     ready.extend(solve_missing(missing, cache, context)?);
+    let designs = designs.into_iter();
+    designs.map(|bands| of_bands(bands, &ready)).collect()
+}
+
+/// The tables of `bands` out of those that are ready.
+fn of_bands(
+    bands: Vec<Option<RingProblem>>,
+    ready: &BTreeMap<Key, Arc<OrderTable>>,
+) -> Result<DesignTables> {
     let table = |ring: RingProblem| {
         let table = ready.get(&ring.key).map(Arc::clone);
         Ok(BandTable {
@@ -415,13 +424,49 @@ pub fn tables(
             cell: ring.cell,
         })
     };
-    let of_design = |bands: Vec<Option<RingProblem>>| {
-        let bands = bands.into_iter().map(|ring| ring.map(table).transpose());
-        Ok(DesignTables {
-            bands: bands.collect::<Result<_>>()?,
-        })
-    };
-    designs.into_iter().map(of_design).collect()
+    let bands = bands.into_iter().map(|ring| ring.map(table).transpose());
+    Ok(DesignTables {
+        bands: bands.collect::<Result<_>>()?,
+    })
+}
+
+/// Tables held in memory for many designs that share rings.
+#[derive(Debug, Default)]
+pub struct TableLibrary {
+    held: BTreeMap<Key, Arc<OrderTable>>,
+    /// Tables solved so far.
+    pub solved: usize,
+}
+
+/// Most tables held; some 10 MB each.
+const MOST_HELD: usize = 600;
+
+impl TableLibrary {
+    /// The tables of `design`: held ones, else those of the cache, else solved ones, which the
+    /// cache keeps.
+    ///
+    /// # Errors
+    /// As [`tables`].
+    pub fn tables(
+        &mut self,
+        design: &Design,
+        cache: Option<&Cache>,
+        context: RunContext,
+    ) -> Result<DesignTables> {
+        let bands = problems(design, None);
+        let rings = bands.iter().flatten().map(|ring| (&ring.key, ring));
+        let needed: BTreeMap<&Key, &RingProblem> = rings.collect();
+        if self.held.len() > MOST_HELD {
+            self.held.retain(|key, _| needed.contains_key(key));
+        }
+        let mut unknown = needed;
+        unknown.retain(|key, _| !self.held.contains_key(*key));
+        let (ready, missing) = look_up(unknown, cache, context);
+        self.solved += missing.len();
+        self.held.extend(ready);
+        self.held.extend(solve_missing(missing, cache, context)?);
+        of_bands(bands, &self.held)
+    }
 }
 
 /// The rings of a design's bands that are to be solved; `None` for a smooth band and one whose BSDF

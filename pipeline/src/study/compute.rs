@@ -17,9 +17,7 @@ use serde_json::{Value, json};
 
 use super::definition::Study;
 use super::file::Probe;
-use super::trace_figures::{
-    JackknifedFigure, NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId,
-};
+use super::trace_figures::{NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId};
 use crate::atomic_file;
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
@@ -27,7 +25,7 @@ use crate::config::design::trace_key::ReliefModel;
 use crate::config::serde_arrays::List;
 use crate::content_hash::sha256_hex;
 use crate::geometry::Meridian;
-use crate::metrics::spread;
+use crate::metrics::{JackknifedFigure, spread};
 use crate::run_context::RunContext;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;

@@ -12,9 +12,9 @@ use serde_json::{Value, json};
 use super::definition::Study;
 use super::resampling_test::{Comparison, compare};
 use super::targets::Targets;
-use super::trace_figures::{JackknifedFigure, SetupFigures, ShortRuns, TraceId, find};
+use super::trace_figures::{SetupFigures, ShortRuns, TraceId, find};
 use crate::metrics::estimate::DISTINCT;
-use crate::metrics::{Estimate, spread};
+use crate::metrics::{Estimate, JackknifedFigure, spread};
 use crate::provenance::FileRecord;
 
 /// Version of the layout of `study.json`.

@@ -6,32 +6,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::metrics::{Estimate, spread};
-
-/// One figure of one trace, with its jackknife replicates.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct JackknifedFigure {
-    /// Best value.
-    pub value: f64,
-    /// Its standard error.
-    pub standard_error: f64,
-    /// Values without each group of paths.
-    pub without: Vec<f64>,
-}
-
-impl JackknifedFigure {
-    /// Value with standard error.
-    pub fn estimate(&self) -> Estimate {
-        Estimate::new(self.value, self.standard_error)
-    }
-
-    /// Its difference from `base`, which was traced with the same random numbers.
-    pub fn change(&self, base: &Self) -> Estimate {
-        let pairs = self.without.iter().zip(&base.without);
-        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        Estimate::new(self.value - base.value, spread(&differences))
-    }
-}
+use crate::metrics::JackknifedFigure;
 
 /// Figures of one trace, in the order of the tables.
 pub type NamedFigures = Vec<(String, JackknifedFigure)>;

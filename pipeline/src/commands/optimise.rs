@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing optimise`: the design that a problem file asks for, verified beside the one that the
+//! search began with.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use clap::Args;
+
+use super::arguments::cache;
+use super::outputs::{results_writable, writable};
+use crate::atomic_file;
+use crate::config::design::Design;
+use crate::content_hash::sealed;
+use crate::optimise::log;
+use crate::optimise::problem::{self, Problem};
+use crate::optimise::recipe::{self, Job, Optimised};
+use crate::provenance::FileRecord;
+use crate::published::Published;
+use crate::results::schema::PaperFigures;
+use crate::results::{self, DesignResult, Results};
+use crate::run_context::RunContext;
+use crate::stages::model::Model;
+use crate::stages::output;
+use crate::stages::run::Run;
+use crate::stages::seeds::mix;
+
+/// File under the directory of results.
+pub const FILE: &str = "optimise.json";
+/// Number of the seed of the run of the results, beside that of the search.
+const RESULTS: u64 = 0xf1e5;
+
+/// `batwing optimise`.
+#[derive(Debug, Args)]
+pub struct OptimiseArgs {
+    /// Problem file
+    #[arg(value_name = "PROBLEM.toml")]
+    pub problem: PathBuf,
+    /// Directory for results
+    #[arg(long, value_name = "DIR", default_value = "optimised")]
+    pub out: PathBuf,
+    /// Time for the search, such as 90s, 6min or 2h; the verification comes after it
+    #[arg(long, value_name = "TIME", value_parser = budget)]
+    pub budget: Option<Duration>,
+    /// Go on with the log in the directory
+    #[arg(long)]
+    pub resume: bool,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+/// A time with its unit.
+fn budget(text: &str) -> Result<Duration, String> {
+    let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
+    let found = units.iter().find_map(|(unit, seconds)| {
+        let number = text.strip_suffix(unit)?.trim().parse::<f64>().ok()?;
+        Some(number * seconds)
+    });
+    let seconds = found.filter(|seconds| (1.0..=1e7).contains(seconds));
+    seconds
+        .map(Duration::from_secs_f64)
+        .ok_or_else(|| "expected a time such as 90s, 6min or 2h, at least 1 s".to_owned())
+}
+
+/// Searches and verifies; writes the log, the design, the results of both designs and
+/// `optimise.json` last.
+pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
+    let started = Instant::now();
+    let problem = problem::load(&arguments.problem)?;
+    let out = arguments.out.as_path();
+    let cache = cache(arguments.cache.as_deref(), out);
+    let folders = [&problem.design.name, &problem.name]
+        .into_iter()
+        .flat_map(|name| {
+            let design = Design {
+                name: name.clone(),
+                ..problem.design.clone()
+            };
+            let models = problem.models.iter();
+            let folders: Vec<PathBuf> = models.map(|&m| output::folder(&design, m)).collect();
+            folders
+        });
+    results_writable(out, folders, &[results::FILE, FILE], Some(&cache))?;
+    writable(cache.directory())?;
+    context.interrupt.note(format!(
+        "before {FILE} was written; the log stays in `{}`, --resume goes on from there",
+        out.display()
+    ));
+    let job = Job {
+        problem: &problem,
+        out,
+        cache: &cache,
+        resume: arguments.resume,
+        budget: arguments.budget,
+    };
+    let found = job.run(context)?;
+    let seed = mix(context.seed ^ mix(RESULTS));
+    let results = verified(
+        &problem,
+        &found,
+        out,
+        &cache,
+        RunContext { seed, ..context },
+    )?;
+    let published = Published::load()?;
+    results.write(out, &published)?;
+    let files = [log::FILE, recipe::DESIGN, results::FILE];
+    let files = files.map(|name| record(out, name));
+    let files = files.into_iter().collect::<Result<Vec<_>>>()?;
+    let json = sealed(found.to_json(&problem, context.seed, &files))?;
+    atomic_file::write_json(&out.join(FILE), &json)?;
+    context.console.result(&json, || {
+        format!(
+            "{}\n{:.1} s; results in {}",
+            found.plain_text(&problem),
+            started.elapsed().as_secs_f64(),
+            out.display()
+        )
+    })
+}
+
+fn record(out: &Path, name: &str) -> Result<FileRecord> {
+    Ok(FileRecord::new(name, &std::fs::read(out.join(name))?))
+}
+
+/// Results of both designs, in all models of the verification.
+fn verified(
+    problem: &Problem,
+    found: &Optimised,
+    out: &Path,
+    cache: &crate::cache::Cache,
+    context: RunContext,
+) -> Result<Results> {
+    let one = |design: &Design| -> Result<DesignResult> {
+        let mut design = design.clone();
+        if let Some(paths) = problem.verification_paths {
+            design.trace.paths = paths;
+        }
+        let lights = design.all_lights();
+        let run = Run {
+            design: &design,
+            lights: lights.as_deref(),
+            stopping_rule: None,
+            cache: Some(cache),
+            out,
+        };
+        let models: Vec<Model> = Model::all_of(&design);
+        let models: Vec<Model> = models
+            .into_iter()
+            .filter(|model| problem.models.contains(model))
+            .collect();
+        Ok(DesignResult {
+            name: design.name.clone(),
+            design_sha256: design.provenance.sha256.clone(),
+            models: run.models(&models, context)?,
+        })
+    };
+    let designs = vec![one(&problem.design)?, one(&found.design)?];
+    Ok(Results {
+        quick: false,
+        seed: context.seed,
+        inputs: problem.inputs.clone(),
+        files: results::written(out, &designs, [])?,
+        designs,
+        references: Vec::new(),
+        figures: PaperFigures::default(),
+    })
+}

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing tolerance`: what deviations of a real package do to the figures of a design.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Result;
+use clap::Args;
+
+use super::arguments::{cache, paths, whole};
+use super::outputs::writable;
+use crate::atomic_file;
+use crate::content_hash::sealed;
+use crate::formats::csv;
+use crate::provenance::FileRecord;
+use crate::run_context::RunContext;
+use crate::tolerance::compute::compute;
+use crate::tolerance::definition::{self, Overrides};
+use crate::tolerance::tolerance_results::ToleranceResults;
+
+/// File under the directory of results.
+pub const FILE: &str = "tolerance.json";
+/// A line for each sample.
+const TABLE: &str = "samples.csv";
+
+/// `batwing tolerance`.
+#[derive(Debug, Args)]
+pub struct ToleranceArgs {
+    /// Tolerance file
+    #[arg(value_name = "TOLERANCE.toml")]
+    pub file: PathBuf,
+    /// Number of samples, instead of that of the file
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(8..=100_000_usize))]
+    pub samples: Option<usize>,
+    /// Paths of each sample, instead of those of the file
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    pub paths: Option<u64>,
+    /// Directory for results
+    #[arg(long, value_name = "DIR", default_value = "tolerance")]
+    pub out: PathBuf,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+/// Traces the samples and writes the table of samples, then `tolerance.json`.
+pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
+    let started = Instant::now();
+    let overrides = Overrides {
+        samples: arguments.samples,
+        paths: arguments.paths,
+    };
+    let analysis = definition::load(&arguments.file, overrides)?;
+    let out = arguments.out.as_path();
+    let cache = cache(arguments.cache.as_deref(), out);
+    writable(out)?;
+    writable(cache.directory())?;
+    context.interrupt.note(format!(
+        "before {FILE} was written; finished tables stay in `{}`",
+        cache.directory().display()
+    ));
+    let sampled = compute(&analysis, &cache, context)?;
+    let results = ToleranceResults::new(&analysis, &sampled);
+    let path = |name: &str| out.join(name);
+    atomic_file::supersede(&path(FILE))?;
+    let headings = results.headings();
+    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+    csv::write_text_csv(&path(TABLE), &headings, &results.rows())?;
+    let files = [FileRecord::new(TABLE, &std::fs::read(path(TABLE))?)];
+    let json = sealed(results.to_json(context.seed, &files))?;
+    atomic_file::write_json(&path(FILE), &json)?;
+    context.console.result(&json, || {
+        format!(
+            "{}\n{:.1} s; results in {}",
+            results.plain_text(),
+            started.elapsed().as_secs_f64(),
+            out.display()
+        )
+    })
+}

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A profile of heights as a smooth dome of a design.
+
+use anyhow::{Result, ensure};
+use toml::Value;
+
+use super::spline::BSpline;
+use crate::config::design::Design;
+use crate::geometry::{Curve, Meridian};
+
+/// Pieces of arc for each coefficient of a profile of heights.
+const PIECES: usize = 6;
+
+/// Radius that a profile of heights reaches, mm.
+///
+/// # Errors
+/// A package without a dome, or with one of triangles.
+pub(super) fn radius_mm(design: &Design) -> Result<f64> {
+    let outline = design.outline()?;
+    ensure!(
+        !outline.pieces.is_empty(),
+        "profile: expected a design with a dome of revolution"
+    );
+    Ok(outline.radius_mm())
+}
+
+/// Where the coefficients of a profile of heights act, as shares of the radius. The first two of
+/// the spline are one, so that the dome is level at the axis.
+pub(super) fn abscissae(count: usize) -> Vec<f64> {
+    let mut at = BSpline::new(count + 1).abscissae();
+    at.remove(1);
+    at
+}
+
+/// Height of the highest piece of `outline` at radius `r`, mm.
+pub(super) fn height_at(outline: &Meridian, r: f64) -> f64 {
+    let mut highest = 0.0_f64;
+    for piece in &outline.pieces {
+        let ([r0, z0], [r1, z1]) = (piece.start, piece.end);
+        if r < r0.min(r1) || r > r0.max(r1) {
+            continue;
+        }
+        let height = match piece.curve {
+            Curve::Arc {
+                radius_mm,
+                centre_mm,
+            } => (radius_mm.powi(2) - r * r).max(0.0).sqrt() + centre_mm,
+            _ if (r1 - r0).abs() > 0.0 => z0 + (z1 - z0) * (r - r0) / (r1 - r0),
+            _ => z0.max(z1),
+        };
+        highest = highest.max(height);
+    }
+    highest
+}
+
+/// The value of `dome`: a smooth dome with these coefficients of a spline of heights, arcs between
+/// points of the spline, and a cylinder below its rim. Coatings of the dome are kept.
+pub(super) fn dome(heights: &[f64], design: &Design, source: &toml::Table) -> Result<Value> {
+    let radius = radius_mm(design)?;
+    let coefficients: Vec<f64> = heights[..1].iter().chain(heights).copied().collect();
+    let spline = BSpline::new(coefficients.len());
+    let pieces = PIECES * heights.len();
+    let at = |t: f64| [radius * t, spline.value(&coefficients, t.clamp(0.0, 1.0))];
+    let slope = |t: f64| {
+        const H: f64 = 1e-6;
+        let (a, b) = (at((t - H).max(0.0)), at((t + H).min(1.0)));
+        (b[1] - a[1]).atan2(b[0] - a[0])
+    };
+    let mut rows = vec![vec![0.0, heights[0]]];
+    for k in 1..=pieces {
+        let (from, to) = ((k - 1) as f64 / pieces as f64, k as f64 / pieces as f64);
+        let [r, z] = at(to);
+        // The angle that an arc turns through is that between the tangents at its ends.
+        let turn = slope(to) - if k == 1 { 0.0 } else { slope(from) };
+        let bulge = (0.25 * turn).tan();
+        rows.push(match bulge.abs() < 1e-6 {
+            true => vec![r, z],
+            false => vec![r, z, bulge],
+        });
+    }
+    if at(1.0)[1] > 0.0 {
+        rows.push(vec![radius, 0.0]);
+    }
+    let row = |row: Vec<f64>| Value::Array(row.into_iter().map(Value::Float).collect());
+    let mut dome = toml::Table::new();
+    dome.insert(
+        "meridian_mm".to_owned(),
+        Value::Array(rows.into_iter().map(row).collect()),
+    );
+    let coating = source.get("dome").and_then(|dome| dome.get("coating"));
+    if let Some(coating) = coating {
+        dome.insert("coating".to_owned(), coating.clone());
+    }
+    Ok(Value::Table(dome))
+}

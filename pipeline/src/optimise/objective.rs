@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The objective and the constraints: from figures of a trace to one value, smaller is better.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use super::far_field_target::FarFieldTarget;
+use super::file::{ConstraintKeys, Goal, TermKeys};
+use crate::config::design::Design;
+use crate::metrics::{Estimate, JackknifedFigure, spread};
+use crate::stages::observation::{Observation, figure_keys};
+
+/// Figure of the distance to a target far field.
+const FAR_FIELD_DISTANCE: &str = "far_field_distance";
+/// Before the name of a receiver: its share of the light.
+const RECEIVER: &str = "receiver.";
+
+/// A term of the objective.
+#[derive(Debug, Clone)]
+struct Term {
+    figure: String,
+    goal: Goal,
+    target: f64,
+    scale: f64,
+    weight: f64,
+}
+
+impl Term {
+    /// What it adds to the objective.
+    fn cost(&self, value: f64) -> f64 {
+        self.weight
+            * match self.goal {
+                Goal::Maximise => -value / self.scale,
+                Goal::Minimise => value / self.scale,
+                Goal::Target => (value - self.target).abs() / self.scale,
+            }
+    }
+}
+
+/// A bound of a figure.
+#[derive(Debug, Clone)]
+pub(super) struct Constraint {
+    pub figure: String,
+    pub at_least: Option<f64>,
+    pub at_most: Option<f64>,
+    pub margin: f64,
+}
+
+impl Constraint {
+    /// How far `figure` is from meeting it, relative to the bound; 0 where it is met.
+    fn miss(&self, figure: &JackknifedFigure) -> f64 {
+        let margin = self.margin * figure.standard_error;
+        let low = self
+            .at_least
+            .map(|bound| (bound + margin - figure.value) / bound.abs().max(1e-9));
+        let high = self
+            .at_most
+            .map(|bound| (figure.value + margin - bound) / bound.abs().max(1e-9));
+        low.unwrap_or(0.0).max(high.unwrap_or(0.0)).max(0.0)
+    }
+
+    /// Whether `figure` meets it, margin included.
+    pub fn is_met(&self, figure: &JackknifedFigure) -> bool {
+        self.miss(figure) <= 0.0
+    }
+
+    /// Bounds for people.
+    pub fn words(&self) -> String {
+        let low = self.at_least.map(|bound| format!("at least {bound}"));
+        let high = self.at_most.map(|bound| format!("at most {bound}"));
+        let bounds: Vec<String> = low.into_iter().chain(high).collect();
+        format!("{} {}", self.figure, bounds.join(" and "))
+    }
+}
+
+/// What a search seeks.
+#[derive(Debug, Clone)]
+pub(super) struct Objective {
+    terms: Vec<Term>,
+    pub constraints: Vec<Constraint>,
+    far_field: Option<FarFieldTarget>,
+}
+
+/// A candidate judged.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Judged {
+    /// Objective; smaller is better.
+    pub value: f64,
+    /// The objective without each group of paths.
+    pub without: Vec<f64>,
+    /// Sum of the misses of constraints.
+    pub miss: f64,
+    /// Figures of the objective and the constraints.
+    pub figures: Vec<(String, JackknifedFigure)>,
+}
+
+impl Judged {
+    /// Standard error of the objective.
+    pub fn standard_error(&self) -> f64 {
+        spread(&self.without)
+    }
+
+    /// The objective.
+    pub fn estimate(&self) -> Estimate {
+        Estimate::new(self.value, self.standard_error())
+    }
+}
+
+impl Objective {
+    /// Checks `terms` and `constraints` against `design`; files lie beside `folder`.
+    ///
+    /// # Errors
+    /// Figures that there are not, bounds that cross.
+    pub fn new(
+        terms: &[TermKeys],
+        constraints: &[ConstraintKeys],
+        design: &Design,
+        folder: &Path,
+    ) -> Result<Self> {
+        ensure!(
+            !terms.is_empty(),
+            "objective.terms: expected at least one, got none"
+        );
+        let mut far_field = None;
+        for (k, keys) in terms.iter().enumerate() {
+            let at = || format!("objective.terms[{}]", k + 1);
+            known(&keys.figure, design).with_context(at)?;
+            match (&keys.file, keys.figure == FAR_FIELD_DISTANCE) {
+                (Some(file), true) => {
+                    far_field = Some(FarFieldTarget::read(&folder.join(file)).with_context(at)?);
+                }
+                (None, false) => {}
+                (Some(_), false) => bail!(
+                    "{}.file: expected it with figure = {FAR_FIELD_DISTANCE:?} alone",
+                    at()
+                ),
+                (None, true) => bail!("{}.file: expected a table of angles and intensities", at()),
+            }
+        }
+        let terms = terms.iter().enumerate();
+        let terms = terms
+            .map(|(k, keys)| term(keys).with_context(|| format!("objective.terms[{}]", k + 1)));
+        let bounds = constraints.iter().enumerate();
+        let bounds = bounds.map(|(k, keys)| {
+            constraint(keys, design).with_context(|| format!("constraints[{}]", k + 1))
+        });
+        Ok(Self {
+            terms: terms.collect::<Result<_>>()?,
+            constraints: bounds.collect::<Result<_>>()?,
+            far_field,
+        })
+    }
+
+    /// Figures that are needed, in order of first use.
+    fn wanted(&self) -> Vec<&str> {
+        let terms = self.terms.iter().map(|t| t.figure.as_str());
+        let bounds = self.constraints.iter().map(|c| c.figure.as_str());
+        let mut wanted: Vec<&str> = Vec::new();
+        for figure in terms.chain(bounds) {
+            if !wanted.contains(&figure) {
+                wanted.push(figure);
+            }
+        }
+        wanted
+    }
+
+    /// Judges an observation of `design`.
+    ///
+    /// # Errors
+    /// A figure that cannot be read from it.
+    pub fn judge(&self, design: &Design, seen: &Observation) -> Result<Judged> {
+        let wanted = self.wanted();
+        let read = seen.replicated(design, |key| wanted.contains(&key));
+        let figure = |key: &str| -> Result<JackknifedFigure> {
+            if key == FAR_FIELD_DISTANCE {
+                let target = self.far_field.as_ref().context("a target far field")?;
+                return Ok(target.distance(seen));
+            }
+            if let Some(name) = key.strip_prefix(RECEIVER) {
+                let of_receiver = share_of_receiver(name, design, seen);
+                return of_receiver.with_context(|| format!("no receiver {name}"));
+            }
+            let found = read.iter().find(|(known, _)| *known == key);
+            let (_, figure) =
+                found.with_context(|| format!("{key} cannot be read from so dark a map"))?;
+            Ok(figure.clone())
+        };
+        let figures: Vec<(String, JackknifedFigure)> = wanted
+            .into_iter()
+            .map(|key| Ok((key.to_owned(), figure(key)?)))
+            .collect::<Result<_>>()?;
+        Ok(self.of_figures(figures))
+    }
+
+    /// Objective and misses of `figures`.
+    pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
+        let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
+        let terms = || {
+            self.terms
+                .iter()
+                .filter_map(|t| Some((t, find(&t.figure)?)))
+        };
+        let groups = terms().map(|(_, f)| f.without.len()).min().unwrap_or(0);
+        let without = |g: usize| terms().map(|(t, f)| t.cost(f.without[g])).sum();
+        let misses = self.constraints.iter();
+        let misses = misses.filter_map(|c| Some(c.miss(find(&c.figure)?)));
+        Judged {
+            value: terms().map(|(t, f)| t.cost(f.value)).sum(),
+            without: (0..groups).map(without).collect(),
+            miss: misses.sum(),
+            figures: figures.clone(),
+        }
+    }
+}
+
+/// Share of the emitted light in the bins of the receiver called `name`.
+fn share_of_receiver(name: &str, design: &Design, seen: &Observation) -> Option<JackknifedFigure> {
+    let place = design.receivers.iter().position(|r| r.name() == name)?;
+    let received = seen.receivers.get(place)?;
+    let emitted = design.emitted_w();
+    let share = |powers: &[f64]| powers.iter().sum::<f64>() / emitted;
+    let without = (0..received.count()).map(|g| share(&received.without(g)));
+    Some(JackknifedFigure::new(
+        share(received.total()),
+        without.collect(),
+    ))
+}
+
+fn known(figure: &str, design: &Design) -> Result<()> {
+    if let Some(name) = figure.strip_prefix(RECEIVER) {
+        ensure!(
+            design.receivers.iter().any(|r| r.name() == name),
+            "figure: expected the name of one of [[receivers]] of the design, got {name:?}"
+        );
+        return Ok(());
+    }
+    let mut all: Vec<&str> = figure_keys().collect();
+    all.push(FAR_FIELD_DISTANCE);
+    ensure!(
+        all.contains(&figure),
+        "figure: expected one of {}, receiver.NAME, got {figure:?}",
+        all.join(", ")
+    );
+    Ok(())
+}
+
+fn term(keys: &TermKeys) -> Result<Term> {
+    let scale = keys.scale.unwrap_or(1.0);
+    ensure!(
+        scale > 0.0 && scale.is_finite(),
+        "scale: expected a number above 0, got {scale}"
+    );
+    ensure!(
+        keys.weight > 0.0 && keys.weight.is_finite(),
+        "weight: expected a number above 0, got {}",
+        keys.weight
+    );
+    ensure!(
+        keys.target.is_some() == (keys.goal == Goal::Target),
+        "target: expected it with goal = \"target\", and there alone"
+    );
+    Ok(Term {
+        figure: keys.figure.clone(),
+        goal: keys.goal,
+        target: keys.target.unwrap_or(0.0),
+        scale,
+        weight: keys.weight,
+    })
+}
+
+fn constraint(keys: &ConstraintKeys, design: &Design) -> Result<Constraint> {
+    known(&keys.figure, design)?;
+    ensure!(
+        keys.figure != FAR_FIELD_DISTANCE,
+        "figure: expected {FAR_FIELD_DISTANCE} in the objective alone"
+    );
+    let (low, high) = (keys.at_least, keys.at_most);
+    ensure!(
+        low.is_some() || high.is_some(),
+        "expected `at_least`, `at_most` or both, got neither"
+    );
+    let crossed = low.zip(high).is_some_and(|(low, high)| low > high);
+    ensure!(
+        !crossed && low.into_iter().chain(high).all(f64::is_finite),
+        "at_least, at_most: expected a number and a larger one, got {low:?} and {high:?}"
+    );
+    ensure!(
+        keys.margin >= 0.0 && keys.margin.is_finite(),
+        "margin: expected a number of standard errors from 0, got {}",
+        keys.margin
+    );
+    Ok(Constraint {
+        figure: keys.figure.clone(),
+        at_least: low,
+        at_most: high,
+        margin: keys.margin,
+    })
+}

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A checked problem: reads the problem file and its design, and checks them against each other.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use serde_json::json;
+
+use super::file::{Method, ProblemFile, StageKeys};
+use super::limits::Limits;
+use super::objective::Objective;
+use super::variables::Variables;
+use crate::cache::Key;
+use crate::config::design::{Design, PATHS};
+use crate::config::dotted_keys::Settings;
+use crate::config::toml_errors;
+use crate::provenance::FileRecord;
+use crate::stages::design_file::DesignFile;
+use crate::stages::model::Model;
+use crate::stages::trace::GROUPS;
+
+/// Version of the search; raise it whenever the same problem would be searched otherwise.
+const SEARCH_VERSION: u32 = 1;
+/// Paths of the first traces of a stage.
+const FIRST_PATHS: u64 = 65_536;
+/// Most paths of the traces of a stage.
+const MOST_PATHS: u64 = 1_048_576;
+/// Runs of a search by CMA-ES.
+const RESTARTS: usize = 3;
+/// Standard deviation at the start of a search, as a share of the ranges.
+const STEP: f64 = 0.2;
+/// Most candidates of a stage.
+const MOST_EVALUATIONS: usize = 1_000_000;
+
+/// A checked problem.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// Short name, used for the design that is found.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// The design to start from.
+    pub design: Design,
+    /// Searches in their order.
+    pub stages: Vec<StageSettings>,
+    /// Models in which the result is verified.
+    pub models: Vec<Model>,
+    /// Paths of the verification, instead of those of the design.
+    pub verification_paths: Option<u64>,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+    pub(super) variables: Variables,
+    pub(super) objective: Objective,
+    text: String,
+}
+
+/// A checked stage.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageSettings {
+    /// Model of its traces.
+    pub model: Model,
+    /// How candidates are chosen.
+    pub method: Method,
+    /// Coefficients of each profile over rings.
+    pub knots: Option<usize>,
+    /// Most candidates.
+    pub evaluations: usize,
+    /// Runs.
+    pub restarts: usize,
+    /// Candidates of a generation.
+    pub population: usize,
+    /// Standard deviation at the start, as a share of the ranges.
+    pub step: f64,
+    /// Paths of the first traces.
+    pub paths: u64,
+    /// Most paths of a trace.
+    pub most_paths: u64,
+    /// Keys of the design that hold for its traces alone.
+    pub set: Settings,
+}
+
+/// Reads and checks the problem at `path` with its design.
+///
+/// # Errors
+/// A file that cannot be read, a key out of range, variables or figures that the design does not
+/// have.
+pub fn load(path: &Path) -> Result<Problem> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
+    parse(path, &text).with_context(|| path.display().to_string())
+}
+
+fn parse(path: &Path, text: &str) -> Result<Problem> {
+    let file: ProblemFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
+    let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    ensure!(
+        !file.name.is_empty() && !file.name.starts_with('.') && file.name.chars().all(usable),
+        "name: expected letters, digits, '-', '_' and '.', got {:?}",
+        file.name
+    );
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let place = folder.join(&file.design);
+    let at = || format!("design: `{}`", place.display());
+    let design_text =
+        std::fs::read_to_string(&place).with_context(|| format!("{} cannot be read", at()))?;
+    let table =
+        toml_errors::read(&design_text, &[]).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
+    let source = DesignFile::new(place.clone(), table);
+    let design = source.with(&Settings::new())?;
+    ensure!(
+        design.name != file.name,
+        "name: expected another name than that of the design, got {:?}",
+        file.name
+    );
+    let limits = Limits::new(&file.limits)?;
+    let variables = Variables::new(source, &file.variables, limits)?;
+    let objective = Objective::new(&file.objective.terms, &file.constraints, &design, &folder)?;
+    let default = [StageKeys::default()];
+    let stages = match file.stages.as_slice() {
+        [] => default.as_slice(),
+        stages => stages,
+    };
+    let stages = stages.iter().enumerate().map(|(k, keys)| {
+        stage(keys, &variables, &design).with_context(|| format!("stages[{}]", k + 1))
+    });
+    let stages: Vec<StageSettings> = stages.collect::<Result<_>>()?;
+    let models = match file.verification.models {
+        Some(models) => models,
+        None => {
+            let mut models: Vec<Model> = Vec::new();
+            for stage in &stages {
+                if !models.contains(&stage.model) {
+                    models.push(stage.model);
+                }
+            }
+            models
+        }
+    };
+    ensure!(
+        !models.is_empty(),
+        "verification.models: expected at least one, got none"
+    );
+    if let Some(paths) = file.verification.paths {
+        ensure!(
+            PATHS.contains(&paths),
+            "verification.paths: expected a whole number from {} to {}, got {paths}",
+            PATHS.start(),
+            PATHS.end()
+        );
+    }
+    let mut inputs = vec![
+        FileRecord::new(&path.display().to_string(), text.as_bytes()),
+        FileRecord::new(&place.display().to_string(), design_text.as_bytes()),
+    ];
+    inputs.extend(design.provenance.named.iter().cloned());
+    Ok(Problem {
+        name: file.name,
+        description: file.description,
+        design,
+        stages,
+        models,
+        verification_paths: file.verification.paths,
+        inputs,
+        variables,
+        objective,
+        text: text.to_owned(),
+    })
+}
+
+impl Problem {
+    /// Key of the search: all that its candidates depend on.
+    pub fn key(&self, seed: u64) -> Key {
+        let hashes = self.inputs.iter().map(|input| &input.sha256);
+        Key::of(&json!({
+            "search_version": SEARCH_VERSION,
+            "version": env!("CARGO_PKG_VERSION"),
+            "problem": self.text,
+            "inputs": hashes.collect::<Vec<_>>(),
+            "seed": seed,
+        }))
+    }
+}
+
+fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<StageSettings> {
+    let model = keys.model.unwrap_or(Model::Geometric);
+    // A smooth dome has rays alone, whatever the variables make of it.
+    model.of(design)?;
+    let variables = variables.resumed(&Settings::new(), keys.knots)?;
+    let dimension = variables.dimension();
+    let population = match keys.population {
+        Some(population) => population,
+        None => 4 + (3.0 * (dimension as f64).ln()) as usize,
+    };
+    ensure!(
+        (4..=10_000).contains(&population),
+        "population: expected 4 to 10000, got {population}"
+    );
+    let evaluations = keys.evaluations.unwrap_or(100 * population);
+    ensure!(
+        (population..=MOST_EVALUATIONS).contains(&evaluations),
+        "evaluations: expected {population}, one generation, to {MOST_EVALUATIONS}, got {evaluations}"
+    );
+    let restarts = keys.restarts.unwrap_or(RESTARTS);
+    ensure!(
+        restarts >= 1 && restarts * population <= evaluations,
+        "restarts: expected 1 to {}, each with a generation of {population}, got {restarts}",
+        evaluations / population
+    );
+    let step = keys.step.unwrap_or(STEP);
+    ensure!(
+        step > 0.0 && step <= 1.0,
+        "step: expected a share of the ranges above 0 and up to 1, got {step}"
+    );
+    let paths = keys.paths.unwrap_or(FIRST_PATHS);
+    let most_paths = keys.most_paths.unwrap_or(MOST_PATHS.max(paths));
+    let groups = GROUPS as u64;
+    for (key, value) in [("paths", paths), ("most_paths", most_paths)] {
+        ensure!(
+            PATHS.contains(&value) && value >= groups,
+            "{key}: expected a whole number from {} to {}, got {value}",
+            PATHS.start(),
+            PATHS.end()
+        );
+    }
+    ensure!(
+        most_paths >= paths,
+        "most_paths: expected at least `paths`, {paths}, got {most_paths}"
+    );
+    for key in keys.set.keys() {
+        ensure!(
+            !variables.all.iter().any(|variable| variable.label == *key),
+            "set: expected keys that no variable changes, got {key}"
+        );
+    }
+    variables.source.with(&keys.set).context("set")?;
+    Ok(StageSettings {
+        model,
+        method: keys.method,
+        knots: keys.knots,
+        evaluations,
+        restarts,
+        population,
+        step,
+        paths,
+        most_paths,
+        set: keys.set.clone(),
+    })
+}

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The recipe of an optimisation: stages of search → choice → sensitivities → verification of the
+//! result beside the design that it began with, both by paths of a fresh seed.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+
+use super::evaluate::{Evaluator, Outcome};
+use super::log::{self, Log};
+use super::objective::Judged;
+use super::problem::{Problem, StageSettings};
+use super::stage::{StageResult, StageSearch};
+use super::variables::Variables;
+use crate::atomic_file;
+use crate::cache::Cache;
+use crate::config::design::Design;
+use crate::config::dotted_keys::Settings;
+use crate::metrics::{Estimate, JackknifedFigure, spread};
+use crate::run_context::RunContext;
+use crate::search::Point;
+use crate::stages::model::Model;
+use crate::stages::model_traces::ModelTraces;
+use crate::stages::scene_check;
+use crate::stages::seeds::mix;
+
+/// The design that was found, under the directory of results.
+pub const DESIGN: &str = "design.toml";
+/// Share of a range by which a coefficient is moved to see what it does.
+const MOVE: f64 = 0.02;
+/// Numbers of the seeds beside those of the search.
+const VERIFICATION: u64 = 0x5eed;
+const SENSITIVITY: u64 = 0x5e45;
+
+/// Where and how long an optimisation runs.
+pub struct Job<'a> {
+    /// The problem.
+    pub problem: &'a Problem,
+    /// Directory of results.
+    pub out: &'a Path,
+    /// Where tables come from and go to.
+    pub cache: &'a Cache,
+    /// Whether the log under `out` is gone on with.
+    pub resume: bool,
+    /// Time for the search; what is begun is finished.
+    pub budget: Option<Duration>,
+}
+
+/// What a stage of the search found, for results.
+#[derive(Debug, Clone)]
+pub struct StageOutcome {
+    /// The stage as it ran.
+    pub settings: StageSettings,
+    pub(super) result: StageResult,
+}
+
+/// A coefficient of a variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coefficient {
+    /// Key or profile with the number of the coefficient.
+    pub label: String,
+    /// At the start of the last stage.
+    pub start: f64,
+    /// Where the search ended.
+    pub found: f64,
+    /// Change of the objective for one unit, where it was looked at.
+    pub sensitivity: Option<Estimate>,
+}
+
+/// What an optimisation found.
+#[derive(Debug, Clone)]
+pub struct Optimised {
+    /// Stages in their order.
+    pub stages: Vec<StageOutcome>,
+    /// The design that was found, read again from its file.
+    pub design: Design,
+    /// Coefficients of the last stage.
+    pub coefficients: Vec<Coefficient>,
+    /// Limits at which the design stands.
+    pub active_limits: Vec<String>,
+    pub(super) before: Option<Judged>,
+    pub(super) after: Judged,
+}
+
+impl Job<'_> {
+    /// Searches, chooses and verifies; writes the log and the design.
+    ///
+    /// # Errors
+    /// Those of the tracer, the solver and the files; constraints that no candidate meets; an
+    /// interrupt.
+    pub fn run(&self, context: RunContext) -> Result<Optimised> {
+        let problem = self.problem;
+        let key = problem.key(context.seed);
+        let mut log = Log::open(&self.out.join(log::FILE), key.hex(), self.resume)?;
+        let started = Instant::now();
+        let deadline = self.budget.map(|budget| started + budget);
+        let mut settings = Settings::new();
+        let mut stages: Vec<StageOutcome> = Vec::new();
+        let (mut variables, mut best) = (problem.variables.clone(), Point::new());
+        let mut start = Point::new();
+        for (k, stage) in problem.stages.iter().enumerate() {
+            variables = problem.variables.resumed(&settings, stage.knots)?;
+            start = variables.start()?;
+            let what = format!(
+                "{} stage {} of {}",
+                problem.name,
+                k + 1,
+                problem.stages.len()
+            );
+            let progress = context.console.progress(stage.evaluations as u64, &what);
+            let search = StageSearch {
+                number: k + 1,
+                evaluator: self.evaluator(&variables, stage),
+                log: &mut log,
+                context,
+                started,
+                deadline,
+                progress: &progress,
+            };
+            let result = search.run(&start);
+            progress.finish_and_clear();
+            let result = result?;
+            best.clone_from(&result.finalists[0].point);
+            // All that was set before stays; what this stage sets goes on top.
+            settings.extend(variables.settings(&best)?);
+            stages.push(StageOutcome {
+                settings: stage.clone(),
+                result,
+            });
+        }
+        self.feasible(&stages)?;
+        let design = self.write(&settings)?;
+        let mut last = problem.stages[problem.stages.len() - 1].clone();
+        let sensitivities = self.sensitivities(&variables, &last, &best, context)?;
+        last.set.clear();
+        let labels = variables.labels().into_iter().zip(sensitivities);
+        let values = variables
+            .coefficients(&start)
+            .into_iter()
+            .zip(variables.coefficients(&best));
+        let coefficients = labels
+            .zip(values)
+            .map(|((label, sensitivity), (start, found))| Coefficient {
+                label,
+                start,
+                found,
+                sensitivity,
+            });
+        let coefficients = coefficients.collect();
+        let seed = mix(context.seed ^ mix(VERIFICATION));
+        let verified = RunContext { seed, ..context };
+        let paths = problem.verification_paths.unwrap_or(design.trace.paths);
+        let mut evaluator = self.evaluator(&variables, &last);
+        let after = evaluator.judge(&design, paths, verified)?;
+        let before = evaluator.judge(&problem.design, paths, verified);
+        Ok(Optimised {
+            stages,
+            active_limits: variables.limits.active(&design),
+            coefficients,
+            design,
+            before: before.ok(),
+            after,
+        })
+    }
+
+    fn evaluator<'a>(
+        &'a self,
+        variables: &'a Variables,
+        stage: &'a StageSettings,
+    ) -> Evaluator<'a> {
+        Evaluator {
+            variables,
+            objective: &self.problem.objective,
+            stage,
+            traces: ModelTraces::new(stage.model, self.cache),
+        }
+    }
+
+    /// Refuses a search that met no candidate within the constraints.
+    fn feasible(&self, stages: &[StageOutcome]) -> Result<()> {
+        let last = &stages[stages.len() - 1].result;
+        if last.finalists[0].feasible {
+            return Ok(());
+        }
+        let nearest = stages.iter().filter_map(|s| s.result.nearest.as_ref());
+        let nearest = nearest.min_by(|a, b| a.value().total_cmp(&b.value()));
+        let misses = self.problem.objective.constraints.iter().map(|constraint| {
+            let figures = nearest.map(|candidate| &candidate.figures);
+            let figure = figures.and_then(|figures| figures.get(&constraint.figure));
+            let got = figure.map_or_else(
+                || "nothing".to_owned(),
+                |f| format!("{:.4} ± {:.4}", f.value, f.standard_error),
+            );
+            format!("{} (nearest: {got})", constraint.words())
+        });
+        let misses: Vec<String> = misses.collect();
+        anyhow::bail!(
+            "constraints: expected a candidate that meets {}, got none in {}",
+            misses.join("; "),
+            crate::plural::count(
+                stages.iter().map(|s| s.result.evaluations).sum::<usize>(),
+                "candidate"
+            )
+        )
+    }
+
+    /// Writes the design with `settings` under the name of the problem, and reads it again.
+    fn write(&self, settings: &Settings) -> Result<Design> {
+        let problem = self.problem;
+        let mut table = problem.variables.source.table_with(settings)?;
+        let text = |value: String| toml::Value::String(value);
+        table.insert("name".to_owned(), text(problem.name.clone()));
+        let of = format!("{} optimised: {}", problem.design.name, problem.description);
+        table.insert("description".to_owned(), text(of));
+        let path = self.out.join(DESIGN);
+        self.copy_named_files()?;
+        atomic_file::write_bytes(&path, toml::to_string(&table)?.as_bytes())?;
+        scene_check::load(&path).with_context(|| format!("{}: the design found", path.display()))
+    }
+
+    /// Copies the files that the design names to where the design that was found looks for them.
+    fn copy_named_files(&self) -> Result<()> {
+        let source = &self.problem.variables.source.path;
+        let folder = source.parent().unwrap_or(Path::new(""));
+        for record in &self.problem.design.provenance.named {
+            let name = Path::new(&record.file);
+            let relative = name.strip_prefix(folder).unwrap_or(name);
+            let plain = relative
+                .components()
+                .all(|part| matches!(part, std::path::Component::Normal(_)));
+            anyhow::ensure!(
+                plain,
+                "design: expected files that it names below its own folder, got `{}`",
+                record.file
+            );
+            let bytes = std::fs::read(folder.join(relative))
+                .with_context(|| format!("`{}` cannot be read", record.file))?;
+            atomic_file::write_bytes(&self.out.join(relative), &bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Change of the objective for one unit of each coefficient at `point`, by paired traces; only
+    /// where no tables have to be solved for it.
+    fn sensitivities(
+        &self,
+        variables: &Variables,
+        stage: &StageSettings,
+        point: &Point,
+        context: RunContext,
+    ) -> Result<Vec<Option<Estimate>>> {
+        if stage.model == Model::Hybrid {
+            return Ok(vec![None; point.len()]);
+        }
+        let mut evaluator = self.evaluator(variables, stage);
+        let seed = mix(context.seed ^ mix(SENSITIVITY));
+        let context = RunContext { seed, ..context };
+        let what = "sensitivities";
+        let progress = context.console.progress(2 * point.len() as u64, what);
+        let mut found = Vec::new();
+        for k in 0..point.len() {
+            let mut judged = Vec::new();
+            for side in [-MOVE, MOVE] {
+                context.interrupt.check()?;
+                let mut moved = point.clone();
+                moved[k] = (moved[k] + side).clamp(0.0, 1.0);
+                let at = variables.coefficients(&moved)[k];
+                if let Outcome::Judged(one) =
+                    evaluator.evaluate(&moved, stage.most_paths, context)?
+                {
+                    judged.push((at, one));
+                }
+                progress.inc(1);
+            }
+            found.push(match judged.as_slice() {
+                [(a, low), (b, high)] if b > a => {
+                    let pairs = high.without.iter().zip(&low.without);
+                    let differences: Vec<f64> = pairs.map(|(h, l)| h - l).collect();
+                    let unit = b - a;
+                    let change = (high.value - low.value) / unit;
+                    Some(Estimate::new(change, spread(&differences) / unit))
+                }
+                _ => None,
+            });
+        }
+        progress.finish_and_clear();
+        Ok(found)
+    }
+}
+
+impl Optimised {
+    /// Name of the figure of the first term, before and after.
+    pub(super) fn figures<'a>(
+        &'a self,
+    ) -> impl Iterator<Item = (&'a str, Option<&'a JackknifedFigure>, &'a JackknifedFigure)> {
+        self.after.figures.iter().map(|(key, after)| {
+            let before = self.before.as_ref();
+            let before = before.and_then(|b| b.figures.iter().find(|(known, _)| known == key));
+            (key.as_str(), before.map(|b| &b.1), after)
+        })
+    }
+}

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What an optimisation says of itself: `optimise.json`, the log of generations as a table, and
+//! lines for people. No time and no host appear in it, so that the same problem and seed give the
+//! same bytes.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::problem::Problem;
+use super::recipe::{Coefficient, Optimised, StageOutcome};
+use super::stage::Finalist;
+use crate::digits::{format_value_with_error, thousands};
+use crate::metrics::Estimate;
+use crate::plural::count;
+use crate::provenance::FileRecord;
+
+/// Version of the layout of `optimise.json`.
+const SCHEMA_VERSION: u32 = 1;
+/// Coefficients whose sensitivity is listed for people.
+const LISTED: usize = 8;
+/// Reasons of refusals that are listed.
+const REASONS: usize = 5;
+
+impl Optimised {
+    /// The content of `optimise.json`.
+    pub fn to_json(&self, problem: &Problem, seed: u64, files: &[FileRecord]) -> Value {
+        let figures = self.figures().map(|(key, before, after)| {
+            let entry = json!({
+                "before": before.map(crate::metrics::JackknifedFigure::estimate),
+                "after": after.estimate(),
+                "change": before.map(|before| after.change(before)),
+            });
+            (key.to_owned(), entry)
+        });
+        let constraints = problem.objective.constraints.iter().map(|constraint| {
+            let figure = self
+                .after
+                .figures
+                .iter()
+                .find(|(key, _)| *key == constraint.figure);
+            json!({
+                "figure": constraint.figure,
+                "at_least": constraint.at_least,
+                "at_most": constraint.at_most,
+                "margin": constraint.margin,
+                "value": figure.map(|(_, f)| f.estimate()),
+                "met": figure.is_some_and(|(_, f)| constraint.is_met(f)),
+            })
+        });
+        json!({
+            "schema_version": SCHEMA_VERSION,
+            "program": {"name": "batwing", "version": env!("CARGO_PKG_VERSION")},
+            "name": problem.name,
+            "description": problem.description,
+            "seed": seed,
+            "inputs": problem.inputs,
+            "files": files,
+            "objective": {
+                "before": self.before.as_ref().map(super::objective::Judged::estimate),
+                "after": self.after.estimate(),
+                "in_search": self.in_search(),
+                "at_choice": self.at_choice(),
+                "bias_of_search": self.in_search().map(|value| self.bias(value)),
+            },
+            "figures": figures.collect::<serde_json::Map<_, _>>(),
+            "constraints": constraints.collect::<Vec<_>>(),
+            "active_limits": self.active_limits,
+            "coefficients": self.coefficients.iter().map(Coefficient::to_json).collect::<Vec<_>>(),
+            "stages": self.stages.iter().map(StageOutcome::to_json).collect::<Vec<_>>(),
+        })
+    }
+
+    fn last(&self) -> &StageOutcome {
+        &self.stages[self.stages.len() - 1]
+    }
+
+    /// The chosen finalist.
+    fn chosen(&self) -> &Finalist {
+        &self.last().result.finalists[0]
+    }
+
+    /// Best value that the search saw in the run that the design comes from.
+    fn in_search(&self) -> Option<f64> {
+        Some(self.chosen().search_value).filter(|value| value.is_finite())
+    }
+
+    fn at_choice(&self) -> Option<Estimate> {
+        let chosen = self.chosen();
+        chosen
+            .choice_error
+            .map(|error| Estimate::new(chosen.choice_value, error))
+    }
+
+    /// How much better than the verified objective `value` is.
+    fn bias(&self, value: f64) -> Estimate {
+        let after = self.after.estimate();
+        Estimate::new(after.value - value, after.standard_error)
+    }
+
+    /// Lines for people.
+    pub fn plain_text(&self, problem: &Problem) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        for (k, stage) in self.stages.iter().enumerate() {
+            let paths = stage
+                .result
+                .generations
+                .last()
+                .map_or(0, |(end, _)| end.paths);
+            let _ = writeln!(
+                text,
+                "stage {}: {} in {}, last with {} paths each{}",
+                k + 1,
+                count(stage.result.evaluations, "candidate"),
+                count(stage.result.generations.len(), "generation"),
+                thousands(paths),
+                match stage.result.cut_short {
+                    true => "; ended by the budget of time",
+                    false => "",
+                }
+            );
+            for (why, number) in stage.result.refusals.iter().take(REASONS) {
+                let _ = writeln!(text, "  refused {number} times: {why}");
+            }
+        }
+        let _ = writeln!(
+            text,
+            "\n{:<28} {:>18} {:>18}",
+            "verified", problem.design.name, problem.name
+        );
+        let number = |e: Estimate| format_value_with_error(e.value, e.standard_error);
+        for (key, before, after) in self.figures() {
+            let before = before.map_or_else(String::new, |f| number(f.estimate()));
+            let _ = writeln!(
+                text,
+                "{key:<28} {before:>18} {:>18}",
+                number(after.estimate())
+            );
+        }
+        let before = self
+            .before
+            .as_ref()
+            .map_or_else(String::new, |j| number(j.estimate()));
+        let _ = writeln!(
+            text,
+            "{:<28} {before:>18} {:>18}",
+            "objective",
+            number(self.after.estimate())
+        );
+        if let Some(value) = self.in_search() {
+            let bias = self.bias(value);
+            let _ = writeln!(
+                text,
+                "the search's own best value was {value:.4}, {} better than verified",
+                number(bias)
+            );
+        }
+        let runs = self.runs();
+        if runs.len() > 1 {
+            let listed: Vec<String> = runs
+                .iter()
+                .map(|(run, e)| format!("{} (run {run})", number(*e)))
+                .collect();
+            let _ = writeln!(
+                text,
+                "runs of the last stage ended at {}",
+                listed.join(", ")
+            );
+        }
+        if !self.active_limits.is_empty() {
+            let _ = writeln!(text, "at the limits: {}", self.active_limits.join("; "));
+        }
+        let mut strongest: Vec<&Coefficient> = self.coefficients.iter().collect();
+        strongest.retain(|c| {
+            c.sensitivity
+                .is_some_and(|s| s.value.abs() > 2.0 * s.standard_error)
+        });
+        let size = |c: &Coefficient| c.sensitivity.map_or(0.0, |s| s.value.abs());
+        strongest.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        if !strongest.is_empty() {
+            let _ = writeln!(text, "objective for one unit of:");
+        }
+        for c in strongest.into_iter().take(LISTED) {
+            let sensitivity = c.sensitivity.map_or_else(String::new, number);
+            let _ = writeln!(
+                text,
+                "  {:<26} {sensitivity:>18}, at {:.4}",
+                c.label, c.found
+            );
+        }
+        text
+    }
+
+    /// Best finalist of each run of the last stage.
+    fn runs(&self) -> Vec<(usize, Estimate)> {
+        let mut runs: Vec<(usize, Estimate)> = Vec::new();
+        for finalist in &self.last().result.finalists {
+            let known = runs.iter().any(|(run, _)| *run == finalist.run);
+            if let (Some(error), false, true) = (finalist.choice_error, known, finalist.run > 0) {
+                runs.push((finalist.run, Estimate::new(finalist.choice_value, error)));
+            }
+        }
+        runs.sort_by_key(|(run, _)| *run);
+        runs
+    }
+}
+
+impl Coefficient {
+    fn to_json(&self) -> Value {
+        json!({
+            "variable": self.label,
+            "start": self.start,
+            "found": self.found,
+            "sensitivity": self.sensitivity,
+        })
+    }
+}
+
+impl StageOutcome {
+    fn to_json(&self) -> Value {
+        let result = &self.result;
+        let generations = result.generations.iter().map(|(end, best)| {
+            json!({
+                "generation": end.generation,
+                "paths": end.paths,
+                "best": best.as_ref().and_then(|b| b.value),
+                "standard_error": best.as_ref().and_then(|b| b.standard_error),
+                "noise": end.noise,
+            })
+        });
+        let finalists = result.finalists.iter().map(|finalist| {
+            json!({
+                "run": finalist.run,
+                "in_search": Some(finalist.search_value).filter(|v| v.is_finite()),
+                "value": Some(finalist.choice_value).filter(|v| v.is_finite()),
+                "standard_error": finalist.choice_error,
+                "feasible": finalist.feasible,
+            })
+        });
+        let settings = &self.settings;
+        json!({
+            "model": settings.model.word(),
+            "method": settings.method.name(),
+            "most_evaluations": settings.evaluations,
+            "restarts": settings.restarts,
+            "population": settings.population,
+            "evaluations": result.evaluations,
+            "cut_short": result.cut_short,
+            "refusals": result.refusals.iter().take(REASONS).collect::<Vec<_>>(),
+            "generations": generations.collect::<Vec<_>>(),
+            "finalists": finalists.collect::<Vec<_>>(),
+        })
+    }
+}

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! One stage of a search: candidates generation by generation, runs one after the other, and the
+//! choice among what the runs found.
+//!
+//! Every generation has a seed of its own, so that no candidate is kept for a lucky one. Within a
+//! generation all candidates have the same seed. Paths are doubled where the error of a ranking is
+//! too large for it ([`MOST_NOISE`]).
+
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+
+use super::evaluate::{Evaluator, Outcome};
+use super::file::Method;
+use super::log::{Candidate, Generation, GenerationEnd, Log};
+use super::objective::Judged;
+use super::problem::StageSettings;
+use crate::metrics::spread;
+use crate::plural::count;
+use crate::progress::Progress;
+use crate::run_context::RunContext;
+use crate::search::bipop::Bipop;
+use crate::search::cma_es::{self, CmaEs};
+use crate::search::coordinate::{self, CoordinateSearch};
+use crate::search::random::RandomSearch;
+use crate::search::{Point, Search};
+use crate::stages::seeds::mix;
+
+/// Paths are doubled where the noise of a generation is a larger share of its scatter.
+const MOST_NOISE: f64 = 0.7;
+/// A search has converged when its standard deviations are below this share of the ranges.
+const SMALLEST_STEP: f64 = 2e-3;
+/// Paths of the traces among which the best is chosen, beside the largest number of the search.
+const CHOICE: u64 = 4;
+
+/// One of the points among which a stage chooses.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Finalist {
+    /// In the unit box.
+    pub point: Point,
+    /// Run, from 1.
+    pub run: usize,
+    /// Value of the best candidate of the run, as the search saw it.
+    pub search_value: f64,
+    /// Objective by the paths of the choice.
+    pub choice_value: f64,
+    /// Its standard error.
+    pub choice_error: Option<f64>,
+    /// Whether all constraints are met.
+    pub feasible: bool,
+}
+
+/// What a stage found.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct StageResult {
+    /// Best first.
+    pub finalists: Vec<Finalist>,
+    /// Every generation of the search, without candidates, and its best.
+    pub generations: Vec<(GenerationEnd, Option<Candidate>)>,
+    /// Candidates traced or refused.
+    pub evaluations: usize,
+    /// Reasons of refusals with their numbers, most frequent first.
+    pub refusals: Vec<(String, usize)>,
+    /// Candidate that came nearest to meeting the constraints, where none met them.
+    pub nearest: Option<Candidate>,
+    /// Whether the budget of time ended it.
+    pub cut_short: bool,
+}
+
+/// A search under way, beside its log.
+pub(super) struct StageSearch<'a, 'b> {
+    /// From 1.
+    pub number: usize,
+    pub evaluator: Evaluator<'a>,
+    pub log: &'b mut Log,
+    pub context: RunContext<'a>,
+    /// When the search began, or would have begun had it not been stopped.
+    pub started: Instant,
+    /// When no further generation is begun.
+    pub deadline: Option<Instant>,
+    pub progress: &'b Progress,
+}
+
+/// State that goes from one generation to the next.
+struct Course {
+    paths: u64,
+    generation: usize,
+    result: StageResult,
+}
+
+impl StageSearch<'_, '_> {
+    fn settings(&self) -> &StageSettings {
+        self.evaluator.stage
+    }
+
+    /// Runs the search from `start`.
+    ///
+    /// # Errors
+    /// An interrupt; a search without a single candidate that could be traced.
+    pub fn run(mut self, start: &Point) -> Result<StageResult> {
+        let mut course = Course {
+            paths: self.settings().paths,
+            generation: 0,
+            result: StageResult {
+                finalists: Vec::new(),
+                generations: Vec::new(),
+                evaluations: 0,
+                refusals: Vec::new(),
+                nearest: None,
+                cut_short: false,
+            },
+        };
+        // The start is one of those to choose from: a search never ends below it.
+        let mut finalists = vec![(start.clone(), 0, f64::INFINITY)];
+        let runs = match self.settings().method {
+            Method::CmaEs => self.settings().restarts,
+            _ => 1,
+        };
+        for run in 1..=runs {
+            if course.result.cut_short {
+                break;
+            }
+            let budget =
+                (self.settings().evaluations - course.result.evaluations) / (runs - run + 1);
+            let seed = mix(mix(self.context.seed ^ mix(self.number as u64)) ^ run as u64);
+            let mut search = self.search(start, run, budget, seed);
+            self.generations(search.as_dyn(), &mut course)?;
+            finalists.extend(search.found(run));
+        }
+        self.choose(finalists, &mut course)?;
+        Ok(course.result)
+    }
+
+    fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> Searcher {
+        let stage = self.settings();
+        let start = match run {
+            1 => start.clone(),
+            _ => random_point(start.len(), seed),
+        };
+        let cma_es = cma_es::Settings {
+            sigma: stage.step,
+            population: stage.population,
+            smallest_step: SMALLEST_STEP,
+            ..cma_es::Settings::new(start.clone(), seed, budget)
+        };
+        match stage.method {
+            Method::CmaEs => Searcher::CmaEs(Box::new(CmaEs::new(cma_es))),
+            Method::Bipop => Searcher::Bipop(Box::new(Bipop::new(cma_es))),
+            Method::Coordinate => {
+                Searcher::Coordinate(Box::new(CoordinateSearch::new(coordinate::Settings {
+                    start,
+                    step: stage.step,
+                    smallest_step: SMALLEST_STEP,
+                    most_evaluations: budget,
+                })))
+            }
+            Method::Random => Searcher::Random(Box::new(RandomSearch::new(
+                start.len(),
+                stage.population,
+                seed,
+                budget,
+            ))),
+        }
+    }
+
+    fn generations(&mut self, search: &mut dyn Search, course: &mut Course) -> Result<()> {
+        loop {
+            let points = search.ask();
+            if points.is_empty() {
+                return Ok(());
+            }
+            course.generation += 1;
+            let number = course.generation;
+            let Some(generation) = self.generation(&points, number, course.paths)? else {
+                course.result.cut_short = true;
+                return Ok(());
+            };
+            let values: Vec<f64> = generation.candidates.iter().map(Candidate::value).collect();
+            search.tell(&values);
+            course.paths = generation.end.next_paths;
+            course.book(generation);
+        }
+    }
+
+    /// A generation out of the log, or traced; none where the time is over.
+    fn generation(
+        &mut self,
+        points: &[Point],
+        number: usize,
+        paths: u64,
+    ) -> Result<Option<Generation>> {
+        if let Some(known) = self.log.replayed(points)? {
+            self.progress.inc(points.len() as u64);
+            return Ok(Some(known));
+        }
+        if number > 0
+            && self
+                .deadline
+                .is_some_and(|deadline| Instant::now() > deadline)
+        {
+            return Ok(None);
+        }
+        let seed = mix(mix(self.context.seed) ^ mix(number as u64) ^ ((self.number as u64) << 32));
+        let context = RunContext {
+            seed,
+            ..self.context
+        };
+        let (mut candidates, mut judged) = (Vec::new(), Vec::new());
+        for point in points {
+            self.context.interrupt.check()?;
+            let outcome = self.evaluator.evaluate(point, paths, context)?;
+            let coefficients = self.evaluator.variables.coefficients(point);
+            candidates.push(Candidate::new(point, coefficients, &outcome));
+            if let Outcome::Judged(one) = outcome {
+                judged.push(one);
+            }
+            self.progress.inc(1);
+        }
+        let noise = noise(&judged);
+        let coarse = noise.is_some_and(|noise| noise > MOST_NOISE);
+        let generation = Generation {
+            end: GenerationEnd {
+                stage: self.number,
+                generation: number,
+                candidates: candidates.len(),
+                paths,
+                next_paths: match coarse {
+                    true => (2 * paths).min(self.settings().most_paths),
+                    false => paths,
+                },
+                noise,
+                tables: self.evaluator.traces.tables_solved(),
+                seconds: self.started.elapsed().as_secs_f64(),
+            },
+            candidates,
+        };
+        self.log.add(&generation)?;
+        Ok(Some(generation))
+    }
+
+    /// Judges what the runs found by more paths and a seed of its own.
+    fn choose(&mut self, found: Vec<(Point, usize, f64)>, course: &mut Course) -> Result<()> {
+        let points: Vec<Point> = found.iter().map(|(point, ..)| point.clone()).collect();
+        let paths = CHOICE * self.settings().most_paths;
+        // Generation 0 is never refused for lack of time.
+        let Some(generation) = self.generation(&points, 0, paths)? else {
+            return Ok(());
+        };
+        let candidates = generation.candidates.iter().zip(found);
+        let mut finalists: Vec<Finalist> = candidates
+            .map(|(candidate, (point, run, search_value))| Finalist {
+                point,
+                run,
+                search_value,
+                choice_value: candidate.value(),
+                choice_error: candidate.standard_error,
+                feasible: candidate.feasible,
+            })
+            .collect();
+        finalists.sort_by(|a, b| a.choice_value.total_cmp(&b.choice_value));
+        if finalists.iter().all(|f| f.choice_value.is_infinite()) {
+            let why = course.result.refusals.first();
+            let why = why.map_or_else(|| "nothing was traced".to_owned(), |(why, _)| why.clone());
+            bail!(
+                "stage {}: expected a candidate that can be traced, got none in {}: {why}",
+                self.number,
+                count(course.result.evaluations, "candidate")
+            );
+        }
+        course.result.finalists = finalists;
+        Ok(())
+    }
+}
+
+impl Course {
+    /// Books what a generation showed.
+    fn book(&mut self, generation: Generation) {
+        let result = &mut self.result;
+        result.evaluations += generation.candidates.len();
+        for candidate in &generation.candidates {
+            if let Some(why) = &candidate.refused {
+                match result.refusals.iter_mut().find(|(known, _)| known == why) {
+                    Some((_, number)) => *number += 1,
+                    None => result.refusals.push((why.clone(), 1)),
+                }
+            }
+        }
+        result.refusals.sort_by(|a, b| b.1.cmp(&a.1));
+        let best = generation.candidates.into_iter();
+        let best = best.min_by(|a, b| a.value().total_cmp(&b.value()));
+        let best = best.filter(|candidate| candidate.value.is_some());
+        if let Some(best) = &best {
+            let nearer = result.nearest.as_ref();
+            if nearer.is_none_or(|known| best.value() < known.value()) {
+                result.nearest = Some(best.clone());
+            }
+        }
+        result.generations.push((generation.end, best));
+    }
+}
+
+/// Noise of a generation: root mean square of the standard errors of its values, each against
+/// their mean, as a share of the standard deviation of the values. It is 1 where all differences
+/// are noise.
+fn noise(judged: &[Judged]) -> Option<f64> {
+    let n = judged.len() as f64;
+    let mean = |of: &dyn Fn(&Judged) -> f64| judged.iter().map(of).sum::<f64>() / n;
+    let groups = judged.iter().map(|one| one.without.len()).min()?;
+    let means: Vec<f64> = (0..groups).map(|g| mean(&|one| one.without[g])).collect();
+    let squared_error = |one: &Judged| {
+        let pairs = one.without.iter().zip(&means);
+        spread(&pairs.map(|(a, b)| a - b).collect::<Vec<f64>>()).powi(2)
+    };
+    let middle = mean(&|one| one.value);
+    let variance = mean(&|one| (one.value - middle).powi(2));
+    (judged.len() > 1 && variance > 0.0).then(|| (mean(&squared_error) / variance).sqrt())
+}
+
+/// A point of the unit box, by the outputs of a counter.
+fn random_point(dimension: usize, seed: u64) -> Point {
+    let share = |k: usize| (mix(seed ^ mix(k as u64 + 1)) >> 11) as f64 / (1_u64 << 53) as f64;
+    (0..dimension).map(share).collect()
+}
+
+/// The searches, each with what it leaves to choose from.
+enum Searcher {
+    CmaEs(Box<CmaEs>),
+    Bipop(Box<Bipop>),
+    Coordinate(Box<CoordinateSearch>),
+    Random(Box<RandomSearch>),
+}
+
+impl Searcher {
+    fn as_dyn(&mut self) -> &mut dyn Search {
+        match self {
+            Self::CmaEs(search) => search.as_mut(),
+            Self::Bipop(search) => search.as_mut(),
+            Self::Coordinate(search) => search.as_mut(),
+            Self::Random(search) => search.as_mut(),
+        }
+    }
+
+    /// Mean of the last distribution and best candidate of every run, with the best value.
+    fn found(&mut self, run: usize) -> Vec<(Point, usize, f64)> {
+        if let Self::Bipop(search) = self {
+            let runs = search.runs().iter().zip(run..);
+            return runs
+                .flat_map(|(run, number)| {
+                    let points = [run.favourite.clone(), run.best_point.clone()];
+                    points.map(|point| (point, number, run.best_value))
+                })
+                .collect();
+        }
+        let search = self.as_dyn();
+        let best = search.best().cloned();
+        let value = best.as_ref().map_or(f64::INFINITY, |best| best.value);
+        let mut points = vec![search.favourite()];
+        points.extend(best.map(|best| best.point).filter(|p| *p != points[0]));
+        points
+            .into_iter()
+            .map(|point| (point, run, value))
+            .collect()
+    }
+}

@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The variables of a problem: from a point of the unit box to settings of the design.
+//!
+//! Keys are set first. Profiles follow on the design that they make: slopes of the two sides of
+//! every ring, or heights of a smooth dome.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result, bail, ensure};
+use toml::Value;
+
+use super::file::{Profile, VariableKeys};
+use super::heights;
+use super::limits::Limits;
+use super::spline::BSpline;
+use crate::config::design::Design;
+use crate::config::dotted_keys::{self, Settings};
+use crate::stages::design_file::DesignFile;
+use crate::stages::ring_slopes::{RingSlopes, Side};
+
+/// Most values of a variable.
+const MOST: usize = 1000;
+
+/// A checked variable.
+#[derive(Debug, Clone)]
+pub(super) struct Variable {
+    /// Key or profile, for people.
+    pub label: String,
+    place: Place,
+    range: Range,
+    /// Coefficients in the unit box.
+    pub count: usize,
+    start: Option<f64>,
+}
+
+#[derive(Debug, Clone)]
+enum Place {
+    Key(String),
+    Rings(Side, [usize; 2]),
+    Height,
+}
+
+/// Values of one coefficient.
+#[derive(Debug, Clone)]
+enum Range {
+    Between {
+        from: f64,
+        to: f64,
+        resolution: Option<f64>,
+        whole: bool,
+    },
+    Choices(Vec<Value>),
+}
+
+impl Range {
+    fn value(&self, share: f64) -> Value {
+        match self {
+            Self::Between { whole, .. } => {
+                let value = self.number(share);
+                if *whole {
+                    Value::Integer(value.round() as i64)
+                } else {
+                    Value::Float(value)
+                }
+            }
+            Self::Choices(choices) => {
+                let place = (share * choices.len() as f64) as usize;
+                choices[place.min(choices.len() - 1)].clone()
+            }
+        }
+    }
+
+    fn number(&self, share: f64) -> f64 {
+        match self {
+            Self::Between { from, to, .. } => self.rounded(from + share * (to - from)),
+            Self::Choices(_) => share,
+        }
+    }
+
+    /// To a multiple of the resolution, within the bounds.
+    fn rounded(&self, value: f64) -> f64 {
+        match self {
+            Self::Between {
+                from,
+                to,
+                resolution: Some(step),
+                ..
+            } => ((value / step).round() * step).clamp(*from, *to),
+            _ => value,
+        }
+    }
+
+    fn share(&self, value: f64) -> f64 {
+        match self {
+            Self::Between { from, to, .. } => ((value - from) / (to - from)).clamp(0.0, 1.0),
+            Self::Choices(_) => value,
+        }
+    }
+}
+
+/// All variables of a problem with what they act on.
+#[derive(Debug, Clone)]
+pub(super) struct Variables {
+    /// The design to begin with.
+    pub source: DesignFile,
+    /// In the order of the file.
+    pub all: Vec<Variable>,
+    /// What slopes are clipped by.
+    pub limits: Limits,
+}
+
+impl Variables {
+    /// Checks `keys` against the design of `source`.
+    ///
+    /// # Errors
+    /// Bounds that cross, keys that the design does not have, profiles that do not fit.
+    pub fn new(source: DesignFile, keys: &[VariableKeys], limits: Limits) -> Result<Self> {
+        ensure!(
+            !keys.is_empty(),
+            "variables: expected at least one, got none"
+        );
+        let design = source.with(&Settings::new())?;
+        let variable = |(k, keys): (usize, &VariableKeys)| {
+            variable(keys, &source, &design).with_context(|| format!("variables[{}]", k + 1))
+        };
+        let all = keys.iter().enumerate().map(variable);
+        let all: Vec<Variable> = all.collect::<Result<_>>()?;
+        for (k, variable) in all.iter().enumerate() {
+            let twice = all[..k].iter().any(|other| other.overlaps(variable));
+            ensure!(
+                !twice,
+                "variables[{}]: expected each key and each ring of a profile once, got {} twice",
+                k + 1,
+                variable.label
+            );
+        }
+        Ok(Self {
+            source,
+            all,
+            limits,
+        })
+    }
+
+    /// Number of coefficients of all variables.
+    pub fn dimension(&self) -> usize {
+        self.all.iter().map(|variable| variable.count).sum()
+    }
+
+    /// The same variables with `knots` coefficients in each profile over rings, from the design
+    /// that `settings` make.
+    ///
+    /// # Errors
+    /// Settings that make no design.
+    pub fn resumed(&self, settings: &Settings, knots: Option<usize>) -> Result<Self> {
+        let table = self.source.table_with(settings)?;
+        let mut next = self.clone();
+        next.source = DesignFile::new(self.source.path.clone(), table);
+        for variable in &mut next.all {
+            if let (Place::Rings(_, [first, last]), Some(knots)) = (&variable.place, knots) {
+                variable.count = knots.clamp(1, last - first + 1);
+            }
+            if !settings.is_empty() {
+                variable.start = None;
+            }
+        }
+        Ok(next)
+    }
+
+    /// The point of the design to begin with, moved into the bounds.
+    ///
+    /// # Errors
+    /// A key without a value in the design.
+    pub fn start(&self) -> Result<Vec<f64>> {
+        let design = self.source.with(&Settings::new())?;
+        let mut slopes = None;
+        let mut point = Vec::new();
+        for variable in &self.all {
+            let spline = BSpline::new(variable.count);
+            let values: Vec<f64> = match (&variable.place, variable.start) {
+                (_, Some(start)) => vec![start; variable.count],
+                (Place::Key(key), None) => vec![variable.at_present(key, &self.source.table)?],
+                (Place::Height, None) => {
+                    let outline = design.outline()?;
+                    let at = heights::abscissae(variable.count);
+                    let radius = heights::radius_mm(&design)?;
+                    at.into_iter()
+                        .map(|share| heights::height_at(&outline, share * radius))
+                        .collect()
+                }
+                (Place::Rings(side, [first, last]), None) => {
+                    if slopes.is_none() {
+                        slopes = Some(RingSlopes::of(&design)?);
+                    }
+                    let all = slopes.as_ref().map(|s| s.values(*side));
+                    let all = &all.unwrap_or_default()[first - 1..*last];
+                    let nearest =
+                        |share: f64| all[(share * (all.len() - 1) as f64).round() as usize];
+                    match variable.count == all.len() {
+                        true => all.to_vec(),
+                        false => spline.abscissae().into_iter().map(nearest).collect(),
+                    }
+                }
+            };
+            point.extend(values.into_iter().map(|value| variable.range.share(value)));
+        }
+        Ok(point)
+    }
+
+    /// What the coordinates of a point are, for people.
+    pub fn labels(&self) -> Vec<String> {
+        let of = |variable: &Variable| -> Vec<String> {
+            match variable.count {
+                1 => vec![variable.label.clone()],
+                count => (1..=count)
+                    .map(|k| format!("{} {k}", variable.label))
+                    .collect(),
+            }
+        };
+        self.all.iter().flat_map(of).collect()
+    }
+
+    /// Values of the coefficients at `point`, in the units of the design; shares of choices.
+    pub fn coefficients(&self, point: &[f64]) -> Vec<f64> {
+        let ranges = self.all.iter();
+        let ranges = ranges.flat_map(|v| std::iter::repeat_n(&v.range, v.count));
+        ranges.zip(point).map(|(r, x)| r.number(*x)).collect()
+    }
+
+    /// Keys of the design at `point`.
+    ///
+    /// # Errors
+    /// Keys that make no design that profiles could stand on.
+    pub fn settings(&self, point: &[f64]) -> Result<Settings> {
+        let mut settings = Settings::new();
+        let mut rest = point;
+        let mut profiles = Vec::new();
+        for variable in &self.all {
+            let (own, others) = rest.split_at(variable.count);
+            rest = others;
+            match &variable.place {
+                Place::Key(key) => {
+                    settings.insert(key.clone(), variable.range.value(own[0]));
+                }
+                _ => profiles.push((variable, own)),
+            }
+        }
+        if profiles.is_empty() {
+            return Ok(settings);
+        }
+        let mut design = self.source.with(&settings)?;
+        for (variable, own) in &profiles {
+            if matches!(variable.place, Place::Height) {
+                let values: Vec<f64> = own.iter().map(|x| variable.range.number(*x)).collect();
+                let dome = heights::dome(&values, &design, &self.source.table)?;
+                settings.insert("dome".to_owned(), dome);
+                design = self.source.with(&settings)?;
+            }
+        }
+        let rings = profiles
+            .iter()
+            .any(|(v, _)| matches!(v.place, Place::Rings(..)));
+        if rings {
+            let mut slopes = RingSlopes::of(&design)?;
+            for (variable, own) in &profiles {
+                if let Place::Rings(side, rings) = &variable.place {
+                    variable.set_slopes(own, *side, *rings, &mut slopes)?;
+                }
+            }
+            slopes.clip(90.0 - self.limits.draft_deg, self.limits.apex_deg);
+            settings.insert("elements.shapes".to_owned(), slopes.shapes());
+        }
+        Ok(settings)
+    }
+}
+
+impl Variable {
+    fn overlaps(&self, other: &Self) -> bool {
+        match (&self.place, &other.place) {
+            (Place::Key(a), Place::Key(b)) => a == b,
+            (Place::Rings(a, [first, last]), Place::Rings(b, [from, to])) => {
+                a == b && first <= to && from <= last
+            }
+            (Place::Height, Place::Height) => true,
+            _ => false,
+        }
+    }
+
+    /// The value of `key` in `table`.
+    fn at_present(&self, key: &str, table: &toml::Table) -> Result<f64> {
+        let value = dotted_keys::get(table, key);
+        match (&self.range, value) {
+            (Range::Choices(choices), value) => {
+                let place = choices.iter().position(|choice| Some(choice) == value);
+                Ok((place.unwrap_or(0) as f64 + 0.5) / choices.len() as f64)
+            }
+            (Range::Between { .. }, Some(value)) => number(value)
+                .with_context(|| format!("{key}: expected a number in the design, got {value}")),
+            (Range::Between { .. }, None) => {
+                bail!("{key}: expected `start`, as the design does not state the key")
+            }
+        }
+    }
+
+    fn set_slopes(
+        &self,
+        own: &[f64],
+        side: Side,
+        [first, last]: [usize; 2],
+        slopes: &mut RingSlopes,
+    ) -> Result<()> {
+        ensure!(
+            last <= slopes.count(),
+            "{}: expected {last} rings, got {}",
+            self.label,
+            slopes.count()
+        );
+        let count = last - first + 1;
+        let numbers: Vec<f64> = own.iter().map(|x| self.range.number(*x)).collect();
+        let spline = BSpline::new(self.count);
+        for ring in first..=last {
+            let value = if self.count == count {
+                numbers[ring - first]
+            } else {
+                let share = (ring - first) as f64 / (count.max(2) - 1) as f64;
+                self.range.rounded(spline.value(&numbers, share))
+            };
+            slopes.set(side, ring, value);
+        }
+        Ok(())
+    }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value
+        .as_float()
+        .or_else(|| value.as_integer().map(|i| i as f64))
+}
+
+fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result<Variable> {
+    let (label, place, count) = match (&keys.key, keys.profile) {
+        (Some(key), None) => {
+            ensure!(
+                keys.knots.is_none() && keys.rings.is_none(),
+                "expected `knots` and `rings` of a profile alone, got them beside `key`"
+            );
+            (key.clone(), Place::Key(key.clone()), 1)
+        }
+        (None, Some(Profile::HeightMm)) => {
+            heights::radius_mm(design)?;
+            let count = keys.knots.unwrap_or(8);
+            ensure!(
+                (3..=40).contains(&count),
+                "knots: expected 3 to 40, got {count}"
+            );
+            ("height_mm".to_owned(), Place::Height, count)
+        }
+        (None, Some(profile)) => {
+            let rings = RingSlopes::of(design)?.count();
+            let [first, last] = keys.rings.unwrap_or([1, rings]);
+            ensure!(
+                first >= 1 && first <= last && last <= rings,
+                "rings: expected a first and a last ring from 1 to {rings}, got [{first}, {last}]"
+            );
+            let all = last - first + 1;
+            let count = keys.knots.unwrap_or(all);
+            ensure!(
+                (1..=all).contains(&count),
+                "knots: expected 1 to {all}, one for each ring, got {count}"
+            );
+            let (label, side) = match profile {
+                Profile::InnerSlopeDeg => ("inner_slope_deg", Side::Inner),
+                _ => ("outer_slope_deg", Side::Outer),
+            };
+            (label.to_owned(), Place::Rings(side, [first, last]), count)
+        }
+        _ => bail!("expected one of `key` and `profile`, got both or neither"),
+    };
+    let range = range(keys, &place)?;
+    if let (Some(start), Range::Between { from, to, .. }) = (keys.start, &range) {
+        ensure!(
+            (*from..=*to).contains(&start),
+            "start: expected a number from {from} to {to}, got {start}"
+        );
+    }
+    let variable = Variable {
+        label,
+        place,
+        range,
+        count,
+        start: keys.start,
+    };
+    if let Place::Key(key) = &variable.place {
+        // A key that the design does not know, and ends that make no design by themselves, are
+        // said before anything is traced.
+        let trial = BTreeMap::from([(key.clone(), variable.range.value(0.5))]);
+        source.with(&trial)?;
+    }
+    Ok(variable)
+}
+
+fn range(keys: &VariableKeys, place: &Place) -> Result<Range> {
+    if let Some(choices) = &keys.choices {
+        ensure!(
+            matches!(place, Place::Key(_)) && keys.from.is_none() && keys.to.is_none(),
+            "choices: expected a `key` without `from` and `to` beside them"
+        );
+        ensure!(
+            (2..=MOST).contains(&choices.len()),
+            "choices: expected 2 to {MOST}, got {}",
+            choices.len()
+        );
+        return Ok(Range::Choices(choices.clone()));
+    }
+    let (Some(from), Some(to)) = (keys.from, keys.to) else {
+        bail!("expected `from` and `to`, or `choices`");
+    };
+    ensure!(
+        from.is_finite() && to.is_finite() && from < to,
+        "from, to: expected a number and a larger one, got {from} and {to}"
+    );
+    if let Some(step) = keys.resolution {
+        ensure!(
+            step > 0.0 && step <= to - from,
+            "resolution: expected a number above 0 and up to {}, got {step}",
+            to - from
+        );
+    }
+    let last = match place {
+        Place::Key(key) => key.rsplit('.').next().unwrap_or_default(),
+        _ => "",
+    };
+    Ok(Range::Between {
+        from,
+        to,
+        resolution: keys.resolution,
+        whole: WHOLE.contains(&last),
+    })
+}
+
+/// Keys of a design whose values are whole numbers.
+const WHOLE: [&str; 8] = [
+    "count",
+    "columns",
+    "rows",
+    "from",
+    "to",
+    "rings_per_band",
+    "representative",
+    "max_interactions",
+];

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Traces of many designs in one model, without files: what searches and tolerance analyses ask
+//! for. Tables of orders stay in memory from one design to the next.
+
+use anyhow::Result;
+
+use super::dome_surface::dome_surface;
+use super::model::Model;
+use super::observation::Observation;
+use super::spectral::SpectralJob;
+use super::tables::TableLibrary;
+use super::trace::observe;
+use crate::cache::Cache;
+use crate::config::design::Design;
+use crate::run_context::RunContext;
+
+/// Traces of one model.
+pub struct ModelTraces<'a> {
+    model: Model,
+    cache: &'a Cache,
+    library: TableLibrary,
+}
+
+impl<'a> ModelTraces<'a> {
+    /// Traces of `model`, whose tables `cache` keeps.
+    pub fn new(model: Model, cache: &'a Cache) -> Self {
+        Self {
+            model,
+            cache,
+            library: TableLibrary::default(),
+        }
+    }
+
+    /// Tables of orders solved so far.
+    pub fn tables_solved(&self) -> usize {
+        self.library.solved
+    }
+
+    /// What the receivers of `design` see, by its own number of paths.
+    ///
+    /// # Errors
+    /// Those of the solver and the tracer; an interrupt.
+    pub fn observe(&mut self, design: &Design, context: RunContext) -> Result<Observation> {
+        let model = self.model;
+        if let Some(lights) = design.all_lights() {
+            let job = SpectralJob {
+                design,
+                lights: &lights,
+                model,
+                cache: Some(self.cache),
+                context,
+            };
+            return job.observe();
+        }
+        let tables = match model {
+            Model::Hybrid => Some(self.library.tables(design, Some(self.cache), context)?),
+            _ => None,
+        };
+        let surface = dome_surface(design, model, tables.as_ref())?;
+        observe(design, &surface, design.trace.paths, "", context)
+    }
+}

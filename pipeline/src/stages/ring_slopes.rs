@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Relief by the slopes of both sides of every ring: what searches vary and moulds get wrong.
+
+use anyhow::{Result, bail, ensure};
+use toml::Value;
+
+use crate::config::design::Design;
+use crate::geometry::profile::Shape;
+use crate::geometry::{Chord, vertices};
+
+/// Least angle between a side and the chord that it stands on, degrees.
+const LEAST_BASE_DEG: f64 = 0.5;
+
+/// The sides of a ring.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Nearer the axis; its slope is positive where it rises outwards.
+    Inner,
+    /// Farther out; its slope is positive where it falls outwards.
+    Outer,
+}
+
+/// Slopes of the sides of every ring against the horizontal, degrees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RingSlopes {
+    inner: Vec<f64>,
+    outer: Vec<f64>,
+    /// Fall of each chord, degrees.
+    fall: Vec<f64>,
+}
+
+impl RingSlopes {
+    /// Of the rings of `design`.
+    ///
+    /// # Errors
+    /// Rings that are no triangles or steps.
+    pub fn of(design: &Design) -> Result<Self> {
+        let Some(sphere) = design.sphere().filter(|_| design.has_relief()) else {
+            bail!("expected a design with [elements], got a smooth or bare package");
+        };
+        let mut slopes = Self {
+            inner: Vec::new(),
+            outer: Vec::new(),
+            fall: Vec::new(),
+        };
+        for (k, shape) in design.elements.shapes.iter().enumerate() {
+            let chord = Chord::of(sphere, design.elements.width_mm, k + 1);
+            let fall = chord.slope().to_degrees();
+            let corners = vertices(shape, &chord);
+            ensure!(
+                corners.len() <= 1,
+                "expected triangles and steps, got a polygon in element {}",
+                k + 1
+            );
+            let (inner, outer) = match corners.first() {
+                Some([x, y]) => {
+                    let rest = chord.length_mm() - x;
+                    (y.atan2(*x).to_degrees(), y.atan2(rest).to_degrees())
+                }
+                // A smooth ring, and a step on a level chord.
+                None => (0.0, 0.0),
+            };
+            slopes.inner.push(inner - fall);
+            slopes.outer.push(match shape {
+                Shape::Os1 => 90.0,
+                _ => outer + fall,
+            });
+            slopes.fall.push(fall);
+        }
+        Ok(slopes)
+    }
+
+    /// Number of rings.
+    pub fn count(&self) -> usize {
+        self.fall.len()
+    }
+
+    /// Slopes of one side of all rings, from the axis.
+    pub fn values(&self, side: Side) -> Vec<f64> {
+        match side {
+            Side::Inner => self.inner.clone(),
+            Side::Outer => self.outer.clone(),
+        }
+    }
+
+    /// Sets the slope of `ring`, from 1.
+    pub fn set(&mut self, side: Side, ring: usize, slope_deg: f64) {
+        match side {
+            Side::Inner => self.inner[ring - 1] = slope_deg,
+            Side::Outer => self.outer[ring - 1] = slope_deg,
+        }
+    }
+
+    /// Clips slopes so that sides stay above their chords, no side is steeper than `steepest_deg`,
+    /// and no tip is sharper than `apex_deg`.
+    pub fn clip(&mut self, steepest_deg: f64, apex_deg: f64) {
+        for k in 0..self.fall.len() {
+            let fall = self.fall[k];
+            let outer = self.outer[k].min(steepest_deg).max(fall + LEAST_BASE_DEG);
+            let inner = self.inner[k]
+                .min(steepest_deg)
+                .min(180.0 - apex_deg - outer);
+            self.outer[k] = outer;
+            self.inner[k] = inner.max(LEAST_BASE_DEG - fall);
+        }
+    }
+
+    /// The value of `elements.shapes`: a triangle for each ring.
+    pub fn shapes(&self) -> Value {
+        let shape = |k: usize| {
+            let number = Value::Integer(k as i64 + 1);
+            Value::Table(toml::Table::from_iter([
+                ("from".to_owned(), number.clone()),
+                ("to".to_owned(), number),
+                ("type".to_owned(), Value::String("triangle".to_owned())),
+                (
+                    "reference".to_owned(),
+                    Value::String("horizontal".to_owned()),
+                ),
+                (
+                    "inner_base_angle_deg".to_owned(),
+                    Value::Float(self.inner[k]),
+                ),
+                (
+                    "outer_base_angle_deg".to_owned(),
+                    Value::Float(self.outer[k]),
+                ),
+            ]))
+        };
+        Value::Array((0..self.count()).map(shape).collect())
+    }
+}

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A checked tolerance analysis: reads the file and its design, and checks them against each other.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+
+use super::deviations::Deviations;
+use super::file::{LimitKeys, ToleranceFile};
+use crate::config::design::{Design, PATHS};
+use crate::config::dotted_keys::Settings;
+use crate::config::toml_errors;
+use crate::provenance::FileRecord;
+use crate::stages::design_file::DesignFile;
+use crate::stages::model::Model;
+use crate::stages::observation::figure_keys;
+
+/// Samples where the file states none.
+const SAMPLES: usize = 200;
+/// Samples of use: fewer give no quantile, more no news.
+const ALLOWED: std::ops::RangeInclusive<usize> = 8..=100_000;
+
+/// A checked tolerance analysis.
+#[derive(Debug, Clone)]
+pub struct ToleranceAnalysis {
+    /// Short name.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// The design without deviations.
+    pub design: Design,
+    /// Its file.
+    pub source: DesignFile,
+    /// What deviates.
+    pub deviations: Deviations,
+    /// Model of the traces.
+    pub model: Model,
+    /// Number of samples.
+    pub samples: usize,
+    /// Paths of each sample's trace.
+    pub paths: u64,
+    /// Figures that are reported.
+    pub figures: Vec<String>,
+    /// Limits that a package has to keep.
+    pub limits: Vec<Limit>,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+}
+
+/// A limit of a figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Key of the figure.
+    pub figure: String,
+    /// Least value.
+    pub at_least: Option<f64>,
+    /// Largest value.
+    pub at_most: Option<f64>,
+}
+
+impl Limit {
+    /// Whether `value` keeps it.
+    pub fn holds(&self, value: f64) -> bool {
+        self.at_least.is_none_or(|low| value >= low)
+            && self.at_most.is_none_or(|high| value <= high)
+    }
+}
+
+/// What a command replaces in a tolerance file.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Overrides {
+    /// Number of samples.
+    pub samples: Option<usize>,
+    /// Paths of each sample.
+    pub paths: Option<u64>,
+}
+
+/// Reads and checks the analysis at `path`.
+///
+/// # Errors
+/// A file that cannot be read, a key out of range, keys or figures that the design does not have.
+pub fn load(path: &Path, overrides: Overrides) -> Result<ToleranceAnalysis> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
+    parse(path, &text, overrides).with_context(|| path.display().to_string())
+}
+
+fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnalysis> {
+    let file: ToleranceFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let name = file
+        .design
+        .as_ref()
+        .context("design: expected the file of a design")?;
+    let place = folder.join(name);
+    let (source, record) = read_design(&place)?;
+    let design = source.with(&Settings::new())?;
+    let model = file.model.unwrap_or(Model::Geometric).of(&design)?;
+    let samples = overrides.samples.or(file.samples).unwrap_or(SAMPLES);
+    ensure!(
+        ALLOWED.contains(&samples),
+        "samples: expected a whole number from {} to {}, got {samples}",
+        ALLOWED.start(),
+        ALLOWED.end()
+    );
+    let paths = overrides.paths.or(file.paths).unwrap_or(design.trace.paths);
+    ensure!(
+        PATHS.contains(&paths),
+        "paths: expected a whole number from {} to {}, got {paths}",
+        PATHS.start(),
+        PATHS.end()
+    );
+    let known: Vec<&str> = figure_keys().collect();
+    let figures = file
+        .figures
+        .unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
+    for figure in &figures {
+        ensure!(
+            known.contains(&figure.as_str()),
+            "figures: expected some of {}, got {figure:?}",
+            known.join(", ")
+        );
+    }
+    let limits = file
+        .limits
+        .iter()
+        .enumerate()
+        .map(|(k, keys)| limit(keys, &figures).with_context(|| format!("limits[{}]", k + 1)));
+    let limits = limits.collect::<Result<_>>()?;
+    let deviations = Deviations::new(&source, &file.tolerances, &file.correlations)?;
+    let mut inputs = vec![
+        FileRecord::new(&path.display().to_string(), text.as_bytes()),
+        record,
+    ];
+    inputs.extend(design.provenance.named.iter().cloned());
+    Ok(ToleranceAnalysis {
+        name: file.name,
+        description: file.description,
+        design,
+        source,
+        deviations,
+        model,
+        samples,
+        paths,
+        figures,
+        limits,
+        inputs,
+    })
+}
+
+/// The design file at `place`, with its record.
+fn read_design(place: &Path) -> Result<(DesignFile, FileRecord)> {
+    let at = || format!("design: `{}`", place.display());
+    let text =
+        std::fs::read_to_string(place).with_context(|| format!("{} cannot be read", at()))?;
+    let table =
+        toml_errors::read(&text, &[]).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
+    let record = FileRecord::new(&place.display().to_string(), text.as_bytes());
+    Ok((DesignFile::new(place.to_path_buf(), table), record))
+}
+
+fn limit(keys: &LimitKeys, figures: &[String]) -> Result<Limit> {
+    ensure!(
+        figures.contains(&keys.figure),
+        "figure: expected one of the reported figures, {}, got {:?}",
+        figures.join(", "),
+        keys.figure
+    );
+    let (low, high) = (keys.at_least, keys.at_most);
+    ensure!(
+        low.is_some() || high.is_some(),
+        "expected `at_least`, `at_most` or both, got neither"
+    );
+    let crossed = low.zip(high).is_some_and(|(low, high)| low > high);
+    ensure!(
+        !crossed && low.into_iter().chain(high).all(f64::is_finite),
+        "at_least, at_most: expected a number and a larger one, got {low:?} and {high:?}"
+    );
+    Ok(Limit {
+        figure: keys.figure.clone(),
+        at_least: low,
+        at_most: high,
+    })
+}

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Deviations of a design: random draws for keys and for slopes of rings, and the settings that
+//! they make.
+
+use anyhow::{Context, Result, bail, ensure};
+use nalgebra::DMatrix;
+use rand::{Rng, RngExt};
+use toml::Value;
+use tracer::random::stream;
+
+use super::file::{CorrelationKeys, Distribution, SlopeProfile, ToleranceKeys};
+use crate::config::dotted_keys::{self, Settings};
+use crate::stages::design_file::DesignFile;
+use crate::stages::ring_slopes::{RingSlopes, Side};
+
+/// Draws beyond the half width of a truncated law that are tried again.
+const MOST_DRAWS: usize = 10_000;
+
+/// A checked tolerance.
+#[derive(Debug, Clone)]
+pub struct Tolerance {
+    /// Name in results.
+    pub name: String,
+    place: Place,
+    law: Law,
+    common: bool,
+}
+
+#[derive(Debug, Clone)]
+enum Place {
+    /// Key, with `*` for every entry of a list; value of keys that the design does not state.
+    Key(String, Option<f64>),
+    Slopes(Side),
+}
+
+/// A law of deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Law {
+    Normal(f64),
+    Uniform(f64),
+    Truncated { deviation: f64, half_width: f64 },
+}
+
+impl Law {
+    /// The deviation that belongs to a standard normal number; of other laws a draw.
+    fn deviation(self, normal: f64, random: &mut impl Rng) -> f64 {
+        match self {
+            Self::Normal(deviation) => deviation * normal,
+            Self::Uniform(half_width) => half_width * (2.0 * random.random::<f64>() - 1.0),
+            Self::Truncated {
+                deviation,
+                half_width,
+            } => {
+                let mut drawn = deviation * normal;
+                for _ in 0..MOST_DRAWS {
+                    if drawn.abs() <= half_width {
+                        break;
+                    }
+                    drawn = deviation * standard_normal(random);
+                }
+                drawn.clamp(-half_width, half_width)
+            }
+        }
+    }
+
+    fn is_normal(self) -> bool {
+        matches!(self, Self::Normal(_))
+    }
+}
+
+/// A standard normal number by the method of Box and Muller.
+fn standard_normal(random: &mut impl Rng) -> f64 {
+    let (u, v) = (1.0 - random.random::<f64>(), random.random::<f64>());
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}
+
+/// One deviation of a sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deviation {
+    /// Number of the tolerance.
+    pub tolerance: usize,
+    /// Key or ring.
+    pub place: String,
+    /// In the unit of the key.
+    pub value: f64,
+}
+
+/// All tolerances with their correlations.
+#[derive(Debug, Clone)]
+pub struct Deviations {
+    /// In the order of the file.
+    pub tolerances: Vec<Tolerance>,
+    /// Lower triangle L of the correlations of the common deviations, L Lᵀ.
+    factor: DMatrix<f64>,
+}
+
+impl Deviations {
+    /// Checks `keys` against the design of `source`.
+    ///
+    /// # Errors
+    /// Keys that the design does not have, widths of 0, correlations that cannot be.
+    pub fn new(
+        source: &DesignFile,
+        keys: &[ToleranceKeys],
+        correlations: &[CorrelationKeys],
+    ) -> Result<Self> {
+        ensure!(
+            !keys.is_empty(),
+            "tolerances: expected at least one, got none"
+        );
+        let one = |(k, keys): (usize, &ToleranceKeys)| {
+            tolerance(keys).with_context(|| format!("tolerances[{}]", k + 1))
+        };
+        let tolerances: Vec<Tolerance> = keys.iter().enumerate().map(one).collect::<Result<_>>()?;
+        for (k, tolerance) in tolerances.iter().enumerate() {
+            ensure!(
+                tolerances[..k]
+                    .iter()
+                    .all(|other| other.name != tolerance.name),
+                "tolerances[{}].name: expected one of its own, got {:?} twice",
+                k + 1,
+                tolerance.name
+            );
+        }
+        let factor = factor(&tolerances, correlations)?;
+        let all = Self { tolerances, factor };
+        // Keys that touch nothing are said before anything is traced.
+        let mut random = stream(0, 0);
+        for (k, tolerance) in all.tolerances.iter().enumerate() {
+            let at = || format!("tolerances[{}]", k + 1);
+            tolerance.places(source).with_context(at)?;
+        }
+        let drawn = all.draw(source, &mut random)?;
+        let undeviated: Vec<Deviation> = drawn
+            .into_iter()
+            .map(|deviation| Deviation {
+                value: 0.0,
+                ..deviation
+            })
+            .collect();
+        source
+            .with(&all.settings(source, &undeviated)?)
+            .context("tolerances: the design without deviations")?;
+        Ok(all)
+    }
+
+    /// Draws the deviations of one sample.
+    ///
+    /// # Errors
+    /// Keys that the design does not have.
+    pub fn draw(&self, source: &DesignFile, random: &mut impl Rng) -> Result<Vec<Deviation>> {
+        let count = self.tolerances.len();
+        let independent: Vec<f64> = (0..count).map(|_| standard_normal(random)).collect();
+        let mut all = Vec::new();
+        for (number, tolerance) in self.tolerances.iter().enumerate() {
+            let common: f64 = (0..=number)
+                .map(|k| self.factor[(number, k)] * independent[k])
+                .sum();
+            let common = tolerance.law.deviation(common, random);
+            let places = tolerance.places(source)?;
+            let single = places.len() == 1;
+            for place in places {
+                let value = match tolerance.common || single {
+                    true => common,
+                    false => {
+                        let normal = standard_normal(random);
+                        tolerance.law.deviation(normal, random)
+                    }
+                };
+                all.push(Deviation {
+                    tolerance: number,
+                    place,
+                    value,
+                });
+            }
+        }
+        Ok(all)
+    }
+
+    /// Keys of the design with these deviations.
+    ///
+    /// # Errors
+    /// A key without a number in the design, rings that have no slopes.
+    pub fn settings(&self, source: &DesignFile, deviations: &[Deviation]) -> Result<Settings> {
+        let mut settings = Settings::new();
+        let mut slopes: Option<RingSlopes> = None;
+        for deviation in deviations {
+            match &self.tolerances[deviation.tolerance].place {
+                Place::Key(_, nominal) => {
+                    let key = &deviation.place;
+                    let before = match settings.get(key).or(dotted_keys::get(&source.table, key)) {
+                        Some(value) => number(value).with_context(|| {
+                            format!("{key}: expected a number in the design, got {value}")
+                        })?,
+                        None => nominal.with_context(|| {
+                            format!("{key}: expected `nominal`, as the design does not state it")
+                        })?,
+                    };
+                    settings.insert(key.clone(), Value::Float(before + deviation.value));
+                }
+                Place::Slopes(side) => {
+                    if slopes.is_none() {
+                        slopes = Some(RingSlopes::of(&source.with(&Settings::new())?)?);
+                    }
+                    if let (Some(slopes), Ok(ring)) = (&mut slopes, deviation.place.parse()) {
+                        let before = slopes.values(*side)[ring - 1];
+                        slopes.set(*side, ring, before + deviation.value);
+                    }
+                }
+            }
+        }
+        if let Some(mut slopes) = slopes {
+            // What is steeper than a wall would lean over; the outline stands upright instead.
+            slopes.clip(90.0, 0.0);
+            settings.insert("elements.shapes".to_owned(), slopes.shapes());
+        }
+        Ok(settings)
+    }
+}
+
+impl Tolerance {
+    /// Keys, or numbers of rings, that deviate.
+    fn places(&self, source: &DesignFile) -> Result<Vec<String>> {
+        match &self.place {
+            Place::Slopes(_) => {
+                let rings = RingSlopes::of(&source.with(&Settings::new())?)?.count();
+                Ok((1..=rings).map(|ring| ring.to_string()).collect())
+            }
+            Place::Key(key, _) => {
+                let Some((list, rest)) = key.split_once(".*") else {
+                    return Ok(vec![key.clone()]);
+                };
+                let entries = dotted_keys::get(&source.table, list).and_then(Value::as_array);
+                let entries = entries
+                    .with_context(|| format!("{key}: expected a list at {list} in the design"))?;
+                let of = |k: usize| format!("{list}.{k}{rest}");
+                Ok((0..entries.len()).map(of).collect())
+            }
+        }
+    }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value
+        .as_float()
+        .or_else(|| value.as_integer().map(|i| i as f64))
+}
+
+fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
+    let (place, label) = match (&keys.key, keys.profile) {
+        (Some(key), None) => (Place::Key(key.clone(), keys.nominal), key.clone()),
+        (None, Some(SlopeProfile::InnerSlopeDeg)) => {
+            (Place::Slopes(Side::Inner), "inner_slope_deg".to_owned())
+        }
+        (None, Some(SlopeProfile::OuterSlopeDeg)) => {
+            (Place::Slopes(Side::Outer), "outer_slope_deg".to_owned())
+        }
+        _ => bail!("expected one of `key` and `profile`, got both or neither"),
+    };
+    let positive = |key: &str, value: Option<f64>| -> Result<f64> {
+        let value = value.with_context(|| format!("{key}: expected a number above 0"))?;
+        ensure!(
+            value > 0.0 && value.is_finite(),
+            "{key}: expected a number above 0, got {value}"
+        );
+        Ok(value)
+    };
+    let law = match keys.distribution {
+        Distribution::Normal => Law::Normal(positive("deviation", keys.deviation)?),
+        Distribution::Uniform => Law::Uniform(positive("half_width", keys.half_width)?),
+        Distribution::Truncated => Law::Truncated {
+            deviation: positive("deviation", keys.deviation)?,
+            half_width: positive("half_width", keys.half_width)?,
+        },
+    };
+    let unused = match keys.distribution {
+        Distribution::Normal => keys.half_width.map(|_| "half_width"),
+        Distribution::Uniform => keys.deviation.map(|_| "deviation"),
+        Distribution::Truncated => None,
+    };
+    ensure!(
+        unused.is_none(),
+        "{}: expected no such key with this distribution",
+        unused.unwrap_or_default()
+    );
+    Ok(Tolerance {
+        name: keys.name.clone().unwrap_or(label),
+        place,
+        law,
+        common: keys.common,
+    })
+}
+
+/// The lower triangle of the correlations.
+fn factor(tolerances: &[Tolerance], correlations: &[CorrelationKeys]) -> Result<DMatrix<f64>> {
+    let count = tolerances.len();
+    let mut matrix = DMatrix::identity(count, count);
+    for (number, keys) in correlations.iter().enumerate() {
+        let at = format!("correlations[{}]", number + 1);
+        let places = keys.between.iter().map(|name| {
+            let place = tolerances.iter().position(|t| t.name == *name);
+            place.with_context(|| {
+                format!("{at}.between: expected names of tolerances, got {name:?}")
+            })
+        });
+        let places: Vec<usize> = places.collect::<Result<_>>()?;
+        let (a, b) = (places[0], places[1]);
+        ensure!(
+            a != b,
+            "{at}.between: expected two tolerances, got one twice"
+        );
+        ensure!(
+            keys.coefficient.abs() < 1.0,
+            "{at}.coefficient: expected a number between -1 and 1, got {}",
+            keys.coefficient
+        );
+        for place in [a, b] {
+            ensure!(
+                tolerances[place].law.is_normal(),
+                "{at}.between: expected normal distributions, got another one of {:?}",
+                tolerances[place].name
+            );
+        }
+        matrix[(a, b)] = keys.coefficient;
+        matrix[(b, a)] = keys.coefficient;
+    }
+    let cholesky = matrix.cholesky().context(
+        "correlations: expected coefficients that can hold together (a positive definite matrix)",
+    )?;
+    Ok(cholesky.l())
+}
