@@ -83,6 +83,32 @@ impl Outcome {
         }
     }
 
+    /// The same with groups next to each other merged, so that `count` are left.
+    ///
+    /// # Panics
+    /// Unless `count` divides the number of groups.
+    #[must_use]
+    pub fn merged(self, count: usize) -> Self {
+        assert!(
+            count > 0 && self.groups.len().is_multiple_of(count),
+            "{} groups cannot become {count}",
+            self.groups.len()
+        );
+        let together = self.groups.len() / count;
+        let share = 1.0 / together as f64;
+        let mut groups: Vec<Totals> = Vec::with_capacity(count);
+        for (number, mut group) in self.groups.into_iter().enumerate() {
+            match groups.last_mut() {
+                Some(last) if !number.is_multiple_of(together) => last.combine(1.0, &group, share),
+                _ => {
+                    group.scale(share);
+                    groups.push(group);
+                }
+            }
+        }
+        Self { groups, ..self }
+    }
+
     /// A number derived from the totals, such as extraction or uniformity, with its jackknife
     /// standard error.
     pub fn jackknife(&self, metric: impl Fn(&Totals) -> f64) -> Estimate {

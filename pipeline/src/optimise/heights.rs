@@ -73,9 +73,10 @@ pub(super) fn dome(heights: &[f64], design: &Design, source: &toml::Table) -> Re
         // The angle that an arc turns through is that between the tangents at its ends.
         let turn = slope(to) - if k == 1 { 0.0 } else { slope(from) };
         let bulge = (0.25 * turn).tan();
-        rows.push(match bulge.abs() < 1e-6 {
-            true => vec![r, z],
-            false => vec![r, z, bulge],
+        rows.push(if bulge.abs() < 1e-6 {
+            vec![r, z]
+        } else {
+            vec![r, z, bulge]
         });
     }
     if at(1.0)[1] > 0.0 {

@@ -2,13 +2,13 @@
 //! The log of a search: a line of JSON for each candidate and each generation. A search is resumed
 //! from the generations that are whole; a log may be cut anywhere.
 
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, VecDeque};
 
 use super::evaluate::Outcome;
 use crate::atomic_file;
@@ -124,9 +124,10 @@ impl Log {
     /// A log of another problem, seed or version; a file that cannot be written.
     pub fn open(path: &Path, key: &str, resume: bool) -> Result<Self> {
         let at = || format!("`{}`", path.display());
-        let known = match resume && path.exists() {
-            true => read(path, key).with_context(at)?,
-            false => VecDeque::new(),
+        let known = if resume && path.exists() {
+            read(path, key).with_context(at)?
+        } else {
+            VecDeque::new()
         };
         let head = Line::Problem {
             key: key.to_owned(),

@@ -194,22 +194,22 @@ impl Objective {
     }
 
     /// Objective and misses of `figures`.
-    pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
+    fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
         let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
-        let terms = || {
-            self.terms
-                .iter()
-                .filter_map(|t| Some((t, find(&t.figure)?)))
-        };
-        let groups = terms().map(|(_, f)| f.without.len()).min().unwrap_or(0);
-        let without = |g: usize| terms().map(|(t, f)| t.cost(f.without[g])).sum();
+        let terms: Vec<(&Term, &JackknifedFigure)> = self
+            .terms
+            .iter()
+            .filter_map(|term| Some((term, find(&term.figure)?)))
+            .collect();
+        let groups = terms.iter().map(|(_, f)| f.without.len()).min();
+        let without = |g: usize| terms.iter().map(|(t, f)| t.cost(f.without[g])).sum();
         let misses = self.constraints.iter();
         let misses = misses.filter_map(|c| Some(c.miss(find(&c.figure)?)));
         Judged {
-            value: terms().map(|(t, f)| t.cost(f.value)).sum(),
-            without: (0..groups).map(without).collect(),
+            value: terms.iter().map(|(t, f)| t.cost(f.value)).sum(),
+            without: (0..groups.unwrap_or(0)).map(without).collect(),
             miss: misses.sum(),
-            figures: figures.clone(),
+            figures,
         }
     }
 }

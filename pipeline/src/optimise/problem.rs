@@ -124,18 +124,16 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         stage(keys, &variables, &design).with_context(|| format!("stages[{}]", k + 1))
     });
     let stages: Vec<StageSettings> = stages.collect::<Result<_>>()?;
-    let models = match file.verification.models {
-        Some(models) => models,
-        None => {
-            let mut models: Vec<Model> = Vec::new();
-            for stage in &stages {
-                if !models.contains(&stage.model) {
-                    models.push(stage.model);
-                }
+    let of_stages = || {
+        let mut models: Vec<Model> = Vec::new();
+        for stage in &stages {
+            if !models.contains(&stage.model) {
+                models.push(stage.model);
             }
-            models
         }
+        models
     };
+    let models = file.verification.models.unwrap_or_else(of_stages);
     ensure!(
         !models.is_empty(),
         "verification.models: expected at least one, got none"
@@ -149,8 +147,8 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         );
     }
     let mut inputs = vec![
-        FileRecord::new(&path.display().to_string(), text.as_bytes()),
-        FileRecord::new(&place.display().to_string(), design_text.as_bytes()),
+        FileRecord::new(path.display().to_string(), text.as_bytes()),
+        FileRecord::new(place.display().to_string(), design_text.as_bytes()),
     ];
     inputs.extend(design.provenance.named.iter().cloned());
     Ok(Problem {

@@ -291,9 +291,9 @@ impl Job<'_> {
 
 impl Optimised {
     /// Name of the figure of the first term, before and after.
-    pub(super) fn figures<'a>(
-        &'a self,
-    ) -> impl Iterator<Item = (&'a str, Option<&'a JackknifedFigure>, &'a JackknifedFigure)> {
+    pub(super) fn figures(
+        &self,
+    ) -> impl Iterator<Item = (&str, Option<&JackknifedFigure>, &JackknifedFigure)> {
         self.after.figures.iter().map(|(key, after)| {
             let before = self.before.as_ref();
             let before = before.and_then(|b| b.figures.iter().find(|(known, _)| known == key));

@@ -115,9 +115,10 @@ impl Optimised {
                 count(stage.result.evaluations, "candidate"),
                 count(stage.result.generations.len(), "generation"),
                 thousands(paths),
-                match stage.result.cut_short {
-                    true => "; ended by the budget of time",
-                    false => "",
+                if stage.result.cut_short {
+                    "; ended by the budget of time"
+                } else {
+                    ""
                 }
             );
             for (why, number) in stage.result.refusals.iter().take(REASONS) {

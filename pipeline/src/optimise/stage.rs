@@ -6,6 +6,7 @@
 //! generation all candidates have the same seed. Paths are doubled where the error of a ranking is
 //! too large for it ([`MOST_NOISE`]).
 
+use std::cmp::Reverse;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
@@ -224,9 +225,10 @@ impl StageSearch<'_, '_> {
                 generation: number,
                 candidates: candidates.len(),
                 paths,
-                next_paths: match coarse {
-                    true => (2 * paths).min(self.settings().most_paths),
-                    false => paths,
+                next_paths: if coarse {
+                    (2 * paths).min(self.settings().most_paths)
+                } else {
+                    paths
                 },
                 noise,
                 tables: self.evaluator.traces.tables_solved(),
@@ -285,7 +287,7 @@ impl Course {
                 }
             }
         }
-        result.refusals.sort_by(|a, b| b.1.cmp(&a.1));
+        result.refusals.sort_by_key(|(_, number)| Reverse(*number));
         let best = generation.candidates.into_iter();
         let best = best.min_by(|a, b| a.value().total_cmp(&b.value()));
         let best = best.filter(|candidate| candidate.value.is_some());

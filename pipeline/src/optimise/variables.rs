@@ -195,9 +195,10 @@ impl Variables {
                     let all = &all.unwrap_or_default()[first - 1..*last];
                     let nearest =
                         |share: f64| all[(share * (all.len() - 1) as f64).round() as usize];
-                    match variable.count == all.len() {
-                        true => all.to_vec(),
-                        false => spline.abscissae().into_iter().map(nearest).collect(),
+                    if variable.count == all.len() {
+                        all.to_vec()
+                    } else {
+                        spline.abscissae().into_iter().map(nearest).collect()
                     }
                 }
             };

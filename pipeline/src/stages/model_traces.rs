@@ -9,10 +9,14 @@ use super::model::Model;
 use super::observation::Observation;
 use super::spectral::SpectralJob;
 use super::tables::TableLibrary;
-use super::trace::observe;
+use super::trace::TraceJob;
 use crate::cache::Cache;
 use crate::config::design::Design;
 use crate::run_context::RunContext;
+
+/// Groups that errors are told from: maps are read that many times, so that fewer than in a run
+/// leave more of the time to paths. The error of an error is a fifth.
+const ERROR_GROUPS: usize = 16;
 
 /// Traces of one model.
 pub struct ModelTraces<'a> {
@@ -57,6 +61,13 @@ impl<'a> ModelTraces<'a> {
             _ => None,
         };
         let surface = dome_surface(design, model, tables.as_ref())?;
-        observe(design, &surface, design.trace.paths, "", context)
+        let job = TraceJob {
+            design,
+            surface: &surface,
+            paths: design.trace.paths,
+            what: "",
+            error_groups: ERROR_GROUPS,
+        };
+        job.observe(context)
     }
 }

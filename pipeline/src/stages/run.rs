@@ -14,7 +14,7 @@ use super::paths_3d::WavelengthScene;
 use super::spectral::SpectralJob;
 use super::stopping_rule::{self, StoppingRule};
 use super::tables::{DesignTables, tables};
-use super::trace::TraceJob;
+use super::trace::{GROUPS, TraceJob};
 use super::units::Units;
 use crate::cache::Cache;
 use crate::config::design::Design;
@@ -93,6 +93,7 @@ impl Run<'_> {
             surface: &surface,
             paths: design.trace.paths,
             what: &format!("{} {}", design.name, model.key(design)),
+            error_groups: GROUPS,
         };
         let (observation, until_error) = match self.stopping_rule {
             None => (job.observe(context)?, None),

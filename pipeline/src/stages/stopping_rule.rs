@@ -328,6 +328,7 @@ mod tests {
             surface,
             paths: design.trace.paths,
             what: "",
+            error_groups: GROUPS,
         }
     }
 

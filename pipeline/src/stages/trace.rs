@@ -28,6 +28,8 @@ pub(super) struct TraceJob<'a> {
     pub paths: u64,
     /// Shown beside the progress and in warnings.
     pub what: &'a str,
+    /// Groups that errors are told from; they divide [`GROUPS`].
+    pub error_groups: usize,
 }
 
 /// Traces `paths` paths of `design` with `surface` on its domes; `what` is shown beside the
@@ -47,6 +49,7 @@ pub fn observe(
         surface,
         paths,
         what,
+        error_groups: GROUPS,
     };
     job.observe(context)
 }
@@ -94,7 +97,7 @@ impl TraceJob<'_> {
         context.interrupt.check()?;
         let outcome = match outcome {
             Err(tracer::Error::Cancelled) => return Err(Interrupted.into()),
-            other => other?,
+            other => other?.merged(self.error_groups),
         };
         let mut observation = Observation::new(design, outcome);
         observation.depolarised_by = scene.scattering_surfaces();

@@ -129,7 +129,7 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
     let limits = limits.collect::<Result<_>>()?;
     let deviations = Deviations::new(&source, &file.tolerances, &file.correlations)?;
     let mut inputs = vec![
-        FileRecord::new(&path.display().to_string(), text.as_bytes()),
+        FileRecord::new(path.display().to_string(), text.as_bytes()),
         record,
     ];
     inputs.extend(design.provenance.named.iter().cloned());
@@ -155,7 +155,7 @@ fn read_design(place: &Path) -> Result<(DesignFile, FileRecord)> {
         std::fs::read_to_string(place).with_context(|| format!("{} cannot be read", at()))?;
     let table =
         toml_errors::read(&text, &[]).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
-    let record = FileRecord::new(&place.display().to_string(), text.as_bytes());
+    let record = FileRecord::new(place.display().to_string(), text.as_bytes());
     Ok((DesignFile::new(place.to_path_buf(), table), record))
 }
 

@@ -160,12 +160,11 @@ impl Deviations {
             let places = tolerance.places(source)?;
             let single = places.len() == 1;
             for place in places {
-                let value = match tolerance.common || single {
-                    true => common,
-                    false => {
-                        let normal = standard_normal(random);
-                        tolerance.law.deviation(normal, random)
-                    }
+                let value = if tolerance.common || single {
+                    common
+                } else {
+                    let normal = standard_normal(random);
+                    tolerance.law.deviation(normal, random)
                 };
                 all.push(Deviation {
                     tolerance: number,

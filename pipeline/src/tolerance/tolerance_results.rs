@@ -153,9 +153,10 @@ impl<'a> ToleranceResults<'a> {
         let names = self.names();
         let deviations = deviations.map(|deviation| {
             let name = names[deviation.tolerance];
-            match name == deviation.place {
-                true => name.to_owned(),
-                false => format!("{name} {}", deviation.place),
+            if name == deviation.place {
+                name.to_owned()
+            } else {
+                format!("{name} {}", deviation.place)
             }
         });
         let figures = self.analysis.figures.iter();

@@ -71,6 +71,7 @@ impl Traced {
             surface: &self.prepared.surface,
             paths: self.paths,
             what,
+            error_groups: GROUPS,
         }
     }
 }
