@@ -84,6 +84,10 @@ pub struct LimitKeys {
     pub total_height_mm: Option<f64>,
     /// Least width of a ring, µm.
     pub ring_width_um: Option<f64>,
+    /// Least radius of tips, µm.
+    pub tip_radius_um: Option<f64>,
+    /// Least radius of valleys, µm.
+    pub valley_radius_um: Option<f64>,
     /// Whether the outline may lean over itself.
     #[serde(default)]
     pub overhang: bool,

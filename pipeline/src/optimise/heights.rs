@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A profile of heights as a smooth dome of a design.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result};
 use toml::Value;
 
 use super::spline::BSpline;
 use crate::config::design::Design;
-use crate::geometry::{Curve, Meridian};
 
 /// Pieces of arc for each coefficient of a profile of heights.
 const PIECES: usize = 6;
@@ -14,14 +13,11 @@ const PIECES: usize = 6;
 /// Radius that a profile of heights reaches, mm.
 ///
 /// # Errors
-/// A package without a dome, or with one of triangles.
+/// A package without a dome of revolution.
 pub(super) fn radius_mm(design: &Design) -> Result<f64> {
-    let outline = design.outline()?;
-    ensure!(
-        !outline.pieces.is_empty(),
-        "profile: expected a design with a dome of revolution"
-    );
-    Ok(outline.radius_mm())
+    let base = design.base();
+    let base = base.context("profile: expected a design with a dome of revolution")?;
+    Ok(base.reach_mm())
 }
 
 /// Where the coefficients of a profile of heights act, as shares of the radius. The first two of
@@ -32,25 +28,15 @@ pub(super) fn abscissae(count: usize) -> Vec<f64> {
     at
 }
 
-/// Height of the highest piece of `outline` at radius `r`, mm.
-pub(super) fn height_at(outline: &Meridian, r: f64) -> f64 {
-    let mut highest = 0.0_f64;
-    for piece in &outline.pieces {
-        let ([r0, z0], [r1, z1]) = (piece.start, piece.end);
-        if r < r0.min(r1) || r > r0.max(r1) {
-            continue;
-        }
-        let height = match piece.curve {
-            Curve::Arc {
-                radius_mm,
-                centre_mm,
-            } => (radius_mm.powi(2) - r * r).max(0.0).sqrt() + centre_mm,
-            _ if (r1 - r0).abs() > 0.0 => z0 + (z1 - z0) * (r - r0) / (r1 - r0),
-            _ => z0.max(z1),
-        };
-        highest = highest.max(height);
-    }
-    highest
+/// Heights of the smooth dome of `design` at these shares of its radius, mm.
+///
+/// # Errors
+/// A package without a dome of revolution.
+pub(super) fn of_design(design: &Design, shares: &[f64]) -> Result<Vec<f64>> {
+    let radius = radius_mm(design)?;
+    let base = design.base();
+    let height = |share: &f64| base.map_or(0.0, |base| base.height_at(share * radius));
+    Ok(shares.iter().map(height).collect())
 }
 
 /// The value of `dome`: a smooth dome with these coefficients of a spline of heights, arcs between

@@ -21,6 +21,8 @@ pub struct Limits {
     pub apex_deg: f64,
     total_height_mm: f64,
     ring_width_um: f64,
+    tip_radius_um: f64,
+    valley_radius_um: f64,
     overhang: bool,
 }
 
@@ -49,6 +51,8 @@ impl Limits {
             apex_deg: angle("apex_deg", keys.apex_deg, 170.0)?,
             total_height_mm: length("total_height_mm", keys.total_height_mm, f64::INFINITY)?,
             ring_width_um: length("ring_width_um", keys.ring_width_um, 0.0)?,
+            tip_radius_um: length("tip_radius_um", keys.tip_radius_um, 0.0)?,
+            valley_radius_um: length("valley_radius_um", keys.valley_radius_um, 0.0)?,
             overhang: keys.overhang,
         })
     }
@@ -69,6 +73,20 @@ impl Limits {
         if width < self.ring_width_um * (1.0 - 1e-12) {
             let limit = self.ring_width_um;
             return Some(format!("limits.ring_width_um: {width} below {limit}"));
+        }
+        let rounding = design.elements.rounding;
+        for (key, radius_mm, limit) in [
+            ("tip_radius_um", rounding.tip_mm, self.tip_radius_um),
+            (
+                "valley_radius_um",
+                rounding.valley_mm,
+                self.valley_radius_um,
+            ),
+        ] {
+            let radius_um = 1e3 * radius_mm;
+            if radius_um < limit * (1.0 - 1e-12) {
+                return Some(format!("limits.{key}: {radius_um} below {limit}"));
+            }
         }
         if !self.overhang && leans(&outline) {
             return Some("limits.overhang: the outline leans over itself".to_owned());

@@ -180,12 +180,7 @@ impl Variables {
                 (_, Some(start)) => vec![start; variable.count],
                 (Place::Key(key), None) => vec![variable.at_present(key, &self.source.table)?],
                 (Place::Height, None) => {
-                    let outline = design.outline()?;
-                    let at = heights::abscissae(variable.count);
-                    let radius = heights::radius_mm(&design)?;
-                    at.into_iter()
-                        .map(|share| heights::height_at(&outline, share * radius))
-                        .collect()
+                    heights::of_design(&design, &heights::abscissae(variable.count))?
                 }
                 (Place::Rings(side, [first, last]), None) => {
                     if slopes.is_none() {

@@ -8,7 +8,7 @@ use crate::config::design::Design;
 use crate::geometry::profile::Shape;
 use crate::geometry::{Chord, vertices};
 
-/// Least angle between a side and the chord that it stands on, degrees.
+/// Least angle between a side and the smooth surface below it, degrees.
 const LEAST_BASE_DEG: f64 = 0.5;
 
 /// The sides of a ring.
@@ -25,8 +25,8 @@ pub enum Side {
 pub struct RingSlopes {
     inner: Vec<f64>,
     outer: Vec<f64>,
-    /// Fall of each chord, degrees.
-    fall: Vec<f64>,
+    /// Least and largest fall of the smooth surface below each ring, degrees.
+    falls: Vec<[f64; 2]>,
 }
 
 impl RingSlopes {
@@ -35,16 +35,17 @@ impl RingSlopes {
     /// # Errors
     /// Rings that are no triangles or steps.
     pub fn of(design: &Design) -> Result<Self> {
-        let Some(sphere) = design.sphere().filter(|_| design.has_relief()) else {
+        let Some(base) = design.base().filter(|_| design.has_relief()) else {
             bail!("expected a design with [elements], got a smooth or bare package");
         };
         let mut slopes = Self {
             inner: Vec::new(),
             outer: Vec::new(),
-            fall: Vec::new(),
+            falls: Vec::new(),
         };
         for (k, shape) in design.elements.shapes.iter().enumerate() {
-            let chord = Chord::of(sphere, design.elements.width_mm, k + 1);
+            let width_mm = design.elements.width_mm;
+            let chord = Chord::of(base, width_mm, k + 1);
             let fall = chord.slope().to_degrees();
             let corners = vertices(shape, &chord);
             ensure!(
@@ -65,14 +66,15 @@ impl RingSlopes {
                 Shape::Os1 => 90.0,
                 _ => outer + fall,
             });
-            slopes.fall.push(fall);
+            let radii = [k, k + 1].map(|k| k as f64 * width_mm);
+            slopes.falls.push(base.slopes_deg(radii));
         }
         Ok(slopes)
     }
 
     /// Number of rings.
     pub fn count(&self) -> usize {
-        self.fall.len()
+        self.falls.len()
     }
 
     /// Slopes of one side of all rings, from the axis.
@@ -91,17 +93,17 @@ impl RingSlopes {
         }
     }
 
-    /// Clips slopes so that sides stay above their chords, no side is steeper than `steepest_deg`,
+    /// Clips slopes so that sides stay above the smooth surface, no side is steeper than `steepest_deg`,
     /// and no tip is sharper than `apex_deg`.
     pub fn clip(&mut self, steepest_deg: f64, apex_deg: f64) {
-        for k in 0..self.fall.len() {
-            let fall = self.fall[k];
-            let outer = self.outer[k].min(steepest_deg).max(fall + LEAST_BASE_DEG);
+        for k in 0..self.falls.len() {
+            let [least, most] = self.falls[k];
+            let outer = self.outer[k].min(steepest_deg).max(most + LEAST_BASE_DEG);
             let inner = self.inner[k]
                 .min(steepest_deg)
                 .min(180.0 - apex_deg - outer);
             self.outer[k] = outer;
-            self.inner[k] = inner.max(LEAST_BASE_DEG - fall);
+            self.inner[k] = inner.max(LEAST_BASE_DEG - least);
         }
     }
 

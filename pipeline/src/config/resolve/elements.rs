@@ -247,8 +247,12 @@ fn triangle(
         ));
     };
     for (name, angle) in &given {
-        if !(*angle > 0.0 && *angle < 180.0) {
-            return Err(at.value(&key(name), angle, "an angle above 0 and below 180 degrees"));
+        // Above the horizontal a side may fall outwards, less than the dome does.
+        let falls = *name == "inner_base_angle_deg" && shape.reference == Reference::Horizontal;
+        let least = if falls { -90.0 } else { 0.0 };
+        if !(*angle > least && *angle < 180.0) {
+            let expected = format!("an angle above {least} and below 180 degrees");
+            return Err(at.value(&key(name), angle, &expected));
         }
     }
     let third = 180.0 - first - second;
