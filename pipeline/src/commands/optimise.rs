@@ -18,6 +18,8 @@ use crate::optimise::problem::{self, Problem};
 use crate::optimise::recipe::{self, Job, Optimised};
 use crate::provenance::FileRecord;
 use crate::published::Published;
+use crate::quantity::Unit;
+use crate::report::plots::{Heading, MarkedLine, marked_lines, search_course};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
@@ -28,6 +30,10 @@ use crate::stages::seeds::mix;
 
 /// File under the directory of results.
 pub const FILE: &str = "optimise.json";
+/// Picture of the course of the search.
+const COURSE: &str = "course.png";
+/// Picture of the sensitivities.
+const SENSITIVITIES: &str = "sensitivities.png";
 /// Number of the seed of the run of the results, beside that of the search.
 const RESULTS: u64 = 0xf1e5;
 
@@ -106,9 +112,10 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     )?;
     let published = Published::load()?;
     results.write(out, &published)?;
-    let files = [log::FILE, recipe::DESIGN, results::FILE];
-    let files = files.map(|name| record(out, name));
-    let files = files.into_iter().collect::<Result<Vec<_>>>()?;
+    let mut files = vec![log::FILE, recipe::DESIGN, results::FILE];
+    files.extend(pictures(&problem, &found, out)?);
+    let files = files.into_iter().map(|name| record(out, name));
+    let files = files.collect::<Result<Vec<_>>>()?;
     let json = sealed(found.to_json(&problem, context.seed, &files))?;
     atomic_file::write_json(&out.join(FILE), &json)?;
     context.console.result(&json, || {
@@ -119,6 +126,31 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
             out.display()
         )
     })
+}
+
+/// Draws the course of the search, and the sensitivities where there are any.
+fn pictures(problem: &Problem, found: &Optimised, out: &Path) -> Result<Vec<&'static str>> {
+    let name = format!("{} from {}", problem.name, problem.design.name);
+    let heading = Heading::new("Course of the search", name.clone());
+    let png = search_course(&heading, &found.course()?)?.png()?;
+    atomic_file::write_bytes(&out.join(COURSE), &png)?;
+    let lines = found.coefficients.iter().filter_map(|c| {
+        let sensitivity = c.sensitivity?;
+        Some(MarkedLine {
+            label: c.label.clone(),
+            marks: vec![(String::new(), sensitivity.value, sensitivity.standard_error)],
+            least: f64::NEG_INFINITY,
+        })
+    });
+    let lines: Vec<MarkedLine> = lines.collect();
+    if lines.is_empty() {
+        return Ok(vec![COURSE]);
+    }
+    let heading = Heading::new("Sensitivities at the design found", name);
+    let words = "change of the objective for one unit";
+    let png = marked_lines(&heading, words, Unit::Relative, &lines)?.png()?;
+    atomic_file::write_bytes(&out.join(SENSITIVITIES), &png)?;
+    Ok(vec![COURSE, SENSITIVITIES])
 }
 
 fn record(out: &Path, name: &str) -> Result<FileRecord> {

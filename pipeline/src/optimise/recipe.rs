@@ -11,7 +11,7 @@ use super::evaluate::{Evaluator, Outcome};
 use super::log::{self, Log};
 use super::objective::Judged;
 use super::problem::{Problem, StageSettings};
-use super::stage::{StageResult, StageSearch};
+use super::stage::{CHOICE, StageResult, StageSearch};
 use super::variables::Variables;
 use crate::atomic_file;
 use crate::cache::Cache;
@@ -267,7 +267,7 @@ impl Job<'_> {
                 moved[k] = (moved[k] + side).clamp(0.0, 1.0);
                 let at = variables.coefficients(&moved)[k];
                 if let Outcome::Judged(one) =
-                    evaluator.evaluate(&moved, stage.most_paths, context)?
+                    evaluator.evaluate(&moved, CHOICE * stage.most_paths, context)?
                 {
                     judged.push((at, one));
                 }

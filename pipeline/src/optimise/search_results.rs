@@ -14,6 +14,7 @@ use crate::digits::{format_value_with_error, thousands};
 use crate::metrics::Estimate;
 use crate::plural::count;
 use crate::provenance::FileRecord;
+use crate::quantity::Curve;
 
 /// Version of the layout of `optimise.json`.
 const SCHEMA_VERSION: u32 = 1;
@@ -96,6 +97,52 @@ impl Optimised {
     fn bias(&self, value: f64) -> Estimate {
         let after = self.after.estimate();
         Estimate::new(after.value - value, after.standard_error)
+    }
+
+    /// The course of the search: the best candidate of every generation that met the constraints
+    /// over the number of candidates, and the verified objective before and after.
+    ///
+    /// # Errors
+    /// Values that are no curve.
+    pub fn course(&self) -> anyhow::Result<Vec<Curve>> {
+        let (mut at, mut value, mut error) = (Vec::new(), Vec::new(), Vec::new());
+        let mut candidates = 0.0;
+        let generations = self
+            .stages
+            .iter()
+            .flat_map(|stage| &stage.result.generations);
+        for (end, best) in generations {
+            candidates += end.candidates as f64;
+            let feasible = best.as_ref().filter(|best| best.feasible);
+            let found = feasible.and_then(|best| Some((best.value?, best.standard_error?)));
+            if let Some((best, standard_error)) = found {
+                at.push(candidates);
+                value.push(best);
+                error.push(standard_error);
+            }
+        }
+        let level = |label: &str, e: Estimate| {
+            Curve::new(
+                label,
+                vec![0.0, candidates],
+                vec![e.value; 2],
+                vec![e.standard_error; 2],
+            )
+        };
+        let mut curves = Vec::new();
+        if at.len() > 1 {
+            curves.push(Curve::new(
+                "best of a generation, in the search",
+                at,
+                value,
+                error,
+            )?);
+        }
+        if let Some(before) = &self.before {
+            curves.push(level("verified before", before.estimate())?);
+        }
+        curves.push(level("verified after", self.after.estimate())?);
+        Ok(curves)
     }
 
     /// Lines for people.

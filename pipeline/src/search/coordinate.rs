@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Pattern search along the coordinates: the step halves after a sweep without gain.
+//! Pattern search along the coordinates: the step halves after a round without gain.
 //!
 //! \[Kolda, Lewis, Torczon 2003\] T. G. Kolda, R. M. Lewis, V. Torczon, *Optimization by direct
-//! search*, SIAM Rev. 45, 385: compass search with complete polling.
+//! search*, SIAM Rev. 45, 385: compass search with complete polling,
+//! here with a trial of all moves that gain.
 
 use super::record::Record;
 use super::{BUDGET_SPENT, Point, Search, Told};
@@ -20,12 +21,17 @@ pub struct Settings {
     pub most_evaluations: usize,
 }
 
-/// A centre that moves to the best of its neighbours at one step along each coordinate.
+/// A centre with its neighbours at one step along each coordinate. Moves that gain are tried
+/// together, as far as they add up, and the centre goes to the best candidate of the trial. The
+/// centre is a candidate of every generation, so that noise that one generation shares decides
+/// nothing.
 #[derive(Debug, Clone)]
 pub struct CoordinateSearch {
     smallest_step: f64,
-    centre: Told,
+    centre: Point,
     step: f64,
+    /// Moves to try together: the points of neighbours that gained, best first.
+    gains: Vec<Point>,
     record: Record,
 }
 
@@ -42,23 +48,42 @@ impl CoordinateSearch {
         Self {
             // A step below round-off has no neighbours.
             smallest_step: settings.smallest_step.max(f64::EPSILON),
-            centre: Told {
-                point: start.iter().map(|u| u.clamp(0.0, 1.0)).collect(),
-                value: f64::INFINITY,
-            },
+            centre: start.iter().map(|u| u.clamp(0.0, 1.0)).collect(),
             step,
+            gains: Vec::new(),
             record: Record::new(settings.most_evaluations),
         }
+    }
+
+    /// The best 1, 2, 4, ... gains together, and all of them; of two moves of one coordinate the
+    /// better one counts.
+    fn together(&self) -> Vec<Point> {
+        let mut trials = Vec::new();
+        let mut moved = self.centre.clone();
+        for (number, gain) in (1_usize..).zip(&self.gains) {
+            let changed =
+                (0..moved.len()).filter(|&k| gain[k].to_bits() != self.centre[k].to_bits());
+            for k in changed {
+                if moved[k].to_bits() == self.centre[k].to_bits() {
+                    moved[k] = gain[k];
+                }
+            }
+            if number.is_power_of_two() || number == self.gains.len() {
+                trials.push(moved.clone());
+            }
+        }
+        trials.dedup();
+        trials
     }
 
     /// Centre plus and minus one step along each coordinate, without those the box leaves in place.
     fn neighbours(&self) -> Vec<Point> {
         let mut neighbours = Vec::new();
-        for k in 0..self.centre.point.len() {
+        for k in 0..self.centre.len() {
             for step in [self.step, -self.step] {
-                let mut point = self.centre.point.clone();
+                let mut point = self.centre.clone();
                 point[k] = (point[k] + step).clamp(0.0, 1.0);
-                if point != self.centre.point {
+                if point != self.centre {
                     neighbours.push(point);
                 }
             }
@@ -75,30 +100,38 @@ impl Search for CoordinateSearch {
         if !self.record.asked().is_empty() {
             return self.record.asked().to_vec();
         }
-        let mut candidates = match self.record.evaluations() {
-            0 => vec![self.centre.point.clone()],
-            _ => self.neighbours(),
-        };
+        let mut candidates = vec![self.centre.clone()];
+        candidates.extend(if self.gains.is_empty() {
+            self.neighbours()
+        } else {
+            self.together()
+        });
         candidates.truncate(self.record.left());
         self.record.ask(candidates)
     }
 
     fn tell(&mut self, values: &[f64]) {
-        let first = self.record.evaluations() == 0;
-        let told = self.record.tell(values);
-        let best = told
-            .into_iter()
-            .min_by(|a, b| a.value.total_cmp(&b.value))
-            .filter(|best| best.value < self.centre.value);
-        match best {
-            Some(best) => self.centre = best,
-            None if first => {}
+        let mut told = self.record.tell(values);
+        let centre = told.remove(0).value;
+        told.retain(|one| one.value < centre);
+        told.sort_by(|a, b| a.value.total_cmp(&b.value));
+        if self.gains.is_empty() {
+            if told.is_empty() {
+                self.step /= 2.0;
+            }
+            self.gains = told.into_iter().map(|one| one.point).collect();
+            return;
+        }
+        self.gains.clear();
+        match told.into_iter().next() {
+            Some(best) => self.centre = best.point,
+            // What gained alone was noise.
             None => self.step /= 2.0,
         }
     }
 
     fn favourite(&self) -> Point {
-        self.centre.point.clone()
+        self.centre.clone()
     }
 
     fn best(&self) -> Option<&Told> {
