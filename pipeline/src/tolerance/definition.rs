@@ -88,12 +88,10 @@ pub fn load(path: &Path, overrides: Overrides) -> Result<ToleranceAnalysis> {
 fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnalysis> {
     let file: ToleranceFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    let name = file
-        .design
-        .as_ref()
-        .context("design: expected the file of a design")?;
-    let place = folder.join(name);
+    let place = folder.join(&file.design);
     let (source, record) = read_design(&place)?;
+    let table = source.table_with(&file.set).context("set")?;
+    let source = DesignFile::new(place, table);
     let design = source.with(&Settings::new())?;
     let model = file.model.unwrap_or(Model::Geometric).of(&design)?;
     let samples = overrides.samples.or(file.samples).unwrap_or(SAMPLES);

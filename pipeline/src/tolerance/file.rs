@@ -4,6 +4,7 @@
 
 use serde::Deserialize;
 
+use crate::config::dotted_keys::Settings;
 use crate::stages::model::Model;
 
 /// A whole tolerance file.
@@ -15,8 +16,11 @@ pub struct ToleranceFile {
     /// One line for people.
     #[serde(default)]
     pub description: String,
-    /// Design file, relative to the tolerance file; absent where an optimisation names it.
-    pub design: Option<String>,
+    /// Design file, relative to the tolerance file.
+    pub design: String,
+    /// Keys of the design that are set before anything deviates.
+    #[serde(default)]
+    pub set: Settings,
     /// Model of the traces; absent: rays on the relief.
     pub model: Option<Model>,
     /// Number of samples.
