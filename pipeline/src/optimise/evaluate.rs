@@ -6,11 +6,15 @@ use anyhow::Result;
 
 use super::objective::{Judged, Objective};
 use super::problem::StageSettings;
+use super::robust::RobustObjective;
 use super::variables::Variables;
-use crate::config::design::Design;
+use crate::config::design::{Design, PATHS};
+use crate::config::dotted_keys::Settings;
 use crate::interrupt::Interrupted;
 use crate::run_context::RunContext;
+use crate::stages::design_file::DesignFile;
 use crate::stages::model_traces::ModelTraces;
+use crate::stages::seeds::mix;
 
 /// What came of a candidate.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,23 +52,27 @@ impl Outcome {
 pub(super) struct Evaluator<'a> {
     pub variables: &'a Variables,
     pub objective: &'a Objective,
+    pub robust: Option<&'a RobustObjective>,
     pub stage: &'a StageSettings,
     pub traces: ModelTraces<'a>,
 }
 
 impl Evaluator<'_> {
     /// The design at `point`, or why there is none.
-    pub fn design(&self, point: &[f64]) -> Result<Design, String> {
-        let made = || -> Result<Design> {
+    fn design(&self, point: &[f64]) -> Result<DesignFile, String> {
+        let made = || -> Result<(DesignFile, Design)> {
             let mut settings = self.variables.settings(point)?;
             settings.extend(self.stage.set.clone());
-            self.variables.source.with(&settings)
+            let source = &self.variables.source;
+            let file = DesignFile::new(source.path.clone(), source.table_with(&settings)?);
+            // Parsed with its settings, so that messages name them.
+            Ok((file, source.with(&settings)?))
         };
-        let design = made().map_err(|why| format!("{why:#}"))?;
-        if let Some(broken) = self.variables.limits.broken(&design) {
-            return Err(broken);
+        let (file, design) = made().map_err(|why| format!("{why:#}"))?;
+        match self.variables.limits.broken(&design) {
+            Some(broken) => Err(broken),
+            None => Ok(file),
         }
-        Ok(design)
     }
 
     /// Judges the candidate at `point` by `paths` paths.
@@ -83,12 +91,26 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Judges `design` by `paths` paths.
+    /// Judges the design of `file` by `paths` paths: the design itself, or packages that deviate
+    /// from it, which share the paths.
     ///
     /// # Errors
     /// Those of the solver and the tracer; figures that cannot be read; an interrupt.
-    pub fn judge(&mut self, design: &Design, paths: u64, context: RunContext) -> Result<Judged> {
-        let mut design = design.clone();
+    pub fn judge(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
+        let Some(robust) = self.robust else {
+            return self.judge_one(file, paths, context);
+        };
+        let packages = robust.packages(file, context.seed)?;
+        let paths = (paths / robust.samples as u64).max(*PATHS.start());
+        let judged = (0..).zip(&packages).map(|(number, package)| {
+            let seed = mix(context.seed ^ mix(number));
+            self.judge_one(package, paths, RunContext { seed, ..context })
+        });
+        Ok(robust.combine(&judged.collect::<Result<Vec<_>>>()?))
+    }
+
+    fn judge_one(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
+        let mut design = file.with(&Settings::new())?;
         design.trace.paths = paths;
         let seen = self.traces.observe(&design, context.silent())?;
         self.objective.judge(&design, &seen)

@@ -99,6 +99,12 @@ pub struct LimitKeys {
 pub struct ObjectiveKeys {
     /// Weighted terms, which are added up.
     pub terms: Vec<TermKeys>,
+    /// Tolerance file, relative to the problem file, over whose deviations the objective is taken.
+    pub tolerances: Option<String>,
+    /// Packages that are drawn for each candidate.
+    pub samples: Option<usize>,
+    /// Standard deviations from package to package that are added to the mean.
+    pub deviations: Option<f64>,
 }
 
 /// What is done with a figure.

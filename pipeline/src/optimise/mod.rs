@@ -16,6 +16,7 @@ pub mod log;
 mod objective;
 pub mod problem;
 pub mod recipe;
+mod robust;
 pub mod search_results;
 mod spline;
 mod stage;

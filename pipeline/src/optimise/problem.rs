@@ -9,6 +9,7 @@ use serde_json::json;
 use super::file::{Method, ProblemFile, StageKeys};
 use super::limits::Limits;
 use super::objective::Objective;
+use super::robust::RobustObjective;
 use super::variables::Variables;
 use crate::cache::Key;
 use crate::config::design::{Design, PATHS};
@@ -51,6 +52,8 @@ pub struct Problem {
     pub inputs: Vec<FileRecord>,
     pub(super) variables: Variables,
     pub(super) objective: Objective,
+    /// Tolerances over which the objective is taken.
+    pub(super) robust: Option<RobustObjective>,
     text: String,
 }
 
@@ -151,6 +154,8 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         FileRecord::new(place.display().to_string(), design_text.as_bytes()),
     ];
     inputs.extend(design.provenance.named.iter().cloned());
+    let (robust, named) = RobustObjective::new(&file.objective, &folder)?.unzip();
+    inputs.extend(named.into_iter().flatten());
     Ok(Problem {
         name: file.name,
         description: file.description,
@@ -161,6 +166,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         inputs,
         variables,
         objective,
+        robust,
         text: text.to_owned(),
     })
 }

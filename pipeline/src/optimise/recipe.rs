@@ -20,6 +20,7 @@ use crate::config::dotted_keys::Settings;
 use crate::metrics::{Estimate, JackknifedFigure, spread};
 use crate::run_context::RunContext;
 use crate::search::Point;
+use crate::stages::design_file::DesignFile;
 use crate::stages::model::Model;
 use crate::stages::model_traces::ModelTraces;
 use crate::stages::scene_check;
@@ -130,7 +131,7 @@ impl Job<'_> {
             });
         }
         self.feasible(&stages)?;
-        let design = self.write(&settings)?;
+        let (file, design) = self.write(&settings)?;
         let mut last = problem.stages[problem.stages.len() - 1].clone();
         let sensitivities = self.sensitivities(&variables, &last, &best, context)?;
         last.set.clear();
@@ -152,8 +153,8 @@ impl Job<'_> {
         let verified = RunContext { seed, ..context };
         let paths = problem.verification_paths.unwrap_or(design.trace.paths);
         let mut evaluator = self.evaluator(&variables, &last);
-        let after = evaluator.judge(&design, paths, verified)?;
-        let before = evaluator.judge(&problem.design, paths, verified);
+        let after = evaluator.judge(&file, paths, verified)?;
+        let before = evaluator.judge(&problem.variables.source, paths, verified);
         Ok(Optimised {
             stages,
             active_limits: variables.limits.active(&design),
@@ -172,6 +173,7 @@ impl Job<'_> {
         Evaluator {
             variables,
             objective: &self.problem.objective,
+            robust: self.problem.robust.as_ref(),
             stage,
             traces: ModelTraces::new(stage.model, self.cache),
         }
@@ -206,7 +208,7 @@ impl Job<'_> {
     }
 
     /// Writes the design with `settings` under the name of the problem, and reads it again.
-    fn write(&self, settings: &Settings) -> Result<Design> {
+    fn write(&self, settings: &Settings) -> Result<(DesignFile, Design)> {
         let problem = self.problem;
         let mut table = problem.variables.source.table_with(settings)?;
         let text = |value: String| toml::Value::String(value);
@@ -216,7 +218,9 @@ impl Job<'_> {
         let path = self.out.join(DESIGN);
         self.copy_named_files()?;
         atomic_file::write_bytes(&path, toml::to_string(&table)?.as_bytes())?;
-        scene_check::load(&path).with_context(|| format!("{}: the design found", path.display()))
+        let design = scene_check::load(&path)
+            .with_context(|| format!("{}: the design found", path.display()))?;
+        Ok((DesignFile::new(path, table), design))
     }
 
     /// Copies the files that the design names to where the design that was found looks for them.

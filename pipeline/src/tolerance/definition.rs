@@ -31,6 +31,8 @@ pub struct ToleranceAnalysis {
     pub design: Design,
     /// Its file.
     pub source: DesignFile,
+    /// Keys that are set before anything deviates.
+    pub set: Settings,
     /// What deviates.
     pub deviations: Deviations,
     /// Model of the traces.
@@ -136,6 +138,7 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
         description: file.description,
         design,
         source,
+        set: file.set,
         deviations,
         model,
         samples,
