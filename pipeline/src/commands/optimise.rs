@@ -13,7 +13,6 @@ use super::outputs::{results_writable, writable};
 use crate::atomic_file;
 use crate::config::design::Design;
 use crate::content_hash::sealed;
-use crate::optimise::log;
 use crate::optimise::problem::{self, Problem};
 use crate::optimise::recipe::{self, Job, Optimised};
 use crate::provenance::FileRecord;
@@ -112,10 +111,16 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     )?;
     let published = Published::load()?;
     results.write(out, &published)?;
-    let mut files = vec![log::FILE, recipe::DESIGN, results::FILE];
+    // The log states times, which no two runs share.
+    let mut files = vec![recipe::DESIGN, results::FILE];
     files.extend(pictures(&problem, &found, out)?);
     let files = files.into_iter().map(|name| record(out, name));
     let files = files.collect::<Result<Vec<_>>>()?;
+    for missed in found.missed_constraints(&problem) {
+        context
+            .console
+            .warn(&format!("{}: {missed}", arguments.problem.display()));
+    }
     let json = sealed(found.to_json(&problem, context.seed, &files))?;
     atomic_file::write_json(&out.join(FILE), &json)?;
     context.console.result(&json, || {

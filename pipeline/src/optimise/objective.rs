@@ -260,6 +260,10 @@ fn term(keys: &TermKeys) -> Result<Term> {
         keys.target.is_some() == (keys.goal == Goal::Target),
         "target: expected it with goal = \"target\", and there alone"
     );
+    ensure!(
+        keys.figure != FAR_FIELD_DISTANCE || keys.goal != Goal::Maximise,
+        "goal: expected \"minimise\" or \"target\" with {FAR_FIELD_DISTANCE}"
+    );
     Ok(Term {
         figure: keys.figure.clone(),
         goal: keys.goal,

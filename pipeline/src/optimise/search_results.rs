@@ -72,6 +72,27 @@ impl Optimised {
         })
     }
 
+    /// Constraints that the verified figures do not meet.
+    pub fn missed_constraints(&self, problem: &Problem) -> Vec<String> {
+        let missed = problem
+            .objective
+            .constraints
+            .iter()
+            .filter_map(|constraint| {
+                let figures = &self.after.figures;
+                let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
+                (!constraint.is_met(figure)).then(|| {
+                    format!(
+                        "constraints: expected {} by {} standard errors, got {} when verified",
+                        constraint.words(),
+                        constraint.margin,
+                        format_value_with_error(figure.value, figure.standard_error)
+                    )
+                })
+            });
+        missed.collect()
+    }
+
     fn last(&self) -> &StageOutcome {
         &self.stages[self.stages.len() - 1]
     }
