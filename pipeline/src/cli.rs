@@ -109,12 +109,12 @@ pub enum Command {
     Study(StudyArgs),
     /// Search for the design that a problem file asks for, and verify it
     #[command(
-        after_help = "Example: batwing optimise data/gallery/d3-rays/problem.toml --out optimised"
+        after_help = "Example: batwing optimise data/gallery/d3-by-rays/problem.toml --out optimised"
     )]
     Optimise(OptimiseArgs),
     /// Show what deviations of real packages do to the figures of a design
     #[command(
-        after_help = "Example: batwing tolerance data/gallery/d3-rays/tolerance.toml --out tolerance"
+        after_help = "Example: batwing tolerance data/gallery/d3-by-rays/tolerance.toml --out tolerance"
     )]
     Tolerance(ToleranceArgs),
     /// Solve one grating and print every order as JSON
