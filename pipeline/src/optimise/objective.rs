@@ -194,7 +194,7 @@ impl Objective {
     }
 
     /// Objective and misses of `figures`.
-    fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
+    pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
         let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
         let terms: Vec<(&Term, &JackknifedFigure)> = self
             .terms
@@ -284,11 +284,19 @@ fn constraint(keys: &ConstraintKeys, design: &Design) -> Result<Constraint> {
         low.is_some() || high.is_some(),
         "expected `at_least`, `at_most` or both, got neither"
     );
-    let crossed = low.zip(high).is_some_and(|(low, high)| low > high);
-    ensure!(
-        !crossed && low.into_iter().chain(high).all(f64::is_finite),
-        "at_least, at_most: expected a number and a larger one, got {low:?} and {high:?}"
-    );
+    for (key, bound) in [("at_least", low), ("at_most", high)] {
+        ensure!(
+            bound.is_none_or(f64::is_finite),
+            "{key}: expected a finite number, got {}",
+            bound.unwrap_or_default()
+        );
+    }
+    if let Some((low, high)) = low.zip(high) {
+        ensure!(
+            low <= high,
+            "at_least, at_most: expected a number and a larger one, got {low} and {high}"
+        );
+    }
     ensure!(
         keys.margin >= 0.0 && keys.margin.is_finite(),
         "margin: expected a number of standard errors from 0, got {}",

@@ -17,6 +17,7 @@ use crate::atomic_file;
 use crate::cache::Cache;
 use crate::config::design::Design;
 use crate::config::dotted_keys::Settings;
+use crate::interrupt::Interrupted;
 use crate::metrics::{Estimate, JackknifedFigure, spread};
 use crate::run_context::RunContext;
 use crate::search::Point;
@@ -121,7 +122,7 @@ impl Job<'_> {
             };
             let result = search.run(&start);
             progress.finish_and_clear();
-            let result = result?;
+            let result = result.map_err(|error| self.about(error))?;
             best.clone_from(&result.finalists[0].point);
             // All that was set before stays; what this stage sets goes on top.
             settings.extend(variables.settings(&best)?);
@@ -130,7 +131,7 @@ impl Job<'_> {
                 result,
             });
         }
-        self.feasible(&stages)?;
+        self.feasible(&stages).map_err(|error| self.about(error))?;
         let (file, design) = self.write(&settings)?;
         let mut last = problem.stages[problem.stages.len() - 1].clone();
         let sensitivities = self.sensitivities(&variables, &last, &best, context)?;
@@ -177,6 +178,14 @@ impl Job<'_> {
             stage,
             traces: ModelTraces::new(stage.model, self.cache),
         }
+    }
+
+    /// An error of the search with the file of the problem; an interrupt stays as it is.
+    fn about(&self, error: anyhow::Error) -> anyhow::Error {
+        if error.is::<Interrupted>() {
+            return error;
+        }
+        error.context(self.problem.inputs[0].file.clone())
     }
 
     /// Refuses a search that met no candidate within the constraints.

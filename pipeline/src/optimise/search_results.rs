@@ -190,7 +190,7 @@ impl Optimised {
                 }
             );
             for (why, number) in stage.result.refusals.iter().take(REASONS) {
-                let _ = writeln!(text, "  refused {number} times: {why}");
+                let _ = writeln!(text, "  refused {}: {why}", count(*number, "time"));
             }
         }
         let _ = writeln!(

@@ -264,7 +264,7 @@ impl StageSearch<'_, '_> {
             let why = course.result.refusals.first();
             let why = why.map_or_else(|| "nothing was traced".to_owned(), |(why, _)| why.clone());
             bail!(
-                "stage {}: expected a candidate that can be traced, got none in {}: {why}",
+                "stages[{}]: expected a candidate that can be traced, got none in {}: {why}",
                 self.number,
                 count(course.result.evaluations, "candidate")
             );

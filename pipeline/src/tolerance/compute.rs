@@ -96,7 +96,9 @@ pub fn compute(
         .collect();
     ensure!(
         2 * failed.len() < samples.len(),
-        "tolerances: expected deviations that most packages survive, got {} of {} without a design: {}",
+        "{}: tolerances: expected deviations that most packages survive, got {} of {} without a \
+         design: {}",
+        analysis.inputs[0].file,
         failed.len(),
         samples.len(),
         failed.first().map_or("", |why| why)

@@ -114,6 +114,10 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
     let figures = file
         .figures
         .unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
+    ensure!(
+        !figures.is_empty(),
+        "figures: expected at least one, got none"
+    );
     for figure in &figures {
         ensure!(
             known.contains(&figure.as_str()),
@@ -172,11 +176,19 @@ fn limit(keys: &LimitKeys, figures: &[String]) -> Result<Limit> {
         low.is_some() || high.is_some(),
         "expected `at_least`, `at_most` or both, got neither"
     );
-    let crossed = low.zip(high).is_some_and(|(low, high)| low > high);
-    ensure!(
-        !crossed && low.into_iter().chain(high).all(f64::is_finite),
-        "at_least, at_most: expected a number and a larger one, got {low:?} and {high:?}"
-    );
+    for (key, bound) in [("at_least", low), ("at_most", high)] {
+        ensure!(
+            bound.is_none_or(f64::is_finite),
+            "{key}: expected a finite number, got {}",
+            bound.unwrap_or_default()
+        );
+    }
+    if let Some((low, high)) = low.zip(high) {
+        ensure!(
+            low <= high,
+            "at_least, at_most: expected a number and a larger one, got {low} and {high}"
+        );
+    }
     Ok(Limit {
         figure: keys.figure.clone(),
         at_least: low,

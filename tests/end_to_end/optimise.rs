@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Tests `batwing optimise`: the same bytes at any number of threads and after a stop, a search
+//! with an obvious optimum, and problems that are refused.
+
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::support::binary::batwing;
+
+const PROBLEM: &str = r#"
+name = "closer"
+design = "bare-dome.toml"
+
+[[variables]]
+key = "array.pitch_mm"
+from = 4.5
+to = 12.0
+
+[[objective.terms]]
+figure = "uniformity"
+
+[[stages]]
+evaluations = 24
+restarts = 2
+population = 6
+paths = 4096
+most_paths = 4096
+
+[verification]
+paths = 65536
+"#;
+
+fn folder() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let data = batwing_tests::workspace().join("data/designs/bare-dome.toml");
+    std::fs::copy(data, folder.path().join("bare-dome.toml")).expect("copied");
+    std::fs::write(folder.path().join("problem.toml"), PROBLEM).expect("written");
+    folder
+}
+
+/// The bytes of `optimise.json`.
+fn optimise(folder: &Path, out: &str, flags: &[&str]) -> Vec<u8> {
+    let output = batwing(folder)
+        .args(["optimise", "problem.toml", "--quiet", "--out", out])
+        .args(flags)
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    std::fs::read(folder.join(out).join("optimise.json")).expect("optimise.json")
+}
+
+#[test]
+fn searches_end_the_same_at_any_number_of_threads_and_after_a_stop() {
+    let folder = folder();
+    let at = folder.path();
+    let one = optimise(at, "one", &["--threads", "1"]);
+    assert!(one == optimise(at, "two", &["--threads", "2"]));
+
+    // Stopped within a line within a generation.
+    let log = at.join("two/log.jsonl");
+    let text = std::fs::read_to_string(&log).expect("a log");
+    let ends: Vec<usize> = text
+        .match_indices("\"kind\":\"generation\"")
+        .map(|(place, _)| place)
+        .collect();
+    let candidate = text[ends[1]..].find("\"point\"").expect("a candidate");
+    std::fs::write(&log, &text[..ends[1] + candidate + 9]).expect("cut");
+    assert!(one == optimise(at, "two", &["--resume"]));
+    let resumed = std::fs::read_to_string(&log).expect("a log");
+    assert_eq!(resumed.lines().count(), text.lines().count());
+
+    // What was found is a design, and a page shows it.
+    for arguments in [&["check", "one/design.toml"][..], &["report", "one"]] {
+        batwing(at).args(arguments).assert().success();
+    }
+    assert!(at.join("one/report.html").exists());
+
+    // A log of another seed is not gone on with.
+    let other = batwing(at)
+        .args(["optimise", "problem.toml", "--out", "two"])
+        .args(["--resume", "--seed", "2"])
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&other.stderr);
+    assert!(
+        !other.status.success() && said.contains("log.jsonl"),
+        "{said}"
+    );
+    assert_eq!(resumed, std::fs::read_to_string(&log).expect("a log"));
+}
+
+/// Packages nearer to each other light a plane more evenly.
+#[test]
+fn an_obvious_optimum_is_found_and_verified() {
+    let folder = folder();
+    let json = optimise(folder.path(), "out", &[]);
+    let json: Value = serde_json::from_slice(&json).expect("JSON");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let change = &json["figures"]["uniformity"]["change"];
+    assert!(
+        number(&change["value"]) > 3.0 * number(&change["standard_error"]),
+        "{change}"
+    );
+    let pitch = &json["coefficients"][0];
+    assert_eq!(pitch["variable"], "array.pitch_mm");
+    assert!((number(&pitch["start"]) - 8.3).abs() < 1e-12, "{pitch}");
+    assert!(number(&pitch["found"]) < 6.0, "{pitch}");
+    let (before, after) = (&json["objective"]["before"], &json["objective"]["after"]);
+    let error = number(&before["standard_error"]).hypot(number(&after["standard_error"]));
+    assert!(number(&before["value"]) - number(&after["value"]) > 3.0 * error);
+}
+
+/// Changes to [`PROBLEM`], and words of the message against it.
+type Case = (
+    &'static [(&'static str, &'static str)],
+    &'static [&'static str],
+);
+
+/// Problems that are refused before anything is written.
+const REFUSED: &[Case] = &[
+    (
+        &[("from = 4.5", "from = 14.5")],
+        &["variables[1]: from, to", "14.5", "12"],
+    ),
+    (
+        &[("array.pitch_mm", "array.pich_mm")],
+        &["variables[1]: array.pich_mm", "no such key"],
+    ),
+    (
+        &[("array.pitch_mm", "led.reflection")],
+        &["variables[1]: led.reflection", "specular"],
+    ),
+    (
+        &[("key = \"array.pitch_mm\"", "")],
+        &["variables[1]", "`key` and `profile`"],
+    ),
+    (
+        &[("to = 12.0", "to = 12.0\nstart = 13.0")],
+        &["variables[1]: start", "13"],
+    ),
+    (
+        &[("from = 4.5\nto = 12.0", "choices = [5.0]")],
+        &["variables[1]: choices", "got 1"],
+    ),
+    (
+        &[("key = \"array.pitch_mm\"", "profile = \"inner_slope_deg\"")],
+        &["variables[1]", "[elements]"],
+    ),
+    (
+        &[(
+            "[[objective",
+            "[[variables]]\nkey = \"array.pitch_mm\"\nfrom = 5.0\nto = 6.0\n\n[[objective",
+        )],
+        &["variables[2]", "array.pitch_mm twice"],
+    ),
+    (
+        &[("\"uniformity\"", "\"uniformness\"")],
+        &["objective.terms[1]: figure", "uniformness"],
+    ),
+    (
+        &[("\"uniformity\"", "\"receiver.wall\"")],
+        &["objective.terms[1]: figure", "wall"],
+    ),
+    (
+        &[("\"uniformity\"", "\"uniformity\"\nweight = 0.0")],
+        &["objective.terms[1]: weight", "got 0"],
+    ),
+    (
+        &[("\"uniformity\"", "\"uniformity\"\ngoal = \"target\"")],
+        &["objective.terms[1]: target"],
+    ),
+    (
+        &[("\"uniformity\"", "\"far_field_distance\"")],
+        &["objective.terms[1].file"],
+    ),
+    (
+        &[("evaluations = 24", "evaluations = 5")],
+        &["stages[1]: evaluations", "6, one generation", "got 5"],
+    ),
+    (
+        &[("restarts = 2", "restarts = 9")],
+        &["stages[1]: restarts", "got 9"],
+    ),
+    (
+        &[("restarts = 2", "step = 0.0")],
+        &["stages[1]: step", "got 0"],
+    ),
+    (
+        &[("most_paths = 4096", "most_paths = 2048")],
+        &["stages[1]", "most_paths", "2048"],
+    ),
+    (
+        &[(
+            "[verification]",
+            "[stages.set]\n\"array.pitch_mm\" = 5.0\n\n[verification]",
+        )],
+        &["stages[1]: set", "array.pitch_mm"],
+    ),
+    (
+        &[(
+            "[verification]",
+            "[[constraints]]\nfigure = \"extraction_efficiency\"\nat_least = 0.9\n\
+             at_most = 0.8\n\n[verification]",
+        )],
+        &["constraints[1]: at_least, at_most", "got 0.9 and 0.8"],
+    ),
+    (
+        &[(
+            "[verification]",
+            "[[constraints]]\nfigure = \"extraction_efficiency\"\n\n[verification]",
+        )],
+        &["constraints[1]", "got neither"],
+    ),
+    (
+        &[(
+            "[verification]",
+            "[limits]\ndraft_deg = 50.0\n\n[verification]",
+        )],
+        &["limits.draft_deg", "got 50"],
+    ),
+    (
+        &[("paths = 65536", "paths = 1")],
+        &["verification.paths", "got 1"],
+    ),
+    (
+        &[("\"closer\"", "\"bare-dome\"")],
+        &["name: expected another name"],
+    ),
+    (&[("\"closer\"", "\"../closer\"")], &["name: ", "../closer"]),
+    (&[("name =", "nam =")], &["line 2, column 1: nam"]),
+    (&[("bare-dome.toml", "none.toml")], &["design: `none.toml`"]),
+];
+
+/// Problems whose searches find nothing; the log says why.
+const FRUITLESS: &[Case] = &[
+    (
+        &[(
+            "[verification]",
+            "[[constraints]]\nfigure = \"extraction_efficiency\"\nat_least = 1.5\n\n[verification]",
+        )],
+        &[
+            "constraints",
+            "extraction_efficiency at least 1.5",
+            "nearest: 0.99",
+            "24 candidates",
+        ],
+    ),
+    (
+        &[(
+            "[verification]",
+            "[limits]\ntotal_height_mm = 0.5\n\n[verification]",
+        )],
+        &[
+            "stages[1]",
+            "limits.total_height_mm: 1.0000 above 0.5",
+            "24 candidates",
+        ],
+    ),
+];
+
+/// What the binary says against a changed problem.
+fn refusal(folder: &Path, (changes, words): &Case) {
+    let mut text = PROBLEM.to_owned();
+    for (before, after) in *changes {
+        assert!(text.contains(before), "{before}");
+        text = text.replacen(before, after, 1);
+    }
+    std::fs::write(folder.join("problem.toml"), text).expect("written");
+    let output = batwing(folder)
+        .args(["optimise", "problem.toml", "--quiet", "--out", "out"])
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{changes:?}: {said}");
+    assert!(said.starts_with("batwing: problem.toml: "), "{said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    for word in *words {
+        assert!(said.contains(word), "no `{word}` in: {said}");
+    }
+}
+
+#[test]
+fn bad_problems_end_in_one_message_and_write_nothing() {
+    let folder = folder();
+    for case in REFUSED {
+        refusal(folder.path(), case);
+        assert!(!folder.path().join("out").exists(), "{case:?}");
+    }
+}
+
+#[test]
+fn searches_that_find_nothing_say_why_and_leave_the_log_alone() {
+    for case in FRUITLESS {
+        let folder = folder();
+        refusal(folder.path(), case);
+        let left = std::fs::read_dir(folder.path().join("out")).expect("a folder");
+        let left: Vec<_> = left.map(|e| e.expect("a file").file_name()).collect();
+        assert_eq!(left, ["log.jsonl"], "{case:?}");
+    }
+}
+
+#[test]
+fn times_without_unit_or_sense_are_refused() {
+    let folder = folder();
+    for time in ["5", "0s", "-3min", "1e9h", "nan", "infs", "5days"] {
+        let budget = format!("--budget={time}");
+        let output = batwing(folder.path())
+            .args(["optimise", "problem.toml", "--out", "out", &budget])
+            .output()
+            .expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("--budget") && said.contains(time), "{said}");
+        assert!(!folder.path().join("out").exists(), "{time}");
+    }
+}

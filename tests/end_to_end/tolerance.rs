@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Tests `batwing tolerance`: the same bytes at any number of threads, a figure that depends on a
+//! deviation by a straight line, and files that are refused.
+
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::support::binary::batwing;
+
+const TOLERANCE: &str = r#"
+name = "mirror"
+design = "bare-dome.toml"
+samples = 64
+paths = 8192
+figures = ["extraction_efficiency"]
+
+[[tolerances]]
+key = "mirror.reflectance"
+distribution = "uniform"
+half_width = 0.04
+
+[[limits]]
+figure = "extraction_efficiency"
+at_least = 0.99
+"#;
+
+fn folder() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let data = batwing_tests::workspace().join("data/designs/bare-dome.toml");
+    std::fs::copy(data, folder.path().join("bare-dome.toml")).expect("copied");
+    std::fs::write(folder.path().join("tolerance.toml"), TOLERANCE).expect("written");
+    folder
+}
+
+/// The bytes of `tolerance.json` and of the table of samples.
+fn tolerance(folder: &Path, flags: &[&str]) -> [Vec<u8>; 2] {
+    let output = batwing(folder)
+        .args(["tolerance", "tolerance.toml", "--quiet", "--out", "out"])
+        .args(flags)
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    ["tolerance.json", "samples.csv"]
+        .map(|name| std::fs::read(folder.join("out").join(name)).expect(name))
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("no number: {value}"))
+}
+
+#[test]
+fn samples_are_the_same_at_any_number_of_threads() {
+    let folder = folder();
+    let flags = ["--samples", "8", "--paths", "4096"];
+    let with = |threads: &str| {
+        let flags = [&flags[..], &["--threads", threads]].concat();
+        tolerance(folder.path(), &flags)
+    };
+    assert!(with("1") == with("2"));
+}
+
+/// The light that the mirror absorbs is in proportion to what it does not reflect, to first order:
+/// a uniform deviation of half width h shifts no mean and scatters by slope · h / √3.
+#[test]
+fn a_straight_dependence_has_the_scatter_of_its_slope() {
+    let folder = folder();
+    let [json, table] = tolerance(folder.path(), &[]);
+    let json: Value = serde_json::from_slice(&json).expect("JSON");
+    let figure = &json["figures"]["extraction_efficiency"];
+    let shift = &figure["shift"];
+    assert!(
+        number(&shift["value"]).abs() < 3.0 * number(&shift["standard_error"]),
+        "{shift}"
+    );
+
+    // The slope out of two designs of other reflectances.
+    let text = std::fs::read_to_string(folder.path().join("bare-dome.toml")).expect("a design");
+    let extraction = |reflectance: &str| {
+        let given = "reflectance = 0.95\n";
+        assert_eq!(text.matches(given).count(), 1);
+        let changed = text.replace(given, &format!("reflectance = {reflectance}\n"));
+        let path = folder.path().join("changed.toml");
+        std::fs::write(path, changed).expect("written");
+        let output = batwing(folder.path())
+            .args([
+                "run",
+                "changed.toml",
+                "--quiet",
+                "--json",
+                "--paths",
+                "262144",
+            ])
+            .output()
+            .expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let figure = &json["designs"]["bare-dome"]["geometric"]["extraction_efficiency"];
+        [number(&figure["value"]), number(&figure["standard_error"])]
+    };
+    let (low, high) = (extraction("0.91"), extraction("0.99"));
+    let slope = (high[0] - low[0]) / 0.08;
+    let error = low[1].hypot(high[1]) / 0.08;
+    let per_slope = 0.04 / 3.0_f64.sqrt();
+    let deviation = &figure["deviation"];
+    let expected = slope * per_slope;
+    let error = number(&deviation["standard_error"]).hypot(error * per_slope);
+    assert!(
+        (number(&deviation["value"]) - expected).abs() < 3.0 * error && expected > 5.0 * error,
+        "{deviation} against {expected} ± {error}"
+    );
+
+    // The yield counts the lines of the table that keep the limit.
+    let table = String::from_utf8(table).expect("UTF-8");
+    let good = table.lines().skip(1).filter(|line| {
+        let value = line.split(',').nth(1).expect("a figure");
+        value.parse::<f64>().expect("a number") >= 0.99
+    });
+    let good = good.count();
+    let yielded = &json["yield"];
+    assert!(0 < good && good < 64, "{good}");
+    assert_eq!(
+        (&yielded["good"], &yielded["of"]),
+        (&good.into(), &64.into())
+    );
+    let [low, high] = [0, 1].map(|k| number(&yielded["interval_95"][k]));
+    assert!(low < number(&yielded["share"]) && number(&yielded["share"]) < high);
+}
+
+/// Three tolerances of which each two go together, and two against each other.
+const IMPOSSIBLE: &str = r#"
+[[tolerances]]
+name = "a"
+key = "led.reflectance"
+deviation = 0.01
+[[tolerances]]
+name = "b"
+key = "array.pitch_mm"
+deviation = 0.01
+[[tolerances]]
+name = "c"
+key = "dome.height_mm"
+deviation = 0.01
+[[correlations]]
+between = ["a", "b"]
+coefficient = 0.9
+[[correlations]]
+between = ["a", "c"]
+coefficient = 0.9
+[[correlations]]
+between = ["b", "c"]
+coefficient = -0.9
+
+[[limits]]"#;
+
+#[test]
+fn bad_files_end_in_one_message_and_write_nothing() {
+    let folder = folder();
+    let second = "[[tolerances]]\nkey = \"mirror.reflectance\"\ndeviation = 0.01\n\n[[limits]]";
+    let alone = "[[correlations]]\n\
+                 between = [\"mirror.reflectance\", \"x\"]\ncoefficient = 0.9\n\n[[limits]]";
+    let cases: &[(&str, &str, &[&str])] = &[
+        (
+            "half_width = 0.04",
+            "half_width = 0.0",
+            &["tolerances[1]: half_width", "got 0"],
+        ),
+        (
+            "half_width = 0.04",
+            "half_width = 4.0",
+            &["tolerances", "without a design", "mirror.reflectance"],
+        ),
+        (
+            "half_width = 0.04",
+            "half_width = 0.04\ndeviation = 0.1",
+            &["tolerances[1]: deviation"],
+        ),
+        (
+            "\"uniform\"",
+            "\"flat\"",
+            &["tolerances[1].distribution", "flat"],
+        ),
+        (
+            "mirror.reflectance",
+            "mirror.reflection",
+            &["mirror.reflection", "nominal"],
+        ),
+        (
+            "mirror.reflectance",
+            "mirror.kind",
+            &["mirror.kind", "specular"],
+        ),
+        (
+            "mirror.reflectance",
+            "mirror.*.x",
+            &["tolerances[1]: mirror.*.x", "a list at mirror"],
+        ),
+        (
+            "key = \"mirror.reflectance\"",
+            "profile = \"inner_slope_deg\"",
+            &["tolerances[1]", "[elements]"],
+        ),
+        ("[[limits]]", second, &["tolerances[2].name", "twice"]),
+        ("[[limits]]", alone, &["correlations[1].between", "\"x\""]),
+        (
+            "[[limits]]",
+            IMPOSSIBLE,
+            &["correlations", "positive definite"],
+        ),
+        (
+            "figure = \"extraction_efficiency\"",
+            "figure = \"uniformity\"",
+            &["limits[1]: figure", "uniformity"],
+        ),
+        ("at_least = 0.99", "", &["limits[1]", "got neither"]),
+        (
+            "at_least = 0.99",
+            "at_least = 0.9\nat_most = 0.8",
+            &["limits[1]: at_least, at_most", "got 0.9 and 0.8"],
+        ),
+        (
+            "[\"extraction_efficiency\"]",
+            "[\"extraction\"]",
+            &["figures", "\"extraction\""],
+        ),
+        (
+            "[\"extraction_efficiency\"]",
+            "[]",
+            &["figures: expected at least one"],
+        ),
+        ("samples", "sample", &["line 4, column 1: sample"]),
+        ("samples = 64", "samples = 2", &["samples", "got 2"]),
+        ("paths = 8192", "paths = 2", &["paths", "got 2"]),
+        (
+            "design = \"bare-dome.toml\"",
+            "",
+            &["design: expected the file"],
+        ),
+        ("bare-dome.toml", "none.toml", &["design: `none.toml`"]),
+    ];
+    for (before, after, words) in cases {
+        assert!(TOLERANCE.contains(before), "{before}");
+        let text = TOLERANCE.replacen(before, after, 1);
+        std::fs::write(folder.path().join("tolerance.toml"), text).expect("written");
+        let output = batwing(folder.path())
+            .args(["tolerance", "tolerance.toml", "--quiet", "--out", "out"])
+            .output()
+            .expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{after}: {said}");
+        assert!(said.starts_with("batwing: tolerance.toml: "), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        for word in *words {
+            assert!(said.contains(word), "no `{word}` in: {said}");
+        }
+        assert!(
+            !folder.path().join("out/tolerance.json").exists(),
+            "{after}"
+        );
+        assert!(!folder.path().join("out/samples.csv").exists(), "{after}");
+    }
+}
