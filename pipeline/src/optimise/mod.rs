@@ -20,4 +20,6 @@ mod robust;
 pub mod search_results;
 mod spline;
 mod stage;
+#[cfg(test)]
+mod tests;
 mod variables;

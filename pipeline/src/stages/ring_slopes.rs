@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Relief by the slopes of both sides of every ring: what searches vary and moulds get wrong.
 
+#[cfg(test)]
+mod tests;
+
 use anyhow::{Result, bail, ensure};
 use toml::Value;
 
