@@ -158,92 +158,93 @@ coefficient = -0.9
 
 [[limits]]"#;
 
+/// A second tolerance of the same name.
+const SECOND: &str = "[[tolerances]]\nkey = \"mirror.reflectance\"\ndeviation = 0.01\n\n[[limits]]";
+/// A correlation with a tolerance that there is not.
+const ALONE: &str = "[[correlations]]\n\
+                 between = [\"mirror.reflectance\", \"x\"]\ncoefficient = 0.9\n\n[[limits]]";
+
+/// What is written in place of what, and words of the message.
+const BAD: &[(&str, &str, &[&str])] = &[
+    (
+        "half_width = 0.04",
+        "half_width = 0.0",
+        &["tolerances[1]: half_width", "got 0"],
+    ),
+    (
+        "half_width = 0.04",
+        "half_width = 4.0",
+        &["tolerances", "without a design", "mirror.reflectance"],
+    ),
+    (
+        "half_width = 0.04",
+        "half_width = 0.04\ndeviation = 0.1",
+        &["tolerances[1]: deviation"],
+    ),
+    (
+        "\"uniform\"",
+        "\"flat\"",
+        &["tolerances[1].distribution", "flat"],
+    ),
+    (
+        "mirror.reflectance",
+        "mirror.reflection",
+        &["mirror.reflection", "nominal"],
+    ),
+    (
+        "mirror.reflectance",
+        "mirror.kind",
+        &["mirror.kind", "specular"],
+    ),
+    (
+        "mirror.reflectance",
+        "mirror.*.x",
+        &["tolerances[1]: mirror.*.x", "a list at mirror"],
+    ),
+    (
+        "key = \"mirror.reflectance\"",
+        "profile = \"inner_slope_deg\"",
+        &["tolerances[1]", "[elements]"],
+    ),
+    ("[[limits]]", SECOND, &["tolerances[2].name", "twice"]),
+    ("[[limits]]", ALONE, &["correlations[1].between", "\"x\""]),
+    (
+        "[[limits]]",
+        IMPOSSIBLE,
+        &["correlations", "positive definite"],
+    ),
+    (
+        "figure = \"extraction_efficiency\"",
+        "figure = \"uniformity\"",
+        &["limits[1]: figure", "uniformity"],
+    ),
+    ("at_least = 0.99", "", &["limits[1]", "got neither"]),
+    (
+        "at_least = 0.99",
+        "at_least = 0.9\nat_most = 0.8",
+        &["limits[1]: at_least, at_most", "got 0.9 and 0.8"],
+    ),
+    (
+        "[\"extraction_efficiency\"]",
+        "[\"extraction\"]",
+        &["figures", "\"extraction\""],
+    ),
+    (
+        "[\"extraction_efficiency\"]",
+        "[]",
+        &["figures: expected at least one"],
+    ),
+    ("samples", "sample", &["line 4, column 1: sample"]),
+    ("samples = 64", "samples = 2", &["samples", "got 2"]),
+    ("paths = 8192", "paths = 2", &["paths", "got 2"]),
+    ("design = \"bare-dome.toml\"", "", &["design"]),
+    ("bare-dome.toml", "none.toml", &["design: `none.toml`"]),
+];
+
 #[test]
 fn bad_files_end_in_one_message_and_write_nothing() {
     let folder = folder();
-    let second = "[[tolerances]]\nkey = \"mirror.reflectance\"\ndeviation = 0.01\n\n[[limits]]";
-    let alone = "[[correlations]]\n\
-                 between = [\"mirror.reflectance\", \"x\"]\ncoefficient = 0.9\n\n[[limits]]";
-    let cases: &[(&str, &str, &[&str])] = &[
-        (
-            "half_width = 0.04",
-            "half_width = 0.0",
-            &["tolerances[1]: half_width", "got 0"],
-        ),
-        (
-            "half_width = 0.04",
-            "half_width = 4.0",
-            &["tolerances", "without a design", "mirror.reflectance"],
-        ),
-        (
-            "half_width = 0.04",
-            "half_width = 0.04\ndeviation = 0.1",
-            &["tolerances[1]: deviation"],
-        ),
-        (
-            "\"uniform\"",
-            "\"flat\"",
-            &["tolerances[1].distribution", "flat"],
-        ),
-        (
-            "mirror.reflectance",
-            "mirror.reflection",
-            &["mirror.reflection", "nominal"],
-        ),
-        (
-            "mirror.reflectance",
-            "mirror.kind",
-            &["mirror.kind", "specular"],
-        ),
-        (
-            "mirror.reflectance",
-            "mirror.*.x",
-            &["tolerances[1]: mirror.*.x", "a list at mirror"],
-        ),
-        (
-            "key = \"mirror.reflectance\"",
-            "profile = \"inner_slope_deg\"",
-            &["tolerances[1]", "[elements]"],
-        ),
-        ("[[limits]]", second, &["tolerances[2].name", "twice"]),
-        ("[[limits]]", alone, &["correlations[1].between", "\"x\""]),
-        (
-            "[[limits]]",
-            IMPOSSIBLE,
-            &["correlations", "positive definite"],
-        ),
-        (
-            "figure = \"extraction_efficiency\"",
-            "figure = \"uniformity\"",
-            &["limits[1]: figure", "uniformity"],
-        ),
-        ("at_least = 0.99", "", &["limits[1]", "got neither"]),
-        (
-            "at_least = 0.99",
-            "at_least = 0.9\nat_most = 0.8",
-            &["limits[1]: at_least, at_most", "got 0.9 and 0.8"],
-        ),
-        (
-            "[\"extraction_efficiency\"]",
-            "[\"extraction\"]",
-            &["figures", "\"extraction\""],
-        ),
-        (
-            "[\"extraction_efficiency\"]",
-            "[]",
-            &["figures: expected at least one"],
-        ),
-        ("samples", "sample", &["line 4, column 1: sample"]),
-        ("samples = 64", "samples = 2", &["samples", "got 2"]),
-        ("paths = 8192", "paths = 2", &["paths", "got 2"]),
-        (
-            "design = \"bare-dome.toml\"",
-            "",
-            &["design: expected the file"],
-        ),
-        ("bare-dome.toml", "none.toml", &["design: `none.toml`"]),
-    ];
-    for (before, after, words) in cases {
+    for (before, after, words) in BAD {
         assert!(TOLERANCE.contains(before), "{before}");
         let text = TOLERANCE.replacen(before, after, 1);
         std::fs::write(folder.path().join("tolerance.toml"), text).expect("written");
