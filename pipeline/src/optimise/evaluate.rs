@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Evaluates candidates: settings → design → limits → trace → objective. Nothing is written but
+//! Evaluates candidates: settings, design, limits, trace, objective. Nothing is written but
 //! tables of orders, which the cache keeps.
 
 use anyhow::Result;

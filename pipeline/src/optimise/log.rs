@@ -99,7 +99,7 @@ pub(super) struct GenerationEnd {
     pub noise: Option<f64>,
     /// Tables of orders solved so far.
     pub tables: usize,
-    /// Seconds since the search began, of all its parts.
+    /// Seconds since the search began or was resumed.
     pub seconds: f64,
 }
 

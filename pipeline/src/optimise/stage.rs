@@ -75,7 +75,7 @@ pub(super) struct StageSearch<'a, 'b> {
     pub evaluator: Evaluator<'a>,
     pub log: &'b mut Log,
     pub context: RunContext<'a>,
-    /// When the search began, or would have begun had it not been stopped.
+    /// When the search began or was resumed.
     pub started: Instant,
     /// When no further generation is begun.
     pub deadline: Option<Instant>,

@@ -96,8 +96,8 @@ impl RingSlopes {
         }
     }
 
-    /// Clips slopes so that sides stay above the smooth surface, no side is steeper than `steepest_deg`,
-    /// and no tip is sharper than `apex_deg`.
+    /// Clips slopes so that sides stay above the smooth surface, no side is steeper than
+    /// `steepest_deg`, and no tip is sharper than `apex_deg`.
     pub fn clip(&mut self, steepest_deg: f64, apex_deg: f64) {
         for k in 0..self.falls.len() {
             let [least, most] = self.falls[k];

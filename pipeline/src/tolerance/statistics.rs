@@ -93,7 +93,8 @@ fn quantile(sorted: &[f64], level: f64) -> f64 {
     sorted[below] * (1.0 - share) + sorted[above] * share
 }
 
-/// A share of `count` trials with its 95 % interval by Wilson's score (J. Am. Stat. Assoc. 22, 209).
+/// A share of `count` trials with its 95 % interval by Wilson's score (J. Am. Stat. Assoc. 22,
+/// 209).
 pub fn share(successes: usize, count: usize) -> (f64, [f64; 2]) {
     let (n, p) = (count as f64, successes as f64 / count as f64);
     let z2 = Z95 * Z95;
