@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Optimisation: the design that a problem file asks for.
 //!
-//! [`mod@file`] mirrors the TOML and [`problem`] checks it. [`variables`] makes designs of points
-//! of the unit box, with [`heights`] of smooth domes and within the [`limits`] of a mould.
-//! [`evaluate`] traces them, [`objective`] judges what the traces show, [`stage`] runs one search
+//! [`mod@file`] mirrors the TOML and [`problem`] checks it. `variables` makes designs of points
+//! of the unit box, with `heights` of smooth domes and within the [`limits`] of a mould.
+//! `evaluate` traces them, `objective` judges what the traces show, `stage` runs one search
 //! and [`log`] records every candidate, so that a search goes on where it was stopped. [`recipe`]
 //! joins the stages and verifies what they found, [`search_results`] writes it down.
 
