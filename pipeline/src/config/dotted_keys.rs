@@ -34,7 +34,7 @@ pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<
         let mut next = at
             .entry(part)
             .or_insert_with(|| toml::Value::Table(toml::Table::new()));
-        if let toml::Value::Array(list) = next {
+        while let toml::Value::Array(list) = next {
             // The end of the path may be an entry itself.
             let (place, is_last) = steps.next().map_or((last, true), |place| (place, false));
             let highest = list.len().saturating_sub(1);
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn keys_are_set_in_tables_and_lists_and_removed() {
         let mut design: toml::Table = toml::from_str(
-            "[led]\nheight_mm = 1\nsize_mm = [1, 2]\n[[shapes]]\na = 1\n[[shapes]]\na = 2",
+            "[led]\nheight_mm = 1\nsize_mm = [1, 2]\nrows = [[1, 2], [3, 4]]\n[[shapes]]\na = 1\n[[shapes]]\na = 2",
         )
         .expect("valid");
         set(&mut design, "led.height_mm", &toml::Value::Float(0.5)).expect("set");
@@ -89,6 +89,8 @@ mod tests {
         set(&mut design, "hybrid.kind", &toml::Value::String("x".into())).expect("set");
         set(&mut design, "led.size_mm.1", &toml::Value::Integer(3)).expect("set");
         assert_eq!(design["led"]["size_mm"][1].as_integer(), Some(3));
+        set(&mut design, "led.rows.1.0", &toml::Value::Integer(9)).expect("set");
+        assert_eq!(design["led"]["rows"][1][0].as_integer(), Some(9));
         assert_eq!(design["led"]["height_mm"].as_float(), Some(0.5));
         assert_eq!(design["shapes"][1]["a"].as_integer(), Some(7));
         set(
@@ -102,6 +104,7 @@ mod tests {
             ("shapes.2.a", "from 0 to 1"),
             ("led.height_mm.x", "a table"),
             ("led.size_mm.2", "from 0 to 1"),
+            ("led.size_mm.0.1", "a table"),
             (&"a.".repeat(20_000), "a key such as"),
             (&format!("{}a", "a.".repeat(20_000)), "at most 16 parts"),
             ("led..x", "a key"),
