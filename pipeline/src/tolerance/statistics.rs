@@ -149,7 +149,11 @@ pub fn contributions(
     let mean = y.mean();
     let total = y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n as f64 - 1.0);
     let noise = values.iter().map(|v| v.standard_error.powi(2)).sum::<f64>() / n as f64;
-    let true_variance = (total - noise).max(f64::MIN_POSITIVE);
+    let true_variance = total - noise;
+    if true_variance <= 0.0 {
+        // Nothing but noise is seen, which no deviation explains.
+        return None;
+    }
     let last = groups.iter().max()? + 1;
     let of_group = |group: usize| {
         let columns = || (0..p).filter(move |&j| groups[j] == group);
