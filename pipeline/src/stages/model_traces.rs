@@ -8,7 +8,7 @@ use super::dome_surface::dome_surface;
 use super::model::Model;
 use super::observation::Observation;
 use super::spectral::SpectralJob;
-use super::tables::TableLibrary;
+use super::tables::HeldTables;
 use super::trace::TraceJob;
 use crate::cache::Cache;
 use crate::config::design::Design;
@@ -22,7 +22,7 @@ const ERROR_GROUPS: usize = 16;
 pub struct ModelTraces<'a> {
     model: Model,
     cache: &'a Cache,
-    library: TableLibrary,
+    tables: HeldTables,
 }
 
 impl<'a> ModelTraces<'a> {
@@ -31,13 +31,13 @@ impl<'a> ModelTraces<'a> {
         Self {
             model,
             cache,
-            library: TableLibrary::default(),
+            tables: HeldTables::default(),
         }
     }
 
     /// Tables of orders solved so far.
     pub fn tables_solved(&self) -> usize {
-        self.library.solved
+        self.tables.solved
     }
 
     /// What the receivers of `design` see, by its own number of paths.
@@ -57,7 +57,7 @@ impl<'a> ModelTraces<'a> {
             return job.observe();
         }
         let tables = match model {
-            Model::Hybrid => Some(self.library.tables(design, Some(self.cache), context)?),
+            Model::Hybrid => Some(self.tables.of_design(design, Some(self.cache), context)?),
             _ => None,
         };
         let surface = dome_surface(design, model, tables.as_ref())?;

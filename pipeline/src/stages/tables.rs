@@ -432,7 +432,7 @@ fn of_bands(
 
 /// Tables held in memory for many designs that share rings.
 #[derive(Debug, Default)]
-pub struct TableLibrary {
+pub struct HeldTables {
     held: BTreeMap<Key, Arc<OrderTable>>,
     /// Tables solved so far.
     pub solved: usize,
@@ -441,13 +441,13 @@ pub struct TableLibrary {
 /// Most tables held; some 10 MB each.
 const MOST_HELD: usize = 600;
 
-impl TableLibrary {
+impl HeldTables {
     /// The tables of `design`: held ones, else those of the cache, else solved ones, which the
     /// cache keeps.
     ///
     /// # Errors
     /// As [`tables`].
-    pub fn tables(
+    pub fn of_design(
         &mut self,
         design: &Design,
         cache: Option<&Cache>,
