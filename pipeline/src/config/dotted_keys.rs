@@ -60,6 +60,12 @@ pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<
     Ok(())
 }
 
+/// A number of either kind.
+pub fn number(value: &toml::Value) -> Option<f64> {
+    let whole = value.as_integer().map(|whole| whole as f64);
+    value.as_float().or(whole)
+}
+
 /// The value at the dotted `path`, if there is one.
 pub fn get<'a>(design: &'a toml::Table, path: &str) -> Option<&'a toml::Value> {
     let mut parts = path.split('.');

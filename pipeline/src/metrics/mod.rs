@@ -6,6 +6,7 @@
 //! group at a time (jackknife). Ratios, maxima and fitted angles so need no error propagation by
 //! hand. Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
 
+mod bounds;
 pub mod estimate;
 pub mod extraction;
 pub mod far_field;
@@ -17,6 +18,7 @@ pub mod uniformity;
 pub mod uniformity_forms;
 pub mod valley;
 
+pub use bounds::Bounds;
 pub use estimate::Estimate;
 pub use jackknife::{Grouped, changes, jackknife, spread};
 pub use jackknifed_figure::JackknifedFigure;

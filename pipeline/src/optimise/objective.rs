@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use super::far_field_target::FarFieldTarget;
 use super::file::{ConstraintKeys, Goal, TermKeys};
 use crate::config::design::Design;
-use crate::metrics::{Estimate, JackknifedFigure, spread};
+use crate::metrics::{Bounds, Estimate, JackknifedFigure, spread};
 use crate::stages::observation::{Observation, figure_keys};
 
 /// Figure of the distance to a target far field.
@@ -42,8 +42,7 @@ impl Term {
 #[derive(Debug, Clone)]
 pub(super) struct Constraint {
     pub figure: String,
-    pub at_least: Option<f64>,
-    pub at_most: Option<f64>,
+    pub bounds: Bounds,
     pub margin: f64,
 }
 
@@ -51,13 +50,7 @@ impl Constraint {
     /// How far `figure` is from meeting it, relative to the bound; 0 where it is met.
     fn miss(&self, figure: &JackknifedFigure) -> f64 {
         let margin = self.margin * figure.standard_error;
-        let low = self
-            .at_least
-            .map(|bound| (bound + margin - figure.value) / bound.abs().max(1e-9));
-        let high = self
-            .at_most
-            .map(|bound| (figure.value + margin - bound) / bound.abs().max(1e-9));
-        low.unwrap_or(0.0).max(high.unwrap_or(0.0)).max(0.0)
+        self.bounds.miss(figure.value, margin)
     }
 
     /// Whether `figure` meets it, margin included.
@@ -67,8 +60,11 @@ impl Constraint {
 
     /// Bounds for people.
     pub fn words(&self) -> String {
-        let low = self.at_least.map(|bound| format!("at least {bound}"));
-        let high = self.at_most.map(|bound| format!("at most {bound}"));
+        let low = self
+            .bounds
+            .at_least
+            .map(|bound| format!("at least {bound}"));
+        let high = self.bounds.at_most.map(|bound| format!("at most {bound}"));
         let bounds: Vec<String> = low.into_iter().chain(high).collect();
         format!("{} {}", self.figure, bounds.join(" and "))
     }
@@ -279,24 +275,7 @@ fn constraint(keys: &ConstraintKeys, design: &Design) -> Result<Constraint> {
         keys.figure != FAR_FIELD_DISTANCE,
         "figure: expected {FAR_FIELD_DISTANCE} in the objective alone"
     );
-    let (low, high) = (keys.at_least, keys.at_most);
-    ensure!(
-        low.is_some() || high.is_some(),
-        "expected `at_least`, `at_most` or both, got neither"
-    );
-    for (key, bound) in [("at_least", low), ("at_most", high)] {
-        ensure!(
-            bound.is_none_or(f64::is_finite),
-            "{key}: expected a finite number, got {}",
-            bound.unwrap_or_default()
-        );
-    }
-    if let Some((low, high)) = low.zip(high) {
-        ensure!(
-            low <= high,
-            "at_least, at_most: expected a number and a larger one, got {low} and {high}"
-        );
-    }
+    let bounds = Bounds::new(keys.at_least, keys.at_most)?;
     ensure!(
         keys.margin >= 0.0 && keys.margin.is_finite(),
         "margin: expected a number of standard errors from 0, got {}",
@@ -304,8 +283,7 @@ fn constraint(keys: &ConstraintKeys, design: &Design) -> Result<Constraint> {
     );
     Ok(Constraint {
         figure: keys.figure.clone(),
-        at_least: low,
-        at_most: high,
+        bounds,
         margin: keys.margin,
     })
 }

@@ -103,12 +103,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     );
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let place = folder.join(&file.design);
-    let at = || format!("design: `{}`", place.display());
-    let design_text =
-        std::fs::read_to_string(&place).with_context(|| format!("{} cannot be read", at()))?;
-    let table =
-        toml_errors::read(&design_text, &[]).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
-    let source = DesignFile::new(place.clone(), table);
+    let (source, record) = DesignFile::read(&place).context("design")?;
     let design = source.with(&Settings::new())?;
     ensure!(
         design.name != file.name,
@@ -151,7 +146,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     }
     let mut inputs = vec![
         FileRecord::new(path.display().to_string(), text.as_bytes()),
-        FileRecord::new(place.display().to_string(), design_text.as_bytes()),
+        record,
     ];
     inputs.extend(design.provenance.named.iter().cloned());
     let (robust, named) = RobustObjective::new(&file.objective, &folder)?.unzip();

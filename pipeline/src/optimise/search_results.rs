@@ -42,8 +42,8 @@ impl Optimised {
                 .find(|(key, _)| *key == constraint.figure);
             json!({
                 "figure": constraint.figure,
-                "at_least": constraint.at_least,
-                "at_most": constraint.at_most,
+                "at_least": constraint.bounds.at_least,
+                "at_most": constraint.bounds.at_most,
                 "margin": constraint.margin,
                 "value": figure.map(|(_, f)| f.estimate()),
                 "met": figure.is_some_and(|(_, f)| constraint.is_met(f)),

@@ -23,6 +23,7 @@ use crate::run_context::RunContext;
 use crate::search::bipop::Bipop;
 use crate::search::cma_es::{self, CmaEs};
 use crate::search::coordinate::{self, CoordinateSearch};
+use crate::search::normal::Normal;
 use crate::search::random::RandomSearch;
 use crate::search::{Point, Search};
 use crate::stages::seeds::mix;
@@ -136,7 +137,7 @@ impl StageSearch<'_, '_> {
         let stage = self.settings();
         let start = match run {
             1 => start.clone(),
-            _ => random_point(start.len(), seed),
+            _ => Normal::new(seed).point(start.len()),
         };
         let cma_es = cma_es::Settings {
             sigma: stage.step,
@@ -316,12 +317,6 @@ fn noise(judged: &[Judged]) -> Option<f64> {
     let middle = mean(&|one| one.value);
     let variance = mean(&|one| (one.value - middle).powi(2));
     (judged.len() > 1 && variance > 0.0).then(|| (mean(&squared_error) / variance).sqrt())
-}
-
-/// A point of the unit box, by the outputs of a counter.
-fn random_point(dimension: usize, seed: u64) -> Point {
-    let share = |k: usize| (mix(seed ^ mix(k as u64 + 1)) >> 11) as f64 / (1_u64 << 53) as f64;
-    (0..dimension).map(share).collect()
 }
 
 /// The searches, each with what it leaves to choose from.

@@ -14,7 +14,7 @@ use super::heights;
 use super::limits::Limits;
 use super::spline::BSpline;
 use crate::config::design::Design;
-use crate::config::dotted_keys::{self, Settings};
+use crate::config::dotted_keys::{self, Settings, number};
 use crate::stages::design_file::DesignFile;
 use crate::stages::ring_slopes::{RingSlopes, Side};
 
@@ -324,12 +324,6 @@ impl Variable {
         }
         Ok(())
     }
-}
-
-fn number(value: &Value) -> Option<f64> {
-    value
-        .as_float()
-        .or_else(|| value.as_integer().map(|i| i as f64))
 }
 
 fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result<Variable> {

@@ -24,7 +24,7 @@ pub mod bipop;
 mod box_transform;
 pub mod cma_es;
 pub mod coordinate;
-mod normal;
+pub mod normal;
 pub mod random;
 mod record;
 #[cfg(test)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Random numbers of a search.
+//! Uniform and normal random numbers from one stream.
 //!
 //! \[Box, Muller 1958\] G. E. P. Box, M. E. Muller, *A note on the generation of random normal
 //! deviates*, Ann. Math. Stat. 29, 610.
@@ -11,13 +11,14 @@ use tracer::random::{stream, unit};
 
 /// One stream of uniform and normal numbers.
 #[derive(Debug, Clone)]
-pub(super) struct Normal {
+pub struct Normal {
     generator: Pcg64,
     spare: Option<f64>,
 }
 
 impl Normal {
-    pub(super) fn new(seed: u64) -> Self {
+    /// The stream of `seed`.
+    pub fn new(seed: u64) -> Self {
         Self {
             generator: stream(seed, 0),
             spare: None,
@@ -25,23 +26,23 @@ impl Normal {
     }
 
     /// Uniform on [0, 1).
-    pub(super) fn uniform(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         unit(&mut self.generator)
     }
 
     /// A seed for a stream of its own.
-    pub(super) fn seed(&mut self) -> u64 {
+    pub fn seed(&mut self) -> u64 {
         // 53 random bits as a whole number.
         (self.uniform() * 2f64.powi(53)) as u64
     }
 
     /// A point of the unit box.
-    pub(super) fn point(&mut self, dimension: usize) -> Vec<f64> {
+    pub fn point(&mut self, dimension: usize) -> Vec<f64> {
         (0..dimension).map(|_| self.uniform()).collect()
     }
 
     /// Mean 0, variance 1 [Box, Muller 1958].
-    pub(super) fn normal(&mut self) -> f64 {
+    pub fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
         }

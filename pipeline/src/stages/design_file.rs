@@ -3,12 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 
 use super::scene_check;
 use crate::config::design::Design;
 use crate::config::dotted_keys::{self, Settings};
-use crate::config::{self, ConfigError};
+use crate::config::{self, ConfigError, toml_errors};
+use crate::provenance::FileRecord;
 
 /// A design file as TOML, before keys are set.
 #[derive(Debug, Clone)]
@@ -27,6 +28,19 @@ impl DesignFile {
         let name = table.get("name").and_then(toml::Value::as_str);
         let name = name.unwrap_or_default().to_owned();
         Self { path, table, name }
+    }
+
+    /// The design file at `path`, with its record.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no TOML.
+    pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
+        let name = path.display();
+        let text = std::fs::read_to_string(path);
+        let text = text.with_context(|| format!("`{name}` cannot be read"))?;
+        let table = toml_errors::read(&text, &[]).map_err(|said| anyhow!("`{name}`: {said}"))?;
+        let record = FileRecord::new(name.to_string(), text.as_bytes());
+        Ok((Self::new(path.to_path_buf(), table), record))
     }
 
     /// Its table with the keys of `settings` set.

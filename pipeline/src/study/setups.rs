@@ -7,7 +7,7 @@ use anyhow::{Result, bail, ensure};
 use serde::Serialize;
 
 use super::file::{Factor, FactorArrangement, Level, StudyFile};
-use crate::config::dotted_keys::Settings;
+use crate::config::dotted_keys::{Settings, number};
 
 /// Most set-ups of one study.
 const MOST: usize = 10_000;
@@ -76,8 +76,6 @@ fn levels(factor: &Factor) -> Result<FactorLevels> {
                 let set_of = BTreeMap::new();
                 (label, Level { set, set_of })
             };
-            let number =
-                |v: &toml::Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
             (
                 values.iter().map(level).collect::<Vec<_>>(),
                 values.iter().map(number).collect::<Option<Vec<f64>>>(),

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail, ensure};
 
 use super::file::Probe;
+use crate::config::dotted_keys;
 use crate::metrics::uniformity_forms::FORMS;
 use crate::results::VALLEY_TO_PEAK;
 
@@ -77,10 +78,7 @@ impl Targets {
                         "{key}: expected one of {}",
                         names()
                     );
-                    let number = value
-                        .as_float()
-                        .or_else(|| value.as_integer().map(|i| i as f64));
-                    let Some(number) = number.filter(|n| n.is_finite()) else {
+                    let Some(number) = dotted_keys::number(value).filter(|n| n.is_finite()) else {
                         bail!("{key}: expected a number, got {value}");
                     };
                     let (most, unit) = if figure == "peak_angle_deg" {

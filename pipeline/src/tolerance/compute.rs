@@ -5,7 +5,6 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, ensure};
-use tracer::random::stream;
 
 use super::definition::ToleranceAnalysis;
 use super::deviations::Deviation;
@@ -14,13 +13,14 @@ use crate::config::dotted_keys::Settings;
 use crate::interrupt::Interrupted;
 use crate::metrics::Estimate;
 use crate::run_context::RunContext;
+use crate::search::normal::Normal;
 use crate::stages::model_traces::ModelTraces;
 use crate::stages::seeds::mix;
 
 /// Traces of the design without deviations, each with a seed of its own: its error hardly counts
 /// beside that of the samples.
 const NOMINAL_TRACES: u64 = 16;
-/// Number of the stream of deviations, beside the seeds of traces.
+/// Number of the seed of deviations, beside those of traces.
 const DEVIATIONS: u64 = 0x7013;
 
 /// Figures by key.
@@ -65,7 +65,7 @@ pub fn compute(
         nominal.push(figures(analysis, &Settings::new(), &mut traces, context)?);
         progress.inc(1);
     }
-    let mut random = stream(context.seed, DEVIATIONS);
+    let mut random = Normal::new(mix(context.seed ^ DEVIATIONS));
     let mut samples = Vec::new();
     for k in 0..analysis.samples {
         context.interrupt.check()?;

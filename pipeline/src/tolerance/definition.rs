@@ -10,6 +10,7 @@ use super::file::{LimitKeys, ToleranceFile};
 use crate::config::design::{Design, PATHS};
 use crate::config::dotted_keys::Settings;
 use crate::config::toml_errors;
+use crate::metrics::Bounds;
 use crate::provenance::FileRecord;
 use crate::stages::design_file::DesignFile;
 use crate::stages::model::Model;
@@ -54,18 +55,8 @@ pub struct ToleranceAnalysis {
 pub struct Limit {
     /// Key of the figure.
     pub figure: String,
-    /// Least value.
-    pub at_least: Option<f64>,
-    /// Largest value.
-    pub at_most: Option<f64>,
-}
-
-impl Limit {
-    /// Whether `value` keeps it.
-    pub fn holds(&self, value: f64) -> bool {
-        self.at_least.is_none_or(|low| value >= low)
-            && self.at_most.is_none_or(|high| value <= high)
-    }
+    /// What it has to keep.
+    pub bounds: Bounds,
 }
 
 /// What a command replaces in a tolerance file.
@@ -91,7 +82,7 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
     let file: ToleranceFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let place = folder.join(&file.design);
-    let (source, record) = read_design(&place)?;
+    let (source, record) = DesignFile::read(&place).context("design")?;
     let table = source.table_with(&file.set).context("set")?;
     let source = DesignFile::new(place, table);
     let design = source.with(&Settings::new())?;
@@ -153,17 +144,6 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
     })
 }
 
-/// The design file at `place`, with its record.
-fn read_design(place: &Path) -> Result<(DesignFile, FileRecord)> {
-    let at = || format!("design: `{}`", place.display());
-    let text =
-        std::fs::read_to_string(place).with_context(|| format!("{} cannot be read", at()))?;
-    let table =
-        toml_errors::read(&text, &[]).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
-    let record = FileRecord::new(place.display().to_string(), text.as_bytes());
-    Ok((DesignFile::new(place.to_path_buf(), table), record))
-}
-
 fn limit(keys: &LimitKeys, figures: &[String]) -> Result<Limit> {
     ensure!(
         figures.contains(&keys.figure),
@@ -171,27 +151,8 @@ fn limit(keys: &LimitKeys, figures: &[String]) -> Result<Limit> {
         figures.join(", "),
         keys.figure
     );
-    let (low, high) = (keys.at_least, keys.at_most);
-    ensure!(
-        low.is_some() || high.is_some(),
-        "expected `at_least`, `at_most` or both, got neither"
-    );
-    for (key, bound) in [("at_least", low), ("at_most", high)] {
-        ensure!(
-            bound.is_none_or(f64::is_finite),
-            "{key}: expected a finite number, got {}",
-            bound.unwrap_or_default()
-        );
-    }
-    if let Some((low, high)) = low.zip(high) {
-        ensure!(
-            low <= high,
-            "at_least, at_most: expected a number and a larger one, got {low} and {high}"
-        );
-    }
     Ok(Limit {
         figure: keys.figure.clone(),
-        at_least: low,
-        at_most: high,
+        bounds: Bounds::new(keys.at_least, keys.at_most)?,
     })
 }

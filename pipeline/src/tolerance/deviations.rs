@@ -4,12 +4,11 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use nalgebra::DMatrix;
-use rand::{Rng, RngExt};
 use toml::Value;
-use tracer::random::stream;
 
 use super::file::{CorrelationKeys, Distribution, SlopeProfile, ToleranceKeys};
-use crate::config::dotted_keys::{self, Settings};
+use crate::config::dotted_keys::{self, Settings, number};
+use crate::search::normal::Normal;
 use crate::stages::design_file::DesignFile;
 use crate::stages::ring_slopes::{RingSlopes, Side};
 
@@ -43,10 +42,10 @@ enum Law {
 
 impl Law {
     /// The deviation that belongs to a standard normal number; of other laws a draw.
-    fn deviation(self, normal: f64, random: &mut impl Rng) -> f64 {
+    fn deviation(self, normal: f64, random: &mut Normal) -> f64 {
         match self {
             Self::Normal(deviation) => deviation * normal,
-            Self::Uniform(half_width) => half_width * (2.0 * random.random::<f64>() - 1.0),
+            Self::Uniform(half_width) => half_width * (2.0 * random.uniform() - 1.0),
             Self::Truncated {
                 deviation,
                 half_width,
@@ -56,7 +55,7 @@ impl Law {
                     if drawn.abs() <= half_width {
                         break;
                     }
-                    drawn = deviation * standard_normal(random);
+                    drawn = deviation * random.normal();
                 }
                 drawn.clamp(-half_width, half_width)
             }
@@ -66,12 +65,6 @@ impl Law {
     fn is_normal(self) -> bool {
         matches!(self, Self::Normal(_))
     }
-}
-
-/// A standard normal number by the method of Box and Muller.
-fn standard_normal(random: &mut impl Rng) -> f64 {
-    let (u, v) = (1.0 - random.random::<f64>(), random.random::<f64>());
-    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }
 
 /// One deviation of a sample.
@@ -125,7 +118,7 @@ impl Deviations {
         let factor = factor(&tolerances, correlations)?;
         let all = Self { tolerances, factor };
         // Keys that touch nothing are said before anything is traced.
-        let mut random = stream(0, 0);
+        let mut random = Normal::new(0);
         for (k, tolerance) in all.tolerances.iter().enumerate() {
             let at = || format!("tolerances[{}]", k + 1);
             tolerance.places(source).with_context(at)?;
@@ -148,9 +141,9 @@ impl Deviations {
     ///
     /// # Errors
     /// Keys that the design does not have.
-    pub fn draw(&self, source: &DesignFile, random: &mut impl Rng) -> Result<Vec<Deviation>> {
+    pub fn draw(&self, source: &DesignFile, random: &mut Normal) -> Result<Vec<Deviation>> {
         let count = self.tolerances.len();
-        let independent: Vec<f64> = (0..count).map(|_| standard_normal(random)).collect();
+        let independent: Vec<f64> = (0..count).map(|_| random.normal()).collect();
         let mut all = Vec::new();
         for (number, tolerance) in self.tolerances.iter().enumerate() {
             let common: f64 = (0..=number)
@@ -163,7 +156,7 @@ impl Deviations {
                 let value = if tolerance.common || single {
                     common
                 } else {
-                    let normal = standard_normal(random);
+                    let normal = random.normal();
                     tolerance.law.deviation(normal, random)
                 };
                 all.push(Deviation {
@@ -237,12 +230,6 @@ impl Tolerance {
             }
         }
     }
-}
-
-fn number(value: &Value) -> Option<f64> {
-    value
-        .as_float()
-        .or_else(|| value.as_integer().map(|i| i as f64))
 }
 
 fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {

@@ -64,7 +64,7 @@ impl<'a> ToleranceResults<'a> {
             limits.all(|limit| {
                 figures
                     .get(&limit.figure)
-                    .is_some_and(|e| limit.holds(e.value))
+                    .is_some_and(|e| limit.bounds.miss(e.value, 0.0) <= 0.0)
             })
         };
         let samples = &self.sampled.samples;
@@ -114,7 +114,7 @@ impl<'a> ToleranceResults<'a> {
             (f.key.clone(), entry)
         });
         let limits = analysis.limits.iter().map(|limit| {
-            json!({"figure": limit.figure, "at_least": limit.at_least, "at_most": limit.at_most})
+            json!({"figure": limit.figure, "at_least": limit.bounds.at_least, "at_most": limit.bounds.at_most})
         });
         let yielded = self.yielded().map(|(good, all, part, interval)| {
             json!({"good": good, "of": all, "share": part, "interval_95": interval})
