@@ -11,17 +11,12 @@ use super::objective::Judged;
 use crate::config::dotted_keys::Settings;
 use crate::metrics::JackknifedFigure;
 use crate::provenance::FileRecord;
-use crate::search::normal::Normal;
 use crate::stages::design_file::DesignFile;
-use crate::stages::seeds::mix;
 use crate::tolerance::definition::{self, Overrides};
 use crate::tolerance::deviations::Deviations;
 
 /// Packages that are drawn where the problem does not say.
 const SAMPLES: usize = 8;
-/// Number of the seed of deviations, beside those of traces.
-const DEVIATIONS: u64 = 0x7013;
-
 /// Tolerances of every candidate.
 #[derive(Debug, Clone)]
 pub(super) struct RobustObjective {
@@ -74,7 +69,7 @@ impl RobustObjective {
     pub fn packages(&self, candidate: &DesignFile, seed: u64) -> Result<Vec<DesignFile>> {
         let table = candidate.table_with(&self.set)?;
         let nominal = DesignFile::new(candidate.path.clone(), table);
-        let mut random = Normal::new(mix(seed ^ DEVIATIONS));
+        let mut random = Deviations::random(seed);
         let package = |_| -> Result<DesignFile> {
             let drawn = self.deviations.draw(&nominal, &mut random)?;
             let settings = self.deviations.settings(&nominal, &drawn)?;

@@ -66,8 +66,10 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         .designs
         .iter()
         .map(|name| {
-            let (path, table) = read.toml("designs", name)?;
-            Ok(DesignFile::new(path, table))
+            let read_file = DesignFile::read(&read.folder.join(name)).context("designs");
+            let (source, record) = read_file?;
+            read.inputs.push(record);
+            Ok(source)
         })
         .collect::<Result<_>>()?;
     checks::sources(&sources)?;

@@ -7,22 +7,18 @@ use std::collections::BTreeMap;
 use anyhow::{Result, ensure};
 
 use super::definition::ToleranceAnalysis;
-use super::deviations::Deviation;
+use super::deviations::{Deviation, Deviations};
 use crate::cache::Cache;
 use crate::config::dotted_keys::Settings;
 use crate::interrupt::Interrupted;
 use crate::metrics::Estimate;
 use crate::run_context::RunContext;
-use crate::search::normal::Normal;
 use crate::stages::model_traces::ModelTraces;
 use crate::stages::seeds::mix;
 
 /// Traces of the design without deviations, each with a seed of its own: its error hardly counts
 /// beside that of the samples.
 const NOMINAL_TRACES: u64 = 16;
-/// Number of the seed of deviations, beside those of traces.
-const DEVIATIONS: u64 = 0x7013;
-
 /// Figures by key.
 pub type Figures = BTreeMap<String, Estimate>;
 
@@ -65,7 +61,7 @@ pub fn compute(
         nominal.push(figures(analysis, &Settings::new(), &mut traces, context)?);
         progress.inc(1);
     }
-    let mut random = Normal::new(mix(context.seed ^ DEVIATIONS));
+    let mut random = Deviations::random(context.seed);
     let mut samples = Vec::new();
     for k in 0..analysis.samples {
         context.interrupt.check()?;

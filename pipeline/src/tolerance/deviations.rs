@@ -11,6 +11,7 @@ use crate::config::dotted_keys::{self, Settings, number};
 use crate::search::normal::Normal;
 use crate::stages::design_file::DesignFile;
 use crate::stages::ring_slopes::{RingSlopes, Side};
+use crate::stages::seeds::mix;
 
 /// Draws beyond the half width of a truncated law that are tried again.
 const MOST_DRAWS: usize = 10_000;
@@ -118,7 +119,7 @@ impl Deviations {
         let factor = factor(&tolerances, correlations)?;
         let all = Self { tolerances, factor };
         // Keys that touch nothing are said before anything is traced.
-        let mut random = Normal::new(0);
+        let mut random = Self::random(0);
         for (k, tolerance) in all.tolerances.iter().enumerate() {
             let at = || format!("tolerances[{}]", k + 1);
             tolerance.places(source).with_context(at)?;
@@ -135,6 +136,12 @@ impl Deviations {
             .with(&all.settings(source, &undeviated)?)
             .context("tolerances: the design without deviations")?;
         Ok(all)
+    }
+
+    /// The random numbers of the deviations of a run with `seed`, beside those of its traces.
+    pub fn random(seed: u64) -> Normal {
+        const DEVIATIONS: u64 = 0x7013;
+        Normal::new(mix(seed ^ DEVIATIONS))
     }
 
     /// Draws the deviations of one sample.
