@@ -4,17 +4,13 @@
 //! Sources: view factors of a Lambertian face in closed form; the same box as a solid with a source
 //! on it; the package moved in place of the box; mirrors of the whole package.
 
-use std::path::Path;
-
 use batwing_tests::judgement::{PATHS, account, alike, close};
-use batwing_tests::traces::trace;
-use pipeline::config;
+use batwing_tests::traces::{parsed, trace};
 use pipeline::config::design::Design;
 use pipeline::config::design::array::PackagePositions;
 use pipeline::metrics::{Estimate, jackknife};
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
 
 /// A box in air without reflections.
 const BARE: &str = r#"
@@ -37,15 +33,8 @@ light = { wavelength_nm = 550.0 }
 receiver = { bin_mm = 0.5 }
 "#;
 
-fn parse(text: &str) -> Design {
-    let design = config::parse("box.toml", text, Path::new(""));
-    let design = design.unwrap_or_else(|e| panic!("{e}"));
-    scene_check::check(&design).unwrap_or_else(|e| panic!("{e}"));
-    design
-}
-
 fn bare(moved: &str) -> Design {
-    parse(&BARE.replace("MOVED", moved))
+    parsed(&BARE.replace("MOVED", moved))
 }
 
 fn seen(design: &Design) -> Observation {
@@ -73,8 +62,8 @@ fn an_offset_in_air_is_a_package_elsewhere() {
     let plane = "\n[[receivers]]\nname = \"a\"\nkind = \"plane\"\nposition_mm = [0, 0, 2.5]\n\
                  size_mm = [12, 12]\nbins = [12, 12]\n";
     let text = format!("{BARE}{plane}");
-    let moved = parse(&text.replace("MOVED", "offset_mm = [1.3, -0.7]"));
-    let mut elsewhere = parse(&text.replace("MOVED", ""));
+    let moved = parsed(&text.replace("MOVED", "offset_mm = [1.3, -0.7]"));
+    let mut elsewhere = parsed(&text.replace("MOVED", ""));
     elsewhere.array.positions = PackagePositions::List {
         positions_mm: vec![[1.3, -0.7]],
     };
@@ -119,7 +108,7 @@ fn a_tilted_face_shares_its_light_by_view_factors() {
 
 #[test]
 fn a_tilted_box_in_a_dome_is_the_same_solid_with_a_source_on_it() {
-    let tilted = parse(&format!(
+    let tilted = parsed(&format!(
         "{DOMED}led = {{ size_mm = [1.0, 0.6], height_mm = 0.35, reflection = \"absorbing\", \
          offset_mm = [0.2, -0.1], tilt_deg = [0.0, 6.0] }}\n"
     ));
@@ -127,7 +116,7 @@ fn a_tilted_box_in_a_dome_is_the_same_solid_with_a_source_on_it() {
     let (sin, cos) = 6f64.to_radians().sin_cos();
     let lift = 0.5 * sin + 1e-6;
     let along = |height: f64| [0.2 + height * sin, -0.1, lift + height * cos];
-    let solid = parse(&format!(
+    let solid = parsed(&format!(
         "{DOMED}led = {{ size_mm = [1e-3, 1e-3], height_mm = 1e-3, reflection = \"absorbing\", \
          offset_mm = [-1.0, 1.0] }}\n\
          [[solids]]\nname = \"chip\"\nkind = \"box\"\nsize_mm = [1.0, 0.6, 0.35]\n\
@@ -160,7 +149,7 @@ fn sources_on_the_box_move_with_it() {
                reflectance = 0.8, offset_mm = [0.2, -0.1], tilt_deg = [4.0, 6.0] }\n";
     let chip = "[[sources]]\nname = \"chip\"\nkind = \"chip\"\nface_powers = [1, 0, 0, 0, 0]\n";
     let [top, chip] = [String::new(), chip.to_owned()].map(|more| {
-        let design = parse(&format!("{DOMED}{led}{more}"));
+        let design = parsed(&format!("{DOMED}{led}{more}"));
         trace(&design, Model::Geometric, PATHS, 31)
     });
     assert_eq!(top.far_field.total(), chip.far_field.total());
@@ -172,7 +161,7 @@ fn offsets_of_packages_are_those_of_single_ones() {
         let text = DOMED
             .replace("columns = 1", &format!("columns = {columns}"))
             .replace("pitch_mm = 8.0", "pitch_mm = 8.0, crossing = false");
-        seen(&parse(&format!(
+        seen(&parsed(&format!(
             "{text}led = {{ size_mm = [0.8, 0.8], height_mm = 0.3, reflection = \"specular\", \
              reflectance = 0.8, {moved} }}\n"
         )))

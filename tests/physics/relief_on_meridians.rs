@@ -4,18 +4,14 @@
 //! Sources: the same dome as a sphere; the curve without elements; rays on the true relief beside
 //! bands that scatter like its cells, on a disc, part of a torus and a cone.
 
-use std::path::Path;
-
 use batwing_tests::judgement::{PATHS, account, alike};
 use batwing_tests::statistics::agree;
-use batwing_tests::traces::trace;
-use pipeline::config;
+use batwing_tests::traces::{parsed, trace};
 use pipeline::config::design::Design;
 use pipeline::geometry::ring_cell;
 use pipeline::metrics::Grouped;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
 
 const DESIGN: &str = r#"
 name = "own"
@@ -33,11 +29,7 @@ const CURVE: &str = "dome = { meridian_mm = [[0, 0.9], [0.4, 0.9], \
      [1.0, 0.7281479, 0.4, -0.2333333], [1.4, 0.35], [1.4, 0]] }\n";
 
 fn parse(dome: &str, elements: &str) -> Design {
-    let text = format!("{DESIGN}{dome}{elements}");
-    let design = config::parse("own.toml", &text, Path::new(""));
-    let design = design.unwrap_or_else(|e| panic!("{e}"));
-    scene_check::check(&design).unwrap_or_else(|e| panic!("{e}"));
-    design
+    parsed(&format!("{DESIGN}{dome}{elements}"))
 }
 
 /// The sphere of [`SPHERE`] in three arcs, and its cylinder.

@@ -2,17 +2,13 @@
 //! Rounded tips and valleys of relief: areas in closed form, and rays on arcs beside cells of
 //! polygons.
 
-use std::path::Path;
-
 use batwing_tests::judgement::{PATHS, account, alike};
-use batwing_tests::traces::trace;
-use pipeline::config;
+use batwing_tests::traces::{parsed, trace};
 use pipeline::config::design::Design;
 use pipeline::geometry::profile::{Elements, Reference, Rounding, Shape};
 use pipeline::geometry::{Cell, Curve, Meridian, ring_cell};
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
 use pipeline::stages::tables::interface;
 
 const DESIGN: &str = r#"
@@ -28,10 +24,7 @@ far_field = { bin_deg = 5.0 }
 "#;
 
 fn parse(more: &str) -> Design {
-    let design = config::parse("own.toml", &format!("{DESIGN}{more}"), Path::new(""));
-    let design = design.unwrap_or_else(|e| panic!("{e}"));
-    scene_check::check(&design).unwrap_or_else(|e| panic!("{e}"));
-    design
+    parsed(&format!("{DESIGN}{more}"))
 }
 
 fn relief(shape: Shape, width_mm: f64, [tip_mm, valley_mm]: [f64; 2]) -> Elements {

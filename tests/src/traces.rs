@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Traces of a design: on its true steps, and on the smooth sphere in bands.
 
+use std::path::Path;
+
 use pipeline::config::{self, design::Design};
 use pipeline::interrupt::Interrupt;
 use pipeline::run_context::RunContext;
 use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
+use pipeline::stages::scene_check;
 use pipeline::stages::trace::observe;
 
 /// The design of the paper in `name`.
@@ -15,6 +18,17 @@ use pipeline::stages::trace::observe;
 /// If it is none.
 pub fn design(name: &str) -> Design {
     config::embedded(name).expect("a valid design")
+}
+
+/// The design of `text`, checked with its scene.
+///
+/// # Panics
+/// With what is wrong with it.
+pub fn parsed(text: &str) -> Design {
+    let design = config::parse("own.toml", text, Path::new(""));
+    let design = design.unwrap_or_else(|error| panic!("{error}"));
+    scene_check::check(&design).unwrap_or_else(|error| panic!("{error}"));
+    design
 }
 
 /// The same design with a cell for every ring instead of one for every ten.

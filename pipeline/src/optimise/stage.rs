@@ -25,7 +25,7 @@ use crate::search::cma_es::{self, CmaEs};
 use crate::search::coordinate::{self, CoordinateSearch};
 use crate::search::normal::Normal;
 use crate::search::random::RandomSearch;
-use crate::search::{Point, Search};
+use crate::search::{Minimiser, Point};
 use crate::stages::seeds::mix;
 
 /// Paths are doubled where the noise of a generation is a larger share of its scatter.
@@ -133,7 +133,7 @@ impl StageSearch<'_, '_> {
         Ok(course.result)
     }
 
-    fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> Searcher {
+    fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> AnyMinimiser {
         let stage = self.settings();
         let start = match run {
             1 => start.clone(),
@@ -146,17 +146,17 @@ impl StageSearch<'_, '_> {
             ..cma_es::Settings::new(start.clone(), seed, budget)
         };
         match stage.method {
-            Method::CmaEs => Searcher::CmaEs(Box::new(CmaEs::new(cma_es))),
-            Method::Bipop => Searcher::Bipop(Box::new(Bipop::new(cma_es))),
+            Method::CmaEs => AnyMinimiser::CmaEs(Box::new(CmaEs::new(cma_es))),
+            Method::Bipop => AnyMinimiser::Bipop(Box::new(Bipop::new(cma_es))),
             Method::Coordinate => {
-                Searcher::Coordinate(Box::new(CoordinateSearch::new(coordinate::Settings {
+                AnyMinimiser::Coordinate(Box::new(CoordinateSearch::new(coordinate::Settings {
                     start,
                     step: stage.step,
                     smallest_step: SMALLEST_STEP,
                     most_evaluations: budget,
                 })))
             }
-            Method::Random => Searcher::Random(Box::new(RandomSearch::new(
+            Method::Random => AnyMinimiser::Random(Box::new(RandomSearch::new(
                 start.len(),
                 stage.population,
                 seed,
@@ -165,7 +165,7 @@ impl StageSearch<'_, '_> {
         }
     }
 
-    fn generations(&mut self, search: &mut dyn Search, course: &mut Course) -> Result<()> {
+    fn generations(&mut self, search: &mut dyn Minimiser, course: &mut Course) -> Result<()> {
         loop {
             let points = search.ask();
             if points.is_empty() {
@@ -320,15 +320,15 @@ fn noise(judged: &[Judged]) -> Option<f64> {
 }
 
 /// The searches, each with what it leaves to choose from.
-enum Searcher {
+enum AnyMinimiser {
     CmaEs(Box<CmaEs>),
     Bipop(Box<Bipop>),
     Coordinate(Box<CoordinateSearch>),
     Random(Box<RandomSearch>),
 }
 
-impl Searcher {
-    fn as_dyn(&mut self) -> &mut dyn Search {
+impl AnyMinimiser {
+    fn as_dyn(&mut self) -> &mut dyn Minimiser {
         match self {
             Self::CmaEs(search) => search.as_mut(),
             Self::Bipop(search) => search.as_mut(),

@@ -6,7 +6,7 @@
 
 use super::cma_es::{CmaEs, Settings};
 use super::normal::Normal;
-use super::{BUDGET_SPENT, Point, Search, Told};
+use super::{BUDGET_SPENT, Minimiser, Point, Told};
 
 /// Most doublings of the population.
 const MOST_DOUBLINGS: u32 = 9;
@@ -151,7 +151,7 @@ impl Bipop {
     }
 }
 
-impl Search for Bipop {
+impl Minimiser for Bipop {
     fn ask(&mut self) -> Vec<Point> {
         self.run.ask()
     }

@@ -16,7 +16,7 @@ use self::strategy::Strategy;
 use super::box_transform::{from_box, into_box};
 use super::normal::Normal;
 use super::record::Record;
-use super::{BUDGET_SPENT, Point, Search, Told};
+use super::{BUDGET_SPENT, Minimiser, Point, Told};
 
 mod stopping;
 mod strategy;
@@ -284,7 +284,7 @@ impl CmaEs {
     }
 }
 
-impl Search for CmaEs {
+impl Minimiser for CmaEs {
     fn ask(&mut self) -> Vec<Point> {
         if self.ended.is_some() {
             return Vec::new();

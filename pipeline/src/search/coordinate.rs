@@ -6,7 +6,7 @@
 //! here with a trial of all moves that gain.
 
 use super::record::Record;
-use super::{BUDGET_SPENT, Point, Search, Told};
+use super::{BUDGET_SPENT, Minimiser, Point, Told};
 
 /// Settings of a [`CoordinateSearch`].
 #[derive(Debug, Clone)]
@@ -92,7 +92,7 @@ impl CoordinateSearch {
     }
 }
 
-impl Search for CoordinateSearch {
+impl Minimiser for CoordinateSearch {
     fn ask(&mut self) -> Vec<Point> {
         if self.ended().is_some() {
             return Vec::new();

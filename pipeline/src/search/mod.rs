@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Black-box minimisers over the unit box, by ask and tell.
 //!
-//! A [`Search`] gives the candidates of a generation and takes their values. It knows nothing of
+//! A [`Minimiser`] gives the candidates of a generation and takes their values. It knows nothing of
 //! what the coordinates mean. All chance comes from its seed: the same seed and the same values
 //! give the same candidates, to the bit, so a replay of the values restores any state.
 //!
 //! ```
-//! use pipeline::search::{Search, cma_es::{CmaEs, Settings}};
+//! use pipeline::search::{Minimiser, cma_es::{CmaEs, Settings}};
 //!
 //! let mut search = CmaEs::new(Settings::new(vec![0.2; 3], 1, 2000));
 //! loop {
@@ -43,7 +43,7 @@ pub struct Told {
 }
 
 /// A minimiser that is asked for candidates and told their values.
-pub trait Search {
+pub trait Minimiser {
     /// Candidates of the next generation, inside the box; none once the search has ended. Asked
     /// again before it is told, it gives the same ones.
     fn ask(&mut self) -> Vec<Point>;

@@ -3,7 +3,7 @@
 
 use super::normal::Normal;
 use super::record::Record;
-use super::{BUDGET_SPENT, Point, Search, Told};
+use super::{BUDGET_SPENT, Minimiser, Point, Told};
 
 /// Independent candidates, uniform in the box.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ impl RandomSearch {
     }
 }
 
-impl Search for RandomSearch {
+impl Minimiser for RandomSearch {
     fn ask(&mut self) -> Vec<Point> {
         if !self.record.asked().is_empty() {
             return self.record.asked().to_vec();

@@ -8,7 +8,7 @@ use super::cma_es::{CmaEs, Settings};
 use super::coordinate::{self, CoordinateSearch};
 use super::normal::Normal;
 use super::random::RandomSearch;
-use super::{Point, Search};
+use super::{Minimiser, Point};
 
 mod functions;
 
@@ -25,7 +25,7 @@ fn coordinates(point: &[f64], width: f64) -> Vec<f64> {
 /// Runs `search` to its end or to the target. `judge` gives the value told and the value judged.
 /// Returns the evaluations up to the first candidate that reaches the target.
 fn minimise(
-    search: &mut impl Search,
+    search: &mut impl Minimiser,
     mut judge: impl FnMut(&[f64]) -> (f64, f64),
 ) -> Option<usize> {
     loop {
@@ -200,7 +200,7 @@ fn an_optimum_in_a_corner_is_the_favourite() {
 }
 
 /// All searches of one problem with a budget.
-fn searches(n: usize, seed: u64, most: usize) -> Vec<Box<dyn Search>> {
+fn searches(n: usize, seed: u64, most: usize) -> Vec<Box<dyn Minimiser>> {
     let settings = Settings::new(vec![0.3; n], seed, most);
     vec![
         Box::new(CmaEs::new(settings.clone())),

@@ -252,7 +252,7 @@ fn observe_task(
         TraceKind::Model(model) => dome_surface(design, model, None)?,
         TraceKind::Probe(probes) => {
             let dome = design
-                .sphere()
+                .base()
                 .with_context(|| format!("{} has no dome", design.name))?;
             DomeSurface::Only(
                 Meridian::stepped(dome, &design.elements)?,

@@ -24,7 +24,7 @@ pub type Figures = BTreeMap<String, Estimate>;
 
 /// One package of many.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sample {
+pub struct SampledPackage {
     /// Its deviations.
     pub deviations: Vec<Deviation>,
     /// Its figures, or why it makes no design.
@@ -37,7 +37,7 @@ pub struct Sampled {
     /// Figures of the design without deviations.
     pub nominal: Figures,
     /// Figures of all samples.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<SampledPackage>,
 }
 
 /// Traces all samples of `analysis`; tables of orders are kept in `cache`.
@@ -79,7 +79,7 @@ pub fn compute(
             Err(error) if error.is::<Interrupted>() => return Err(error),
             Err(error) => Err(format!("{error:#}")),
         };
-        samples.push(Sample {
+        samples.push(SampledPackage {
             deviations,
             figures,
         });

@@ -166,7 +166,7 @@ impl<'a> ToleranceResults<'a> {
 
     /// A line for each sample: deviations, then figures with their errors.
     pub fn rows(&self) -> Vec<Vec<String>> {
-        let row = |sample: &super::compute::Sample| -> Vec<String> {
+        let row = |sample: &super::compute::SampledPackage| -> Vec<String> {
             let deviations = sample.deviations.iter().map(|d| d.value.to_string());
             let figures = self.analysis.figures.iter().flat_map(|key| {
                 let found = sample.figures.as_ref().ok().and_then(|f| f.get(key));
@@ -254,7 +254,7 @@ fn statistics(
         .samples
         .iter()
         .filter_map(|s| Some((s, s.figures.as_ref().ok()?)));
-    let found: Vec<(&super::compute::Sample, Estimate)> = samples
+    let found: Vec<(&super::compute::SampledPackage, Estimate)> = samples
         .map(|(sample, figures)| Some((sample, *figures.get(key)?)))
         .collect::<Option<_>>()?;
     let values: Vec<Estimate> = found.iter().map(|(_, value)| *value).collect();
