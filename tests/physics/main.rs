@@ -4,6 +4,7 @@
 mod boundary_integral;
 mod contrast;
 mod diffusers;
+mod held_tables;
 mod moved_boxes;
 mod optical_contact;
 mod order_tables;

@@ -497,3 +497,26 @@ fn dark_sources_keep_their_numbers_and_change_nothing() {
     }
     assert!(of(&[1.0, -1.0]).is_err() && of(&[f64::NAN]).is_err());
 }
+
+#[test]
+fn merged_groups_keep_the_totals_and_average_their_readings() {
+    let scene = disc(1.0);
+    let outcome = seen(&scene, &[], 64_000, 5);
+    let groups = outcome.groups.len();
+    assert_eq!(outcome.clone().merged(groups), outcome);
+    let merged = outcome.clone().merged(groups / 4);
+    assert_eq!(merged.total, outcome.total);
+    for (group, four) in merged.groups.iter().zip(outcome.groups.chunks(4)) {
+        let mean = four.iter().map(|g| g.ledger.escaped_up).sum::<f64>() / 4.0;
+        assert!((group.ledger.escaped_up - mean).abs() < 1e-15);
+    }
+    let plane = PlaneMap::centred(0.5, 0.5, 4, 4).unwrap();
+    let outcome = run(&scene, &[&plane], &Settings::new(64_000, 5)).unwrap();
+    let merged = outcome.clone().merged(groups / 4);
+    for (group, four) in merged.groups.iter().zip(outcome.groups.chunks(4)) {
+        for (bin, value) in group.readings[0].iter().enumerate() {
+            let mean = four.iter().map(|g| g.readings[0][bin]).sum::<f64>() / 4.0;
+            assert!((value - mean).abs() < 1e-15 && mean > 0.0);
+        }
+    }
+}

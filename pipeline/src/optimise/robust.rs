@@ -79,8 +79,8 @@ impl RobustObjective {
         (0..self.samples).map(package).collect()
     }
 
-    /// Mean and deviation of `packages`, whose traces are independent; figures are means, misses of
-    /// constraints those of the means' worst package.
+    /// Mean and deviation of `packages`, whose traces are independent. Figures are means; the miss of
+    /// constraints is that of the worst package.
     pub fn combine(&self, packages: &[Judged]) -> Judged {
         let first = &packages[0];
         let noise = packages
@@ -117,5 +117,87 @@ impl RobustObjective {
             miss: packages.iter().map(|one| one.miss).fold(0.0, f64::max),
             figures: figures.collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A package with an objective, two replicates about it, and a figure of opposite sign.
+    fn package(value: f64, error: f64, miss: f64) -> Judged {
+        let about = |value: f64| vec![value - error, value + error];
+        let figure = JackknifedFigure::new(-value, about(-value));
+        Judged {
+            value,
+            without: about(value),
+            miss,
+            figures: vec![("f".to_owned(), figure)],
+        }
+    }
+
+    fn robust(added: f64) -> RobustObjective {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/designs/bare-dome.toml");
+        let (source, _) = DesignFile::read(&path).expect("a design");
+        let keys = toml::from_str("key = \"mirror.reflectance\"\ndeviation = 0.01");
+        let keys = [keys.expect("TOML")];
+        RobustObjective {
+            set: Settings::new(),
+            deviations: Deviations::new(&source, &keys, &[]).expect("a key"),
+            samples: 5,
+            added,
+        }
+    }
+
+    #[test]
+    fn deviations_are_added_without_the_noise_of_traces() {
+        let packages = [1.0, 2.0, 6.0].map(|value| package(value, 0.0, 0.0));
+        // Mean 3, variance (4 + 1 + 9) / 2 = 7.
+        for (added, expected) in [(0.0, 3.0), (2.0, 3.0 + 2.0 * 7f64.sqrt())] {
+            let all = robust(added).combine(&packages);
+            assert!((all.value - expected).abs() < 1e-12, "{}", all.value);
+            assert!((all.figures[0].1.value + 3.0).abs() < 1e-12);
+        }
+        // Two replicates 0.5 to either side: a squared standard error of 0.25.
+        let packages = [(1.0, 0.0), (2.0, 0.3), (6.0, 0.1)].map(|(v, m)| package(v, 0.5, m));
+        let all = robust(1.0).combine(&packages);
+        assert!((all.value - 3.0 - (7.0f64 - 0.25).sqrt()).abs() < 1e-12);
+        assert!((all.miss - 0.3).abs() < 1e-15);
+        // Nothing but noise adds nothing.
+        let alike = [2.0, 2.1, 2.2].map(|value| package(value, 0.5, 0.0));
+        assert!((robust(3.0).combine(&alike).value - 2.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn packages_of_one_seed_deviate_alike_and_by_their_law() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/designs/bare-dome.toml");
+        let (source, _) = DesignFile::read(&path).expect("a design");
+        let robust = RobustObjective {
+            samples: 400,
+            ..robust(0.0)
+        };
+        let of = |seed: u64| -> Vec<f64> {
+            let packages = robust.packages(&source, seed).expect("packages");
+            let value = |file: &DesignFile| file.table["mirror"]["reflectance"].as_float();
+            packages
+                .iter()
+                .map(|file| value(file).expect("a number"))
+                .collect()
+        };
+        let drawn = of(3);
+        assert_eq!(drawn, of(3));
+        assert_ne!(drawn, of(4));
+        let nominal = source.table["mirror"]["reflectance"]
+            .as_float()
+            .expect("a number");
+        let n = drawn.len() as f64;
+        let mean = drawn.iter().sum::<f64>() / n;
+        let variance = drawn.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        // Standard errors of mean and variance of 400 normal numbers of deviation 0.01.
+        assert!((mean - nominal).abs() < 4.0 * 0.01 / n.sqrt(), "{mean}");
+        assert!(
+            (variance / 1e-4 - 1.0).abs() < 4.0 * (2.0 / n).sqrt(),
+            "{variance}"
+        );
     }
 }

@@ -364,3 +364,30 @@ fn cma_es_beats_simpler_searches_on_a_rotated_ellipsoid() {
     assert!(best[0] < 1e-8 && best[1] < 1e-8, "{best:?}");
     assert!(best[2] > 1.0 && best[3] > 1e-3, "{best:?}");
 }
+
+#[test]
+fn gains_of_coordinates_are_tried_together() {
+    let mut search = CoordinateSearch::new(coordinate::Settings {
+        start: vec![0.3; 6],
+        step: 0.1,
+        smallest_step: 1e-4,
+        most_evaluations: 4000,
+    });
+    let sphere = |u: &Point| u.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>();
+    // A round: all neighbours, then what gained. On a sum every coordinate moves at once.
+    for _ in 0..2 {
+        let values: Vec<f64> = search.ask().iter().map(sphere).collect();
+        search.tell(&values);
+    }
+    for coordinate in search.favourite() {
+        assert!((coordinate - 0.4).abs() < 1e-12, "{coordinate}");
+    }
+    // Noise that changes from one generation to the next does not hold the centre.
+    let mut random = Normal::new(9);
+    while search.ended().is_none() {
+        let offset = random.normal();
+        let values: Vec<f64> = search.ask().iter().map(|u| sphere(u) + offset).collect();
+        search.tell(&values);
+    }
+    assert!(sphere(&search.favourite()) < 1e-6);
+}
