@@ -357,11 +357,12 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
                 (1..=all).contains(&count),
                 "knots: expected 1 to {all}, one for each ring, got {count}"
             );
-            let (label, side) = match profile {
-                Profile::InnerSlopeDeg => ("inner_slope_deg", Side::Inner),
-                _ => ("outer_slope_deg", Side::Outer),
+            let side = match profile {
+                Profile::InnerSlopeDeg => Side::Inner,
+                _ => Side::Outer,
             };
-            (label.to_owned(), Place::Rings(side, [first, last]), count)
+            let place = Place::Rings(side, [first, last]);
+            (side.key().to_owned(), place, count)
         }
         _ => bail!("expected one of `key` and `profile`, got both or neither"),
     };

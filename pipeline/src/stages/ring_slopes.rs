@@ -5,6 +5,7 @@
 mod tests;
 
 use anyhow::{Result, bail, ensure};
+use serde::Deserialize;
 use toml::Value;
 
 use crate::config::design::Design;
@@ -14,13 +15,25 @@ use crate::geometry::{Chord, vertices};
 /// Least angle between a side and the smooth surface below it, degrees.
 const LEAST_BASE_DEG: f64 = 0.5;
 
-/// The sides of a ring.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The sides of a ring, as files of searches and tolerances name them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 pub enum Side {
     /// Nearer the axis; its slope is positive where it rises outwards.
+    #[serde(rename = "inner_slope_deg")]
     Inner,
     /// Farther out; its slope is positive where it falls outwards.
+    #[serde(rename = "outer_slope_deg")]
     Outer,
+}
+
+impl Side {
+    /// As written in files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Inner => "inner_slope_deg",
+            Self::Outer => "outer_slope_deg",
+        }
+    }
 }
 
 /// Slopes of the sides of every ring against the horizontal, degrees.

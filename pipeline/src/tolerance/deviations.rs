@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use nalgebra::DMatrix;
 use toml::Value;
 
-use super::file::{CorrelationKeys, Distribution, SlopeProfile, ToleranceKeys};
+use super::file::{CorrelationKeys, Distribution, ToleranceKeys};
 use crate::config::dotted_keys::{self, Settings, number};
 use crate::search::normal::Normal;
 use crate::stages::design_file::DesignFile;
@@ -242,12 +242,7 @@ impl Tolerance {
 fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
     let (place, label) = match (&keys.key, keys.profile) {
         (Some(key), None) => (Place::Key(key.clone(), keys.nominal), key.clone()),
-        (None, Some(SlopeProfile::InnerSlopeDeg)) => {
-            (Place::Slopes(Side::Inner), "inner_slope_deg".to_owned())
-        }
-        (None, Some(SlopeProfile::OuterSlopeDeg)) => {
-            (Place::Slopes(Side::Outer), "outer_slope_deg".to_owned())
-        }
+        (None, Some(side)) => (Place::Slopes(side), side.key().to_owned()),
         _ => bail!("expected one of `key` and `profile`, got both or neither"),
     };
     let positive = |key: &str, value: Option<f64>| -> Result<f64> {

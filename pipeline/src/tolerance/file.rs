@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use crate::config::dotted_keys::Settings;
 use crate::stages::model::Model;
+use crate::stages::ring_slopes::Side;
 
 /// A whole tolerance file.
 #[derive(Debug, Clone, Deserialize)]
@@ -48,7 +49,7 @@ pub struct ToleranceKeys {
     /// Key of the design by dotted path; `*` stands for every entry of a list.
     pub key: Option<String>,
     /// Slopes of the rings instead of a key.
-    pub profile: Option<SlopeProfile>,
+    pub profile: Option<Side>,
     /// Law of the deviations.
     #[serde(default)]
     pub distribution: Distribution,
@@ -61,16 +62,6 @@ pub struct ToleranceKeys {
     /// Whether all entries that the key or the profile stands for deviate alike.
     #[serde(default)]
     pub common: bool,
-}
-
-/// Slopes of all rings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SlopeProfile {
-    /// Sides nearer the axis, degrees.
-    InnerSlopeDeg,
-    /// Sides farther out, degrees.
-    OuterSlopeDeg,
 }
 
 /// Laws of deviations.
