@@ -136,6 +136,9 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         !models.is_empty(),
         "verification.models: expected at least one, got none"
     );
+    for model in &models {
+        model.of(&design).context("verification.models")?;
+    }
     if let Some(paths) = file.verification.paths {
         ensure!(
             PATHS.contains(&paths),

@@ -373,20 +373,44 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
             "start: expected a number from {from} to {to}, got {start}"
         );
     }
-    let variable = Variable {
+    let range = match &place {
+        Place::Key(key) => tried(key, range, source)?,
+        _ => range,
+    };
+    Ok(Variable {
         label,
         place,
         range,
         count,
         start: keys.start,
+    })
+}
+
+/// The values of `key`, tried in the design before anything is traced: whole numbers where the
+/// design takes no others.
+fn tried(key: &str, range: Range, source: &DesignFile) -> Result<Range> {
+    let of_key = |range: &Range| BTreeMap::from([(key.to_owned(), range.value(0.5))]);
+    let Err(refused) = source.with(&of_key(&range)) else {
+        return Ok(range);
     };
-    if let Place::Key(key) = &variable.place {
-        // A key that the design does not know, and ends that make no design by themselves, are
-        // said before anything is traced.
-        let trial = BTreeMap::from([(key.clone(), variable.range.value(0.5))]);
-        source.with(&trial)?;
+    let counted = match range {
+        Range::Between {
+            from,
+            to,
+            resolution,
+            ..
+        } => Range::Between {
+            from,
+            to,
+            resolution,
+            whole: true,
+        },
+        choices @ Range::Choices(_) => choices,
+    };
+    match source.with(&of_key(&counted)) {
+        Ok(_) => Ok(counted),
+        Err(_) => Err(refused),
     }
-    Ok(variable)
 }
 
 fn range(keys: &VariableKeys, place: &Place) -> Result<Range> {
@@ -416,26 +440,10 @@ fn range(keys: &VariableKeys, place: &Place) -> Result<Range> {
             to - from
         );
     }
-    let last = match place {
-        Place::Key(key) => key.rsplit('.').next().unwrap_or_default(),
-        _ => "",
-    };
     Ok(Range::Between {
         from,
         to,
         resolution: keys.resolution,
-        whole: WHOLE.contains(&last),
+        whole: false,
     })
 }
-
-/// Keys of a design whose values are whole numbers.
-const WHOLE: [&str; 8] = [
-    "count",
-    "columns",
-    "rows",
-    "from",
-    "to",
-    "rings_per_band",
-    "representative",
-    "max_interactions",
-];
