@@ -18,7 +18,7 @@ use crate::optimise::recipe::{self, Job, Optimised};
 use crate::provenance::FileRecord;
 use crate::published::Published;
 use crate::quantity::Unit;
-use crate::report::plots::{Heading, MarkedLine, marked_lines, search_course};
+use crate::report::plots::{Heading, MarkedLine, marked_lines, search_convergence};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
@@ -29,8 +29,8 @@ use crate::stages::seeds::mix;
 
 /// File under the directory of results.
 pub const FILE: &str = "optimise.json";
-/// Picture of the course of the search.
-const COURSE: &str = "course.png";
+/// Picture of the convergence of the search.
+const CONVERGENCE: &str = "convergence.png";
 /// Picture of the sensitivities.
 const SENSITIVITIES: &str = "sensitivities.png";
 /// Number of the seed of the run of the results, beside that of the search.
@@ -133,12 +133,12 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     })
 }
 
-/// Draws the course of the search, and the sensitivities where there are any.
+/// Draws the convergence of the search, and the sensitivities where there are any.
 fn pictures(problem: &Problem, found: &Optimised, out: &Path) -> Result<Vec<&'static str>> {
     let name = format!("{} from {}", problem.name, problem.design.name);
-    let heading = Heading::new("Course of the search", name.clone());
-    let png = search_course(&heading, &found.course()?)?.png()?;
-    atomic_file::write_bytes(&out.join(COURSE), &png)?;
+    let heading = Heading::new("Convergence of the search", name.clone());
+    let png = search_convergence(&heading, &found.convergence()?)?.png()?;
+    atomic_file::write_bytes(&out.join(CONVERGENCE), &png)?;
     let lines = found.coefficients.iter().filter_map(|c| {
         let sensitivity = c.sensitivity?;
         Some(MarkedLine {
@@ -149,13 +149,13 @@ fn pictures(problem: &Problem, found: &Optimised, out: &Path) -> Result<Vec<&'st
     });
     let lines: Vec<MarkedLine> = lines.collect();
     if lines.is_empty() {
-        return Ok(vec![COURSE]);
+        return Ok(vec![CONVERGENCE]);
     }
     let heading = Heading::new("Sensitivities at the design found", name);
     let words = "change of the objective for one unit";
     let png = marked_lines(&heading, words, Unit::Relative, &lines)?.png()?;
     atomic_file::write_bytes(&out.join(SENSITIVITIES), &png)?;
-    Ok(vec![COURSE, SENSITIVITIES])
+    Ok(vec![CONVERGENCE, SENSITIVITIES])
 }
 
 fn record(out: &Path, name: &str) -> Result<FileRecord> {

@@ -163,7 +163,7 @@ const fn two() -> f64 {
     2.0
 }
 
-/// How candidates are chosen.
+/// How candidates are selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -196,7 +196,7 @@ impl Method {
 pub struct StageKeys {
     /// Model of the traces; absent: rays on the relief.
     pub model: Option<Model>,
-    /// How candidates are chosen.
+    /// How candidates are selected.
     #[serde(default)]
     pub method: Method,
     /// Coefficients of every profile of rings, instead of its own.

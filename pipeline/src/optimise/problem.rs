@@ -62,7 +62,7 @@ pub struct Problem {
 pub struct StageSettings {
     /// Model of its traces.
     pub model: Model,
-    /// How candidates are chosen.
+    /// How candidates are selected.
     pub method: Method,
     /// Coefficients of each profile over rings.
     pub knots: Option<usize>,

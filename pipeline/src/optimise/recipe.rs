@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The recipe of an optimisation: stages of search → choice → sensitivities → verification of the
+//! The recipe of an optimisation: stages of search → selection → sensitivities → verification of the
 //! result beside the design that it began with, both by paths of a fresh seed.
 
 use std::path::Path;
@@ -11,7 +11,7 @@ use super::evaluate::{Evaluator, Outcome};
 use super::log::{self, Log};
 use super::objective::Judged;
 use super::problem::{Problem, StageSettings};
-use super::stage::{CHOICE, StageResult, StageSearch};
+use super::stage::{SELECTION, StageResult, StageSearch};
 use super::variables::Variables;
 use crate::atomic_file;
 use crate::cache::Cache;
@@ -123,7 +123,7 @@ impl Job<'_> {
             let result = search.run(&start);
             progress.finish_and_clear();
             let result = result.map_err(|error| self.about(error))?;
-            best.clone_from(&result.finalists[0].point);
+            best.clone_from(&result.final_candidates[0].point);
             // All that was set before stays; what this stage sets goes on top.
             settings.extend(variables.settings(&best)?);
             stages.push(StageOutcome {
@@ -191,7 +191,7 @@ impl Job<'_> {
     /// Refuses a search that met no candidate within the constraints.
     fn feasible(&self, stages: &[StageOutcome]) -> Result<()> {
         let last = &stages[stages.len() - 1].result;
-        if last.finalists[0].feasible {
+        if last.final_candidates[0].feasible {
             return Ok(());
         }
         let nearest = stages.iter().filter_map(|s| s.result.nearest.as_ref());
@@ -280,7 +280,7 @@ impl Job<'_> {
                 moved[k] = (moved[k] + side).clamp(0.0, 1.0);
                 let at = variables.coefficients(&moved)[k];
                 if let Outcome::Judged(one) =
-                    evaluator.evaluate(&moved, CHOICE * stage.most_paths, context)?
+                    evaluator.evaluate(&moved, SELECTION * stage.most_paths, context)?
                 {
                     judged.push((at, one));
                 }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::problem::Problem;
 use super::recipe::{Coefficient, Optimised, StageOutcome};
-use super::stage::Finalist;
+use super::stage::FinalCandidate;
 use crate::digits::{format_value_with_error, thousands};
 use crate::metrics::Estimate;
 use crate::plural::count;
@@ -61,7 +61,7 @@ impl Optimised {
                 "before": self.before.as_ref().map(super::objective::Judged::estimate),
                 "after": self.after.estimate(),
                 "in_search": self.in_search(),
-                "at_choice": self.at_choice(),
+                "at_selection": self.at_selection(),
                 "bias_of_search": self.in_search().map(|value| self.bias(value)),
             },
             "figures": figures.collect::<serde_json::Map<_, _>>(),
@@ -97,21 +97,21 @@ impl Optimised {
         &self.stages[self.stages.len() - 1]
     }
 
-    /// The chosen finalist.
-    fn chosen(&self) -> &Finalist {
-        &self.last().result.finalists[0]
+    /// The selected candidate.
+    fn selected(&self) -> &FinalCandidate {
+        &self.last().result.final_candidates[0]
     }
 
     /// Best value that the search saw in the run that the design comes from.
     fn in_search(&self) -> Option<f64> {
-        Some(self.chosen().search_value).filter(|value| value.is_finite())
+        Some(self.selected().search_value).filter(|value| value.is_finite())
     }
 
-    fn at_choice(&self) -> Option<Estimate> {
-        let chosen = self.chosen();
-        chosen
-            .choice_error
-            .map(|error| Estimate::new(chosen.choice_value, error))
+    fn at_selection(&self) -> Option<Estimate> {
+        let selected = self.selected();
+        selected
+            .selection_error
+            .map(|error| Estimate::new(selected.selection_value, error))
     }
 
     /// How much better than the verified objective `value` is.
@@ -120,12 +120,12 @@ impl Optimised {
         Estimate::new(after.value - value, after.standard_error)
     }
 
-    /// The course of the search: the best candidate of every generation that met the constraints
+    /// The convergence of the search: the best candidate of every generation that met the constraints
     /// over the number of candidates, and the verified objective before and after.
     ///
     /// # Errors
     /// Values that are no curve.
-    pub fn course(&self) -> anyhow::Result<Vec<Curve>> {
+    pub fn convergence(&self) -> anyhow::Result<Vec<Curve>> {
         let (mut at, mut value, mut error) = (Vec::new(), Vec::new(), Vec::new());
         let mut candidates = 0.0;
         let generations = self
@@ -261,13 +261,20 @@ impl Optimised {
         text
     }
 
-    /// Best finalist of each run of the last stage.
+    /// Best final candidate of each run of the last stage.
     fn runs(&self) -> Vec<(usize, Estimate)> {
         let mut runs: Vec<(usize, Estimate)> = Vec::new();
-        for finalist in &self.last().result.finalists {
-            let known = runs.iter().any(|(run, _)| *run == finalist.run);
-            if let (Some(error), false, true) = (finalist.choice_error, known, finalist.run > 0) {
-                runs.push((finalist.run, Estimate::new(finalist.choice_value, error)));
+        for final_candidate in &self.last().result.final_candidates {
+            let known = runs.iter().any(|(run, _)| *run == final_candidate.run);
+            if let (Some(error), false, true) = (
+                final_candidate.selection_error,
+                known,
+                final_candidate.run > 0,
+            ) {
+                runs.push((
+                    final_candidate.run,
+                    Estimate::new(final_candidate.selection_value, error),
+                ));
             }
         }
         runs.sort_by_key(|(run, _)| *run);
@@ -298,13 +305,13 @@ impl StageOutcome {
                 "noise": end.noise,
             })
         });
-        let finalists = result.finalists.iter().map(|finalist| {
+        let final_candidates = result.final_candidates.iter().map(|final_candidate| {
             json!({
-                "run": finalist.run,
-                "in_search": Some(finalist.search_value).filter(|v| v.is_finite()),
-                "value": Some(finalist.choice_value).filter(|v| v.is_finite()),
-                "standard_error": finalist.choice_error,
-                "feasible": finalist.feasible,
+                "run": final_candidate.run,
+                "in_search": Some(final_candidate.search_value).filter(|v| v.is_finite()),
+                "value": Some(final_candidate.selection_value).filter(|v| v.is_finite()),
+                "standard_error": final_candidate.selection_error,
+                "feasible": final_candidate.feasible,
             })
         });
         let settings = &self.settings;
@@ -318,7 +325,7 @@ impl StageOutcome {
             "cut_short": result.cut_short,
             "refusals": result.refusals.iter().take(REASONS).collect::<Vec<_>>(),
             "generations": generations.collect::<Vec<_>>(),
-            "finalists": finalists.collect::<Vec<_>>(),
+            "final_candidates": final_candidates.collect::<Vec<_>>(),
         })
     }
 }

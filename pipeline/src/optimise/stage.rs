@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One stage of a search: candidates generation by generation, runs one after the other, and the
-//! choice among what the runs found.
+//! selection among what the runs found.
 //!
 //! Every generation has a seed of its own, so that no candidate is kept for a lucky one. Within a
 //! generation all candidates have the same seed. Paths are doubled where the error of a ranking is
@@ -33,21 +33,21 @@ const MOST_NOISE: f64 = 0.7;
 /// A search has converged when its standard deviations are below this share of the ranges.
 const SMALLEST_STEP: f64 = 2e-3;
 /// Paths of the traces among which the best is chosen, beside the largest number of the search.
-pub(super) const CHOICE: u64 = 4;
+pub(super) const SELECTION: u64 = 4;
 
 /// One of the points among which a stage chooses.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Finalist {
+pub(super) struct FinalCandidate {
     /// In the unit box.
     pub point: Point,
     /// Run, from 1.
     pub run: usize,
     /// Value of the best candidate of the run, as the search saw it.
     pub search_value: f64,
-    /// Objective by the paths of the choice.
-    pub choice_value: f64,
+    /// Objective by the paths of the selection.
+    pub selection_value: f64,
     /// Its standard error.
-    pub choice_error: Option<f64>,
+    pub selection_error: Option<f64>,
     /// Whether all constraints are met.
     pub feasible: bool,
 }
@@ -56,7 +56,7 @@ pub(super) struct Finalist {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StageResult {
     /// Best first.
-    pub finalists: Vec<Finalist>,
+    pub final_candidates: Vec<FinalCandidate>,
     /// Every generation of the search, without candidates, and its best.
     pub generations: Vec<(GenerationEnd, Option<Candidate>)>,
     /// Candidates traced or refused.
@@ -84,7 +84,7 @@ pub(super) struct StageSearch<'a, 'b> {
 }
 
 /// State that goes from one generation to the next.
-struct Course {
+struct SearchState {
     paths: u64,
     generation: usize,
     result: StageResult,
@@ -100,11 +100,11 @@ impl StageSearch<'_, '_> {
     /// # Errors
     /// An interrupt; a search without a single candidate that could be traced.
     pub fn run(mut self, start: &Point) -> Result<StageResult> {
-        let mut course = Course {
+        let mut state = SearchState {
             paths: self.settings().paths,
             generation: 0,
             result: StageResult {
-                finalists: Vec::new(),
+                final_candidates: Vec::new(),
                 generations: Vec::new(),
                 evaluations: 0,
                 refusals: Vec::new(),
@@ -113,24 +113,24 @@ impl StageSearch<'_, '_> {
             },
         };
         // The start is one of those to choose from: a search never ends below it.
-        let mut finalists = vec![(start.clone(), 0, f64::INFINITY)];
+        let mut final_candidates = vec![(start.clone(), 0, f64::INFINITY)];
         let runs = match self.settings().method {
             Method::CmaEs => self.settings().restarts,
             _ => 1,
         };
         for run in 1..=runs {
-            if course.result.cut_short {
+            if state.result.cut_short {
                 break;
             }
             let budget =
-                (self.settings().evaluations - course.result.evaluations) / (runs - run + 1);
+                (self.settings().evaluations - state.result.evaluations) / (runs - run + 1);
             let seed = mix(mix(self.context.seed ^ mix(self.number as u64)) ^ run as u64);
             let mut search = self.search(start, run, budget, seed);
-            self.generations(search.as_dyn(), &mut course)?;
-            finalists.extend(search.found(run));
+            self.generations(search.as_dyn(), &mut state)?;
+            final_candidates.extend(search.found(run));
         }
-        self.choose(finalists, &mut course)?;
-        Ok(course.result)
+        self.select(final_candidates, &mut state)?;
+        Ok(state.result)
     }
 
     fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> AnyMinimiser {
@@ -165,22 +165,22 @@ impl StageSearch<'_, '_> {
         }
     }
 
-    fn generations(&mut self, search: &mut dyn Minimiser, course: &mut Course) -> Result<()> {
+    fn generations(&mut self, search: &mut dyn Minimiser, state: &mut SearchState) -> Result<()> {
         loop {
             let points = search.ask();
             if points.is_empty() {
                 return Ok(());
             }
-            course.generation += 1;
-            let number = course.generation;
-            let Some(generation) = self.generation(&points, number, course.paths)? else {
-                course.result.cut_short = true;
+            state.generation += 1;
+            let number = state.generation;
+            let Some(generation) = self.generation(&points, number, state.paths)? else {
+                state.result.cut_short = true;
                 return Ok(());
             };
             let values: Vec<f64> = generation.candidates.iter().map(Candidate::value).collect();
             search.tell(&values);
-            course.paths = generation.end.next_paths;
-            course.book(generation);
+            state.paths = generation.end.next_paths;
+            state.book(generation);
         }
     }
 
@@ -242,40 +242,43 @@ impl StageSearch<'_, '_> {
     }
 
     /// Judges what the runs found by more paths and a seed of its own.
-    fn choose(&mut self, found: Vec<(Point, usize, f64)>, course: &mut Course) -> Result<()> {
+    fn select(&mut self, found: Vec<(Point, usize, f64)>, state: &mut SearchState) -> Result<()> {
         let points: Vec<Point> = found.iter().map(|(point, ..)| point.clone()).collect();
-        let paths = CHOICE * self.settings().most_paths;
+        let paths = SELECTION * self.settings().most_paths;
         // Generation 0 is never refused for lack of time.
         let Some(generation) = self.generation(&points, 0, paths)? else {
             return Ok(());
         };
         let candidates = generation.candidates.iter().zip(found);
-        let mut finalists: Vec<Finalist> = candidates
-            .map(|(candidate, (point, run, search_value))| Finalist {
+        let mut final_candidates: Vec<FinalCandidate> = candidates
+            .map(|(candidate, (point, run, search_value))| FinalCandidate {
                 point,
                 run,
                 search_value,
-                choice_value: candidate.value(),
-                choice_error: candidate.standard_error,
+                selection_value: candidate.value(),
+                selection_error: candidate.standard_error,
                 feasible: candidate.feasible,
             })
             .collect();
-        finalists.sort_by(|a, b| a.choice_value.total_cmp(&b.choice_value));
-        if finalists.iter().all(|f| f.choice_value.is_infinite()) {
-            let why = course.result.refusals.first();
+        final_candidates.sort_by(|a, b| a.selection_value.total_cmp(&b.selection_value));
+        if final_candidates
+            .iter()
+            .all(|f| f.selection_value.is_infinite())
+        {
+            let why = state.result.refusals.first();
             let why = why.map_or_else(|| "nothing was traced".to_owned(), |(why, _)| why.clone());
             bail!(
                 "stages[{}]: expected a candidate that can be traced, got none in {}: {why}",
                 self.number,
-                count(course.result.evaluations, "candidate")
+                count(state.result.evaluations, "candidate")
             );
         }
-        course.result.finalists = finalists;
+        state.result.final_candidates = final_candidates;
         Ok(())
     }
 }
 
-impl Course {
+impl SearchState {
     /// Books what a generation showed.
     fn book(&mut self, generation: Generation) {
         let result = &mut self.result;

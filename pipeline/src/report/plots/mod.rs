@@ -18,7 +18,7 @@ mod far_field;
 mod map;
 mod near_field;
 mod orders;
-mod search_course;
+mod search_convergence;
 mod section;
 
 pub use bars::{ShareBar, share_bars};
@@ -37,7 +37,7 @@ pub use map::{
 };
 pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::{LobeSide, PlaneLobe, grating_lobes};
-pub use search_course::search_course;
+pub use search_convergence::search_convergence;
 pub use section::{Section, cross_section};
 
 /// Title lines of a picture.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The course of a search: the best candidate of every generation, as the search saw it, beside the
+//! The convergence of a search: the best candidate of every generation, as the search saw it, beside the
 //! verified objective before and after.
 
 use anyhow::{Result, ensure};
@@ -19,8 +19,11 @@ const ROOM: f64 = 0.06;
 ///
 /// # Errors
 /// No curve.
-pub fn search_course(heading: &Heading, curves: &[Curve]) -> Result<Picture> {
-    ensure!(!curves.is_empty(), "a course needs at least one curve");
+pub fn search_convergence(heading: &Heading, curves: &[Curve]) -> Result<Picture> {
+    ensure!(
+        !curves.is_empty(),
+        "a convergence picture needs at least one curve"
+    );
     let band = |sign: f64| {
         let points = |curve: &Curve| {
             let pairs = curve.value().iter().zip(curve.standard_error());
