@@ -85,6 +85,17 @@ pub struct Optimised {
     pub(super) after: Judged,
 }
 
+/// What all stages found.
+struct Searched {
+    stages: Vec<StageOutcome>,
+    /// Keys of the design found.
+    settings: Settings,
+    /// Variables of the last stage, and where it began and ended.
+    variables: Variables,
+    start: Point,
+    best: Point,
+}
+
 impl Job<'_> {
     /// Searches, chooses and verifies; writes the log and the design.
     ///
@@ -92,78 +103,108 @@ impl Job<'_> {
     /// Those of the tracer, the solver and the files; constraints that no candidate meets; an
     /// interrupt.
     pub fn run(&self, context: RunContext) -> Result<Optimised> {
+        let found = self.search(context)?;
+        self.feasible(&found.stages)
+            .map_err(|error| self.about(error))?;
+        let (file, design) = self.write(&found.settings)?;
+        let coefficients = self.coefficients(&found, context)?;
+        let (before, after) = self.verify(&file, &design, &found.variables, context)?;
+        Ok(Optimised {
+            stages: found.stages,
+            active_limits: found.variables.limits.active(&design),
+            coefficients,
+            design,
+            before,
+            after,
+        })
+    }
+
+    /// Runs all stages, each from where the one before ended.
+    fn search(&self, context: RunContext) -> Result<Searched> {
         let problem = self.problem;
         let key = problem.key(context.seed);
         let mut log = Log::open(&self.out.join(log::FILE), key.hex(), self.resume)?;
         let started = Instant::now();
         let deadline = self.budget.map(|budget| started + budget);
-        let mut settings = Settings::new();
-        let mut stages: Vec<StageOutcome> = Vec::new();
-        let (mut variables, mut best) = (problem.variables.clone(), Point::new());
-        let mut start = Point::new();
-        for (k, stage) in problem.stages.iter().enumerate() {
-            variables = problem.variables.resumed(&settings, stage.knots)?;
-            start = variables.start()?;
-            let what = format!(
-                "{} stage {} of {}",
-                problem.name,
-                k + 1,
-                problem.stages.len()
-            );
+        let mut found = Searched {
+            stages: Vec::new(),
+            settings: Settings::new(),
+            variables: problem.variables.clone(),
+            start: Point::new(),
+            best: Point::new(),
+        };
+        let all = problem.stages.len();
+        for (number, stage) in (1..).zip(&problem.stages) {
+            found.variables = problem.variables.resumed(&found.settings, stage.knots)?;
+            found.start = found.variables.start()?;
+            let what = format!("{} stage {number} of {all}", problem.name);
             let progress = context.console.progress(stage.evaluations as u64, &what);
             let search = StageSearch {
-                number: k + 1,
-                evaluator: self.evaluator(&variables, stage),
+                number,
+                evaluator: self.evaluator(&found.variables, stage),
                 log: &mut log,
                 context,
                 started,
                 deadline,
                 progress: &progress,
             };
-            let result = search.run(&start);
+            let result = search.run(&found.start);
             progress.finish_and_clear();
             let result = result.map_err(|error| self.about(error))?;
-            best.clone_from(&result.final_candidates[0].point);
+            found.best.clone_from(&result.final_candidates[0].point);
             // All that was set before stays; what this stage sets goes on top.
-            settings.extend(variables.settings(&best)?);
-            stages.push(StageOutcome {
+            found
+                .settings
+                .extend(found.variables.settings(&found.best)?);
+            found.stages.push(StageOutcome {
                 settings: stage.clone(),
                 result,
             });
         }
-        self.feasible(&stages).map_err(|error| self.about(error))?;
-        let (file, design) = self.write(&settings)?;
-        let mut last = problem.stages[problem.stages.len() - 1].clone();
-        let sensitivities = self.sensitivities(&variables, &last, &best, context)?;
-        last.set.clear();
+        Ok(found)
+    }
+
+    /// The coefficients of the last stage with their sensitivities.
+    fn coefficients(&self, found: &Searched, context: RunContext) -> Result<Vec<Coefficient>> {
+        let variables = &found.variables;
+        let sensitivities =
+            self.sensitivities(variables, self.last_stage(), &found.best, context)?;
         let labels = variables.labels().into_iter().zip(sensitivities);
-        let values = variables
-            .coefficients(&start)
-            .into_iter()
-            .zip(variables.coefficients(&best));
-        let coefficients = labels
-            .zip(values)
-            .map(|((label, sensitivity), (start, found))| Coefficient {
-                label,
-                start,
-                found,
-                sensitivity,
-            });
-        let coefficients = coefficients.collect();
+        let ends = [&found.start, &found.best].map(|point| variables.coefficients(point));
+        let [start, best] = ends;
+        let all = labels.zip(start.into_iter().zip(best));
+        let all = all.map(|((label, sensitivity), (start, found))| Coefficient {
+            label,
+            start,
+            found,
+            sensitivity,
+        });
+        Ok(all.collect())
+    }
+
+    /// Judges the design of the problem, where it can be judged, and the one found, by paths of a
+    /// fresh seed and at the tolerance of the design.
+    fn verify(
+        &self,
+        file: &DesignFile,
+        design: &Design,
+        variables: &Variables,
+        context: RunContext,
+    ) -> Result<(Option<Judged>, Judged)> {
         let seed = mix(context.seed ^ mix(VERIFICATION));
-        let verified = RunContext { seed, ..context };
+        let context = RunContext { seed, ..context };
+        let problem = self.problem;
         let paths = problem.verification_paths.unwrap_or(design.trace.paths);
-        let mut evaluator = self.evaluator(&variables, &last);
-        let after = evaluator.judge(&file, paths, verified)?;
-        let before = evaluator.judge(&problem.variables.source, paths, verified);
-        Ok(Optimised {
-            stages,
-            active_limits: variables.limits.active(&design),
-            coefficients,
-            design,
-            before: before.ok(),
-            after,
-        })
+        let mut stage = self.last_stage().clone();
+        stage.set.clear();
+        let mut evaluator = self.evaluator(variables, &stage);
+        let after = evaluator.judge(file, paths, context)?;
+        let before = evaluator.judge(&problem.variables.source, paths, context);
+        Ok((before.ok(), after))
+    }
+
+    fn last_stage(&self) -> &StageSettings {
+        &self.problem.stages[self.problem.stages.len() - 1]
     }
 
     fn evaluator<'a>(

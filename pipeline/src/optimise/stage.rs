@@ -112,7 +112,7 @@ impl StageSearch<'_, '_> {
                 cut_short: false,
             },
         };
-        // The start is one of those to choose from: a search never ends below it.
+        // The start is one of those to select from: a search never ends worse.
         let mut final_candidates = vec![(start.clone(), 0, f64::INFINITY)];
         let runs = match self.settings().method {
             Method::CmaEs => self.settings().restarts,
@@ -125,6 +125,8 @@ impl StageSearch<'_, '_> {
             let budget =
                 (self.settings().evaluations - state.result.evaluations) / (runs - run + 1);
             let seed = mix(mix(self.context.seed ^ mix(self.number as u64)) ^ run as u64);
+            // A wide search scatters far above the noise of few paths.
+            state.paths = self.settings().paths;
             let mut search = self.search(start, run, budget, seed);
             self.generations(search.as_dyn(), &mut state)?;
             final_candidates.extend(search.found(run));
