@@ -16,7 +16,7 @@ use pipeline::stages::trace::observe;
 fn held_tables_are_those_of_the_design_and_are_solved_once() {
     let [d1, d2] = ["d1.toml", "d2.toml"].map(|name| {
         let mut design = design(name);
-        design.hybrid.tolerance = 0.2;
+        design.hybrid.tolerance = 0.1;
         design.hybrid.ky_count = Some(4);
         design.trace.paths = 64_000;
         design

@@ -11,10 +11,10 @@ use crate::common::{
 use bsdf::{Grid, OrderEfficiency, OrderTable, TableHeader};
 use tracer::housing::Housing;
 use tracer::run::{Control, run_rays};
-use tracer::shape::{Reach, Revolution, Sides};
+use tracer::shape::{Bend, Reach, Revolution, Sides};
 use tracer::{
-    Dome, Emission, FarField, Package, Patch, PlaneMap, Ray, Region, Scene, Settings, SurfaceModel,
-    run,
+    Dome, Emission, FarField, Package, Patch, PlaneMap, Prototype, Ray, Region, Scene, Settings,
+    Shape, Surface, SurfaceModel, run,
 };
 
 const GROUPS: usize = 6;
@@ -136,6 +136,54 @@ fn a_path_goes_as_it_goes_alone() {
                 &single(package.prototype().unwrap()),
             );
         }
+    }
+}
+
+/// A lens with a hollow, a bead, a cone and a belt of a sphere, whose parts scatter differently.
+fn freeform(mut package: Package) -> Prototype {
+    package.dome = Dome::smooth(&CAP);
+    let on_axis = |[r0, z0]: [f64; 2], [r1, z1]: [f64; 2]| {
+        0.5 * (r1 * r1 - r0 * r0 + z1 * z1 - z0 * z0) / (z1 - z0)
+    };
+    let (middle, shoulder, edge, belt) = ([0.0, 0.75], [0.5, 0.9], [1.1, 0.8], [1.4, 0.5]);
+    let rim = [CAP.rim, CAP.height(CAP.rim)];
+    let hollow = [0.0, on_axis(middle, shoulder)];
+    // Level half a millimetre below the middle of its chord.
+    let bead = [0.8 - 0.5 * 0.1, 0.85 - 0.5 * 0.6];
+    let sphere = on_axis(belt, rim);
+    let radius = belt[0].hypot(belt[1] - sphere);
+    let shapes = [
+        Shape::arc(middle, shoulder, hollow, Bend::Counterclockwise),
+        Shape::arc(shoulder, edge, bead, Bend::Clockwise),
+        Shape::frustum(edge, belt),
+        Shape::sphere_zones(sphere, radius, &[belt[1], 0.3, rim[1]]),
+    ];
+    let bent: Arc<dyn bsdf::Bsdf> = Arc::new(NoFresnel {
+        inner: N,
+        outer: 1.0,
+    });
+    let mut prototype = package.prototype().unwrap();
+    prototype
+        .surfaces
+        .retain(|surface| surface.name() != "dome");
+    for (number, shape) in shapes.into_iter().enumerate() {
+        let shape = shape.unwrap();
+        let patches = (0..shape.patches()).map(|k| match (number, k) {
+            (1, _) => Patch::new("bead", SurfaceModel::Scatter(bent.clone())),
+            (3, 0) => Patch::new("belt", SurfaceModel::Mirror { reflectance: 0.4 }),
+            _ => Patch::new(format!("part {number} {k}"), SurfaceModel::Interface),
+        });
+        let patches = patches.collect();
+        let surface = Surface::zoned(shape, tracer::package::SILICONE, Region::World, patches);
+        prototype.surfaces.push(surface);
+    }
+    prototype
+}
+
+#[test]
+fn a_path_through_lines_and_arcs_goes_as_it_goes_alone() {
+    for (number, package) in variants(Dome::smooth(&CAP)).into_iter().enumerate() {
+        agree(&format!("freeform {number}"), &single(freeform(package)));
     }
 }
 

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::evaluate::Outcome;
 use crate::atomic_file;
 use crate::metrics::Estimate;
+use crate::search::Point;
 
 /// File under the directory of results.
 pub const FILE: &str = "log.jsonl";
@@ -115,6 +116,8 @@ pub(super) struct Log {
     file: File,
     /// Generations of an earlier part of the search that are still to be replayed.
     known: VecDeque<Generation>,
+    /// Bytes of the file before them.
+    replayed: u64,
 }
 
 impl Log {
@@ -135,6 +138,7 @@ impl Log {
         };
         // What is not whole goes, so that the log reads as if the search had not been stopped.
         let mut text = line(&head)?;
+        let replayed = text.len() as u64;
         for generation in &known {
             text.push_str(&lines(generation)?);
         }
@@ -143,17 +147,27 @@ impl Log {
         Ok(Self {
             file: file.with_context(at)?,
             known,
+            replayed,
         })
     }
 
-    /// The next generation of an earlier part of the search, if it holds the candidates `points`.
+    /// Generation `number` of an earlier part of the search, if it holds the candidates `points`.
+    ///
+    /// Where the earlier part made its selection instead, a budget of time had ended it: the rest of
+    /// the log is dropped, and the search goes on.
     ///
     /// # Errors
-    /// A log whose generations are not those of this search.
-    pub fn replayed(&mut self, points: &[Vec<f64>]) -> Result<Option<Generation>> {
+    /// A log whose generations are not those of this search; those of the file.
+    pub fn replayed(&mut self, number: usize, points: &[Point]) -> Result<Option<Generation>> {
         let Some(generation) = self.known.pop_front() else {
             return Ok(None);
         };
+        if number > 0 && generation.end.generation == 0 {
+            self.known.clear();
+            let cut = self.file.set_len(self.replayed);
+            cut.with_context(|| format!("{FILE}: cannot be written"))?;
+            return Ok(None);
+        }
         let same = generation.candidates.iter().map(|c| &c.point).eq(points);
         ensure!(
             same,
@@ -161,6 +175,7 @@ impl Log {
             generation.end.generation,
             generation.end.stage
         );
+        self.replayed += lines(&generation)?.len() as u64;
         Ok(Some(generation))
     }
 

@@ -193,7 +193,7 @@ impl StageSearch<'_, '_> {
         number: usize,
         paths: u64,
     ) -> Result<Option<Generation>> {
-        if let Some(known) = self.log.replayed(points)? {
+        if let Some(known) = self.log.replayed(number, points)? {
             self.progress.inc(points.len() as u64);
             return Ok(Some(known));
         }

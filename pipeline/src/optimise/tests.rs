@@ -284,10 +284,12 @@ fn logs_may_be_cut_at_any_byte() {
         // A line without its end of line is whole.
         let expected = ends.iter().filter(|end| cut + 1 >= **end).count();
         for generation in &all[..expected] {
-            let read = log.replayed(&points(generation)).expect("the same");
+            let read = log.replayed(generation.end.generation, &points(generation));
+            let read = read.expect("the same");
             assert_eq!(read.as_ref(), Some(generation), "{cut}");
         }
-        assert_eq!(log.replayed(&points(&all[0])).expect("none"), None, "{cut}");
+        let more = log.replayed(1, &points(&all[0])).expect("none");
+        assert_eq!(more, None, "{cut}");
         for generation in &all[expected..] {
             log.add(generation).expect("written");
         }
@@ -307,5 +309,31 @@ fn logs_of_other_searches_are_refused_and_kept() {
     assert!(whole == std::fs::read(&path).expect("a log"));
     // The same key with other candidates is no log of this search either.
     let mut log = Log::open(&path, "key", true).expect("a log");
-    assert!(log.replayed(&[vec![0.5, 0.5], vec![0.5, 0.6]]).is_err());
+    assert!(log.replayed(1, &[vec![0.5, 0.5], vec![0.5, 0.6]]).is_err());
+}
+
+/// A search that made its selection for lack of time goes on from its last generation, and its log
+/// becomes that of a search without an end.
+#[test]
+fn searches_ended_by_a_budget_go_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [short, whole] = ["short.jsonl", "whole.jsonl"].map(|name| folder.path().join(name));
+    for (path, numbers) in [(&short, &[1, 0][..]), (&whole, &[1, 2, 0])] {
+        let mut log = Log::open(path, "key", false).expect("a log");
+        for number in numbers {
+            log.add(&generation(*number)).expect("written");
+        }
+    }
+    let mut log = Log::open(&short, "key", true).expect("a log");
+    let first = generation(1);
+    let read = log.replayed(1, &points(&first)).expect("the same");
+    assert_eq!(read, Some(first));
+    for number in [2, 0] {
+        let next = generation(number);
+        let read = log.replayed(number, &points(&next)).expect("none");
+        assert_eq!(read, None);
+        log.add(&next).expect("written");
+    }
+    let [short, whole] = [short, whole].map(|path| std::fs::read(path).expect("a log"));
+    assert!(short == whole);
 }

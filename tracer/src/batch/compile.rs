@@ -7,6 +7,7 @@ use bsdf::order_table::{OrderTable, OrderTableBatch};
 
 use super::kernels::{PackageGeometry, flat, mode};
 use super::orders;
+use super::strips::{self, Strips};
 use super::{BatchTracer, Clearance, Dome, Exit, LeavesPackage, Primitive, Zones};
 use crate::scene::{CompiledSurface, Location, Scene};
 use crate::shape::{Bounds, Frustum, Shape, Shell};
@@ -43,7 +44,8 @@ impl<'a> Primitive<'a> {
 
 /// The surfaces of a package.
 struct PackageSurfaces<'a> {
-    dome: &'a CompiledSurface,
+    /// From the axis outwards.
+    dome: Vec<&'a CompiledSurface>,
     bottom: &'a CompiledSurface,
     side: Option<&'a CompiledSurface>,
     solid: Option<&'a CompiledSurface>,
@@ -54,12 +56,15 @@ impl<'a> PackageSurfaces<'a> {
     fn of(surfaces: &'a [CompiledSurface]) -> Option<Self> {
         const SKIN: [Region; 2] = [Region::Body(0), Region::World];
         const OPAQUE_PART: [Region; 2] = [Region::Opaque, Region::Body(0)];
-        let (mut dome, mut bottom, mut side, mut solid) = (None, None, None, None);
+        let (mut dome, mut bottom, mut side, mut solid) = (Vec::new(), None, None, None);
         for surface in surfaces {
             let place = match (&surface.shape, surface.regions) {
-                (Shape::Sphere(_) | Shape::Revolution(_), SKIN) => &mut dome,
                 (Shape::Frustum(frustum), SKIN) if frustum.cylinder_facing_out().is_some() => {
                     &mut side
+                }
+                (shape, SKIN) if strips::primitives(shape).is_some() => {
+                    dome.push(surface);
+                    continue;
                 }
                 (Shape::Frustum(frustum), OPAQUE_PART) if frustum.disc_facing_up().is_some() => {
                     &mut bottom
@@ -71,8 +76,9 @@ impl<'a> PackageSurfaces<'a> {
                 return None;
             }
         }
+        (!dome.is_empty()).then_some(())?;
         Some(Self {
-            dome: dome?,
+            dome,
             bottom: bottom?,
             side,
             solid,
@@ -143,29 +149,45 @@ impl<'a> BatchTracer<'a> {
             return None;
         }
 
-        let mut geometry = empty(scene.offset(), members.dome.indices);
+        let mut geometry = empty(scene.offset(), members.dome[0].indices);
         geometry.most = f64::from(most);
         let mut primitives = Vec::new();
-        let (dome, convex, opening) = match &members.dome.shape {
-            Shape::Sphere(sphere) => {
+        let (dome, convex, opening) = match &members.dome[..] {
+            [
+                surface @ CompiledSurface {
+                    shape: Shape::Sphere(sphere),
+                    ..
+                },
+            ] => {
                 (geometry.centre, geometry.radius, geometry.zone) = sphere.ball();
-                let zones = 0..members.dome.shape.patches() as u32;
-                primitives.extend(zones.map(|zone| Primitive::new(members.dome, zone, [0.0; 3])));
+                let zones = 0..surface.shape.patches() as u32;
+                primitives.extend(zones.map(|zone| Primitive::new(surface, zone, [0.0; 3])));
                 (
                     Dome::Round(Zones::new(sphere.cuts(), geometry.zone)),
                     true,
                     true,
                 )
             }
-            Shape::Revolution(relief) => {
+            [
+                surface @ CompiledSurface {
+                    shape: Shape::Revolution(relief),
+                    ..
+                },
+            ] => {
                 geometry.shell = relief.shell();
                 for (number, frustum) in (0..).zip(relief.frusta()) {
-                    primitives.push(Primitive::new(members.dome, number, frustum.line()));
+                    primitives.push(Primitive::new(surface, number, frustum.line()));
                 }
                 let dome = StaircaseTable::new(relief).map_or(Dome::Relief(relief), Dome::Stairs);
                 (dome, false, relief.opening())
             }
-            _ => return None,
+            surfaces => {
+                for surface in surfaces {
+                    let numbers = 0..strips::primitives(&surface.shape)?;
+                    primitives.extend(numbers.map(|k| Primitive::new(surface, k, [0.0; 3])));
+                }
+                (Dome::Strips(Strips::new(surfaces)?), false, false)
+            }
         };
         let tables = set_orders(&mut geometry, &mut primitives);
         geometry.dome_mode = primitives[0].mode;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Batched tracing of packages: one body under a dome, alone or in an array of copies.
 //!
-//! The dome is a sphere in zones or a body of revolution, over an upright side or none, a level
+//! The dome is a sphere in zones, a body of revolution or several that join, over an upright side or none, a level
 //! bottom, and a box or none. All other scenes go to the walker. A batch keeps [`LANES`] paths, and
 //! takes them through the walker's five steps together: it intersects all rays with the package,
 //! absorbs, shows segments to the receivers, scatters, and books. The loops have no branches, so
@@ -21,6 +21,7 @@ pub(crate) mod mesh_packets;
 mod orders;
 mod sphere_zones;
 mod staircase;
+mod strips;
 
 use bsdf::Side;
 use bsdf::order_table::{OrderTable, OrderTableBatch};
@@ -41,6 +42,7 @@ use kernels::{Diffract, Distances, Interact, LANES, Lanes, Nearest, PackageGeome
 use orders::OrderSamples;
 use sphere_zones::Zones;
 use staircase::{StaircaseSearch, StaircaseSearches, StaircaseTable};
+use strips::Strips;
 
 /// A dome.
 enum Dome<'a> {
@@ -48,6 +50,8 @@ enum Dome<'a> {
     Round(Zones),
     Stairs(StaircaseTable<'a>),
     Relief(&'a Revolution),
+    /// A generating curve with arcs.
+    Strips(Strips<'a>),
 }
 
 /// A primitive of a surface with its scattering mode.
@@ -180,6 +184,12 @@ impl BatchTracer<'_> {
                     self.search(relief, &mut batch.lanes, lane);
                 }
             }
+            Dome::Strips(strips) => {
+                for lane in 0..active {
+                    let reach = self.reach(&batch.lanes, lane);
+                    strips.search(&mut batch.lanes, lane, reach);
+                }
+            }
         }
         let outside = arch.dispatch(Nearest::<ROUND>(&geometry, &mut batch.lanes));
         if let Dome::Round(zones) = &self.dome {
@@ -273,6 +283,14 @@ impl BatchTracer<'_> {
         tally.totals.ledger.emitted += 1.0;
     }
 
+    /// Where a ray may meet the dome: before any flat surface.
+    fn reach(&self, lanes: &Lanes, lane: usize) -> Reach {
+        Reach {
+            from: -4.0 * self.geometry.offset,
+            to: lanes.flat[lane],
+        }
+    }
+
     /// Finds where a ray meets a relief that is no staircase.
     fn search(&self, relief: &Revolution, lanes: &mut Lanes, lane: usize) {
         let side = if lanes.inside[lane] > 0.0 {
@@ -280,10 +298,7 @@ impl BatchTracer<'_> {
         } else {
             Side::Outer
         };
-        let reach = Reach {
-            from: -4.0 * self.geometry.offset,
-            to: lanes.flat[lane],
-        };
+        let reach = self.reach(lanes, lane);
         lanes.dome[lane] = f64::INFINITY;
         if let Some(hit) = relief.intersect_from(&lanes.ray(lane), reach, side) {
             lanes.dome[lane] = hit.distance;

@@ -307,6 +307,13 @@ impl Torus {
         [self.start, self.end]
     }
 
+    /// Least distance of a point of the arc from the axis.
+    pub(crate) fn least_radius(&self) -> f64 {
+        self.farthest([-1.0, 0.0])
+            .into_iter()
+            .fold(self.reach, |least, [r, _]| least.min(r))
+    }
+
     pub(super) fn bounds(&self) -> Bounds {
         Bounds {
             low: DVec3::new(-self.reach, -self.reach, self.low),
