@@ -113,6 +113,89 @@ fn an_obvious_optimum_is_found_and_verified() {
     assert!(number(&before["value"]) - number(&after["value"]) > 3.0 * error);
 }
 
+/// Fewer LEDs against uniformity: every design of the front is a file that passes its check, and none
+/// is better than another in both figures as verified, but for noise.
+#[test]
+fn fronts_hold_verified_designs_of_which_none_beats_another() {
+    let folder = folder();
+    let at = folder.path();
+    let problem = PROBLEM
+        .replace("[[objective.terms]]", "[[variables]]\nkey = \"receiver.plane_height_mm\"\nfrom = 2.0\nto = 6.0\n\n[[objective.terms]]\nfigure = \"illuminance_valley_to_peak\"\n\n[[objective.terms]]")
+        .replace("figure = \"uniformity\"", "figure = \"extraction_efficiency\"\ngoal = \"minimise\"")
+        .replace("restarts = 2\npopulation = 6", "method = \"nsga2\"\npopulation = 8");
+    std::fs::write(at.join("problem.toml"), problem).expect("written");
+    let json = optimise(at, "front", &[]);
+    let json: Value = serde_json::from_slice(&json).expect("JSON");
+    let front = json["front"].as_array().expect("a front");
+    assert!(!front.is_empty(), "{json}");
+    let figure = |design: &Value, key: &str| {
+        let figure = &design["figures"][key];
+        ["value", "standard_error"].map(|part| figure[part].as_f64().expect("a number"))
+    };
+    for design in front {
+        let file = design["design"].as_str().expect("a file");
+        let file = format!("front/{file}");
+        batwing(at).args(["check", &file]).assert().success();
+        for other in front {
+            let [valley, error] = figure(design, "illuminance_valley_to_peak");
+            let [above, noise] = figure(other, "illuminance_valley_to_peak");
+            let [light, _] = figure(design, "extraction_efficiency");
+            let [less, _] = figure(other, "extraction_efficiency");
+            let better = above - valley > 4.0 * error.hypot(noise) && less < light - 1e-3;
+            assert!(!better, "{design} {other}");
+        }
+    }
+    assert!(at.join("front/front.png").exists());
+}
+
+/// Candidates from outside are judged as those of the program's own search.
+#[test]
+fn candidates_from_outside_are_judged_line_by_line() {
+    let folder = folder();
+    let at = folder.path();
+    let judged = |input: &str| {
+        batwing(at)
+            .args(["optimise", "problem.toml", "--evaluate", "--out", "none"])
+            .write_stdin(input)
+            .output()
+            .expect("it runs")
+    };
+    let lines = "{\"id\": 7, \"point\": [0.1]}\n\n{\"point\": [0.1], \"seed\": 2}\n{\"id\": \"c\", \"point\": [0.1], \"seed\": 1}\n";
+    let output = judged(lines);
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).expect("text");
+    let said: Vec<Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
+    assert_eq!(said.len(), 4);
+    assert_eq!(said[0]["variables"][0]["label"], "array.pitch_mm");
+    assert_eq!(said[0]["variables"][0]["to"], 12.0);
+    assert_eq!(said[1]["id"], 7);
+    assert_eq!(said[3]["id"], "c");
+    assert!(said[1]["value"].as_f64().expect("a value") < 0.0);
+    assert_eq!(said[1]["value"], said[3]["value"]);
+    assert_ne!(said[1]["value"], said[2]["value"]);
+    assert!((said[1]["coefficients"][0].as_f64().expect("a number") - 5.25).abs() < 1e-12);
+    assert!(!at.join("none").exists());
+
+    for (line, words) in [
+        ("{\"point\": [0.1, 0.2]}", "point: expected 1 number"),
+        ("{\"point\": [1.5]}", "got [1.5]"),
+        ("{\"point\": [0.5], \"paths\": 3}", "paths: expected"),
+        ("{\"points\": [0.5]}", "points"),
+        ("nothing", "expected a candidate as JSON"),
+    ] {
+        let output = judged(&format!("{{\"point\": [0.5]}}\n{line}\n"));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{line}");
+        assert!(
+            said.contains("standard input, line 2") && said.contains(words),
+            "{said}"
+        );
+    }
+}
+
 /// Changes to [`PROBLEM`], and words of the message against it.
 type Case = (
     &'static [(&'static str, &'static str)],
@@ -230,6 +313,10 @@ const REFUSED: &[Case] = &[
         &["name: expected another name"],
     ),
     (&[("\"closer\"", "\"../closer\"")], &["name: ", "../closer"]),
+    (
+        &[("restarts = 2", "method = \"nsga2\"")],
+        &["stages[1].method", "two terms"],
+    ),
     (&[("name =", "nam =")], &["line 2, column 1: nam"]),
     (&[("bare-dome.toml", "none.toml")], &["design: `none.toml`"]),
 ];

@@ -13,12 +13,13 @@ use super::outputs::{results_writable, writable};
 use crate::atomic_file;
 use crate::config::design::Design;
 use crate::content_hash::sealed;
+use crate::optimise::external_search;
 use crate::optimise::problem::{self, Problem};
 use crate::optimise::recipe::{self, Job, Optimised};
 use crate::provenance::FileRecord;
 use crate::published::Published;
 use crate::quantity::Unit;
-use crate::report::plots::{Heading, MarkedLine, marked_lines, search_convergence};
+use crate::report::plots::{Heading, MarkedLine, marked_lines, pareto_front, search_convergence};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
@@ -33,6 +34,8 @@ pub const FILE: &str = "optimise.json";
 const CONVERGENCE: &str = "convergence.png";
 /// Picture of the sensitivities.
 const SENSITIVITIES: &str = "sensitivities.png";
+/// Picture of the Pareto front.
+const FRONT: &str = "front.png";
 /// Number of the seed of the run of the results, beside that of the search.
 const RESULTS: u64 = 0xf1e5;
 
@@ -51,6 +54,9 @@ pub struct OptimiseArgs {
     /// Go on with the log in the directory
     #[arg(long)]
     pub resume: bool,
+    /// Judge candidates from standard input, JSON lines in and out, instead of searching
+    #[arg(long, conflicts_with_all = ["budget", "resume"])]
+    pub evaluate: bool,
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
@@ -76,6 +82,10 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let problem = problem::load(&arguments.problem)?;
     let out = arguments.out.as_path();
     let cache = cache(arguments.cache.as_deref(), out);
+    if arguments.evaluate {
+        let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
+        return external_search::judge_lines(&problem, &cache, context, input, output);
+    }
     let folders = [&problem.design.name, &problem.name]
         .into_iter()
         .flat_map(|name| {
@@ -133,7 +143,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     })
 }
 
-/// Draws the convergence of the search, and the sensitivities where there are any.
+/// Draws the convergence of the search, and the front and the sensitivities where there are any.
 fn pictures(problem: &Problem, found: &Optimised, out: &Path) -> Result<Vec<&'static str>> {
     let name = format!("{} from {}", problem.name, problem.design.name);
     let heading = Heading::new("Convergence of the search", name.clone());
@@ -148,14 +158,23 @@ fn pictures(problem: &Problem, found: &Optimised, out: &Path) -> Result<Vec<&'st
         })
     });
     let lines: Vec<MarkedLine> = lines.collect();
+    let mut drawn = vec![CONVERGENCE];
+    if let Some(front) = found.front(problem) {
+        let heading = Heading::new("Pareto front", name.clone());
+        let names = front.names.each_ref().map(String::as_str);
+        let png = pareto_front(&heading, names, &front.designs, front.before)?.png()?;
+        atomic_file::write_bytes(&out.join(FRONT), &png)?;
+        drawn.push(FRONT);
+    }
     if lines.is_empty() {
-        return Ok(vec![CONVERGENCE]);
+        return Ok(drawn);
     }
     let heading = Heading::new("Sensitivities at the design found", name);
     let words = "change of the objective for one unit";
     let png = marked_lines(&heading, words, Unit::Relative, &lines)?.png()?;
     atomic_file::write_bytes(&out.join(SENSITIVITIES), &png)?;
-    Ok(vec![CONVERGENCE, SENSITIVITIES])
+    drawn.push(SENSITIVITIES);
+    Ok(drawn)
 }
 
 fn record(out: &Path, name: &str) -> Result<FileRecord> {

@@ -5,9 +5,10 @@
 use anyhow::Result;
 
 use super::objective::{Judged, Objective};
-use super::problem::StageSettings;
+use super::problem::{Problem, StageSettings};
 use super::robust::RobustObjective;
 use super::variables::Variables;
+use crate::cache::Cache;
 use crate::config::design::{Design, PATHS};
 use crate::config::dotted_keys::Settings;
 use crate::interrupt::Interrupted;
@@ -57,7 +58,23 @@ pub(super) struct Evaluator<'a> {
     pub traces: ModelTraces<'a>,
 }
 
-impl Evaluator<'_> {
+impl<'a> Evaluator<'a> {
+    /// What judges the candidates of a stage of `problem`; tables come from `cache`.
+    pub fn new(
+        problem: &'a Problem,
+        variables: &'a Variables,
+        stage: &'a StageSettings,
+        cache: &'a Cache,
+    ) -> Self {
+        Self {
+            variables,
+            objective: &problem.objective,
+            robust: problem.robust.as_ref(),
+            stage,
+            traces: ModelTraces::new(stage.model, cache),
+        }
+    }
+
     /// The design at `point`, or why there is none.
     fn design(&self, point: &[f64]) -> Result<DesignFile, String> {
         let made = || -> Result<(DesignFile, Design)> {

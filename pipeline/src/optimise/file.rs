@@ -176,6 +176,8 @@ pub enum Method {
     Coordinate,
     /// Uniform in the box.
     Random,
+    /// NSGA-II: the Pareto front of the two terms.
+    Nsga2,
 }
 
 impl Method {
@@ -186,6 +188,7 @@ impl Method {
             Self::Bipop => "bipop",
             Self::Coordinate => "coordinate",
             Self::Random => "random",
+            Self::Nsga2 => "nsga2",
         }
     }
 }

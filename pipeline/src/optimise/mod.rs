@@ -3,13 +3,15 @@
 //!
 //! [`mod@file`] mirrors the TOML and [`problem`] checks it. `variables` makes designs of points
 //! of the unit box, with `heights` of smooth domes and within the [`limits`] of a mould.
-//! `evaluate` traces them, `objective` judges what the traces show, `stage` runs one search
-//! and [`log`] records every candidate, so that a search goes on where it was stopped. [`recipe`]
+//! `evaluate` traces them, `objective` judges what the traces show, `stage` runs one search,
+//! `front` one for a Pareto front, and [`log`] records every candidate, so that a search goes on where it was stopped. [`recipe`]
 //! joins the stages and verifies what they found, [`search_results`] writes it down.
 
 mod evaluate;
+pub mod external_search;
 mod far_field_target;
 pub mod file;
+mod front;
 mod heights;
 pub mod limits;
 pub mod log;

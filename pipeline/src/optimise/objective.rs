@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The objective and the constraints: from figures of a trace to one value, smaller is better.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -97,6 +98,13 @@ impl Judged {
         spread(&self.without)
     }
 
+    /// Estimate of a figure.
+    pub fn figure(&self, key: &str) -> Option<Estimate> {
+        let mut all = self.figures.iter();
+        let found = all.find(|(known, _)| known == key)?;
+        Some(found.1.estimate())
+    }
+
     /// The objective.
     pub fn estimate(&self) -> Estimate {
         Estimate::new(self.value, self.standard_error())
@@ -187,6 +195,23 @@ impl Objective {
             .map(|key| Ok((key.to_owned(), figure(key)?)))
             .collect::<Result<_>>()?;
         Ok(self.of_figures(figures))
+    }
+
+    /// Figures of the terms, if there are two different ones.
+    pub fn pair(&self) -> Option<[&str; 2]> {
+        match &self.terms[..] {
+            [first, second] if first.figure != second.figure => {
+                Some([&first.figure, &second.figure])
+            }
+            _ => None,
+        }
+    }
+
+    /// Costs of both terms by their figures.
+    pub fn pair_of_costs(&self, figures: &BTreeMap<String, Estimate>) -> Option<[f64; 2]> {
+        self.pair()?;
+        let cost = |term: &Term| Some(term.cost(figures.get(&term.figure)?.value));
+        Some([cost(&self.terms[0])?, cost(&self.terms[1])?])
     }
 
     /// Objective and misses of `figures`.

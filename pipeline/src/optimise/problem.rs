@@ -28,6 +28,8 @@ const FIRST_PATHS: u64 = 65_536;
 const MOST_PATHS: u64 = 1_048_576;
 /// Runs of a search by CMA-ES.
 const RESTARTS: usize = 3;
+/// Candidates of a generation of a search for a Pareto front.
+const FRONT_POPULATION: usize = 40;
 /// Standard deviation at the start of a search, as a share of the ranges.
 const STEP: f64 = 0.2;
 /// Most candidates of a stage.
@@ -122,6 +124,13 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         stage(keys, &variables, &design).with_context(|| format!("stages[{}]", k + 1))
     });
     let stages: Vec<StageSettings> = stages.collect::<Result<_>>()?;
+    let (robust, named) = RobustObjective::new(&file.objective, &folder)?.unzip();
+    for (k, one) in stages.iter().enumerate() {
+        if one.method == Method::Nsga2 {
+            seeks_a_front(&objective, robust.is_some(), k + 1 == stages.len())
+                .with_context(|| format!("stages[{}].method", k + 1))?;
+        }
+    }
     let of_stages = || {
         let mut models: Vec<Model> = Vec::new();
         for stage in &stages {
@@ -152,7 +161,6 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         record,
     ];
     inputs.extend(design.provenance.named.iter().cloned());
-    let (robust, named) = RobustObjective::new(&file.objective, &folder)?.unzip();
     inputs.extend(named.into_iter().flatten());
     Ok(Problem {
         name: file.name,
@@ -183,6 +191,18 @@ impl Problem {
     }
 }
 
+/// Whether a stage may seek a Pareto front.
+fn seeks_a_front(objective: &Objective, robust: bool, last: bool) -> Result<()> {
+    let front = "\"nsga2\"";
+    ensure!(
+        objective.pair().is_some(),
+        "expected {front} with two terms of different figures"
+    );
+    ensure!(!robust, "expected {front} without objective.tolerances");
+    ensure!(last, "expected {front} in the last stage alone");
+    Ok(())
+}
+
 fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<StageSettings> {
     let model = keys.model.unwrap_or(Model::Geometric);
     // A smooth dome has rays alone, whatever the variables make of it.
@@ -191,6 +211,7 @@ fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<Sta
     let dimension = variables.dimension();
     let population = match keys.population {
         Some(population) => population,
+        None if keys.method == Method::Nsga2 => FRONT_POPULATION,
         None => 4 + (3.0 * (dimension as f64).ln()) as usize,
     };
     ensure!(

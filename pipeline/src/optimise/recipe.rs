@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 
 use super::evaluate::{Evaluator, Outcome};
+use super::front::FrontDesign;
 use super::log::{self, Log};
 use super::objective::Judged;
 use super::problem::{Problem, StageSettings};
@@ -23,7 +24,6 @@ use crate::run_context::RunContext;
 use crate::search::Point;
 use crate::stages::design_file::DesignFile;
 use crate::stages::model::Model;
-use crate::stages::model_traces::ModelTraces;
 use crate::stages::scene_check;
 use crate::stages::seeds::mix;
 
@@ -83,6 +83,7 @@ pub struct Optimised {
     pub active_limits: Vec<String>,
     pub(super) before: Option<Judged>,
     pub(super) after: Judged,
+    pub(super) front: Vec<FrontDesign>,
 }
 
 /// What all stages found.
@@ -106,9 +107,10 @@ impl Job<'_> {
         let found = self.search(context)?;
         self.feasible(&found.stages)
             .map_err(|error| self.about(error))?;
-        let (file, design) = self.write(&found.settings)?;
+        let (file, design) = self.write(&found.settings, &self.problem.name, DESIGN)?;
         let coefficients = self.coefficients(&found, context)?;
         let (before, after) = self.verify(&file, &design, &found.variables, context)?;
+        let front = self.front(&found, context)?;
         Ok(Optimised {
             stages: found.stages,
             active_limits: found.variables.limits.active(&design),
@@ -116,6 +118,7 @@ impl Job<'_> {
             design,
             before,
             after,
+            front,
         })
     }
 
@@ -191,16 +194,51 @@ impl Job<'_> {
         variables: &Variables,
         context: RunContext,
     ) -> Result<(Option<Judged>, Judged)> {
-        let seed = mix(context.seed ^ mix(VERIFICATION));
-        let context = RunContext { seed, ..context };
+        let (paths, context) = self.verification(design, context);
         let problem = self.problem;
-        let paths = problem.verification_paths.unwrap_or(design.trace.paths);
         let mut stage = self.last_stage().clone();
         stage.set.clear();
         let mut evaluator = self.evaluator(variables, &stage);
         let after = evaluator.judge(file, paths, context)?;
         let before = evaluator.judge(&problem.variables.source, paths, context);
         Ok((before.ok(), after))
+    }
+
+    /// Paths and seed of the verification.
+    fn verification<'b>(&self, design: &Design, context: RunContext<'b>) -> (u64, RunContext<'b>) {
+        let paths = self.problem.verification_paths;
+        let seed = mix(context.seed ^ mix(VERIFICATION));
+        (
+            paths.unwrap_or(design.trace.paths),
+            RunContext { seed, ..context },
+        )
+    }
+
+    /// Writes and verifies the designs of the Pareto front, where one was sought.
+    fn front(&self, found: &Searched, context: RunContext) -> Result<Vec<FrontDesign>> {
+        let mut stage = self.last_stage().clone();
+        stage.set.clear();
+        let points = &found.stages[found.stages.len() - 1].result.front;
+        let mut evaluator = self.evaluator(&found.variables, &stage);
+        let what = "verification of the front";
+        let progress = context.console.progress(points.len() as u64, what);
+        let mut front = Vec::new();
+        for (number, point) in (1..).zip(points) {
+            let mut settings = found.settings.clone();
+            settings.extend(found.variables.settings(point)?);
+            let name = format!("{}-{number:02}", self.problem.name);
+            let file = format!("front-{number:02}.toml");
+            let (source, design) = self.write(&settings, &name, &file)?;
+            let (paths, context) = self.verification(&design, context);
+            front.push(FrontDesign {
+                file,
+                coefficients: found.variables.coefficients(point),
+                judged: evaluator.judge(&source, paths, context)?,
+            });
+            progress.inc(1);
+        }
+        progress.finish_and_clear();
+        Ok(front)
     }
 
     fn last_stage(&self) -> &StageSettings {
@@ -212,13 +250,7 @@ impl Job<'_> {
         variables: &'a Variables,
         stage: &'a StageSettings,
     ) -> Evaluator<'a> {
-        Evaluator {
-            variables,
-            objective: &self.problem.objective,
-            robust: self.problem.robust.as_ref(),
-            stage,
-            traces: ModelTraces::new(stage.model, self.cache),
-        }
+        Evaluator::new(self.problem, variables, stage, self.cache)
     }
 
     /// An error of the search with the file of the problem; an interrupt stays as it is.
@@ -257,15 +289,15 @@ impl Job<'_> {
         )
     }
 
-    /// Writes the design with `settings` under the name of the problem, and reads it again.
-    fn write(&self, settings: &Settings) -> Result<(DesignFile, Design)> {
+    /// Writes the design with `settings` under a name, and reads it again.
+    fn write(&self, settings: &Settings, name: &str, file: &str) -> Result<(DesignFile, Design)> {
         let problem = self.problem;
         let mut table = problem.variables.source.table_with(settings)?;
         let text = |value: String| toml::Value::String(value);
-        table.insert("name".to_owned(), text(problem.name.clone()));
+        table.insert("name".to_owned(), text(name.to_owned()));
         let of = format!("{} optimised: {}", problem.design.name, problem.description);
         table.insert("description".to_owned(), text(of));
-        let path = self.out.join(DESIGN);
+        let path = self.out.join(file);
         self.copy_named_files()?;
         atomic_file::write_bytes(&path, toml::to_string(&table)?.as_bytes())?;
         let design = scene_check::load(&path)

@@ -7,6 +7,8 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
+use super::front::FrontDesign;
+use super::objective::Judged;
 use super::problem::Problem;
 use super::recipe::{Coefficient, Optimised, StageOutcome};
 use super::stage::FinalCandidate;
@@ -22,6 +24,17 @@ const SCHEMA_VERSION: u32 = 1;
 const LISTED: usize = 8;
 /// Reasons of refusals that are listed.
 const REASONS: usize = 5;
+
+/// Both figures of the designs of a Pareto front.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrontFigures {
+    /// Keys of the figures.
+    pub names: [String; 2],
+    /// The designs, by the first term.
+    pub designs: Vec<[Estimate; 2]>,
+    /// The design at the beginning, where it can be judged.
+    pub before: Option<[Estimate; 2]>,
+}
 
 impl Optimised {
     /// The content of `optimise.json`.
@@ -58,7 +71,7 @@ impl Optimised {
             "inputs": problem.inputs,
             "files": files,
             "objective": {
-                "before": self.before.as_ref().map(super::objective::Judged::estimate),
+                "before": self.before.as_ref().map(Judged::estimate),
                 "after": self.after.estimate(),
                 "in_search": self.in_search(),
                 "at_selection": self.at_selection(),
@@ -66,6 +79,7 @@ impl Optimised {
             },
             "figures": figures.collect::<serde_json::Map<_, _>>(),
             "constraints": constraints.collect::<Vec<_>>(),
+            "front": self.front.iter().map(FrontDesign::to_json).collect::<Vec<_>>(),
             "active_limits": self.active_limits,
             "coefficients": self.coefficients.iter().map(Coefficient::to_json).collect::<Vec<_>>(),
             "stages": self.stages.iter().map(StageOutcome::to_json).collect::<Vec<_>>(),
@@ -166,6 +180,23 @@ impl Optimised {
         Ok(curves)
     }
 
+    /// Both figures of the designs of the Pareto front, in its order, and of the design at the
+    /// beginning; none where no front was sought.
+    pub fn front(&self, problem: &Problem) -> Option<FrontFigures> {
+        let names = problem.objective.pair()?;
+        let pair = |judged: &Judged| {
+            let [first, second] = names.map(|key| judged.figure(key));
+            Some([first?, second?])
+        };
+        let designs = self.front.iter().filter_map(|one| pair(&one.judged));
+        let designs: Vec<[Estimate; 2]> = designs.collect();
+        (!designs.is_empty()).then(|| FrontFigures {
+            names: names.map(str::to_owned),
+            designs,
+            before: self.before.as_ref().and_then(pair),
+        })
+    }
+
     /// Lines for people.
     pub fn plain_text(&self, problem: &Problem) -> String {
         let mut text = String::new();
@@ -237,6 +268,14 @@ impl Optimised {
                 listed.join(", ")
             );
         }
+        if let Some(front) = self.front(problem) {
+            let [first, second] = &front.names;
+            let _ = writeln!(text, "\n{:<28} {first:>28} {second:>28}", "front, verified");
+            for (design, [a, b]) in self.front.iter().zip(&front.designs) {
+                let (a, b) = (number(*a), number(*b));
+                let _ = writeln!(text, "{:<28} {a:>28} {b:>28}", design.file);
+            }
+        }
         if !self.active_limits.is_empty() {
             let _ = writeln!(text, "at the limits: {}", self.active_limits.join("; "));
         }
@@ -279,6 +318,18 @@ impl Optimised {
         }
         runs.sort_by_key(|(run, _)| *run);
         runs
+    }
+}
+
+impl FrontDesign {
+    fn to_json(&self) -> Value {
+        let figures = self.judged.figures.iter();
+        let figures = figures.map(|(key, figure)| (key.clone(), json!(figure.estimate())));
+        json!({
+            "design": self.file,
+            "coefficients": self.coefficients,
+            "figures": figures.collect::<serde_json::Map<_, _>>(),
+        })
     }
 }
 

@@ -67,6 +67,8 @@ pub(super) struct StageResult {
     pub nearest: Option<Candidate>,
     /// Whether the budget of time ended it.
     pub cut_short: bool,
+    /// Points of the Pareto front, by the first term; empty of a search for one objective.
+    pub front: Vec<Point>,
 }
 
 /// A search under way, beside its log.
@@ -84,14 +86,14 @@ pub(super) struct StageSearch<'a, 'b> {
 }
 
 /// State that goes from one generation to the next.
-struct SearchState {
+pub(super) struct SearchState {
     paths: u64,
     generation: usize,
-    result: StageResult,
+    pub result: StageResult,
 }
 
 impl StageSearch<'_, '_> {
-    fn settings(&self) -> &StageSettings {
+    pub(super) fn settings(&self) -> &StageSettings {
         self.evaluator.stage
     }
 
@@ -100,18 +102,10 @@ impl StageSearch<'_, '_> {
     /// # Errors
     /// An interrupt; a search without a single candidate that could be traced.
     pub fn run(mut self, start: &Point) -> Result<StageResult> {
-        let mut state = SearchState {
-            paths: self.settings().paths,
-            generation: 0,
-            result: StageResult {
-                final_candidates: Vec::new(),
-                generations: Vec::new(),
-                evaluations: 0,
-                refusals: Vec::new(),
-                nearest: None,
-                cut_short: false,
-            },
-        };
+        if self.settings().method == Method::Nsga2 {
+            return self.front(start);
+        }
+        let mut state = SearchState::new(self.settings().paths);
         // The start is one of those to select from: a search never ends worse.
         let mut final_candidates = vec![(start.clone(), 0, f64::INFINITY)];
         let runs = match self.settings().method {
@@ -158,7 +152,8 @@ impl StageSearch<'_, '_> {
                     most_evaluations: budget,
                 })))
             }
-            Method::Random => AnyMinimiser::Random(Box::new(RandomSearch::new(
+            // The front has a loop of its own.
+            Method::Random | Method::Nsga2 => AnyMinimiser::Random(Box::new(RandomSearch::new(
                 start.len(),
                 stage.population,
                 seed,
@@ -173,17 +168,29 @@ impl StageSearch<'_, '_> {
             if points.is_empty() {
                 return Ok(());
             }
-            state.generation += 1;
-            let number = state.generation;
-            let Some(generation) = self.generation(&points, number, state.paths)? else {
-                state.result.cut_short = true;
+            let Some(candidates) = self.next_generation(&points, state)? else {
                 return Ok(());
             };
-            let values: Vec<f64> = generation.candidates.iter().map(Candidate::value).collect();
+            let values: Vec<f64> = candidates.iter().map(Candidate::value).collect();
             search.tell(&values);
-            state.paths = generation.end.next_paths;
-            state.book(generation);
         }
+    }
+
+    /// The candidates of the next generation, judged; none where the time is over.
+    pub(super) fn next_generation(
+        &mut self,
+        points: &[Point],
+        state: &mut SearchState,
+    ) -> Result<Option<Vec<Candidate>>> {
+        state.generation += 1;
+        let Some(generation) = self.generation(points, state.generation, state.paths)? else {
+            state.result.cut_short = true;
+            return Ok(None);
+        };
+        state.paths = generation.end.next_paths;
+        let candidates = generation.candidates.clone();
+        state.book(generation);
+        Ok(Some(candidates))
     }
 
     /// A generation out of the log, or traced; none where the time is over.
@@ -244,15 +251,20 @@ impl StageSearch<'_, '_> {
     }
 
     /// Judges what the runs found by more paths and a seed of its own.
-    fn select(&mut self, found: Vec<(Point, usize, f64)>, state: &mut SearchState) -> Result<()> {
+    pub(super) fn select(
+        &mut self,
+        found: Vec<(Point, usize, f64)>,
+        state: &mut SearchState,
+    ) -> Result<Vec<Candidate>> {
         let points: Vec<Point> = found.iter().map(|(point, ..)| point.clone()).collect();
         let paths = SELECTION * self.settings().most_paths;
         // Generation 0 is never refused for lack of time.
-        let Some(generation) = self.generation(&points, 0, paths)? else {
-            return Ok(());
+        let Some(Generation { candidates, .. }) = self.generation(&points, 0, paths)? else {
+            return Ok(Vec::new());
         };
-        let candidates = generation.candidates.iter().zip(found);
         let mut final_candidates: Vec<FinalCandidate> = candidates
+            .iter()
+            .zip(found)
             .map(|(candidate, (point, run, search_value))| FinalCandidate {
                 point,
                 run,
@@ -276,11 +288,27 @@ impl StageSearch<'_, '_> {
             );
         }
         state.result.final_candidates = final_candidates;
-        Ok(())
+        Ok(candidates)
     }
 }
 
 impl SearchState {
+    pub fn new(paths: u64) -> Self {
+        Self {
+            paths,
+            generation: 0,
+            result: StageResult {
+                final_candidates: Vec::new(),
+                generations: Vec::new(),
+                evaluations: 0,
+                refusals: Vec::new(),
+                nearest: None,
+                cut_short: false,
+                front: Vec::new(),
+            },
+        }
+    }
+
     /// Books what a generation showed.
     fn book(&mut self, generation: Generation) {
         let result = &mut self.result;

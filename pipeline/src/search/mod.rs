@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Black-box minimisers over the unit box, by ask and tell.
+//! Black-box searches over the unit box, by ask and tell: minimisers of one objective, and the
+//! Pareto front of two ([`nsga2`]).
 //!
 //! A [`Minimiser`] gives the candidates of a generation and takes their values. It knows nothing of
 //! what the coordinates mean. All chance comes from its seed: the same seed and the same values
@@ -25,6 +26,7 @@ mod box_transform;
 pub mod cma_es;
 pub mod coordinate;
 pub mod normal;
+pub mod nsga2;
 pub mod random;
 mod record;
 #[cfg(test)]

@@ -122,11 +122,56 @@ fn frustum_of(surface: &CompiledSurface) -> Option<&Frustum> {
     }
 }
 
-/// Whether a cap and its side bound a convex body: no side, or one that continues the rim.
-fn convex(geometry: &PackageGeometry, side: bool) -> bool {
+/// The dome of a package with its primitives, and when light that leaves it never meets the package
+/// again.
+fn dome<'a>(
+    members: &PackageSurfaces<'a>,
+    geometry: &mut PackageGeometry,
+    primitives: &mut Vec<Primitive<'a>>,
+) -> Option<(Dome<'a>, LeavesPackage)> {
+    if let [surface] = members.dome[..] {
+        match &surface.shape {
+            Shape::Sphere(sphere) => {
+                (geometry.centre, geometry.radius, geometry.zone) = sphere.ball();
+                let zones = 0..surface.shape.patches() as u32;
+                primitives.extend(zones.map(|zone| Primitive::new(surface, zone, [0.0; 3])));
+                let dome = Dome::Round(Zones::new(sphere.cuts(), geometry.zone));
+                let leaves = match &members.side {
+                    Some(side) if !continues_rim(geometry, side) => LeavesPackage::Opening,
+                    _ => LeavesPackage::Always,
+                };
+                return Some((dome, leaves));
+            }
+            Shape::Revolution(relief) => {
+                geometry.shell = relief.shell();
+                for (number, frustum) in (0..).zip(relief.frusta()) {
+                    primitives.push(Primitive::new(surface, number, frustum.line()));
+                }
+                let dome = StaircaseTable::new(relief).map_or(Dome::Relief(relief), Dome::Stairs);
+                let leaves = if relief.opening() {
+                    LeavesPackage::Opening
+                } else {
+                    LeavesPackage::Unknown
+                };
+                return Some((dome, leaves));
+            }
+            _ => {}
+        }
+    }
+    for surface in &members.dome {
+        let numbers = 0..strips::primitives(&surface.shape)?;
+        primitives.extend(numbers.map(|k| Primitive::new(surface, k, [0.0; 3])));
+    }
+    let strips = Strips::new(&members.dome)?;
+    Some((Dome::Strips(strips), LeavesPackage::Unknown))
+}
+
+/// Whether the upright `side` continues the rim of a cap, so that both bound a convex body.
+fn continues_rim(geometry: &PackageGeometry, side: &CompiledSurface) -> bool {
     let below = geometry.zone[0] - geometry.centre;
     let rim2 = geometry.radius * geometry.radius - below * below;
-    !side || (below >= 0.0 && (rim2 - geometry.side2).abs() <= 1e-8 * rim2)
+    let radius = frustum_of(side).and_then(Frustum::cylinder_facing_out);
+    radius.is_some_and(|(r, _)| below >= 0.0 && (rim2 - r * r).abs() <= 1e-8 * rim2)
 }
 
 impl<'a> BatchTracer<'a> {
@@ -152,43 +197,7 @@ impl<'a> BatchTracer<'a> {
         let mut geometry = empty(scene.offset(), members.dome[0].indices);
         geometry.most = f64::from(most);
         let mut primitives = Vec::new();
-        let (dome, convex, opening) = match &members.dome[..] {
-            [
-                surface @ CompiledSurface {
-                    shape: Shape::Sphere(sphere),
-                    ..
-                },
-            ] => {
-                (geometry.centre, geometry.radius, geometry.zone) = sphere.ball();
-                let zones = 0..surface.shape.patches() as u32;
-                primitives.extend(zones.map(|zone| Primitive::new(surface, zone, [0.0; 3])));
-                (
-                    Dome::Round(Zones::new(sphere.cuts(), geometry.zone)),
-                    true,
-                    true,
-                )
-            }
-            [
-                surface @ CompiledSurface {
-                    shape: Shape::Revolution(relief),
-                    ..
-                },
-            ] => {
-                geometry.shell = relief.shell();
-                for (number, frustum) in (0..).zip(relief.frusta()) {
-                    primitives.push(Primitive::new(surface, number, frustum.line()));
-                }
-                let dome = StaircaseTable::new(relief).map_or(Dome::Relief(relief), Dome::Stairs);
-                (dome, false, relief.opening())
-            }
-            surfaces => {
-                for surface in surfaces {
-                    let numbers = 0..strips::primitives(&surface.shape)?;
-                    primitives.extend(numbers.map(|k| Primitive::new(surface, k, [0.0; 3])));
-                }
-                (Dome::Strips(Strips::new(surfaces)?), false, false)
-            }
-        };
+        let (dome, leaves_package) = dome(&members, &mut geometry, &mut primitives)?;
         let tables = set_orders(&mut geometry, &mut primitives);
         geometry.dome_mode = primitives[0].mode;
         let varied = primitives
@@ -226,13 +235,7 @@ impl<'a> BatchTracer<'a> {
             varied,
             tables,
             exit: Exit {
-                leaves_package: if convex && self::convex(&geometry, members.side.is_some()) {
-                    LeavesPackage::Always
-                } else if opening {
-                    LeavesPackage::Opening
-                } else {
-                    LeavesPackage::Unknown
-                },
+                leaves_package,
                 alone: list.len() == 1 && scene.ground.surfaces.is_empty(),
                 clearance: Clearance::of(scene, level),
             },

@@ -9,7 +9,7 @@
 use super::kernels::Lanes;
 use crate::ray::Ray;
 use crate::scene::CompiledSurface;
-use crate::shape::{Bounds, Intersection, Reach, Shape, Sides};
+use crate::shape::{Bounds, Frustum, Intersection, Reach, Shape, Sides};
 
 /// Slack of the bounds of a strip, as a share of the size of the dome: far above rounding.
 const SLACK: f64 = 1e-6;
@@ -48,7 +48,7 @@ fn radii(shape: &Shape) -> [f64; 2] {
             .into_iter()
             .fold(most, f64::min),
         Shape::Revolution(relief) => {
-            let ends = relief.frusta().iter().flat_map(|frustum| frustum.ends());
+            let ends = relief.frusta().iter().flat_map(Frustum::ends);
             ends.map(|[r, _]| r).fold(most, f64::min)
         }
         _ => 0.0,

@@ -18,6 +18,7 @@ mod far_field;
 mod map;
 mod near_field;
 mod orders;
+mod pareto;
 mod search_convergence;
 mod section;
 
@@ -37,6 +38,7 @@ pub use map::{
 };
 pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::{LobeSide, PlaneLobe, grating_lobes};
+pub use pareto::pareto_front;
 pub use search_convergence::search_convergence;
 pub use section::{Section, cross_section};
 
