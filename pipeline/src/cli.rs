@@ -150,12 +150,21 @@ impl Cli {
     pub fn run(&self) -> Result<()> {
         let interrupt = Interrupt::install()?;
         threads(self.common)?;
+        self.run_until(&interrupt)
+    }
+
+    /// Runs the command on the threads that it is called on, for programs that raise `interrupt`
+    /// themselves.
+    ///
+    /// # Errors
+    /// Those of the command; an interrupt.
+    pub fn run_until(&self, interrupt: &Interrupt) -> Result<()> {
         let context = RunContext {
             console: Console {
                 quiet: self.common.quiet,
                 json: self.common.json,
             },
-            interrupt: &interrupt,
+            interrupt,
             seed: self.common.seed,
             checkpoints: None,
         };

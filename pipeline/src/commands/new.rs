@@ -22,6 +22,16 @@ pub struct NewArgs {
     pub name: String,
 }
 
+/// The text of the design under a name.
+///
+/// # Errors
+/// A name that no design may have.
+pub fn text(name: &str) -> Result<String> {
+    let text = DESIGN.replace("NAME", name);
+    config::parse(&format!("{name}.toml"), &text, Path::new(""))?;
+    Ok(text)
+}
+
 /// Writes the design into the current directory, beside no file of that name.
 pub fn run(arguments: &NewArgs, context: RunContext) -> Result<()> {
     let name = arguments
@@ -34,9 +44,7 @@ pub fn run(arguments: &NewArgs, context: RunContext) -> Result<()> {
     );
     let file = PathBuf::from(format!("{name}.toml"));
     let shown = file.display().to_string();
-    let text = DESIGN.replace("NAME", name);
-    // Refuses names that no design may have.
-    config::parse(&shown, &text, Path::new(""))?;
+    let text = text(name)?;
     let created = std::fs::File::create_new(&file);
     if let Err(error) = &created {
         ensure!(

@@ -6,23 +6,24 @@ use bsdf::Grid;
 use super::Design;
 use crate::geometry::Cell;
 
-/// Nodes of ky with which a grid chosen by error begins, at least and at most, those that it comes
-/// to, about, and the most it may come to.
+/// Nodes of ky with which a grid chosen by error begins, at least and at most.
 const FIRST_KY: [usize; 2] = [12, 24];
 
+/// Nodes of ky that it comes to, about.
 pub(in crate::config) const USUAL_KY: usize = 40;
 
-pub(crate) const MOST_KY: usize = 400;
+/// Most nodes of ky that it may come to.
+pub const MOST_KY: usize = 400;
 
-/// Nodes of kx in a Brillouin zone where they are not stated, to begin with, and the most that
-/// there may be.
-const FIRST_KX: usize = 2;
+/// Nodes of kx in a Brillouin zone where they are not stated, to begin with.
+pub const FIRST_KX: usize = 2;
 
-pub(crate) const MOST_KX: usize = 64;
+/// Most nodes of kx in a Brillouin zone.
+pub const MOST_KX: usize = 64;
 
 /// Nodes of ky with which a grid chosen by error begins at a tolerance: with the middles between
 /// them mostly enough, so that the modes of a line are found once.
-pub(crate) fn first_ky(tolerance: f64) -> usize {
+pub fn first_ky(tolerance: f64) -> usize {
     let [least, most] = FIRST_KY;
     let usual = least as f64 * (2e-3 / tolerance).powf(0.9);
     (usual.round() as usize).clamp(least, most)

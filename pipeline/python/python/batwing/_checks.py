@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Checks of arguments. Each message names the argument, what was expected and what was found."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import FileError, InputError, UnitWarning
+
+Floats = npt.NDArray[np.float64]
+
+#: Ratios of period to wavelength outside these are taken for a mistake of units.
+USUAL_RATIOS = (0.02, 1000.0)
+
+
+def refuse(key: str, expected: str, got: object) -> NoReturn:
+    """Raises `InputError` with the parts of its message."""
+    text = got if isinstance(got, str) else repr(got)
+    raise InputError(f"{key}: expected {expected}, got {text}", key, text, expected)
+
+
+def describe(value: Any) -> str:
+    """Shape and dtype of an array, or its type."""
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape} and dtype {value.dtype}"
+    return f"{type(value).__name__} {value!r}"
+
+
+def floats(key: str, value: Any) -> Floats:
+    """A finite float64 array of at least one element; views stay views.
+
+    Parameters
+    ----------
+    key : str
+        Name of the argument.
+    value : array_like
+        Real numbers.
+    """
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):
+        refuse(key, "real numbers", describe(value))
+    if array.dtype.kind not in "fiu":
+        refuse(key, "real numbers (dtype float64)", describe(array if array.ndim else value))
+    result: Floats = array.astype(np.float64, copy=False)
+    if result.size == 0:
+        refuse(key, "at least one element", describe(array))
+    if not np.isfinite(result).all():
+        if result.ndim == 0:
+            refuse(key, "a finite number", repr(float(result)))
+        at = np.unravel_index(int(np.argmin(np.isfinite(result))), result.shape)
+        place = ", ".join(str(int(i)) for i in at)
+        refuse(key, "finite numbers", f"{float(result[at])} at [{place}]")
+    return result
+
+
+def number(key: str, value: Any) -> float:
+    """A finite number."""
+    if type(value) is float and value - value == 0.0:
+        return value
+    array = floats(key, value)
+    if array.ndim != 0:
+        refuse(key, "one number", describe(array))
+    return float(array)
+
+
+def length(key: str, value: Any) -> float:
+    """A finite number above 0."""
+    result = number(key, value)
+    if result <= 0.0:
+        refuse(key, "a length above 0", result)
+    return result
+
+
+def whole(key: str, value: Any, low: int, high: int) -> int:
+    """A whole number from `low` to `high`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        refuse(key, f"a whole number from {low} to {high}", describe(value))
+    if not low <= value <= high:
+        refuse(key, f"a whole number from {low} to {high}", int(value))
+    return int(value)
+
+
+def choice(key: str, value: Any, allowed: Sequence[str]) -> str:
+    """One of a few words."""
+    if value not in allowed:
+        words = ", ".join(allowed[:-1]) + f" or {allowed[-1]}"
+        refuse(key, words, value)
+    return str(value)
+
+
+def vectors(key: str, value: Any) -> Floats:
+    """Unit vectors as rows of a contiguous array of shape (n, 3)."""
+    array = floats(key, value)
+    if array.ndim == 1 and array.shape == (3,):
+        array = array[np.newaxis]
+    if array.ndim != 2 or array.shape[1] != 3:
+        refuse(key, "unit vectors, shape (n, 3)", describe(array))
+    lengths = np.sqrt(np.einsum("ij,ij->i", array, array))
+    worst = int(np.argmax(np.abs(lengths - 1.0)))
+    if abs(float(lengths[worst]) - 1.0) > 1e-6:
+        refuse(key, "unit vectors", f"a length of {float(lengths[worst]):.6g} at [{worst}]")
+    return np.ascontiguousarray(array / lengths[:, np.newaxis])
+
+
+def threads(value: int | None) -> int | None:
+    """A number of threads, or none for the default."""
+    return None if value is None else whole("threads", value, 1, 1024)
+
+
+def one_unit(period: float, wavelength: float) -> None:
+    """Warns of a period and a wavelength that are probably in different units."""
+    ratio = period / wavelength
+    if not USUAL_RATIOS[0] <= ratio <= USUAL_RATIOS[1]:
+        warnings.warn(
+            f"a period of {period:g} beside a wavelength of {wavelength:g}: both are in micrometres, "
+            f"and their ratio {ratio:g} suggests that one is in another unit",
+            UnitWarning,
+            stacklevel=4,
+        )
+
+
+def text(path: str | os.PathLike[str]) -> str:
+    """Text of a file in UTF-8."""
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        name = os.fspath(path)
+        raise FileError(f"{name}: cannot read it: {error}", name, str(error), "a text file") from error

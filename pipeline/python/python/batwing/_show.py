@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Pictures and tables of results, with matplotlib and xarray where they are installed."""
+
+from __future__ import annotations
+
+import base64
+import html as escapes
+import io
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .bsdf import Table
+    from .rcwa import Hemisphere, NearField, Relief, Solution
+    from .tracer import Results
+
+
+def warn(message: str) -> None:
+    """A warning of the program, at the line of the caller."""
+    warnings.warn(message, UserWarning, stacklevel=3)
+
+
+def _xarray() -> Any:
+    try:
+        import xarray
+    except ImportError as error:
+        raise ImportError("to_xarray() needs the package xarray: pip install xarray") from error
+    return xarray
+
+
+def _axes(ax: Any) -> Any:
+    if ax is not None:
+        return ax
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise ImportError("plot() needs the package matplotlib: pip install matplotlib") from error
+    import sys
+
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is not None:
+        return pyplot.subplots(layout="constrained")[1]
+    return Figure(figsize=(5.0, 3.2), layout="constrained").add_subplot()
+
+
+def html(result: Any) -> str:
+    """Its fields as a table, and its picture where matplotlib is installed."""
+    rows = []
+    for name in result.__dataclass_fields__:
+        if name.startswith("_"):
+            continue
+        value = getattr(result, name)
+        if isinstance(value, np.ndarray):
+            text = f"{value.dtype} {value.shape}"
+        elif isinstance(value, dict):
+            text = ", ".join(map(str, value))
+        else:
+            text = f"{value:.6g}" if isinstance(value, float) else str(value)
+        cells = f"<td><code>{escapes.escape(name)}</code></td><td>{escapes.escape(text)}</td>"
+        rows.append(f"<tr>{cells}</tr>")
+    table = f"<b>batwing.{type(result).__name__}</b><table>{''.join(rows)}</table>"
+    picture = _png(result)
+    return table if picture is None else f'{table}<img src="data:image/png;base64,{picture}">'
+
+
+def _png(result: Any) -> str | None:
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        return None
+    figure = Figure(figsize=(5.0, 3.2), layout="constrained")
+    result.plot(figure.add_subplot())
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=90)
+    return base64.b64encode(buffer.getvalue()).decode()
+
+
+def relief(value: Relief, ax: Any) -> Any:
+    """Polygons of three periods."""
+    ax = _axes(ax)
+    for period in range(3):
+        for polygon in value.polygons:
+            x, z = polygon.points_um.T
+            ax.fill(x + period * value.period_um, z, alpha=0.6)
+    ax.set(xlabel="x (µm)", ylabel="z (µm)", aspect="equal")
+    ax.invert_yaxis()
+    return ax
+
+
+def solution(value: Solution, ax: Any) -> Any:
+    """Efficiencies of one direction over the order, of many over their number."""
+    ax = _axes(ax)
+    if value.theta_deg.ndim == 0 and value.reflected.ndim == 1:
+        ax.stem(value.orders_transmitted, value.transmitted, linefmt="C0-", label="transmitted")
+        ax.stem(value.orders_reflected, value.reflected, linefmt="C1-", label="reflected")
+        ax.set(xlabel="order", ylabel="efficiency")
+    else:
+        single = value.theta_deg.ndim == 1 and value.reflected.ndim == 2
+        x = value.theta_deg if single else np.arange(value.total_reflected.size)
+        ax.plot(x, np.ravel(value.total_transmitted), label="transmitted")
+        ax.plot(x, np.ravel(value.total_reflected), label="reflected")
+        ax.set(xlabel="theta (deg)" if single else "direction", ylabel="share of the power")
+    ax.legend()
+    return ax
+
+
+def hemisphere(value: Hemisphere, ax: Any) -> Any:
+    """Share transmitted from the top, unpolarised."""
+    ax = _axes(ax)
+    top = value.from_top
+    shown = value.to_bottom[top].sum(axis=-1).mean(axis=-1)
+    points = ax.scatter(value.kx[top], value.ky[top], c=shown, s=6, vmin=0, vmax=1)
+    ax.figure.colorbar(points, ax=ax, label="transmitted from the top")
+    ax.set(xlabel="kx", ylabel="ky", aspect="equal")
+    return ax
+
+
+def near_field(value: NearField, ax: Any) -> Any:
+    """The intensity."""
+    ax = _axes(ax)
+    image = ax.pcolormesh(value.x_um, value.z_um, value.intensity, shading="nearest")
+    ax.figure.colorbar(image, ax=ax, label="|E|² per incident")
+    ax.set(xlabel="x (µm)", ylabel="z (µm)", aspect="equal")
+    ax.invert_yaxis()
+    return ax
+
+
+def table(value: Table, ax: Any) -> Any:
+    """Albedo over the angle, unpolarised, from both sides."""
+    ax = _axes(ax)
+    theta = np.linspace(0.0, 89.0, 90)
+    for name, sign in (("inner", -1.0), ("outer", 1.0)):
+        wi = np.stack([np.sin(np.radians(theta)), 0 * theta, sign * np.cos(np.radians(theta))], 1)
+        found = value.albedo(wi)
+        ax.plot(theta, found.transmitted.mean(axis=-1), label=f"transmitted, {name}")
+        ax.plot(theta, found.reflected.mean(axis=-1), "--", label=f"reflected, {name}")
+    ax.set(xlabel="theta (deg)", ylabel="share of the power")
+    ax.legend()
+    return ax
+
+
+def results(value: Results, ax: Any) -> Any:
+    """Mean far field of every model with its standard error."""
+    ax = _axes(ax)
+    for key, model in value.models.items():
+        far = model.far_field()
+        if far is not None:
+            name = "/".join(key)
+            ax.errorbar(far.theta_deg, far.intensity, far.standard_error, lw=1, label=name)
+    ax.set(xlabel="theta (deg)", ylabel="intensity (1/sr)")
+    ax.legend()
+    return ax
+
+
+def _directions(value: Solution) -> tuple[tuple[str, ...], dict[str, Any]]:
+    names = tuple(f"direction_{i}" for i in range(value.theta_deg.ndim))
+    if value.theta_deg.ndim == 1:
+        names = ("direction",)
+    coordinates: dict[str, Any] = {
+        "theta": (names, value.theta_deg, {"units": "degree"}),
+        "phi": (names, value.phi_deg, {"units": "degree"}),
+        "order_reflected": value.orders_reflected,
+        "order_transmitted": value.orders_transmitted,
+    }
+    return names, coordinates
+
+
+def solution_dataset(value: Solution) -> Any:
+    """Efficiencies over directions, polarisation and order."""
+    names, coordinates = _directions(value)
+    outer = names
+    if value.polarisation == "both":
+        outer = (*names, "polarisation")
+        coordinates["polarisation"] = ["s", "p"]
+    unit = {"units": "1", "long_name": "power per incident power"}
+    variables = {
+        "reflected": ((*outer, "order_reflected"), value.reflected, unit),
+        "transmitted": ((*outer, "order_transmitted"), value.transmitted, unit),
+    }
+    attributes = {
+        "wavelength_um": value.wavelength_um,
+        "polarisation": value.polarisation,
+        "side": value.side,
+        "orders": value.orders,
+        "slices": value.slices,
+        "energy_residual": value.energy_residual,
+    }
+    return _xarray().Dataset(variables, coordinates, attributes)
+
+
+def hemisphere_dataset(value: Hemisphere) -> Any:
+    """Efficiencies over nodes, polarisation and order."""
+    unit = {"units": "1", "long_name": "power per incident power"}
+    variables = {
+        "to_top": (("node", "polarisation", "order_top"), value.to_top, unit),
+        "to_bottom": (("node", "polarisation", "order_bottom"), value.to_bottom, unit),
+    }
+    coordinates = {
+        "from_top": ("node", value.from_top),
+        "kx": ("node", value.kx, {"units": "2 pi/wavelength"}),
+        "ky": ("node", value.ky, {"units": "2 pi/wavelength"}),
+        "polarisation": ["s", "p"],
+        "order_top": value.orders_top,
+        "order_bottom": value.orders_bottom,
+    }
+    attributes = {"wavelength_um": value.wavelength_um, "orders": value.orders}
+    return _xarray().Dataset(variables, coordinates, attributes)
+
+
+def near_field_dataset(value: NearField) -> Any:
+    """Fields over z, x and component."""
+    axes = ("z", "x", "component")
+    variables = {
+        "electric": (axes, value.electric, {"units": "incident amplitude"}),
+        "magnetic": (axes, value.magnetic, {"units": "incident amplitude"}),
+        "intensity": (("z", "x"), value.intensity, {"units": "1"}),
+        "index": (("z", "x"), value.index, {"units": "1"}),
+    }
+    coordinates = {
+        "z": ("z", value.z_um, {"units": "micrometre"}),
+        "x": ("x", value.x_um, {"units": "micrometre"}),
+        "component": ["x", "y", "z"],
+    }
+    return _xarray().Dataset(variables, coordinates)
+
+
+def results_dataset(value: Results) -> Any:
+    """Figures of all models with their standard errors."""
+    frames = {}
+    keys = list(value.models)
+    names = sorted({name for model in value.models.values() for name in model.figures})
+    for name in names:
+        found = [value.models[key].figures.get(name) for key in keys]
+        units = {"units": next((f.unit for f in found if f is not None), "")}
+        values = [np.nan if f is None else f.value for f in found]
+        errors = [np.nan if f is None else f.standard_error for f in found]
+        frames[name] = ("model", values, units)
+        frames[f"{name}_standard_error"] = ("model", errors, units)
+    return _xarray().Dataset(frames, {"model": ["/".join(key) for key in keys]})

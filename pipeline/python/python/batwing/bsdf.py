@@ -1,0 +1,471 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scattering of surfaces: tables of diffraction orders, and measured tables of other programs.
+
+The frame of a surface is x across the grooves, y along them, z the outward normal. The *inner* side
+is that of z < 0 (the top half-space of a grating), the *outer* side that of z > 0. `wi` points
+towards where light came from, `wo` to where it goes; both are unit vectors away from the surface.
+Powers are per incident power.
+
+Examples
+--------
+>>> import numpy as np
+>>> from batwing import bsdf, rcwa
+>>> relief = rcwa.Relief.triangle(1.0, (0.9, 0.3), ridge=1.41, groove=1.0)
+>>> grating = rcwa.Grating(relief, top=1.41, bottom=1.0)
+>>> table = bsdf.build(grating, 0.55, orders=8, slices=8, kx_per_zone=2, ky=8)
+>>> wi = np.array([[0.0, 0.0, -1.0]])
+>>> found = table.albedo(wi)
+>>> bool(abs(found.reflected + found.transmitted - 1).max() < 1e-5)
+True
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _checks, _native, _show
+from ._checks import Floats
+from .rcwa import Grating
+
+__all__ = [
+    "Albedo",
+    "Comparison",
+    "Lobes",
+    "Samples",
+    "Table",
+    "WrittenFile",
+    "build",
+    "compare",
+    "convert",
+    "read",
+]
+
+#: Order of a lobe that is no diffraction order.
+NO_ORDER = -(2**31)
+_FORMATS = ("bworders", "json", "npz", "zemax", "lighttools", "speos", "klems", "tensortree")
+_ENDINGS = {".bworders": "bworders", ".json": "json", ".npz": "npz"}
+
+
+@dataclass(frozen=True)
+class Albedo:
+    """Power that leaves a surface per incident power.
+
+    Attributes
+    ----------
+    reflected, transmitted : ndarray, shape (n, 2)
+        For incident s and p.
+    """
+
+    reflected: Floats
+    transmitted: Floats
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """All lobes of light from n directions, those of one direction after those of another.
+
+    Attributes
+    ----------
+    offsets : ndarray of int, shape (n + 1,)
+        The lobes of direction i are those from offsets[i] to offsets[i + 1].
+    wo : ndarray, shape (m, 3)
+        Direction of each lobe.
+    power : ndarray, shape (m, 2)
+        Its power for incident s and p.
+    order : ndarray of int, shape (m,)
+        Diffraction order, `NO_ORDER` where it is none.
+    transmitted : ndarray of bool, shape (m,)
+        Whether it leaves on the other side.
+    """
+
+    offsets: npt.NDArray[np.int64]
+    wo: Floats
+    power: Floats
+    order: npt.NDArray[np.int32]
+    transmitted: npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """One outgoing direction for each incident one, drawn for unpolarised light.
+
+    Attributes
+    ----------
+    wo : ndarray, shape (n, 3)
+        Directions; 0 where the light is absorbed.
+    weight : ndarray, shape (n,)
+        Factors on the power, 0 where it is absorbed.
+    order : ndarray of int, shape (n,)
+        Diffraction orders, `NO_ORDER` where it is none.
+    transmitted : ndarray of bool, shape (n,)
+        Whether the light leaves on the other side.
+    """
+
+    wo: Floats
+    weight: Floats
+    order: npt.NDArray[np.int32]
+    transmitted: npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class WrittenFile:
+    """A file that was written, and what its cells lose of the orders (as the command says it)."""
+
+    path: Path
+    loss: dict[str, Any]
+
+
+class Table:
+    """A surface that scatters: a table of diffraction orders, or of measured cells.
+
+    Tables are made by `build` and `read`. They can be pickled where they hold orders, and used from
+    several threads.
+    """
+
+    __slots__ = ("_surface",)
+
+    def __init__(self, surface: _native.Surface) -> None:
+        if not isinstance(surface, _native.Surface):
+            _checks.refuse("surface", "what batwing.bsdf.build or read gives", _checks.describe(surface))
+        self._surface = surface
+
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]:
+        return _from_bytes, (self._surface.to_bytes(),)
+
+    @property
+    def header(self) -> dict[str, Any] | None:
+        """Origin, errors and grid of a table of orders; None for measured cells."""
+        text = self._surface.header()
+        return None if text is None else dict(json.loads(text))
+
+    @property
+    def indices(self) -> tuple[float, float]:
+        """Refractive index of the inner and of the outer side."""
+        inner, outer = self._surface.indices()
+        return inner, outer
+
+    def lobes(self, wi: npt.ArrayLike, threads: int | None = None) -> Lobes:
+        """All lobes of light from each direction.
+
+        Parameters
+        ----------
+        wi : array_like, shape (n, 3)
+            Unit vectors towards where the light came from.
+        threads : int, optional
+            Threads of this call.
+
+        Raises
+        ------
+        batwing.InputError
+            Another shape or dtype, vectors of another length than 1.
+        """
+        found = self._surface.lobes(_checks.vectors("wi", wi), _checks.threads(threads))
+        return Lobes(*found)
+
+    def albedo(self, wi: npt.ArrayLike, threads: int | None = None) -> Albedo:
+        """Power reflected and transmitted; arguments and errors as those of `lobes`."""
+        found = self._surface.albedo(_checks.vectors("wi", wi), _checks.threads(threads))
+        return Albedo(found[:, 0], found[:, 1])
+
+    def evaluate(self, wi: npt.ArrayLike, threads: int | None = None) -> Lobes:
+        """The same as `lobes`: the scattering of orders is a list of directions and powers."""
+        return self.lobes(wi, threads)
+
+    def sample(self, wi: npt.ArrayLike, seed: int = 1, threads: int | None = None) -> Samples:
+        """Draws one outgoing direction for each incident one.
+
+        Parameters
+        ----------
+        wi : array_like, shape (n, 3)
+            Unit vectors towards where the light came from.
+        seed : int
+            The same seed gives the same directions on any number of threads.
+        threads : int, optional
+            Threads of this call.
+
+        Raises
+        ------
+        batwing.InputError
+            Another shape or dtype, vectors of another length than 1.
+        """
+        seed = _checks.whole("seed", seed, 0, 2**64 - 1)
+        return Samples(
+            *self._surface.sample(_checks.vectors("wi", wi), seed, _checks.threads(threads))
+        )
+
+    def write(
+        self,
+        path: str | os.PathLike[str],
+        format: str | None = None,
+        *,
+        incidence_deg: float = 10.0,
+        azimuth_deg: float = 30.0,
+        scatter_deg: float = 1.0,
+        samples: int = 64,
+        tree_log2: int = 5,
+        wavelength_nm: float | None = None,
+        threads: int | None = None,
+    ) -> list[WrittenFile]:
+        """Writes the table.
+
+        Parameters
+        ----------
+        path : path
+            File to write; Zemax and Speos tables become several files beside it.
+        format : str, optional
+            `bworders`, `json`, `npz` (orders), `zemax`, `lighttools`, `speos`, `klems`, `tensortree`
+            (cells) [default: by the ending of the path].
+        incidence_deg, azimuth_deg, scatter_deg : float
+            Steps of tables on angles: of the polar angle and the azimuth of incidence, and of the
+            scattered directions.
+        samples : int
+            Incidences over which the power of each node is averaged.
+        tree_log2 : int
+            Logarithm of the cells of a tensor tree along one coordinate.
+        wavelength_nm : float, optional
+            Stated in the file [default: that of a table of orders].
+        threads : int, optional
+            Threads of this call.
+
+        Returns
+        -------
+        list of WrittenFile
+            The files, each with what its cells lose.
+
+        Raises
+        ------
+        batwing.InputError
+            A format that does not suit the table, steps that do not fit.
+        batwing.FileError
+            A file that cannot be written.
+        """
+        target = Path(path)
+        if format is None:
+            format = _ENDINGS.get(target.suffix, "")
+        format = _checks.choice("format", format, _FORMATS)
+        header = self.header
+        if wavelength_nm is None and header is not None:
+            wavelength_nm = 1000.0 * float(header["grid"]["wavelength"])
+        written = self._surface.write(
+            str(target),
+            format,
+            _checks.length("incidence_deg", incidence_deg),
+            _checks.length("azimuth_deg", azimuth_deg),
+            _checks.length("scatter_deg", scatter_deg),
+            _checks.whole("samples", samples, 1, 1024),
+            _checks.whole("tree_log2", tree_log2, 1, 7),
+            wavelength_nm,
+            _checks.threads(threads),
+        )
+        return [WrittenFile(Path(file), json.loads(loss)) for file, loss in written]
+
+    save = write
+
+    def plot(self, ax: Any = None) -> Any:
+        """Albedo over the angle of incidence from both sides; returns the axes."""
+        return _show.table(self, ax)
+
+    def __repr__(self) -> str:
+        header = self.header
+        inner, outer = self.indices
+        if header is None:
+            return f"<batwing.bsdf.Table of measured cells between indices {inner:g} and {outer:g}>"
+        return f"<batwing.bsdf.Table of {header['entries']} orders between indices {inner:g} and {outer:g}>"
+
+
+def _from_bytes(data: bytes) -> Table:
+    return Table(_native.Surface.from_bytes(data))
+
+
+def build(
+    grating: Grating,
+    wavelength_um: float,
+    *,
+    tolerance: float | None = None,
+    orders: int | None = None,
+    slices: int | None = None,
+    kx_per_zone: int | None = None,
+    ky: int | npt.ArrayLike | None = None,
+    threads: int | None = None,
+) -> Table:
+    """Solves a grating over both hemispheres and makes a table of it.
+
+    Parameters
+    ----------
+    grating : Grating
+        Its half-spaces have real indices; the top one becomes the inner side.
+    wavelength_um : float
+        Vacuum wavelength, micrometres.
+    tolerance : float, optional
+        Error of hemispherical shares, from which orders, slices and grid follow [default: 1e-3].
+    orders, slices : int, optional
+        Resolution of the solver, in place of that of the tolerance.
+    kx_per_zone : int, optional
+        Nodes of kx to one order spacing [default: by the tolerance].
+    ky : int or array_like, optional
+        Number of nodes along the grooves, or the nodes, with `kx_per_zone` [default: by the
+        tolerance].
+    threads : int, optional
+        Threads of this call; the table does not depend on them.
+
+    Returns
+    -------
+    Table
+        A table of diffraction orders.
+
+    Raises
+    ------
+    batwing.InputError
+        An argument out of its range, an absorbing half-space, too much memory.
+    batwing.ConvergenceError
+        A tolerance out of reach.
+    """
+    wavelength = _checks.length("wavelength_um", wavelength_um)
+    aim = 1e-3 if tolerance is None else _checks.number("tolerance", tolerance)
+    interface = grating._at(wavelength)
+    resolution = None
+    if orders is not None:
+        order, slice_count, _ = grating._resolve(wavelength, orders, slices, None, threads)
+        resolution = (order, slice_count)
+    elif slices is not None:
+        _checks.refuse("slices", "orders beside them", "none")
+    nodes = None
+    if ky is not None:
+        if isinstance(ky, (int, np.integer)):
+            count = _checks.whole("ky", ky, 1, 100_000)
+            top, bottom = (grating._index(side, wavelength).real for side in ("top", "bottom"))
+            nodes = np.asarray(_native.ky_nodes(top, bottom, count))
+        else:
+            nodes = np.ascontiguousarray(np.atleast_1d(_checks.floats("ky", ky)))
+        if kx_per_zone is None:
+            _checks.refuse("ky", "kx_per_zone beside it", "none")
+    zone = None if kx_per_zone is None else _checks.whole("kx_per_zone", kx_per_zone, 1, 4096)
+    found = _native.build_table(
+        interface, aim, resolution, zone, nodes, _checks.threads(threads)
+    )
+    return Table(found)
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    indices: Sequence[float] = (1.0, 1.0),
+    between: str = "fixed",
+    side: str = "outer",
+) -> Table:
+    """Reads a table of any format that the program reads.
+
+    Parameters
+    ----------
+    path : path
+        `.bworders`, `.json`, `.npz`; Zemax, LightTools and Speos BSDF; WINDOW and Radiance XML.
+    indices : (float, float)
+        Index of the inner and outer side of a measured surface.
+    between : {'fixed', 'shifted'}
+        Whether lobes of measured cells stay, or move with the incident light, between its nodes.
+    side : {'outer', 'inner'}
+        Where the light of a Zemax or Speos file comes from.
+
+    Raises
+    ------
+    batwing.FileError
+        A file that cannot be read.
+    batwing.InputError
+        A file that does not keep to its format; the message says line or byte, what was expected and
+        what stands there.
+    """
+    inner, outer = (_checks.length("indices", n) for n in indices)
+    between = _checks.choice("between", between, ("fixed", "shifted"))
+    side = _checks.choice("side", side, ("outer", "inner"))
+    surface = _native.Surface.read(
+        os.fspath(path), (inner, outer), between == "shifted", side == "inner"
+    )
+    return Table(surface)
+
+
+def convert(
+    source: str | os.PathLike[str], target: str | os.PathLike[str], format: str | None = None, **steps: Any
+) -> list[WrittenFile]:
+    """Reads one file and writes it in another format; `steps` are arguments of `Table.write`."""
+    return read(source).write(target, format, **steps)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two surfaces under the same light.
+
+    Attributes
+    ----------
+    theta_deg : ndarray, shape (n,)
+        Polar angles of incidence, measured from the normal of the side.
+    side : str
+        Side that the light comes from.
+    albedo_difference : ndarray, shape (n, 2)
+        Second less first: total power reflected, and transmitted, unpolarised.
+    distance : ndarray, shape (n,)
+        Half the sum of the absolute differences of power in cells of direction: 0 for the same
+        distribution, 1 for none in common.
+    """
+
+    theta_deg: Floats
+    side: str
+    albedo_difference: Floats
+    distance: Floats
+
+
+def compare(
+    first: Table,
+    second: Table,
+    *,
+    side: str = "inner",
+    theta_deg: npt.ArrayLike | None = None,
+    phi_deg: float = 0.0,
+    cells: int = 24,
+    threads: int | None = None,
+) -> Comparison:
+    """Compares the scattering of two surfaces.
+
+    Parameters
+    ----------
+    first, second : Table
+        The surfaces.
+    side : {'inner', 'outer'}
+        Where the light comes from.
+    theta_deg : array_like, optional
+        Polar angles of incidence, 0 to 89 degrees [default: every 5 degrees].
+    phi_deg : float
+        Azimuth of `wi`.
+    cells : int
+        Cells of equal width across each of the tangential components of `wo`, for the distance.
+    threads : int, optional
+        Threads of this call.
+    """
+    side = _checks.choice("side", side, ("inner", "outer"))
+    theta = np.atleast_1d(
+        np.arange(0.0, 90.0, 5.0) if theta_deg is None else _checks.floats("theta_deg", theta_deg)
+    )
+    count = _checks.whole("cells", cells, 1, 512)
+    phi = np.radians(_checks.number("phi_deg", phi_deg))
+    sine, cosine = np.sin(np.radians(theta)), np.cos(np.radians(theta))
+    z = -cosine if side == "inner" else cosine
+    wi = np.stack([sine * np.cos(phi), sine * np.sin(phi), z], axis=1)
+    pictures, albedos = [], []
+    for surface in (first, second):
+        lobes = surface.lobes(wi, threads)
+        power = lobes.power.mean(axis=1)
+        which = np.repeat(np.arange(theta.size), np.diff(lobes.offsets))
+        bins = np.clip(((lobes.wo[:, :2] + 1) / 2 * count).astype(int), 0, count - 1)
+        picture = np.zeros((theta.size, 2, count, count))
+        np.add.at(picture, (which, lobes.transmitted.astype(int), bins[:, 0], bins[:, 1]), power)
+        pictures.append(picture)
+        albedos.append(picture.sum(axis=(2, 3)))
+    difference = np.abs(pictures[1] - pictures[0]).sum(axis=(1, 2, 3))
+    return Comparison(theta, side, albedos[1] - albedos[0], 0.5 * difference)

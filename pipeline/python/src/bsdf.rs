@@ -1,0 +1,491 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! BSDFs for Python: `batwing._native.Surface`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, anyhow, bail};
+use bsdf::convert::Resolution;
+use bsdf::formats::native;
+use bsdf::{
+    Bsdf, EfficiencyRow, Grid, LobeKind, LobeMotion, NodeId, OrderEfficiency, OrderTable,
+    Polarization, Side, TableHeader, Transport,
+};
+use glam::DVec3;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pipeline::cache::{EXTENSION, read_table, write_table};
+use pipeline::config::design::incidence_grid::{FIRST_KX, MOST_KX, MOST_KY, first_ky};
+use pipeline::formats::content;
+use pipeline::formats::tables::{self, CellFormat, Fineness};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+use rcwa::Truncation;
+use rcwa::convergence::converge_hemisphere;
+use rcwa::hemisphere::{Directions, Hemisphere, Resolution as SolverResolution, hemisphere};
+use rcwa::incidence_grid::{GridRequest, solve_adaptive};
+
+use crate::errors::to_python;
+use crate::job::{self, Job};
+use crate::memory;
+use crate::rcwa::{Interface, array};
+
+/// Directions that share one stream of random numbers.
+const CHUNK: usize = 4096;
+/// Order of a lobe that is no order.
+const NO_ORDER: i32 = i32::MIN;
+
+type Array<'py, T> = Bound<'py, numpy::PyArrayDyn<T>>;
+
+/// A surface that scatters light.
+#[pyclass(frozen, module = "batwing._native")]
+pub struct Surface {
+    bsdf: Arc<dyn Bsdf>,
+    table: Option<Arc<OrderTable>>,
+}
+
+/// Lobes of many directions, those of one after another: number before each direction, then for
+/// every lobe its direction, powers in s and p, order and whether it is transmitted.
+type Lobes<'py> = (
+    Array<'py, i64>,
+    Array<'py, f64>,
+    Array<'py, f64>,
+    Array<'py, i32>,
+    Array<'py, bool>,
+);
+/// Directions, weights, orders, whether transmitted.
+type Samples<'py> = (
+    Array<'py, f64>,
+    Array<'py, f64>,
+    Array<'py, i32>,
+    Array<'py, bool>,
+);
+
+fn directions(wi: &PyReadonlyArray2<'_, f64>) -> Vec<DVec3> {
+    let rows = wi.as_array();
+    rows.rows()
+        .into_iter()
+        .map(|row| DVec3::new(row[0], row[1], row[2]))
+        .collect()
+}
+
+fn order(kind: LobeKind) -> i32 {
+    match kind {
+        LobeKind::Order(order) => order,
+        _ => NO_ORDER,
+    }
+}
+
+fn cell_format(name: &str) -> anyhow::Result<CellFormat> {
+    Ok(match name {
+        "zemax" => CellFormat::Zemax,
+        "lighttools" => CellFormat::LightTools,
+        "speos" => CellFormat::Speos,
+        "klems" => CellFormat::Klems,
+        "tensortree" => CellFormat::TensorTree,
+        other => bail!(
+            "format: expected zemax, lighttools, speos, klems, tensortree, json, npz or {EXTENSION}, got {other:?}"
+        ),
+    })
+}
+
+impl Surface {
+    fn of_table(table: OrderTable) -> Self {
+        let table = Arc::new(table);
+        Self {
+            bsdf: Arc::clone(&table) as Arc<dyn Bsdf>,
+            table: Some(table),
+        }
+    }
+
+    fn orders(&self) -> anyhow::Result<&Arc<OrderTable>> {
+        self.table.as_ref().ok_or_else(|| {
+            anyhow!("surface: expected a table of diffraction orders, got measured cells")
+        })
+    }
+}
+
+fn read(path: &Path, indices: [f64; 2], shifted: bool, inner: bool) -> anyhow::Result<Surface> {
+    if path.extension().is_some_and(|e| e == EXTENSION) {
+        return Ok(Surface::of_table(read_table(path)?));
+    }
+    let content = content::read(path)?;
+    if let content::Content::Orders(table) = content {
+        return Ok(Surface {
+            bsdf: Arc::clone(&table) as Arc<dyn Bsdf>,
+            table: Some(table),
+        });
+    }
+    let between = if shifted {
+        LobeMotion::Shifted
+    } else {
+        LobeMotion::Fixed
+    };
+    let side = if inner { Side::Inner } else { Side::Outer };
+    let bsdf = content.bsdf(&path.display().to_string(), indices, between, side)?;
+    Ok(Surface { bsdf, table: None })
+}
+
+#[pymethods]
+impl Surface {
+    /// Reads a file of any format that the program reads.
+    #[staticmethod]
+    fn read(
+        py: Python<'_>,
+        path: PathBuf,
+        indices: [f64; 2],
+        shifted: bool,
+        inner: bool,
+    ) -> PyResult<Self> {
+        job::run(py, None, move |_| read(&path, indices, shifted, inner))
+    }
+
+    /// From the bytes of the native format.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let table = native::read(bytes).context("bytes of a table");
+        Ok(Self::of_table(
+            table.map_err(|error| to_python(py, &error))?,
+        ))
+    }
+
+    /// The bytes of the native format.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut bytes = Vec::new();
+        let written = || -> anyhow::Result<()> { Ok(native::write(self.orders()?, &mut bytes)?) };
+        let mut written = written;
+        written().map_err(|error| to_python(py, &error))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Header and grid as JSON; none for a measured surface.
+    fn header(&self) -> Option<String> {
+        let table = self.table.as_ref()?;
+        let grid = table.grid();
+        let json = serde_json::json!({
+            "header": table.header(),
+            "grid": grid,
+            "nodes": table.node_count(),
+            "entries": table.entry_count(),
+        });
+        Some(json.to_string())
+    }
+
+    /// Index of the inner and of the outer side.
+    fn indices(&self) -> [f64; 2] {
+        Side::BOTH.map(|side| self.bsdf.index(side))
+    }
+
+    /// All lobes of light from each of the directions.
+    fn lobes<'py>(
+        &self,
+        py: Python<'py>,
+        wi: PyReadonlyArray2<'py, f64>,
+        threads: Option<usize>,
+    ) -> PyResult<Lobes<'py>> {
+        let (bsdf, wi) = (Arc::clone(&self.bsdf), directions(&wi));
+        let work = move |_: &Job| {
+            let of = |wi: &DVec3| {
+                let s = bsdf.lobes(*wi, Polarization::S);
+                let p = bsdf.lobes(*wi, Polarization::P);
+                anyhow::ensure!(s.len() == p.len(), "lobes: expected as many in s as in p");
+                Ok(s.into_iter().zip(p).collect::<Vec<_>>())
+            };
+            wi.par_iter().map(of).collect::<anyhow::Result<Vec<_>>>()
+        };
+        let all = job::run(py, threads, work)?;
+        let mut offsets = vec![0_i64];
+        offsets.extend(all.iter().scan(0, |sum, lobes| {
+            *sum += lobes.len() as i64;
+            Some(*sum)
+        }));
+        let lobes: Vec<_> = all.into_iter().flatten().collect();
+        let (count, starts) = (lobes.len(), offsets.len());
+        let wo = lobes.iter().flat_map(|(s, _)| s.wo.to_array()).collect();
+        let power = lobes.iter().flat_map(|(s, p)| [s.power, p.power]).collect();
+        let orders = lobes.iter().map(|(s, _)| order(s.lobe.kind)).collect();
+        let through = lobes
+            .iter()
+            .map(|(s, _)| s.lobe.transport == Transport::Transmission);
+        Ok((
+            array(py, offsets, vec![starts])?,
+            array(py, wo, vec![count, 3])?,
+            array(py, power, vec![count, 2])?,
+            array(py, orders, vec![count])?,
+            array(py, through.collect(), vec![count])?,
+        ))
+    }
+
+    /// Power reflected and transmitted, in s and in p: (direction, [R, T], [s, p]).
+    fn albedo<'py>(
+        &self,
+        py: Python<'py>,
+        wi: PyReadonlyArray2<'py, f64>,
+        threads: Option<usize>,
+    ) -> PyResult<Array<'py, f64>> {
+        let (bsdf, wi) = (Arc::clone(&self.bsdf), directions(&wi));
+        let count = wi.len();
+        let work = move |_: &Job| {
+            let of = |wi: &DVec3| {
+                let [s, p] = [Polarization::S, Polarization::P].map(|q| bsdf.albedo(*wi, q));
+                [s.reflected, p.reflected, s.transmitted, p.transmitted]
+            };
+            Ok(wi.par_iter().flat_map_iter(of).collect::<Vec<f64>>())
+        };
+        let values = job::run(py, threads, work)?;
+        array(py, values, vec![count, 2, 2])
+    }
+
+    /// Draws one outgoing direction for each incident one.
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        wi: PyReadonlyArray2<'py, f64>,
+        seed: u64,
+        threads: Option<usize>,
+    ) -> PyResult<Samples<'py>> {
+        let (bsdf, wi) = (Arc::clone(&self.bsdf), directions(&wi));
+        let count = wi.len();
+        let work = move |job: &Job| {
+            let parts: Vec<Vec<_>> = wi
+                .par_chunks(CHUNK)
+                .enumerate()
+                .map(|(number, part)| {
+                    job.interrupt.check()?;
+                    let mut rng = Pcg64::seed_from_u64(seed);
+                    // A stream of its own for each chunk, far from those of the others.
+                    rng.advance((number as u128) << 64);
+                    Ok(part.iter().map(|wi| bsdf.sample(*wi, &mut rng)).collect())
+                })
+                .collect::<anyhow::Result<_>>()?;
+            Ok(parts.concat())
+        };
+        let all = job::run(py, threads, work)?;
+        let wo = all
+            .iter()
+            .flat_map(|s| s.map_or([0.0; 3], |s| s.wo.to_array()))
+            .collect();
+        let weight = all.iter().map(|s| s.map_or(0.0, |s| s.weight)).collect();
+        let orders = all
+            .iter()
+            .map(|s| s.map_or(NO_ORDER, |s| order(s.lobe.kind)))
+            .collect();
+        let through = all
+            .iter()
+            .map(|s| s.is_some_and(|s| s.lobe.transport == Transport::Transmission))
+            .collect();
+        Ok((
+            array(py, wo, vec![count, 3])?,
+            array(py, weight, vec![count])?,
+            array(py, orders, vec![count])?,
+            array(py, through, vec![count])?,
+        ))
+    }
+
+    /// Writes the surface; returns the files, and what each lost as JSON.
+    #[pyo3(signature = (path, format, incidence_deg, azimuth_deg, scatter_deg, samples, tree_log2, wavelength_nm, threads))]
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        format: String,
+        incidence_deg: f64,
+        azimuth_deg: f64,
+        scatter_deg: f64,
+        samples: usize,
+        tree_log2: u32,
+        wavelength_nm: Option<f64>,
+        threads: Option<usize>,
+    ) -> PyResult<Vec<(PathBuf, String)>> {
+        let (bsdf, table) = (Arc::clone(&self.bsdf), self.table.clone());
+        let fineness = Fineness {
+            resolution: Resolution {
+                incidence_deg,
+                azimuth_deg,
+                scatter_deg,
+                samples,
+            },
+            tree_log2,
+        };
+        job::run(py, threads, move |_| {
+            let orders = || {
+                table.as_ref().ok_or_else(|| {
+                    anyhow!("format: expected zemax, lighttools, speos, klems or tensortree for measured cells, got {format:?}")
+                })
+            };
+            let whole = |()| vec![(path.clone(), "{}".to_owned())];
+            match format.as_str() {
+                EXTENSION => write_table(&path, orders()?).map(whole),
+                "json" => tables::write_json(orders()?, &path).map(whole),
+                "npz" => tables::write_npz(orders()?, &path).map(whole),
+                name => {
+                    let format = cell_format(name)?;
+                    let written = tables::write_cells(
+                        bsdf.as_ref(),
+                        format,
+                        &fineness,
+                        wavelength_nm,
+                        &path,
+                    )?;
+                    let files = written.iter();
+                    Ok(files
+                        .map(|w| (w.path.clone(), tables::describe(w).to_string()))
+                        .collect())
+                }
+            }
+        })
+    }
+}
+
+fn side(side: rcwa::Side) -> Side {
+    match side {
+        rcwa::Side::Top => Side::Inner,
+        rcwa::Side::Bottom => Side::Outer,
+    }
+}
+
+/// What a table is built for.
+struct TableRequest {
+    tolerance: f64,
+    /// Orders and slices, instead of those that the tolerance takes.
+    resolution: Option<(usize, usize)>,
+    /// Nodes of kx to a zone, instead of those that the tolerance takes.
+    kx_per_zone: Option<usize>,
+    /// Nodes of ky, instead of those that the tolerance takes.
+    ky: Option<Vec<f64>>,
+}
+
+fn build(
+    interface: &rcwa::hemisphere::Interface,
+    request: &TableRequest,
+    job: &Job,
+) -> anyhow::Result<OrderTable> {
+    let watch = job.watch();
+    let lossless = [interface.n_top, interface.n_bottom]
+        .iter()
+        .all(|n| n.im == 0.0);
+    anyhow::ensure!(
+        lossless,
+        "grating: expected half-spaces without loss, got an absorbing one"
+    );
+    let (resolution, estimated_error) = match request.resolution {
+        None => converge_hemisphere(interface, request.tolerance, &watch)?,
+        Some((orders, slices)) => {
+            let plan = interface.relief.slice_plan(slices);
+            let truncation = Truncation::new(orders)?;
+            (SolverResolution { truncation, plan }, f64::NAN)
+        }
+    };
+    let [n_inner, n_outer] = [interface.n_top.re, interface.n_bottom.re];
+    let mut grid = Grid {
+        period: interface.relief.period(),
+        wavelength: interface.wavelength,
+        index_inner: n_inner,
+        index_outer: n_outer,
+        kx_per_zone: request.kx_per_zone.unwrap_or(FIRST_KX),
+        ky: Grid::ky_nodes(n_inner, n_outer, first_ky(request.tolerance)),
+    };
+    let solved: Hemisphere = if let Some(ky) = &request.ky {
+        grid.ky.clone_from(ky);
+        let directions = Directions {
+            kx_per_zone: grid.kx_per_zone,
+            ky: grid.ky.clone(),
+        };
+        memory::fits(&directions, &resolution)?;
+        hemisphere(interface, &directions, &resolution, &watch)?
+    } else {
+        let directions = Directions {
+            kx_per_zone: grid.kx_per_zone,
+            ky: grid.ky.clone(),
+        };
+        memory::fits(&directions, &resolution)?;
+        let request = GridRequest {
+            kx_per_zone: grid.kx_per_zone,
+            most_kx: request.kx_per_zone.is_none().then_some(MOST_KX),
+            ky: grid.ky.clone(),
+            critical_ky: grid.critical_ky(),
+            tolerance: request.tolerance,
+            most: MOST_KY,
+        };
+        let found = solve_adaptive(interface, &request, &resolution, &watch)?;
+        grid.kx_per_zone = found.directions.kx_per_zone;
+        grid.ky = found.directions.ky;
+        found.solved
+    };
+    let header = TableHeader {
+        length_unit: "um".to_owned(),
+        truncation: resolution.truncation.highest(),
+        slices: resolution.plan.count(),
+        estimated_error: if estimated_error.is_nan() {
+            0.0
+        } else {
+            estimated_error
+        },
+        energy_residual: solved.worst_balance,
+        ..TableHeader::default()
+    };
+    let rows = solved.incidences.into_iter().map(|i| EfficiencyRow {
+        node: NodeId {
+            side: side(i.side),
+            kx_index: i.kx_index,
+            ky_index: i.ky_index,
+        },
+        polarization: match i.pol {
+            rcwa::Pol::S => Polarization::S,
+            rcwa::Pol::P => Polarization::P,
+        },
+        orders: i
+            .shares
+            .into_iter()
+            .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
+            .collect(),
+    });
+    Ok(OrderTable::build(header, grid, rows)?)
+}
+
+/// Solves a grating for both hemispheres and makes a table of it.
+#[pyfunction]
+#[pyo3(signature = (interface, tolerance, resolution, kx_per_zone, ky, threads))]
+pub fn build_table(
+    py: Python<'_>,
+    interface: &Interface,
+    tolerance: f64,
+    resolution: Option<(usize, usize)>,
+    kx_per_zone: Option<usize>,
+    ky: Option<PyReadonlyArray1<'_, f64>>,
+    threads: Option<usize>,
+) -> PyResult<Surface> {
+    let interface = interface.inner().clone();
+    let ky = ky.map(|ky| ky.as_array().to_vec());
+    let request = TableRequest {
+        tolerance,
+        resolution,
+        kx_per_zone,
+        ky,
+    };
+    job::run(py, threads, move |job| build(&interface, &request, job)).map(Surface::of_table)
+}
+
+/// Unit cell of a ring of a design: period, depth, index of the background and of the inner side,
+/// polygons, and the wavelength, lengths in micrometres.
+type CellParts = (f64, f64, f64, f64, Vec<(f64, Vec<[f64; 2]>)>, f64);
+
+/// The unit cell of ring `ring`, from 1, of the design at `path`.
+#[pyfunction]
+pub fn design_cell(py: Python<'_>, path: PathBuf, ring: usize) -> PyResult<CellParts> {
+    job::run(py, None, move |_| {
+        let design = pipeline::stages::scene_check::load(&path)?;
+        let cell = pipeline::stages::cells::ring(&design, ring)?;
+        let polygons = cell.polygons.into_iter().map(|p| (p.index, p.points_um));
+        Ok((
+            cell.period_um,
+            cell.depth_um,
+            cell.background_index,
+            cell.inner_index,
+            polygons.collect(),
+            1e-3 * design.wavelength_nm,
+        ))
+    })
+}

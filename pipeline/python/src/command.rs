@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The command line as a function: it neither ends the process nor watches for signals.
+
+use clap::Parser;
+use pipeline::cli::Cli;
+use pipeline::exit;
+use pyo3::prelude::*;
+
+use crate::job::{self, Job};
+
+fn parse(arguments: Vec<String>) -> Result<Cli, clap::Error> {
+    Cli::try_parse_from(std::iter::once("batwing".to_owned()).chain(arguments))
+}
+
+/// Runs a command line, messages on the standard streams; returns the exit code.
+#[pyfunction]
+pub fn command(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
+    let cli = match parse(arguments) {
+        Ok(cli) => cli,
+        Err(error) => return Ok(exit::of_command_line(&error)),
+    };
+    let threads = cli.common.threads.map(usize::from);
+    job::run(py, threads, move |job| {
+        Ok(match cli.run_until(&job.interrupt) {
+            Ok(()) => 0,
+            Err(error) => exit::report(&error),
+        })
+    })
+}
+
+/// Runs a command line, errors as exceptions.
+#[pyfunction]
+pub fn call(py: Python<'_>, arguments: Vec<String>) -> PyResult<()> {
+    let cli = parse(arguments).map_err(|error| {
+        let message =
+            pipeline::cli_errors::message(&error, &<Cli as clap::CommandFactory>::command());
+        crate::errors::to_python(py, &anyhow::anyhow!(message))
+    })?;
+    let threads = cli.common.threads.map(usize::from);
+    job::run(py, threads, move |job: &Job| cli.run_until(&job.interrupt))
+}
+
+/// The text of the design that `batwing new` writes.
+#[pyfunction]
+pub fn new_design(py: Python<'_>, name: &str) -> PyResult<String> {
+    pipeline::commands::new::text(name).map_err(|error| crate::errors::to_python(py, &error))
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Rays of files as arrays, and arrays as files of rays.
+
+use std::path::PathBuf;
+
+use numpy::PyReadonlyArray2;
+use pipeline::formats::ray_files::{self, RayFormat, RayMetadata, StatedWavelengths};
+use pyo3::prelude::*;
+use tracer::formats::rays::RayRecord;
+
+use crate::job;
+use crate::rcwa::array;
+
+type Array<'py, T> = Bound<'py, numpy::PyArrayDyn<T>>;
+
+/// Rows x, y, z, direction, flux, wavelength; whether flux is in W; one wavelength of all.
+type Rays<'py> = (Array<'py, f32>, bool, Option<f32>);
+
+/// Reads a ray file of any format.
+#[pyfunction]
+pub fn read_rays(py: Python<'_>, path: PathBuf) -> PyResult<Rays<'_>> {
+    let light = job::run(py, None, move |_| ray_files::with_wavelengths(&path))?;
+    let one = match light.stated {
+        StatedWavelengths::One(nm) => Some(nm),
+        _ => None,
+    };
+    let count = light.rays.len();
+    let row = |ray: &RayRecord| {
+        let [x, y, z] = ray.position;
+        let [u, v, w] = ray.direction;
+        [x, y, z, u, v, w, ray.flux, ray.wavelength]
+    };
+    let values = light.rays.iter().flat_map(row).collect();
+    Ok((array(py, values, vec![count, 8])?, light.radiant, one))
+}
+
+/// Writes rows x, y, z, direction, flux, wavelength into a ray file of a format.
+#[pyfunction]
+pub fn write_rays(
+    py: Python<'_>,
+    path: PathBuf,
+    format: String,
+    rows: PyReadonlyArray2<'_, f32>,
+    wavelength_nm: Option<f64>,
+) -> PyResult<(u64, f64)> {
+    let format_of = match format.as_str() {
+        "tm25" => Some(RayFormat::Tm25),
+        "ray" => Some(RayFormat::LightTools),
+        "speos-ray" => Some(RayFormat::Speos),
+        "zemax-ray" => Some(RayFormat::Zemax),
+        _ => None,
+    };
+    let format = format_of.ok_or_else(|| {
+        crate::errors::refused(py, "format", "tm25, ray, speos-ray or zemax-ray", &format)
+    })?;
+    let rows = rows.as_array();
+    let rays: Vec<RayRecord> = rows
+        .rows()
+        .into_iter()
+        .map(|row| RayRecord {
+            position: [row[0], row[1], row[2]],
+            direction: [row[3], row[4], row[5]],
+            flux: row[6],
+            wavelength: row[7],
+        })
+        .collect();
+    let about = RayMetadata {
+        name: "batwing".to_owned(),
+        operation: "rays from arrays".to_owned(),
+        wavelength_nm: wavelength_nm.unwrap_or(f64::NAN),
+        per_ray: wavelength_nm.is_none() && rays.iter().all(|ray| ray.wavelength.is_finite()),
+        lumens_per_watt: f64::NAN,
+        radiant: true,
+    };
+    job::run(py, None, move |_| {
+        ray_files::write(&path, format, &about, |push| rays.iter().try_for_each(push))
+    })
+}

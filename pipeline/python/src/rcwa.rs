@@ -1,0 +1,476 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Gratings for Python: `batwing._native.Interface`.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use anyhow::anyhow;
+use num_complex::Complex64;
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+use rcwa::convergence::converge_hemisphere;
+use rcwa::field::{Grid, field};
+use rcwa::hemisphere::{Directions, Resolution, hemisphere};
+use rcwa::relief::{Polygon, Relief};
+use rcwa::{Bloch, Side, Stack, Truncation};
+
+use crate::errors::to_python;
+use crate::job::{self, Job};
+use crate::lines::{Incident, Orders, Request, solve_all};
+use crate::memory;
+
+/// Polygon as Python hands it over: index and corners.
+type PolygonParts = (Complex64, Vec<[f64; 2]>);
+/// Array of numbers with its shape.
+type Array<'py, T> = Bound<'py, numpy::PyArrayDyn<T>>;
+
+/// One stack, or two that are extrapolated, by the number of slices.
+type Stacks = (usize, Arc<(Stack, Option<Stack>)>);
+
+/// A relief between two half-spaces at one wavelength.
+#[pyclass(frozen, module = "batwing._native")]
+pub struct Interface {
+    inner: rcwa::hemisphere::Interface,
+    /// The stack of the last resolution.
+    last: Mutex<Option<Stacks>>,
+}
+
+fn side(top: bool) -> Side {
+    if top { Side::Top } else { Side::Bottom }
+}
+
+/// An array of `shape` that takes over `values`.
+pub fn array<T: numpy::Element>(
+    py: Python<'_>,
+    values: Vec<T>,
+    shape: Vec<usize>,
+) -> PyResult<Array<'_, T>> {
+    PyArray1::from_vec(py, values).reshape(shape)
+}
+
+/// Orders of one half-space: the first relative order and values over (direction, order, ...).
+struct Dense<T> {
+    first: i32,
+    orders: usize,
+    values: Vec<T>,
+}
+
+/// Values of a half-space, `size` for each direction and order, from lists of orders.
+fn dense<T: Clone, V>(
+    all: &[Orders],
+    list: impl Fn(&Orders) -> &[(usize, i32, V)],
+    half_space: usize,
+    size: usize,
+    zero: T,
+    put: impl Fn(&V, &mut dyn FnMut(usize, T)),
+) -> Dense<T> {
+    let there = || {
+        let orders = all.iter().flat_map(&list);
+        orders.filter(|o| o.0 == half_space).map(|o| o.1)
+    };
+    let (Some(first), Some(last)) = (there().min(), there().max()) else {
+        return Dense {
+            first: 0,
+            orders: 0,
+            values: Vec::new(),
+        };
+    };
+    let orders = (last - first + 1) as usize;
+    let mut values = vec![zero; all.len() * orders * size];
+    for (direction, found) in all.iter().enumerate() {
+        for (number, order, value) in list(found) {
+            if *number == half_space {
+                let at = (direction * orders + (order - first) as usize) * size;
+                put(value, &mut |i, v| values[at + i] = v);
+            }
+        }
+    }
+    Dense {
+        first,
+        orders,
+        values,
+    }
+}
+
+fn efficiencies(all: &[Orders], half_space: usize) -> Dense<f64> {
+    dense(
+        all,
+        |o| &o.efficiencies,
+        half_space,
+        4,
+        0.0,
+        |value, put| {
+            for (i, v) in value.iter().flatten().enumerate() {
+                put(i, *v);
+            }
+        },
+    )
+}
+
+fn jones(all: &[Orders], half_space: usize) -> Dense<Complex64> {
+    let zero = Complex64::ZERO;
+    dense(
+        all,
+        |o| &o.jones,
+        half_space,
+        4,
+        zero,
+        |value, put| {
+            for (i, v) in value.iter().flatten().enumerate() {
+                put(i, *v);
+            }
+        },
+    )
+}
+
+impl<T: numpy::Element> Dense<T> {
+    fn into_python(self, py: Python<'_>, count: usize) -> PyResult<(i32, Array<'_, T>)> {
+        let shape = vec![count, self.orders, 2, 2];
+        Ok((self.first, array(py, self.values, shape)?))
+    }
+}
+
+/// Orders of one half-space for Python.
+type Half<'py, T> = (i32, Array<'py, T>);
+/// Efficiencies of both half-spaces, Jones matrices of both, |R + T - 1|, problems.
+type Solution<'py> = (
+    Half<'py, f64>,
+    Half<'py, f64>,
+    Option<(Half<'py, Complex64>, Half<'py, Complex64>)>,
+    f64,
+    usize,
+);
+/// Electric and magnetic field, index, flux, R, T.
+type Field<'py> = (
+    Array<'py, Complex64>,
+    Array<'py, Complex64>,
+    Array<'py, Complex64>,
+    Array<'py, f64>,
+    f64,
+    f64,
+);
+/// Side, kx, ky of every node; efficiencies of both half-spaces; |R + T - 1|; problems.
+type Nodes<'py> = (
+    Array<'py, bool>,
+    Array<'py, f64>,
+    Array<'py, f64>,
+    Half<'py, f64>,
+    Half<'py, f64>,
+    f64,
+    usize,
+);
+
+impl Interface {
+    fn stacks(&self, slices: usize) -> Result<Arc<(Stack, Option<Stack>)>, rcwa::Error> {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((at, stacks)) = last.as_ref().filter(|(at, _)| *at == slices) {
+            let _ = at;
+            return Ok(Arc::clone(stacks));
+        }
+        let resolution = self.resolution(0, slices)?;
+        let stacks = Arc::new(self.inner.stacks(&resolution)?);
+        *last = Some((slices, Arc::clone(&stacks)));
+        Ok(stacks)
+    }
+
+    fn resolution(&self, orders: usize, slices: usize) -> Result<Resolution, rcwa::Error> {
+        Ok(Resolution {
+            truncation: Truncation::new(orders)?,
+            plan: self.inner.relief.slice_plan(slices),
+        })
+    }
+}
+
+fn views(values: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
+    values.as_array().to_vec()
+}
+
+#[pymethods]
+impl Interface {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        period: f64,
+        depth: f64,
+        background: Complex64,
+        polygons: Vec<PolygonParts>,
+        wavelength: f64,
+        n_top: Complex64,
+        n_bottom: Complex64,
+    ) -> PyResult<Self> {
+        let polygons = polygons.into_iter();
+        let polygons = polygons.map(|(index, points)| Polygon { index, points });
+        let build = || -> anyhow::Result<Self> {
+            let relief = Relief::new(period, depth, background, polygons.collect())?;
+            // Checks the wavelength and the half-spaces.
+            Stack::new(wavelength, period, n_top, n_bottom, Vec::new())?;
+            let inner = rcwa::hemisphere::Interface {
+                relief,
+                wavelength,
+                n_top,
+                n_bottom,
+            };
+            Ok(Self {
+                inner,
+                last: Mutex::new(None),
+            })
+        };
+        build().map_err(|error| to_python(py, &error))
+    }
+
+    /// Highest order that propagates from any direction on either side.
+    fn highest_order(&self) -> usize {
+        self.inner.highest_order()
+    }
+
+    /// Whether one slice between kinks is exact.
+    fn is_exact(&self) -> bool {
+        self.inner.relief.slice_plan(1).is_exact()
+    }
+
+    /// Whether slices follow slanted walls.
+    fn follows_walls(&self) -> bool {
+        self.inner.follows_walls()
+    }
+
+    /// Slices of a plan of about `slices`.
+    fn slice_count(&self, slices: usize) -> usize {
+        self.inner.relief.slice_plan(slices).count()
+    }
+
+    /// Orders and slices for a tolerance over both hemispheres, and the estimated error.
+    fn converge(
+        &self,
+        py: Python<'_>,
+        tolerance: f64,
+        threads: Option<usize>,
+    ) -> PyResult<(usize, usize, f64)> {
+        let interface = self.inner.clone();
+        job::run(py, threads, move |job| {
+            let (found, error) = converge_hemisphere(&interface, tolerance, &job.watch())?;
+            Ok((found.truncation.highest(), found.plan.count(), error))
+        })
+    }
+
+    /// Efficiencies (and Jones matrices) of a list of directions.
+    #[pyo3(signature = (top, kx, ky, azimuth, orders, slices, jones, threads))]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        top: bool,
+        kx: PyReadonlyArray1<'py, f64>,
+        ky: PyReadonlyArray1<'py, f64>,
+        azimuth: PyReadonlyArray1<'py, f64>,
+        orders: usize,
+        slices: usize,
+        jones: bool,
+        threads: Option<usize>,
+    ) -> PyResult<Solution<'py>> {
+        let (kx, ky, azimuth) = (kx.as_array(), ky.as_array(), azimuth.as_array());
+        let directions: Vec<Incident> = kx
+            .iter()
+            .zip(ky)
+            .zip(azimuth)
+            .map(|((&kx, &ky), &azimuth)| Incident { kx, ky, azimuth })
+            .collect();
+        let stacks = self
+            .stacks(slices)
+            .map_err(|error| to_python(py, &error.into()))?;
+        if jones && stacks.1.is_some() {
+            let error = anyhow!(
+                "jones: expected a relief of upright walls or of dielectrics, got one that is extrapolated from two runs, whose phases differ"
+            );
+            return Err(to_python(py, &error));
+        }
+        let truncation = Truncation::new(orders).map_err(|e| to_python(py, &e.into()))?;
+        let count = directions.len();
+        let work = move |job: &Job| {
+            let request = Request {
+                stacks: &stacks,
+                truncation,
+                side: side(top),
+                jones,
+            };
+            let steps = |count| job.expect(count);
+            let solved = solve_all(request, &directions, &steps, &job.watch())?;
+            let all = &solved.orders;
+            let halves = [0, 1].map(|half_space| efficiencies(all, half_space));
+            let matrices = jones.then(|| [0, 1].map(|half_space| self::jones(all, half_space)));
+            Ok((halves, matrices, solved.balance, solved.problems))
+        };
+        let ([upper, lower], matrices, balance, problems) = job::run(py, threads, work)?;
+        let matrices = matrices
+            .map(|[upper, lower]| {
+                PyResult::Ok((upper.into_python(py, count)?, lower.into_python(py, count)?))
+            })
+            .transpose()?;
+        Ok((
+            upper.into_python(py, count)?,
+            lower.into_python(py, count)?,
+            matrices,
+            balance,
+            problems,
+        ))
+    }
+
+    /// All directions of both hemispheres on a grid of wavevectors.
+    fn hemisphere<'py>(
+        &self,
+        py: Python<'py>,
+        kx_per_zone: usize,
+        ky: PyReadonlyArray1<'py, f64>,
+        orders: usize,
+        slices: usize,
+        threads: Option<usize>,
+    ) -> PyResult<Nodes<'py>> {
+        let interface = self.inner.clone();
+        let spacing = interface.order_spacing();
+        let directions = Directions {
+            kx_per_zone,
+            ky: views(&ky),
+        };
+        let resolution = self
+            .resolution(orders, slices)
+            .map_err(|e| to_python(py, &e.into()))?;
+        let work = move |job: &Job| {
+            memory::fits(&directions, &resolution)?;
+            job.expect(rcwa::hemisphere::work(&interface, &directions, &resolution));
+            let solved = hemisphere(&interface, &directions, &resolution, &job.watch())?;
+            let mut incidences = solved.incidences;
+            incidences.sort_by_key(|i| (i.side == Side::Bottom, i.ky_index, i.kx_index, i.pol));
+            let (mut from_top, mut kx, mut ky) = (Vec::new(), Vec::new(), Vec::new());
+            let mut all = Vec::new();
+            for pair in incidences.chunks_exact(2) {
+                from_top.push(pair[0].side == Side::Top);
+                kx.push(directions.node(pair[0].kx_index) * spacing);
+                ky.push(directions.ky[pair[0].ky_index]);
+                // Shares are summed over the polarisation that leaves; kept as that of the first.
+                let mut orders = Orders::default();
+                for (s, p) in pair[0].shares.iter().zip(&pair[1].shares) {
+                    let number = usize::from(s.0 == Side::Bottom);
+                    orders
+                        .efficiencies
+                        .push((number, s.1, [[s.2, 0.0], [p.2, 0.0]]));
+                }
+                all.push(orders);
+            }
+            let halves = [0, 1].map(|half_space| efficiencies(&all, half_space));
+            Ok((
+                from_top,
+                kx,
+                ky,
+                halves,
+                solved.worst_balance,
+                solved.problems,
+            ))
+        };
+        let (from_top, kx, ky, [upper, lower], balance, problems) = job::run(py, threads, work)?;
+        let count = kx.len();
+        Ok((
+            array(py, from_top, vec![count])?,
+            array(py, kx, vec![count])?,
+            array(py, ky, vec![count])?,
+            upper.into_python(py, count)?,
+            lower.into_python(py, count)?,
+            balance,
+            problems,
+        ))
+    }
+
+    /// The field of one wave on a grid of points.
+    fn field<'py>(
+        &self,
+        py: Python<'py>,
+        top: bool,
+        wavevector: [f64; 3],
+        amplitudes: [Complex64; 2],
+        x: PyReadonlyArray1<'py, f64>,
+        z: PyReadonlyArray1<'py, f64>,
+        orders: usize,
+        slices: usize,
+        threads: Option<usize>,
+    ) -> PyResult<Field<'py>> {
+        let interface = self.inner.clone();
+        let grid = Grid {
+            x: views(&x),
+            z: views(&z),
+        };
+        let shape = [grid.z.len(), grid.x.len()];
+        let work = move |job: &Job| {
+            let stack = interface.stack(&interface.relief.slice_plan(slices))?;
+            let bloch = Bloch {
+                kx0: wavevector[0],
+                ky: wavevector[1],
+                azimuth_at_normal: wavevector[2],
+            };
+            let incident = rcwa::field::Incident {
+                side: side(top),
+                order: 0,
+                amplitudes,
+            };
+            let truncation = Truncation::new(orders)?;
+            Ok(field(
+                &stack,
+                bloch,
+                truncation,
+                &incident,
+                grid,
+                &job.watch(),
+            )?)
+        };
+        let found = job::run(py, threads, work)?;
+        let vectors = |of: fn(&rcwa::field::Sample) -> [Complex64; 3]| {
+            let all: Vec<Complex64> = found.samples.iter().flat_map(of).collect();
+            array(py, all, vec![shape[0], shape[1], 3])
+        };
+        let index: Vec<Complex64> = found.samples.iter().map(|s| s.index).collect();
+        Ok((
+            vectors(|s| s.electric)?,
+            vectors(|s| s.magnetic)?,
+            array(py, index, shape.to_vec())?,
+            array(py, found.flux.clone(), vec![shape[0]])?,
+            found.reflected,
+            found.transmitted,
+        ))
+    }
+}
+
+impl Interface {
+    /// The solver's own interface.
+    pub fn inner(&self) -> &rcwa::hemisphere::Interface {
+        &self.inner
+    }
+}
+
+/// A case of `batwing grating` as JSON text, solved; JSON text of the result and warnings.
+#[pyfunction]
+pub fn solve_case(
+    py: Python<'_>,
+    name: String,
+    text: String,
+    threads: Option<usize>,
+) -> PyResult<String> {
+    job::run(py, threads, move |job| {
+        let case = pipeline::case::Case::parse(&name, &text)?;
+        let solved = pipeline::stages::grating::solve(&case, &job.watch())?;
+        let mut json = solved.to_json();
+        json["warning"] = solved.missed.into();
+        Ok(json.to_string())
+    })
+}
+
+/// Index n + ik at wavelengths in micrometres from a material file of refractiveindex.info.
+#[pyfunction]
+pub fn material_indices(
+    py: Python<'_>,
+    text: &str,
+    wavelengths_um: Vec<f64>,
+) -> PyResult<Vec<Complex64>> {
+    let read = || -> anyhow::Result<Vec<Complex64>> {
+        let material = rcwa::material::Material::from_yaml(text)?;
+        let indices = wavelengths_um
+            .iter()
+            .map(|&w| Ok(material.index_at(w)?.complex()));
+        indices.collect()
+    };
+    read().map_err(|error| to_python(py, &error))
+}

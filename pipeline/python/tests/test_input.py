@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Bad input: an exception that names argument, got and expected; never a panic."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import batwing
+from batwing import bsdf, rcwa, tracer
+
+
+def grating(period: float = 1.0) -> rcwa.Grating:
+    return rcwa.Grating(rcwa.Relief.lamellar(period, 0.2, 0.5, 1.5, 1.0), 1.0, 1.5)
+
+
+def solve(**arguments: Any) -> rcwa.Solution:
+    return rcwa.solve(grating(), **{"wavelength_um": 0.55, "orders": 8, **arguments})
+
+
+CASES: list[tuple[str, Callable[[], object], str, str]] = [
+    ("nan", lambda: solve(theta_deg=float("nan")), "theta_deg", "nan"),
+    ("nan in array", lambda: solve(theta_deg=[0.0, float("nan")]), "theta_deg", "nan at [1]"),
+    ("infinity", lambda: solve(phi_deg=float("inf")), "phi_deg", "inf"),
+    ("empty", lambda: solve(theta_deg=np.empty(0)), "theta_deg", "shape (0,)"),
+    ("text", lambda: solve(theta_deg="steep"), "theta_deg", "steep"),
+    ("complex", lambda: solve(theta_deg=np.array([1j])), "theta_deg", "complex128"),
+    ("objects", lambda: solve(theta_deg=np.array([None])), "theta_deg", "object"),
+    ("shapes", lambda: solve(theta_deg=np.zeros(3), phi_deg=np.zeros(4)), "phi_deg", "shape (4,)"),
+    ("grazing", lambda: solve(theta_deg=90.0), "theta_deg", "90.0"),
+    ("wavelength", lambda: solve(wavelength_um=-0.5), "wavelength_um", "-0.5"),
+    ("wavelengths", lambda: solve(wavelength_um=np.ones(2)), "wavelength_um", "shape (2,)"),
+    ("polarisation", lambda: solve(polarisation="TE"), "polarisation", "TE"),
+    ("side", lambda: solve(side="left"), "side", "left"),
+    ("orders", lambda: solve(orders=-1), "orders", "-1"),
+    ("many orders", lambda: solve(orders=10**9), "orders", "1000000000"),
+    ("real orders", lambda: solve(orders=8.5), "orders", "8.5"),
+    ("both", lambda: solve(tolerance=1e-3), "tolerance", "8"),
+    ("tolerance", lambda: solve(orders=None, tolerance=0.5), "tolerance", "0.5"),
+    ("slices", lambda: solve(orders=None, slices=4), "slices", "none"),
+    ("threads", lambda: solve(threads=0), "threads", "0"),
+    ("set_threads", lambda: batwing.set_threads(5000), "threads", "5000"),
+    ("gain", lambda: rcwa.Material.constant(1.5 - 0.1j), "value", "(1.5-0.1j)"),
+    ("fill", lambda: rcwa.Relief.lamellar(1.0, 0.2, 1.5, 1.5, 1.0), "fill", "1.5"),
+    ("points", lambda: rcwa.Relief.polygon(1, [[0, 0], [1, 1]], 1.5, 1.0), "points_um", "(2, 2)"),
+    ("hemisphere ky", lambda: rcwa.hemisphere(grating(), 0.55, ky=[0.3, 0.1], orders=8), "ky", "(2,)"),
+    ("missing design", lambda: tracer.run("no-such.toml"), "no-such.toml", ""),
+    ("design type", lambda: tracer.run(7), "design", "int 7"),  # type: ignore[arg-type]
+    ("model", lambda: tracer.run({}, model="hybird"), "model", "hybird"),
+    ("design nan", lambda: tracer.run({"name": float("nan")}), "design", "nan"),
+    ("missing table", lambda: bsdf.read("no-such.bworders"), "no-such.bworders", ""),
+    ("missing folder", lambda: tracer.load("no-such-folder"), "no-such-folder", ""),
+]
+
+
+@pytest.mark.parametrize("name, call, key, got", CASES, ids=[case[0] for case in CASES])
+def test_bad_input_names_argument_got_and_expected(
+    name: str, call: Callable[[], object], key: str, got: str
+) -> None:
+    with pytest.raises(batwing.Error) as caught:
+        call()
+    error = caught.value
+    assert key in str(error), str(error)
+    assert got in str(error), str(error)
+    if got:
+        assert error.key is not None and error.expected is not None, str(error)
+    assert type(error) is not batwing.InternalError
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(again), again.key, again.got) == (str(error), error.key, error.got)
+
+
+def test_a_key_of_a_design_is_named() -> None:
+    design = tracer.Design.template().with_values({"led.reflectance": 7})
+    with pytest.raises(batwing.InputError) as caught:
+        design.check()
+    assert caught.value.key == "led.reflectance" and caught.value.got == "7.0"
+    assert "1" in str(caught.value.expected)
+
+
+def test_fewer_orders_than_propagate_are_refused() -> None:
+    with pytest.raises(batwing.InputError, match="propagate"):
+        rcwa.solve(grating(10.0), 0.55, orders=3)
+
+
+def test_orders_beyond_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    ky = np.linspace(0, 0.9, 3000)
+    with pytest.raises(batwing.InputError, match="GiB"):
+        rcwa.hemisphere(grating(), 0.55, ky=ky, orders=2000)
+
+
+@pytest.mark.parametrize("period, wavelength", [(10_000.0, 0.55), (10.0, 550.0)])
+def test_units_that_differ_by_a_thousand_give_a_warning(period: float, wavelength: float) -> None:
+    with pytest.warns(batwing.UnitWarning, match="another unit"):
+        grating(period).highest_order(wavelength)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        grating(10.0).highest_order(0.55)
+
+
+def test_views_and_other_dtypes_are_taken() -> None:
+    theta = np.linspace(0, 60, 12)
+    whole = solve(theta_deg=theta)
+    strided = solve(theta_deg=theta[::3])
+    np.testing.assert_array_equal(strided.total_reflected, whole.total_reflected[::3])
+    flipped = solve(theta_deg=np.asfortranarray(theta.reshape(3, 4)))
+    np.testing.assert_array_equal(flipped.total_reflected.ravel(), whole.total_reflected)
+    single = solve(theta_deg=np.array([30], dtype=np.int32))
+    assert single.reflected.shape[0] == 1
+
+
+def test_vectors_of_another_length_are_refused(tmp_path: Path) -> None:
+    table = bsdf.build(grating(), 0.55, orders=8, kx_per_zone=2, ky=4)
+    for wi, got in (([[0, 0, 2.0]], "length of 2"), (np.zeros((2, 2)), "shape (2, 2)")):
+        with pytest.raises(batwing.InputError, match="wi: expected unit vectors") as caught:
+            table.lobes(wi)
+        assert got in str(caught.value)
+    with pytest.raises(batwing.Error, match="format"):
+        table.write(tmp_path / "table.zip")

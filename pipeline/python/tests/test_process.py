@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A good citizen of its process: signals, threads, forks, panics, pickles, import time."""
+
+from __future__ import annotations
+
+import copy
+import multiprocessing
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import batwing
+from batwing import _native, cli, rcwa
+
+
+def grating() -> rcwa.Grating:
+    return rcwa.Grating(rcwa.Relief.triangle(2.0, (1.7, 0.6), ridge=1.41, groove=1.0), 1.41, 1.0)
+
+
+def reflectance(theta: float) -> float:
+    return float(rcwa.solve(grating(), 0.55, theta, orders=12, slices=6).total_reflected)
+
+
+def interrupt_after(seconds: float) -> None:
+    threading.Timer(seconds, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+
+
+def test_ctrl_c_answers_within_a_second_and_leaves_the_interpreter_sane() -> None:
+    interrupt_after(0.3)
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        _native.wait(30.0)
+    assert time.monotonic() - began < 1.3
+    interrupt_after(0.3)
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        rcwa.solve(grating(), 0.55, np.linspace(-80, 80, 20_000), 31.0, orders=60, slices=60)
+    assert time.monotonic() - began < 1.3
+    assert reflectance(10.0) > 0
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_the_command_after_ctrl_c_returns_its_code() -> None:
+    line = (
+        "import os, signal, threading, batwing.cli as cli\n"
+        "threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "code = cli.main(['bsdf', 'd1.toml', '--rings', '75', '--tolerance', '1e-5', '--no-cache',"
+        " '--quiet'])\n"
+        "print('still here', code)\n"
+    )
+    folder = os.path.join(os.path.dirname(__file__), "..", "..", "..", "data", "designs")
+    done = subprocess.run(
+        [sys.executable, "-c", line], capture_output=True, text=True, cwd=folder, timeout=60
+    )
+    assert done.stdout == "still here 130\n", done
+
+
+def test_other_threads_run_meanwhile() -> None:
+    counted = 0
+
+    def count() -> None:
+        nonlocal counted
+        until = time.monotonic() + 0.4
+        while time.monotonic() < until:
+            counted += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    _native.wait(0.5)
+    thread.join()
+    assert counted > 10_000
+
+
+def test_a_panic_becomes_an_exception() -> None:
+    with pytest.raises(batwing.InternalError, match="asked to"):
+        _native.panic()
+    assert reflectance(10.0) > 0
+
+
+def test_results_are_the_same_from_many_threads_and_on_any_number_of_them() -> None:
+    theta = np.linspace(-60, 60, 16)
+    alone = [reflectance(t) for t in theta]
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(reflectance, theta)) == alone
+    for threads in (1, 2, 3):
+        found = rcwa.solve(grating(), 0.55, theta, 20.0, orders=12, slices=6, threads=threads)
+        first = rcwa.solve(grating(), 0.55, theta, 20.0, orders=12, slices=6)
+        np.testing.assert_array_equal(found.reflected, first.reflected)
+    batwing.set_threads(1)
+    assert batwing.threads() == 1
+    batwing.set_threads(None)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_other_processes_compute_too(method: str) -> None:
+    theta = [0.0, 10.0]
+    alone = [reflectance(t) for t in theta]
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        assert pool.map_async(reflectance, theta).get(60) == alone
+
+
+def test_gratings_and_results_can_be_pickled_and_copied() -> None:
+    found = rcwa.solve(grating(), 0.55, [0.0, 10.0], orders=12, slices=6)
+    again = pickle.loads(pickle.dumps(found))
+    np.testing.assert_array_equal(again.reflected, found.reflected)
+    np.testing.assert_array_equal(again.directions()[0], found.directions()[0])
+    assert copy.deepcopy(found).slices == found.slices
+
+
+def test_the_command_is_a_function(capfd: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--version"]) == 0
+    assert capfd.readouterr().out.startswith("batwing ")
+    assert cli.main(["rum"]) == 2
+    assert "did you mean run?" in capfd.readouterr().err
+    assert cli.main(["check", "missing.toml"]) == 1
+    assert "missing.toml" in capfd.readouterr().err
+    # Again: nothing of a command stays in the process.
+    assert cli.main(["schema"]) == 0
+    assert '"$schema"' in capfd.readouterr().out
+
+
+def test_import_takes_less_than_a_tenth_of_a_second_beyond_numpy() -> None:
+    line = (
+        "import time, numpy, json, csv, tempfile, shutil\n"
+        "a = time.perf_counter(); import batwing; print(time.perf_counter() - a)"
+    )
+    runs = [
+        float(subprocess.run([sys.executable, "-c", line], capture_output=True, check=True).stdout)
+        for _ in range(3)
+    ]
+    assert min(runs) < 0.1
+
+
+def test_a_call_for_a_small_grating_is_short() -> None:
+    """Beside the time of the solution itself, which a list of directions shares."""
+    lamellar = rcwa.Grating(rcwa.Relief.lamellar(0.5, 0.2, 0.5, 1.5, 1.0), 1.0, 1.5)
+    best = np.inf
+    for _ in range(20):
+        began = time.perf_counter()
+        for _ in range(50):
+            rcwa.solve(lamellar, 0.55, 10.0, orders=2, threads=1)
+        best = min(best, (time.perf_counter() - began) / 50)
+    assert best < 500e-6
+
+
+def test_progress_goes_to_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+    reports: list[tuple[int, int, bool]] = []
+    _native.set_progress(lambda done, total, ended: reports.append((done, total, ended)))
+    try:
+        theta = np.linspace(-80, 80, 600)
+        rcwa.solve(grating(), 0.55, theta, 31.0, orders=40, slices=24, threads=1)
+    finally:
+        _native.set_progress(None)
+    done = [report[0] for report in reports]
+    assert len(reports) > 2 and done == sorted(done) and reports[-1][2]
+    assert done[-1] == reports[-1][1]
+    pytest.importorskip("tqdm")
+    batwing.set_progress(True)
+    rcwa.solve(grating(), 0.55, theta, 31.0, orders=40, slices=24, threads=1)
+    batwing.set_progress(False)

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Physics against closed forms and laws, and one direction against many."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import batwing
+from batwing import rcwa
+
+WAVELENGTH = 0.55
+
+
+def bare(n1: complex, n2: complex) -> rcwa.Grating:
+    """An interface without relief."""
+    return rcwa.Grating(rcwa.Relief(1.0, 0.1, n1), n1, n2)
+
+
+def sawtooth() -> rcwa.Grating:
+    return rcwa.Grating(rcwa.Relief.triangle(2.0, (1.7, 0.6), ridge=1.41, groove=1.0), 1.41, 1.0)
+
+
+def fresnel(n1: complex, n2: complex, theta: np.ndarray) -> np.ndarray:
+    """Reflectance in s and p [Born and Wolf, 1.5.2]."""
+    cos1 = np.cos(theta)
+    cos2 = np.sqrt(1 - (n1 / n2 * np.sin(theta)) ** 2 + 0j)
+    s = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2)
+    p = (n2 * cos1 - n1 * cos2) / (n2 * cos1 + n1 * cos2)
+    return np.stack([np.abs(s) ** 2, np.abs(p) ** 2], axis=-1)
+
+
+@pytest.mark.parametrize("n2", [1.5, 1.41, 0.2 + 3.1j])
+def test_a_bare_interface_reflects_as_fresnel_says(n2: complex) -> None:
+    theta = np.linspace(0, 85, 18)
+    found = rcwa.solve(bare(1.0, n2), WAVELENGTH, theta, 33.0, "both", orders=3)
+    expected = fresnel(1.0, n2, np.radians(theta))
+    np.testing.assert_allclose(found.total_reflected, expected, atol=1e-12)
+
+
+def test_a_slab_reflects_as_airy_says() -> None:
+    n, d = 1.7, 0.31
+    slab = rcwa.Relief.polygon(1.0, [[0, 0], [1, 0], [1, d], [0, d]], n, 1.0)
+    theta = np.array([0.0, 30.0, 60.0])
+    found = rcwa.solve(rcwa.Grating(slab, 1.0, 1.0), WAVELENGTH, theta, 0.0, "both", orders=3)
+    cos1, cos2 = np.cos(np.radians(theta)), np.sqrt(1 - (np.sin(np.radians(theta)) / n) ** 2)
+    phase = 2 * np.pi * n * d * cos2 / WAVELENGTH
+    r = np.stack([(cos1 - n * cos2) / (cos1 + n * cos2), (n * cos1 - cos2) / (n * cos1 + cos2)], -1)
+    whole = r * (1 - np.exp(2j * phase))[:, None] / (1 - r**2 * np.exp(2j * phase)[:, None])
+    np.testing.assert_allclose(found.total_reflected, np.abs(whole) ** 2, atol=1e-12)
+
+
+def test_fine_lamellae_are_an_effective_medium() -> None:
+    """Period far below the wavelength: n_s^2 = mean of n^2, 1/n_p^2 = mean of 1/n^2 [Rytov 1956]."""
+    fill, n, depth = 0.4, 1.5, 0.2
+    period = WAVELENGTH / 40
+    grating = rcwa.Grating(rcwa.Relief.lamellar(period, depth, fill, n, 1.0), 1.0, n)
+    found = rcwa.solve(grating, WAVELENGTH, polarisation="both", orders=20)
+    effective = [
+        np.sqrt(fill * n**2 + 1 - fill),
+        1 / np.sqrt(fill / n**2 + 1 - fill),
+    ]
+    for got, index in zip(found.total_reflected, effective):
+        phase = 2 * np.pi * index * depth / WAVELENGTH
+        r1, r2 = (1 - index) / (1 + index), (index - n) / (index + n)
+        r = (r1 + r2 * np.exp(2j * phase)) / (1 + r1 * r2 * np.exp(2j * phase))
+        assert abs(got - abs(r) ** 2) < 2e-3
+
+
+def test_energy_is_kept_from_both_sides_and_order_directions_obey_the_grating_equation() -> None:
+    grating = sawtooth()
+    theta, phi = np.meshgrid(np.linspace(-70, 70, 9), [0.0, 25.0, 90.0])
+    for side, n_in, n_out in (("top", 1.41, 1.0), ("bottom", 1.0, 1.41)):
+        found = rcwa.solve(grating, WAVELENGTH, theta, phi, orders=14, slices=12, side=side)
+        total = found.total_reflected + found.total_transmitted
+        np.testing.assert_allclose(total, 1.0, atol=1e-10)
+        assert found.reflected.shape == (3, 9, found.orders_reflected.size)
+        out, azimuth = found.directions("transmitted")
+        kx = n_in * np.sin(np.radians(theta)) * np.cos(np.radians(phi))
+        order = int(found.orders_transmitted[0])
+        there = n_out * np.sin(np.radians(out[..., 0])) * np.cos(np.radians(azimuth[..., 0]))
+        expected = kx + order * WAVELENGTH / 2.0
+        propagates = np.isfinite(there)
+        np.testing.assert_allclose(there[propagates], expected[propagates], atol=1e-12)
+        assert (found.transmitted[~np.isfinite(out)] == 0).all()
+        assert (found.transmitted[np.isfinite(out)] > 0).mean() > 0.9
+
+
+def test_many_directions_are_those_one_by_one() -> None:
+    grating = sawtooth()
+    rng = np.random.default_rng(5)
+    theta, phi = rng.uniform(-80, 80, 40), rng.uniform(0, 360, 40)
+    together = rcwa.solve(grating, WAVELENGTH, theta, phi, "both", orders=16, slices=8)
+    for i in range(0, 40, 7):
+        alone = rcwa.solve(grating, WAVELENGTH, theta[i], phi[i], "both", orders=16, slices=8)
+        shift = int(alone.orders_reflected[0] - together.orders_reflected[0])
+        part = together.reflected[i, :, shift : shift + alone.orders_reflected.size]
+        np.testing.assert_allclose(part, alone.reflected, atol=1e-9)
+
+
+def test_directions_of_one_bloch_wavevector_are_solved_once() -> None:
+    grating = sawtooth()
+    spacing = WAVELENGTH / 2.0
+    kx = 0.07 + spacing * np.arange(-3, 3)
+    theta = np.degrees(np.arcsin(kx / 1.41))
+    found = rcwa.solve(grating, WAVELENGTH, theta, orders=12, slices=6)
+    assert found.bloch_wavevectors == 1
+    np.testing.assert_allclose(found.total_reflected + found.total_transmitted, 1.0, atol=1e-10)
+    # And those at -kx by reciprocity.
+    both = rcwa.solve(grating, WAVELENGTH, np.concatenate([theta, -theta]), orders=12, slices=6)
+    assert both.bloch_wavevectors == 1
+    alone = rcwa.solve(grating, WAVELENGTH, -theta[1], orders=14, slices=6)
+    near = both.total_transmitted[theta.size + 1] - alone.total_transmitted
+    assert abs(near) < 2e-4
+
+
+def test_jones_matrices_give_the_efficiencies() -> None:
+    grating = sawtooth()
+    theta, phi = np.array([10.0, -35.0, 20.0]), np.array([0.0, 40.0, -70.0])
+    found = rcwa.solve(grating, WAVELENGTH, theta, phi, "both", orders=14, slices=8, jones=True)
+    assert found.jones_reflected is not None
+    out, _ = found.directions("reflected")
+    flux = np.cos(np.radians(out)) / np.cos(np.radians(theta))[:, None]
+    power = (np.abs(found.jones_reflected) ** 2).sum(axis=-2) * np.nan_to_num(flux)[..., None]
+    np.testing.assert_allclose(power.transpose(0, 2, 1), found.reflected, atol=1e-9)
+
+
+def test_the_sign_of_ky_changes_cross_polarisation_alone() -> None:
+    grating = sawtooth()
+    up = rcwa.jones(grating, WAVELENGTH, 30.0, 40.0, orders=14, slices=8)
+    down = rcwa.jones(grating, WAVELENGTH, 30.0, -40.0, orders=14, slices=8)
+    signs = np.array([[1, -1], [-1, 1]])
+    np.testing.assert_allclose(up.transmitted, down.transmitted * signs, atol=1e-10)
+
+
+def test_at_normal_incidence_s_turns_with_the_azimuth() -> None:
+    grating = sawtooth()
+    along = rcwa.solve(grating, WAVELENGTH, 0.0, 0.0, "both", orders=14, slices=8)
+    across = rcwa.solve(grating, WAVELENGTH, 0.0, 90.0, "both", orders=14, slices=8)
+    np.testing.assert_allclose(along.reflected, across.reflected[::-1], atol=1e-9)
+    assert np.abs(along.reflected[0] - along.reflected[1]).max() > 1e-4
+
+
+def test_the_near_field_keeps_the_flux() -> None:
+    field = rcwa.near_field(sawtooth(), WAVELENGTH, 20.0, 10.0, "p", slices=8)
+    np.testing.assert_allclose(field.flux, field.total_transmitted, atol=1e-8)
+    assert field.electric.shape == (256, 256, 3)
+    mean = field.poynting[-1, :, 2].mean() / (1.41 / 2) / np.cos(np.radians(20.0))
+    assert abs(mean - field.total_transmitted) < 1e-6
+
+
+def test_the_hemisphere_is_the_same_as_its_directions() -> None:
+    grating = sawtooth()
+    every = rcwa.hemisphere(grating, WAVELENGTH, kx_per_zone=2, ky=5, orders=12, slices=6)
+    top = every.from_top & (every.theta_deg < 89)
+    found = rcwa.solve(
+        grating, WAVELENGTH, every.theta_deg[top], every.phi_deg[top], "both", orders=12, slices=6
+    )
+    np.testing.assert_allclose(
+        found.total_transmitted, every.to_bottom[top].sum(axis=-1), atol=1e-9
+    )
+    assert found.bloch_wavevectors <= every.bloch_wavevectors
+
+
+def test_a_tolerance_is_kept() -> None:
+    grating = sawtooth()
+    theta = np.array([0.0, 20.0, -50.0])
+    coarse = rcwa.solve(grating, WAVELENGTH, theta, tolerance=1e-3)
+    fine = rcwa.solve(grating, WAVELENGTH, theta, orders=60, slices=60)
+    assert np.abs(coarse.total_transmitted - fine.total_transmitted).max() < 1e-3
+    assert coarse.estimated_error is not None and coarse.estimated_error <= 1e-3
+
+
+def test_cases_are_those_of_the_command(binary: str, tmp_path: Path) -> None:
+    case = {
+        "wavelength": 0.55,
+        "period": 1.3,
+        "n_top": [1.41, 0.0],
+        "n_bottom": [1.0, 0.0],
+        "relief": {
+            "depth": 0.4,
+            "background": [1.0, 0.0],
+            "polygons": [{"n": [1.41, 0.0], "points": [[0, 0], [1.3, 0], [1.1, 0.4]]}],
+        },
+        "theta_deg": 12.0,
+        "phi_deg": 30.0,
+        "pol": "p",
+        "tolerance": 1e-3,
+    }
+    path = tmp_path / "case.json"
+    path.write_text(json.dumps(case))
+    said = subprocess.run([binary, "grating", path], capture_output=True, check=True, text=True)
+    assert rcwa.solve_case(path) == json.loads(said.stdout)
+    assert rcwa.solve_case(case) == json.loads(said.stdout)
+    grating = rcwa.Grating(
+        rcwa.Relief.triangle(1.3, (1.1, 0.4), ridge=1.41, groove=1.0), 1.41, 1.0
+    )
+    found = rcwa.solve(grating, 0.55, 12.0, 30.0, "p", tolerance=1e-4)
+    assert abs(float(found.total_reflected) - json.loads(said.stdout)["R_total"]) < 1e-3
+
+
+def test_reliefs_of_metal_are_extrapolated_and_lose_energy() -> None:
+    relief = rcwa.Relief.sinusoid(0.8, 0.1, ridge=0.2 + 3.1j, groove=1.0, sides=16)
+    flipped = rcwa.Relief(0.8, 0.1, 0.2 + 3.1j, relief.polygons)
+    grating = rcwa.Grating(flipped, 1.0, 0.2 + 3.1j)
+    found = rcwa.solve(grating, 0.6, [0.0, 15.0], polarisation="p", orders=12, slices=8)
+    assert (found.absorbed > 0).all() and (found.absorbed < 1).all()
+    with pytest.raises(batwing.InputError, match="jones"):
+        rcwa.solve(grating, 0.6, orders=12, slices=8, jones=True)
+    with pytest.raises(batwing.InputError, match="side: expected"):
+        rcwa.solve(grating, 0.6, orders=12, slices=8, side="bottom")
+
+
+def test_materials_with_dispersion() -> None:
+    glass = rcwa.Material.tabulated([0.4, 0.6], [1.6, 1.5])
+    assert glass.index(0.5) == pytest.approx(1.55)
+    grating = rcwa.Grating(rcwa.Relief(1.0, 0.1, 1.0), 1.0, glass)
+    r = float(rcwa.solve(grating, 0.6, orders=2).total_reflected)
+    assert r == pytest.approx(0.04, abs=1e-12)
+    with pytest.raises(batwing.Error, match="0.7"):
+        rcwa.solve(grating, 0.7, orders=2)
