@@ -16,10 +16,10 @@ use crate::content_hash::sealed;
 use crate::optimise::external_search;
 use crate::optimise::problem::{self, Problem};
 use crate::optimise::recipe::{self, Job, Optimised};
+use crate::optimise::search_results::plain_text;
 use crate::provenance::FileRecord;
 use crate::published::Published;
-use crate::quantity::Unit;
-use crate::report::plots::{Heading, MarkedLine, marked_lines, pareto_front, search_convergence};
+use crate::results::optimisation::{FILE, OptimisationFile};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
@@ -28,8 +28,6 @@ use crate::stages::output;
 use crate::stages::run::Run;
 use crate::stages::seeds::mix;
 
-/// File under the directory of results.
-pub const FILE: &str = "optimise.json";
 /// Picture of the convergence of the search.
 const CONVERGENCE: &str = "convergence.png";
 /// Picture of the sensitivities.
@@ -123,20 +121,21 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     results.write(out, &published)?;
     // The log states times, which no two runs share.
     let mut files = vec![recipe::DESIGN, results::FILE];
-    files.extend(pictures(&problem, &found, out)?);
+    let mut file = found.to_file(&problem, context.seed);
+    files.extend(pictures(&file, out)?);
     let files = files.into_iter().map(|name| record(out, name));
-    let files = files.collect::<Result<Vec<_>>>()?;
+    file.files = files.collect::<Result<Vec<_>>>()?;
     for missed in found.missed_constraints(&problem) {
         context
             .console
             .warn(&format!("{}: {missed}", arguments.problem.display()));
     }
-    let json = sealed(found.to_json(&problem, context.seed, &files))?;
+    let json = sealed(serde_json::to_value(&file)?)?;
     atomic_file::write_json(&out.join(FILE), &json)?;
     context.console.result(&json, || {
         format!(
             "{}\n{:.1} s; results in {}",
-            found.plain_text(&problem),
+            plain_text(&file),
             started.elapsed().as_secs_f64(),
             out.display()
         )
@@ -144,36 +143,19 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
 }
 
 /// Draws the convergence of the search, and the front and the sensitivities where there are any.
-fn pictures(problem: &Problem, found: &Optimised, out: &Path) -> Result<Vec<&'static str>> {
-    let name = format!("{} from {}", problem.name, problem.design.name);
-    let heading = Heading::new("Convergence of the search", name.clone());
-    let png = search_convergence(&heading, &found.convergence()?)?.png()?;
-    atomic_file::write_bytes(&out.join(CONVERGENCE), &png)?;
-    let lines = found.coefficients.iter().filter_map(|c| {
-        let sensitivity = c.sensitivity?;
-        Some(MarkedLine {
-            label: c.label.clone(),
-            marks: vec![(String::new(), sensitivity.value, sensitivity.standard_error)],
-            least: f64::NEG_INFINITY,
-        })
-    });
-    let lines: Vec<MarkedLine> = lines.collect();
-    let mut drawn = vec![CONVERGENCE];
-    if let Some(front) = found.front(problem) {
-        let heading = Heading::new("Pareto front", name.clone());
-        let names = front.names.each_ref().map(String::as_str);
-        let png = pareto_front(&heading, names, &front.designs, front.before)?.png()?;
-        atomic_file::write_bytes(&out.join(FRONT), &png)?;
-        drawn.push(FRONT);
+fn pictures(file: &OptimisationFile, out: &Path) -> Result<Vec<&'static str>> {
+    let all = [
+        (CONVERGENCE, Some(file.convergence_picture()?)),
+        (FRONT, file.front_picture()?),
+        (SENSITIVITIES, file.sensitivity_picture()?),
+    ];
+    let mut drawn = Vec::new();
+    for (name, picture) in all {
+        if let Some(picture) = picture {
+            atomic_file::write_bytes(&out.join(name), &picture.png()?)?;
+            drawn.push(name);
+        }
     }
-    if lines.is_empty() {
-        return Ok(drawn);
-    }
-    let heading = Heading::new("Sensitivities at the design found", name);
-    let words = "change of the objective for one unit";
-    let png = marked_lines(&heading, words, Unit::Relative, &lines)?.png()?;
-    atomic_file::write_bytes(&out.join(SENSITIVITIES), &png)?;
-    drawn.push(SENSITIVITIES);
     Ok(drawn)
 }
 

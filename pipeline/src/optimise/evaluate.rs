@@ -130,6 +130,6 @@ impl<'a> Evaluator<'a> {
         let mut design = file.with(&Settings::new())?;
         design.trace.paths = paths;
         let seen = self.traces.observe(&design, context.silent())?;
-        self.objective.judge(&design, &seen)
+        self.objective.judge(file, &design, &seen)
     }
 }

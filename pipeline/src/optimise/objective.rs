@@ -9,11 +9,15 @@ use anyhow::{Context, Result, bail, ensure};
 use super::far_field_target::FarFieldTarget;
 use super::file::{ConstraintKeys, Goal, TermKeys};
 use crate::config::design::Design;
+use crate::config::dotted_keys::{self, Settings};
 use crate::metrics::{Bounds, Estimate, JackknifedFigure, spread};
+use crate::stages::design_file::DesignFile;
 use crate::stages::observation::{Observation, figure_keys};
 
 /// Figure of the distance to a target far field.
 const FAR_FIELD_DISTANCE: &str = "far_field_distance";
+/// Before a dotted key of the design: its number, without error.
+const DESIGN: &str = "design.";
 /// Before the name of a receiver: its share of the light.
 const RECEIVER: &str = "receiver.";
 
@@ -119,9 +123,10 @@ impl Objective {
     pub fn new(
         terms: &[TermKeys],
         constraints: &[ConstraintKeys],
-        design: &Design,
+        source: &DesignFile,
         folder: &Path,
     ) -> Result<Self> {
+        let design = &source.with(&Settings::new())?;
         ensure!(
             !terms.is_empty(),
             "objective.terms: expected at least one, got none"
@@ -129,7 +134,7 @@ impl Objective {
         let mut far_field = None;
         for (k, keys) in terms.iter().enumerate() {
             let at = || format!("objective.terms[{}]", k + 1);
-            known(&keys.figure, design).with_context(at)?;
+            known(&keys.figure, design, source).with_context(at)?;
             match (&keys.file, keys.figure == FAR_FIELD_DISTANCE) {
                 (Some(file), true) => {
                     far_field = Some(FarFieldTarget::read(&folder.join(file)).with_context(at)?);
@@ -147,7 +152,7 @@ impl Objective {
             .map(|(k, keys)| term(keys).with_context(|| format!("objective.terms[{}]", k + 1)));
         let bounds = constraints.iter().enumerate();
         let bounds = bounds.map(|(k, keys)| {
-            constraint(keys, design).with_context(|| format!("constraints[{}]", k + 1))
+            constraint(keys, design, source).with_context(|| format!("constraints[{}]", k + 1))
         });
         Ok(Self {
             terms: terms.collect::<Result<_>>()?,
@@ -169,17 +174,22 @@ impl Objective {
         wanted
     }
 
-    /// Judges an observation of `design`.
+    /// Judges an observation of `design`, read from `file`.
     ///
     /// # Errors
     /// A figure that cannot be read from it.
-    pub fn judge(&self, design: &Design, seen: &Observation) -> Result<Judged> {
+    pub fn judge(&self, file: &DesignFile, design: &Design, seen: &Observation) -> Result<Judged> {
         let wanted = self.wanted();
         let read = seen.replicated(design, |key| wanted.contains(&key));
         let figure = |key: &str| -> Result<JackknifedFigure> {
             if key == FAR_FIELD_DISTANCE {
                 let target = self.far_field.as_ref().context("a target far field")?;
                 return Ok(target.distance(seen));
+            }
+            if let Some(key) = key.strip_prefix(DESIGN) {
+                let groups = seen.far_field.count();
+                let value = number_of(key, file)?;
+                return Ok(JackknifedFigure::new(value, vec![value; groups]));
             }
             if let Some(name) = key.strip_prefix(RECEIVER) {
                 let of_receiver = share_of_receiver(name, design, seen);
@@ -248,7 +258,16 @@ fn share_of_receiver(name: &str, design: &Design, seen: &Observation) -> Option<
     ))
 }
 
-fn known(figure: &str, design: &Design) -> Result<()> {
+/// The number under a dotted key of a design.
+fn number_of(key: &str, file: &DesignFile) -> Result<f64> {
+    let value = dotted_keys::get(&file.table, key).and_then(dotted_keys::number);
+    value.with_context(|| format!("figure: expected a key of the design with a number, got {key}"))
+}
+
+fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
+    if let Some(key) = figure.strip_prefix(DESIGN) {
+        return number_of(key, source).map(drop);
+    }
     if let Some(name) = figure.strip_prefix(RECEIVER) {
         ensure!(
             design.receivers.iter().any(|r| r.name() == name),
@@ -260,7 +279,7 @@ fn known(figure: &str, design: &Design) -> Result<()> {
     all.push(FAR_FIELD_DISTANCE);
     ensure!(
         all.contains(&figure),
-        "figure: expected one of {}, receiver.NAME, got {figure:?}",
+        "figure: expected one of {}, receiver.NAME, design.KEY, got {figure:?}",
         all.join(", ")
     );
     Ok(())
@@ -294,8 +313,8 @@ fn term(keys: &TermKeys) -> Result<Term> {
     })
 }
 
-fn constraint(keys: &ConstraintKeys, design: &Design) -> Result<Constraint> {
-    known(&keys.figure, design)?;
+fn constraint(keys: &ConstraintKeys, design: &Design, source: &DesignFile) -> Result<Constraint> {
+    known(&keys.figure, design, source)?;
     ensure!(
         keys.figure != FAR_FIELD_DISTANCE,
         "figure: expected {FAR_FIELD_DISTANCE} in the objective alone"

@@ -114,7 +114,8 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     );
     let limits = Limits::new(&file.limits)?;
     let variables = Variables::new(source, &file.variables, limits)?;
-    let objective = Objective::new(&file.objective.terms, &file.constraints, &design, &folder)?;
+    let (terms, source) = (&file.objective.terms, &variables.source);
+    let objective = Objective::new(terms, &file.constraints, source, &folder)?;
     let default = [StageKeys::default()];
     let stages = match file.stages.as_slice() {
         [] => default.as_slice(),

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What an optimisation says of itself: `optimise.json`, the log of generations as a table, and
-//! lines for people. No time and no host appear in it, so that the same problem and seed give the
-//! same bytes.
+//! What an optimisation says of itself: the content of `optimise.json`, and lines for people.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use serde_json::{Value, json};
-
 use super::front::FrontDesign;
+use super::log::{Candidate, GenerationEnd};
 use super::objective::Judged;
 use super::problem::Problem;
 use super::recipe::{Coefficient, Optimised, StageOutcome};
@@ -15,74 +13,99 @@ use super::stage::FinalCandidate;
 use crate::digits::{format_value_with_error, thousands};
 use crate::metrics::Estimate;
 use crate::plural::count;
-use crate::provenance::FileRecord;
-use crate::quantity::Curve;
+use crate::results::optimisation::{
+    CoefficientEntry, ConstraintEntry, FigureEntry, FinalCandidateEntry, FrontDesignEntry,
+    FrontEntry, GenerationEntry, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION, StageEntry,
+};
+use crate::results::schema::Program;
 
-/// Version of the layout of `optimise.json`.
-const SCHEMA_VERSION: u32 = 1;
 /// Coefficients whose sensitivity is listed for people.
 const LISTED: usize = 8;
 /// Reasons of refusals that are listed.
 const REASONS: usize = 5;
 
-/// Both figures of the designs of a Pareto front.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrontFigures {
-    /// Keys of the figures.
-    pub names: [String; 2],
-    /// The designs, by the first term.
-    pub designs: Vec<[Estimate; 2]>,
-    /// The design at the beginning, where it can be judged.
-    pub before: Option<[Estimate; 2]>,
-}
-
 impl Optimised {
-    /// The content of `optimise.json`.
-    pub fn to_json(&self, problem: &Problem, seed: u64, files: &[FileRecord]) -> Value {
+    /// The content of `optimise.json`, without the files that came out.
+    pub fn to_file(&self, problem: &Problem, seed: u64) -> OptimisationFile {
         let figures = self.figures().map(|(key, before, after)| {
-            let entry = json!({
-                "before": before.map(crate::metrics::JackknifedFigure::estimate),
-                "after": after.estimate(),
-                "change": before.map(|before| after.change(before)),
-            });
+            let entry = FigureEntry {
+                before: before.map(crate::metrics::JackknifedFigure::estimate),
+                after: after.estimate(),
+                change: before.map(|before| after.change(before)),
+            };
             (key.to_owned(), entry)
         });
-        let constraints = problem.objective.constraints.iter().map(|constraint| {
-            let figure = self
-                .after
-                .figures
-                .iter()
-                .find(|(key, _)| *key == constraint.figure);
-            json!({
-                "figure": constraint.figure,
-                "at_least": constraint.bounds.at_least,
-                "at_most": constraint.bounds.at_most,
-                "margin": constraint.margin,
-                "value": figure.map(|(_, f)| f.estimate()),
-                "met": figure.is_some_and(|(_, f)| constraint.is_met(f)),
-            })
+        OptimisationFile {
+            schema_version: SCHEMA_VERSION,
+            program: Program::this(),
+            name: problem.name.clone(),
+            design: problem.design.name.clone(),
+            description: problem.description.clone(),
+            seed,
+            inputs: problem.inputs.clone(),
+            files: Vec::new(),
+            objective: self.objective(),
+            figures: figures.collect::<BTreeMap<_, _>>(),
+            constraints: self.constraints(problem),
+            front: self.front_entry(problem),
+            active_limits: self.active_limits.clone(),
+            coefficients: self.coefficients.iter().map(Coefficient::entry).collect(),
+            stages: self.stages.iter().map(StageOutcome::entry).collect(),
+        }
+    }
+
+    fn objective(&self) -> ObjectiveEntry {
+        let selected = &self.stages[self.stages.len() - 1].result.final_candidates[0];
+        let after = self.after.estimate();
+        let in_search = Some(selected.search_value).filter(|value| value.is_finite());
+        ObjectiveEntry {
+            before: self.before.as_ref().map(Judged::estimate),
+            after,
+            in_search,
+            at_selection: selected
+                .selection_error
+                .map(|error| Estimate::new(selected.selection_value, error)),
+            bias_of_search: in_search
+                .map(|value| Estimate::new(after.value - value, after.standard_error)),
+        }
+    }
+
+    fn constraints(&self, problem: &Problem) -> Vec<ConstraintEntry> {
+        let all = problem.objective.constraints.iter().map(|constraint| {
+            let mut figures = self.after.figures.iter();
+            let figure = figures.find(|(key, _)| *key == constraint.figure);
+            ConstraintEntry {
+                figure: constraint.figure.clone(),
+                at_least: constraint.bounds.at_least,
+                at_most: constraint.bounds.at_most,
+                margin: constraint.margin,
+                value: figure.map(|(_, f)| f.estimate()),
+                met: figure.is_some_and(|(_, f)| constraint.is_met(f)),
+            }
         });
-        json!({
-            "schema_version": SCHEMA_VERSION,
-            "program": {"name": "batwing", "version": env!("CARGO_PKG_VERSION")},
-            "name": problem.name,
-            "description": problem.description,
-            "seed": seed,
-            "inputs": problem.inputs,
-            "files": files,
-            "objective": {
-                "before": self.before.as_ref().map(Judged::estimate),
-                "after": self.after.estimate(),
-                "in_search": self.in_search(),
-                "at_selection": self.at_selection(),
-                "bias_of_search": self.in_search().map(|value| self.bias(value)),
-            },
-            "figures": figures.collect::<serde_json::Map<_, _>>(),
-            "constraints": constraints.collect::<Vec<_>>(),
-            "front": self.front.iter().map(FrontDesign::to_json).collect::<Vec<_>>(),
-            "active_limits": self.active_limits,
-            "coefficients": self.coefficients.iter().map(Coefficient::to_json).collect::<Vec<_>>(),
-            "stages": self.stages.iter().map(StageOutcome::to_json).collect::<Vec<_>>(),
+        all.collect()
+    }
+
+    /// The Pareto front with both figures of every design; none where no front was sought.
+    fn front_entry(&self, problem: &Problem) -> Option<FrontEntry> {
+        let names = problem.objective.pair()?;
+        let pair = |judged: &Judged| {
+            let [first, second] = names.map(|key| judged.figure(key));
+            Some([first?, second?])
+        };
+        let entry = |one: &FrontDesign| {
+            Some(FrontDesignEntry {
+                design: one.file.clone(),
+                coefficients: one.coefficients.clone(),
+                figures: pair(&one.judged)?,
+                feasible: one.judged.miss <= 0.0,
+            })
+        };
+        let designs: Vec<FrontDesignEntry> = self.front.iter().filter_map(entry).collect();
+        (!designs.is_empty()).then(|| FrontEntry {
+            figures: names.map(str::to_owned),
+            before: self.before.as_ref().and_then(pair),
+            designs,
         })
     }
 
@@ -106,277 +129,190 @@ impl Optimised {
             });
         missed.collect()
     }
-
-    fn last(&self) -> &StageOutcome {
-        &self.stages[self.stages.len() - 1]
-    }
-
-    /// The selected candidate.
-    fn selected(&self) -> &FinalCandidate {
-        &self.last().result.final_candidates[0]
-    }
-
-    /// Best value that the search saw in the run that the design comes from.
-    fn in_search(&self) -> Option<f64> {
-        Some(self.selected().search_value).filter(|value| value.is_finite())
-    }
-
-    fn at_selection(&self) -> Option<Estimate> {
-        let selected = self.selected();
-        selected
-            .selection_error
-            .map(|error| Estimate::new(selected.selection_value, error))
-    }
-
-    /// How much better than the verified objective `value` is.
-    fn bias(&self, value: f64) -> Estimate {
-        let after = self.after.estimate();
-        Estimate::new(after.value - value, after.standard_error)
-    }
-
-    /// The convergence of the search: the best candidate of every generation that met the constraints
-    /// over the number of candidates, and the verified objective before and after.
-    ///
-    /// # Errors
-    /// Values that are no curve.
-    pub fn convergence(&self) -> anyhow::Result<Vec<Curve>> {
-        let (mut at, mut value, mut error) = (Vec::new(), Vec::new(), Vec::new());
-        let mut candidates = 0.0;
-        let generations = self
-            .stages
-            .iter()
-            .flat_map(|stage| &stage.result.generations);
-        for (end, best) in generations {
-            candidates += end.candidates as f64;
-            let feasible = best.as_ref().filter(|best| best.feasible);
-            let found = feasible.and_then(|best| Some((best.value?, best.standard_error?)));
-            if let Some((best, standard_error)) = found {
-                at.push(candidates);
-                value.push(best);
-                error.push(standard_error);
-            }
-        }
-        let level = |label: &str, e: Estimate| {
-            Curve::new(
-                label,
-                vec![0.0, candidates],
-                vec![e.value; 2],
-                vec![e.standard_error; 2],
-            )
-        };
-        let mut curves = Vec::new();
-        if at.len() > 1 {
-            curves.push(Curve::new(
-                "best of a generation, in the search",
-                at,
-                value,
-                error,
-            )?);
-        }
-        if let Some(before) = &self.before {
-            curves.push(level("verified before", before.estimate())?);
-        }
-        curves.push(level("verified after", self.after.estimate())?);
-        Ok(curves)
-    }
-
-    /// Both figures of the designs of the Pareto front, in its order, and of the design at the
-    /// beginning; none where no front was sought.
-    pub fn front(&self, problem: &Problem) -> Option<FrontFigures> {
-        let names = problem.objective.pair()?;
-        let pair = |judged: &Judged| {
-            let [first, second] = names.map(|key| judged.figure(key));
-            Some([first?, second?])
-        };
-        let designs = self.front.iter().filter_map(|one| pair(&one.judged));
-        let designs: Vec<[Estimate; 2]> = designs.collect();
-        (!designs.is_empty()).then(|| FrontFigures {
-            names: names.map(str::to_owned),
-            designs,
-            before: self.before.as_ref().and_then(pair),
-        })
-    }
-
-    /// Lines for people.
-    pub fn plain_text(&self, problem: &Problem) -> String {
-        let mut text = String::new();
-        // Writing to a string cannot fail.
-        for (k, stage) in self.stages.iter().enumerate() {
-            let paths = stage
-                .result
-                .generations
-                .last()
-                .map_or(0, |(end, _)| end.paths);
-            let _ = writeln!(
-                text,
-                "stage {}: {} in {}, last with {} paths each{}",
-                k + 1,
-                count(stage.result.evaluations, "candidate"),
-                count(stage.result.generations.len(), "generation"),
-                thousands(paths),
-                if stage.result.cut_short {
-                    "; ended by the budget of time"
-                } else {
-                    ""
-                }
-            );
-            for (why, number) in stage.result.refusals.iter().take(REASONS) {
-                let _ = writeln!(text, "  refused {}: {why}", count(*number, "time"));
-            }
-        }
-        let _ = writeln!(
-            text,
-            "\n{:<28} {:>18} {:>18}",
-            "verified", problem.design.name, problem.name
-        );
-        let number = |e: Estimate| format_value_with_error(e.value, e.standard_error);
-        for (key, before, after) in self.figures() {
-            let before = before.map_or_else(String::new, |f| number(f.estimate()));
-            let _ = writeln!(
-                text,
-                "{key:<28} {before:>18} {:>18}",
-                number(after.estimate())
-            );
-        }
-        let before = self
-            .before
-            .as_ref()
-            .map_or_else(String::new, |j| number(j.estimate()));
-        let _ = writeln!(
-            text,
-            "{:<28} {before:>18} {:>18}",
-            "objective",
-            number(self.after.estimate())
-        );
-        if let Some(value) = self.in_search() {
-            let bias = self.bias(value);
-            let _ = writeln!(
-                text,
-                "the search's own best value was {value:.4}, {} better than verified",
-                number(bias)
-            );
-        }
-        let runs = self.runs();
-        if runs.len() > 1 {
-            let listed: Vec<String> = runs
-                .iter()
-                .map(|(run, e)| format!("{} (run {run})", number(*e)))
-                .collect();
-            let _ = writeln!(
-                text,
-                "runs of the last stage ended at {}",
-                listed.join(", ")
-            );
-        }
-        if let Some(front) = self.front(problem) {
-            let [first, second] = &front.names;
-            let _ = writeln!(text, "\n{:<28} {first:>28} {second:>28}", "front, verified");
-            for (design, [a, b]) in self.front.iter().zip(&front.designs) {
-                let (a, b) = (number(*a), number(*b));
-                let _ = writeln!(text, "{:<28} {a:>28} {b:>28}", design.file);
-            }
-        }
-        if !self.active_limits.is_empty() {
-            let _ = writeln!(text, "at the limits: {}", self.active_limits.join("; "));
-        }
-        let mut strongest: Vec<&Coefficient> = self.coefficients.iter().collect();
-        strongest.retain(|c| {
-            c.sensitivity
-                .is_some_and(|s| s.value.abs() > 2.0 * s.standard_error)
-        });
-        let size = |c: &Coefficient| c.sensitivity.map_or(0.0, |s| s.value.abs());
-        strongest.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        if !strongest.is_empty() {
-            let _ = writeln!(text, "objective for one unit of:");
-        }
-        for c in strongest.into_iter().take(LISTED) {
-            let sensitivity = c.sensitivity.map_or_else(String::new, number);
-            let _ = writeln!(
-                text,
-                "  {:<26} {sensitivity:>18}, at {:.4}",
-                c.label, c.found
-            );
-        }
-        text
-    }
-
-    /// Best final candidate of each run of the last stage.
-    fn runs(&self) -> Vec<(usize, Estimate)> {
-        let mut runs: Vec<(usize, Estimate)> = Vec::new();
-        for final_candidate in &self.last().result.final_candidates {
-            let known = runs.iter().any(|(run, _)| *run == final_candidate.run);
-            if let (Some(error), false, true) = (
-                final_candidate.selection_error,
-                known,
-                final_candidate.run > 0,
-            ) {
-                runs.push((
-                    final_candidate.run,
-                    Estimate::new(final_candidate.selection_value, error),
-                ));
-            }
-        }
-        runs.sort_by_key(|(run, _)| *run);
-        runs
-    }
-}
-
-impl FrontDesign {
-    fn to_json(&self) -> Value {
-        let figures = self.judged.figures.iter();
-        let figures = figures.map(|(key, figure)| (key.clone(), json!(figure.estimate())));
-        json!({
-            "design": self.file,
-            "coefficients": self.coefficients,
-            "figures": figures.collect::<serde_json::Map<_, _>>(),
-        })
-    }
 }
 
 impl Coefficient {
-    fn to_json(&self) -> Value {
-        json!({
-            "variable": self.label,
-            "start": self.start,
-            "found": self.found,
-            "sensitivity": self.sensitivity,
-        })
+    fn entry(&self) -> CoefficientEntry {
+        CoefficientEntry {
+            variable: self.label.clone(),
+            start: self.start,
+            found: self.found,
+            sensitivity: self.sensitivity,
+        }
     }
 }
 
 impl StageOutcome {
-    fn to_json(&self) -> Value {
-        let result = &self.result;
-        let generations = result.generations.iter().map(|(end, best)| {
-            json!({
-                "generation": end.generation,
-                "paths": end.paths,
-                "best": best.as_ref().and_then(|b| b.value),
-                "standard_error": best.as_ref().and_then(|b| b.standard_error),
-                "noise": end.noise,
-            })
-        });
-        let final_candidates = result.final_candidates.iter().map(|final_candidate| {
-            json!({
-                "run": final_candidate.run,
-                "in_search": Some(final_candidate.search_value).filter(|v| v.is_finite()),
-                "value": Some(final_candidate.selection_value).filter(|v| v.is_finite()),
-                "standard_error": final_candidate.selection_error,
-                "feasible": final_candidate.feasible,
-            })
-        });
-        let settings = &self.settings;
-        json!({
-            "model": settings.model.word(),
-            "method": settings.method.name(),
-            "most_evaluations": settings.evaluations,
-            "restarts": settings.restarts,
-            "population": settings.population,
-            "evaluations": result.evaluations,
-            "cut_short": result.cut_short,
-            "refusals": result.refusals.iter().take(REASONS).collect::<Vec<_>>(),
-            "generations": generations.collect::<Vec<_>>(),
-            "final_candidates": final_candidates.collect::<Vec<_>>(),
-        })
+    fn entry(&self) -> StageEntry {
+        let (settings, result) = (&self.settings, &self.result);
+        let generations = result.generations.iter();
+        let final_candidates = result.final_candidates.iter();
+        StageEntry {
+            model: settings.model.word().to_owned(),
+            method: settings.method.name().to_owned(),
+            most_evaluations: settings.evaluations,
+            restarts: settings.restarts,
+            population: settings.population,
+            evaluations: result.evaluations,
+            cut_short: result.cut_short,
+            refusals: result.refusals.iter().take(REASONS).cloned().collect(),
+            generations: generations
+                .map(|(end, best)| generation(end, best.as_ref()))
+                .collect(),
+            final_candidates: final_candidates.map(FinalCandidate::entry).collect(),
+        }
+    }
+}
+
+fn generation(end: &GenerationEnd, best: Option<&Candidate>) -> GenerationEntry {
+    GenerationEntry {
+        generation: end.generation,
+        candidates: end.candidates,
+        paths: end.paths,
+        best: best.and_then(|b| b.value),
+        standard_error: best.and_then(|b| b.standard_error),
+        feasible: best.is_some_and(|b| b.feasible),
+        noise: end.noise,
+    }
+}
+
+impl FinalCandidate {
+    fn entry(&self) -> FinalCandidateEntry {
+        FinalCandidateEntry {
+            run: self.run,
+            in_search: Some(self.search_value).filter(|v| v.is_finite()),
+            value: Some(self.selection_value).filter(|v| v.is_finite()),
+            standard_error: self.selection_error,
+            feasible: self.feasible,
+        }
+    }
+}
+
+/// Lines for people.
+pub fn plain_text(file: &OptimisationFile) -> String {
+    let mut text = String::new();
+    for (number, stage) in (1..).zip(&file.stages) {
+        add_stage(&mut text, number, stage);
+    }
+    add_figures(&mut text, file);
+    if let Some(front) = &file.front {
+        add_front(&mut text, front);
+    }
+    add_sensitivities(&mut text, file);
+    text
+}
+
+// Writing to a string cannot fail.
+
+fn number(e: Estimate) -> String {
+    format_value_with_error(e.value, e.standard_error)
+}
+
+fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
+    let paths = stage.generations.last().map_or(0, |end| end.paths);
+    let _ = writeln!(
+        text,
+        "stage {at}: {} in {}, last with {} paths each{}",
+        count(stage.evaluations, "candidate"),
+        count(stage.generations.len(), "generation"),
+        thousands(paths),
+        if stage.cut_short {
+            "; ended by the budget of time"
+        } else {
+            ""
+        }
+    );
+    for (why, times) in &stage.refusals {
+        let _ = writeln!(text, "  refused {}: {why}", count(*times, "time"));
+    }
+}
+
+fn add_figures(text: &mut String, file: &OptimisationFile) {
+    text.push('\n');
+    let mut row = |name: &str, before: Option<String>, after: &str| {
+        let before = before.unwrap_or_default();
+        let _ = writeln!(text, "{name:<28} {before:>18} {after:>18}");
+    };
+    row("verified", Some(file.design.clone()), &file.name);
+    for (key, figure) in &file.figures {
+        row(key, figure.before.map(number), &number(figure.after));
+    }
+    let objective = &file.objective;
+    row(
+        "objective",
+        objective.before.map(number),
+        &number(objective.after),
+    );
+    if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
+        let _ = writeln!(
+            text,
+            "the search's own best value was {value:.4}, {} better than verified",
+            number(bias)
+        );
+    }
+    let runs = file.stages.last().map(runs).unwrap_or_default();
+    if runs.len() > 1 {
+        let listed: Vec<String> = runs
+            .iter()
+            .map(|(run, e)| format!("{} (run {run})", number(*e)))
+            .collect();
+        let _ = writeln!(
+            text,
+            "runs of the last stage ended at {}",
+            listed.join(", ")
+        );
+    }
+}
+
+/// Best candidate of the selection of each run.
+fn runs(stage: &StageEntry) -> Vec<(usize, Estimate)> {
+    let mut runs: Vec<(usize, Estimate)> = Vec::new();
+    for one in stage.final_candidates.iter().filter(|one| one.run > 0) {
+        let known = runs.iter().any(|(run, _)| *run == one.run);
+        if let (Some(value), Some(error), false) = (one.value, one.standard_error, known) {
+            runs.push((one.run, Estimate::new(value, error)));
+        }
+    }
+    runs.sort_by_key(|(run, _)| *run);
+    runs
+}
+
+fn add_front(text: &mut String, front: &FrontEntry) {
+    let [first, second] = &front.figures;
+    let _ = writeln!(text, "\n{:<28} {first:>28} {second:>28}", "front, verified");
+    for one in &front.designs {
+        let [a, b] = one.figures.map(number);
+        let missed = if one.feasible {
+            ""
+        } else {
+            "  misses a constraint"
+        };
+        let _ = writeln!(text, "{:<28} {a:>28} {b:>28}{missed}", one.design);
+    }
+}
+
+fn add_sensitivities(text: &mut String, file: &OptimisationFile) {
+    if !file.active_limits.is_empty() {
+        let _ = writeln!(text, "at the limits: {}", file.active_limits.join("; "));
+    }
+    let seen = |c: &CoefficientEntry| {
+        let sensitivity = c.sensitivity?;
+        let clear = sensitivity.value.abs() > 2.0 * sensitivity.standard_error;
+        clear.then(|| (c.clone(), sensitivity))
+    };
+    let mut strongest: Vec<(CoefficientEntry, Estimate)> =
+        file.coefficients.iter().filter_map(seen).collect();
+    strongest.sort_by(|a, b| b.1.value.abs().total_cmp(&a.1.value.abs()));
+    if !strongest.is_empty() {
+        let _ = writeln!(text, "objective for one unit of:");
+    }
+    for (c, sensitivity) in strongest.into_iter().take(LISTED) {
+        let _ = writeln!(
+            text,
+            "  {:<26} {:>18}, at {:.4}",
+            c.variable,
+            number(sensitivity),
+            c.found
+        );
     }
 }

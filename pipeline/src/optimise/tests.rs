@@ -191,9 +191,7 @@ fn objective(terms: &[&str], constraints: &[&str]) -> Objective {
         .iter()
         .map(|text| toml::from_str(text).expect("TOML"))
         .collect();
-    let design = design("bare-dome.toml")
-        .with(&Settings::new())
-        .expect("valid");
+    let design = design("bare-dome.toml");
     Objective::new(&terms, &constraints, &design, Path::new("")).expect("an objective")
 }
 

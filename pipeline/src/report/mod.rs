@@ -4,6 +4,7 @@
 
 pub mod convergence_study;
 pub mod html;
+mod optimisation;
 pub mod path_picture;
 pub mod plots;
 pub mod run_summary;

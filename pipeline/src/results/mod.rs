@@ -8,6 +8,7 @@
 //! can tell whether they still are what the run wrote.
 
 pub mod far_field;
+pub mod optimisation;
 pub mod package;
 pub mod ray_paths;
 pub mod schema;

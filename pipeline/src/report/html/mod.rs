@@ -9,6 +9,7 @@
 pub mod folder;
 pub mod maps;
 pub mod models;
+pub mod optimisation;
 pub mod orders;
 pub mod pack;
 pub mod package;
@@ -145,6 +146,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "bsdf_note": bsdf_note(embedded.found, &embedded.json),
         "tables_found": embedded.found.0,
         "tables_listed": embedded.found.1,
+        "optimisation": optimisation::optimisation(&mut album, folder)?,
         "studies": album.studies(folder.directory())?,
         "table_errors": album.table_errors(&listed)?,
         "table_heads": tables::TABLE_HEADS,

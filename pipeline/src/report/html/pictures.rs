@@ -65,7 +65,7 @@ impl Album {
     }
 
     /// A picture that is always shown.
-    fn fixed(&mut self, picture: &Picture, caption: &str) -> Value {
+    pub(super) fn fixed(&mut self, picture: &Picture, caption: &str) -> Value {
         self.add(picture, caption, &json!({}), true)
     }
 
