@@ -71,6 +71,7 @@ fn a_straight_dependence_has_the_scatter_of_its_slope() {
     let folder = folder();
     let [json, table] = tolerance(folder.path(), &[]);
     let json: Value = serde_json::from_slice(&json).expect("JSON");
+    assert!(folder.path().join("out/distribution.png").exists());
     let figure = &json["figures"]["extraction_efficiency"];
     let shift = &figure["shift"];
     assert!(

@@ -23,6 +23,9 @@ pub const FILE: &str = "tolerance.json";
 /// A line for each sample.
 const TABLE: &str = "samples.csv";
 
+/// Picture of the distribution of the first figure.
+const DISTRIBUTION: &str = "distribution.png";
+
 /// `batwing tolerance`.
 #[derive(Debug, Args)]
 pub struct ToleranceArgs {
@@ -43,7 +46,7 @@ pub struct ToleranceArgs {
     pub cache: Option<PathBuf>,
 }
 
-/// Traces the samples and writes the table of samples, then `tolerance.json`.
+/// Traces the samples and writes the table of samples and a picture, then `tolerance.json`.
 pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
     let overrides = Overrides {
@@ -66,7 +69,12 @@ pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
     let headings = results.headings();
     let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
     csv::write_text_csv(&path(TABLE), &headings, &results.rows())?;
-    let files = [FileRecord::new(TABLE, &std::fs::read(path(TABLE))?)];
+    let mut files = vec![FileRecord::new(TABLE, &std::fs::read(path(TABLE))?)];
+    if let Some(picture) = results.distribution_picture()? {
+        let png = picture.png()?;
+        atomic_file::write_bytes(&path(DISTRIBUTION), &png)?;
+        files.push(FileRecord::new(DISTRIBUTION, &png));
+    }
     let json = sealed(results.to_json(context.seed, &files))?;
     atomic_file::write_json(&path(FILE), &json)?;
     context.console.result(&json, || {

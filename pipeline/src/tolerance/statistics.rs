@@ -62,6 +62,14 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
 
 /// Mean, deviation without noise, quantiles.
 fn plain(values: &[Estimate]) -> Vec<f64> {
+    let (mean, deviation, sorted) = without_noise(values);
+    let quantiles = LEVELS.map(|level| quantile(&sorted, level));
+    [mean, deviation].into_iter().chain(quantiles).collect()
+}
+
+/// Mean, deviation without noise, and the values drawn towards the mean until their deviation is
+/// that, ascending.
+pub fn without_noise(values: &[Estimate]) -> (f64, f64, Vec<f64>) {
     let n = values.len() as f64;
     let mean = values.iter().map(|v| v.value).sum::<f64>() / n;
     let total = values.iter().map(|v| (v.value - mean).powi(2)).sum::<f64>() / (n - 1.0);
@@ -77,11 +85,7 @@ fn plain(values: &[Estimate]) -> Vec<f64> {
         .map(|v| mean + drawn * (v.value - mean))
         .collect();
     sorted.sort_by(f64::total_cmp);
-    let quantiles = LEVELS.map(|level| quantile(&sorted, level));
-    [mean, variance.sqrt()]
-        .into_iter()
-        .chain(quantiles)
-        .collect()
+    (mean, variance.sqrt(), sorted)
 }
 
 /// Quantile of ascending values, straight between them (type 7 of Hyndman and Fan 1996).

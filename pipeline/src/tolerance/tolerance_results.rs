@@ -3,14 +3,17 @@
 
 use std::fmt::Write as _;
 
+use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::compute::{Figures, Sampled};
 use super::definition::ToleranceAnalysis;
-use super::statistics::{Contribution, Scatter, contributions, scatter, share};
+use super::statistics::{Contribution, Scatter, contributions, scatter, share, without_noise};
 use crate::digits::format_value_with_error;
 use crate::metrics::Estimate;
+use crate::plural::count;
 use crate::provenance::FileRecord;
+use crate::report::plots::{CumulativeShare, Heading, MarkedValue, Picture, sample_distribution};
 
 /// Version of the layout of `tolerance.json`.
 const SCHEMA_VERSION: u32 = 1;
@@ -137,6 +140,69 @@ impl<'a> ToleranceResults<'a> {
             "yield": yielded,
             "without_design": self.failed(),
         })
+    }
+
+    /// The distribution of the first figure over the packages, without the noise of the traces; none
+    /// where it has no scatter.
+    ///
+    /// # Errors
+    /// Values that cannot be drawn.
+    pub fn distribution_picture(&self) -> Result<Option<Picture>> {
+        let Some(first) = self.figures.first() else {
+            return Ok(None);
+        };
+        let samples = self.sampled.samples.iter();
+        let values = samples.filter_map(|s| s.figures.as_ref().ok()?.get(&first.key).copied());
+        let (_, deviation, sorted) = without_noise(&values.collect::<Vec<_>>());
+        if deviation <= 0.0 {
+            return Ok(None);
+        }
+        let shares = (1..).zip(&sorted).map(|(below, value)| {
+            let (share, interval) = share(below, sorted.len());
+            CumulativeShare {
+                value: *value,
+                share,
+                interval,
+            }
+        });
+        let nominal = MarkedValue {
+            label: "without deviations".to_owned(),
+            value: first.nominal.value,
+        };
+        let analysis = self.analysis;
+        let words = format!(
+            "{}, {}; noise of the traces taken out",
+            analysis.design.name,
+            count(sorted.len(), "package")
+        );
+        sample_distribution(
+            &Heading::new("Distribution over the tolerances", words),
+            &first.key,
+            &shares.collect::<Vec<_>>(),
+            &nominal,
+            &self.marked_limits(&first.key),
+        )
+        .map(Some)
+    }
+
+    /// Limits of a figure.
+    fn marked_limits(&self, key: &str) -> Vec<MarkedValue> {
+        let limits = self.analysis.limits.iter();
+        let of_figure = limits.filter(|limit| limit.figure == key);
+        let bounds = of_figure.flat_map(|limit| {
+            let bounds = [
+                ("at least", limit.bounds.at_least),
+                ("at most", limit.bounds.at_most),
+            ];
+            bounds.into_iter().filter_map(|(words, bound)| {
+                let value = bound?;
+                Some(MarkedValue {
+                    label: format!("limit: {words} {value}"),
+                    value,
+                })
+            })
+        });
+        bounds.collect()
     }
 
     fn names(&self) -> Vec<&str> {

@@ -19,6 +19,7 @@ mod map;
 mod near_field;
 mod orders;
 mod pareto;
+mod sample_distribution;
 mod search_convergence;
 mod section;
 
@@ -39,6 +40,7 @@ pub use map::{
 pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::{LobeSide, PlaneLobe, grating_lobes};
 pub use pareto::pareto_front;
+pub use sample_distribution::{CumulativeShare, MarkedValue, sample_distribution};
 pub use search_convergence::search_convergence;
 pub use section::{Section, cross_section};
 
