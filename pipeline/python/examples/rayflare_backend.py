@@ -6,6 +6,10 @@
 symmetry, files. A layer is uniform, or has rectangles as long as the unit cell along y. One layer may
 absorb; absorption profiles are not computed.
 
+RayFlare 2.0.1 takes sin phi for the x component of orders' wavevectors, inkstone measures phi from x.
+Orders of a grating along x then get directions of a grating along y, and power of those that do not
+propagate there is left out. `ORDERS_AS_RAYFLARE` keeps that, for comparison.
+
     python rayflare_backend.py      # compares both, prints times; needs `pip install rayflare`
 """
 
@@ -20,6 +24,8 @@ from batwing import rcwa
 
 #: Nanometres, RayFlare's unit, in micrometres.
 NM = 1e-3
+#: Whether directions of orders are those of RayFlare 2.0.1, or those of the grating equation.
+ORDERS_AS_RAYFLARE = False
 
 
 def grating(
@@ -89,10 +95,11 @@ def one_wavelength(
     transmitted = np.einsum("nqm,q->nm", found.transmitted, weight)
     count, bins = len(theta), len(angle_vector_0)
     matrix = np.zeros((bins, count))
-    # RayFlare's azimuth of an order: that of (ky, kx), folded.
     n = np.sqrt(complex(l_oc[0])).real
     tangential = n * np.sin(np.radians(theta))
-    fx, fy = tangential * np.sin(np.radians(phi)), tangential * np.cos(np.radians(phi))
+    fx, fy = tangential * np.cos(np.radians(phi)), tangential * np.sin(np.radians(phi))
+    if ORDERS_AS_RAYFLARE:
+        fx, fy = fy, fx
     step = wl / size[0][0]
     for powers, numbers, permittivity, leaves in (
         (reflected, found.orders_reflected, l_oc[0], False),
@@ -103,7 +110,9 @@ def one_wavelength(
         with np.errstate(invalid="ignore", divide="ignore"):
             kz = np.sqrt(permittivity - kx**2 - ky**2 + 0j)
             polar = np.real(np.arccos(kz / np.sqrt(kx**2 + ky**2 + kz**2)))
-            azimuth = fold_phi(np.nan_to_num(np.arctan(kx / ky)), phi_sym)
+            ratio = kx / ky if ORDERS_AS_RAYFLARE else ky / kx
+            azimuth = fold_phi(np.nan_to_num(np.arctan(ratio)), phi_sym)
+        powers = np.where(kz.real > 0, powers, 0.0)
         if leaves:
             polar = np.pi - polar
         polar[polar == 0] = 1e-10
@@ -130,8 +139,14 @@ def install() -> None:
     theirs.RCWA_wl_inkstone = one_wavelength
 
 
-def compare(orders: int = 11, bins: int = 12) -> tuple[float, float, float]:
-    """One lamellar grating by both: largest difference of the matrices, and both times in seconds."""
+def compare(orders: int = 31, bins: int = 8) -> tuple[float, float, float, float]:
+    """One lamellar grating by both, with RayFlare's directions of orders.
+
+    Returns
+    -------
+    tuple of float
+        Largest difference of R and T; of any element of the matrices; seconds of inkstone, of batwing.
+    """
     from rayflare.angles import make_angle_vector
     from rayflare.rigorous_coupled_wave_analysis import rcwa as theirs
 
@@ -147,8 +162,8 @@ def compare(orders: int = 11, bins: int = 12) -> tuple[float, float, float]:
     arguments: dict[str, Any] = {
         "wl": 800.0,
         "geom_list": [{}, [ridge], {}],
-        "l_oc": np.array([1.0, 1.0, 2.25]),
-        "s_oc": np.array([2.25]),
+        "l_oc": np.array([1.0, 1.0, 2.25], dtype=complex),
+        "s_oc": np.array([2.25], dtype=complex),
         "s_names": ["ridge"],
         "pol": (1, 0),
         "theta": np.degrees(incident[:, 1]),
@@ -161,6 +176,8 @@ def compare(orders: int = 11, bins: int = 12) -> tuple[float, float, float]:
         "phi_intv": phi_edges,
         "angle_vector_0": angles[:, 0],
     }
+    global ORDERS_AS_RAYFLARE
+    ORDERS_AS_RAYFLARE = True
     times, results = [], []
     for function in (theirs.RCWA_wl_inkstone, one_wavelength):
         rest = {"S4_options": None} if function is theirs.RCWA_wl_inkstone else {}
@@ -171,10 +188,12 @@ def compare(orders: int = 11, bins: int = 12) -> tuple[float, float, float]:
         float(np.abs(results[0][0] - results[1][0]).max()),
         float(np.abs(results[0][1] - results[1][1]).max()),
     )
-    return difference, times[0], times[1]
+    ORDERS_AS_RAYFLARE = False
+    matrices = float(np.abs(results[0][3].todense() - results[1][3].todense()).max())
+    return difference, matrices, times[0], times[1]
 
 
 if __name__ == "__main__":
-    largest, inkstone, own = compare()
-    print(f"largest difference of R and T: {largest:.1e}")
+    largest, element, inkstone, own = compare()
+    print(f"largest difference of R and T: {largest:.1e}, of an element of the matrices: {element:.1e}")
     print(f"inkstone {inkstone:.3f} s, batwing {own:.3f} s: {inkstone / own:.0f} times as fast")

@@ -109,8 +109,8 @@ def test_a_table_is_at_no_distance_from_itself(table: bsdf.Table) -> None:
 def test_build_gives_the_table_of_the_binary(binary: str, root: Path, tmp_path: Path) -> None:
     """The relief of a ring of a design: every efficiency to the last bit."""
     file = root / "data/designs/d1.toml"
-    command = [binary, "bsdf", file, "--rings", "15", "--tolerance", "2e-2"]
-    done = subprocess.run([*command, "--no-cache", "--quiet", "--out", tmp_path], capture_output=True)
+    command = [binary, "bsdf", str(file), "--rings", "15", "--tolerance", "2e-2"]
+    done = subprocess.run([*command, "--no-cache", "--quiet", "--out", str(tmp_path)], capture_output=True)
     assert done.returncode == 0, done.stderr
     [path] = tmp_path.glob("*.bworders")
     theirs = bsdf.read(path)

@@ -79,7 +79,7 @@ def test_a_key_of_a_design_is_named() -> None:
     design = tracer.Design.template().with_values({"led.reflectance": 7})
     with pytest.raises(batwing.InputError) as caught:
         design.check()
-    assert caught.value.key == "led.reflectance" and caught.value.got == "7.0"
+    assert caught.value.key == "led.reflectance" and caught.value.got == "7"
     assert "1" in str(caught.value.expected)
 
 

@@ -44,7 +44,7 @@ def test_a_bare_interface_reflects_as_fresnel_says(n2: complex) -> None:
 
 def test_a_slab_reflects_as_airy_says() -> None:
     n, d = 1.7, 0.31
-    slab = rcwa.Relief.polygon(1.0, [[0, 0], [1, 0], [1, d], [0, d]], n, 1.0)
+    slab = rcwa.Relief.polygon(1.0, np.array([[0, 0], [1, 0], [1, d], [0, d]]), n, 1.0)
     theta = np.array([0.0, 30.0, 60.0])
     found = rcwa.solve(rcwa.Grating(slab, 1.0, 1.0), WAVELENGTH, theta, 0.0, "both", orders=3)
     cos1, cos2 = np.cos(np.radians(theta)), np.sqrt(1 - (np.sin(np.radians(theta)) / n) ** 2)

@@ -25,8 +25,8 @@ def found(root: Path) -> tracer.Results:
 def test_results_are_those_of_the_binary(
     binary: str, root: Path, found: tracer.Results, tmp_path: Path
 ) -> None:
-    command = [binary, "run", root / "data/designs/d1.toml", "--model", "geometric", "--quiet"]
-    subprocess.run([*command, "--paths", str(FEW), "--seed", "5", "--out", tmp_path], check=True)
+    command = [binary, "run", str(root / "data/designs/d1.toml"), "--model", "geometric", "--quiet"]
+    subprocess.run([*command, "--paths", str(FEW), "--seed", "5", "--out", str(tmp_path)], check=True)
     theirs = json.loads((tmp_path / "results.json").read_text())
     assert found.raw["designs"] == theirs["designs"]
     hashes = {file["file"]: file["sha256"] for file in theirs["files"]}
@@ -63,7 +63,10 @@ def test_results_are_saved_loaded_and_pickled(found: tracer.Results, tmp_path: P
 def test_a_dict_is_the_same_design_as_its_file(root: Path, found: tracer.Results) -> None:
     design = tracer.Design.read(root / "data/designs/d1.toml")
     same = tracer.run(design, model="geometric", paths=FEW, seed=5)
-    assert same.model("geometric").figures == found.model("geometric").figures
+    # Published figures stand beside those of the paper's own file alone.
+    for key, figure in found.model("geometric").figures.items():
+        own = same.model("geometric").figures[key]
+        assert (own.value, own.standard_error) == (figure.value, figure.standard_error)
     darker = design.with_values({"led.reflectance": 0.1})
     other = tracer.run(darker, model="geometric", paths=FEW, seed=5)
     name = "extraction_efficiency"

@@ -9,6 +9,28 @@ _Complexes = npt.NDArray[np.complex128]
 _Half = tuple[int, _Floats]
 _ComplexHalf = tuple[int, _Complexes]
 
+__all__ = [
+    "Interface",
+    "Surface",
+    "VERSION",
+    "build_table",
+    "call",
+    "command",
+    "design_cell",
+    "ky_nodes",
+    "material_indices",
+    "new_design",
+    "panic",
+    "read_rays",
+    "set_progress",
+    "set_threads",
+    "solve_case",
+    "threads",
+    "toml_of_json",
+    "wait",
+    "write_rays",
+]
+
 VERSION: str
 
 def command(arguments: list[str]) -> int: ...

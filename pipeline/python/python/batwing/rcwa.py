@@ -160,7 +160,7 @@ def _material(key: str, value: Index) -> Material:
     return Material.constant(_index_of(key, value))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Polygon:
     """A closed outline of one material.
 
@@ -175,15 +175,15 @@ class Polygon:
     material: Material
     points_um: Floats
 
-    def __post_init__(self) -> None:
-        points = _checks.floats("points_um", self.points_um)
+    def __init__(self, material: Index, points_um: npt.ArrayLike) -> None:
+        points = _checks.floats("points_um", points_um)
         if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3:
             _checks.refuse("points_um", "at least 3 corners, shape (n, 2)", _checks.describe(points))
         object.__setattr__(self, "points_um", points)
-        object.__setattr__(self, "material", _material("material", self.material))
+        object.__setattr__(self, "material", _material("material", material))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Relief:
     """One period of a relief: polygons in a background.
 
@@ -202,21 +202,27 @@ class Relief:
     period_um: float
     depth_um: float
     background: Material
-    polygons: tuple[Polygon, ...] = ()
+    polygons: tuple[Polygon, ...]
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        period_um: float,
+        depth_um: float,
+        background: Index,
+        polygons: Sequence[Polygon] = (),
+    ) -> None:
         put = object.__setattr__
-        put(self, "period_um", _checks.length("period_um", self.period_um))
-        put(self, "depth_um", _checks.length("depth_um", self.depth_um))
-        put(self, "background", _material("background", self.background))
-        put(self, "polygons", tuple(self.polygons))
+        put(self, "period_um", _checks.length("period_um", period_um))
+        put(self, "depth_um", _checks.length("depth_um", depth_um))
+        put(self, "background", _material("background", background))
+        put(self, "polygons", tuple(polygons))
 
     @classmethod
     def polygon(
         cls, period_um: float, points_um: npt.ArrayLike, ridge: Index, groove: Index
     ) -> Relief:
         """One polygon of `ridge` in `groove`; the depth is its largest z."""
-        outline = Polygon(_material("ridge", ridge), np.asarray(points_um))
+        outline = Polygon(_material("ridge", ridge), points_um)
         depth = float(outline.points_um[:, 1].max())
         return cls(period_um, depth, _material("groove", groove), (outline,))
 
@@ -273,6 +279,7 @@ class _Prepared:
     def __init__(self) -> None:
         self.interfaces: dict[float, _native.Interface] = {}
         self.resolutions: dict[tuple[float, float], tuple[int, int, float]] = {}
+        self.slices: dict[float, int] = {}
 
     def __reduce__(self) -> tuple[type[_Prepared], tuple[()]]:
         return _Prepared, ()
@@ -281,7 +288,7 @@ class _Prepared:
         return _Prepared()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Grating:
     """A relief between two half-spaces.
 
@@ -296,11 +303,16 @@ class Grating:
     relief: Relief
     top: Material
     bottom: Material
-    _prepared: _Prepared = field(default_factory=_Prepared, init=False, repr=False, compare=False)
+    _prepared: _Prepared = field(repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "top", _material("top", self.top))
-        object.__setattr__(self, "bottom", _material("bottom", self.bottom))
+    def __init__(self, relief: Relief, top: Index, bottom: Index) -> None:
+        if not isinstance(relief, Relief):
+            _checks.refuse("relief", "a Relief", _checks.describe(relief))
+        put = object.__setattr__
+        put(self, "relief", relief)
+        put(self, "top", _material("top", top))
+        put(self, "bottom", _material("bottom", bottom))
+        put(self, "_prepared", _Prepared())
 
     def _at(self, wavelength_um: float) -> _native.Interface:
         known = self._prepared.interfaces
@@ -371,7 +383,6 @@ class Grating:
         tolerance: float | None,
         threads: int | None,
     ) -> tuple[int, int, float | None]:
-        interface = self._at(wavelength)
         if orders is None:
             if slices is not None:
                 _checks.refuse("slices", "orders beside them", "none")
@@ -379,10 +390,15 @@ class Grating:
         if tolerance is not None:
             _checks.refuse("tolerance", "no orders beside it", orders)
         orders = _checks.whole("orders", orders, 0, MOST_ORDERS)
-        if slices is None:
+        if slices is not None:
+            return orders, _checks.whole("slices", slices, 1, 1_000_000), None
+        usual = self._prepared.slices.get(wavelength)
+        if usual is None:
             depth = self.relief.depth_um / wavelength
-            slices = 1 if interface.is_exact() else math.ceil(SLICES_PER_WAVELENGTH * depth) + 2
-        return orders, _checks.whole("slices", slices, 1, 1_000_000), None
+            exact = self._at(wavelength).is_exact()
+            usual = 1 if exact else math.ceil(SLICES_PER_WAVELENGTH * depth) + 2
+            self._prepared.slices[wavelength] = usual
+        return orders, usual, None
 
 
 @dataclass(frozen=True)
@@ -496,6 +512,17 @@ def _wavevector(n: float, theta_deg: Floats, phi_deg: Floats) -> tuple[Floats, F
     return tangential * np.cos(phi), tangential * np.sin(phi)
 
 
+def _rows(n: float, theta_deg: Floats, phi_deg: Floats) -> tuple[Floats, Floats, Floats]:
+    """kx, ky and azimuth of all directions as lists; one direction without NumPy's overhead."""
+    if theta_deg.ndim == 0:
+        azimuth = math.radians(phi_deg)
+        tangential = n * math.sin(math.radians(theta_deg))
+        kx, ky = tangential * math.cos(azimuth), tangential * math.sin(azimuth)
+        return np.array([kx]), np.array([ky]), np.array([azimuth])
+    along, across = _wavevector(n, theta_deg, phi_deg)
+    return np.ravel(along), np.ravel(across), np.radians(np.ravel(phi_deg))
+
+
 def _direction(theta_deg: npt.ArrayLike, phi_deg: npt.ArrayLike) -> tuple[Floats, Floats]:
     if type(theta_deg) is float and type(phi_deg) is float and -90.0 < theta_deg < 90.0:
         if math.isfinite(phi_deg):
@@ -600,13 +627,13 @@ def solve(
     threads = _checks.threads(threads)
     interface = grating._at(wavelength)
     order, slice_count, error = grating._resolve(wavelength, orders, slices, tolerance, threads)
-    kx, ky = _wavevector(grating._index(side, wavelength).real, theta, phi)
+    kx, ky, azimuth = _rows(grating._index(side, wavelength).real, theta, phi)
     shape = theta.shape
     upper, lower, matrices, residual, problems = interface.solve(
         side == "top",
-        np.ravel(kx),
-        np.ravel(ky),
-        np.radians(np.ravel(phi)),
+        kx,
+        ky,
+        azimuth,
         order,
         slice_count,
         jones,

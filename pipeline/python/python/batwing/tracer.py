@@ -712,8 +712,8 @@ class Rays:
         one: float | None = None
         if self.wavelength_nm is not None:
             wavelengths = _checks.floats("wavelength_nm", self.wavelength_nm)
-            if wavelengths.ndim == 0:
-                one = float(wavelengths)
+            if wavelengths.ndim == 0 or (wavelengths == wavelengths.flat[0]).all():
+                one = float(wavelengths.flat[0])
             elif wavelengths.shape == (count,):
                 rows[:, 7] = wavelengths
             else:
