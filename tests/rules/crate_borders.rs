@@ -261,7 +261,7 @@ fn the_top_holds_the_agreed_folders() {
     assert_eq!(
         folders,
         [
-            ".ci", "bsdf", "data", "docs", "pipeline", "rcwa", "tests", "tracer"
+            ".ci", ".github", "bsdf", "data", "docs", "pipeline", "rcwa", "tests", "tracer"
         ]
     );
 }
