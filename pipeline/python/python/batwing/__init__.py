@@ -13,7 +13,10 @@ The package installs the command `batwing` too (`batwing.cli.main`).
 
 from __future__ import annotations
 
-from . import bsdf, cli, errors, rcwa, tracer
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from . import errors
 from ._native import VERSION as __version__
 from ._native import set_threads, threads
 from ._progress import set_progress
@@ -26,7 +29,15 @@ from .errors import (
     SolverError,
     UnitWarning,
 )
-from .tracer import optimise, reproduce, run, study, tolerance
+
+if TYPE_CHECKING:
+    from . import bsdf, cli, rcwa, tracer
+    from .tracer import optimise, reproduce, run, study, tolerance
+
+#: Modules that are imported when they are first used.
+_MODULES = ("bsdf", "cli", "rcwa", "tracer")
+#: Functions of `tracer` that are reached from here too.
+_FUNCTIONS = ("optimise", "reproduce", "run", "study", "tolerance")
 
 __all__ = [
     "ConvergenceError",
@@ -51,3 +62,15 @@ __all__ = [
     "tolerance",
     "tracer",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(f"{__name__}.{name}")
+    if name in _FUNCTIONS:
+        return getattr(import_module(f"{__name__}.tracer"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
