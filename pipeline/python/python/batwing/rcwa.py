@@ -717,7 +717,7 @@ def jones(
 
     >>> from batwing import rcwa
     >>> glass = rcwa.Grating(rcwa.Relief(1.0, 0.1, 1.0), top=1.0, bottom=1.5)
-    >>> found = rcwa.jones(glass, 0.55, 60.0, 17.0, orders=2)
+    >>> found = rcwa.jones(glass, 0.55, 60.0, 17.0, orders=4)
     >>> zero = int(np.flatnonzero(found.orders_reflected == 0)[0])
     >>> r = found.reflected[zero]
     >>> bool(abs(abs(r[0, 0]) - 0.4202) < 1e-4 and abs(r[0, 1]) < 1e-12)
