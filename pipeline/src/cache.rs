@@ -115,6 +115,11 @@ impl Cache {
         CacheEntry::Table(Box::new(table))
     }
 
+    /// Whether there is a file under `key`, usable or not.
+    pub fn holds(&self, key: &Key) -> bool {
+        self.path(key).exists()
+    }
+
     /// Keeps `table`, whose header states `key`, under it.
     pub fn store(&self, key: &Key, table: &OrderTable) -> Result<()> {
         write_table(&self.path(key), table)?;

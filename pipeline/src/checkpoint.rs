@@ -9,6 +9,9 @@
 //! belongs elsewhere is reported, and its paths are traced anew; folders of other programs, and
 //! those that nobody has touched for a week, are removed when a command begins, its own when its
 //! results are written.
+//!
+//! The shards of a job keep theirs under `jobs/<job>` in the cache instead, traces of any length,
+//! where no other command looks; a job is of one program. Merging reads them and traces nothing.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -17,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use tracer::CheckpointStore;
@@ -32,6 +35,8 @@ pub const LEAST_PATHS: u64 = 1_000_000;
 
 /// Folder under the cache.
 const FOLDER: &str = "checkpoints";
+/// Folder of the groups of jobs under the cache.
+const JOBS: &str = "jobs";
 /// How a file begins.
 const MARK: &[u8; 8] = b"bwgroup2";
 /// Where the name of the trace begins: after the mark and the hash.
@@ -49,8 +54,23 @@ pub struct Checkpoints {
     console: Console,
     /// Folders of traces of this command.
     used: Mutex<BTreeSet<PathBuf>>,
+    /// What they are for.
+    purpose: Purpose,
     /// Whether it was said that nothing can be kept.
     refused: AtomicBool,
+    /// Why a group of a shard could not be kept.
+    failure: Mutex<Option<anyhow::Error>>,
+}
+
+/// What groups are kept for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    /// To go on after an interrupt.
+    Resuming,
+    /// To be merged: whatever is not kept is lost.
+    Sharding,
+    /// All are there.
+    Merging,
 }
 
 impl Checkpoints {
@@ -59,8 +79,7 @@ impl Checkpoints {
     /// # Errors
     /// A program that cannot be read.
     pub fn open(cache: &Path, console: Console) -> Result<Self> {
-        let program = std::env::current_exe().and_then(fs::read);
-        let program = sha256_hex(&program.context("cannot read the program itself")?);
+        let program = program_sha256()?;
         let root = cache.join(FOLDER);
         let folder = root.join(&program[..16]);
         for old in entries(&root) {
@@ -80,8 +99,55 @@ impl Checkpoints {
             folder,
             console,
             used: Mutex::default(),
+            purpose: Purpose::Resuming,
             refused: AtomicBool::new(false),
+            failure: Mutex::default(),
         })
+    }
+
+    /// Those that the shards of `job` keep in the directory `cache`; when `merging` they are
+    /// complete, and nothing is traced.
+    pub fn of_job(cache: &Path, job: &str, merging: bool, console: Console) -> Self {
+        Self {
+            cache: cache.to_path_buf(),
+            folder: cache.join(JOBS).join(job),
+            console,
+            used: Mutex::default(),
+            purpose: if merging {
+                Purpose::Merging
+            } else {
+                Purpose::Sharding
+            },
+            refused: AtomicBool::new(false),
+            failure: Mutex::default(),
+        }
+    }
+
+    /// Whether a trace of `paths` paths is kept in groups.
+    pub fn keeps(&self, paths: u64) -> bool {
+        self.purpose != Purpose::Resuming || paths >= LEAST_PATHS
+    }
+
+    /// Whether everything is there, so that nothing may be computed.
+    pub fn is_merging(&self) -> bool {
+        self.purpose == Purpose::Merging
+    }
+
+    /// Refuses to go on where a group of a shard could not be kept.
+    ///
+    /// # Errors
+    /// Why the first of them could not.
+    pub fn all_kept(&self) -> Result<()> {
+        let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.take().map_or(Ok(()), Err)
+    }
+
+    /// Removes everything that the shards of the job kept, and folders that are empty then.
+    pub fn discard_job(&self) {
+        remove(&self.folder);
+        // Fails where another job keeps something, as it should.
+        let _ = fs::remove_dir(self.cache.join(JOBS));
+        let _ = fs::remove_dir(&self.cache);
     }
 
     /// The groups of the trace that depends on `fields` and on nothing else.
@@ -129,6 +195,17 @@ impl Checkpoints {
     }
 }
 
+/// Hexadecimal SHA-256 of this very program.
+///
+/// # Errors
+/// A program that cannot be read.
+pub fn program_sha256() -> Result<String> {
+    let program = std::env::current_exe().and_then(fs::read);
+    Ok(sha256_hex(
+        &program.context("cannot read the program itself")?,
+    ))
+}
+
 /// The groups of one trace.
 #[derive(Debug)]
 pub struct Groups<'a> {
@@ -147,6 +224,38 @@ impl Groups<'_> {
         [self.key.hex().as_bytes(), &group.to_le_bytes()].concat()
     }
 
+    /// Numbers of those of `count` groups that are missing or unusable.
+    pub fn missing(&self, count: u64) -> Vec<u64> {
+        let is_there = |group: u64| matches!(self.look(group), Some((_, Ok(_))));
+        (0..count).filter(|&group| !is_there(group)).collect()
+    }
+
+    /// Refuses a trace of `count` groups, some of which are missing, where nothing may be computed.
+    ///
+    /// # Errors
+    /// The first that is missing.
+    pub fn merged_whole(&self, count: u64, what: &str) -> Result<()> {
+        let first = if self.checkpoints.is_merging() {
+            self.missing(count).first().copied()
+        } else {
+            None
+        };
+        ensure!(
+            first.is_none(),
+            "{what}: expected `{}` among the pieces of the job, found none that can be used",
+            self.path(first.unwrap_or_default()).display()
+        );
+        Ok(())
+    }
+
+    /// The file of a group and what it holds; `None` without one.
+    fn look(&self, group: u64) -> Option<(PathBuf, Result<Vec<u8>, &'static str>)> {
+        let path = self.path(group);
+        let bytes = fs::read(&path).ok()?;
+        let content = self.unpack(group, &bytes).map(<[u8]>::to_vec);
+        Some((path, content))
+    }
+
     /// The bytes of a group from those of its file.
     fn unpack<'b>(&self, group: u64, file: &'b [u8]) -> Result<&'b [u8], &'static str> {
         let whole = file.get(HEAD..).filter(|content| {
@@ -160,28 +269,30 @@ impl Groups<'_> {
 
 impl CheckpointStore for Groups<'_> {
     fn find(&self, group: u64) -> Option<Vec<u8>> {
-        let path = self.path(group);
-        let bytes = fs::read(&path).ok()?;
-        match self.unpack(group, &bytes) {
-            Ok(content) => Some(content.to_vec()),
-            Err(why) => {
+        let (path, content) = self.look(group)?;
+        content
+            .map_err(|why| {
                 let name = path.display();
                 let said = format!("`{name}` {why}; its paths are traced anew");
                 self.checkpoints.console.warn(&said);
-                None
-            }
-        }
+            })
+            .ok()
     }
 
     fn keep(&self, group: u64, bytes: &[u8]) {
         let content = [&self.place(group), bytes].concat();
         let file = [&MARK[..], &Sha256::digest(&content), &content].concat();
-        // After Ctrl-C no more files appear, which needs no word.
-        if let Err(error) = atomic_file::write_scratch(&self.path(group), &file)
-            && !atomic_file::is_closed()
-            && !self.checkpoints.refused.swap(true, Ordering::Relaxed)
-        {
-            self.checkpoints.console.warn(&format!(
+        let Err(error) = atomic_file::write_scratch(&self.path(group), &file) else {
+            return;
+        };
+        let checkpoints = self.checkpoints;
+        if checkpoints.purpose == Purpose::Sharding {
+            let failure = checkpoints.failure.lock();
+            let mut failure = failure.unwrap_or_else(PoisonError::into_inner);
+            failure.get_or_insert(error);
+        } else if !atomic_file::is_closed() && !checkpoints.refused.swap(true, Ordering::Relaxed) {
+            // After Ctrl-C no more files appear, which needs no word.
+            checkpoints.console.warn(&format!(
                 "finished paths cannot be kept ({error:#}); an interrupted run would begin anew"
             ));
         }

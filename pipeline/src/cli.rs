@@ -19,6 +19,8 @@ use crate::commands::report::{self, ReportArgs};
 use crate::commands::reproduce::{self, ReproduceArgs};
 use crate::commands::run::{self, RunArgs};
 use crate::commands::schema::{self, SchemaArgs};
+use crate::commands::shardable::Shardable;
+use crate::commands::shards::{self, MergeArgs, PlanArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::commands::tolerance::{self, ToleranceArgs};
 use crate::interrupt::Interrupt;
@@ -117,6 +119,12 @@ pub enum Command {
         after_help = "Example: batwing tolerance data/gallery/d3-by-rays/tolerance.toml --out tolerance"
     )]
     Tolerance(ToleranceArgs),
+    /// Show the shards of a job, which several processes share, and what each costs
+    #[command(after_help = "Example: batwing plan --shards 8 -- reproduce --quick --out results")]
+    Plan(PlanArgs),
+    /// Put the shards of a job together
+    #[command(after_help = "Example: batwing merge results")]
+    Merge(MergeArgs),
     /// Solve one grating and print every order as JSON
     #[command(after_help = "Example: batwing grating case.json")]
     Grating(GratingArgs),
@@ -140,6 +148,20 @@ pub enum Command {
     /// Check a design file, or a table, and say what it describes
     #[command(after_help = "Example: batwing check data/designs/d3.toml")]
     Check(CheckArgs),
+}
+
+impl Command {
+    /// The command, if its work may be shared.
+    fn shared(&self) -> Option<&dyn Shardable> {
+        match self {
+            Self::Reproduce(arguments) => Some(arguments),
+            Self::Run(arguments) => Some(arguments),
+            Self::Bsdf(arguments) => Some(arguments),
+            Self::Study(arguments) => Some(arguments),
+            Self::Tolerance(arguments) => Some(arguments),
+            _ => None,
+        }
+    }
 }
 
 impl Cli {
@@ -168,6 +190,11 @@ impl Cli {
             seed: self.common.seed,
             checkpoints: None,
         };
+        let shared = self.command.shared();
+        if let Some((command, shard)) = shared.and_then(|shared| Some((shared, shared.shard()?))) {
+            let done = shards::compute(command, shard, context);
+            return done.map_err(|error| interrupt.explain(error));
+        }
         let done = match &self.command {
             Command::New(arguments) => new::run(arguments, context),
             Command::Schema(arguments) => schema::run(arguments, context),
@@ -179,6 +206,8 @@ impl Cli {
             Command::Optimise(arguments) => optimise::run(arguments, context),
             Command::Tolerance(arguments) => tolerance::run(arguments, context),
             Command::Study(arguments) => study::run(arguments, context),
+            Command::Plan(arguments) => shards::plan(arguments, context),
+            Command::Merge(arguments) => shards::merge(arguments, context),
             Command::Grating(arguments) => grating::run(arguments, context),
             Command::Export(arguments) => export::run(arguments, context),
             Command::Import(arguments) => import::run(arguments, context),

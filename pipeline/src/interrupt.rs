@@ -33,7 +33,8 @@ pub struct Interrupted;
 pub struct Stopped {
     /// The line for its user.
     pub line: String,
-    /// Exit code: 128 and the number of the signal, 130 after Ctrl-C and 143 after SIGTERM.
+    /// Exit code: 128 and the number of the signal, 130 after Ctrl-C and 143 after SIGTERM, unless
+    /// the command has one of its own.
     pub exit_code: u8,
 }
 
@@ -45,6 +46,8 @@ pub struct Interrupt {
     signal: Arc<AtomicU8>,
     /// Continuation of the line for the user.
     note: Arc<Mutex<String>>,
+    /// Exit code; 0 for that of the signal.
+    exit_code: Arc<AtomicU8>,
 }
 
 impl Interrupt {
@@ -134,6 +137,11 @@ impl Interrupt {
         *self.note.lock().unwrap_or_else(PoisonError::into_inner) = note.into();
     }
 
+    /// Sets the exit code of an interrupt from here on.
+    pub fn exit_with(&self, code: u8) {
+        self.exit_code.store(code, Ordering::SeqCst);
+    }
+
     /// The error that a command ends with: after Ctrl-C the line for its user, whatever a stage
     /// stopped with.
     pub fn explain(&self, error: anyhow::Error) -> anyhow::Error {
@@ -159,10 +167,11 @@ impl Interrupt {
             0 => SIGINT,
             signal => signal,
         };
-        Stopped {
-            line,
-            exit_code: 128 + signal,
-        }
+        let exit_code = match self.exit_code.load(Ordering::SeqCst) {
+            0 => 128 + signal,
+            code => code,
+        };
+        Stopped { line, exit_code }
     }
 
     /// Removes what is being written and ends the process.

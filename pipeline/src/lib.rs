@@ -47,6 +47,7 @@ pub mod report;
 pub mod results;
 pub mod run_context;
 pub mod search;
+pub mod shard;
 pub mod spectrum;
 pub mod stages;
 pub mod study;

@@ -20,13 +20,18 @@ pub struct RunContext<'a> {
 }
 
 impl<'a> RunContext<'a> {
-    /// The same, storing finished groups of paths in `checkpoints`.
+    /// The same, storing finished groups of paths in `checkpoints`, if there are some.
     #[must_use]
     pub fn storing(self, checkpoints: Option<&'a Checkpoints>) -> Self {
         Self {
-            checkpoints,
+            checkpoints: checkpoints.or(self.checkpoints),
             ..self
         }
+    }
+
+    /// Whether all pieces of a job are merged, so that nothing may be computed.
+    pub fn is_merging(self) -> bool {
+        self.checkpoints.is_some_and(Checkpoints::is_merging)
     }
 
     /// The same, with warnings alone on the console.

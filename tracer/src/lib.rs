@@ -88,7 +88,7 @@ pub use outcome::{Outcome, Totals};
 pub use package::{Cap, Dome, Interior, LedBox, Package};
 pub use ray::Ray;
 pub use receiver::{Detector, FarField, Filter, Measurement, PlaneMap, Receiver};
-pub use run::{Control, run, run_rays, run_with, trace_observed};
+pub use run::{Control, run, run_groups, run_rays, run_with, trace_observed};
 pub use scene::{Containment, Prototype, PrototypeId, Scene, SceneBuilder, Surroundings};
 pub use settings::{Sampling, Settings};
 pub use shape::{Meridian, Shape};

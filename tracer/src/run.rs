@@ -14,6 +14,7 @@ mod observed;
 pub use observed::trace_observed;
 
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::batch::BatchTracer;
@@ -41,7 +42,8 @@ pub struct Control<'a> {
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
     /// Raise it to stop the run, which then returns [`Error::Cancelled`].
     pub cancel: Option<&'a AtomicBool>,
-    /// Keeps finished groups and gives them back; asked by [`run_with`] only.
+    /// Keeps finished groups and gives them back; asked by [`run_with`] and
+    /// [`run_groups`] only.
     pub checkpoints: Option<&'a dyn CheckpointStore>,
 }
 
@@ -61,6 +63,39 @@ pub fn run_with(
     settings: &Settings,
     control: Control<'_>,
 ) -> Result<Outcome, Error> {
+    let groups = 0..settings.groups as u64;
+    let found = trace_groups(scene, receivers, settings, control, groups)?;
+    let hits = found.iter().map(|(_, hits)| hits).sum();
+    let totals: Vec<Totals> = found.into_iter().map(|(totals, _)| totals).collect();
+    let in_group = settings.paths.div_ceil(settings.groups as u64);
+    Ok(Outcome::new(in_group * totals.len() as u64, hits, totals))
+}
+
+/// Traces those of `groups` that the checkpoints of `control` lack, and hands them to the
+/// checkpoints: a part of what [`run_with`] traces, for one of several processes. There are none
+/// beyond those of `settings`.
+///
+/// # Errors
+/// Those of [`run_with`].
+pub fn run_groups(
+    scene: &Scene,
+    receivers: &[&dyn Receiver],
+    settings: &Settings,
+    control: Control<'_>,
+    groups: Range<u64>,
+) -> Result<(), Error> {
+    let groups = groups.start..groups.end.min(settings.groups as u64);
+    trace_groups(scene, receivers, settings, control, groups).map(drop)
+}
+
+/// Totals and surfaces met of `groups`, in order.
+fn trace_groups(
+    scene: &Scene,
+    receivers: &[&dyn Receiver],
+    settings: &Settings,
+    control: Control<'_>,
+    groups: Range<u64>,
+) -> Result<Vec<(Totals, u64)>, Error> {
     settings.check()?;
     for receiver in receivers {
         scene.admits(*receiver)?;
@@ -74,7 +109,7 @@ pub fn run_with(
         _ => Strategy::PathByPath,
     };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
-    let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
+    groups
         .into_par_iter()
         .map(|group| {
             if let Some(stored) = stored_group(&tracer, group, in_group, control) {
@@ -87,14 +122,7 @@ pub fn run_with(
             }
             Ok(done)
         })
-        .collect::<Result<_, Error>>()?;
-    let hits = groups.iter().map(|(_, hits)| hits).sum();
-    let totals = groups.into_iter().map(|(totals, _)| totals).collect();
-    Ok(Outcome::new(
-        in_group * settings.groups as u64,
-        hits,
-        totals,
-    ))
+        .collect()
 }
 
 /// A group of `paths` paths from the checkpoints; `None` as well where its bytes are not those of

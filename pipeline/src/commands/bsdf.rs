@@ -2,10 +2,10 @@
 //! `batwing bsdf`: tables of diffraction orders of chosen rings, as files, with the cost of each.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use bsdf::{Side, validate};
 use clap::Args;
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
@@ -13,11 +13,15 @@ use serde_json::{Value, json};
 
 use super::arguments::cache;
 use super::outputs::writable;
+use super::shardable::{Shardable, Sharing};
 use crate::cache::{EXTENSION, write_table};
+use crate::config::design::Design;
 use crate::plural::count;
 use crate::progress::Console;
 use crate::run_context::RunContext;
-use crate::stages::rings::{RingChoice, RingTable, each};
+use crate::shard::ShardChoice;
+use crate::stages::job::Job;
+use crate::stages::rings::{self, RingChoice, RingTable, each};
 use crate::stages::scene_check;
 use crate::stages::tables::labelled;
 
@@ -58,18 +62,71 @@ pub struct BsdfArgs {
     #[arg(long, value_name = "DIR", conflicts_with = "no_cache")]
     pub cache: Option<PathBuf>,
     /// Compute everything, and keep nothing but the tables themselves
-    #[arg(long)]
+    #[arg(long, conflicts_with = "shard")]
     pub no_cache: bool,
+    /// Shards.
+    #[command(flatten)]
+    pub sharing: Sharing,
+}
+
+impl Shardable for BsdfArgs {
+    fn shard(&self) -> Option<&ShardChoice> {
+        self.sharing.shard.as_ref()
+    }
+
+    fn words(&self) -> Vec<String> {
+        let design = self.design.display().to_string();
+        let mut words = vec![
+            "bsdf".to_owned(),
+            design,
+            "--rings".to_owned(),
+            self.rings.to_string(),
+        ];
+        if let Some(tolerance) = self.tolerance {
+            words.extend(["--tolerance".to_owned(), tolerance.to_string()]);
+        }
+        words
+    }
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn cache_given(&self) -> Option<&Path> {
+        self.cache.as_deref()
+    }
+
+    fn job(&self, _: RunContext) -> Result<Job> {
+        ensure!(
+            !self.no_cache,
+            "--no-cache: expected a cache, in which shards leave their tables"
+        );
+        let (design, rings) = self.rings()?;
+        let inputs = design.provenance.inputs();
+        Ok(Job::new(rings::of(&design, &rings), Vec::new(), inputs))
+    }
+
+    fn run(&self, context: RunContext) -> Result<()> {
+        run(self, context)
+    }
+}
+
+impl BsdfArgs {
+    /// The design at the tolerance asked for, and the chosen rings.
+    fn rings(&self) -> Result<(Design, Vec<usize>)> {
+        let mut design = scene_check::load(&self.design)?;
+        if let Some(tolerance) = self.tolerance {
+            design.hybrid.tolerance = tolerance;
+        }
+        let of_file = || self.design.display().to_string();
+        let rings = self.rings.rings(&design).with_context(of_file)?;
+        Ok((design, rings))
+    }
 }
 
 /// Finds or solves the chosen rings, and writes `<design>-ring-075.bworders` and its neighbours.
 pub fn run(arguments: &BsdfArgs, context: RunContext) -> Result<()> {
-    let mut design = scene_check::load(&arguments.design)?;
-    if let Some(tolerance) = arguments.tolerance {
-        design.hybrid.tolerance = tolerance;
-    }
-    let of_file = || arguments.design.display().to_string();
-    let rings = arguments.rings.rings(&design).with_context(of_file)?;
+    let (design, rings) = arguments.rings()?;
     writable(&arguments.out)?;
     let cache = (!arguments.no_cache).then(|| cache(arguments.cache.as_deref(), &arguments.out));
     if let Some(cache) = &cache {

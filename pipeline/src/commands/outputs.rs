@@ -30,11 +30,12 @@ pub(super) fn note_interrupt(context: RunContext, cache: Option<&Cache>, what: &
         .note(format!("before {} was written{kept}", results::FILE));
 }
 
-/// The store of finished groups of paths in `cache`.
+/// The store of finished groups of paths in `cache`; none where a job has one already.
 pub(super) fn checkpoints(
     cache: Option<&Cache>,
     context: RunContext,
 ) -> Result<Option<Checkpoints>> {
+    let cache = cache.filter(|_| context.checkpoints.is_none());
     cache
         .map(|cache| Checkpoints::open(cache.directory(), context.console))
         .transpose()

@@ -8,6 +8,7 @@ use clap::Args;
 
 use super::arguments::cache;
 use super::outputs::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
+use super::shardable::{Shardable, Sharing};
 use crate::atomic_file;
 use crate::checkpoint::Checkpoints;
 use crate::config::{self, design::Design};
@@ -17,9 +18,12 @@ use crate::report::plots::{Heading, published_vs_computed};
 use crate::report::summary::{self, SummaryRow};
 use crate::results::{self, DesignResult, QUICK_NOTE, Results};
 use crate::run_context::RunContext;
+use crate::shard::ShardChoice;
+use crate::stages::job::{Job, Task};
 use crate::stages::model::Model;
 use crate::stages::run::Run;
 use crate::stages::tables::{DesignTables, tables};
+use crate::stages::trace_plan::TracePlan;
 use crate::stages::{output, paper_figures};
 
 /// Designs compared with the paper.
@@ -43,19 +47,75 @@ pub struct ReproduceArgs {
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+    /// Shards.
+    #[command(flatten)]
+    pub sharing: Sharing,
+}
+
+impl Shardable for ReproduceArgs {
+    fn shard(&self) -> Option<&ShardChoice> {
+        self.sharing.shard.as_ref()
+    }
+
+    fn words(&self) -> Vec<String> {
+        let quick = self.quick.then_some("--quick");
+        let words = ["reproduce"].into_iter().chain(quick);
+        words.map(str::to_owned).collect()
+    }
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn cache_given(&self) -> Option<&Path> {
+        self.cache.as_deref()
+    }
+
+    fn job(&self, context: RunContext) -> Result<Job> {
+        let (compared, references) = self.designs()?;
+        let inputs = inputs(&compared, &references);
+        let seed = context.seed;
+        let designs = compared.iter().chain(&references);
+        let plans = designs.flat_map(|design| {
+            let models = Model::all_of(design).into_iter();
+            models.map(|model| TracePlan::of_model(design, model, seed).into_owned())
+        });
+        let plans = plans.chain(paper_figures::plans(&compared, seed));
+        let tasks = plans.map(|plan| Box::new(plan) as Box<dyn Task>);
+        Ok(Job::new(Vec::new(), tasks.collect(), inputs))
+    }
+
+    fn run(&self, context: RunContext) -> Result<()> {
+        run(self, context)
+    }
+}
+
+impl ReproduceArgs {
+    /// Designs of the paper, and those beside them.
+    fn designs(&self) -> Result<(Vec<Design>, Vec<Design>)> {
+        let load = |names: &[&str]| -> Result<Vec<Design>> {
+            let quick = |d: Design| if self.quick { quick(d) } else { d };
+            names
+                .iter()
+                .map(|name| Ok(quick(config::embedded(name)?)))
+                .collect()
+        };
+        Ok((load(&COMPARED)?, load(&REFERENCES)?))
+    }
+}
+
+/// Files that went in.
+fn inputs(compared: &[Design], references: &[Design]) -> Vec<FileRecord> {
+    let designs = compared.iter().chain(references);
+    let files = designs.flat_map(|design| design.provenance.inputs());
+    let published = FileRecord::new("tables.toml", published::TABLES.as_bytes());
+    files.chain([published]).collect()
 }
 
 /// Computes everything and writes it under the output directory, `results.json` last.
 pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     let published = Published::load()?;
-    let load = |names: &[&str]| -> Result<Vec<Design>> {
-        let quick = |d: Design| if arguments.quick { quick(d) } else { d };
-        names
-            .iter()
-            .map(|name| Ok(quick(config::embedded(name)?)))
-            .collect()
-    };
-    let (compared, references) = (load(&COMPARED)?, load(&REFERENCES)?);
+    let (compared, references) = arguments.designs()?;
     let cache = cache(arguments.cache.as_deref(), &arguments.out);
     let folders = compared
         .iter()
@@ -105,16 +165,10 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
         .collect::<Result<_>>()?;
     let figures = paper_figures::all(&compared, &all_tables[0], &arguments.out, context)?;
 
-    let mut inputs: Vec<FileRecord> = compared
-        .iter()
-        .chain(&references)
-        .flat_map(|design| design.provenance.inputs())
-        .collect();
-    inputs.push(FileRecord::new("tables.toml", published::TABLES.as_bytes()));
     let mut results = Results {
         quick: arguments.quick,
         seed: context.seed,
-        inputs,
+        inputs: inputs(&compared, &references),
         designs,
         references: beside,
         figures,

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing run`: traces one design in the models asked for.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Result;
-use clap::Args;
+use anyhow::{Result, ensure};
+use clap::{Args, ValueEnum};
 
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
+use super::shardable::{Shardable, Sharing};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::Design;
 use crate::digits::thousands;
@@ -17,8 +18,10 @@ use crate::report::{run_summary, summary};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
+use crate::shard::ShardChoice;
 use crate::spectrum::Spectrum;
 use crate::stages::dome_surface::dome_surface;
+use crate::stages::job::{Job, Task};
 use crate::stages::model::Model;
 use crate::stages::run::Run;
 use crate::stages::solids::SolidOnBottom;
@@ -57,15 +60,85 @@ pub struct RunArgs {
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+    /// Shards.
+    #[command(flatten)]
+    pub sharing: Sharing,
+}
+
+impl Shardable for RunArgs {
+    fn shard(&self) -> Option<&ShardChoice> {
+        self.sharing.shard.as_ref()
+    }
+
+    fn words(&self) -> Vec<String> {
+        let mut words = vec!["run".to_owned(), self.design.display().to_string()];
+        if let Some(model) = self.model.to_possible_value() {
+            words.extend(["--model".to_owned(), model.get_name().to_owned()]);
+        }
+        if let Some(paths) = self.paths {
+            words.extend(["--paths".to_owned(), paths.to_string()]);
+        }
+        words
+    }
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn cache_given(&self) -> Option<&Path> {
+        self.cache.as_deref()
+    }
+
+    fn job(&self, context: RunContext) -> Result<Job> {
+        ensure!(
+            self.until_error.is_none(),
+            "--until-error: expected a number of paths for shards, got batches, each of which follows from those before"
+        );
+        let design = self.design()?;
+        let models = self.models(&design)?;
+        let lights = design.all_lights();
+        let run = Run {
+            design: &design,
+            lights: lights.as_deref(),
+            stopping_rule: None,
+            cache: None,
+            out: &self.out,
+        };
+        run.check(&models, context)?;
+        let plans = run.plans(&models, context)?.into_iter();
+        let tasks = plans.map(|plan| Box::new(plan) as Box<dyn Task>);
+        let inputs = design.provenance.inputs();
+        Ok(Job::new(Vec::new(), tasks.collect(), inputs))
+    }
+
+    fn run(&self, context: RunContext) -> Result<()> {
+        run(self, context)
+    }
+}
+
+impl RunArgs {
+    /// The design with the number of paths asked for.
+    fn design(&self) -> Result<Design> {
+        let mut design = scene_check::load(&self.design)?;
+        if let Some(paths) = self.paths {
+            design.trace.paths = paths;
+        }
+        Ok(design)
+    }
+
+    /// The models asked for.
+    fn models(&self, design: &Design) -> Result<Vec<Model>> {
+        match self.model.one() {
+            Some(model) => Ok(vec![model.of(design)?]),
+            None => Ok(Model::all_of(design)),
+        }
+    }
 }
 
 /// Traces the design and writes its results and pictures.
 pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
-    let mut design = scene_check::load(&arguments.design)?;
-    if let Some(paths) = arguments.paths {
-        design.trace.paths = paths;
-    }
+    let mut design = arguments.design()?;
     let stopping_rule = arguments.until_error.clone().map(|target| StoppingRule {
         target,
         most_paths: arguments.most_paths,
@@ -74,10 +147,7 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
         rule.target.check(&design)?;
         design.trace.paths = rule.batch(design.trace.paths)?;
     }
-    let models = match arguments.model.one() {
-        Some(model) => vec![model.of(&design)?],
-        None => Model::all_of(&design),
-    };
+    let models = arguments.models(&design)?;
     if let (None, Some(left_out)) = (arguments.model.one(), Model::left_out(&design)) {
         let file = &design.provenance.file;
         context.console.warn(&format!("{file}: {left_out}"));

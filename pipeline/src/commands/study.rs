@@ -3,13 +3,15 @@
 //! misfits to targets.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use clap::Args;
 
 use super::arguments::{cache, paths};
 use super::outputs::writable;
+use super::shardable::{Shardable, Sharing};
 use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
@@ -21,7 +23,9 @@ use crate::quantity::Unit;
 use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::run_context::RunContext;
-use crate::study::compute::compute;
+use crate::shard::ShardChoice;
+use crate::stages::job::{Job, Task};
+use crate::study::compute::{compute, shared_traces};
 use crate::study::study_results::{FigureRow, Ranked, StudyResults};
 use crate::study::{self, Study};
 
@@ -51,6 +55,42 @@ pub struct StudyArgs {
     /// results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+    /// Shards.
+    #[command(flatten)]
+    pub sharing: Sharing,
+}
+
+impl Shardable for StudyArgs {
+    fn shard(&self) -> Option<&ShardChoice> {
+        self.sharing.shard.as_ref()
+    }
+
+    fn words(&self) -> Vec<String> {
+        let mut words = vec!["study".to_owned(), self.study.display().to_string()];
+        if let Some(paths) = self.paths {
+            words.extend(["--paths".to_owned(), paths.to_string()]);
+        }
+        words
+    }
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn cache_given(&self) -> Option<&Path> {
+        self.cache.as_deref()
+    }
+
+    fn job(&self, context: RunContext) -> Result<Job> {
+        let study = Arc::new(study::load(&self.study, self.paths)?);
+        let traces = shared_traces(&study, context.seed).into_iter();
+        let tasks = traces.map(|trace| Box::new(trace) as Box<dyn Task>);
+        Ok(Job::new(Vec::new(), tasks.collect(), study.inputs.clone()))
+    }
+
+    fn run(&self, context: RunContext) -> Result<()> {
+        run(self, context)
+    }
 }
 
 /// Computes the study and writes JSON, CSV and pictures, `study.json` last.

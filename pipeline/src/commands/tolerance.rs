@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing tolerance`: what deviations of a real package do to the figures of a design.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
@@ -9,13 +9,16 @@ use clap::Args;
 
 use super::arguments::{cache, paths, whole};
 use super::outputs::writable;
+use super::shardable::{Shardable, Sharing};
 use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::formats::csv;
 use crate::provenance::FileRecord;
 use crate::run_context::RunContext;
-use crate::tolerance::compute::compute;
-use crate::tolerance::definition::{self, Overrides};
+use crate::shard::ShardChoice;
+use crate::stages::job::Job;
+use crate::tolerance::compute::{SharedSamples, compute};
+use crate::tolerance::definition::{self, Overrides, ToleranceAnalysis};
 use crate::tolerance::tolerance_results::ToleranceResults;
 
 /// File under the directory of results.
@@ -44,16 +47,64 @@ pub struct ToleranceArgs {
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+    /// Shards.
+    #[command(flatten)]
+    pub sharing: Sharing,
+}
+
+impl Shardable for ToleranceArgs {
+    fn shard(&self) -> Option<&ShardChoice> {
+        self.sharing.shard.as_ref()
+    }
+
+    fn words(&self) -> Vec<String> {
+        let mut words = vec!["tolerance".to_owned(), self.file.display().to_string()];
+        if let Some(samples) = self.samples {
+            words.extend(["--samples".to_owned(), samples.to_string()]);
+        }
+        if let Some(paths) = self.paths {
+            words.extend(["--paths".to_owned(), paths.to_string()]);
+        }
+        words
+    }
+
+    fn out(&self) -> &Path {
+        &self.out
+    }
+
+    fn cache_given(&self) -> Option<&Path> {
+        self.cache.as_deref()
+    }
+
+    fn job(&self, context: RunContext) -> Result<Job> {
+        let samples = SharedSamples {
+            analysis: self.analysis()?,
+            seed: context.seed,
+        };
+        let inputs = samples.analysis.inputs.clone();
+        Ok(Job::new(Vec::new(), vec![Box::new(samples)], inputs))
+    }
+
+    fn run(&self, context: RunContext) -> Result<()> {
+        run(self, context)
+    }
+}
+
+impl ToleranceArgs {
+    /// The analysis with what the arguments replace in its file.
+    fn analysis(&self) -> Result<ToleranceAnalysis> {
+        let overrides = Overrides {
+            samples: self.samples,
+            paths: self.paths,
+        };
+        definition::load(&self.file, overrides)
+    }
 }
 
 /// Traces the samples and writes the table of samples and a picture, then `tolerance.json`.
 pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
-    let overrides = Overrides {
-        samples: arguments.samples,
-        paths: arguments.paths,
-    };
-    let analysis = definition::load(&arguments.file, overrides)?;
+    let analysis = arguments.analysis()?;
     let out = arguments.out.as_path();
     let cache = cache(arguments.cache.as_deref(), out);
     writable(out)?;

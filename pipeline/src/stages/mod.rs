@@ -9,6 +9,9 @@
 //! [`design_file`] makes designs by setting keys, [`ring_slopes`] reliefs by their slopes, and
 //! [`model_traces`] traces many designs without files. Other commands use [`rings`] (tables one by one), [`convergence`], [`near_field`] and
 //! [`grating`] (the solver alone), [`paths`] (a few paths to look at) and [`paper_figures`].
+//!
+//! A [`job`] lists the pieces of a computation, tables and units of tasks such as a [`trace_plan`],
+//! so that several processes share them.
 
 pub mod absolute;
 pub mod bodies;
@@ -18,6 +21,7 @@ pub mod description;
 pub mod design_file;
 pub mod dome_surface;
 pub mod grating;
+pub mod job;
 pub mod model;
 pub mod model_traces;
 pub mod near_field;
@@ -41,4 +45,5 @@ pub mod spectral;
 pub mod stopping_rule;
 pub mod tables;
 pub mod trace;
+pub mod trace_plan;
 pub mod units;

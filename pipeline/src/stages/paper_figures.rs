@@ -2,6 +2,7 @@
 //! Figures 3, 4 and 6 of the paper: far fields of single elements, and one ring by rays and by
 //! RCWA.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
@@ -9,12 +10,10 @@ use bsdf::{Bsdf, Polarization, Transport, UnitCell};
 use glam::DVec3;
 
 use super::cells::outline;
-use super::scene::DomeSurface;
 use super::tables::{BandTable, DesignTables};
-use super::trace::observe;
+use super::trace_plan::{DomeChoice, TracePlan};
 use crate::atomic_file::write_bytes;
 use crate::config::design::Design;
-use crate::geometry::Meridian;
 use crate::quantity::{Curve, Quantity, Unit};
 use crate::report::plots::Heading;
 use crate::report::plots::{
@@ -52,9 +51,8 @@ pub fn all(
         ));
     };
     let folder = out.join(FOLDER);
-    let third = FIGURE_3
-        .map(|k| alone(d1, k, &format!("S{k}"), context))
-        .collect::<Result<Vec<_>>>()?;
+    let third = third(d1, context.seed).map(|curve| curve.trace(context));
+    let third = third.collect::<Result<Vec<_>>>()?;
     elements(
         &folder.join(FILES[0]),
         &Heading::new(
@@ -64,11 +62,8 @@ pub fn all(
         &third,
         LineColours::Ordered,
     )?;
-    let shapes = [(d1, "OS1"), (d2, "OS2"), (d3, "OS3")];
-    let fourth = shapes
-        .map(|(design, shape)| alone(design, FIGURE_4, &format!("S{FIGURE_4} {shape}"), context))
-        .into_iter()
-        .collect::<Result<Vec<_>>>()?;
+    let fourth = fourth([d1, d2, d3], context.seed).map(|curve| curve.trace(context));
+    let fourth = fourth.into_iter().collect::<Result<Vec<_>>>()?;
     elements(
         &folder.join(FILES[1]),
         &Heading::new(
@@ -102,14 +97,49 @@ pub fn all(
     })
 }
 
-/// Far field of element `k` alone, averaged over azimuth.
-fn alone(design: &Design, k: usize, label: &str, context: RunContext) -> Result<Curve> {
-    let base = design
-        .base()
-        .with_context(|| format!("{} has no dome", design.name))?;
-    let surface = DomeSurface::Only(Meridian::stepped(base, &design.elements)?, k);
-    let paths = (design.trace.paths / SHARE_OF_PATHS).max(1000);
-    observe(design, &surface, paths, &format!("{label} alone"), context)?.azimuthal_mean(label)
+/// The traces of Figures 3 and 4; `designs` are D1, D2, D3.
+pub fn plans(designs: &[Design], seed: u64) -> Vec<TracePlan<'static>> {
+    let [d1, d2, d3] = designs else {
+        return Vec::new();
+    };
+    let curves = third(d1, seed).chain(fourth([d1, d2, d3], seed));
+    curves.map(|curve| curve.plan.into_owned()).collect()
+}
+
+/// Far field of one element alone, averaged over azimuth.
+struct ElementCurve<'a> {
+    plan: TracePlan<'a>,
+    label: String,
+}
+
+fn third(d1: &Design, seed: u64) -> impl Iterator<Item = ElementCurve<'_>> {
+    FIGURE_3.map(move |k| ElementCurve::new(d1, k, format!("S{k}"), seed))
+}
+
+fn fourth([d1, d2, d3]: [&Design; 3], seed: u64) -> [ElementCurve<'_>; 3] {
+    let shapes = [(d1, "OS1"), (d2, "OS2"), (d3, "OS3")];
+    shapes.map(|(design, shape)| {
+        ElementCurve::new(design, FIGURE_4, format!("S{FIGURE_4} {shape}"), seed)
+    })
+}
+
+impl<'a> ElementCurve<'a> {
+    fn new(design: &'a Design, element: usize, label: String, seed: u64) -> Self {
+        let plan = TracePlan {
+            design: Cow::Borrowed(design),
+            dome: DomeChoice::Element(element),
+            paths: (design.trace.paths / SHARE_OF_PATHS).max(1000),
+            what: format!("{label} alone"),
+            seed,
+        };
+        Self { plan, label }
+    }
+
+    fn trace(&self, context: RunContext) -> Result<Curve> {
+        let surface = self.plan.surface(None)?;
+        let seen = self.plan.observe(&surface, context)?;
+        seen.azimuthal_mean(&self.label)
+    }
 }
 
 fn elements(path: &Path, heading: &Heading, curves: &[Curve], colours: LineColours) -> Result<()> {

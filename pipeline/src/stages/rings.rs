@@ -4,6 +4,7 @@
 //! Each table is handed over as soon as it is solved: a caller need not hold all of them, and a
 //! stopped run loses one ring at most. Keys and cache are those of [`super::tables`].
 
+use std::fmt::{self, Display};
 use std::ops::ControlFlow;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -16,7 +17,7 @@ use rcwa::cost_model::{self, Operations};
 use rcwa::hemisphere::Resolution;
 
 use super::cells::{band_cells, by_ring, has_bands};
-use super::tables::{cost, directions, interface, tables};
+use super::tables::{Ring, cost, directions, interface, tables};
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
 use crate::geometry::Cell;
@@ -60,6 +61,19 @@ impl FromStr for RingChoice {
             rings.push(ring);
         }
         Ok(Self::Listed(rings))
+    }
+}
+
+impl Display for RingChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Representatives => f.write_str("representatives"),
+            Self::All => f.write_str("all"),
+            Self::Listed(rings) => {
+                let rings: Vec<String> = rings.iter().map(ToString::to_string).collect();
+                f.write_str(&rings.join(","))
+            }
+        }
     }
 }
 
@@ -122,6 +136,15 @@ pub struct RingTable {
     pub time: Duration,
     /// Complex multiply-adds of the table at its resolution, without the search.
     pub operations: Operations,
+}
+
+/// The tables of `rings`, each from its own cell, for several processes to share.
+pub fn of(design: &Design, rings: &[usize]) -> Vec<Ring> {
+    let single = by_ring(design);
+    let rings = rings.iter();
+    rings
+        .flat_map(|&ring| Ring::of_design(&single, Some(ring)))
+        .collect()
 }
 
 /// Finds or computes the tables of `rings` and hands each to `take`.

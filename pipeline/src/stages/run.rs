@@ -6,7 +6,6 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use super::dome_surface::dome_surface;
 use super::model::Model;
 use super::output::{self, Output};
 use super::package;
@@ -14,7 +13,7 @@ use super::paths_3d::WavelengthScene;
 use super::spectral::SpectralJob;
 use super::stopping_rule::{self, StoppingRule};
 use super::tables::{DesignTables, tables};
-use super::trace::{GROUPS, TraceJob};
+use super::trace_plan::TracePlan;
 use super::units::Units;
 use crate::cache::Cache;
 use crate::config::design::Design;
@@ -47,6 +46,21 @@ impl Run<'_> {
         let jobs = lights.flat_map(|lights| models.iter().map(move |model| (lights, *model)));
         let mut jobs = jobs.map(|(lights, model)| self.spectral_job(lights, model, context));
         jobs.try_for_each(SpectralJob::check)
+    }
+
+    /// The traces of `models`, for several processes to share.
+    ///
+    /// # Errors
+    /// Wavelengths that follow from what has been traced.
+    pub fn plans(&self, models: &[Model], context: RunContext) -> Result<Vec<TracePlan<'static>>> {
+        let Some(lights) = self.lights else {
+            let models = models.iter();
+            let plan = |&model| TracePlan::of_model(self.design, model, context.seed).into_owned();
+            return Ok(models.map(plan).collect());
+        };
+        let models = models.iter();
+        let plans = models.map(|&model| self.spectral_job(lights, model, context).plans());
+        Ok(plans.collect::<Result<Vec<_>>>()?.concat())
     }
 
     /// Runs `models`, one after another; the tables of the hybrid come first.
@@ -87,14 +101,9 @@ impl Run<'_> {
         context: RunContext,
     ) -> Result<ModelResult> {
         let design = self.design;
-        let surface = dome_surface(design, model, tables)?;
-        let job = TraceJob {
-            design,
-            surface: &surface,
-            paths: design.trace.paths,
-            what: &format!("{} {}", design.name, model.key(design)),
-            error_groups: GROUPS,
-        };
+        let plan = TracePlan::of_model(design, model, context.seed);
+        let surface = plan.surface(tables)?;
+        let job = plan.job(&surface);
         let (observation, until_error) = match self.stopping_rule {
             None => (job.observe(context)?, None),
             Some(rule) => {

@@ -19,7 +19,7 @@ mod sweep;
 
 use std::borrow::Cow;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use serde_json::json;
 
 use self::rule::{Node, Rule, any, compares, least, medians, tolerance};
@@ -28,13 +28,14 @@ use self::sweep::Sweep;
 use super::observation::Observation;
 use super::paths_3d::WavelengthScene;
 use super::stopping_rule::StoppingRule;
+use super::trace_plan::TracePlan;
 use super::units::Units;
 use crate::metrics::Estimate;
 use crate::plural::count;
 use crate::results::Figure;
 use crate::results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
 use crate::spectrum::Sampling;
-use crate::spectrum::lights::Colour;
+use crate::spectrum::lights::{Colour, Lights};
 use crate::spectrum::quadrature::COUNTS;
 
 /// Figures whose change decides whether wavelengths are added.
@@ -62,6 +63,26 @@ impl<'a> SpectralJob<'a> {
         } else {
             Ok(())
         }
+    }
+
+    /// The traces at all wavelengths, for several processes to share.
+    ///
+    /// # Errors
+    /// Lights whose wavelengths follow from what has been traced at others; too many wavelengths.
+    pub fn plans(self) -> Result<Vec<TracePlan<'static>>> {
+        self.check()?;
+        let sweep = Sweep::new(self);
+        if !sweep.disperses()? {
+            return sweep.plans(&[medians(self.lights)]);
+        }
+        ensure!(
+            tolerance(self.lights).is_none(),
+            "{}: expected stated wavelengths (`samples`, `lines`) for shards, got a `tolerance`, by which they follow from what is traced",
+            self.design.provenance.file
+        );
+        let (rule, coarse) = stated(self.lights);
+        let rules: Vec<Rule> = std::iter::once(rule).chain(coarse).collect();
+        sweep.plans(&rules)
     }
 
     /// What the receivers see, all wavelengths together.
@@ -182,6 +203,12 @@ impl SpectralTrace<'_> {
     }
 }
 
+/// The rule of lights whose numbers of wavelengths are stated, and the one to compare it with.
+fn stated(lights: &Lights) -> (Rule, Option<Rule>) {
+    let coarse = compares(lights).then(|| rule::rule(lights, 1, true));
+    (rule::rule(lights, 1, false), coarse)
+}
+
 /// Computes as many wavelengths as it takes: the rule, the one to compare it with, and why it is no
 /// larger.
 fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
@@ -195,13 +222,12 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
         return Ok((rule, None, StoppedBy::NoDispersion));
     }
     let Some(tolerance) = tolerance(lights) else {
-        let rule = rule::rule(lights, 1, false);
+        let (rule, coarse) = stated(lights);
         sweep.fits(&rule, compares(lights))?;
         sweep.cover(&rule)?;
         if !any(lights, |sampling| matches!(sampling, Sampling::Samples(_))) {
             return Ok((rule, None, StoppedBy::Lines));
         }
-        let coarse = compares(lights).then(|| rule::rule(lights, 1, true));
         if let Some(coarse) = &coarse {
             sweep.cover(coarse)?;
         }

@@ -12,7 +12,7 @@ mod matrices;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, TableHeader};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -383,6 +383,75 @@ fn side(side: rcwa::Side) -> bsdf::Side {
     }
 }
 
+/// A ring whose table a job needs.
+#[derive(Debug, Clone)]
+pub struct Ring {
+    /// Key of its table in the cache.
+    pub key: Key,
+    /// Design and number, for people.
+    pub label: String,
+    design: Arc<Design>,
+    cell: Cell,
+}
+
+impl Ring {
+    /// The rings of all bands of `design`, or of the band `only` (from 1).
+    pub fn of_design(design: &Design, only: Option<usize>) -> Vec<Self> {
+        let shared = Arc::new(design.clone());
+        let rings = problems(design, only).into_iter().flatten();
+        rings
+            .map(|ring| Self {
+                key: ring.key,
+                label: ring.label,
+                design: Arc::clone(&shared),
+                cell: ring.cell,
+            })
+            .collect()
+    }
+
+    /// Complex multiply-adds of the table at the resolution that it may be expected to take.
+    pub fn operations(&self) -> f64 {
+        let problem = RingProblem::new(&self.design, self.cell.clone());
+        let counted = problem.interface().map(|interface| {
+            let resolution = expected_resolution(&problem, &interface);
+            let directions = directions(&problem.grid);
+            resolution.map(|at| cost_model::operations(&interface, &directions, &at).total())
+        });
+        // A relief that cannot be solved is refused when it is solved.
+        counted.and_then(|operations| operations).unwrap_or(0.0)
+    }
+}
+
+/// The resolution that a ring may be expected to take: orders that propagate and those beyond, and
+/// slices, by the root of the height in half wavelengths. Found orders differ by a tenth, found
+/// slices by a third.
+fn expected_resolution(problem: &RingProblem, interface: &Interface) -> Result<Resolution> {
+    let index = interface.n_top.re.max(interface.n_bottom.re);
+    let waves = index / problem.grid.wavelength;
+    let height = (2.0 * waves * problem.cell.depth_um).sqrt();
+    let finer = (1e-3 / problem.hybrid.tolerance).powf(0.12);
+    let orders = waves * problem.cell.period_um + 3.0 + 1.2 * height * finer;
+    let slices = (6.0 * height * finer).ceil().max(1.0);
+    Ok(Resolution {
+        truncation: Truncation::new(orders as usize)?,
+        plan: interface.relief.slice_plan(slices as usize),
+    })
+}
+
+/// Solves those of `rings` that the cache lacks, and stores their tables.
+///
+/// # Errors
+/// Those of the solver and of the cache; an interrupt.
+pub fn solve_rings(rings: &[&Ring], cache: &Cache, context: RunContext) -> Result<()> {
+    let rings = rings.iter();
+    let problems: Vec<RingProblem> = rings
+        .map(|ring| RingProblem::new(&ring.design, ring.cell.clone()))
+        .collect();
+    let distinct = problems.iter().map(|ring| (&ring.key, ring)).collect();
+    let (_, missing) = look_up(distinct, Some(cache), context);
+    solve_missing(missing, Some(cache), context).map(drop)
+}
+
 /// Names in the cache of all tables that `design` needs, from the axis.
 pub fn keys(design: &Design) -> Vec<Key> {
     let rings = problems(design, None).into_iter().flatten();
@@ -505,12 +574,16 @@ fn look_up<'a>(
     (ready, missing)
 }
 
-/// Solves the rings, the largest first, and stores each in the cache.
+/// Solves the rings, the largest first, and stores each in the cache. Where a job is merged there
+/// may be none.
 fn solve_missing(
     mut rings: Vec<&RingProblem>,
     cache: Option<&Cache>,
     context: RunContext,
 ) -> Result<Vec<(Key, Arc<OrderTable>)>> {
+    if let Some(ring) = rings.first().filter(|_| context.is_merging()) {
+        bail!("expected the table of {} in the cache", ring.label);
+    }
     let cost = |ring: &RingProblem| cost(&ring.cell);
     rings.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
     let all = rings.iter().map(|ring| cost(ring) as u64).sum();

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The Monte Carlo run of one model of one design: a scene is traced, its receivers are read.
 
+use std::ops::Range;
+
 use anyhow::Result;
 use serde_json::{Value, json};
 use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
 
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
-use crate::checkpoint::LEAST_PATHS;
+use crate::checkpoint::{Checkpoints, Groups};
 use crate::config::design::Design;
 use crate::config::design::trace_key::ReliefModel;
 use crate::interrupt::Interrupted;
@@ -72,36 +74,71 @@ impl TraceJob<'_> {
     }
 
     fn trace(&self, progress: &(dyn Fn(u64) + Sync), context: RunContext) -> Result<Observation> {
-        let design = self.design;
-        let scene = scene::build(design, self.surface)?;
+        let scene = scene::build(self.design, self.surface)?;
         context.interrupt.check()?;
+        let groups = self.groups(context);
+        if let Some(groups) = &groups {
+            groups.merged_whole(GROUPS as u64, self.what)?;
+        }
+        let outcome = self.with_receivers(|receivers| {
+            let settings = self.settings(context.seed);
+            let control = control(progress, groups.as_ref(), context);
+            tracer::run_with(&scene, receivers, &settings, control)
+        })?;
+        context.interrupt.check()?;
+        let outcome = uninterrupted(outcome)?.merged(self.error_groups);
+        let mut observation = Observation::new(self.design, outcome);
+        observation.depolarised_by = scene.scattering_surfaces();
+        Ok(observation)
+    }
+
+    /// Traces the groups `wanted` for the checkpoints of `context` alone.
+    ///
+    /// # Errors
+    /// A scene that cannot be built, those of the tracer; a group that cannot be kept; an interrupt.
+    pub fn keep_groups(&self, wanted: Range<u64>, context: RunContext) -> Result<()> {
+        let scene = scene::build(self.design, self.surface)?;
+        let count = wanted.end - wanted.start;
+        let bar = context
+            .console
+            .progress(count * self.paths.div_ceil(GROUPS as u64), self.what);
+        let progress = |done| bar.inc(done);
+        let groups = self.groups(context);
+        let done = self.with_receivers(|receivers| {
+            let settings = self.settings(context.seed);
+            let control = control(&progress, groups.as_ref(), context);
+            tracer::run_groups(&scene, receivers, &settings, control, wanted)
+        })?;
+        bar.finish_and_clear();
+        context.interrupt.check()?;
+        uninterrupted(done)?;
+        context.checkpoints.map_or(Ok(()), Checkpoints::all_kept)
+    }
+
+    /// Hands far field, plane and the design's own receivers to `trace`.
+    fn with_receivers<T>(&self, trace: impl FnOnce(&[&dyn Receiver]) -> T) -> Result<T> {
+        let design = self.design;
         let plane = plane(design)?;
         let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
         let detectors = design.receivers.iter();
         let detectors = detectors.map(|receiver| &receiver.detector as &dyn Receiver);
         let built_in: [&dyn Receiver; 2] = [&far, &plane];
         let receivers: Vec<_> = built_in.into_iter().chain(detectors).collect();
-        let settings = Settings {
+        Ok(trace(&receivers))
+    }
+
+    fn settings(&self, seed: u64) -> Settings {
+        Settings {
             groups: GROUPS,
-            path_splitting: design.trace.split.unwrap_or(1),
-            ..scene::settings(design, self.paths, context.seed)
-        };
-        let checkpoints = context.checkpoints.filter(|_| self.paths >= LEAST_PATHS);
-        let groups = checkpoints.map(|all| all.of(&self.key_fields(context.seed)));
-        let control = Control {
-            progress: Some(progress),
-            cancel: Some(context.interrupt.flag()),
-            checkpoints: groups.as_ref().map(|groups| groups as &dyn CheckpointStore),
-        };
-        let outcome = tracer::run_with(&scene, &receivers, &settings, control);
-        context.interrupt.check()?;
-        let outcome = match outcome {
-            Err(tracer::Error::Cancelled) => return Err(Interrupted.into()),
-            other => other?.merged(self.error_groups),
-        };
-        let mut observation = Observation::new(design, outcome);
-        observation.depolarised_by = scene.scattering_surfaces();
-        Ok(observation)
+            path_splitting: self.design.trace.split.unwrap_or(1),
+            ..scene::settings(self.design, self.paths, seed)
+        }
+    }
+
+    /// Where finished groups are kept, if they are.
+    fn groups<'c>(&self, context: RunContext<'c>) -> Option<Groups<'c>> {
+        let checkpoints = context.checkpoints.filter(|all| all.keeps(self.paths))?;
+        Some(checkpoints.of(&self.key_fields(context.seed)))
     }
 
     /// All that the groups of this trace depend on, beside the program. Tables follow from the
@@ -119,6 +156,25 @@ impl TraceJob<'_> {
             "paths": self.paths,
             "seed": seed,
         })
+    }
+}
+
+fn control<'a>(
+    progress: &'a (dyn Fn(u64) + Sync),
+    groups: Option<&'a Groups<'_>>,
+    context: RunContext<'a>,
+) -> Control<'a> {
+    Control {
+        progress: Some(progress),
+        cancel: Some(context.interrupt.flag()),
+        checkpoints: groups.map(|groups| groups as &dyn CheckpointStore),
+    }
+}
+
+fn uninterrupted<T>(done: Result<T, tracer::Error>) -> Result<T> {
+    match done {
+        Err(tracer::Error::Cancelled) => Err(Interrupted.into()),
+        other => Ok(other?),
     }
 }
 

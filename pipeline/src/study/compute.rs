@@ -9,7 +9,9 @@
 //! recomputes none.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
@@ -28,6 +30,7 @@ use crate::geometry::Meridian;
 use crate::metrics::{JackknifedFigure, spread};
 use crate::run_context::RunContext;
 use crate::stages::dome_surface::dome_surface;
+use crate::stages::job::Task;
 use crate::stages::model::Model;
 use crate::stages::observation::{Observation, plane_grid};
 use crate::stages::scene::DomeSurface;
@@ -60,12 +63,33 @@ enum TraceKind<'a> {
     Probe(&'a [Probe]),
 }
 
+/// Where a task stands in a study.
+#[derive(Debug, Clone)]
+struct TaskPlace {
+    /// Number of the set-up.
+    setup: usize,
+    /// Number of the design in it.
+    design: usize,
+    what: PlacedKind,
+}
+
+#[derive(Debug, Clone)]
+enum PlacedKind {
+    Model(Model),
+    /// Numbers of probes of one element.
+    Probes(Range<usize>),
+}
+
 /// The figures of all set-ups of `study`; traces and tables are kept in `cache`.
 ///
 /// # Errors
-/// Those of the solver and the tracer; an interrupt. Finished traces stay in the cache.
+/// Those of the solver and the tracer; an interrupt. Finished traces stay in the cache. A trace
+/// that is missing where a job is merged.
 pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<SetupFigures>> {
-    let mut tasks = tasks(study, context.seed);
+    let mut tasks: Vec<TraceTask> = places(study)
+        .iter()
+        .map(|place| task(study, place, context.seed))
+        .collect();
     let mut found: Vec<SetupFigures> = vec![SetupFigures::new(); study.setups.len()];
     let mut known: BTreeMap<Key, TraceFigures> = BTreeMap::new();
     for task in &tasks {
@@ -81,37 +105,21 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
         if known.contains_key(&task.figures_key) {
             continue;
         }
-        let (setup, _) = &study.setups[task.setup];
-        let label = || format!("set-up {:?}, {}", setup.name, task.place.design);
-        let observation = observe_task(task, &mut held, cache, context).with_context(label)?;
+        let label = task.label(study);
+        ensure!(
+            !context.is_merging(),
+            "{label}: expected its trace among the pieces of the job, found none that can be used"
+        );
         let alike = tasks[first..]
             .iter()
             .filter(|t| t.trace_key == task.trace_key);
-        let wanted = alike.filter(|t| !known.contains_key(&t.figures_key));
-        let mut read: BTreeMap<Key, (&TraceTask, TraceFigures)> = BTreeMap::new();
-        for other in wanted {
-            let of = TraceFigures {
-                figures: figures(other, &observation),
-                short_runs: short_runs(other, &observation, &study.short_runs),
-            };
-            read.insert(other.figures_key.clone(), (other, of));
-        }
-        for further in 1..task.traces {
-            let seed = mix(context.seed.wrapping_add(further));
-            let observation = observe_task(task, &mut held, cache, RunContext { seed, ..context });
-            let observation = observation.with_context(label)?;
-            for (other, figures) in read.values_mut() {
-                let runs = short_runs(other, &observation, &study.short_runs);
-                for (all, more) in figures.short_runs.iter_mut().zip(runs) {
-                    all.values.extend(more.values);
-                }
-            }
-        }
-        for (key, (_, figures)) in read {
-            write(cache, &key, &figures)?;
-            known.insert(key, figures);
-        }
+        let wanted: Vec<&TraceTask> = alike
+            .filter(|t| !known.contains_key(&t.figures_key))
+            .collect();
+        let traced = trace(study, &wanted, &mut held, cache, context);
+        known.extend(traced.with_context(|| label.clone())?);
         let (done, all) = (known.len(), tasks.len());
+        let (setup, _) = &study.setups[task.setup];
         context.console.say(&format!(
             "{}: {}, {done} of at most {all} traces",
             setup.name, task.place.design
@@ -123,39 +131,177 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
     Ok(found)
 }
 
-fn tasks(study: &Study, seed: u64) -> Vec<TraceTask<'_>> {
-    let mut tasks = Vec::new();
-    for (number, (_, designs)) in study.setups.iter().enumerate() {
-        for design in designs {
-            for &model in &study.models {
-                let what = TraceKind::Model(model);
-                tasks.push(task(study, number, design, what, seed));
-            }
-            let mut rest = study.probes.as_slice();
-            while let Some(first) = rest.first() {
-                let same = rest
-                    .iter()
-                    .take_while(|p| (&p.design, p.element) == (&first.design, first.element))
-                    .count();
-                let (probes, after) = rest.split_at(same);
-                if first.design == design.name {
-                    let what = TraceKind::Probe(probes);
-                    tasks.push(task(study, number, design, what, seed));
-                }
-                rest = after;
+/// Traces what all of `wanted` are read from, and stores the figures of each.
+fn trace(
+    study: &Study,
+    wanted: &[&TraceTask],
+    held: &mut Option<(Vec<Key>, DesignTables)>,
+    cache: &Cache,
+    context: RunContext,
+) -> Result<BTreeMap<Key, TraceFigures>> {
+    let Some(&task) = wanted.first() else {
+        return Ok(BTreeMap::new());
+    };
+    let observation = observe_task(task, held, cache, context)?;
+    let mut read: BTreeMap<Key, (&TraceTask, TraceFigures)> = BTreeMap::new();
+    for other in wanted {
+        let of = TraceFigures {
+            figures: figures(other, &observation),
+            short_runs: short_runs(other, &observation, &study.short_runs),
+        };
+        read.insert(other.figures_key.clone(), (other, of));
+    }
+    for further in 1..task.traces {
+        let seed = mix(context.seed.wrapping_add(further));
+        let observation = observe_task(task, held, cache, RunContext { seed, ..context })?;
+        for (other, figures) in read.values_mut() {
+            let runs = short_runs(other, &observation, &study.short_runs);
+            for (all, more) in figures.short_runs.iter_mut().zip(runs) {
+                all.values.extend(more.values);
             }
         }
     }
-    tasks
+    let mut traced = BTreeMap::new();
+    for (key, (_, figures)) in read {
+        write(cache, &key, &figures)?;
+        traced.insert(key, figures);
+    }
+    Ok(traced)
 }
 
-fn task<'a>(
-    study: &'a Study,
-    setup: usize,
-    design: &'a Design,
-    what: TraceKind<'a>,
+/// The traces of a study, each once with all that is read from it, for several processes to share.
+pub fn shared_traces(study: &Arc<Study>, seed: u64) -> Vec<SharedTrace> {
+    let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
+    let mut traces: Vec<SharedTrace> = Vec::new();
+    for place in places(study) {
+        let task = task(study, &place, seed);
+        let number = *numbers
+            .entry(task.trace_key.clone())
+            .or_insert(traces.len());
+        if number == traces.len() {
+            traces.push(SharedTrace {
+                study: Arc::clone(study),
+                seed,
+                label: task.label(study),
+                paths: task.design.trace.paths * task.traces,
+                places: Vec::new(),
+                keys: Vec::new(),
+            });
+        }
+        let trace = &mut traces[number];
+        trace.paths = trace.paths.max(task.design.trace.paths * task.traces);
+        trace.places.push(place);
+        trace.keys.push(task.figures_key);
+    }
+    traces
+}
+
+/// A trace of a study and all that is read from it: one unit.
+pub struct SharedTrace {
+    study: Arc<Study>,
     seed: u64,
-) -> TraceTask<'a> {
+    label: String,
+    paths: u64,
+    places: Vec<TaskPlace>,
+    /// Keys of the figures.
+    keys: Vec<Key>,
+}
+
+impl Task for SharedTrace {
+    fn label(&self) -> &str {
+        &self.label
+    }
+
+    fn units(&self) -> u64 {
+        1
+    }
+
+    fn paths(&self) -> u64 {
+        self.paths
+    }
+
+    fn tables_of(&self) -> Option<&Design> {
+        let place = self.places.first()?;
+        let design = &self.study.setups[place.setup].1[place.design];
+        // With several wavelengths, each has tables of its own.
+        let needs_tables = matches!(place.what, PlacedKind::Model(Model::Hybrid));
+        (needs_tables && design.all_lights().is_none()).then_some(design)
+    }
+
+    fn missing(&self, cache: &Cache, context: RunContext) -> Result<Vec<u64>> {
+        let whole = self
+            .keys
+            .iter()
+            .all(|key| read(cache, key, context).is_some());
+        Ok(if whole { Vec::new() } else { vec![0] })
+    }
+
+    fn compute(&self, units: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
+        // The trace itself is the piece, not its groups of paths.
+        let context = RunContext {
+            seed: self.seed,
+            checkpoints: None,
+            ..context
+        };
+        if units.is_empty() {
+            return Ok(());
+        }
+        let places = self.places.iter();
+        let tasks: Vec<TraceTask> = places
+            .map(|place| task(&self.study, place, self.seed))
+            .collect();
+        let lacking = |task: &&TraceTask| read(cache, &task.figures_key, context).is_none();
+        let wanted: Vec<&TraceTask> = tasks.iter().filter(lacking).collect();
+        let traced = trace(&self.study, &wanted, &mut None, cache, context);
+        traced.map(drop).with_context(|| self.label.clone())
+    }
+}
+
+fn places(study: &Study) -> Vec<TaskPlace> {
+    let mut places = Vec::new();
+    for (setup, (_, designs)) in study.setups.iter().enumerate() {
+        for (number, design) in designs.iter().enumerate() {
+            let mut add = |what| {
+                places.push(TaskPlace {
+                    setup,
+                    design: number,
+                    what,
+                });
+            };
+            for &model in &study.models {
+                add(PlacedKind::Model(model));
+            }
+            let mut begin = 0;
+            while let Some(first) = study.probes.get(begin) {
+                let same = study.probes[begin..]
+                    .iter()
+                    .take_while(|p| (&p.design, p.element) == (&first.design, first.element))
+                    .count();
+                if first.design == design.name {
+                    add(PlacedKind::Probes(begin..begin + same));
+                }
+                begin += same;
+            }
+        }
+    }
+    places
+}
+
+impl TraceTask<'_> {
+    /// What it is, for people.
+    fn label(&self, study: &Study) -> String {
+        let (setup, _) = &study.setups[self.setup];
+        format!("set-up {:?}, {}", setup.name, self.place.design)
+    }
+}
+
+fn task<'a>(study: &'a Study, place: &TaskPlace, seed: u64) -> TraceTask<'a> {
+    let setup = place.setup;
+    let design = &study.setups[setup].1[place.design];
+    let what = match &place.what {
+        PlacedKind::Model(model) => TraceKind::Model(*model),
+        PlacedKind::Probes(probes) => TraceKind::Probe(&study.probes[probes.clone()]),
+    };
     // Short runs are cut from traces of models alone.
     let (model, short_runs, traces) = match what {
         TraceKind::Model(model) => {

@@ -3,16 +3,22 @@
 //! deviations.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
+use serde_json::json;
+use tracer::CheckpointStore;
 
 use super::definition::ToleranceAnalysis;
 use super::deviations::{Deviation, Deviations};
 use crate::cache::Cache;
+use crate::checkpoint::{Checkpoints, Groups};
+use crate::config::design::Design;
 use crate::config::dotted_keys::Settings;
 use crate::interrupt::Interrupted;
 use crate::metrics::Estimate;
 use crate::run_context::RunContext;
+use crate::stages::job::Task;
 use crate::stages::model_traces::ModelTraces;
 use crate::stages::seeds::mix;
 
@@ -50,39 +56,27 @@ pub fn compute(
     cache: &Cache,
     context: RunContext,
 ) -> Result<Sampled> {
-    let mut traces = ModelTraces::new(analysis.model, cache);
-    let steps = analysis.samples as u64 + NOMINAL_TRACES;
-    let progress = context.console.progress(steps, &analysis.name);
-    let silent = context.silent();
+    let drawn = draw(analysis, context.seed)?;
+    let mut tracer = SampleTracer::new(analysis, &drawn, cache, context);
+    let units = NOMINAL_TRACES + drawn.len() as u64;
+    let progress = context.console.progress(units, &analysis.name);
     let mut nominal: Vec<Figures> = Vec::new();
-    for k in 0..NOMINAL_TRACES {
-        let seed = mix(context.seed ^ mix(u64::MAX - k));
-        let context = RunContext { seed, ..silent };
-        nominal.push(figures(analysis, &Settings::new(), &mut traces, context)?);
-        progress.inc(1);
-    }
-    let mut random = Deviations::random(context.seed);
     let mut samples = Vec::new();
-    for k in 0..analysis.samples {
+    for unit in 0..units {
         context.interrupt.check()?;
-        let deviations = analysis.deviations.draw(&analysis.source, &mut random)?;
-        let settings = analysis
-            .deviations
-            .settings(&analysis.source, &deviations)?;
-        let context = RunContext {
-            seed: mix(context.seed ^ mix(k as u64)),
-            ..silent
+        let figures = if context.is_merging() {
+            let found = tracer.kept(unit);
+            found.with_context(|| format!("{}: sample {unit} is missing", analysis.name))?
+        } else {
+            tracer.trace(unit)?
         };
-        let found = figures(analysis, &settings, &mut traces, context);
-        let figures = match found {
-            Ok(figures) => Ok(figures),
-            Err(error) if error.is::<Interrupted>() => return Err(error),
-            Err(error) => Err(format!("{error:#}")),
-        };
-        samples.push(SampledPackage {
-            deviations,
-            figures,
-        });
+        match unit.checked_sub(NOMINAL_TRACES) {
+            None => nominal.push(figures.map_err(anyhow::Error::msg)?),
+            Some(sample) => samples.push(SampledPackage {
+                deviations: drawn[sample as usize].deviations.clone(),
+                figures,
+            }),
+        }
         progress.inc(1);
     }
     progress.finish_and_clear();
@@ -103,6 +97,157 @@ pub fn compute(
         nominal: mean(&nominal),
         samples,
     })
+}
+
+/// Deviations of a sample, and the keys that they set.
+struct Drawn {
+    deviations: Vec<Deviation>,
+    settings: Settings,
+}
+
+/// The deviations of all samples, in order.
+fn draw(analysis: &ToleranceAnalysis, seed: u64) -> Result<Vec<Drawn>> {
+    let mut random = Deviations::random(seed);
+    let draw = |_| {
+        let of = &analysis.deviations;
+        let deviations = of.draw(&analysis.source, &mut random)?;
+        let settings = of.settings(&analysis.source, &deviations)?;
+        Ok(Drawn {
+            deviations,
+            settings,
+        })
+    };
+    (0..analysis.samples).map(draw).collect()
+}
+
+/// Traces of an analysis by number: those without deviations first, then the samples.
+struct SampleTracer<'a> {
+    analysis: &'a ToleranceAnalysis,
+    drawn: &'a [Drawn],
+    traces: ModelTraces<'a>,
+    context: RunContext<'a>,
+}
+
+/// Figures as they are kept: names with the bits of value and standard error, or why there are none.
+type KeptFigures = Result<Vec<(String, u64, u64)>, String>;
+
+impl<'a> SampleTracer<'a> {
+    fn new(
+        analysis: &'a ToleranceAnalysis,
+        drawn: &'a [Drawn],
+        cache: &'a Cache,
+        context: RunContext<'a>,
+    ) -> Self {
+        Self {
+            analysis,
+            drawn,
+            traces: ModelTraces::new(analysis.model, cache),
+            context,
+        }
+    }
+
+    /// Figures of a trace; for a sample, why it makes no design.
+    fn trace(&mut self, unit: u64) -> Result<Result<Figures, String>> {
+        let (sample, seed) = match unit.checked_sub(NOMINAL_TRACES) {
+            None => (None, mix(u64::MAX - unit)),
+            Some(sample) => (Some(sample as usize), mix(sample)),
+        };
+        let nominal = Settings::new();
+        let settings = sample.map_or(&nominal, |sample| &self.drawn[sample].settings);
+        let context = RunContext {
+            seed: mix(self.context.seed ^ seed),
+            // A sample is kept as its figures, not in groups of paths.
+            checkpoints: None,
+            ..self.context.silent()
+        };
+        match figures(self.analysis, settings, &mut self.traces, context) {
+            Err(error) if sample.is_none() || error.is::<Interrupted>() => Err(error),
+            other => Ok(other.map_err(|error| format!("{error:#}"))),
+        }
+    }
+
+    fn groups(&self) -> Option<Groups<'a>> {
+        groups(self.analysis, self.context)
+    }
+
+    /// What a shard kept of a trace.
+    fn kept(&self, unit: u64) -> Option<Result<Figures, String>> {
+        let bytes = self.groups()?.find(unit)?;
+        let kept: KeptFigures = serde_json::from_slice(&bytes).ok()?;
+        let figure = |(key, value, error): (String, u64, u64)| {
+            let estimate = Estimate::new(f64::from_bits(value), f64::from_bits(error));
+            (key, estimate)
+        };
+        Some(kept.map(|figures| figures.into_iter().map(figure).collect()))
+    }
+
+    fn keep(&self, unit: u64, figures: Result<Figures, String>) -> Result<()> {
+        let bits = |(key, estimate): (String, Estimate)| {
+            let (value, error) = (estimate.value, estimate.standard_error);
+            (key, value.to_bits(), error.to_bits())
+        };
+        let kept: KeptFigures = figures.map(|figures| figures.into_iter().map(bits).collect());
+        if let Some(groups) = self.groups() {
+            groups.keep(unit, &serde_json::to_vec(&kept)?);
+        }
+        self.context
+            .checkpoints
+            .map_or(Ok(()), Checkpoints::all_kept)
+    }
+}
+
+/// Where shards keep the figures of traces.
+fn groups<'a>(analysis: &ToleranceAnalysis, context: RunContext<'a>) -> Option<Groups<'a>> {
+    let of = json!({"samples of": analysis.name, "seed": context.seed});
+    context.checkpoints.map(|checkpoints| checkpoints.of(&of))
+}
+
+/// The traces of an analysis, for several processes to share; each is a unit.
+pub struct SharedSamples {
+    /// The analysis.
+    pub analysis: ToleranceAnalysis,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl Task for SharedSamples {
+    fn label(&self) -> &str {
+        &self.analysis.name
+    }
+
+    fn units(&self) -> u64 {
+        NOMINAL_TRACES + self.analysis.samples as u64
+    }
+
+    fn paths(&self) -> u64 {
+        self.analysis.paths
+    }
+
+    fn tables_of(&self) -> Option<&Design> {
+        // Deviations change the rings: every sample has tables of its own.
+        None
+    }
+
+    fn missing(&self, _: &Cache, context: RunContext) -> Result<Vec<u64>> {
+        let seed = self.seed;
+        let groups = groups(&self.analysis, RunContext { seed, ..context });
+        Ok(groups.map_or_else(Vec::new, |groups| groups.missing(self.units())))
+    }
+
+    fn compute(&self, units: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
+        let seed = self.seed;
+        let context = RunContext { seed, ..context };
+        let drawn = draw(&self.analysis, seed)?;
+        let mut tracer = SampleTracer::new(&self.analysis, &drawn, cache, context);
+        for unit in units {
+            context.interrupt.check()?;
+            if tracer.kept(unit).is_none() {
+                let figures = tracer.trace(unit)?;
+                tracer.keep(unit, figures)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The figures of the design with `settings`.

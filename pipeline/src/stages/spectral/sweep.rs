@@ -27,6 +27,7 @@ use crate::stages::seeds;
 use crate::stages::stopping_rule::{Batches, StoppingRule};
 use crate::stages::tables::tables;
 use crate::stages::trace::{GROUPS, TraceJob};
+use crate::stages::trace_plan::{DomeChoice, TracePlan};
 
 /// Memory of all observations together, bytes.
 const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
@@ -180,6 +181,19 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
+    /// The traces of `rules`, each node once.
+    pub(super) fn plans(&self, rules: &[Rule]) -> Result<Vec<TracePlan<'static>>> {
+        let mut nodes: BTreeMap<NodeKey, (&Rule, &Node)> = BTreeMap::new();
+        for (rule, node) in rules
+            .iter()
+            .flat_map(|rule| rule.iter().map(move |n| (rule, n)))
+        {
+            nodes.entry(self.key(node)).or_insert((rule, node));
+        }
+        let nodes = nodes.into_values();
+        nodes.map(|(rule, node)| self.plan(rule, node)).collect()
+    }
+
     /// Drops rays of files that were shared by fewer wavelengths than `rule` has.
     pub(super) fn forget(&mut self, rule: &Rule) {
         let kept: Vec<NodeKey> = rule.iter().map(|node| self.key(node)).collect();
@@ -194,7 +208,21 @@ impl<'a> Sweep<'a> {
         (node.light, node.nm.to_bits(), shared)
     }
 
-    fn trace(&mut self, rule: &Rule, node: &Node) -> Result<Traced> {
+    /// The trace of a node that is missing.
+    pub(super) fn plan(&self, rule: &Rule, node: &Node) -> Result<TracePlan<'static>> {
+        let (design, paths) = self.lit(rule, node)?;
+        let plan = TracePlan {
+            what: self.what(&design, node),
+            dome: DomeChoice::Model(self.job.model),
+            design: Cow::Owned(design),
+            paths,
+            seed: self.seed(node, rule.len() == 1, self.job.context.seed),
+        };
+        Ok(plan)
+    }
+
+    /// The design at a node alone, and the number of its paths.
+    fn lit(&self, rule: &Rule, node: &Node) -> Result<(Design, u64)> {
         let design = if self.job.lights.apart {
             let of_light = rule.iter().filter(|other| other.light == node.light);
             let nodes: Vec<f64> = of_light.map(|other| other.nm).collect();
@@ -205,6 +233,13 @@ impl<'a> Sweep<'a> {
         } else {
             self.job.design.at(node.nm)?
         };
+        let paths = (node.weight * design.trace.paths as f64).ceil() as u64;
+        let paths = paths.clamp(*PATHS.start(), design.trace.paths);
+        Ok((design, paths))
+    }
+
+    fn trace(&mut self, rule: &Rule, node: &Node) -> Result<Traced> {
+        let (design, paths) = self.lit(rule, node)?;
         let bits = node.nm.to_bits();
         if !self.prepared.contains_key(&bits) {
             let tables = match self.job.model {
@@ -219,8 +254,6 @@ impl<'a> Sweep<'a> {
                 .insert(bits, Arc::new(Prepared { surface, tables }));
         }
         let prepared = Arc::clone(&self.prepared[&bits]);
-        let paths = (node.weight * design.trace.paths as f64).ceil() as u64;
-        let paths = paths.clamp(*PATHS.start(), design.trace.paths);
         let alone = rule.len() == 1;
         let mut traced = Traced {
             design,
@@ -250,21 +283,26 @@ impl<'a> Sweep<'a> {
         alone: bool,
         context: RunContext,
     ) -> Result<Observation> {
-        let design = &traced.design;
-        let first = self.job.lights.lights[node.light].sources.first();
-        let seed = match (alone, first) {
-            (true, _) => context.seed,
-            (false, None) => seeds::of_wavelength(context.seed, node.nm),
-            (false, Some(source)) => {
-                seeds::of_light(seeds::of_wavelength(context.seed, node.nm), source)
-            }
-        };
-        let model = self.job.model.key(design);
-        let what = match first {
-            None => format!("{} {model} {:.0} nm", design.name, node.nm),
-            Some(source) => format!("{} {model} {source} {:.0} nm", design.name, node.nm),
-        };
+        let seed = self.seed(node, alone, context.seed);
+        let what = self.what(&traced.design, node);
         traced.job(&what).observe(RunContext { seed, ..context })
+    }
+
+    fn seed(&self, node: &Node, alone: bool, seed: u64) -> u64 {
+        let first = self.job.lights.lights[node.light].sources.first();
+        match (alone, first) {
+            (true, _) => seed,
+            (false, None) => seeds::of_wavelength(seed, node.nm),
+            (false, Some(source)) => seeds::of_light(seeds::of_wavelength(seed, node.nm), source),
+        }
+    }
+
+    fn what(&self, design: &Design, node: &Node) -> String {
+        let (name, model) = (&design.name, self.job.model.key(design));
+        match self.job.lights.lights[node.light].sources.first() {
+            None => format!("{name} {model} {:.0} nm", node.nm),
+            Some(source) => format!("{name} {model} {source} {:.0} nm", node.nm),
+        }
     }
 
     /// Traces further batches at all wavelengths of `rule` until `stopping_rule` is met;

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The record of a job in the directory of its results: which command its shards share, how many
+//! they are, and everything that must be the same in all of them.
+//!
+//! The first shard writes it; every other one, and the merge, compare themselves with it. It holds
+//! no time and no host. The merge removes it with the pieces once the results are written.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use clap::{Parser, Subcommand};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::bsdf::BsdfArgs;
+use super::reproduce::ReproduceArgs;
+use super::run::RunArgs;
+use super::shardable::Shardable;
+use super::study::StudyArgs;
+use super::tolerance::ToleranceArgs;
+use crate::atomic_file;
+use crate::cache::SOLVER_VERSION;
+use crate::checkpoint::program_sha256;
+use crate::content_hash::{hashes, sealed, sha256_hex};
+use crate::provenance::FileRecord;
+use crate::run_context::RunContext;
+use crate::stages::job::Job;
+
+/// File in the directory of results.
+pub const FILE: &str = "job.json";
+/// Version of its layout.
+const VERSION: u32 = 1;
+
+/// A command line whose work may be shared.
+#[derive(Debug, Parser)]
+#[command(name = "batwing", no_binary_name = true)]
+pub struct SharedLine {
+    /// Seed of every random number
+    #[arg(long, global = true, default_value_t = 1)]
+    pub seed: u64,
+    /// The command.
+    #[command(subcommand)]
+    pub command: SharedCommand,
+}
+
+/// The commands whose work may be shared.
+#[derive(Debug, Subcommand)]
+pub enum SharedCommand {
+    /// `batwing reproduce`.
+    Reproduce(ReproduceArgs),
+    /// `batwing run`.
+    Run(RunArgs),
+    /// `batwing bsdf`.
+    Bsdf(BsdfArgs),
+    /// `batwing study`.
+    Study(StudyArgs),
+    /// `batwing tolerance`.
+    Tolerance(ToleranceArgs),
+}
+
+impl SharedCommand {
+    /// The command itself.
+    pub fn get(&self) -> &dyn Shardable {
+        match self {
+            Self::Reproduce(arguments) => arguments,
+            Self::Run(arguments) => arguments,
+            Self::Bsdf(arguments) => arguments,
+            Self::Study(arguments) => arguments,
+            Self::Tolerance(arguments) => arguments,
+        }
+    }
+}
+
+impl SharedLine {
+    /// The command line of these words.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self> {
+        Self::try_parse_from(words).map_err(|error| {
+            let text = error.to_string();
+            let first = text.lines().next().unwrap_or_default();
+            anyhow::anyhow!(
+                "expected reproduce, run, bsdf, study or tolerance with their options: {}",
+                first.trim_start_matches("error: ")
+            )
+        })
+    }
+}
+
+/// What all shards of a job have in common.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JobRecord {
+    job_version: u32,
+    /// The command line, as [`Shardable::words`].
+    pub command: Vec<String>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Number of shards.
+    pub shards: usize,
+    /// Directory of the cache, as given.
+    pub cache: Option<PathBuf>,
+    /// Where the first shard was begun, by which paths that are not absolute are meant.
+    pub directory: PathBuf,
+    /// Files read, by their hashes.
+    inputs: Vec<FileRecord>,
+    program_version: String,
+    program_sha256: String,
+    solver_version: u32,
+    #[serde(default)]
+    content_sha256: String,
+}
+
+impl JobRecord {
+    /// The record of `command`, whose pieces are those of `job`.
+    ///
+    /// # Errors
+    /// A program that cannot be read, no current directory.
+    pub fn of(
+        command: &dyn Shardable,
+        job: &Job,
+        shards: usize,
+        context: RunContext,
+    ) -> Result<Self> {
+        Ok(Self {
+            job_version: VERSION,
+            command: command.words(),
+            seed: context.seed,
+            shards,
+            cache: command.cache_given().map(Path::to_path_buf),
+            directory: std::env::current_dir().context("no current directory")?,
+            inputs: job.inputs.clone(),
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            program_sha256: program_sha256()?,
+            solver_version: SOLVER_VERSION,
+            content_sha256: String::new(),
+        })
+    }
+
+    /// The record in `out`; `None` without one.
+    ///
+    /// # Errors
+    /// One that cannot be read or was altered.
+    pub fn read(out: &Path) -> Result<Option<Self>> {
+        let path = out.join(FILE);
+        let text = match fs::read_to_string(&path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            other => other.with_context(|| format!("`{}`: cannot be read", path.display()))?,
+        };
+        let whole = hashes(&text).is_some_and(|(found, stated)| found == stated);
+        ensure!(
+            whole,
+            "`{}`: expected the record of a job, got one that was altered; remove it and begin the job again",
+            path.display()
+        );
+        let record = serde_json::from_str(&text)
+            .with_context(|| format!("`{}` is no record of a job", path.display()))?;
+        Ok(Some(record))
+    }
+
+    /// Writes the record in `out`.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, out: &Path) -> Result<()> {
+        let json = sealed(serde_json::to_value(self)?)?;
+        atomic_file::write_json(&out.join(FILE), &json)
+    }
+
+    /// Refuses to take part in `other`, which is another job.
+    ///
+    /// # Errors
+    /// What differs.
+    pub fn same_job(&self, other: &Self, out: &Path) -> Result<()> {
+        let path = out.join(FILE);
+        let differs = |what: &str, of_job: &str, own: &str| {
+            format!(
+                "`{}`: {what}: expected {of_job}, as the job was begun there, got {own}; another --out, or none of that file, begins another job",
+                path.display()
+            )
+        };
+        let lines = [self, other].map(|job| format!("`{}`", job.line()));
+        ensure!(
+            lines[0] == lines[1],
+            differs("command", &lines[1], &lines[0])
+        );
+        let programs = [self, other].map(|job| {
+            let (version, hash) = (&job.program_version, &job.program_sha256);
+            format!(
+                "batwing {version} with SHA-256 {}",
+                hash.get(..16).unwrap_or(hash)
+            )
+        });
+        ensure!(
+            programs[0] == programs[1],
+            differs("program", &programs[1], &programs[0])
+        );
+        let solvers = [self, other].map(|job| format!("version {}", job.solver_version));
+        ensure!(
+            solvers[0] == solvers[1],
+            differs("solver", &solvers[1], &solvers[0])
+        );
+        for (own, of_job) in self.inputs.iter().zip(&other.inputs) {
+            let said =
+                [own, of_job].map(|file| format!("{} with SHA-256 {}", file.file, file.sha256));
+            ensure!(own == of_job, differs("file", &said[1], &said[0]));
+        }
+        let files = [self, other].map(|job| job.inputs.len().to_string());
+        ensure!(files[0] == files[1], differs("files", &files[1], &files[0]));
+        Ok(())
+    }
+
+    /// Takes part in the job in `out`, which this begins if there is none.
+    ///
+    /// # Errors
+    /// Another job there, or another number of shards.
+    pub fn take_part(&self, out: &Path) -> Result<()> {
+        if Self::read(out)?.is_none() {
+            self.write(out)?;
+        }
+        // Another job may have been begun in the same moment.
+        let begun = Self::read(out)?.context("the record of the job was removed")?;
+        self.same_job(&begun, out)?;
+        let path = out.join(FILE);
+        ensure!(
+            begun.shards == self.shards,
+            "`{}`: expected shards of {}, as the job was begun there, got {}; `batwing plan {} --shards {}` deals it anew",
+            path.display(),
+            begun.shards,
+            self.shards,
+            out.display(),
+            self.shards
+        );
+        Ok(())
+    }
+
+    /// What distinguishes the job from others in one cache.
+    pub fn identity(&self) -> String {
+        let fields = json!({
+            "command": self.command,
+            "seed": self.seed,
+            "inputs": self.inputs,
+            "program": self.program_sha256,
+            "solver_version": self.solver_version,
+        });
+        sha256_hex(fields.to_string().as_bytes())[..16].to_owned()
+    }
+
+    /// The command in `out`.
+    ///
+    /// # Errors
+    /// A command that this program does not know.
+    pub fn command_in(&self, out: &Path) -> Result<SharedLine> {
+        let words = self.words_in(out);
+        SharedLine::of(words).with_context(|| format!("`{}`", out.join(FILE).display()))
+    }
+
+    /// Words of the command in `out`, without the program.
+    pub fn words_in(&self, out: &Path) -> Vec<OsString> {
+        let own = self.command.iter().map(OsString::from);
+        let place = ["--out".into(), out.into()];
+        let cache = self.cache.iter();
+        let cache = cache.flat_map(|cache| ["--cache".into(), cache.into()]);
+        let seed = ["--seed".into(), self.seed.to_string().into()];
+        own.chain(seed).chain(place).chain(cache).collect()
+    }
+
+    /// The command as it is typed, without directories.
+    fn line(&self) -> String {
+        let mut words: Vec<&str> = self.command.iter().map(String::as_str).collect();
+        words.insert(0, "batwing");
+        format!("{} --seed {}", words.join(" "), self.seed)
+    }
+}
+
+/// Words as a shell takes them.
+pub fn shell_line(words: &[OsString]) -> String {
+    let quoted = words.iter().map(|word| {
+        let text = word.to_string_lossy();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+%@".contains(c);
+        if !text.is_empty() && text.chars().all(plain) {
+            text.into_owned()
+        } else {
+            format!("'{}'", text.replace('\'', r"'\''"))
+        }
+    });
+    quoted.collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Shards of a job: `--shard` of the commands whose work may be shared, `batwing plan` and
+//! `batwing merge`.
+
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Error, Result, bail, ensure};
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::arguments::whole;
+use super::job_record::{FILE, JobRecord, SharedLine, shell_line};
+use super::outputs::writable;
+use super::shardable::Shardable;
+use crate::checkpoint::Checkpoints;
+use crate::interrupt::Stopped;
+use crate::plural::count;
+use crate::run_context::RunContext;
+use crate::shard::{SHARDS, ShardChoice};
+use crate::stages::job::{Cost, Job, Lacking};
+
+/// Exit code of a shard or a merge that is worth repeating, as EX_TEMPFAIL of sysexits.h.
+const REPEAT: u8 = 75;
+/// Seconds on one core that a shard takes, about, where the number of shards is not given.
+const USUAL_SECONDS: f64 = 600.0;
+/// Lines of shards on the terminal.
+const SHOWN: usize = 16;
+/// Pieces named of a shard.
+const NAMED: usize = 3;
+
+/// Which job.
+#[derive(Debug, Args)]
+pub struct JobChoice {
+    /// Directory of results in which the job was begun
+    #[arg(value_name = "JOB", required_unless_present = "command")]
+    pub directory: Option<PathBuf>,
+    /// Number of shards [default: that of the job, or one for every ten minutes]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(SHARDS))]
+    pub shards: Option<usize>,
+    /// A command that begins a job in its --out, with its options
+    #[arg(last = true, value_name = "COMMAND", conflicts_with = "directory")]
+    pub command: Vec<OsString>,
+}
+
+/// `batwing plan`.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// Which job.
+    #[command(flatten)]
+    pub job: JobChoice,
+}
+
+/// `batwing merge`.
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// Directory of results in which the job was begun
+    #[arg(value_name = "JOB")]
+    pub directory: PathBuf,
+}
+
+/// Computes the pieces of the shards `choice` of `command`.
+///
+/// # Errors
+/// Those of the command; another job in its directory; a shard that the job does not have.
+pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContext) -> Result<()> {
+    let (out, cache) = (command.out(), command.cache());
+    context.interrupt.exit_with(REPEAT);
+    if let Some(beyond) = choice
+        .numbers
+        .iter()
+        .find(|&&number| number >= choice.count)
+    {
+        bail!(
+            "--shard {choice}: expected shards from 0 to {}, got {beyond}",
+            choice.count - 1
+        );
+    }
+    let job = command.job(context)?;
+    writable(out)?;
+    writable(cache.directory())?;
+    let record = JobRecord::of(command, &job, choice.count, context)?;
+    let compute = || -> Result<Cost> {
+        record.take_part(out)?;
+        context.interrupt.note(format!(
+            "before the shard was done; finished pieces stay in `{}`, the same command goes on from there",
+            cache.directory().display()
+        ));
+        let identity = record.identity();
+        let pieces = Checkpoints::of_job(cache.directory(), &identity, false, context.console);
+        let shares = job.deal(choice.count);
+        let mut cost = Cost::default();
+        for &number in &choice.numbers {
+            job.compute(&shares[number], &cache, context.storing(Some(&pieces)))?;
+            cost = cost + job.cost(&shares[number]);
+        }
+        Ok(cost)
+    };
+    let cost = compute().map_err(worth_repeating)?;
+    let json = json!({"shard": choice.to_string(), "cost": described(&cost)});
+    context.console.result(&json, || {
+        format!(
+            "shard {choice} is done: {} in `{}`; `{}` puts all shards together",
+            pieces(&cost),
+            cache.directory().display(),
+            shell_line(&["batwing".into(), "merge".into(), out.into()])
+        )
+    })
+}
+
+/// Prints how many shards a job has and what each costs, and notes the job in its directory.
+///
+/// # Errors
+/// Those of the command; another job in its directory.
+pub fn plan(arguments: &PlanArgs, context: RunContext) -> Result<()> {
+    let begun = Begun::open(&arguments.job, context)?;
+    let shares = begun.job.deal(begun.record.shards);
+    let costs: Vec<Cost> = shares.iter().map(|share| begun.job.cost(share)).collect();
+    let all = costs.iter().fold(Cost::default(), |all, cost| all + *cost);
+    let shards = costs.len();
+    let json = json!({
+        "job": begun.out.display().to_string(),
+        "shards": costs.iter().map(described).collect::<Vec<_>>(),
+        "all": described(&all),
+    });
+    context.console.result(&json, || {
+        let mut text = format!(
+            "{}: {}\n shard  tables  operations   units       paths   seconds on a core\n",
+            count(shards, "shard"),
+            pieces(&all)
+        );
+        let row = |name: &str, cost: &Cost| {
+            format!(
+                "{name:>6}  {:>6}  {:>10.2e}  {:>6}  {:>10}  {:>18.1}\n",
+                cost.tables, cost.operations, cost.units, cost.paths, cost.seconds
+            )
+        };
+        for (number, cost) in costs.iter().enumerate().take(SHOWN) {
+            text += &row(&number.to_string(), cost);
+        }
+        if shards > SHOWN {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "and {} more", shards - SHOWN);
+        }
+        text + &row("all", &all)
+    })
+}
+
+/// Puts the pieces of all shards together: runs the command of the job, which finds them, and
+/// removes them.
+///
+/// # Errors
+/// Pieces that are missing, with the command that computes them; those of the command.
+pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
+    context.interrupt.exit_with(REPEAT);
+    let out = &arguments.directory;
+    let choice = JobChoice {
+        directory: Some(out.clone()),
+        shards: None,
+        command: Vec::new(),
+    };
+    let begun = Begun::open(&choice, context)?;
+    let (record, line) = (&begun.record, &begun.line);
+    let command = line.command.get();
+    let (cache, identity) = (command.cache(), record.identity());
+    let context = RunContext {
+        seed: line.seed,
+        ..context
+    };
+    let pieces = Checkpoints::of_job(cache.directory(), &identity, true, context.console);
+    let context = context.storing(Some(&pieces));
+    let merge = || -> Result<()> {
+        let lacking = begun
+            .job
+            .lacking(&begun.job.deal(record.shards), &cache, context)?;
+        if !lacking.is_empty() {
+            return Err(incomplete(record, out, &lacking).into());
+        }
+        command.run(context)?;
+        let path = out.join(FILE);
+        std::fs::remove_file(&path)
+            .with_context(|| format!("cannot remove `{}`", path.display()))?;
+        pieces.discard_job();
+        Ok(())
+    };
+    merge().map_err(worth_repeating)
+}
+
+/// A job that is begun in a directory.
+pub(super) struct Begun {
+    pub record: JobRecord,
+    pub line: SharedLine,
+    pub job: Job,
+    pub out: PathBuf,
+}
+
+impl Begun {
+    /// The job in a directory, or that of a command, which is noted in its directory.
+    pub fn open(choice: &JobChoice, context: RunContext) -> Result<Self> {
+        let (line, begun) = if let Some(out) = &choice.directory {
+            let record = JobRecord::read(out)?.with_context(|| {
+                format!(
+                    "`{}`: expected the record of a job that was begun there, got none: nothing was begun, or it is merged already",
+                    out.join(FILE).display()
+                )
+            })?;
+            (record.command_in(out)?, Some(record))
+        } else {
+            // The seed of this very command is that of its job, unless it has one of its own.
+            let seed = ["--seed".into(), context.seed.to_string().into()];
+            let has_seed = choice.command.iter().any(|word| {
+                let word = word.to_string_lossy();
+                word == "--seed" || word.starts_with("--seed=")
+            });
+            let seed = seed.into_iter().filter(|_| !has_seed);
+            let words = choice.command.iter().cloned().chain(seed);
+            (SharedLine::of(words.collect::<Vec<_>>())?, None)
+        };
+        let command = line.command.get();
+        ensure!(
+            command.shard().is_none(),
+            "expected a command without --shard"
+        );
+        let out = command.out().to_path_buf();
+        let context = RunContext {
+            seed: line.seed,
+            ..context
+        };
+        let job = command.job(context).with_context(|| match &begun {
+            Some(record) => format!("the job was begun in `{}`", record.directory.display()),
+            None => out.display().to_string(),
+        })?;
+        let begun = match begun {
+            Some(record) => Some(record),
+            None => JobRecord::read(&out)?,
+        };
+        let before = begun.as_ref().map(|record| record.shards);
+        let shards = choice.shards.or(before).unwrap_or_else(|| usual(&job));
+        let own = JobRecord::of(command, &job, shards, context)?;
+        if let Some(begun) = &begun {
+            own.same_job(begun, &out)?;
+        }
+        if before != Some(shards) {
+            writable(&out)?;
+            own.write(&out)?;
+        }
+        Ok(Self {
+            record: own,
+            line,
+            job,
+            out,
+        })
+    }
+}
+
+/// Shards of ten minutes, as many as there are pieces at most.
+fn usual(job: &Job) -> usize {
+    let all = &job.deal(1)[0];
+    let (cost, least) = (job.cost(all), 1.0);
+    let pieces = (cost.tables as f64 + cost.units as f64).max(least);
+    (cost.seconds / USUAL_SECONDS).ceil().clamp(least, pieces) as usize
+}
+
+/// The message of shards that are not done, with the command that repeats them.
+fn incomplete(record: &JobRecord, out: &Path, lacking: &[Lacking]) -> Stopped {
+    let numbers = lacking.iter().map(|shard| shard.shard).collect();
+    let choice = ShardChoice {
+        numbers,
+        count: record.shards,
+    };
+    let all = lacking.iter().take(SHOWN).map(|shard| {
+        let tables = shard
+            .tables
+            .iter()
+            .map(|ring| format!("the table of {ring}"));
+        let tasks = shard.tasks.iter();
+        let tasks = tasks.map(|(what, units)| format!("{units} of {what}"));
+        let mut pieces: Vec<String> = tables.chain(tasks).collect();
+        let more = pieces.len().saturating_sub(NAMED);
+        pieces.truncate(NAMED);
+        if more > 0 {
+            pieces.push(format!("{more} more"));
+        }
+        format!("{} ({})", shard.shard, pieces.join(", "))
+    });
+    let mut all: Vec<String> = all.collect();
+    if lacking.len() > SHOWN {
+        all.push(format!("and {} more", lacking.len() - SHOWN));
+    }
+    let words = [
+        vec!["batwing".into()],
+        record.words_in(out),
+        vec!["--shard".into(), choice.to_string().into()],
+    ];
+    Stopped {
+        line: format!(
+            "{}: expected the pieces of {}, got {} without all of theirs: {}; `{}` computes them",
+            out.display(),
+            count(record.shards, "shard"),
+            lacking.len(),
+            all.join("; "),
+            shell_line(&words.concat())
+        ),
+        exit_code: REPEAT,
+    }
+}
+
+/// A failure of the file system that may pass, such as a full disk, ends with the exit code of what
+/// is worth repeating.
+fn worth_repeating(error: Error) -> Error {
+    let passes = |error: &std::io::Error| {
+        matches!(
+            error.kind(),
+            ErrorKind::StorageFull
+                | ErrorKind::QuotaExceeded
+                | ErrorKind::StaleNetworkFileHandle
+                | ErrorKind::ResourceBusy
+                | ErrorKind::TimedOut
+        )
+    };
+    let mut causes = error.chain().filter_map(|cause| cause.downcast_ref());
+    if causes.any(passes) {
+        Stopped {
+            line: format!("{error:#}"),
+            exit_code: REPEAT,
+        }
+        .into()
+    } else {
+        error
+    }
+}
+
+fn pieces(cost: &Cost) -> String {
+    format!(
+        "{}, {} of tasks",
+        count(cost.tables, "table"),
+        count(cost.units, "unit")
+    )
+}
+
+fn described(cost: &Cost) -> Value {
+    json!({
+        "tables": cost.tables,
+        "operations": cost.operations.round(),
+        "units": cost.units,
+        "paths": cost.paths,
+        "seconds": cost.seconds,
+    })
+}

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A job: what a command computes, as pieces that several processes share.
+//!
+//! Pieces are tables of rings and units of tasks. A process computes its share of them and leaves
+//! each in the cache, where the command finds it afterwards. The share of one process waits for no
+//! other: where a task needs a table that another shard is to solve, it is solved here too, unless
+//! it appears in the cache meanwhile.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use anyhow::Result;
+
+use super::tables::{Ring, solve_rings};
+use crate::cache::{Cache, CacheEntry};
+use crate::config::design::Design;
+use crate::interrupt::Interrupt;
+use crate::provenance::FileRecord;
+use crate::run_context::RunContext;
+use crate::shard::{self, Share, Units};
+
+/// Multiply-adds of a table that one core does in a second, with the search for its resolution;
+/// measured, and of use for the proportion of costs.
+const OPERATIONS_PER_SECOND: f64 = 1.5e9;
+/// Seconds that a table takes beside them.
+const TABLE_SECONDS: f64 = 0.4;
+/// Paths that one core traces in a second.
+const PATHS_PER_SECOND: f64 = 2e6;
+/// Seconds that a unit takes beside its paths: its files.
+const UNIT_SECONDS: f64 = 0.002;
+/// Time between two looks for a table that another process is to solve.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Something computed in units, each of which is kept by itself.
+pub trait Task {
+    /// What it is, for people.
+    fn label(&self) -> &str;
+
+    /// Number of units.
+    fn units(&self) -> u64;
+
+    /// Paths of a unit.
+    fn paths(&self) -> u64;
+
+    /// The design whose tables it needs, if it needs some.
+    fn tables_of(&self) -> Option<&Design>;
+
+    /// Units that are missing or unusable.
+    ///
+    /// # Errors
+    /// A task that cannot be told from others.
+    fn missing(&self, cache: &Cache, context: RunContext) -> Result<Vec<u64>>;
+
+    /// Computes those of `units` that are missing, and keeps each.
+    ///
+    /// # Errors
+    /// Those of the solver, the tracer and the files; an interrupt.
+    fn compute(&self, units: Range<u64>, cache: &Cache, context: RunContext) -> Result<()>;
+}
+
+/// The pieces of a command.
+pub struct Job {
+    /// Tables, each once.
+    pub rings: Vec<Ring>,
+    /// Tasks; those that need tables come last.
+    pub tasks: Vec<Box<dyn Task>>,
+    /// Files that the command reads.
+    pub inputs: Vec<FileRecord>,
+}
+
+/// What is missing of one shard.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lacking {
+    /// Number of the shard.
+    pub shard: usize,
+    /// Its tables that are missing, by label.
+    pub tables: Vec<String>,
+    /// Its tasks with missing units, and how many they are.
+    pub tasks: Vec<(String, u64)>,
+}
+
+/// What a share costs.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Cost {
+    /// Tables.
+    pub tables: usize,
+    /// Complex multiply-adds of these tables, about.
+    pub operations: f64,
+    /// Units of tasks.
+    pub units: u64,
+    /// Their paths.
+    pub paths: u64,
+    /// Seconds on one core, about.
+    pub seconds: f64,
+}
+
+impl std::ops::Add for Cost {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            tables: self.tables + other.tables,
+            operations: self.operations + other.operations,
+            units: self.units + other.units,
+            paths: self.paths + other.paths,
+            seconds: self.seconds + other.seconds,
+        }
+    }
+}
+
+impl Job {
+    /// The job of `tasks` with the tables that they need and those of `rings`.
+    pub fn new(rings: Vec<Ring>, mut tasks: Vec<Box<dyn Task>>, inputs: Vec<FileRecord>) -> Self {
+        let needed = tasks.iter().filter_map(|task| task.tables_of());
+        let needed = needed.flat_map(|design| Ring::of_design(design, None));
+        let all = rings.into_iter().chain(needed);
+        let distinct: BTreeMap<_, _> = all.map(|ring| (ring.key.clone(), ring)).collect();
+        tasks.sort_by_key(|task| task.tables_of().is_some());
+        Self {
+            rings: distinct.into_values().collect(),
+            tasks,
+            inputs,
+        }
+    }
+
+    /// The shares of `count` shards.
+    pub fn deal(&self, count: usize) -> Vec<Share> {
+        let seconds = |ring: &Ring| TABLE_SECONDS + ring.operations() / OPERATIONS_PER_SECOND;
+        let tables: Vec<f64> = self.rings.iter().map(seconds).collect();
+        let units = self.tasks.iter().map(|task| Units {
+            count: task.units(),
+            cost: UNIT_SECONDS + task.paths() as f64 / PATHS_PER_SECOND,
+        });
+        shard::deal(&tables, &units.collect::<Vec<_>>(), count)
+    }
+
+    /// What `share` costs.
+    pub fn cost(&self, share: &Share) -> Cost {
+        let operations = share
+            .tables
+            .iter()
+            .map(|&ring| self.rings[ring].operations());
+        let units = || {
+            share
+                .units
+                .iter()
+                .map(|(task, units)| (task, units.end - units.start))
+        };
+        Cost {
+            tables: share.tables.len(),
+            operations: operations.sum(),
+            units: units().map(|(_, count)| count).sum(),
+            paths: units()
+                .map(|(&task, count)| count * self.tasks[task].paths())
+                .sum(),
+            seconds: share.cost,
+        }
+    }
+
+    /// Computes what the cache lacks of `share`: its tables first, then its units.
+    ///
+    /// # Errors
+    /// Those of the solver, the tracer and the files; an interrupt.
+    pub fn compute(&self, share: &Share, cache: &Cache, context: RunContext) -> Result<()> {
+        let own: Vec<&Ring> = share.tables.iter().map(|&ring| &self.rings[ring]).collect();
+        solve_rings(&own, cache, context)?;
+        // Shards begin their search for tables of others at different places.
+        let begin = share
+            .units
+            .first()
+            .map_or(0, |(_, units)| units.start as usize);
+        for (task, units) in &share.units {
+            context.interrupt.check()?;
+            let task = &self.tasks[*task];
+            if let Some(design) = task.tables_of() {
+                obtain(&Ring::of_design(design, None), begin, cache, context)?;
+            }
+            task.compute(units.clone(), cache, context)?;
+        }
+        Ok(())
+    }
+
+    /// What the cache lacks, by shard.
+    ///
+    /// # Errors
+    /// A task that cannot be told from others.
+    pub fn lacking(
+        &self,
+        shares: &[Share],
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Vec<Lacking>> {
+        let usable = |ring: &Ring| matches!(cache.find(&ring.key), CacheEntry::Table(_));
+        let rings: Vec<bool> = self.rings.iter().map(usable).collect();
+        let missing = self.tasks.iter().map(|task| task.missing(cache, context));
+        let missing: Vec<Vec<u64>> = missing.collect::<Result<_>>()?;
+        let of = |(shard, share): (usize, &Share)| {
+            let tables = share.tables.iter().filter(|ring| !rings[**ring]);
+            let tasks = share.units.iter().map(|(task, units)| {
+                let count = missing[*task].iter().filter(|unit| units.contains(unit));
+                (self.tasks[*task].label().to_owned(), count.count() as u64)
+            });
+            Lacking {
+                shard,
+                tables: tables.map(|&ring| self.rings[ring].label.clone()).collect(),
+                tasks: tasks.filter(|(_, count)| *count > 0).collect(),
+            }
+        };
+        let all = shares.iter().enumerate().map(of);
+        Ok(all
+            .filter(|shard| !shard.tables.is_empty() || !shard.tasks.is_empty())
+            .collect())
+    }
+}
+
+/// Waits for no one: solves what the cache lacks of `rings`, from number `begin` on, and leaves off
+/// wherever another process is first.
+fn obtain(rings: &[Ring], begin: usize, cache: &Cache, context: RunContext) -> Result<()> {
+    let from = begin % rings.len().max(1);
+    for ring in rings[from..].iter().chain(&rings[..from]) {
+        if !cache.holds(&ring.key) {
+            solve_unless_found(ring, cache, context)?;
+        }
+    }
+    Ok(())
+}
+
+fn solve_unless_found(ring: &Ring, cache: &Cache, context: RunContext) -> Result<()> {
+    let stop = Interrupt::default();
+    let done = AtomicBool::new(false);
+    let solved = std::thread::scope(|scope| {
+        let watch = scope.spawn(|| {
+            while !done.load(Ordering::SeqCst) {
+                if context.interrupt.is_raised() || cache.holds(&ring.key) {
+                    stop.flag().store(true, Ordering::SeqCst);
+                    return;
+                }
+                std::thread::park_timeout(LOOK);
+            }
+        });
+        let inner = RunContext {
+            interrupt: &stop,
+            ..context
+        };
+        let solved = solve_rings(&[ring], cache, inner);
+        done.store(true, Ordering::SeqCst);
+        watch.thread().unpark();
+        solved
+    });
+    context.interrupt.check()?;
+    if stop.is_raised() { Ok(()) } else { solved }
+}
