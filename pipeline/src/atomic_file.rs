@@ -11,10 +11,11 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
+use sha2::{Digest, Sha256};
 
 /// What [`write_atomic`] hands to the writer: a buffered file.
 pub trait Sink: Write + Seek {}
@@ -68,8 +69,9 @@ fn write(path: &Path, flush: Flush, write: impl FnOnce(&mut dyn Sink) -> Result<
 
     let unique = NEXT.fetch_add(1, Ordering::Relaxed);
     let temporary = directory.join(format!(
-        ".{}.{}-{unique}.partial",
+        ".{}.{}-{}-{unique}.partial",
         name.to_string_lossy(),
+        place(),
         std::process::id()
     ));
     let guard = Pending::new(temporary);
@@ -149,16 +151,16 @@ pub fn discard_pending() -> usize {
 }
 
 /// Removes the temporary files in `directory` whose process is no more: one that was killed could
-/// not. Where it is not known which processes there are, those older than a day. A file that cannot
-/// be removed stays.
+/// not. Of other machines, and where it is not known which processes there are, those older than a
+/// day. A file that cannot be removed stays.
 pub fn discard_abandoned(directory: &Path) {
     let Ok(entries) = fs::read_dir(directory) else {
         return;
     };
     for entry in entries.flatten() {
         let name = entry.file_name();
-        if let Some(process) = name.to_str().and_then(writer)
-            && !is_running(process, &entry)
+        if let Some(writer) = name.to_str().and_then(writer)
+            && !is_running(writer, &entry)
         {
             // It is hidden and belongs to nobody: nothing depends on it.
             let _ = fs::remove_file(entry.path());
@@ -166,25 +168,53 @@ pub fn discard_abandoned(directory: &Path) {
     }
 }
 
-/// The process that a temporary file of this name belongs to, if it is one.
-fn writer(name: &str) -> Option<u32> {
-    let (name, unique) = name
+/// As [`discard_abandoned`] in `directory` and all folders below it.
+pub fn discard_abandoned_below(directory: &Path) {
+    discard_abandoned(directory);
+    let Ok(entries) = fs::read_dir(directory) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            discard_abandoned_below(&entry.path());
+        }
+    }
+}
+
+/// A number of this machine, its start and its list of processes: processes of equal number on
+/// machines that share a file system are told apart by it.
+fn place() -> u32 {
+    static PLACE: LazyLock<u32> = LazyLock::new(|| {
+        let start = fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+        let processes = fs::read_link("/proc/self/ns/pid").unwrap_or_default();
+        let hash = Sha256::digest([&start, processes.as_os_str().as_encoded_bytes()].concat());
+        u32::from_le_bytes([hash[0], hash[1], hash[2], hash[3]])
+    });
+    *PLACE
+}
+
+/// Place and process that a temporary file of this name belongs to, if it is one.
+fn writer(name: &str) -> Option<(u32, u32)> {
+    let (name, numbers) = name
         .strip_prefix('.')?
         .strip_suffix(".partial")?
-        .rsplit_once('-')?;
-    let (_, process) = name.rsplit_once('.')?;
-    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    (digits(unique) && digits(process)).then_some(())?;
-    process.parse().ok()
+        .rsplit_once('.')?;
+    let numbers: Vec<&str> = numbers.split('-').collect();
+    let digits = |text: &&str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    let [place, process, _] = numbers[..] else {
+        return None;
+    };
+    (!name.is_empty() && numbers.iter().all(digits)).then_some(())?;
+    Some((place.parse().ok()?, process.parse().ok()?))
 }
 
 /// Whether the writer of a temporary file may still be there.
-fn is_running(process: u32, file: &fs::DirEntry) -> bool {
-    if process == std::process::id() {
+fn is_running((at, process): (u32, u32), file: &fs::DirEntry) -> bool {
+    if at == place() && process == std::process::id() {
         return true;
     }
     let processes = Path::new("/proc");
-    if processes.join("self").exists() {
+    if at == place() && processes.join("self").exists() {
         return processes.join(process.to_string()).exists();
     }
     let written = file.metadata().and_then(|about| about.modified());
@@ -308,10 +338,19 @@ mod tests {
     fn what_a_dead_process_left_is_removed_and_nothing_else() {
         let directory = tempfile::tempdir().unwrap();
         // No process has a number so large.
-        let dead = ".map.npy.4294967295-3.partial".to_owned();
-        let own = format!(".map.npy.{}-3.partial", std::process::id());
-        let others = ["a.partial", ".b.x-1.partial", ".c.4294967295-3", "map.npy"];
-        let kept: Vec<String> = others.map(str::to_owned).into_iter().chain([own]).collect();
+        let of = |place: u32, process: u32| format!(".map.npy.{place}-{process}-3.partial");
+        let dead = of(place(), u32::MAX);
+        let own = of(place(), std::process::id());
+        // Of another machine, whose processes are not known.
+        let far = of(place().wrapping_add(1), u32::MAX);
+        let others = [
+            "a.partial",
+            ".b.x-1-1.partial",
+            ".c.1-4294967295-3",
+            "map.npy",
+        ];
+        let kept = others.map(str::to_owned).into_iter();
+        let kept: Vec<String> = kept.chain([own, far]).collect();
         for name in kept.iter().chain([&dead]) {
             fs::write(directory.path().join(name), b"half").unwrap();
         }

@@ -20,7 +20,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use tracer::CheckpointStore;
@@ -58,7 +59,7 @@ pub struct Checkpoints {
     purpose: Purpose,
     /// Whether it was said that nothing can be kept.
     refused: AtomicBool,
-    /// Why a group of a shard could not be kept.
+    /// Why a group could not be kept, or that one is missing where all are merged.
     failure: Mutex<Option<anyhow::Error>>,
 }
 
@@ -133,11 +134,18 @@ impl Checkpoints {
         self.purpose == Purpose::Merging
     }
 
-    /// Refuses to go on where a group of a shard could not be kept.
+    fn fail(&self, error: anyhow::Error) {
+        let failure = self.failure.lock();
+        let mut failure = failure.unwrap_or_else(PoisonError::into_inner);
+        failure.get_or_insert(error);
+    }
+
+    /// Refuses to go on where a group of a shard could not be kept, or one that is merged was
+    /// missing.
     ///
     /// # Errors
-    /// Why the first of them could not.
-    pub fn all_kept(&self) -> Result<()> {
+    /// Why, of the first of them.
+    pub fn is_whole(&self) -> Result<()> {
         let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.take().map_or(Ok(()), Err)
     }
@@ -227,25 +235,8 @@ impl Groups<'_> {
     /// Numbers of those of `count` groups that are missing or unusable.
     pub fn missing(&self, count: u64) -> Vec<u64> {
         let is_there = |group: u64| matches!(self.look(group), Some((_, Ok(_))));
-        (0..count).filter(|&group| !is_there(group)).collect()
-    }
-
-    /// Refuses a trace of `count` groups, some of which are missing, where nothing may be computed.
-    ///
-    /// # Errors
-    /// The first that is missing.
-    pub fn merged_whole(&self, count: u64, what: &str) -> Result<()> {
-        let first = if self.checkpoints.is_merging() {
-            self.missing(count).first().copied()
-        } else {
-            None
-        };
-        ensure!(
-            first.is_none(),
-            "{what}: expected `{}` among the pieces of the job, found none that can be used",
-            self.path(first.unwrap_or_default()).display()
-        );
-        Ok(())
+        let groups = (0..count).into_par_iter();
+        groups.filter(|&group| !is_there(group)).collect()
     }
 
     /// The file of a group and what it holds; `None` without one.
@@ -269,7 +260,14 @@ impl Groups<'_> {
 
 impl CheckpointStore for Groups<'_> {
     fn find(&self, group: u64) -> Option<Vec<u8>> {
-        let (path, content) = self.look(group)?;
+        let looked = self.look(group);
+        if self.checkpoints.is_merging() && !matches!(looked, Some((_, Ok(_)))) {
+            self.checkpoints.fail(anyhow!(
+                "expected `{}` among the pieces of the job, found none that can be used",
+                self.path(group).display()
+            ));
+        }
+        let (path, content) = looked?;
         content
             .map_err(|why| {
                 let name = path.display();
@@ -287,9 +285,7 @@ impl CheckpointStore for Groups<'_> {
         };
         let checkpoints = self.checkpoints;
         if checkpoints.purpose == Purpose::Sharding {
-            let failure = checkpoints.failure.lock();
-            let mut failure = failure.unwrap_or_else(PoisonError::into_inner);
-            failure.get_or_insert(error);
+            checkpoints.fail(error);
         } else if !atomic_file::is_closed() && !checkpoints.refused.swap(true, Ordering::Relaxed) {
             // After Ctrl-C no more files appear, which needs no word.
             checkpoints.console.warn(&format!(

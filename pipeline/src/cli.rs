@@ -20,7 +20,7 @@ use crate::commands::reproduce::{self, ReproduceArgs};
 use crate::commands::run::{self, RunArgs};
 use crate::commands::schema::{self, SchemaArgs};
 use crate::commands::shardable::Shardable;
-use crate::commands::shards::{self, MergeArgs, PlanArgs};
+use crate::commands::shards::{self, MergeArgs, PlanArgs, SubmitArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::commands::tolerance::{self, ToleranceArgs};
 use crate::interrupt::Interrupt;
@@ -122,6 +122,11 @@ pub enum Command {
     /// Show the shards of a job, which several processes share, and what each costs
     #[command(after_help = "Example: batwing plan --shards 8 -- reproduce --quick --out results")]
     Plan(PlanArgs),
+    /// Write the scripts of a job for SLURM, and submit them with --go
+    #[command(
+        after_help = "Example: batwing submit --slurm --shards 64 --go -- reproduce --out results"
+    )]
+    Submit(SubmitArgs),
     /// Put the shards of a job together
     #[command(after_help = "Example: batwing merge results")]
     Merge(MergeArgs),
@@ -207,6 +212,7 @@ impl Cli {
             Command::Tolerance(arguments) => tolerance::run(arguments, context),
             Command::Study(arguments) => study::run(arguments, context),
             Command::Plan(arguments) => shards::plan(arguments, context),
+            Command::Submit(arguments) => shards::submit(arguments, context),
             Command::Merge(arguments) => shards::merge(arguments, context),
             Command::Grating(arguments) => grating::run(arguments, context),
             Command::Export(arguments) => export::run(arguments, context),

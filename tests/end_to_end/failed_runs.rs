@@ -85,9 +85,9 @@ fn a_run_that_fails_leaves_no_results_of_another() {
     assert!(said.contains("peak_angle_deg"), "{said}");
     assert!(results.exists());
 
-    // A process of this number there is none, and the file is old.
+    // Of another machine, and old.
     for folder in [at.join("r"), model.clone()] {
-        let left = folder.join(".far_field.npy.4294967295-7.partial");
+        let left = folder.join(".far_field.npy.1-4294967295-7.partial");
         let file = fs::File::create(&left).expect("created");
         let long_ago = std::time::SystemTime::now() - Duration::from_secs(200_000);
         file.set_modified(long_ago).expect("set back");

@@ -31,6 +31,7 @@ mod receivers;
 mod report;
 mod reproduce;
 mod resume;
+mod shards;
 mod solids;
 mod source_spectra;
 mod sources_from_files;

@@ -22,4 +22,5 @@ pub mod schema;
 pub mod shardable;
 pub mod shards;
 pub mod study;
+pub mod submit;
 pub mod tolerance;

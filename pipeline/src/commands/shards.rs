@@ -15,6 +15,8 @@ use super::arguments::whole;
 use super::job_record::{FILE, JobRecord, SharedLine, shell_line};
 use super::outputs::writable;
 use super::shardable::Shardable;
+use super::submit;
+use crate::atomic_file;
 use crate::checkpoint::Checkpoints;
 use crate::interrupt::Stopped;
 use crate::plural::count;
@@ -59,6 +61,23 @@ pub struct MergeArgs {
     /// Directory of results in which the job was begun
     #[arg(value_name = "JOB")]
     pub directory: PathBuf,
+}
+
+/// `batwing submit`.
+#[derive(Debug, Args)]
+pub struct SubmitArgs {
+    /// Which job.
+    #[command(flatten)]
+    pub job: JobChoice,
+    /// Write scripts for SLURM: an array of all shards, and the merge after it
+    #[arg(long, required = true)]
+    pub slurm: bool,
+    /// Further options of sbatch, such as "--time=2:00:00 --cpus-per-task=4"
+    #[arg(long, value_name = "OPTIONS", allow_hyphen_values = true)]
+    pub sbatch: Option<String>,
+    /// Submit the scripts too
+    #[arg(long)]
+    pub go: bool,
 }
 
 /// Computes the pieces of the shards `choice` of `command`.
@@ -183,9 +202,42 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
         std::fs::remove_file(&path)
             .with_context(|| format!("cannot remove `{}`", path.display()))?;
         pieces.discard_job();
+        // What killed shards and merges left.
+        atomic_file::discard_abandoned_below(out);
+        atomic_file::discard_abandoned_below(cache.directory());
         Ok(())
     };
     merge().map_err(worth_repeating)
+}
+
+/// Writes the scripts of a job for SLURM, and submits them if that is asked for.
+///
+/// # Errors
+/// Those of the command; another job in its directory; what sbatch says.
+pub fn submit(arguments: &SubmitArgs, context: RunContext) -> Result<()> {
+    let begun = Begun::open(&arguments.job, context)?;
+    let (record, out) = (&begun.record, &begun.out);
+    submit::write_scripts(record, out, arguments.sbatch.as_deref())?;
+    let folder = submit::script_of_shards(out);
+    let numbers = arguments.go.then(|| submit::submit(out)).transpose()?;
+    let json = json!({
+        "job": out.display().to_string(),
+        "shards": record.shards,
+        "script": folder.display().to_string(),
+        "array_and_merge": numbers,
+    });
+    context.console.result(&json, || match &numbers {
+        Some([array, merge]) => format!(
+            "submitted {} as array {array}, and the merge after them as job {merge}",
+            count(record.shards, "shard")
+        ),
+        None => format!(
+            "{} in an array:
+{}",
+            count(record.shards, "shard"),
+            submit::by_hand(out)
+        ),
+    })
 }
 
 /// A job that is begun in a directory.
@@ -289,11 +341,15 @@ fn incomplete(record: &JobRecord, out: &Path, lacking: &[Lacking]) -> Stopped {
     if lacking.len() > SHOWN {
         all.push(format!("and {} more", lacking.len() - SHOWN));
     }
-    let words = [
-        vec!["batwing".into()],
-        record.words_in(out),
-        vec!["--shard".into(), choice.to_string().into()],
-    ];
+    let script = submit::script_of_shards(out);
+    let words = if script.exists() {
+        let numbers: Vec<String> = choice.numbers.iter().map(ToString::to_string).collect();
+        let array = format!("--array={}", numbers.join(","));
+        vec!["sbatch".into(), array.into(), script.into()]
+    } else {
+        let shard = vec!["--shard".into(), choice.to_string().into()];
+        [vec!["batwing".into()], record.words_in(out), shard].concat()
+    };
     Stopped {
         line: format!(
             "{}: expected the pieces of {}, got {} without all of theirs: {}; `{}` computes them",
@@ -301,7 +357,7 @@ fn incomplete(record: &JobRecord, out: &Path, lacking: &[Lacking]) -> Stopped {
             count(record.shards, "shard"),
             lacking.len(),
             all.join("; "),
-            shell_line(&words.concat())
+            shell_line(&words)
         ),
         exit_code: REPEAT,
     }

@@ -77,15 +77,13 @@ impl TraceJob<'_> {
         let scene = scene::build(self.design, self.surface)?;
         context.interrupt.check()?;
         let groups = self.groups(context);
-        if let Some(groups) = &groups {
-            groups.merged_whole(GROUPS as u64, self.what)?;
-        }
         let outcome = self.with_receivers(|receivers| {
             let settings = self.settings(context.seed);
             let control = control(progress, groups.as_ref(), context);
             tracer::run_with(&scene, receivers, &settings, control)
         })?;
         context.interrupt.check()?;
+        context.checkpoints.map_or(Ok(()), Checkpoints::is_whole)?;
         let outcome = uninterrupted(outcome)?.merged(self.error_groups);
         let mut observation = Observation::new(self.design, outcome);
         observation.depolarised_by = scene.scattering_surfaces();
@@ -112,7 +110,7 @@ impl TraceJob<'_> {
         bar.finish_and_clear();
         context.interrupt.check()?;
         uninterrupted(done)?;
-        context.checkpoints.map_or(Ok(()), Checkpoints::all_kept)
+        context.checkpoints.map_or(Ok(()), Checkpoints::is_whole)
     }
 
     /// Hands far field, plane and the design's own receivers to `trace`.

@@ -192,7 +192,7 @@ impl<'a> SampleTracer<'a> {
         }
         self.context
             .checkpoints
-            .map_or(Ok(()), Checkpoints::all_kept)
+            .map_or(Ok(()), Checkpoints::is_whole)
     }
 }
 

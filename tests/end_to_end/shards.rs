@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Shards of a job and their merge: the bytes of the whole command, whatever is lost on the way.
+//!
+//! Source: `docs/guide/cluster.md`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use pipeline::content_hash::sealed;
+use serde_json::Value;
+
+use crate::support::binary::batwing;
+use crate::support::runs::{contents, files, partial, signalled, small};
+
+const RUN: [&str; 4] = ["run", "small.toml", "--paths", "30000"];
+
+const STUDY: &str = r#"
+name = "two"
+designs = ["small.toml"]
+models = ["geometric", "hybrid"]
+paths = 6400
+
+[[factors]]
+name = "box"
+key = "led.reflectance"
+values = [0.5, 0.9]
+"#;
+
+const TOLERANCE: &str = r#"
+name = "mirror"
+design = "small.toml"
+samples = 8
+paths = 4096
+figures = ["extraction_efficiency"]
+
+[[tolerances]]
+key = "mirror.reflectance"
+distribution = "uniform"
+half_width = 0.04
+"#;
+
+/// Exit code and standard error.
+fn says(folder: &Path, words: &[&str]) -> (Option<i32>, String) {
+    let output = batwing(folder)
+        .args(words)
+        .arg("--quiet")
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    (output.status.code(), said)
+}
+
+fn does(folder: &Path, words: &[&str]) {
+    assert_eq!(says(folder, words), (Some(0), String::new()), "{words:?}");
+}
+
+/// `command` in the folder `at` with results in its `out` and a cache beside them.
+fn in_place<'a>(command: &[&'a str], at: &'a [String; 2], more: &[&'a str]) -> Vec<&'a str> {
+    [command, &["--out", &at[0], "--cache", &at[1]], more].concat()
+}
+
+fn place(name: &str) -> [String; 2] {
+    ["out", "cache"].map(|folder| format!("{name}/{folder}"))
+}
+
+fn whole(folder: &Path, command: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
+    let at = place("whole");
+    does(folder, &in_place(command, &at, &[]));
+    contents(&folder.join("whole"))
+}
+
+/// Computes `count` shards of `command` in `name`, the last first.
+fn shards(folder: &Path, command: &[&str], name: &str, count: usize) {
+    let at = place(name);
+    for shard in (0..count).rev() {
+        let shard = format!("{shard}/{count}");
+        does(folder, &in_place(command, &at, &["--shard", &shard]));
+    }
+}
+
+fn merge(folder: &Path, name: &str) -> (Option<i32>, String) {
+    says(folder, &["merge", &format!("{name}/out")])
+}
+
+fn groups(folder: &Path) -> Vec<PathBuf> {
+    let mut groups = files(folder);
+    groups.retain(|path| path.extension().is_some_and(|ending| ending == "group"));
+    groups.sort();
+    groups
+}
+
+#[test]
+fn any_number_of_shards_leaves_what_one_command_leaves() {
+    let folder = small();
+    let folder = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("written");
+    write("study.toml", STUDY);
+    write("tolerance.toml", TOLERANCE);
+    let commands: [&[&str]; 4] = [
+        &RUN,
+        &[
+            "bsdf",
+            "small.toml",
+            "--rings",
+            "5,15",
+            "--tolerance",
+            "0.05",
+        ],
+        &["study", "study.toml"],
+        &["tolerance", "tolerance.toml"],
+    ];
+    for command in commands {
+        let expected = whole(folder, command);
+        assert!(!expected.is_empty());
+        for count in [1, 2, 8] {
+            shards(folder, command, "shared", count);
+            // Repeated, a shard finds everything.
+            let at = place("shared");
+            does(
+                folder,
+                &in_place(command, &at, &["--shard", &format!("0/{count}")]),
+            );
+            assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+            let merged = contents(&folder.join("shared"));
+            assert!(
+                merged == expected,
+                "{command:?}, {count} shards: {:?} {:?}",
+                merged.keys(),
+                expected.keys()
+            );
+            std::fs::remove_dir_all(folder.join("shared")).expect("removed");
+        }
+        std::fs::remove_dir_all(folder.join("whole")).expect("removed");
+    }
+}
+
+#[test]
+fn shards_side_by_side_and_twice_at_once_leave_the_same() {
+    let folder = small();
+    let folder = folder.path();
+    let expected = whole(folder, &RUN);
+    let at = place("shared");
+    std::thread::scope(|scope| {
+        for shard in ["0/3", "1/3", "2/3", "1/3"] {
+            let words = in_place(&RUN, &at, &["--shard", shard, "--threads", "1"]);
+            scope.spawn(move || does(folder, &words));
+        }
+    });
+    assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+    assert!(contents(&folder.join("shared")) == expected);
+}
+
+#[test]
+fn a_merge_names_what_is_missing_and_the_command_that_computes_it() {
+    let folder = small();
+    let folder = folder.path();
+    let expected = whole(folder, &RUN);
+    shards(folder, &RUN, "shared", 4);
+    let cache = folder.join("shared/cache");
+    let all = groups(&cache);
+    assert_eq!(all.len(), 4 * 64);
+    // One is missing, one altered, one that of another place; and a table is missing.
+    std::fs::remove_file(&all[0]).expect("removed");
+    let mut bytes = std::fs::read(&all[1]).expect("a group");
+    bytes[100] ^= 1;
+    std::fs::write(&all[1], bytes).expect("written");
+    std::fs::copy(&all[3], &all[2]).expect("copied");
+    let table = files(&cache)
+        .into_iter()
+        .find(|path| path.extension().is_some_and(|ending| ending == "bworders"));
+    std::fs::remove_file(table.expect("a table")).expect("removed");
+    let before = contents(&folder.join("shared/out"));
+
+    let (code, said) = merge(folder, "shared");
+    assert_eq!(code, Some(75), "{said}");
+    assert!(said.contains("the table of small, ring "), "{said}");
+    assert!(said.contains("3 of small "), "{said}");
+    assert_eq!(contents(&folder.join("shared/out")), before);
+    let command = said.split('`').nth(1).expect("a command");
+    let words: Vec<&str> = command.split(' ').skip(1).collect();
+    assert!(words.contains(&"--shard"), "{command}");
+    let (code, said) = says(folder, &words);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+    assert!(contents(&folder.join("shared")) == expected);
+
+    let (code, said) = merge(folder, "shared");
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("merged already"), "{said}");
+}
+
+#[test]
+fn an_interrupted_shard_is_worth_repeating() {
+    let folder = small();
+    let folder = folder.path();
+    let expected = whole(folder, &RUN);
+    let at = place("shared");
+    let words = in_place(&RUN, &at, &["--shard", "0/1", "--threads", "1"]);
+    let ready = || !files(&folder.join("shared/cache")).is_empty();
+    let (code, said) = signalled("-TERM", folder, &words, ready);
+    assert_eq!(code, Some(75), "{said}");
+    assert!(
+        said.contains("the same command goes on from there"),
+        "{said}"
+    );
+    does(folder, &words);
+    assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+    assert!(contents(&folder.join("shared")) == expected);
+    assert!(partial(&folder.join("shared")).is_empty());
+}
+
+#[test]
+fn another_job_is_refused_and_named() {
+    let folder = small();
+    let folder = folder.path();
+    let geometric = [&RUN[..], &["--model", "geometric"]].concat();
+    shards(folder, &geometric, "shared", 2);
+    let at = place("shared");
+    let refused = |command: &[&str], more: &[&str], expected: &[&str]| {
+        let (code, said) = says(folder, &in_place(command, &at, more));
+        assert_eq!(code, Some(1), "{said}");
+        for part in expected {
+            assert!(said.contains(part), "{part} in {said}");
+        }
+    };
+    let first = ["--shard", "0/2"];
+    let beyond = ["expected shards from 0 to 1, got 2"];
+    refused(&geometric, &["--shard", "2/2"], &beyond);
+    let dealt = ["expected shards of 2", "batwing plan shared/out --shards 3"];
+    refused(&geometric, &["--shard", "0/3"], &dealt);
+    let line = "`batwing run small.toml --model geometric --paths 30000 --seed 1`";
+    refused(&RUN, &first, &["job.json", "command", line, "--model all"]);
+    let seed = ["--shard", "0/2", "--seed", "7"];
+    refused(&geometric, &seed, &[line, "--seed 7"]);
+    let until = ["--until-error", "uniformity=1%", "--shard", "0/2"];
+    refused(
+        &geometric,
+        &until,
+        &["--until-error: expected a number of paths"],
+    );
+}
+
+#[test]
+fn another_design_program_or_solver_is_refused() {
+    let folder = small();
+    let folder = folder.path();
+    let geometric = [&RUN[..], &["--model", "geometric"]].concat();
+    shards(folder, &geometric, "shared", 2);
+    let at = place("shared");
+    let path = folder.join("shared/out/job.json");
+    let record = std::fs::read_to_string(&path).expect("a record");
+    let json: Value = serde_json::from_str(&record).expect("JSON");
+    let refused = |expected: &str| {
+        for (code, said) in [
+            merge(folder, "shared"),
+            says(folder, &in_place(&geometric, &at, &["--shard", "0/2"])),
+        ] {
+            assert_eq!(code, Some(1), "{said}");
+            assert!(said.contains(expected), "{expected} in {said}");
+        }
+    };
+    for (key, value, expected) in [
+        (
+            "program_sha256",
+            "0".repeat(64).into(),
+            "program: expected batwing",
+        ),
+        ("solver_version", 8.into(), "solver: expected version 8, "),
+    ] {
+        let mut other = json.clone();
+        other[key] = value;
+        let other = sealed(other).expect("JSON");
+        let text = serde_json::to_string_pretty(&other).expect("JSON") + "\n";
+        std::fs::write(&path, text).expect("written");
+        refused(expected);
+    }
+    std::fs::write(&path, record.replace("\"seed\": 1", "\"seed\": 2")).expect("written");
+    refused("altered");
+    std::fs::write(&path, &record).expect("written");
+
+    let design = folder.join("small.toml");
+    let text = std::fs::read_to_string(&design).expect("a design");
+    std::fs::write(&design, format!("{text}\n# A remark.\n")).expect("written");
+    refused("file: expected small.toml with SHA-256");
+    std::fs::write(&design, text).expect("written");
+    assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+}
+
+#[test]
+fn a_plan_notes_the_job_and_scripts_run_its_shards() {
+    let folder = small();
+    let folder = folder.path();
+    let expected = whole(folder, &RUN);
+    let at = place("shared");
+    let words = in_place(&RUN, &at, &[]);
+    let plan = [&["plan", "--shards", "3", "--json", "--"][..], &words].concat();
+    let output = batwing(folder).args(plan).output().expect("it runs");
+    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let shards = json["shards"].as_array().expect("shards");
+    assert_eq!(shards.len(), 3);
+    for key in ["tables", "units", "paths"] {
+        let sum: u64 = shards.iter().filter_map(|s| s[key].as_u64()).sum();
+        assert_eq!(Some(sum), json["all"][key].as_u64(), "{key}");
+    }
+    assert_eq!(json["all"]["units"], 4 * 64);
+
+    let options = "--time=10 --partition=short";
+    does(
+        folder,
+        &["submit", "shared/out", "--slurm", "--sbatch", options],
+    );
+    let script = |name: &str| folder.join("shared/out/slurm").join(name);
+    let text = std::fs::read_to_string(script("shards.sh")).expect("a script");
+    assert!(text.contains("#SBATCH --array=0-2\n"), "{text}");
+    assert!(text.contains(&format!("#SBATCH {options}\n")), "{text}");
+    let run = |name: &str, shard: &str| {
+        let status = std::process::Command::new("sh")
+            .arg(script(name))
+            .env("SLURM_ARRAY_TASK_ID", shard)
+            .current_dir(folder)
+            .output()
+            .expect("a shell");
+        let said = String::from_utf8(status.stderr).expect("UTF-8");
+        (status.status.code(), said)
+    };
+    assert_eq!(run("shards.sh", "0"), (Some(0), String::new()));
+    assert_eq!(run("shards.sh", "2"), (Some(0), String::new()));
+    let (code, said) = run("merge.sh", "");
+    assert_eq!(code, Some(75), "{said}");
+    assert!(
+        said.contains("`sbatch --array=1 shared/out/slurm/shards.sh`"),
+        "{said}"
+    );
+    assert_eq!(run("shards.sh", "1"), (Some(0), String::new()));
+    assert_eq!(run("merge.sh", ""), (Some(0), String::new()));
+    std::fs::remove_dir_all(folder.join("shared/out/slurm")).expect("removed");
+    assert!(contents(&folder.join("shared")) == expected);
+}
