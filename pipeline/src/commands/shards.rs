@@ -198,13 +198,14 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
             return Err(incomplete(record, out, &lacking).into());
         }
         command.run(context)?;
+        // What killed shards and merges left.
+        atomic_file::discard_abandoned_below(out);
+        atomic_file::discard_abandoned_below(cache.directory());
+        // Pieces go after the record: a merge that is killed here can be repeated, or is done.
         let path = out.join(FILE);
         std::fs::remove_file(&path)
             .with_context(|| format!("cannot remove `{}`", path.display()))?;
         pieces.discard_job();
-        // What killed shards and merges left.
-        atomic_file::discard_abandoned_below(out);
-        atomic_file::discard_abandoned_below(cache.directory());
         Ok(())
     };
     merge().map_err(worth_repeating)
