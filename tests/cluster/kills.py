@@ -166,9 +166,9 @@ def main():
     options.folder.mkdir(parents=True)
     data = pathlib.Path(__file__).resolve().parents[2] / "data/designs"
     design = (data / "d1.toml").read_text()
-    for key, value in [("tolerance", "0.05")]:
-        lines = design.splitlines()
-        design = "\n".join(f"{key} = {value}" if l.startswith(f"{key} ") else l for l in lines)
+    coarse = "tolerance = 0.05\nkx_per_zone = 2\nky_count = 6"
+    lines = [coarse if l.startswith("tolerance ") else l for l in design.splitlines()]
+    design = "\n".join(l for l in lines if not l.startswith(("kx_per_zone", "ky_count")) or "\n" in l)
     (options.folder / "d1.toml").write_text(design + "\n")
     (options.folder / "study.toml").write_text(STUDY)
     campaign = Campaign(str(options.batwing.resolve()), options.folder, random.Random(options.seed))
