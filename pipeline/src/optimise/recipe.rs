@@ -12,7 +12,7 @@ use super::front::FrontDesign;
 use super::log::{self, Log};
 use super::objective::Judged;
 use super::problem::{Problem, StageSettings};
-use super::stage::{SELECTION, StageResult, StageSearch};
+use super::stage::{StageResult, StageSearch};
 use super::variables::Variables;
 use crate::atomic_file;
 use crate::cache::Cache;
@@ -353,7 +353,7 @@ impl Job<'_> {
                 moved[k] = (moved[k] + side).clamp(0.0, 1.0);
                 let at = variables.coefficients(&moved)[k];
                 if let Outcome::Judged(one) =
-                    evaluator.evaluate(&moved, SELECTION * stage.most_paths, context)?
+                    evaluator.evaluate(&moved, stage.most_paths, context)?
                 {
                     judged.push((at, one));
                 }

@@ -33,7 +33,7 @@ const MOST_NOISE: f64 = 0.7;
 /// A search has converged when its standard deviations are below this share of the ranges.
 const SMALLEST_STEP: f64 = 2e-3;
 /// Paths of the traces among which the best is chosen, beside the largest number of the search.
-pub(super) const SELECTION: u64 = 4;
+const SELECTION: u64 = 4;
 
 /// One of the points among which a stage chooses.
 #[derive(Debug, Clone, PartialEq)]
