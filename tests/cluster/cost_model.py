@@ -24,7 +24,7 @@ GROUPS = 64
 
 # Measured on two cores: start of a shard until its first piece; results of one trace (maps,
 # pictures, far fields); bytes of a group and of a table.
-START_SECONDS = 0.35
+START_SECONDS = 0.2
 RESULT_SECONDS = 0.35
 GROUP_BYTES = 265e3
 TABLE_BYTES = 2.5e6

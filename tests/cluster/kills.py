@@ -169,12 +169,18 @@ def main():
     coarse = "tolerance = 0.05\nkx_per_zone = 2\nky_count = 6"
     lines = [coarse if l.startswith("tolerance ") else l for l in design.splitlines()]
     design = "\n".join(l for l in lines if not l.startswith(("kx_per_zone", "ky_count")) or "\n" in l)
+    # Relief on two elements alone, so that a job takes seconds.
+    design = design.replace("to = 17", "to = 2", 1).replace(
+        "[[elements.shapes]]",
+        '[[elements.shapes]]\nfrom = 3\nto = 17\ntype = "smooth"\n\n[[elements.shapes]]',
+        1,
+    )
     (options.folder / "d1.toml").write_text(design + "\n")
     (options.folder / "study.toml").write_text(STUDY)
     campaign = Campaign(str(options.batwing.resolve()), options.folder, random.Random(options.seed))
     commands = [
-        ["run", "d1.toml", "--paths", "256000"],
-        ["bsdf", "d1.toml", "--rings", "5,25,45"],
+        ["run", "d1.toml", "--paths", "640000"],
+        ["bsdf", "d1.toml", "--rings", "5,15"],
         ["study", "study.toml"],
     ]
     times = []
@@ -184,7 +190,7 @@ def main():
         times.append(time.monotonic() - begin)
         print(f"{' '.join(command)}: {times[-1]:.1f} s", flush=True)
     if options.tmpfs:
-        for command, megabytes in zip(commands, [8, 1, 4]):
+        for command, megabytes in zip(commands, [2, 1, 1]):
             campaign.full_disk(command, megabytes)
             print(f"full disk: {' '.join(command)}: same bytes", flush=True)
     begin = time.monotonic()
