@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -29,11 +30,19 @@ def reflectance(theta: float) -> float:
     return float(rcwa.solve(grating(), 0.55, theta, orders=12, slices=6).total_reflected)
 
 
+@pytest.fixture
+def answered() -> Iterator[None]:
+    """Ctrl-C as in a terminal; background jobs of a shell ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def interrupt_after(seconds: float) -> None:
     threading.Timer(seconds, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 
 
-def test_ctrl_c_answers_within_a_second_and_leaves_the_interpreter_sane() -> None:
+def test_ctrl_c_answers_within_a_second_and_leaves_the_interpreter_sane(answered: None) -> None:
     interrupt_after(0.3)
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
@@ -51,6 +60,7 @@ def test_ctrl_c_answers_within_a_second_and_leaves_the_interpreter_sane() -> Non
 def test_the_command_after_ctrl_c_returns_its_code() -> None:
     line = (
         "import os, signal, threading, batwing.cli as cli\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
         "code = cli.main(['bsdf', 'd1.toml', '--rings', '75', '--tolerance', '1e-5', '--no-cache',"
         " '--quiet'])\n"
@@ -115,6 +125,9 @@ def test_gratings_and_results_can_be_pickled_and_copied() -> None:
     np.testing.assert_array_equal(again.reflected, found.reflected)
     np.testing.assert_array_equal(again.directions()[0], found.directions()[0])
     assert copy.deepcopy(found).slices == found.slices
+    assert pickle.loads(pickle.dumps(grating())) == grating() and hash(grating()) == hash(grating())
+    other = rcwa.Grating(rcwa.Relief.lamellar(2.0, 0.6, 0.5, 1.41, 1.0), 1.41, 1.0)
+    assert other != grating()
 
 
 def test_the_command_is_a_function(capfd: pytest.CaptureFixture[str]) -> None:

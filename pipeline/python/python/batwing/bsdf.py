@@ -54,7 +54,7 @@ _FORMATS = ("bworders", "json", "npz", "zemax", "lighttools", "speos", "klems", 
 _ENDINGS = {".bworders": "bworders", ".json": "json", ".npz": "npz"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Albedo:
     """Power that leaves a surface per incident power.
 
@@ -68,7 +68,7 @@ class Albedo:
     transmitted: Floats
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lobes:
     """All lobes of light from n directions, those of one direction after those of another.
 
@@ -93,7 +93,7 @@ class Lobes:
     transmitted: npt.NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """One outgoing direction for each incident one, drawn for unpolarised light.
 
@@ -398,7 +398,7 @@ def convert(
     return read(source).write(target, format, **steps)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """Two surfaces under the same light.
 

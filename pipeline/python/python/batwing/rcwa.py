@@ -160,7 +160,7 @@ def _material(key: str, value: Index) -> Material:
     return Material.constant(_index_of(key, value))
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True, init=False, eq=False)
 class Polygon:
     """A closed outline of one material.
 
@@ -181,6 +181,15 @@ class Polygon:
             _checks.refuse("points_um", "at least 3 corners, shape (n, 2)", _checks.describe(points))
         object.__setattr__(self, "points_um", points)
         object.__setattr__(self, "material", _material("material", material))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Polygon):
+            return NotImplemented
+        same = np.array_equal(self.points_um, other.points_um)
+        return same and self.material == other.material
+
+    def __hash__(self) -> int:
+        return hash((self.material, self.points_um.tobytes()))
 
 
 @dataclass(frozen=True, init=False)
@@ -401,7 +410,7 @@ class Grating:
         return orders, usual, None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """Efficiencies of all orders for one or many directions of incidence.
 
@@ -669,7 +678,7 @@ def solve(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Jones:
     """Jones matrices of all orders.
 
@@ -746,7 +755,7 @@ def jones(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Hemisphere:
     """Efficiencies for all directions of both hemispheres on a grid of wavevectors.
 
@@ -872,7 +881,7 @@ def hemisphere(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NearField:
     """Fields of one incident wave of unit amplitude on a grid of points at y = 0.
 

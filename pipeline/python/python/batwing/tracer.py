@@ -244,7 +244,7 @@ class Figure:
         return f"{self.value:{spec}} ± {self.standard_error:{spec}}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FarField:
     """Azimuthal mean of the intensity.
 
@@ -261,7 +261,7 @@ class FarField:
     standard_error: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Receiver:
     """Bins of a receiver of the design.
 
@@ -278,7 +278,7 @@ class Receiver:
     about: dict[str, Any]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """What one model of one design gave.
 
@@ -312,7 +312,7 @@ class Model:
         return None if mean is None else FarField(mean[0], mean[1], mean[2])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Results:
     """Results of `run` and `reproduce`.
 
@@ -537,7 +537,7 @@ def reproduce(
         return _read(folder, keep)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Report:
     """Results of `study`, `optimise` and `tolerance`.
 
@@ -661,7 +661,7 @@ def tolerance(
     return _file_command("tolerance", file, out, options)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rays:
     """Rays of a file or of a trace.
 
