@@ -131,11 +131,11 @@ class Campaign:
         for path in left:
             assert filecmp.cmp(whole / path, shared / path, shallow=False), path
 
-    def full_disk(self, command, megabytes):
+    def full_disk(self, command, kilobytes):
         """A cache on a file system that is full, then is not."""
         place = self.folder / "shared"
         (place / "cache").mkdir(parents=True)
-        mount = ["mount", "-t", "tmpfs", "-o", f"size={megabytes}m", "tmpfs", str(place / "cache")]
+        mount = ["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", str(place / "cache")]
         subprocess.run(mount, check=True)
         try:
             words = self.words(command, "shared", "--shard", "0/1")
@@ -190,8 +190,8 @@ def main():
         times.append(time.monotonic() - begin)
         print(f"{' '.join(command)}: {times[-1]:.1f} s", flush=True)
     if options.tmpfs:
-        for command, megabytes in zip(commands, [2, 1, 1]):
-            campaign.full_disk(command, megabytes)
+        for command, kilobytes in zip(commands, [2048, 128, 128]):
+            campaign.full_disk(command, kilobytes)
             print(f"full disk: {' '.join(command)}: same bytes", flush=True)
     begin = time.monotonic()
     rounds = 0
