@@ -104,8 +104,11 @@ impl Problem<'_> {
 
     fn solve(&self, stack: &Stack, truncation: Truncation) -> Result<Answer, Error> {
         let bloch = self.bloch(stack);
-        let scattering =
-            solve_line(stack, bloch.kx0, &[bloch.ky], truncation, self.progress)?.remove(0);
+        let scattering = if turned_at_normal(self.case) {
+            rcwa::solve(stack, bloch, truncation)?
+        } else {
+            solve_line(stack, bloch.kx0, &[bloch.ky], truncation, self.progress)?.remove(0)
+        };
         // Rounding leaves a wave so close to grazing no wavevector along z.
         if scattering.source(Side::Top, 0).is_none() {
             return Err(Error::Evanescent {
@@ -158,6 +161,11 @@ impl Problem<'_> {
     fn change(&self, a: &Answer, b: &Answer) -> f64 {
         change(&self.own(a), &self.own(b))
     }
+}
+
+/// Whether light comes along the normal with s and p turned about it.
+fn turned_at_normal(case: &Case) -> bool {
+    case.theta_deg.abs() <= 0.0 && case.phi_deg.abs() > 0.0
 }
 
 fn read(scattering: &Scattering, incident: Pol) -> Vec<OrderEfficiency> {
@@ -427,6 +435,29 @@ mod tests {
         );
         assert!(e.estimated_error < 1e-12);
         assert_eq!(e.too_few_for, None);
+    }
+
+    /// Along the normal s at azimuth 90 degrees is p at azimuth 0, and half of each at 45 degrees,
+    /// on layers and on slanted walls.
+    #[test]
+    fn polarisation_turns_with_the_azimuth_at_normal_incidence() {
+        let structures = [
+            r#""layers_top_to_bottom": [{"thickness": 0.4, "segments": [{"x0": 0, "x1": 0.8, "n": [1.41, 0]}, {"x0": 0.8, "x1": 2, "n": [1, 0]}]}]"#,
+            r#""relief": {"depth": 0.7, "background": [1, 0], "polygons": [{"n": [1.41, 0], "points": [[0, 0], [1.7, 0.7], [2, 0]]}]}"#,
+        ];
+        for structure in structures {
+            let total = |phi: f64, pol: &str| {
+                let text = format!(
+                    r#"{{"wavelength": 0.55, "period": 2, "n_top": [1.41, 0], "n_bottom": [1, 0], {structure}, "theta_deg": 0, "phi_deg": {phi}, "pol": "{pol}", "N": 12}}"#
+                );
+                solved(&text).total(Side::Top)
+            };
+            let [s, p] = ["s", "p"].map(|pol| total(0.0, pol));
+            assert!((s - p).abs() > 1e-3, "{s} {p}");
+            assert!((total(90.0, "s") - p).abs() < 1e-9);
+            assert!((total(90.0, "p") - s).abs() < 1e-9);
+            assert!((total(45.0, "s") - 0.5 * (s + p)).abs() < 1e-9);
+        }
     }
 
     #[test]

@@ -48,7 +48,8 @@ pub(super) fn followed(case: &Case) -> Option<(Interface, f64)> {
         n_bottom: case.n_bottom,
     };
     let sliced = !relief.slice_plan(1).is_exact();
-    (sliced && interface.follows_walls()).then_some((interface, tolerance))
+    let turned = super::turned_at_normal(case);
+    (sliced && !turned && interface.follows_walls()).then_some((interface, tolerance))
 }
 
 /// A search in progress: the finest result so far, and what orders and slices leave of it.
