@@ -198,8 +198,14 @@ pub fn changes(from: &Grouped, to: &Grouped, f: impl Fn(&[f64]) -> Vec<f64>) -> 
     whole.iter().enumerate().map(of).collect()
 }
 
-/// The jackknife standard error of values that each leave out one group.
+/// The jackknife standard error of values that each leave out one group; exactly 0 of equal ones.
 pub fn spread(left_out: &[f64]) -> f64 {
+    if left_out
+        .windows(2)
+        .all(|pair| pair[0].to_bits() == pair[1].to_bits())
+    {
+        return 0.0;
+    }
     let n = left_out.len() as f64;
     let mean = left_out.iter().sum::<f64>() / n;
     (left_out.iter().map(|v| (v - mean).powi(2)).sum::<f64>() * (n - 1.0) / n).sqrt()
@@ -208,6 +214,11 @@ pub fn spread(left_out: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn equal_values_have_no_error() {
+        assert!(spread(&[0.1; 64]).abs() <= 0.0);
+    }
 
     #[test]
     fn error_of_a_sum_is_the_textbook_one() {
