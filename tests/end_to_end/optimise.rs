@@ -78,6 +78,22 @@ fn searches_end_the_same_at_any_number_of_threads_and_after_a_stop() {
     }
     let page = std::fs::read_to_string(at.join("one/report.html")).expect("a page");
     assert!(page.contains("The search for closer"));
+    let path = at.join("one/optimise.json");
+    let text = std::fs::read_to_string(&path).expect("optimise.json");
+    let altered = text.replacen("\"met\": true", "\"met\": false", 1);
+    let altered = altered.replacen("\"evaluations\": 24", "\"evaluations\": 25", 1);
+    assert_ne!(text, altered);
+    std::fs::write(&path, altered).expect("written");
+    let output = batwing(at)
+        .args(["report", "one"])
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        !output.status.success() && said.contains("altered after the search"),
+        "{said}"
+    );
+    std::fs::write(&path, text).expect("written");
 
     // A log of another seed is not gone on with.
     let other = batwing(at)
@@ -174,6 +190,13 @@ fn fronts_hold_verified_designs_of_which_none_beats_another() {
         }
     }
     assert!(at.join("front/front.png").exists());
+    let listed = json["files"].to_string();
+    assert!(listed.contains("front-01.toml"), "{listed}");
+
+    // A smaller front leaves no designs of the one before.
+    std::fs::write(at.join("front/front-99.toml"), "").expect("written");
+    optimise(at, "front", &[]);
+    assert!(!at.join("front/front-99.toml").exists());
 }
 
 /// Candidates from outside are judged as those of the program's own search.

@@ -123,6 +123,8 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let mut files = vec![recipe::DESIGN, results::FILE];
     let mut file = found.to_file(&problem, context.seed);
     files.extend(pictures(&file, out)?);
+    let front = file.front.iter().flat_map(|front| &front.designs);
+    files.extend(front.map(|one| one.design.as_str()));
     let files = files.into_iter().map(|name| record(out, name));
     file.files = files.collect::<Result<Vec<_>>>()?;
     for missed in found.missed_constraints(&problem) {

@@ -20,6 +20,7 @@ use crate::config::design::Design;
 use crate::config::dotted_keys::Settings;
 use crate::interrupt::Interrupted;
 use crate::metrics::{Estimate, JackknifedFigure, spread};
+use crate::results::optimisation::FILE;
 use crate::run_context::RunContext;
 use crate::search::Point;
 use crate::stages::design_file::DesignFile;
@@ -29,6 +30,8 @@ use crate::stages::seeds::mix;
 
 /// The design that was found, under the directory of results.
 pub const DESIGN: &str = "design.toml";
+/// How files of the designs of a Pareto front begin.
+const FRONT: &str = "front-";
 /// Share of a range by which a coefficient is moved to see what it does.
 const MOVE: f64 = 0.02;
 /// Numbers of the seeds beside those of the search.
@@ -107,6 +110,8 @@ impl Job<'_> {
         let found = self.search(context)?;
         self.feasible(&found.stages)
             .map_err(|error| self.about(error))?;
+        // It lists the files that are replaced from here on.
+        atomic_file::supersede(&self.out.join(FILE))?;
         let (file, design) = self.write(&found.settings, &self.problem.name, DESIGN)?;
         let coefficients = self.coefficients(&found, context)?;
         let (before, after) = self.verify(&file, &design, &found.variables, context)?;
@@ -219,6 +224,7 @@ impl Job<'_> {
         let mut stage = self.last_stage().clone();
         stage.set.clear();
         let points = &found.stages[found.stages.len() - 1].result.front;
+        self.remove_front()?;
         let mut evaluator = self.evaluator(&found.variables, &stage);
         let what = "verification of the front";
         let progress = context.console.progress(points.len() as u64, what);
@@ -227,7 +233,7 @@ impl Job<'_> {
             let mut settings = found.settings.clone();
             settings.extend(found.variables.settings(point)?);
             let name = format!("{}-{number:02}", self.problem.name);
-            let file = format!("front-{number:02}.toml");
+            let file = format!("{FRONT}{number:02}.toml");
             let (source, design) = self.write(&settings, &name, &file)?;
             let (paths, context) = self.verification(&design, context);
             front.push(FrontDesign {
@@ -239,6 +245,22 @@ impl Job<'_> {
         }
         progress.finish_and_clear();
         Ok(front)
+    }
+
+    /// Removes the designs of the front of an earlier search.
+    fn remove_front(&self) -> Result<()> {
+        for entry in std::fs::read_dir(self.out)? {
+            let entry = entry?;
+            let name = entry.file_name();
+            let number = name.to_str().and_then(|name| {
+                let number = name.strip_prefix(FRONT)?.strip_suffix(".toml")?;
+                number.parse::<u32>().ok()
+            });
+            if number.is_some() {
+                std::fs::remove_file(entry.path())?;
+            }
+        }
+        Ok(())
     }
 
     fn last_stage(&self) -> &StageSettings {

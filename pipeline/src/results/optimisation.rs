@@ -11,6 +11,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use serde::{Deserialize, Serialize};
 
 use super::schema::Program;
+use crate::content_hash;
 use crate::metrics::Estimate;
 use crate::provenance::FileRecord;
 
@@ -197,7 +198,7 @@ impl OptimisationFile {
     /// Reads the file in `directory`, if there is one.
     ///
     /// # Errors
-    /// A file that cannot be read or is of another layout.
+    /// A file that cannot be read, was altered or is of another layout.
     pub fn read(directory: &Path) -> Result<Option<Self>> {
         let path = directory.join(FILE);
         if !path.exists() {
@@ -207,6 +208,15 @@ impl OptimisationFile {
         let text = std::fs::read(&path).with_context(|| format!("cannot read `{shown}`"))?;
         let json =
             bsdf::json::parse(&text).with_context(|| format!("`{shown}` is no usable JSON"))?;
+        let (expected, got) = std::str::from_utf8(&text)
+            .ok()
+            .and_then(content_hash::hashes)
+            .unwrap_or_default();
+        ensure!(
+            !got.is_empty() && expected == got,
+            "`{shown}`: {}: it was altered after the search: its content has SHA-256 {expected}, got {got}",
+            content_hash::KEY
+        );
         let version = &json["schema_version"];
         ensure!(
             version == SCHEMA_VERSION,
