@@ -442,7 +442,7 @@ mod tests {
     #[test]
     fn polarisation_turns_with_the_azimuth_at_normal_incidence() {
         let structures = [
-            r#""layers_top_to_bottom": [{"thickness": 0.4, "segments": [{"x0": 0, "x1": 0.8, "n": [1.41, 0]}, {"x0": 0.8, "x1": 2, "n": [1, 0]}]}]"#,
+            r#""layers_top_to_bottom": [{"thickness": 0.4, "segments": [{"x0": 0, "x1": 0.4, "n": [1.41, 0]}, {"x0": 0.4, "x1": 1, "n": [1, 0]}]}]"#,
             r#""relief": {"depth": 0.7, "background": [1, 0], "polygons": [{"n": [1.41, 0], "points": [[0, 0], [1.7, 0.7], [2, 0]]}]}"#,
         ];
         for structure in structures {
