@@ -86,6 +86,22 @@ fn write(path: &Path, flush: Flush, write: impl FnOnce(&mut dyn Sink) -> Result<
     guard.rename(path)
 }
 
+/// Errors of the file system in the chain of `error`.
+pub fn file_errors(error: &anyhow::Error) -> impl Iterator<Item = &std::io::Error> {
+    error.chain().filter_map(|cause| {
+        // The error of a table holds that of its file without having it as its source.
+        match cause.downcast_ref() {
+            Some(bsdf::Error::Io(of_file)) => Some(of_file),
+            _ => cause.downcast_ref(),
+        }
+    })
+}
+
+/// Whether `error` is one of the file system, and says nothing of what is computed.
+pub fn is_of_files(error: &anyhow::Error) -> bool {
+    file_errors(error).next().is_some()
+}
+
 /// Whether [`close`] was called.
 pub fn is_closed() -> bool {
     CLOSED.load(Ordering::SeqCst)
@@ -363,6 +379,17 @@ mod tests {
         kept.sort();
         assert_eq!(names(directory.path()), kept);
         discard_abandoned(&directory.path().join("none"));
+    }
+
+    #[test]
+    fn errors_of_files_are_told_from_others() {
+        let full = || std::io::Error::from(std::io::ErrorKind::StorageFull);
+        let table = anyhow::Error::from(bsdf::Error::Io(full())).context("cannot keep the table");
+        let plain = anyhow::Error::from(full()).context("cannot write `a.txt`");
+        for error in [table, plain] {
+            assert!(is_of_files(&error), "{error:#}");
+        }
+        assert!(!is_of_files(&anyhow::anyhow!("no figure could be read")));
     }
 
     #[test]

@@ -377,14 +377,7 @@ fn worth_repeating(error: Error) -> Error {
                 | ErrorKind::TimedOut
         )
     };
-    let mut causes = error.chain().filter_map(|cause| {
-        // The error of a table holds that of its file without having it as its source.
-        match cause.downcast_ref() {
-            Some(bsdf::Error::Io(of_file)) => Some(of_file),
-            _ => cause.downcast_ref(),
-        }
-    });
-    if causes.any(passes) {
+    if atomic_file::file_errors(&error).any(passes) {
         Stopped {
             line: format!("{error:#}"),
             exit_code: REPEAT,

@@ -11,6 +11,7 @@ use tracer::CheckpointStore;
 
 use super::definition::ToleranceAnalysis;
 use super::deviations::{Deviation, Deviations};
+use crate::atomic_file::is_of_files;
 use crate::cache::Cache;
 use crate::checkpoint::{Checkpoints, Groups};
 use crate::config::design::Design;
@@ -161,7 +162,10 @@ impl<'a> SampleTracer<'a> {
             ..self.context.silent()
         };
         match figures(self.analysis, settings, &mut self.traces, context) {
-            Err(error) if sample.is_none() || error.is::<Interrupted>() => Err(error),
+            // A failure of files may pass: it says nothing of the sample.
+            Err(error) if sample.is_none() || error.is::<Interrupted>() || is_of_files(&error) => {
+                Err(error)
+            }
             other => Ok(other.map_err(|error| format!("{error:#}"))),
         }
     }
