@@ -8,6 +8,7 @@ use super::objective::{Judged, Objective};
 use super::problem::{Problem, StageSettings};
 use super::robust::RobustObjective;
 use super::variables::Variables;
+use crate::atomic_file::is_of_files;
 use crate::cache::Cache;
 use crate::config::design::{Design, PATHS};
 use crate::config::dotted_keys::Settings;
@@ -95,7 +96,7 @@ impl<'a> Evaluator<'a> {
     /// Judges the candidate at `point` by `paths` paths.
     ///
     /// # Errors
-    /// An interrupt. Other failures refuse the candidate.
+    /// An interrupt, those of files. Other failures refuse the candidate.
     pub fn evaluate(&mut self, point: &[f64], paths: u64, context: RunContext) -> Result<Outcome> {
         let design = match self.design(point) {
             Ok(design) => design,
@@ -103,7 +104,8 @@ impl<'a> Evaluator<'a> {
         };
         match self.judge(&design, paths, context) {
             Ok(judged) => Ok(Outcome::Judged(judged)),
-            Err(error) if error.is::<Interrupted>() => Err(error),
+            // A failure of files may pass: it says nothing of the candidate.
+            Err(error) if error.is::<Interrupted>() || is_of_files(&error) => Err(error),
             Err(error) => Ok(Outcome::Refused(format!("{error:#}"))),
         }
     }
