@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::Thread;
 use std::time::Duration;
 
 use anyhow::Result;
@@ -215,8 +216,8 @@ impl Job {
     }
 }
 
-/// Waits for no one: solves what the cache lacks of `rings`, from number `begin` on, and leaves off
-/// wherever another process is first.
+/// Solves the tables of `rings` that the cache lacks, from number `begin` on; stops when another
+/// process stores the same table first.
 fn obtain(rings: &[Ring], begin: usize, cache: &Cache, context: RunContext) -> Result<()> {
     let from = begin % rings.len().max(1);
     for ring in rings[from..].iter().chain(&rings[..from]) {
@@ -225,6 +226,19 @@ fn obtain(rings: &[Ring], begin: usize, cache: &Cache, context: RunContext) -> R
         }
     }
     Ok(())
+}
+
+/// Ends a watch when it is dropped.
+struct EndOfWatch<'a> {
+    done: &'a AtomicBool,
+    watch: &'a Thread,
+}
+
+impl Drop for EndOfWatch<'_> {
+    fn drop(&mut self) {
+        self.done.store(true, Ordering::SeqCst);
+        self.watch.unpark();
+    }
 }
 
 fn solve_unless_found(ring: &Ring, cache: &Cache, context: RunContext) -> Result<()> {
@@ -244,10 +258,12 @@ fn solve_unless_found(ring: &Ring, cache: &Cache, context: RunContext) -> Result
             interrupt: &stop,
             ..context
         };
-        let solved = solve_rings(&[ring], cache, inner);
-        done.store(true, Ordering::SeqCst);
-        watch.thread().unpark();
-        solved
+        // Ends the watch after a panic too: the scope waits for it.
+        let _end = EndOfWatch {
+            done: &done,
+            watch: watch.thread(),
+        };
+        solve_rings(&[ring], cache, inner)
     });
     context.interrupt.check()?;
     if stop.is_raised() { Ok(()) } else { solved }
