@@ -47,7 +47,38 @@ enum Flush {
     Later,
 }
 
-fn write(path: &Path, flush: Flush, write: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+/// Writes `value` as [`write_json`] does where no file of that name exists; returns whether it did.
+/// Of several processes one succeeds,
+/// where the file system has hard links.
+///
+/// # Errors
+/// A failing directory, file or rename.
+pub fn write_new_json(path: &Path, value: &serde_json::Value) -> Result<bool> {
+    let text = serde_json::to_string_pretty(value)? + "\n";
+    let written = temporary(
+        path,
+        Flush::Now,
+        |file| Ok(file.write_all(text.as_bytes())?),
+    )?;
+    // Unlike a rename, a link replaces nothing.
+    match fs::hard_link(&written.path, path) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Ok(false),
+        // A file system without links: the last of them stays.
+        Err(_) => written.rename(path).map(|()| true),
+    }
+}
+
+fn write(path: &Path, flush: Flush, fill: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+    temporary(path, flush, fill)?.rename(path)
+}
+
+/// A temporary file beside `path` that is filled and may be moved into place.
+fn temporary(
+    path: &Path,
+    flush: Flush,
+    write: impl FnOnce(&mut dyn Sink) -> Result<()>,
+) -> Result<Pending> {
     let name = path
         .file_name()
         .with_context(|| format!("expected the path of a file, got `{}`", path.display()))?;
@@ -83,7 +114,7 @@ fn write(path: &Path, flush: Flush, write: impl FnOnce(&mut dyn Sink) -> Result<
         .with_context(|| format!("cannot create `{}`", guard.path.display()))?;
     fill(file, write, flush).with_context(|| format!("cannot write `{}`", path.display()))?;
     open()?;
-    guard.rename(path)
+    Ok(guard)
 }
 
 /// Errors of the file system in the chain of `error`.
@@ -390,6 +421,28 @@ mod tests {
             assert!(is_of_files(&error), "{error:#}");
         }
         assert!(!is_of_files(&anyhow::anyhow!("no figure could be read")));
+    }
+
+    #[test]
+    fn of_many_writers_of_a_new_file_one_succeeds() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("deep/a.json");
+        let write = |number: u32| write_new_json(&path, &number.into()).unwrap();
+        let written: Vec<u32> = std::thread::scope(|scope| {
+            let writers = (0..8).map(|number| (number, scope.spawn(move || write(number))));
+            let writers: Vec<_> = writers.collect();
+            let written = writers
+                .into_iter()
+                .filter_map(|(number, writer)| writer.join().unwrap().then_some(number));
+            written.collect()
+        });
+        assert_eq!(written.len(), 1);
+        assert_eq!(
+            fs::read_to_string(&path).unwrap(),
+            format!("{}\n", written[0])
+        );
+        assert!(!write(8));
+        assert_eq!(names(path.parent().unwrap()), ["a.json"]);
     }
 
     #[test]

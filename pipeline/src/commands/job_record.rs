@@ -165,8 +165,11 @@ impl JobRecord {
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, out: &Path) -> Result<()> {
-        let json = sealed(serde_json::to_value(self)?)?;
-        atomic_file::write_json(&out.join(FILE), &json)
+        atomic_file::write_json(&out.join(FILE), &self.json()?)
+    }
+
+    fn json(&self) -> Result<serde_json::Value> {
+        Ok(sealed(serde_json::to_value(self)?)?)
     }
 
     /// Refuses to take part in `other`, which is another job.
@@ -177,7 +180,7 @@ impl JobRecord {
         let path = out.join(FILE);
         let differs = |what: &str, of_job: &str, own: &str| {
             format!(
-                "`{}`: {what}: expected {of_job}, as the job was begun there, got {own}; another --out, or none of that file, begins another job",
+                "`{}`: {what}: expected {of_job}, as the job was begun there, got {own}; use another --out, or remove that file, to begin another job",
                 path.display()
             )
         };
@@ -217,11 +220,13 @@ impl JobRecord {
     /// # Errors
     /// Another job there, or another number of shards.
     pub fn take_part(&self, out: &Path) -> Result<()> {
-        if Self::read(out)?.is_none() {
-            self.write(out)?;
-        }
-        // Another job may have been begun in the same moment.
-        let begun = Self::read(out)?.context("the record of the job was removed")?;
+        let begun = if let Some(begun) = Self::read(out)? {
+            begun
+        } else {
+            // Another job may be begun in the same moment: the first record stays.
+            atomic_file::write_new_json(&out.join(FILE), &self.json()?)?;
+            Self::read(out)?.context("the record of the job was removed")?
+        };
         self.same_job(&begun, out)?;
         let path = out.join(FILE);
         ensure!(
