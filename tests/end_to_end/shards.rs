@@ -331,6 +331,12 @@ fn a_plan_notes_the_job_and_scripts_run_its_shards() {
         said.contains("`sbatch --array=1 shared/out/slurm/shards.sh`"),
         "{said}"
     );
+    // A script of another number of shards would be refused.
+    let three = text.replace("_ID/3", "_ID/4");
+    std::fs::write(script("shards.sh"), three).expect("written");
+    let (_, said) = run("merge.sh", "");
+    assert!(said.contains("--shard 1/3`"), "{said}");
+    std::fs::write(script("shards.sh"), &text).expect("written");
     assert_eq!(run("shards.sh", "1"), (Some(0), String::new()));
     assert_eq!(run("merge.sh", ""), (Some(0), String::new()));
     std::fs::remove_dir_all(folder.join("shared/out/slurm")).expect("removed");

@@ -343,7 +343,7 @@ fn incomplete(record: &JobRecord, out: &Path, lacking: &[Lacking]) -> Stopped {
         all.push(format!("and {} more", lacking.len() - SHOWN));
     }
     let script = submit::script_of_shards(out);
-    let words = if script.exists() {
+    let words = if submit::is_script_of(record.shards, out) {
         let numbers: Vec<String> = choice.numbers.iter().map(ToString::to_string).collect();
         let array = format!("--array={}", numbers.join(","));
         vec!["sbatch".into(), array.into(), script.into()]

@@ -17,6 +17,17 @@ pub fn script_of_shards(out: &Path) -> PathBuf {
     out.join(FOLDER).join("shards.sh")
 }
 
+/// Whether the script in `out` is that of an array of `shards` shards.
+pub fn is_script_of(shards: usize, out: &Path) -> bool {
+    let text = std::fs::read_to_string(script_of_shards(out));
+    text.is_ok_and(|text| text.contains(&choice_of_task(shards)))
+}
+
+/// The option `--shard` of a task of the array.
+fn choice_of_task(shards: usize) -> String {
+    format!("--shard \"$SLURM_ARRAY_TASK_ID/{shards}\"")
+}
+
 /// The script of its merge.
 fn script_of_merge(out: &Path) -> PathBuf {
     out.join(FOLDER).join("merge.sh")
@@ -35,9 +46,9 @@ pub fn write_scripts(record: &JobRecord, out: &Path, options: Option<&str>) -> R
     let program = std::env::current_exe().context("cannot find the program itself")?;
     let program = shell_line(&[program.into()]);
     let last = record.shards - 1;
-    let shard = format!("\"$SLURM_ARRAY_TASK_ID/{}\"", record.shards);
+    let shard = choice_of_task(record.shards);
     let words = shell_line(&record.words_in(out));
-    let shards = format!("{program} {words} --shard {shard}");
+    let shards = format!("{program} {words} {shard}");
     let array = format!("#SBATCH --array=0-{last}\n");
     let merge = format!("{program} merge {}", shell_line(&[out.into()]));
     write(
