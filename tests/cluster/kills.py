@@ -24,7 +24,8 @@ import sys
 import time
 
 WORTH_REPEATING = 75
-ENDED = {0, WORTH_REPEATING, -signal.SIGKILL}
+# A shard that has not set its handler yet ends by SIGTERM itself.
+ENDED = {0, WORTH_REPEATING, -signal.SIGKILL, -signal.SIGTERM}
 
 STUDY = """
 name = "kills"
