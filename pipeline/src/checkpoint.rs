@@ -29,6 +29,7 @@ use tracer::CheckpointStore;
 use crate::atomic_file;
 use crate::cache::Key;
 use crate::content_hash::sha256_hex;
+use crate::program;
 use crate::progress::Console;
 
 /// Paths below which a trace is too short to be worth keeping in parts: about a second.
@@ -208,9 +209,9 @@ impl Checkpoints {
 /// # Errors
 /// A program that cannot be read.
 pub fn program_sha256() -> Result<String> {
-    let program = std::env::current_exe().and_then(fs::read);
+    let file = program::current()?.file;
     Ok(sha256_hex(
-        &program.context("cannot read the program itself")?,
+        &fs::read(file).context("cannot read the program itself")?,
     ))
 }
 

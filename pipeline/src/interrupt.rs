@@ -142,6 +142,12 @@ impl Interrupt {
         self.exit_code.store(code, Ordering::SeqCst);
     }
 
+    /// The exit code that [`Self::exit_with`] set.
+    pub fn own_exit_code(&self) -> Option<u8> {
+        let code = self.exit_code.load(Ordering::SeqCst);
+        (code != 0).then_some(code)
+    }
+
     /// The error that a command ends with: after Ctrl-C the line for its user, whatever a stage
     /// stopped with.
     pub fn explain(&self, error: anyhow::Error) -> anyhow::Error {
@@ -167,10 +173,7 @@ impl Interrupt {
             0 => SIGINT,
             signal => signal,
         };
-        let exit_code = match self.exit_code.load(Ordering::SeqCst) {
-            0 => 128 + signal,
-            code => code,
-        };
+        let exit_code = self.own_exit_code().unwrap_or(128 + signal);
         Stopped { line, exit_code }
     }
 

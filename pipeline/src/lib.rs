@@ -38,6 +38,7 @@ pub mod material;
 pub mod metrics;
 pub mod optimise;
 pub mod plural;
+pub mod program;
 pub mod progress;
 pub mod provenance;
 pub mod published;

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The command line as a function: it neither ends the process nor watches for signals.
 
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
 use clap::Parser;
 use pipeline::cli::Cli;
 use pipeline::exit;
+use pipeline::interrupt::Interrupt;
+use pipeline::program::{self, Program};
 use pyo3::prelude::*;
 
 use crate::job::{self, Job};
@@ -20,12 +26,33 @@ pub fn command(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
         Err(error) => return Ok(exit::of_command_line(&error)),
     };
     let threads = cli.common.threads.map(usize::from);
-    job::run(py, threads, move |job| {
-        Ok(match cli.run_until(&job.interrupt) {
+    let interrupt = Arc::new(OnceLock::new());
+    let of_job = Arc::clone(&interrupt);
+    let code = job::run(py, threads, move |job| {
+        let interrupt = of_job.get_or_init(|| job.interrupt.clone());
+        Ok(match cli.run_until(interrupt) {
             Ok(()) => 0,
             Err(error) => exit::report(&error),
         })
+    });
+    // After a signal, a command may have an exit code of its own.
+    code.or_else(|error| {
+        let interrupt: Option<&Interrupt> = interrupt.get();
+        let raised = interrupt.filter(|interrupt| interrupt.is_raised());
+        raised.and_then(Interrupt::own_exit_code).ok_or(error)
     })
+}
+
+/// Removes files of this process that are not whole, at its end.
+#[pyfunction]
+pub fn discard_pending() {
+    pipeline::atomic_file::discard_pending();
+}
+
+/// States the file of this module, and the words that start the package as a program.
+#[pyfunction]
+pub fn set_program(file: PathBuf, words: Vec<OsString>) {
+    program::state(Program { file, words });
 }
 
 /// Runs a command line, errors as exceptions.

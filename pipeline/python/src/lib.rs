@@ -92,7 +92,7 @@ mod _native {
     #[pymodule_export]
     use super::bsdf::{Surface, build_table, design_cell};
     #[pymodule_export]
-    use super::command::{call, command, new_design};
+    use super::command::{call, command, discard_pending, new_design, set_program};
     #[pymodule_export]
     use super::rays::{read_rays, write_rays};
     #[pymodule_export]

@@ -8,6 +8,7 @@ use anyhow::{Context, Result, ensure};
 
 use super::job_record::{JobRecord, shell_line};
 use crate::atomic_file;
+use crate::program;
 
 /// Folder of the scripts and of what the tasks say, in the directory of results.
 const FOLDER: &str = "slurm";
@@ -43,8 +44,7 @@ pub fn write_scripts(record: &JobRecord, out: &Path, options: Option<&str>) -> R
         !options.contains(['\n', '\r']),
         "--sbatch: expected options on one line, got {options:?}"
     );
-    let program = std::env::current_exe().context("cannot find the program itself")?;
-    let program = shell_line(&[program.into()]);
+    let program = shell_line(&program::current()?.words);
     let last = record.shards - 1;
     let shard = choice_of_task(record.shards);
     let words = shell_line(&record.words_in(out));

@@ -13,10 +13,11 @@ The package installs the command `batwing` too (`batwing.cli.main`).
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import errors
+from . import _native, errors
 from ._native import VERSION as __version__
 from ._native import set_threads, threads
 from ._progress import set_progress
@@ -33,6 +34,9 @@ from .errors import (
 if TYPE_CHECKING:
     from . import bsdf, cli, rcwa, tracer
     from .tracer import optimise, reproduce, run, study, tolerance
+
+# Scripts of jobs start the package, not the interpreter alone.
+_native.set_program(_native.__file__, [sys.executable or "python3", "-m", "batwing"])
 
 #: Modules that are imported when they are first used.
 _MODULES = ("bsdf", "cli", "rcwa", "tracer")

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Sequence
+from types import FrameType
+from typing import NoReturn
 
 from . import _native
 
-__all__ = ["main"]
+__all__ = ["main", "program"]
 
 #: Exit code after Ctrl-C: 128 and the number of its signal.
 INTERRUPTED = 130
@@ -29,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     int
         0, or that of the error: 1 for a refused input, 2 for a command line that cannot be parsed,
-        130 after Ctrl-C.
+        130 after Ctrl-C, 75 where that stopped a shard or a merge.
 
     Examples
     --------
@@ -43,3 +46,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _native.command(list(sys.argv[1:] if arguments is None else arguments))
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _end(number: int, _frame: FrameType | None) -> NoReturn:
+    raise SystemExit(128 + number)
+
+
+def program() -> NoReturn:
+    """The installed command: runs the command line of the process and ends it.
+
+    SIGTERM stops it as Ctrl-C does. No file that is not whole stays.
+    """
+    signal.signal(signal.SIGTERM, _end)
+    try:
+        sys.exit(main())
+    finally:
+        _native.discard_pending()
