@@ -22,6 +22,10 @@ use crate::memory::free_bytes;
 /// Wavevectors closer than this, in order spacings or in k0, are one: rounding of angles.
 const SAME: f64 = 1e-12;
 
+/// Tangential wavevectors up to this, in k0, are normal incidence: s and p of its own azimuth then,
+/// since lines round components of about [`SAME`].
+const NORMAL: f64 = 1e-9;
+
 /// Bytes that are taken without looking at how many are free.
 const LITTLE: f64 = 256e6;
 
@@ -301,7 +305,7 @@ fn of_line(
             let pair = (&coarse[number], fine.as_ref().map(|fine| &fine[number]));
             for member in members {
                 let incident = directions[member.direction];
-                let normal = incident.kx == 0.0 && incident.ky == 0.0;
+                let normal = incident.kx.hypot(incident.ky) <= NORMAL;
                 let orders = if normal && incident.azimuth != 0.0 {
                     // s and p turn with the plane of incidence.
                     let at = |stack: &Stack| {

@@ -223,3 +223,15 @@ def test_materials_with_dispersion() -> None:
     assert r == pytest.approx(0.04, abs=1e-12)
     with pytest.raises(batwing.Error, match="0.7"):
         rcwa.solve(grating, 0.7, orders=2)
+
+
+@pytest.mark.parametrize("phi", [45.0, 90.0, 180.0])
+@pytest.mark.parametrize("theta", [2e-16, -2e-16, 1e-14])
+def test_s_and_p_beside_normal_incidence_are_those_at_normal_incidence(
+    theta: float, phi: float
+) -> None:
+    grating = rcwa.Grating(rcwa.Relief.lamellar(1.3, 0.4, 0.5, 2.0, 1.0), 2.0, 1.0)
+    normal, beside = (
+        rcwa.solve(grating, 0.55, t, phi, polarisation="s", orders=10) for t in (0.0, theta)
+    )
+    np.testing.assert_allclose(beside.transmitted, normal.transmitted, atol=1e-12)
