@@ -14,6 +14,7 @@ use bsdf::{
 use glam::DVec3;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pipeline::cache::{EXTENSION, read_table, write_table};
+use pipeline::commands::file_formats::nanometres;
 use pipeline::config::design::incidence_grid::{FIRST_KX, MOST_KX, MOST_KY, first_ky};
 use pipeline::formats::content;
 use pipeline::formats::tables::{self, CellFormat, Fineness};
@@ -316,6 +317,8 @@ impl Surface {
                 })
             };
             let whole = |()| vec![(path.clone(), "{}".to_owned())];
+            let of_table = table.as_deref().map(nanometres);
+            let wavelength_nm = wavelength_nm.map(Ok).or(of_table).transpose()?;
             match format.as_str() {
                 EXTENSION => write_table(&path, orders()?).map(whole),
                 "json" => tables::write_json(orders()?, &path).map(whole),

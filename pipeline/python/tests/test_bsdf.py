@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 import subprocess
 from pathlib import Path
@@ -123,3 +124,19 @@ def test_build_gives_the_table_of_the_binary(binary: str, root: Path, tmp_path: 
         for name in a.files:
             if name != "header":
                 np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+
+
+def test_tables_in_nanometres_are_written_with_their_wavelength(
+    table: bsdf.Table, tmp_path: Path
+) -> None:
+    table.write(tmp_path / "um.json")
+    text = json.loads((tmp_path / "um.json").read_text())
+    text["header"]["length_unit"] = "nm"
+    for key in ("period", "wavelength"):
+        text["grid"][key] *= 1000.0
+    (tmp_path / "nm.json").write_text(json.dumps(text))
+    table.write(tmp_path / "um.xml", "klems", samples=1)
+    bsdf.read(tmp_path / "nm.json").write(tmp_path / "nm.xml", "klems", samples=1)
+    first, second = ((tmp_path / name).read_text() for name in ("um.xml", "nm.xml"))
+    wavelengths = [[line for line in t.splitlines() if "avelength" in line] for t in (first, second)]
+    assert wavelengths[0] and wavelengths[0] == wavelengths[1]

@@ -251,9 +251,6 @@ class Table:
         if format is None:
             format = _ENDINGS.get(target.suffix, "")
         format = _checks.choice("format", format, _FORMATS)
-        header = self.header
-        if wavelength_nm is None and header is not None:
-            wavelength_nm = 1000.0 * float(header["grid"]["wavelength"])
         written = self._surface.write(
             str(target),
             format,
