@@ -115,3 +115,19 @@ def test_a_study_has_its_table(tmp_path: Path) -> None:
     table = report.tables["study"]
     assert table["value"].dtype == np.float64 and (table["standard_error"] >= 0).all()
     assert report.folder == str(tmp_path / "out")
+
+
+def test_the_name_of_a_design_is_no_path(tmp_path: Path) -> None:
+    data = {**tracer.Design.template().data, "name": "../elsewhere"}
+    with pytest.raises(batwing.InputError, match="name"):
+        tracer.Design(data, str(tmp_path)).check()
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(batwing.FileError, match="cannot write the design"):
+        tracer.Design(data, str(tmp_path / "missing")).check()
+
+
+def test_a_design_that_was_found_knows_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "optimise.json").write_text("{}")
+    (tmp_path / "design.toml").write_text(tracer.Design.template().to_toml())
+    design = tracer._report(tmp_path, False, "optimise").design
+    assert design is not None and design.folder == str(tmp_path.resolve())

@@ -209,16 +209,21 @@ def _file_of(design: DesignLike) -> Iterator[str]:
     if not isinstance(design, Design):
         design = Design(dict(design))
     text = design.to_toml()
-    with tempfile.TemporaryDirectory(prefix=".batwing-", dir=design.folder) as folder:
-        # Beside the files that it names.
-        name = str(design.data.get("name", "design"))
-        place = Path(design.folder) if design.folder is not None else Path(folder)
-        path = place / f"{Path(folder).name}-{name}.toml" if design.folder else place / f"{name}.toml"
-        path.write_text(text, encoding="utf-8")
-        try:
-            yield str(path)
-        finally:
-            path.unlink(missing_ok=True)
+    # Beside the files that it names.
+    place = "a temporary folder" if design.folder is None else design.folder
+    try:
+        handle, path = tempfile.mkstemp(prefix=".batwing-", suffix=".toml", dir=design.folder)
+        with open(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        why = error.strerror or str(error)
+        message = f"{place}: cannot write the design there: {why}"
+        raise FileError(message, place, why, "a folder to write to") from error
+    try:
+        yield path
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(path)
 
 
 @dataclass(frozen=True)
@@ -580,7 +585,9 @@ def _report(folder: Path, keep: bool, name: str) -> Report:
     tables = {path.stem: _columns(path) for path in sorted(folder.glob("*.csv"))}
     results = _read(folder, keep) if (folder / "results.json").exists() else None
     design = folder / "design.toml"
-    found = Design(_toml(design)) if design.exists() else None
+    found = None
+    if design.exists():
+        found = Design(_toml(design)) if keep else Design.read(design)
     return Report(data, tables, results, found, None if keep else str(folder))
 
 
