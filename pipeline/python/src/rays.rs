@@ -54,6 +54,10 @@ pub fn write_rays(
         crate::errors::refused(py, "format", "tm25, ray, speos-ray or zemax-ray", &format)
     })?;
     let rows = rows.as_array();
+    if rows.ncols() != 8 {
+        let got = format!("{} columns", rows.ncols());
+        return Err(crate::errors::refused(py, "rows", "8 columns", &got));
+    }
     let rays: Vec<RayRecord> = rows
         .rows()
         .into_iter()

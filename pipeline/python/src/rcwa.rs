@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use anyhow::anyhow;
+use anyhow::ensure;
 use num_complex::Complex64;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -31,7 +31,7 @@ type Stacks = (usize, Arc<(Stack, Option<Stack>)>);
 pub struct Interface {
     inner: rcwa::hemisphere::Interface,
     /// The stack of the last resolution.
-    last: Mutex<Option<Stacks>>,
+    last: Arc<Mutex<Option<Stacks>>>,
 }
 
 fn side(top: bool) -> Side {
@@ -160,24 +160,31 @@ type Nodes<'py> = (
 );
 
 impl Interface {
-    fn stacks(&self, slices: usize) -> Result<Arc<(Stack, Option<Stack>)>, rcwa::Error> {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((at, stacks)) = last.as_ref().filter(|(at, _)| *at == slices) {
-            let _ = at;
-            return Ok(Arc::clone(stacks));
-        }
-        let resolution = self.resolution(0, slices)?;
-        let stacks = Arc::new(self.inner.stacks(&resolution)?);
-        *last = Some((slices, Arc::clone(&stacks)));
-        Ok(stacks)
-    }
-
     fn resolution(&self, orders: usize, slices: usize) -> Result<Resolution, rcwa::Error> {
         Ok(Resolution {
             truncation: Truncation::new(orders)?,
             plan: self.inner.relief.slice_plan(slices),
         })
     }
+}
+
+/// The stacks of an interface at a number of slices, those of `last` where they are the same.
+fn stacks(
+    interface: &rcwa::hemisphere::Interface,
+    last: &Mutex<Option<Stacks>>,
+    slices: usize,
+) -> Result<Arc<(Stack, Option<Stack>)>, rcwa::Error> {
+    let locked = || last.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, stacks)) = locked().as_ref().filter(|(at, _)| *at == slices) {
+        return Ok(Arc::clone(stacks));
+    }
+    let resolution = Resolution {
+        truncation: Truncation::new(0)?,
+        plan: interface.relief.slice_plan(slices),
+    };
+    let stacks = Arc::new(interface.stacks(&resolution)?);
+    *locked() = Some((slices, Arc::clone(&stacks)));
+    Ok(stacks)
 }
 
 fn views(values: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
@@ -211,7 +218,7 @@ impl Interface {
             };
             Ok(Self {
                 inner,
-                last: Mutex::new(None),
+                last: Arc::default(),
             })
         };
         build().map_err(|error| to_python(py, &error))
@@ -272,18 +279,15 @@ impl Interface {
             .zip(azimuth)
             .map(|((&kx, &ky), &azimuth)| Incident { kx, ky, azimuth })
             .collect();
-        let stacks = self
-            .stacks(slices)
-            .map_err(|error| to_python(py, &error.into()))?;
-        if jones && stacks.1.is_some() {
-            let error = anyhow!(
-                "jones: expected a relief of upright walls or of dielectrics, got one that is extrapolated from two runs, whose phases differ"
-            );
-            return Err(to_python(py, &error));
-        }
-        let truncation = Truncation::new(orders).map_err(|e| to_python(py, &e.into()))?;
+        let (interface, last) = (self.inner.clone(), Arc::clone(&self.last));
         let count = directions.len();
         let work = move |job: &Job| {
+            let stacks = stacks(&interface, &last, slices)?;
+            ensure!(
+                !jones || stacks.1.is_none(),
+                "jones: expected a relief of upright walls or of dielectrics, got one that is extrapolated from two runs, whose phases differ"
+            );
+            let truncation = Truncation::new(orders)?;
             let request = Request {
                 stacks: &stacks,
                 truncation,
