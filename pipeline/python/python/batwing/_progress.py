@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import threading
 from typing import Any
 
 from . import _native
@@ -36,18 +37,19 @@ def set_progress(shown: bool) -> None:
         tqdm: Any = importlib.import_module("tqdm.auto").tqdm
     except ImportError as error:
         raise ImportError("set_progress() needs the package tqdm: pip install tqdm") from error
-    bar: Any = None
+    # Each call reports from its own thread.
+    bars: dict[int, Any] = {}
 
     def report(done: int, total: int, ended: bool) -> None:
-        nonlocal bar
-        if done == 0 and bar is None:
-            return
+        call = threading.get_ident()
+        bar = bars.get(call)
         if bar is None:
-            bar = tqdm(total=total or None, unit="layer", leave=False)
+            if done == 0:
+                return
+            bar = bars[call] = tqdm(total=total or None, unit="layer", leave=False)
         bar.update(done - bar.n)
         if ended:
-            bar.close()
-            bar = None
+            bars.pop(call).close()
 
     _native.set_progress(report)
     _shown = True
