@@ -8,8 +8,7 @@ use anyhow::{Context, anyhow, bail};
 use bsdf::convert::Resolution;
 use bsdf::formats::native;
 use bsdf::{
-    Bsdf, EfficiencyRow, Grid, LobeKind, LobeMotion, NodeId, OrderEfficiency, OrderTable,
-    Polarization, Side, TableHeader, Transport,
+    Bsdf, Grid, LobeKind, LobeMotion, OrderTable, Polarization, Side, TableHeader, Transport,
 };
 use glam::DVec3;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
@@ -18,6 +17,7 @@ use pipeline::commands::file_formats::nanometres;
 use pipeline::config::design::incidence_grid::{FIRST_KX, MOST_KX, MOST_KY, first_ky};
 use pipeline::formats::content;
 use pipeline::formats::tables::{self, CellFormat, Fineness};
+use pipeline::stages::tables::efficiency_rows;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rand::SeedableRng;
@@ -342,13 +342,6 @@ impl Surface {
     }
 }
 
-fn side(side: rcwa::Side) -> Side {
-    match side {
-        rcwa::Side::Top => Side::Inner,
-        rcwa::Side::Bottom => Side::Outer,
-    }
-}
-
 /// What a table is built for.
 struct TableRequest {
     tolerance: f64,
@@ -429,22 +422,7 @@ fn build(
         energy_residual: solved.worst_balance,
         ..TableHeader::default()
     };
-    let rows = solved.incidences.into_iter().map(|i| EfficiencyRow {
-        node: NodeId {
-            side: side(i.side),
-            kx_index: i.kx_index,
-            ky_index: i.ky_index,
-        },
-        polarization: match i.pol {
-            rcwa::Pol::S => Polarization::S,
-            rcwa::Pol::P => Polarization::P,
-        },
-        orders: i
-            .shares
-            .into_iter()
-            .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
-            .collect(),
-    });
+    let rows = efficiency_rows(solved.incidences);
     Ok(OrderTable::build(header, grid, rows)?)
 }
 

@@ -286,26 +286,7 @@ impl<'a> RingProblem<'a> {
                 ("kx_error".to_owned(), solved.kx_error.into()),
             ]),
         };
-        let rows = solved
-            .hemisphere
-            .incidences
-            .into_iter()
-            .map(|i| EfficiencyRow {
-                node: NodeId {
-                    side: side(i.side),
-                    kx_index: i.kx_index,
-                    ky_index: i.ky_index,
-                },
-                polarization: match i.pol {
-                    rcwa::Pol::S => Polarization::S,
-                    rcwa::Pol::P => Polarization::P,
-                },
-                orders: i
-                    .shares
-                    .into_iter()
-                    .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
-                    .collect(),
-            });
+        let rows = efficiency_rows(solved.hemisphere.incidences);
         let table = OrderTable::build(header, solved.grid, rows)?;
         if !self.matrices() {
             return Ok(table);
@@ -373,6 +354,28 @@ pub(super) fn directions(grid: &Grid) -> Directions {
 /// What a table costs, about: period³ × height.
 pub(super) fn cost(cell: &Cell) -> f64 {
     cell.period_um.powi(3) * cell.depth_um
+}
+
+/// What came of every incident wave of a hemisphere, as rows of a table of orders.
+pub fn efficiency_rows(
+    incidences: Vec<rcwa::hemisphere::Incidence>,
+) -> impl Iterator<Item = EfficiencyRow> {
+    incidences.into_iter().map(|i| EfficiencyRow {
+        node: NodeId {
+            side: side(i.side),
+            kx_index: i.kx_index,
+            ky_index: i.ky_index,
+        },
+        polarization: match i.pol {
+            rcwa::Pol::S => Polarization::S,
+            rcwa::Pol::P => Polarization::P,
+        },
+        orders: i
+            .shares
+            .into_iter()
+            .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
+            .collect(),
+    })
 }
 
 /// The dome's frame: top is the silicone, inner; bottom is air, outer.
