@@ -20,9 +20,14 @@ WORTH_REPEATING = 75
 
 
 def compute(batwing, command, shard, threads):
-    """Computes one shard; returns the exit code and what was said."""
+    """Computes one shard; returns the exit code and what was said.
+
+    Raises where the shard is worth repeating, so that Dask does so.
+    """
     words = [batwing, *command, "--shard", shard, "--threads", str(threads), "--quiet"]
     done = subprocess.run(words, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    if done.returncode == WORTH_REPEATING:
+        raise RuntimeError(done.stderr.strip())
     return done.returncode, done.stderr.strip()
 
 
@@ -53,7 +58,10 @@ def main():
         names = dict(zip(left, shards))
         failed = False
         for future in as_completed(left):
-            code, said = future.result()
+            try:
+                code, said = future.result()
+            except RuntimeError as error:
+                code, said = WORTH_REPEATING, str(error)
             print(f"shard {names[future]}: exit code {code}{': ' + said if said else ''}", flush=True)
             failed = failed or code not in (0, WORTH_REPEATING)
     if failed:

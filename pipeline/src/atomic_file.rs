@@ -102,7 +102,7 @@ fn temporary(
     let temporary = directory.join(format!(
         ".{}.{}-{}-{unique}.partial",
         name.to_string_lossy(),
-        place(),
+        host_id(),
         std::process::id()
     ));
     let guard = Pending::new(temporary);
@@ -230,17 +230,17 @@ pub fn discard_abandoned_below(directory: &Path) {
 
 /// A number of this machine, its start and its list of processes: processes of equal number on
 /// machines that share a file system are told apart by it.
-fn place() -> u32 {
-    static PLACE: LazyLock<u32> = LazyLock::new(|| {
+fn host_id() -> u32 {
+    static ID: LazyLock<u32> = LazyLock::new(|| {
         let start = fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();
         let processes = fs::read_link("/proc/self/ns/pid").unwrap_or_default();
         let hash = Sha256::digest([&start, processes.as_os_str().as_encoded_bytes()].concat());
         u32::from_le_bytes([hash[0], hash[1], hash[2], hash[3]])
     });
-    *PLACE
+    *ID
 }
 
-/// Place and process that a temporary file of this name belongs to, if it is one.
+/// Host and process that a temporary file of this name belongs to, if it is one.
 fn writer(name: &str) -> Option<(u32, u32)> {
     let (name, numbers) = name
         .strip_prefix('.')?
@@ -248,20 +248,20 @@ fn writer(name: &str) -> Option<(u32, u32)> {
         .rsplit_once('.')?;
     let numbers: Vec<&str> = numbers.split('-').collect();
     let digits = |text: &&str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    let [place, process, _] = numbers[..] else {
+    let [host, process, _] = numbers[..] else {
         return None;
     };
     (!name.is_empty() && numbers.iter().all(digits)).then_some(())?;
-    Some((place.parse().ok()?, process.parse().ok()?))
+    Some((host.parse().ok()?, process.parse().ok()?))
 }
 
 /// Whether the writer of a temporary file may still be there.
 fn is_running((at, process): (u32, u32), file: &fs::DirEntry) -> bool {
-    if at == place() && process == std::process::id() {
+    if at == host_id() && process == std::process::id() {
         return true;
     }
     let processes = Path::new("/proc");
-    if at == place() && processes.join("self").exists() {
+    if at == host_id() && processes.join("self").exists() {
         return processes.join(process.to_string()).exists();
     }
     let written = file.metadata().and_then(|about| about.modified());
@@ -385,11 +385,11 @@ mod tests {
     fn what_a_dead_process_left_is_removed_and_nothing_else() {
         let directory = tempfile::tempdir().unwrap();
         // No process has a number so large.
-        let of = |place: u32, process: u32| format!(".map.npy.{place}-{process}-3.partial");
-        let dead = of(place(), u32::MAX);
-        let own = of(place(), std::process::id());
+        let of = |host: u32, process: u32| format!(".map.npy.{host}-{process}-3.partial");
+        let dead = of(host_id(), u32::MAX);
+        let own = of(host_id(), std::process::id());
         // Of another machine, whose processes are not known.
-        let far = of(place().wrapping_add(1), u32::MAX);
+        let far = of(host_id().wrapping_add(1), u32::MAX);
         let others = [
             "a.partial",
             ".b.x-1-1.partial",

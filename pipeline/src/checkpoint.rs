@@ -229,7 +229,7 @@ impl Groups<'_> {
     }
 
     /// What a file says of itself: its trace and its number there.
-    fn place(&self, group: u64) -> Vec<u8> {
+    fn header(&self, group: u64) -> Vec<u8> {
         [self.key.hex().as_bytes(), &group.to_le_bytes()].concat()
     }
 
@@ -254,7 +254,7 @@ impl Groups<'_> {
             file[..MARK.len()] == *MARK && file[MARK.len()..HEAD] == *Sha256::digest(content)
         });
         let content = whole.ok_or("is damaged")?;
-        let of_group = content.strip_prefix(&*self.place(group));
+        let of_group = content.strip_prefix(&*self.header(group));
         of_group.ok_or("holds paths of another trace or group")
     }
 }
@@ -279,7 +279,7 @@ impl CheckpointStore for Groups<'_> {
     }
 
     fn keep(&self, group: u64, bytes: &[u8]) {
-        let content = [&self.place(group), bytes].concat();
+        let content = [&self.header(group), bytes].concat();
         let file = [&MARK[..], &Sha256::digest(&content), &content].concat();
         let Err(error) = atomic_file::write_scratch(&self.path(group), &file) else {
             return;

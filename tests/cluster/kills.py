@@ -48,7 +48,7 @@ values = [0.5, 0.7, 0.9]
 class Campaign:
     def __init__(self, batwing, folder, chance):
         self.batwing, self.folder, self.chance = batwing, folder, chance
-        self.blows = {}
+        self.faults = {}
 
     def words(self, command, place, *more):
         at = ["--out", f"{place}/out", "--cache", f"{place}/cache"]
@@ -59,16 +59,16 @@ class Campaign:
             words, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
         )
 
-    def blow(self, name):
-        self.blows[name] = self.blows.get(name, 0) + 1
+    def fault(self, name):
+        self.faults[name] = self.faults.get(name, 0) + 1
 
     def kill(self, process, within, name):
-        """Kills the process within so many seconds; counts the blow if it was alive."""
+        """Kills the process within so many seconds; counts the fault if it was alive."""
         time.sleep(self.chance.uniform(0, within))
         if process.poll() is None:
             hard = self.chance.random() < 0.8
             process.send_signal(signal.SIGKILL if hard else signal.SIGTERM)
-            self.blow(name)
+            self.fault(name)
         said = process.communicate()[1]
         assert process.returncode in ENDED, (process.args, process.returncode, said)
 
@@ -83,7 +83,7 @@ class Campaign:
         raise AssertionError(f"{words} is never done: {said}")
 
     def round(self, command, seconds, most):
-        """One job, up to `most` blows at it, and its comparison with the whole."""
+        """One job, up to `most` faults at it, and its comparison with the whole."""
         place = "shared"
         count = self.chance.choice([1, 2, 3, 5, 8])
         shards = [self.words(command, place, "--shard", f"{i}/{count}") for i in range(count)]
@@ -144,7 +144,7 @@ class Campaign:
             said = process.communicate()[1]
             assert process.returncode == WORTH_REPEATING, (process.returncode, said)
             assert "No space left" in said, said
-            self.blow("full disk")
+            self.fault("full disk")
             remount = ["mount", "-o", "remount,size=4g", str(place / "cache")]
             subprocess.run(remount, check=True)
             self.finish(words)
@@ -196,14 +196,14 @@ def main():
             print(f"full disk: {' '.join(command)}: same bytes", flush=True)
     begin = time.monotonic()
     rounds = 0
-    while sum(campaign.blows.values()) < options.kills:
+    while sum(campaign.faults.values()) < options.kills:
         number = rounds % len(commands)
         campaign.round(commands[number], times[number], 8)
         rounds += 1
-        blows = sum(campaign.blows.values())
-        print(f"round {rounds}: {commands[number][0]}, {blows} blows, same bytes", flush=True)
+        faults = sum(campaign.faults.values())
+        print(f"round {rounds}: {commands[number][0]}, {faults} faults, same bytes", flush=True)
     seconds = time.monotonic() - begin
-    print(json.dumps({"rounds": rounds, "blows": campaign.blows, "seconds": round(seconds)}))
+    print(json.dumps({"rounds": rounds, "faults": campaign.faults, "seconds": round(seconds)}))
 
 
 if __name__ == "__main__":

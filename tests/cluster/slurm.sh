@@ -109,7 +109,12 @@ merge=$(python3 -c 'import json; print(json.load(open("submitted.json"))["array_
 if [ "${KILL:-yes}" = yes ]; then
     # The last task has begun: it is killed outright.
     victim=$((shards - 1))
+    waited=$SECONDS
     until pid=$(process_of "$victim") && [ -n "$pid" ]; do
+        if [ $((SECONDS - waited)) -gt 600 ]; then
+            echo "expected task $victim of the array to run within 600 s, got none" >&2
+            exit 1
+        fi
         sleep 0.05
     done
     kill -KILL "$pid"

@@ -232,6 +232,17 @@ fn another_job_is_refused_and_named() {
     refused(&RUN, &first, &["job.json", "command", line, "--model all"]);
     let seed = ["--shard", "0/2", "--seed", "7"];
     refused(&geometric, &seed, &[line, "--seed 7"]);
+    let elsewhere = [
+        &geometric[..],
+        &first,
+        &["--out", "shared/out", "--cache", "other"],
+    ]
+    .concat();
+    let (code, said) = says(folder, &elsewhere);
+    assert_eq!(code, Some(1), "{said}");
+    for part in ["job.json", "cache: expected", "shared/cache`", "other`"] {
+        assert!(said.contains(part), "{part} in {said}");
+    }
     let until = ["--until-error", "uniformity=1%", "--shard", "0/2"];
     refused(
         &geometric,

@@ -189,6 +189,11 @@ impl JobRecord {
             lines[0] == lines[1],
             differs("command", &lines[1], &lines[0])
         );
+        let caches = [self, other].map(JobRecord::cache_place);
+        ensure!(
+            caches[0] == caches[1],
+            differs("cache", &caches[1], &caches[0])
+        );
         let programs = [self, other].map(|job| {
             let (version, hash) = (&job.program_version, &job.program_sha256);
             format!(
@@ -219,7 +224,7 @@ impl JobRecord {
     ///
     /// # Errors
     /// Another job there, or another number of shards.
-    pub fn take_part(&self, out: &Path) -> Result<()> {
+    pub fn join(&self, out: &Path) -> Result<()> {
         let begun = if let Some(begun) = Self::read(out)? {
             begun
         } else {
@@ -270,6 +275,14 @@ impl JobRecord {
         let cache = cache.flat_map(|cache| ["--cache".into(), cache.into()]);
         let seed = ["--seed".into(), self.seed.to_string().into()];
         own.chain(seed).chain(place).chain(cache).collect()
+    }
+
+    /// Where the cache lies, for people; two processes with the same one share pieces.
+    fn cache_place(&self) -> String {
+        match &self.cache {
+            Some(cache) => format!("`{}`", self.directory.join(cache).display()),
+            None => "that beside the results".to_owned(),
+        }
     }
 
     /// The command as it is typed, without directories.

@@ -22,12 +22,14 @@ use crate::interrupt::Stopped;
 use crate::plural::count;
 use crate::run_context::RunContext;
 use crate::shard::{SHARDS, ShardChoice};
-use crate::stages::job::{Cost, Job, Lacking};
+use crate::stages::job::{Cost, Job, MissingPieces};
 
 /// Exit code of a shard or a merge that is worth repeating, as EX_TEMPFAIL of sysexits.h.
 const REPEAT: u8 = 75;
 /// Seconds on one core that a shard takes, about, where the number of shards is not given.
 const USUAL_SECONDS: f64 = 600.0;
+/// Tasks of an array that SLURM takes unless it is configured otherwise (MaxArraySize 1001).
+const USUAL_ARRAY: usize = 1000;
 /// Lines of shards on the terminal.
 const SHOWN: usize = 16;
 /// Pieces named of a shard.
@@ -102,7 +104,7 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
     writable(cache.directory())?;
     let record = JobRecord::of(command, &job, choice.count, context)?;
     let compute = || -> Result<Cost> {
-        record.take_part(out)?;
+        record.join(out)?;
         context.interrupt.note(format!(
             "before the shard was done; finished pieces stay in `{}`, the same command goes on from there",
             cache.directory().display()
@@ -134,13 +136,13 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
 /// # Errors
 /// Those of the command; another job in its directory.
 pub fn plan(arguments: &PlanArgs, context: RunContext) -> Result<()> {
-    let begun = Begun::open(&arguments.job, context)?;
-    let shares = begun.job.deal(begun.record.shards);
-    let costs: Vec<Cost> = shares.iter().map(|share| begun.job.cost(share)).collect();
+    let open = OpenJob::open(&arguments.job, context)?;
+    let shares = open.job.deal(open.record.shards);
+    let costs: Vec<Cost> = shares.iter().map(|share| open.job.cost(share)).collect();
     let all = costs.iter().fold(Cost::default(), |all, cost| all + *cost);
     let shards = costs.len();
     let json = json!({
-        "job": begun.out.display().to_string(),
+        "job": open.out.display().to_string(),
         "shards": costs.iter().map(described).collect::<Vec<_>>(),
         "all": described(&all),
     });
@@ -180,8 +182,8 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
         shards: None,
         command: Vec::new(),
     };
-    let begun = Begun::open(&choice, context)?;
-    let (record, line) = (&begun.record, &begun.line);
+    let open = OpenJob::open(&choice, context)?;
+    let (record, line) = (&open.record, &open.line);
     let command = line.command.get();
     let (cache, identity) = (command.cache(), record.identity());
     let context = RunContext {
@@ -191,9 +193,9 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
     let pieces = Checkpoints::of_job(cache.directory(), &identity, true, context.console);
     let context = context.storing(Some(&pieces));
     let merge = || -> Result<()> {
-        let lacking = begun
+        let lacking = open
             .job
-            .lacking(&begun.job.deal(record.shards), &cache, context)?;
+            .lacking(&open.job.deal(record.shards), &cache, context)?;
         if !lacking.is_empty() {
             return Err(incomplete(record, out, &lacking).into());
         }
@@ -216,8 +218,14 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
 /// # Errors
 /// Those of the command; another job in its directory; what sbatch says.
 pub fn submit(arguments: &SubmitArgs, context: RunContext) -> Result<()> {
-    let begun = Begun::open(&arguments.job, context)?;
-    let (record, out) = (&begun.record, &begun.out);
+    let open = OpenJob::open(&arguments.job, context)?;
+    let (record, out) = (&open.record, &open.out);
+    if record.shards > USUAL_ARRAY {
+        context.console.warn(&format!(
+            "--shards: expected at most {USUAL_ARRAY} for the usual MaxArraySize of SLURM, got {}; `scontrol show config` states that of the cluster",
+            record.shards
+        ));
+    }
     submit::write_scripts(record, out, arguments.sbatch.as_deref())?;
     let folder = submit::script_of_shards(out);
     let numbers = arguments.go.then(|| submit::submit(out)).transpose()?;
@@ -242,14 +250,14 @@ pub fn submit(arguments: &SubmitArgs, context: RunContext) -> Result<()> {
 }
 
 /// A job that is begun in a directory.
-pub(super) struct Begun {
+pub(super) struct OpenJob {
     pub record: JobRecord,
     pub line: SharedLine,
     pub job: Job,
     pub out: PathBuf,
 }
 
-impl Begun {
+impl OpenJob {
     /// The job in a directory, or that of a command, which is noted in its directory.
     pub fn open(choice: &JobChoice, context: RunContext) -> Result<Self> {
         let (line, begun) = if let Some(out) = &choice.directory {
@@ -317,7 +325,7 @@ fn usual(job: &Job) -> usize {
 }
 
 /// The message of shards that are not done, with the command that repeats them.
-fn incomplete(record: &JobRecord, out: &Path, lacking: &[Lacking]) -> Stopped {
+fn incomplete(record: &JobRecord, out: &Path, lacking: &[MissingPieces]) -> Stopped {
     let numbers = lacking.iter().map(|shard| shard.shard).collect();
     let choice = ShardChoice {
         numbers,

@@ -32,7 +32,7 @@ const PATHS_PER_SECOND: f64 = 2e6;
 /// Seconds that a unit takes beside its paths: its files.
 const UNIT_SECONDS: f64 = 0.002;
 /// Time between two looks for a table that another process is to solve.
-const LOOK: Duration = Duration::from_millis(200);
+const POLL: Duration = Duration::from_millis(200);
 
 /// Something computed in units, each of which is kept by itself.
 pub trait Task {
@@ -73,7 +73,7 @@ pub struct Job {
 
 /// What is missing of one shard.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Lacking {
+pub struct MissingPieces {
     /// Number of the shard.
     pub shard: usize,
     /// Its tables that are missing, by label.
@@ -176,7 +176,7 @@ impl Job {
             context.interrupt.check()?;
             let task = &self.tasks[*task];
             if let Some(design) = task.tables_of() {
-                obtain(&Ring::of_design(design, None), begin, cache, context)?;
+                solve_missing_tables(&Ring::of_design(design, None), begin, cache, context)?;
             }
             task.compute(units.clone(), cache, context)?;
         }
@@ -192,7 +192,7 @@ impl Job {
         shares: &[Share],
         cache: &Cache,
         context: RunContext,
-    ) -> Result<Vec<Lacking>> {
+    ) -> Result<Vec<MissingPieces>> {
         let usable = |ring: &Ring| matches!(cache.find(&ring.key), CacheEntry::Table(_));
         let rings: Vec<bool> = self.rings.iter().map(usable).collect();
         let missing = self.tasks.iter().map(|task| task.missing(cache, context));
@@ -203,7 +203,7 @@ impl Job {
                 let count = missing[*task].iter().filter(|unit| units.contains(unit));
                 (self.tasks[*task].label().to_owned(), count.count() as u64)
             });
-            Lacking {
+            MissingPieces {
                 shard,
                 tables: tables.map(|&ring| self.rings[ring].label.clone()).collect(),
                 tasks: tasks.filter(|(_, count)| *count > 0).collect(),
@@ -218,7 +218,12 @@ impl Job {
 
 /// Solves the tables of `rings` that the cache lacks, from number `begin` on; stops when another
 /// process stores the same table first.
-fn obtain(rings: &[Ring], begin: usize, cache: &Cache, context: RunContext) -> Result<()> {
+fn solve_missing_tables(
+    rings: &[Ring],
+    begin: usize,
+    cache: &Cache,
+    context: RunContext,
+) -> Result<()> {
     let from = begin % rings.len().max(1);
     for ring in rings[from..].iter().chain(&rings[..from]) {
         if !cache.holds(&ring.key) {
@@ -251,7 +256,7 @@ fn solve_unless_found(ring: &Ring, cache: &Cache, context: RunContext) -> Result
                     stop.flag().store(true, Ordering::SeqCst);
                     return;
                 }
-                std::thread::park_timeout(LOOK);
+                std::thread::park_timeout(POLL);
             }
         });
         let inner = RunContext {

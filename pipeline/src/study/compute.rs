@@ -65,7 +65,7 @@ enum TraceKind<'a> {
 
 /// Where a task stands in a study.
 #[derive(Debug, Clone)]
-struct TaskPlace {
+struct TaskIndex {
     /// Number of the set-up.
     setup: usize,
     /// Number of the design in it.
@@ -202,7 +202,7 @@ pub struct SharedTrace {
     seed: u64,
     label: String,
     paths: u64,
-    places: Vec<TaskPlace>,
+    places: Vec<TaskIndex>,
     /// Keys of the figures.
     keys: Vec<Key>,
 }
@@ -257,12 +257,12 @@ impl Task for SharedTrace {
     }
 }
 
-fn places(study: &Study) -> Vec<TaskPlace> {
+fn places(study: &Study) -> Vec<TaskIndex> {
     let mut places = Vec::new();
     for (setup, (_, designs)) in study.setups.iter().enumerate() {
         for (number, design) in designs.iter().enumerate() {
             let mut add = |what| {
-                places.push(TaskPlace {
+                places.push(TaskIndex {
                     setup,
                     design: number,
                     what,
@@ -295,7 +295,7 @@ impl TraceTask<'_> {
     }
 }
 
-fn task<'a>(study: &'a Study, place: &TaskPlace, seed: u64) -> TraceTask<'a> {
+fn task<'a>(study: &'a Study, place: &TaskIndex, seed: u64) -> TraceTask<'a> {
     let setup = place.setup;
     let design = &study.setups[setup].1[place.design];
     let what = match &place.what {

@@ -210,7 +210,7 @@ impl<'a> Sweep<'a> {
 
     /// The trace of a node that is missing.
     pub(super) fn plan(&self, rule: &Rule, node: &Node) -> Result<TracePlan<'static>> {
-        let (design, paths) = self.lit(rule, node)?;
+        let (design, paths) = self.at_wavelength(rule, node)?;
         let plan = TracePlan {
             what: self.what(&design, node),
             dome: DomeChoice::Model(self.job.model),
@@ -222,7 +222,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// The design at a node alone, and the number of its paths.
-    fn lit(&self, rule: &Rule, node: &Node) -> Result<(Design, u64)> {
+    fn at_wavelength(&self, rule: &Rule, node: &Node) -> Result<(Design, u64)> {
         let design = if self.job.lights.apart {
             let of_light = rule.iter().filter(|other| other.light == node.light);
             let nodes: Vec<f64> = of_light.map(|other| other.nm).collect();
@@ -239,7 +239,7 @@ impl<'a> Sweep<'a> {
     }
 
     fn trace(&mut self, rule: &Rule, node: &Node) -> Result<Traced> {
-        let (design, paths) = self.lit(rule, node)?;
+        let (design, paths) = self.at_wavelength(rule, node)?;
         let bits = node.nm.to_bits();
         if !self.prepared.contains_key(&bits) {
             let tables = match self.job.model {
