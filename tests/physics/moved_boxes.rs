@@ -166,6 +166,19 @@ fn offsets_of_packages_are_those_of_single_ones() {
              reflectance = 0.8, {moved} }}\n"
         )))
     };
+    let tilted = of(
+        2,
+        "tilt_deg = [0.0, 2.0], tilts_deg = [[0.0, 4.0], [0.0, -8.0]]",
+    );
+    // Mirrored in x = 0, a box tilted by -6° is one tilted by 6°.
+    let [right, left] = ["[0.0, 6.0]", "[0.0, -6.0]"]
+        .map(|tilt| to_the_right(&of(1, &format!("tilt_deg = {tilt}"))));
+    close(
+        "tilts",
+        to_the_right(&tilted),
+        0.5 * (right.value + left.value),
+    );
+    assert!(right.value - left.value > 6.0 * right.standard_error.hypot(left.standard_error));
     let same = of(2, "offsets_mm = [[0.3, 0.1], [0.3, 0.1]]");
     let all = of(2, "offset_mm = [0.3, 0.1]");
     assert_eq!(same.far_field.total(), all.far_field.total());

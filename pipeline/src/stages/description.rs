@@ -119,8 +119,9 @@ fn moved(led: &Led) -> String {
             pair(place.tilt_deg)
         ));
     }
-    if !led.offsets_mm.is_empty() {
-        words.push(", and its own offset in each package".to_owned());
+    let own = [("offset", &led.offsets_mm), ("tilt", &led.tilts_deg)];
+    for (name, _) in own.iter().filter(|(_, rows)| !rows.is_empty()) {
+        words.push(format!(", and its own {name} in each package"));
     }
     words.concat()
 }

@@ -85,8 +85,11 @@ pub fn single_package(design: &Design) -> Design {
     let away = |[x, y]: &[f64; 2]| x * x + y * y;
     let axes = design.array.axes_mm().into_iter().enumerate();
     let nearest = axes.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
-    let own = nearest.and_then(|(package, _)| design.led.offsets_mm.get(package));
-    alone.led.offsets_mm = own.into_iter().copied().collect();
+    if let Some((package, _)) = nearest {
+        let place = design.led.place(package);
+        (alone.led.offset_mm, alone.led.tilt_deg) = (place.offset_mm, place.tilt_deg);
+    }
+    (alone.led.offsets_mm, alone.led.tilts_deg) = (Vec::new(), Vec::new());
     for solid in &mut alone.solids {
         if let (Per::Array, Some([x, y])) = (solid.per(), nearest.map(|(_, at)| at)) {
             solid.form.placement.origin -= DVec3::new(x, y, 0.0);

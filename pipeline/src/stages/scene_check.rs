@@ -270,7 +270,14 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
 /// The error of a box that does not fit where it was moved to.
 fn off_axis(design: &Design, error: &Error) -> ConfigError {
     let led = &design.led;
-    let (key, got) = if !led.offsets_mm.is_empty() {
+    let (key, got) = if !led.tilts_deg.is_empty() {
+        let rows = format!(
+            "{} rows, beside tilt_deg = {:?}",
+            led.tilts_deg.len(),
+            led.tilt_deg
+        );
+        ("led.tilts_deg", rows)
+    } else if !led.offsets_mm.is_empty() {
         let rows = format!(
             "{} rows, beside offset_mm = {:?}",
             led.offsets_mm.len(),

@@ -226,17 +226,30 @@ impl Tolerance {
                 Ok((1..=rings).map(|ring| ring.to_string()).collect())
             }
             Place::Key(key, _) => {
-                let Some((list, rest)) = key.split_once(".*") else {
-                    return Ok(vec![key.clone()]);
-                };
-                let entries = dotted_keys::get(&source.table, list).and_then(Value::as_array);
-                let entries = entries
-                    .with_context(|| format!("{key}: expected a list at {list} in the design"))?;
-                let of = |k: usize| format!("{list}.{k}{rest}");
-                Ok((0..entries.len()).map(of).collect())
+                let mut keys = vec![key.clone()];
+                while keys.iter().any(|key| key.contains(".*")) {
+                    let all: Result<Vec<Vec<String>>> = keys
+                        .iter()
+                        .map(|key| with_entries(key, &source.table))
+                        .collect();
+                    keys = all?.concat();
+                }
+                Ok(keys)
             }
         }
     }
+}
+
+/// `key` with every entry of the list before its first `*` in turn.
+fn with_entries(key: &str, design: &toml::Table) -> Result<Vec<String>> {
+    let Some((list, rest)) = key.split_once(".*") else {
+        return Ok(vec![key.to_owned()]);
+    };
+    let entries = dotted_keys::get(design, list).and_then(Value::as_array);
+    let entries =
+        entries.with_context(|| format!("{key}: expected a list at {list} in the design"))?;
+    let of = |k: usize| format!("{list}.{k}{rest}");
+    Ok((0..entries.len()).map(of).collect())
 }
 
 fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
@@ -316,4 +329,46 @@ fn factor(tolerances: &[Tolerance], correlations: &[CorrelationKeys]) -> Result<
         "correlations: expected coefficients that can hold together (a positive definite matrix)",
     )?;
     Ok(cholesky.l())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stars_stand_for_every_entry_of_lists_in_lists() {
+        let table = "[led]\noffsets_mm = [[0.0, 1.0], [2.0, 3.0]]\nheight_mm = 1.0";
+        let table: toml::Table = toml::from_str(table).expect("TOML");
+        let source = DesignFile::new("design.toml".into(), table);
+        let keys = |key: &str| Tolerance {
+            name: key.to_owned(),
+            place: Place::Key(key.to_owned(), None),
+            law: Law::Normal(1.0),
+            common: false,
+        };
+        let places = keys("led.offsets_mm.*.*").places(&source).expect("lists");
+        assert_eq!(
+            places,
+            ["0.0", "0.1", "1.0", "1.1"].map(|k| format!("led.offsets_mm.{k}"))
+        );
+        let places = keys("led.offsets_mm.*.1").places(&source).expect("lists");
+        assert_eq!(places, ["led.offsets_mm.0.1", "led.offsets_mm.1.1"]);
+        let why = keys("led.height_mm.*").places(&source);
+        let why = why.expect_err("a number").to_string();
+        assert!(why.contains("expected a list at led.height_mm"), "{why}");
+
+        let all = Deviations {
+            tolerances: vec![keys("led.offsets_mm.*.*")],
+            factor: DMatrix::identity(1, 1),
+        };
+        let drawn = all
+            .draw(&source, &mut Deviations::random(1))
+            .expect("drawn");
+        let settings = all.settings(&source, &drawn).expect("numbers");
+        for (deviation, nominal) in drawn.iter().zip([0.0, 1.0, 2.0, 3.0]) {
+            let value = settings[&deviation.place].as_float();
+            assert_eq!(value, Some(nominal + deviation.value));
+        }
+        assert!(drawn[0].value.to_bits() != drawn[1].value.to_bits());
+    }
 }

@@ -36,6 +36,9 @@ pub struct Led {
     /// nothing.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub offsets_mm: Vec<[f64; 2]>,
+    /// What is added to the tilt in each package, likewise, degrees.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tilts_deg: Vec<[f64; 2]>,
 }
 
 /// Where a box stands in its package.
@@ -62,30 +65,39 @@ impl BoxPlace {
 impl Led {
     /// Whether every box stands level about the axis of its package.
     pub fn is_centred(&self) -> bool {
-        (0..self.offsets_mm.len().max(1)).all(|package| self.place(package) == BoxPlace::default())
+        self.stated_places()
+            .all(|place| place == BoxPlace::default())
+    }
+
+    /// Places of the boxes as far as they are stated one by one; one of boxes that stand alike.
+    pub fn stated_places(&self) -> impl Iterator<Item = BoxPlace> {
+        let rows = self.offsets_mm.len().max(self.tilts_deg.len()).max(1);
+        (0..rows).map(|package| self.place(package))
     }
 
     /// Where the box of a package stands.
     pub fn place(&self, package: usize) -> BoxPlace {
-        let own = self.offsets_mm.get(package).copied().unwrap_or_default();
+        let sum = |common: [f64; 2], own: &[[f64; 2]]| {
+            let own = own.get(package).copied().unwrap_or_default();
+            [0, 1].map(|k| common[k] + own[k])
+        };
         BoxPlace {
-            offset_mm: [0, 1].map(|k| self.offset_mm[k] + own[k]),
-            tilt_deg: self.tilt_deg,
+            offset_mm: sum(self.offset_mm, &self.offsets_mm),
+            tilt_deg: sum(self.tilt_deg, &self.tilts_deg),
         }
     }
 
     /// Every place of a box once, and the number of that of each of `packages`.
     pub fn places(&self, packages: usize) -> (Vec<BoxPlace>, Vec<usize>) {
         let mut places: Vec<BoxPlace> = Vec::new();
-        let mut known: HashMap<[u64; 2], usize> = HashMap::new();
+        let mut known: HashMap<[[u64; 2]; 2], usize> = HashMap::new();
         let number = |package: usize| {
             let place = self.place(package);
-            *known
-                .entry(place.offset_mm.map(f64::to_bits))
-                .or_insert_with(|| {
-                    places.push(place);
-                    places.len() - 1
-                })
+            let key = [place.offset_mm, place.tilt_deg].map(|pair| pair.map(f64::to_bits));
+            *known.entry(key).or_insert_with(|| {
+                places.push(place);
+                places.len() - 1
+            })
         };
         let numbers = (0..packages).map(number).collect();
         (places, numbers)

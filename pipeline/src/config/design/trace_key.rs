@@ -181,17 +181,20 @@ fn element_fields(elements: &Elements) -> Value {
 /// A box that stands level about the axis has the fields of designs that cannot say otherwise.
 fn led_fields(led: &Led) -> Value {
     let mut fields = fields!(led => Led {
-        size_mm, height_mm, reflector; offset_mm, tilt_deg, offsets_mm
+        size_mm, height_mm, reflector; offset_mm, tilt_deg, offsets_mm, tilts_deg
     });
     if !led.is_centred() {
-        let BoxPlace {
-            offset_mm: _,
-            tilt_deg,
-        } = led.place(0);
-        let packages = 0..led.offsets_mm.len().max(1);
-        let offsets: Vec<[f64; 2]> = packages.map(|k| led.place(k).offset_mm).collect();
+        let places = led.stated_places();
+        let (offsets, tilts): (Vec<[f64; 2]>, Vec<[f64; 2]>) = places
+            .map(
+                |BoxPlace {
+                     offset_mm,
+                     tilt_deg,
+                 }| (offset_mm, tilt_deg),
+            )
+            .unzip();
         fields["offsets_mm"] = json!(offsets);
-        fields["tilt_deg"] = json!(tilt_deg);
+        fields["tilts_deg"] = json!(tilts);
     }
     fields
 }
@@ -301,18 +304,21 @@ mod tests {
         };
         let all = ReliefModel::OrderTables;
         let base = of(|_| {}, all);
-        let traced: [Change; 11] = [
+        let tolerance: Change = |d| d.hybrid.tolerance = 1e-3;
+        let wavelength: Change = |d| d.wavelength_nm = 551.0;
+        let traced: [Change; 12] = [
             |d| d.led.height_mm = 0.3,
             |d| d.elements.rounding.tip_mm = 1e-3,
             |d| d.elements.rounding.valley_mm = 1e-3,
             |d| d.led.offset_mm = [0.01, 0.0],
             |d| d.led.tilt_deg = [0.0, 1.0],
             |d| d.led.offsets_mm = vec![[0.0; 2], [0.01, 0.0]],
+            |d| d.led.tilts_deg = vec![[0.0; 2], [0.0, 1.0]],
             |d| d.receiver.bin_mm = 0.05,
             |d| d.array.positions = PackagePositions::SINGLE,
-            |d| d.hybrid.tolerance = 1e-3,
+            tolerance,
+            wavelength,
             |d| d.silicone.absorption_per_mm = 1e-3,
-            |d| d.wavelength_nm = 551.0,
         ];
         for change in traced {
             let changed = of(change, all);
@@ -323,7 +329,7 @@ mod tests {
         assert!(changed.0 == base.0 && changed.1 != base.1);
         // Rays on the elements know neither tables nor, without films, the wavelength.
         let rays = of(|_| {}, ReliefModel::Elements);
-        for change in [traced[8], traced[10]] {
+        for change in [tolerance, wavelength] {
             assert_eq!(of(change, ReliefModel::Elements), rays);
         }
     }

@@ -6,7 +6,7 @@ use tracer::glam::DVec3;
 use super::package::reflector;
 use crate::config::check::{Context, LEAST_LENGTH_MM, MOST_LENGTH_MM};
 use crate::config::design::dome::Dome;
-use crate::config::design::led::Led;
+use crate::config::design::led::{BoxPlace, Led};
 use crate::config::error::ConfigError;
 use crate::config::schema;
 use crate::config::schema::reflectors::LedLaw;
@@ -49,24 +49,25 @@ pub(in crate::config) fn resolve(
             at.value("led.height_mm", height_mm, expected)
         });
     }
-    let shifts = |key: &str, stated: List<f64, 2>| {
+    let pair = |key: &str, stated: List<f64, 2>, most: f64| {
         for v in stated.0 {
-            at.within(key, v, -MOST_LENGTH_MM, MOST_LENGTH_MM)?;
+            at.within(key, v, -most, most)?;
         }
         Ok(stated.0)
     };
-    for v in keys.tilt_deg.0 {
-        at.within("led.tilt_deg", v, -MOST_TILT_DEG, MOST_TILT_DEG)?;
-    }
-    let own = keys.offsets_mm.iter().zip(1..);
-    let offsets_mm = own.map(|(stated, k)| shifts(&format!("led.offsets_mm[{k}]"), *stated));
+    let rows = |key: &str, stated: &[List<f64, 2>], most: f64| {
+        let rows = stated.iter().zip(1..);
+        rows.map(|(stated, k)| pair(&format!("{key}[{k}]"), *stated, most))
+            .collect::<Result<Vec<_>, _>>()
+    };
     let led = Led {
         size_mm,
         height_mm,
         reflector: reflector("led", law, at)?,
-        offset_mm: shifts("led.offset_mm", keys.offset_mm)?,
-        tilt_deg: keys.tilt_deg.0,
-        offsets_mm: offsets_mm.collect::<Result<_, _>>()?,
+        offset_mm: pair("led.offset_mm", keys.offset_mm, MOST_LENGTH_MM)?,
+        tilt_deg: pair("led.tilt_deg", keys.tilt_deg, MOST_TILT_DEG)?,
+        offsets_mm: rows("led.offsets_mm", &keys.offsets_mm, MOST_LENGTH_MM)?,
+        tilts_deg: rows("led.tilts_deg", &keys.tilts_deg, MOST_TILT_DEG)?,
     };
     if let (Some(dome), false) = (dome, led.is_centred()) {
         stands_inside(&led, dome, at)?;
@@ -76,34 +77,32 @@ pub(in crate::config) fn resolve(
 
 /// Refuses a box that leaves the dome in one of the packages.
 fn stands_inside(led: &Led, dome: &Dome, at: &Context) -> Result<(), ConfigError> {
-    let centred = Led {
-        offset_mm: [0.0; 2],
-        offsets_mm: Vec::new(),
-        ..led.clone()
-    };
-    let leaves = |led: &Led, package: usize| {
-        let corners = led.at(led.place(package)).corners(0.0);
+    let leaves = |place: BoxPlace| {
+        let corners = led.at(place).corners(0.0);
         corners.into_iter().any(|corner| !holds(dome, corner))
     };
-    let expected = "a box that stays inside the dome";
-    if leaves(&centred, 0) {
-        let got = format!("{:?}", led.tilt_deg);
-        return Err(at.value("led.tilt_deg", got, expected));
-    }
-    let packages = 0..led.offsets_mm.len().max(1);
-    let Some(package) = packages.into_iter().find(|k| leaves(led, *k)) else {
+    let Some((package, place)) = (0..).zip(led.stated_places()).find(|(_, p)| leaves(*p)) else {
         return Ok(());
     };
-    let stated = format!("{:?}", led.offset_mm);
-    Err(match led.offsets_mm.get(package) {
-        None => at.value("led.offset_mm", stated, expected),
+    let untilted = BoxPlace {
+        tilt_deg: [0.0; 2],
+        ..place
+    };
+    // A box that would stay inside without its tilt is out by it.
+    let (key, common, own) = if leaves(untilted) {
+        let own = led.offsets_mm.get(package);
+        (["led.offset_mm", "led.offsets_mm"], led.offset_mm, own)
+    } else {
+        let own = led.tilts_deg.get(package);
+        (["led.tilt_deg", "led.tilts_deg"], led.tilt_deg, own)
+    };
+    let expected = "a box that stays inside the dome";
+    let common = format!("{common:?}");
+    Err(match own {
+        None => at.value(key[0], common, expected),
         Some(own) => {
-            let key = format!("led.offsets_mm[{}]", package + 1);
-            at.value(
-                &key,
-                format!("{own:?} beside led.offset_mm = {stated}"),
-                expected,
-            )
+            let got = format!("{own:?} beside {} = {common}", key[0]);
+            at.value(&format!("{}[{}]", key[1], package + 1), got, expected)
         }
     })
 }
@@ -120,16 +119,21 @@ fn holds(dome: &Dome, corner: DVec3) -> bool {
     }
 }
 
-/// Refuses offsets that are not those of `packages` packages.
+/// Refuses offsets and tilts that are not those of `packages` packages.
 pub(in crate::config) fn one_for_each(
     led: &Led,
     packages: usize,
     at: &Context,
 ) -> Result<(), ConfigError> {
-    let rows = led.offsets_mm.len();
-    if rows == 0 || rows == packages {
-        return Ok(());
+    let lists = [
+        ("led.offsets_mm", &led.offsets_mm),
+        ("led.tilts_deg", &led.tilts_deg),
+    ];
+    for (key, rows) in lists.map(|(key, list)| (key, list.len())) {
+        if rows != 0 && rows != packages {
+            let expected = format!("a row [x, y] for each of the {packages} packages, or none");
+            return Err(at.value(key, format!("{rows} rows"), &expected));
+        }
     }
-    let expected = format!("a row [x, y] for each of the {packages} packages, or none");
-    Err(at.value("led.offsets_mm", format!("{rows} rows"), &expected))
+    Ok(())
 }

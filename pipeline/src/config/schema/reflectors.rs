@@ -133,6 +133,9 @@ pub struct LedKeys {
     /// mm.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub offsets_mm: Vec<List<f64, 2>>,
+    /// What is added to the tilt in each package, as the offsets are, degrees.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tilts_deg: Vec<List<f64, 2>>,
 }
 
 /// Law of reflection of the box, which the key `reflection` names.
