@@ -247,6 +247,57 @@ fn candidates_from_outside_are_judged_line_by_line() {
     }
 }
 
+/// A small Lambertian face lights a plane at the distance h by 1/(h² + r²)², to the square of its size
+/// over the distance. From a flat target that is as far as its coefficient of variation.
+#[test]
+fn distances_from_target_maps_are_those_of_closed_forms() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let design = "name = \"face\"\nled = { size_mm = [0.2, 0.2], height_mm = 0.1, reflectance = 0.0, \
+                  reflection = \"absorbing\" }\nmirror = { kind = \"absorbing\", reflectance = 0.0, extent = \
+                  \"package\" }\narray = { columns = 1, rows = 1, pitch_mm = 8.0 }\nlight = { wavelength_nm = \
+                  550.0 }\nreceiver = { plane_height_mm = 3.1, bin_mm = 0.25, smoothing_sigma_mm = 0.0 }\n";
+    std::fs::write(at.join("face.toml"), design).expect("written");
+    let law = |x: f64, y: f64| (9.0 + x * x + y * y).powi(-2);
+    let nodes = || (0..169).map(|k| [k % 13, k / 13].map(|i| 0.5 * f64::from(i) - 3.0));
+    let file = |name: &str, value: &dyn Fn(f64, f64) -> f64| {
+        let lines = nodes().map(|[x, y]| format!("{x} {y} {}\n", value(x, y)));
+        std::fs::write(at.join(name), lines.collect::<String>()).expect("written");
+    };
+    file("law.txt", &law);
+    file("flat.txt", &|_, _| 3.0);
+    let distance = |target: &str| -> Value {
+        let problem = format!(
+            "name = \"lit\"\ndesign = \"face.toml\"\n[[variables]]\nkey = \"led.reflectance\"\nfrom = 0.0\n\
+             to = 0.5\n[[objective.terms]]\nfigure = \"illuminance_distance\"\ngoal = \"minimise\"\n\
+             file = \"{target}\"\n"
+        );
+        std::fs::write(at.join("problem.toml"), problem).expect("written");
+        let output = batwing(at)
+            .args(["optimise", "problem.toml", "--evaluate", "--quiet"])
+            .write_stdin("{\"point\": [0.0], \"paths\": 4194304}\n")
+            .output()
+            .expect("it runs");
+        let said = String::from_utf8(output.stdout).expect("text");
+        serde_json::from_str(said.lines().nth(1).expect("a line")).expect("JSON")
+    };
+    let bins = (0..576).map(|k| [k % 24, k / 24].map(|i| 0.25 * f64::from(i) - 2.875));
+    let powers: Vec<f64> = bins.map(|[x, y]| law(x, y)).collect();
+    let mean = powers.iter().sum::<f64>() / 576.0;
+    let squares = powers.iter().map(|p| (p / mean - 1.0).powi(2)).sum::<f64>() / 576.0;
+    let flat = distance("flat.txt");
+    let figure = &flat["figures"]["illuminance_distance"];
+    let [value, error] =
+        ["value", "standard_error"].map(|key| figure[key].as_f64().expect("a number"));
+    assert!(
+        (value - squares.sqrt()).abs() < 4.0 * error + 1e-3,
+        "{flat}"
+    );
+    // Straight between nodes of 0.5 mm, and by so many paths.
+    let own = distance("law.txt");
+    assert!(own["value"].as_f64().expect("a number") < 0.02, "{own}");
+}
+
 /// Changes to [`PROBLEM`], and words of the message against it.
 type Case = (
     &'static [(&'static str, &'static str)],
@@ -308,7 +359,17 @@ const REFUSED: &[Case] = &[
     ),
     (
         &[("\"uniformity\"", "\"far_field_distance\"")],
-        &["objective.terms[1].file"],
+        &[
+            "objective.terms[1]: file",
+            "the target of far_field_distance",
+        ],
+    ),
+    (
+        &[(
+            "\"uniformity\"",
+            "\"illuminance_distance\"\ngoal = \"minimise\"\nfile = \"bare-dome.toml\"",
+        )],
+        &["objective.terms[1]", "bare-dome.toml", "expected x and y"],
     ),
     (
         &[("evaluations = 24", "evaluations = 5")],

@@ -136,7 +136,7 @@ pub struct TermKeys {
     /// Weight among the terms.
     #[serde(default = "one")]
     pub weight: f64,
-    /// Target far field of `far_field_distance`, relative to the problem file.
+    /// Target of a distance, relative to the problem file.
     pub file: Option<String>,
 }
 

@@ -3,13 +3,13 @@
 //!
 //! [`mod@file`] mirrors the TOML and [`problem`] checks it. `variables` makes designs of points
 //! of the unit box, with `heights` of smooth domes and within the [`limits`] of a mould.
-//! `evaluate` traces them, `objective` judges what the traces show, `stage` runs one search,
-//! `front` one for a Pareto front, and [`log`] records every candidate, so that a search goes on where it was stopped. [`recipe`]
-//! joins the stages and verifies what they found, [`search_results`] writes it down.
+//! `evaluate` traces them, `objective` judges what the traces show, also by the distance from a
+//! `target`. `stage` runs one search, `front` one for a Pareto front, and [`log`] records every
+//! candidate, so that a search goes on where it was stopped. [`recipe`] joins the stages and
+//! verifies what they found, [`search_results`] writes it down.
 
 mod evaluate;
 pub mod external_search;
-mod far_field_target;
 pub mod file;
 mod front;
 mod heights;
@@ -22,6 +22,7 @@ mod robust;
 pub mod search_results;
 mod spline;
 mod stage;
+mod target;
 #[cfg(test)]
 mod tests;
 mod variables;

@@ -6,16 +6,15 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use super::far_field_target::FarFieldTarget;
 use super::file::{ConstraintKeys, Goal, TermKeys};
+use super::target::{DISTANCES, Target};
 use crate::config::design::Design;
 use crate::config::dotted_keys::{self, Settings};
 use crate::metrics::{Bounds, Estimate, JackknifedFigure, spread};
+use crate::provenance::FileRecord;
 use crate::stages::design_file::DesignFile;
 use crate::stages::observation::{Observation, figure_keys};
 
-/// Figure of the distance to a target far field.
-const FAR_FIELD_DISTANCE: &str = "far_field_distance";
 /// Before a dotted key of the design: its number, without error.
 const DESIGN: &str = "design.";
 /// Before the name of a receiver: its share of the light.
@@ -80,7 +79,8 @@ impl Constraint {
 pub(super) struct Objective {
     terms: Vec<Term>,
     pub constraints: Vec<Constraint>,
-    far_field: Option<FarFieldTarget>,
+    /// Targets of figures that are distances.
+    targets: BTreeMap<String, Target>,
 }
 
 /// A candidate judged.
@@ -116,35 +116,34 @@ impl Judged {
 }
 
 impl Objective {
-    /// Checks `terms` and `constraints` against `design`; files lie beside `folder`.
+    /// Checks `terms` and `constraints` against `design`; files of targets lie beside `folder` and
+    /// come back as records.
     ///
     /// # Errors
-    /// Figures that there are not, bounds that cross.
+    /// Figures that there are not, bounds that cross, targets that cannot be read.
     pub fn new(
         terms: &[TermKeys],
         constraints: &[ConstraintKeys],
         source: &DesignFile,
         folder: &Path,
-    ) -> Result<Self> {
+    ) -> Result<(Self, Vec<FileRecord>)> {
         let design = &source.with(&Settings::new())?;
         ensure!(
             !terms.is_empty(),
             "objective.terms: expected at least one, got none"
         );
-        let mut far_field = None;
+        let (mut targets, mut inputs) = (BTreeMap::new(), Vec::new());
         for (k, keys) in terms.iter().enumerate() {
             let at = || format!("objective.terms[{}]", k + 1);
             known(&keys.figure, design, source).with_context(at)?;
-            match (&keys.file, keys.figure == FAR_FIELD_DISTANCE) {
-                (Some(file), true) => {
-                    far_field = Some(FarFieldTarget::read(&folder.join(file)).with_context(at)?);
-                }
-                (None, false) => {}
-                (Some(_), false) => bail!(
-                    "{}.file: expected it with figure = {FAR_FIELD_DISTANCE:?} alone",
-                    at()
-                ),
-                (None, true) => bail!("{}.file: expected a table of angles and intensities", at()),
+            if let Some((target, record)) = target(keys, folder).with_context(at)? {
+                ensure!(
+                    targets.insert(keys.figure.clone(), target).is_none(),
+                    "{}.figure: expected {} in one term, got it in two",
+                    at(),
+                    keys.figure
+                );
+                inputs.push(record);
             }
         }
         let terms = terms.iter().enumerate();
@@ -154,11 +153,12 @@ impl Objective {
         let bounds = bounds.map(|(k, keys)| {
             constraint(keys, design, source).with_context(|| format!("constraints[{}]", k + 1))
         });
-        Ok(Self {
+        let objective = Self {
             terms: terms.collect::<Result<_>>()?,
             constraints: bounds.collect::<Result<_>>()?,
-            far_field,
-        })
+            targets,
+        };
+        Ok((objective, inputs))
     }
 
     /// Figures that are needed, in order of first use.
@@ -182,9 +182,8 @@ impl Objective {
         let wanted = self.wanted();
         let read = seen.replicated(design, |key| wanted.contains(&key));
         let figure = |key: &str| -> Result<JackknifedFigure> {
-            if key == FAR_FIELD_DISTANCE {
-                let target = self.far_field.as_ref().context("a target far field")?;
-                return Ok(target.distance(seen));
+            if let Some(target) = self.targets.get(key) {
+                return target.distance(seen);
             }
             if let Some(key) = key.strip_prefix(DESIGN) {
                 let groups = seen.far_field.count();
@@ -264,6 +263,20 @@ fn number_of(key: &str, file: &DesignFile) -> Result<f64> {
     value.with_context(|| format!("figure: expected a key of the design with a number, got {key}"))
 }
 
+fn is_distance(figure: &str) -> bool {
+    DISTANCES.contains(&figure)
+}
+
+/// The target of a term, where its figure is a distance, and the record of its file.
+fn target(keys: &TermKeys, folder: &Path) -> Result<Option<(Target, FileRecord)>> {
+    match (&keys.file, is_distance(&keys.figure)) {
+        (Some(file), true) => Target::read(&keys.figure, &folder.join(file)).map(Some),
+        (None, false) => Ok(None),
+        (Some(_), false) => bail!("file: expected it with {} alone", DISTANCES.join(" and ")),
+        (None, true) => bail!("file: expected a file with the target of {}", keys.figure),
+    }
+}
+
 fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
     if let Some(key) = figure.strip_prefix(DESIGN) {
         return number_of(key, source).map(drop);
@@ -276,7 +289,7 @@ fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
         return Ok(());
     }
     let mut all: Vec<&str> = figure_keys().collect();
-    all.push(FAR_FIELD_DISTANCE);
+    all.extend(DISTANCES);
     ensure!(
         all.contains(&figure),
         "figure: expected one of {}, receiver.NAME, design.KEY, got {figure:?}",
@@ -301,8 +314,9 @@ fn term(keys: &TermKeys) -> Result<Term> {
         "target: expected it with goal = \"target\", and there alone"
     );
     ensure!(
-        keys.figure != FAR_FIELD_DISTANCE || keys.goal != Goal::Maximise,
-        "goal: expected \"minimise\" or \"target\" with {FAR_FIELD_DISTANCE}"
+        !is_distance(&keys.figure) || keys.goal != Goal::Maximise,
+        "goal: expected \"minimise\" or \"target\" with {}",
+        keys.figure
     );
     Ok(Term {
         figure: keys.figure.clone(),
@@ -316,8 +330,9 @@ fn term(keys: &TermKeys) -> Result<Term> {
 fn constraint(keys: &ConstraintKeys, design: &Design, source: &DesignFile) -> Result<Constraint> {
     known(&keys.figure, design, source)?;
     ensure!(
-        keys.figure != FAR_FIELD_DISTANCE,
-        "figure: expected {FAR_FIELD_DISTANCE} in the objective alone"
+        !is_distance(&keys.figure),
+        "figure: expected {} in the objective alone",
+        keys.figure
     );
     let bounds = Bounds::new(keys.at_least, keys.at_most)?;
     ensure!(

@@ -115,7 +115,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     let limits = Limits::new(&file.limits)?;
     let variables = Variables::new(source, &file.variables, limits)?;
     let (terms, source) = (&file.objective.terms, &variables.source);
-    let objective = Objective::new(terms, &file.constraints, source, &folder)?;
+    let (objective, targets) = Objective::new(terms, &file.constraints, source, &folder)?;
     let default = [StageKeys::default()];
     let stages = match file.stages.as_slice() {
         [] => default.as_slice(),
@@ -163,6 +163,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     ];
     inputs.extend(design.provenance.named.iter().cloned());
     inputs.extend(named.into_iter().flatten());
+    inputs.extend(targets);
     Ok(Problem {
         name: file.name,
         description: file.description,

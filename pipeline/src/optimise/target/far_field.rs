@@ -1,57 +1,32 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A target far field: relative intensity over the polar angle, and how far a trace is from it.
 
-use std::path::Path;
+use anyhow::{Result, ensure};
 
-use anyhow::{Context, Result, ensure};
-
+use super::rows;
 use crate::metrics::JackknifedFigure;
 use crate::stages::observation::Observation;
 
 /// Relative intensity over the polar angle.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct FarFieldTarget {
+pub struct FarFieldTarget {
     /// Angle and intensity, angles ascending.
     points: Vec<[f64; 2]>,
 }
 
 impl FarFieldTarget {
-    /// A file with an angle in degrees and an intensity in any unit on each line; `#` begins a
-    /// comment, a first line of words is passed over.
+    /// Lines of an angle in degrees and an intensity in any unit, angles ascending.
     ///
     /// # Errors
-    /// A line that is no such pair.
-    pub fn read(path: &Path) -> Result<Self> {
-        let file = || format!("`{}`", path.display());
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", file()))?;
-        Self::parse(&text).with_context(file)
-    }
-
-    fn parse(text: &str) -> Result<Self> {
-        let mut points: Vec<[f64; 2]> = Vec::new();
-        for (line, number) in text.lines().zip(1..) {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            let words = line.split(|c: char| c == ',' || c == ';' || c.is_whitespace());
-            let numbers = words.filter(|w| !w.is_empty()).map(str::parse::<f64>);
-            let numbers: Result<Vec<f64>, _> = numbers.collect();
-            match numbers.as_deref() {
-                Ok([]) => {}
-                Ok(&[angle, intensity])
-                    if (0.0..=90.0).contains(&angle)
-                        && intensity.is_finite()
-                        && intensity >= 0.0
-                        && points.last().is_none_or(|last| last[0] < angle) =>
-                {
-                    points.push([angle, intensity]);
-                }
-                Err(_) if number == 1 => {}
-                _ => anyhow::bail!(
-                    "line {number}: expected an ascending angle from 0 to 90 degrees and an \
-                     intensity of at least 0, got {line:?}"
-                ),
-            }
-        }
+    /// A line that is no such pair, fewer than two of them, no light.
+    pub fn parse(text: &str) -> Result<Self> {
+        let expected = "an ascending angle from 0 to 90 degrees and an intensity of at least 0";
+        let points = rows::read(text, expected, |before, [angle, intensity]: [f64; 2]| {
+            (0.0..=90.0).contains(&angle)
+                && intensity.is_finite()
+                && intensity >= 0.0
+                && before.last().is_none_or(|last| last[0] < angle)
+        })?;
         ensure!(
             points.len() >= 2 && points.iter().any(|p| p[1] > 0.0),
             "expected at least two angles and some light, got {}",
