@@ -192,7 +192,8 @@ fn objective(terms: &[&str], constraints: &[&str]) -> Objective {
         .map(|text| toml::from_str(text).expect("TOML"))
         .collect();
     let design = design("bare-dome.toml");
-    Objective::new(&terms, &constraints, &design, Path::new("")).expect("an objective")
+    let objective = Objective::new(&terms, &constraints, &design, Path::new(""));
+    objective.expect("an objective").0
 }
 
 #[test]
