@@ -25,6 +25,8 @@ impl<T: Write + Seek> Sink for T {}
 const A_DAY: Duration = Duration::from_hours(24);
 
 static PENDING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Directories that this process has written to.
+static WRITTEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 static NEXT: AtomicU64 = AtomicU64::new(0);
 static CLOSED: AtomicBool = AtomicBool::new(false);
 
@@ -97,6 +99,7 @@ fn temporary(
     open()?;
     fs::create_dir_all(directory)
         .with_context(|| format!("cannot create the directory `{}`", directory.display()))?;
+    lock(&WRITTEN).insert(directory.to_path_buf());
 
     let unique = NEXT.fetch_add(1, Ordering::Relaxed);
     let temporary = directory.join(format!(
@@ -215,16 +218,11 @@ pub fn discard_abandoned(directory: &Path) {
     }
 }
 
-/// As [`discard_abandoned`] in `directory` and all folders below it.
-pub fn discard_abandoned_below(directory: &Path) {
-    discard_abandoned(directory);
-    let Ok(entries) = fs::read_dir(directory) else {
-        return;
-    };
-    for entry in entries.flatten() {
-        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            discard_abandoned_below(&entry.path());
-        }
+/// As [`discard_abandoned`] in every directory that this process has written to.
+pub fn discard_abandoned_beside() {
+    let directories = lock(&WRITTEN).clone();
+    for directory in &directories {
+        discard_abandoned(directory);
     }
 }
 
@@ -270,7 +268,7 @@ fn is_running((at, process): (u32, u32), file: &fs::DirEntry) -> bool {
 }
 
 fn discard(chosen: impl Fn(&Path) -> bool) -> usize {
-    let mut pending = lock();
+    let mut pending = lock(&PENDING);
     let before = pending.len();
     // A file that cannot be removed stays on the list for its own writer to try.
     pending.retain(|path| !(chosen(path) && fs::remove_file(path).is_ok()));
@@ -289,8 +287,8 @@ fn fill(file: File, write: impl FnOnce(&mut dyn Sink) -> Result<()>, flush: Flus
     Ok(())
 }
 
-fn lock() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    PENDING.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(paths: &'static Mutex<BTreeSet<PathBuf>>) -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    paths.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A temporary file that is removed unless it is renamed.
@@ -300,14 +298,14 @@ struct Pending {
 
 impl Pending {
     fn new(path: PathBuf) -> Self {
-        lock().insert(path.clone());
+        lock(&PENDING).insert(path.clone());
         Self { path }
     }
 
     fn rename(self, to: &Path) -> Result<()> {
         // The lock keeps an interrupt from removing the file between the rename and its leaving the
         // list.
-        let mut pending = lock();
+        let mut pending = lock(&PENDING);
         fs::rename(&self.path, to)
             .with_context(|| format!("cannot move `{}` into place", to.display()))?;
         pending.remove(&self.path);
@@ -317,7 +315,7 @@ impl Pending {
 
 impl Drop for Pending {
     fn drop(&mut self) {
-        if lock().remove(&self.path) {
+        if lock(&PENDING).remove(&self.path) {
             // Failing to remove it leaves a hidden file, which is all that can be done while an
             // error is on its way.
             let _ = fs::remove_file(&self.path);

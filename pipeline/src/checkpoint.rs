@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
@@ -209,10 +209,13 @@ impl Checkpoints {
 /// # Errors
 /// A program that cannot be read.
 pub fn program_sha256() -> Result<String> {
+    static HASH: OnceLock<String> = OnceLock::new();
+    if let Some(known) = HASH.get() {
+        return Ok(known.clone());
+    }
     let file = program::current()?.file;
-    Ok(sha256_hex(
-        &fs::read(file).context("cannot read the program itself")?,
-    ))
+    let bytes = fs::read(file).context("cannot read the program itself")?;
+    Ok(HASH.get_or_init(|| sha256_hex(&bytes)).clone())
 }
 
 /// The groups of one trace.

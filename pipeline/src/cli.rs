@@ -164,6 +164,7 @@ impl Command {
             Self::Bsdf(arguments) => Some(arguments),
             Self::Study(arguments) => Some(arguments),
             Self::Tolerance(arguments) => Some(arguments),
+            Self::Optimise(arguments) => Some(arguments),
             _ => None,
         }
     }
@@ -196,7 +197,9 @@ impl Cli {
             checkpoints: None,
         };
         let shared = self.command.shared();
-        if let Some((command, shard)) = shared.and_then(|shared| Some((shared, shared.shard()?))) {
+        if let Some((command, shard)) =
+            shared.and_then(|shared| Some((shared, shared.place().shard?)))
+        {
             let done = shards::compute(command, shard, context);
             return done.map_err(|error| interrupt.explain(error));
         }

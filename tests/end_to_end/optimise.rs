@@ -9,7 +9,8 @@ use tempfile::{TempDir, tempdir};
 
 use crate::support::binary::batwing;
 
-const PROBLEM: &str = r#"
+/// The pitch of an array of bare domes, by 24 candidates.
+pub const PROBLEM: &str = r#"
 name = "closer"
 design = "bare-dome.toml"
 

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 use pipeline::content_hash::sealed;
 use serde_json::Value;
+use tempfile::TempDir;
 
+use crate::optimise::PROBLEM;
 use crate::support::binary::batwing;
 use crate::support::runs::{contents, files, partial, signalled, small};
 
@@ -38,6 +40,12 @@ key = "mirror.reflectance"
 distribution = "uniform"
 half_width = 0.04
 "#;
+
+/// A search whose paths are doubled.
+fn doubling() -> String {
+    let paths = "paths = 4096\nmost_paths = 4096";
+    PROBLEM.replace(paths, "paths = 8192\nmost_paths = 16384")
+}
 
 /// Exit code and standard error.
 fn says(folder: &Path, words: &[&str]) -> (Option<i32>, String) {
@@ -352,4 +360,163 @@ fn a_plan_notes_the_job_and_scripts_run_its_shards() {
     assert_eq!(run("merge.sh", ""), (Some(0), String::new()));
     std::fs::remove_dir_all(folder.join("shared/out/slurm")).expect("removed");
     assert!(contents(&folder.join("shared")) == expected);
+}
+
+/// The files of a search, its log without what depends on the processes: times, and tables that
+/// two of them solved at once.
+fn searched(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = contents(folder);
+    let log = all.get_mut(Path::new("out/log.jsonl")).expect("a log");
+    let text = String::from_utf8(std::mem::take(log)).expect("UTF-8");
+    for line in text.lines() {
+        let mut line: Value = serde_json::from_str(line).expect("JSON");
+        if line["kind"] == "generation" {
+            for key in ["seconds", "tables"] {
+                assert!(line[key].take().is_number(), "{key}");
+            }
+        }
+        log.extend(line.to_string().into_bytes());
+    }
+    all
+}
+
+/// A folder with a problem, and what one command makes of it.
+fn problem(text: &str) -> (TempDir, BTreeMap<PathBuf, Vec<u8>>) {
+    let folder = small();
+    let at = folder.path();
+    let data = batwing_tests::workspace().join("data/designs/bare-dome.toml");
+    std::fs::copy(data, at.join("bare-dome.toml")).expect("copied");
+    std::fs::write(at.join("problem.toml"), text).expect("written");
+    std::fs::write(at.join("tolerance.toml"), TOLERANCE).expect("written");
+    let whole = place("whole");
+    does(at, &in_place(&SEARCH, &whole, &["--threads", "1"]));
+    let expected = searched(&at.join("whole"));
+    assert!(expected.contains_key(Path::new("out/optimise.json")));
+    (folder, expected)
+}
+
+const SEARCH: [&str; 2] = ["optimise", "problem.toml"];
+
+/// Computes `count` shards of the search at once.
+fn search_at_once(folder: &Path, count: usize) {
+    let at = place("shared");
+    std::thread::scope(|scope| {
+        for number in 0..count {
+            let shard = format!("{number}/{count}");
+            let at = &at;
+            scope.spawn(move || {
+                let more = ["--threads", "1", "--shard", &shard];
+                does(folder, &in_place(&SEARCH, at, &more));
+            });
+        }
+    });
+}
+
+#[test]
+fn shards_of_a_search_leave_what_one_search_leaves() {
+    let (folder, expected) = problem(&doubling());
+    let folder = folder.path();
+    for count in [1, 2, 3] {
+        search_at_once(folder, count);
+        assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+        let merged = searched(&folder.join("shared"));
+        assert!(merged == expected, "{count}: {:?}", merged.keys());
+        std::fs::remove_dir_all(folder.join("shared")).expect("removed");
+    }
+    for (more, expected) in [
+        (
+            ["--budget", "90s"],
+            "--budget: expected a number of evaluations",
+        ),
+        (
+            ["--resume", "--threads=1"],
+            "--resume, --evaluate: expected neither",
+        ),
+    ] {
+        let at = place("shared");
+        let words = in_place(&SEARCH, &at, &more);
+        let (code, said) = says(folder, &[&words[..], &["--shard", "0/2"]].concat());
+        assert!(code == Some(1) && said.contains(expected), "{said}");
+    }
+}
+
+/// The shard that is left goes on alone, and the merge names what the dead one leaves undone.
+#[test]
+fn a_killed_shard_of_a_search_costs_time_and_no_result() {
+    // Long enough to be killed in the middle.
+    let long = doubling()
+        .replace("8192", "65536")
+        .replace("16384", "65536");
+    let (folder, expected) = problem(&long);
+    let folder = folder.path();
+    let at = place("shared");
+    let pieces = || groups(&folder.join("shared/cache")).len();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let words = in_place(&SEARCH, &at, &["--threads", "1", "--shard", "0/2"]);
+            does(folder, &words);
+        });
+        let words = in_place(
+            &SEARCH,
+            &at,
+            &["--threads", "1", "--quiet", "--shard", "1/2"],
+        );
+        let (code, said) = signalled("-KILL", folder, &words, || pieces() >= 8);
+        assert_eq!(code, None, "{said}");
+    });
+    let (code, said) = merge(folder, "shared");
+    assert_eq!(code, Some(75), "{said}");
+    let command = said.split('`').nth(1).expect("a command");
+    let words: Vec<&str> = command.split(' ').skip(1).collect();
+    assert!(command.ends_with("--shard 1/2"), "{command}");
+    assert!(said.contains(" of closer "), "{said}");
+
+    // Candidates in the middle of the search are missing too.
+    let piece = groups(&folder.join("shared/cache")).into_iter().next();
+    std::fs::remove_file(piece.expect("a piece")).expect("removed");
+    let (code, said) = merge(folder, "shared");
+    assert_eq!(code, Some(75), "{said}");
+
+    does(folder, &words);
+    let (_, said) = merge(folder, "shared");
+    if !said.is_empty() {
+        let command = said.split('`').nth(1).expect("a command");
+        does(folder, &command.split(' ').skip(1).collect::<Vec<_>>());
+        assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+    }
+    assert!(searched(&folder.join("shared")) == expected);
+    assert!(partial(&folder.join("shared")).is_empty());
+}
+
+/// A front, and an objective over tolerances by waves: tables are shared too.
+#[test]
+fn shards_of_other_searches_leave_what_one_search_leaves() {
+    let front = doubling()
+        .replace(
+            "figure = \"uniformity\"",
+            "figure = \"illuminance_valley_to_peak\"\n\n[[objective.terms]]\nfigure = \"design.array.pitch_mm\"",
+        )
+        .replace("restarts = 2\npopulation = 6", "method = \"nsga2\"\npopulation = 8");
+    let tolerances = doubling()
+        .replace("bare-dome.toml", "small.toml")
+        .replace(
+            "array.pitch_mm\"\nfrom = 4.5\nto = 12.0",
+            "mirror.reflectance\"\nfrom = 0.5\nto = 0.9",
+        )
+        .replace(
+            "uniformity\"",
+            "extraction_efficiency\"\n\n[objective]\ntolerances = \"tolerance.toml\"\nsamples = 2",
+        )
+        .replace(
+            "evaluations = 24\nrestarts = 2",
+            "evaluations = 8\nrestarts = 1\nmodel = \"hybrid\"",
+        );
+    for text in [front, tolerances] {
+        let (folder, expected) = problem(&text);
+        let folder = folder.path();
+        search_at_once(folder, 2);
+        assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+        let merged = searched(&folder.join("shared"));
+        assert!(merged == expected, "{:?}", merged.keys());
+    }
 }

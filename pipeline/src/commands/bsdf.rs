@@ -2,7 +2,7 @@
 //! `batwing bsdf`: tables of diffraction orders of chosen rings, as files, with the cost of each.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
@@ -13,14 +13,13 @@ use serde_json::{Value, json};
 
 use super::arguments::cache;
 use super::outputs::writable;
-use super::shardable::{Shardable, Sharing};
+use super::shardable::{Place, Shardable, Sharing, Words};
 use crate::cache::{EXTENSION, write_table};
 use crate::config::design::Design;
 use crate::plural::count;
 use crate::progress::Console;
 use crate::run_context::RunContext;
-use crate::shard::ShardChoice;
-use crate::stages::job::Job;
+use crate::stages::job::{Job, SharedWork};
 use crate::stages::rings::{self, RingChoice, RingTable, each};
 use crate::stages::scene_check;
 use crate::stages::tables::labelled;
@@ -70,40 +69,29 @@ pub struct BsdfArgs {
 }
 
 impl Shardable for BsdfArgs {
-    fn shard(&self) -> Option<&ShardChoice> {
-        self.sharing.shard.as_ref()
+    fn place(&self) -> Place<'_> {
+        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
-        let design = self.design.display().to_string();
-        let mut words = vec![
-            "bsdf".to_owned(),
-            design,
-            "--rings".to_owned(),
-            self.rings.to_string(),
-        ];
-        if let Some(tolerance) = self.tolerance {
-            words.extend(["--tolerance".to_owned(), tolerance.to_string()]);
-        }
-        words
+        Words::new("bsdf", &self.design)
+            .option("--rings", Some(&self.rings))
+            .option("--tolerance", self.tolerance)
+            .all()
     }
 
-    fn out(&self) -> &Path {
-        &self.out
-    }
-
-    fn cache_given(&self) -> Option<&Path> {
-        self.cache.as_deref()
-    }
-
-    fn job(&self, _: RunContext) -> Result<Job> {
+    fn work(&self, _: RunContext) -> Result<Box<dyn SharedWork>> {
         ensure!(
             !self.no_cache,
             "--no-cache: expected a cache, in which shards leave their tables"
         );
         let (design, rings) = self.rings()?;
         let inputs = design.provenance.inputs();
-        Ok(Job::new(rings::of(&design, &rings), Vec::new(), inputs))
+        Ok(Box::new(Job::new(
+            rings::of(&design, &rings),
+            Vec::new(),
+            inputs,
+        )))
     }
 
     fn run(&self, context: RunContext) -> Result<()> {

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::bsdf::BsdfArgs;
+use super::optimise::OptimiseArgs;
 use super::reproduce::ReproduceArgs;
 use super::run::RunArgs;
 use super::shardable::Shardable;
@@ -26,7 +27,7 @@ use crate::checkpoint::program_sha256;
 use crate::content_hash::{hashes, sealed, sha256_hex};
 use crate::provenance::FileRecord;
 use crate::run_context::RunContext;
-use crate::stages::job::Job;
+use crate::stages::job::SharedWork;
 
 /// File in the directory of results.
 pub const FILE: &str = "job.json";
@@ -58,6 +59,8 @@ pub enum SharedCommand {
     Study(StudyArgs),
     /// `batwing tolerance`.
     Tolerance(ToleranceArgs),
+    /// `batwing optimise`.
+    Optimise(OptimiseArgs),
 }
 
 impl SharedCommand {
@@ -69,6 +72,7 @@ impl SharedCommand {
             Self::Bsdf(arguments) => arguments,
             Self::Study(arguments) => arguments,
             Self::Tolerance(arguments) => arguments,
+            Self::Optimise(arguments) => arguments,
         }
     }
 }
@@ -83,7 +87,7 @@ impl SharedLine {
             let text = error.to_string();
             let first = text.lines().next().unwrap_or_default();
             anyhow::anyhow!(
-                "expected reproduce, run, bsdf, study or tolerance with their options: {}",
+                "expected reproduce, run, bsdf, study, tolerance or optimise with their options: {}",
                 first.trim_start_matches("error: ")
             )
         })
@@ -114,13 +118,13 @@ pub struct JobRecord {
 }
 
 impl JobRecord {
-    /// The record of `command`, whose pieces are those of `job`.
+    /// The record of `command`, whose pieces are those of `work`.
     ///
     /// # Errors
     /// A program that cannot be read, no current directory.
     pub fn of(
         command: &dyn Shardable,
-        job: &Job,
+        work: &dyn SharedWork,
         shards: usize,
         context: RunContext,
     ) -> Result<Self> {
@@ -129,9 +133,9 @@ impl JobRecord {
             command: command.words(),
             seed: context.seed,
             shards,
-            cache: command.cache_given().map(Path::to_path_buf),
+            cache: command.place().cache_given.map(Path::to_path_buf),
             directory: std::env::current_dir().context("no current directory")?,
-            inputs: job.inputs.clone(),
+            inputs: work.inputs().to_vec(),
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             program_sha256: program_sha256()?,
             solver_version: SOLVER_VERSION,

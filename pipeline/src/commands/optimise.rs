@@ -5,28 +5,28 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 
-use super::arguments::cache;
 use super::outputs::{results_writable, writable};
+use super::shardable::{Place, Shardable, Sharing, Words};
 use crate::atomic_file;
 use crate::config::design::Design;
 use crate::content_hash::sealed;
 use crate::optimise::external_search;
 use crate::optimise::problem::{self, Problem};
-use crate::optimise::recipe::{self, Job, Optimised};
+use crate::optimise::recipe::{self, Optimised, Recipe};
 use crate::optimise::search_results::plain_text;
+use crate::optimise::shared_search::SharedSearch;
+use crate::optimise::verification_run::VerificationRun;
 use crate::provenance::FileRecord;
 use crate::published::Published;
 use crate::results::optimisation::{FILE, OptimisationFile};
 use crate::results::schema::PaperFigures;
-use crate::results::{self, DesignResult, Results};
+use crate::results::{self, Results};
 use crate::run_context::RunContext;
-use crate::stages::model::Model;
+use crate::stages::job::SharedWork;
 use crate::stages::output;
-use crate::stages::run::Run;
-use crate::stages::seeds::mix;
 
 /// Picture of the convergence of the search.
 const CONVERGENCE: &str = "convergence.png";
@@ -34,8 +34,6 @@ const CONVERGENCE: &str = "convergence.png";
 const SENSITIVITIES: &str = "sensitivities.png";
 /// Picture of the Pareto front.
 const FRONT: &str = "front.png";
-/// Number of the seed of the run of the results, beside that of the search.
-const RESULTS: u64 = 0xf1e5;
 
 /// `batwing optimise`.
 #[derive(Debug, Args)]
@@ -58,6 +56,36 @@ pub struct OptimiseArgs {
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+    /// Shards.
+    #[command(flatten)]
+    pub sharing: Sharing,
+}
+
+impl Shardable for OptimiseArgs {
+    fn place(&self) -> Place<'_> {
+        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
+    }
+
+    fn words(&self) -> Vec<String> {
+        Words::new("optimise", &self.problem).all()
+    }
+
+    fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
+        ensure!(
+            self.budget.is_none(),
+            "--budget: expected a number of evaluations for shards, got a time, in which each of them comes elsewhere"
+        );
+        ensure!(
+            !self.resume && !self.evaluate,
+            "--resume, --evaluate: expected neither with shards, which search and go on from their pieces"
+        );
+        let problem = problem::load(&self.problem)?;
+        Ok(Box::new(SharedSearch::new(problem, context)?))
+    }
+
+    fn run(&self, context: RunContext) -> Result<()> {
+        run(self, context)
+    }
 }
 
 /// A time with its unit.
@@ -79,7 +107,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
     let problem = problem::load(&arguments.problem)?;
     let out = arguments.out.as_path();
-    let cache = cache(arguments.cache.as_deref(), out);
+    let cache = arguments.place().cache();
     if arguments.evaluate {
         let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
         return external_search::judge_lines(&problem, &cache, context, input, output);
@@ -101,22 +129,9 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
         "before {FILE} was written; the log stays in `{}`, --resume goes on from there",
         out.display()
     ));
-    let job = Job {
-        problem: &problem,
-        out,
-        cache: &cache,
-        resume: arguments.resume,
-        budget: arguments.budget,
-    };
-    let found = job.run(context)?;
-    let seed = mix(context.seed ^ mix(RESULTS));
-    let results = verified(
-        &problem,
-        &found,
-        out,
-        &cache,
-        RunContext { seed, ..context },
-    )?;
+    let recipe = Recipe::new(&problem, &cache, arguments.budget);
+    let found = recipe.run(out, arguments.resume, context)?;
+    let results = verified(&problem, &found, out, &cache, context)?;
     let published = Published::load()?;
     results.write(out, &published)?;
     // The log states times, which no two runs share.
@@ -173,30 +188,11 @@ fn verified(
     cache: &crate::cache::Cache,
     context: RunContext,
 ) -> Result<Results> {
-    let one = |design: &Design| -> Result<DesignResult> {
-        let mut design = design.clone();
-        if let Some(paths) = problem.verification_paths {
-            design.trace.paths = paths;
-        }
-        let lights = design.all_lights();
-        let run = Run {
-            design: &design,
-            lights: lights.as_deref(),
-            stopping_rule: None,
-            cache: Some(cache),
-            out,
-        };
-        let models: Vec<Model> = Model::all_of(&design);
-        let models: Vec<Model> = models
-            .into_iter()
-            .filter(|model| problem.models.contains(model))
-            .collect();
-        Ok(DesignResult {
-            name: design.name.clone(),
-            design_sha256: design.provenance.sha256.clone(),
-            models: run.models(&models, context)?,
-        })
+    let context = RunContext {
+        seed: VerificationRun::seed(context.seed),
+        ..context
     };
+    let one = |design| VerificationRun::new(problem, design).results(out, cache, context);
     let designs = vec![one(&problem.design)?, one(&found.design)?];
     Ok(Results {
         quick: false,

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::arguments::cache;
 use super::outputs::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
-use super::shardable::{Shardable, Sharing};
+use super::shardable::{Place, Shardable, Sharing};
 use crate::atomic_file;
 use crate::checkpoint::Checkpoints;
 use crate::config::{self, design::Design};
@@ -18,8 +18,7 @@ use crate::report::plots::{Heading, published_vs_computed};
 use crate::report::summary::{self, SummaryRow};
 use crate::results::{self, DesignResult, QUICK_NOTE, Results};
 use crate::run_context::RunContext;
-use crate::shard::ShardChoice;
-use crate::stages::job::{Job, Task};
+use crate::stages::job::{Job, SharedWork, Task};
 use crate::stages::model::Model;
 use crate::stages::run::Run;
 use crate::stages::tables::{DesignTables, tables};
@@ -53,8 +52,8 @@ pub struct ReproduceArgs {
 }
 
 impl Shardable for ReproduceArgs {
-    fn shard(&self) -> Option<&ShardChoice> {
-        self.sharing.shard.as_ref()
+    fn place(&self) -> Place<'_> {
+        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
@@ -63,15 +62,7 @@ impl Shardable for ReproduceArgs {
         words.map(str::to_owned).collect()
     }
 
-    fn out(&self) -> &Path {
-        &self.out
-    }
-
-    fn cache_given(&self) -> Option<&Path> {
-        self.cache.as_deref()
-    }
-
-    fn job(&self, context: RunContext) -> Result<Job> {
+    fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
         let (compared, references) = self.designs()?;
         let inputs = inputs(&compared, &references);
         let seed = context.seed;
@@ -82,7 +73,7 @@ impl Shardable for ReproduceArgs {
         });
         let plans = plans.chain(paper_figures::plans(&compared, seed));
         let tasks = plans.map(|plan| Box::new(plan) as Box<dyn Task>);
-        Ok(Job::new(Vec::new(), tasks.collect(), inputs))
+        Ok(Box::new(Job::new(Vec::new(), tasks.collect(), inputs)))
     }
 
     fn run(&self, context: RunContext) -> Result<()> {

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing run`: traces one design in the models asked for.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
-use super::shardable::{Shardable, Sharing};
+use super::shardable::{Place, Shardable, Sharing, Words};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::Design;
 use crate::digits::thousands;
@@ -18,10 +19,9 @@ use crate::report::{run_summary, summary};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
-use crate::shard::ShardChoice;
 use crate::spectrum::Spectrum;
 use crate::stages::dome_surface::dome_surface;
-use crate::stages::job::{Job, Task};
+use crate::stages::job::{Job, SharedWork, Task};
 use crate::stages::model::Model;
 use crate::stages::run::Run;
 use crate::stages::solids::SolidOnBottom;
@@ -66,30 +66,20 @@ pub struct RunArgs {
 }
 
 impl Shardable for RunArgs {
-    fn shard(&self) -> Option<&ShardChoice> {
-        self.sharing.shard.as_ref()
+    fn place(&self) -> Place<'_> {
+        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
-        let mut words = vec!["run".to_owned(), self.design.display().to_string()];
-        if let Some(model) = self.model.to_possible_value() {
-            words.extend(["--model".to_owned(), model.get_name().to_owned()]);
-        }
-        if let Some(paths) = self.paths {
-            words.extend(["--paths".to_owned(), paths.to_string()]);
-        }
-        words
+        let model = self.model.to_possible_value();
+        let model = model.as_ref().map(PossibleValue::get_name);
+        Words::new("run", &self.design)
+            .option("--model", model)
+            .option("--paths", self.paths)
+            .all()
     }
 
-    fn out(&self) -> &Path {
-        &self.out
-    }
-
-    fn cache_given(&self) -> Option<&Path> {
-        self.cache.as_deref()
-    }
-
-    fn job(&self, context: RunContext) -> Result<Job> {
+    fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
         ensure!(
             self.until_error.is_none(),
             "--until-error: expected a number of paths for shards, got batches, each of which follows from those before"
@@ -108,7 +98,7 @@ impl Shardable for RunArgs {
         let plans = run.plans(&models, context)?.into_iter();
         let tasks = plans.map(|plan| Box::new(plan) as Box<dyn Task>);
         let inputs = design.provenance.inputs();
-        Ok(Job::new(Vec::new(), tasks.collect(), inputs))
+        Ok(Box::new(Job::new(Vec::new(), tasks.collect(), inputs)))
     }
 
     fn run(&self, context: RunContext) -> Result<()> {

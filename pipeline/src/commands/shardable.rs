@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What commands have in common whose work several processes may share.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use anyhow::Result;
@@ -10,7 +11,7 @@ use super::arguments;
 use crate::cache::Cache;
 use crate::run_context::RunContext;
 use crate::shard::ShardChoice;
-use crate::stages::job::Job;
+use crate::stages::job::SharedWork;
 
 /// Options of a command whose work may be shared.
 #[derive(Debug, Clone, Args)]
@@ -21,34 +22,75 @@ pub struct Sharing {
     pub shard: Option<ShardChoice>,
 }
 
+/// Where a command leaves its results and pieces, and which shards of its work were asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Place<'a> {
+    /// Directory for results.
+    pub out: &'a Path,
+    /// Directory of the cache, if it is given.
+    pub cache_given: Option<&'a Path>,
+    /// The shards asked for; none for all of the work.
+    pub shard: Option<&'a ShardChoice>,
+}
+
+impl<'a> Place<'a> {
+    /// The place of a command with these arguments.
+    pub fn new(out: &'a Path, cache_given: Option<&'a Path>, sharing: &'a Sharing) -> Self {
+        Self {
+            out,
+            cache_given,
+            shard: sharing.shard.as_ref(),
+        }
+    }
+
+    /// The cache.
+    pub fn cache(&self) -> Cache {
+        arguments::cache(self.cache_given, self.out)
+    }
+}
+
+/// The words of a command line.
+#[derive(Debug)]
+pub struct Words(Vec<String>);
+
+impl Words {
+    /// The words of `command` on `file`.
+    pub fn new(command: &str, file: &Path) -> Self {
+        Self(vec![command.to_owned(), file.display().to_string()])
+    }
+
+    /// The same with an option, if it has a value.
+    #[must_use]
+    pub fn option(mut self, name: &str, value: Option<impl Display>) -> Self {
+        let value = value.into_iter();
+        let words = value.flat_map(|value| [name.to_owned(), value.to_string()]);
+        self.0.extend(words);
+        self
+    }
+
+    /// All of them.
+    pub fn all(self) -> Vec<String> {
+        self.0
+    }
+}
+
 /// A command whose work may be shared.
 pub trait Shardable {
-    /// The shards asked for; none for all of the work.
-    fn shard(&self) -> Option<&ShardChoice>;
+    /// Where it works.
+    fn place(&self) -> Place<'_>;
 
     /// The command line without the program and without `--seed`, `--out`, `--cache` and `--shard`.
     fn words(&self) -> Vec<String>;
-
-    /// Directory for results.
-    fn out(&self) -> &Path;
-
-    /// Directory of the cache, if it is given.
-    fn cache_given(&self) -> Option<&Path>;
 
     /// The pieces of the work.
     ///
     /// # Errors
     /// What the command refuses; work whose parts follow from one another.
-    fn job(&self, context: RunContext) -> Result<Job>;
+    fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>>;
 
     /// Runs the command, which finds in the cache whatever is there.
     ///
     /// # Errors
     /// Those of the command.
     fn run(&self, context: RunContext) -> Result<()>;
-
-    /// The cache.
-    fn cache(&self) -> Cache {
-        arguments::cache(self.cache_given(), self.out())
-    }
 }

@@ -22,7 +22,7 @@ use crate::interrupt::Stopped;
 use crate::plural::count;
 use crate::run_context::RunContext;
 use crate::shard::{SHARDS, ShardChoice};
-use crate::stages::job::{Cost, Job, MissingPieces};
+use crate::stages::job::{Cost, MissingPieces, SharedWork};
 
 /// Exit code of a shard or a merge that is worth repeating, as EX_TEMPFAIL of sysexits.h.
 const REPEAT: u8 = 75;
@@ -87,7 +87,8 @@ pub struct SubmitArgs {
 /// # Errors
 /// Those of the command; another job in its directory; a shard that the job does not have.
 pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContext) -> Result<()> {
-    let (out, cache) = (command.out(), command.cache());
+    let place = command.place();
+    let (out, cache) = (place.out, place.cache());
     context.interrupt.exit_with(REPEAT);
     if let Some(beyond) = choice
         .numbers
@@ -99,10 +100,10 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
             choice.count - 1
         );
     }
-    let job = command.job(context)?;
+    let work = command.work(context)?;
     writable(out)?;
     writable(cache.directory())?;
-    let record = JobRecord::of(command, &job, choice.count, context)?;
+    let record = JobRecord::of(command, &*work, choice.count, context)?;
     let compute = || -> Result<Cost> {
         record.join(out)?;
         context.interrupt.note(format!(
@@ -111,13 +112,7 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
         ));
         let identity = record.identity();
         let pieces = Checkpoints::of_job(cache.directory(), &identity, false, context.console);
-        let shares = job.deal(choice.count);
-        let mut cost = Cost::default();
-        for &number in &choice.numbers {
-            job.compute(&shares[number], &cache, context.storing(Some(&pieces)))?;
-            cost = cost + job.cost(&shares[number]);
-        }
-        Ok(cost)
+        work.compute(choice, &cache, context.storing(Some(&pieces)))
     };
     let cost = compute().map_err(worth_repeating)?;
     let json = json!({"shard": choice.to_string(), "cost": described(&cost)});
@@ -137,8 +132,7 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
 /// Those of the command; another job in its directory.
 pub fn plan(arguments: &PlanArgs, context: RunContext) -> Result<()> {
     let open = OpenJob::open(&arguments.job, context)?;
-    let shares = open.job.deal(open.record.shards);
-    let costs: Vec<Cost> = shares.iter().map(|share| open.job.cost(share)).collect();
+    let costs = open.work.costs(open.record.shards);
     let all = costs.iter().fold(Cost::default(), |all, cost| all + *cost);
     let shards = costs.len();
     let json = json!({
@@ -185,7 +179,7 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
     let open = OpenJob::open(&choice, context)?;
     let (record, line) = (&open.record, &open.line);
     let command = line.command.get();
-    let (cache, identity) = (command.cache(), record.identity());
+    let (cache, identity) = (command.place().cache(), record.identity());
     let context = RunContext {
         seed: line.seed,
         ..context
@@ -193,16 +187,15 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
     let pieces = Checkpoints::of_job(cache.directory(), &identity, true, context.console);
     let context = context.storing(Some(&pieces));
     let merge = || -> Result<()> {
-        let lacking = open
-            .job
-            .lacking(&open.job.deal(record.shards), &cache, context)?;
+        let lacking = open.work.lacking(record.shards, &cache, context)?;
         if !lacking.is_empty() {
             return Err(incomplete(record, out, &lacking).into());
         }
         command.run(context)?;
-        // What killed shards and merges left.
-        atomic_file::discard_abandoned_below(out);
-        atomic_file::discard_abandoned_below(cache.directory());
+        // What killed shards and merges left: they wrote to the folders that this merge wrote to.
+        atomic_file::discard_abandoned_beside();
+        atomic_file::discard_abandoned(out);
+        atomic_file::discard_abandoned(cache.directory());
         // Pieces go after the record: a merge that is killed here can be repeated, or is done.
         let path = out.join(FILE);
         std::fs::remove_file(&path)
@@ -253,7 +246,7 @@ pub fn submit(arguments: &SubmitArgs, context: RunContext) -> Result<()> {
 pub(super) struct OpenJob {
     pub record: JobRecord,
     pub line: SharedLine,
-    pub job: Job,
+    pub work: Box<dyn SharedWork>,
     pub out: PathBuf,
 }
 
@@ -280,16 +273,14 @@ impl OpenJob {
             (SharedLine::of(words.collect::<Vec<_>>())?, None)
         };
         let command = line.command.get();
-        ensure!(
-            command.shard().is_none(),
-            "expected a command without --shard"
-        );
-        let out = command.out().to_path_buf();
+        let place = command.place();
+        ensure!(place.shard.is_none(), "expected a command without --shard");
+        let out = place.out.to_path_buf();
         let context = RunContext {
             seed: line.seed,
             ..context
         };
-        let job = command.job(context).with_context(|| match &begun {
+        let work = command.work(context).with_context(|| match &begun {
             Some(record) => format!("the job was begun in `{}`", record.directory.display()),
             None => out.display().to_string(),
         })?;
@@ -298,8 +289,8 @@ impl OpenJob {
             None => JobRecord::read(&out)?,
         };
         let before = begun.as_ref().map(|record| record.shards);
-        let shards = choice.shards.or(before).unwrap_or_else(|| usual(&job));
-        let own = JobRecord::of(command, &job, shards, context)?;
+        let shards = choice.shards.or(before).unwrap_or_else(|| usual(&*work));
+        let own = JobRecord::of(command, &*work, shards, context)?;
         if let Some(begun) = &begun {
             own.same_job(begun, &out)?;
         }
@@ -310,18 +301,17 @@ impl OpenJob {
         Ok(Self {
             record: own,
             line,
-            job,
+            work,
             out,
         })
     }
 }
 
-/// Shards of ten minutes, as many as there are pieces at most.
-fn usual(job: &Job) -> usize {
-    let all = &job.deal(1)[0];
-    let (cost, least) = (job.cost(all), 1.0);
-    let pieces = (cost.tables as f64 + cost.units as f64).max(least);
-    (cost.seconds / USUAL_SECONDS).ceil().clamp(least, pieces) as usize
+/// Shards of ten minutes, as many as have something to do at most.
+fn usual(work: &dyn SharedWork) -> usize {
+    let seconds: f64 = work.costs(1).iter().map(|cost| cost.seconds).sum();
+    let most = work.most_shards().clamp(1, *SHARDS.end());
+    ((seconds / USUAL_SECONDS).ceil() as usize).clamp(1, most)
 }
 
 /// The message of shards that are not done, with the command that repeats them.
@@ -343,6 +333,9 @@ fn incomplete(record: &JobRecord, out: &Path, lacking: &[MissingPieces]) -> Stop
         pieces.truncate(NAMED);
         if more > 0 {
             pieces.push(format!("{more} more"));
+        }
+        if pieces.is_empty() {
+            pieces.push("what follows".to_owned());
         }
         format!("{} ({})", shard.shard, pieces.join(", "))
     });

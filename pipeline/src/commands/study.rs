@@ -3,7 +3,7 @@
 //! misfits to targets.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::arguments::{cache, paths};
 use super::outputs::writable;
-use super::shardable::{Shardable, Sharing};
+use super::shardable::{Place, Shardable, Sharing, Words};
 use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
@@ -23,8 +23,7 @@ use crate::quantity::Unit;
 use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::run_context::RunContext;
-use crate::shard::ShardChoice;
-use crate::stages::job::{Job, Task};
+use crate::stages::job::{Job, SharedWork, Task};
 use crate::study::compute::{compute, shared_traces};
 use crate::study::study_results::{FigureRow, Ranked, StudyResults};
 use crate::study::{self, Study};
@@ -61,31 +60,25 @@ pub struct StudyArgs {
 }
 
 impl Shardable for StudyArgs {
-    fn shard(&self) -> Option<&ShardChoice> {
-        self.sharing.shard.as_ref()
+    fn place(&self) -> Place<'_> {
+        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
-        let mut words = vec!["study".to_owned(), self.study.display().to_string()];
-        if let Some(paths) = self.paths {
-            words.extend(["--paths".to_owned(), paths.to_string()]);
-        }
-        words
+        Words::new("study", &self.study)
+            .option("--paths", self.paths)
+            .all()
     }
 
-    fn out(&self) -> &Path {
-        &self.out
-    }
-
-    fn cache_given(&self) -> Option<&Path> {
-        self.cache.as_deref()
-    }
-
-    fn job(&self, context: RunContext) -> Result<Job> {
+    fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
         let study = Arc::new(study::load(&self.study, self.paths)?);
         let traces = shared_traces(&study, context.seed).into_iter();
         let tasks = traces.map(|trace| Box::new(trace) as Box<dyn Task>);
-        Ok(Job::new(Vec::new(), tasks.collect(), study.inputs.clone()))
+        Ok(Box::new(Job::new(
+            Vec::new(),
+            tasks.collect(),
+            study.inputs.clone(),
+        )))
     }
 
     fn run(&self, context: RunContext) -> Result<()> {

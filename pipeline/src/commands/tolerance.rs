@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing tolerance`: what deviations of a real package do to the figures of a design.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -9,14 +9,13 @@ use clap::Args;
 
 use super::arguments::{cache, paths, whole};
 use super::outputs::writable;
-use super::shardable::{Shardable, Sharing};
+use super::shardable::{Place, Shardable, Sharing, Words};
 use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::formats::csv;
 use crate::provenance::FileRecord;
 use crate::run_context::RunContext;
-use crate::shard::ShardChoice;
-use crate::stages::job::Job;
+use crate::stages::job::{Job, SharedWork};
 use crate::tolerance::compute::{SharedSamples, compute};
 use crate::tolerance::definition::{self, Overrides, ToleranceAnalysis};
 use crate::tolerance::tolerance_results::ToleranceResults;
@@ -53,36 +52,28 @@ pub struct ToleranceArgs {
 }
 
 impl Shardable for ToleranceArgs {
-    fn shard(&self) -> Option<&ShardChoice> {
-        self.sharing.shard.as_ref()
+    fn place(&self) -> Place<'_> {
+        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
-        let mut words = vec!["tolerance".to_owned(), self.file.display().to_string()];
-        if let Some(samples) = self.samples {
-            words.extend(["--samples".to_owned(), samples.to_string()]);
-        }
-        if let Some(paths) = self.paths {
-            words.extend(["--paths".to_owned(), paths.to_string()]);
-        }
-        words
+        Words::new("tolerance", &self.file)
+            .option("--samples", self.samples)
+            .option("--paths", self.paths)
+            .all()
     }
 
-    fn out(&self) -> &Path {
-        &self.out
-    }
-
-    fn cache_given(&self) -> Option<&Path> {
-        self.cache.as_deref()
-    }
-
-    fn job(&self, context: RunContext) -> Result<Job> {
+    fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
         let samples = SharedSamples {
             analysis: self.analysis()?,
             seed: context.seed,
         };
         let inputs = samples.analysis.inputs.clone();
-        Ok(Job::new(Vec::new(), vec![Box::new(samples)], inputs))
+        Ok(Box::new(Job::new(
+            Vec::new(),
+            vec![Box::new(samples)],
+            inputs,
+        )))
     }
 
     fn run(&self, context: RunContext) -> Result<()> {

@@ -5,8 +5,10 @@
 use anyhow::Result;
 
 use super::objective::{Judged, Objective};
+use super::outcome::Outcome;
 use super::problem::{Problem, StageSettings};
 use super::robust::RobustObjective;
+use super::shared_evaluations::{Batch, Evaluation, SharedEvaluations};
 use super::variables::Variables;
 use crate::atomic_file::is_of_files;
 use crate::cache::Cache;
@@ -18,54 +20,28 @@ use crate::stages::design_file::DesignFile;
 use crate::stages::model_traces::ModelTraces;
 use crate::stages::seeds::mix;
 
-/// What came of a candidate.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Outcome {
-    /// Its objective and figures.
-    Judged(Judged),
-    /// Why it was not traced, or gives no objective.
-    Refused(String),
-}
-
-/// An objective that no design reaches: candidates that miss constraints come after all that meet
-/// them, by their miss.
-const INFEASIBLE: f64 = 1e6;
-
-impl Outcome {
-    /// What the search minimises.
-    pub fn value(&self) -> f64 {
-        match self {
-            Self::Judged(judged) if judged.miss > 0.0 => INFEASIBLE * (1.0 + judged.miss),
-            Self::Judged(judged) => judged.value,
-            Self::Refused(_) => f64::INFINITY,
-        }
-    }
-
-    /// The objective where all constraints are met.
-    pub fn feasible(&self) -> Option<&Judged> {
-        match self {
-            Self::Judged(judged) if judged.miss <= 0.0 => Some(judged),
-            _ => None,
-        }
-    }
-}
-
 /// Traces candidates of one stage.
 pub(super) struct Evaluator<'a> {
     pub variables: &'a Variables,
     pub objective: &'a Objective,
     pub robust: Option<&'a RobustObjective>,
     pub stage: &'a StageSettings,
-    pub traces: ModelTraces<'a>,
+    traces: ModelTraces<'a>,
+    /// Who else judges candidates.
+    shared: Option<&'a SharedEvaluations<'a>>,
+    /// Tables of orders solved so far.
+    pub tables: usize,
 }
 
 impl<'a> Evaluator<'a> {
-    /// What judges the candidates of a stage of `problem`; tables come from `cache`.
+    /// What judges the candidates of a stage of `problem`, alone or with others; tables come from
+    /// `cache`.
     pub fn new(
         problem: &'a Problem,
         variables: &'a Variables,
         stage: &'a StageSettings,
         cache: &'a Cache,
+        shared: Option<&'a SharedEvaluations<'a>>,
     ) -> Self {
         Self {
             variables,
@@ -73,7 +49,41 @@ impl<'a> Evaluator<'a> {
             robust: problem.robust.as_ref(),
             stage,
             traces: ModelTraces::new(stage.model, cache),
+            shared,
+            tables: 0,
         }
+    }
+
+    /// The outcomes of `batch`, in order: here, or here and by others. `judge` makes one of them.
+    ///
+    /// # Errors
+    /// Those of `judge` and of sharing; an interrupt.
+    pub fn outcomes(
+        &mut self,
+        batch: &Batch,
+        context: RunContext,
+        judge: impl Fn(&mut Self, usize) -> Result<Outcome>,
+    ) -> Result<Vec<Outcome>> {
+        let shared = self.shared;
+        let mut one = |number| -> Result<Evaluation> {
+            let before = self.traces.tables_solved();
+            let outcome = judge(self, number)?;
+            let tables = self.traces.tables_solved() - before;
+            Ok(Evaluation { outcome, tables })
+        };
+        let all = match shared {
+            Some(shared) => shared.of(batch, context, &mut one)?,
+            None => (0..batch.count)
+                .map(|number| {
+                    context.interrupt.check()?;
+                    let one = one(number);
+                    batch.progress.inc(1);
+                    one
+                })
+                .collect::<Result<_>>()?,
+        };
+        self.tables += all.iter().map(|one| one.tables).sum::<usize>();
+        Ok(all.into_iter().map(|one| one.outcome).collect())
     }
 
     /// The design at `point`, or why there is none.
@@ -102,7 +112,20 @@ impl<'a> Evaluator<'a> {
             Ok(design) => design,
             Err(why) => return Ok(Outcome::Refused(why)),
         };
-        match self.judge(&design, paths, context) {
+        self.outcome(&design, paths, context)
+    }
+
+    /// Judges the design of `file` by `paths` paths.
+    ///
+    /// # Errors
+    /// An interrupt, those of files. Other failures refuse the design.
+    pub fn outcome(
+        &mut self,
+        file: &DesignFile,
+        paths: u64,
+        context: RunContext,
+    ) -> Result<Outcome> {
+        match self.judge(file, paths, context) {
             Ok(judged) => Ok(Outcome::Judged(judged)),
             // A failure of files may pass: it says nothing of the candidate.
             Err(error) if error.is::<Interrupted>() || is_of_files(&error) => Err(error),
@@ -115,7 +138,7 @@ impl<'a> Evaluator<'a> {
     ///
     /// # Errors
     /// Those of the solver and the tracer; figures that cannot be read; an interrupt.
-    pub fn judge(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
+    fn judge(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
         let Some(robust) = self.robust else {
             return self.judge_one(file, paths, context);
         };
@@ -131,7 +154,12 @@ impl<'a> Evaluator<'a> {
     fn judge_one(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
         let mut design = file.with(&Settings::new())?;
         design.trace.paths = paths;
-        let seen = self.traces.observe(&design, context.silent())?;
+        let context = RunContext {
+            // An outcome is kept, if at all, not groups of paths.
+            checkpoints: None,
+            ..context.silent()
+        };
+        let seen = self.traces.observe(&design, context)?;
         self.objective.judge(file, &design, &seen)
     }
 }

@@ -56,7 +56,7 @@ pub fn judge_lines(
     let variables = problem.variables.resumed(&Settings::new(), stage.knots)?;
     writeln!(output, "{}", head(problem, &variables)?)?;
     output.flush()?;
-    let mut evaluator = Evaluator::new(problem, &variables, stage, cache);
+    let mut evaluator = Evaluator::new(problem, &variables, stage, cache, None);
     for (number, line) in (1..).zip(input.lines()) {
         let line = line.context("standard input cannot be read")?;
         if line.trim().is_empty() {

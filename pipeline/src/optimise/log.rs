@@ -10,7 +10,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 
-use super::evaluate::Outcome;
+use super::outcome::Outcome;
 use crate::atomic_file;
 use crate::metrics::Estimate;
 use crate::search::Point;
@@ -113,7 +113,8 @@ pub(super) struct Generation {
 
 /// The log of one search, read and written.
 pub(super) struct Log {
-    file: File,
+    /// None where a search is not logged.
+    file: Option<File>,
     /// Generations of an earlier part of the search that are still to be replayed.
     known: VecDeque<Generation>,
     /// Bytes of the file before them.
@@ -145,10 +146,19 @@ impl Log {
         atomic_file::write_bytes(path, text.as_bytes())?;
         let file = OpenOptions::new().append(true).open(path);
         Ok(Self {
-            file: file.with_context(at)?,
+            file: Some(file.with_context(at)?),
             known,
             replayed,
         })
+    }
+
+    /// No log: a search whose evaluations are kept elsewhere.
+    pub fn none() -> Self {
+        Self {
+            file: None,
+            known: VecDeque::new(),
+            replayed: 0,
+        }
     }
 
     /// Generation `number` of an earlier part of the search, if it holds the candidates `points`.
@@ -164,8 +174,9 @@ impl Log {
         };
         if number > 0 && generation.end.generation == 0 {
             self.known.clear();
-            let cut = self.file.set_len(self.replayed);
-            cut.with_context(|| format!("{FILE}: cannot be written"))?;
+            let cut = self.file.as_ref().map(|file| file.set_len(self.replayed));
+            cut.transpose()
+                .with_context(|| format!("{FILE}: cannot be written"))?;
             return Ok(None);
         }
         let same = generation.candidates.iter().map(|c| &c.point).eq(points);
@@ -184,10 +195,13 @@ impl Log {
     /// # Errors
     /// Those of the file.
     pub fn add(&mut self, generation: &Generation) -> Result<()> {
+        let Some(file) = &mut self.file else {
+            return Ok(());
+        };
         let text = lines(generation)?;
-        let written = self.file.write_all(text.as_bytes());
+        let written = file.write_all(text.as_bytes());
         written
-            .and_then(|()| self.file.flush())
+            .and_then(|()| file.flush())
             .with_context(|| format!("{FILE}: cannot be written"))
     }
 }

@@ -3,10 +3,11 @@
 //!
 //! [`mod@file`] mirrors the TOML and [`problem`] checks it. `variables` makes designs of points
 //! of the unit box, with `heights` of smooth domes and within the [`limits`] of a mould.
-//! `evaluate` traces them, `objective` judges what the traces show, also by the distance from a
-//! `target`. `stage` runs one search, `front` one for a Pareto front, and [`log`] records every
-//! candidate, so that a search goes on where it was stopped. [`recipe`] joins the stages and
-//! verifies what they found, [`search_results`] writes it down.
+//! `evaluate` traces them, alone or by `shared_evaluations` with other processes, `objective`
+//! judges what the traces show, also by the distance from a `target`. `stage` runs one search,
+//! `front` one for a Pareto front, and [`log`] records every candidate, so that a search goes on
+//! where it was stopped. [`recipe`] joins the stages and verifies what they found,
+//! [`search_results`] writes it down, and [`shared_search`] is the work of one shard.
 
 mod evaluate;
 pub mod external_search;
@@ -16,13 +17,17 @@ mod heights;
 pub mod limits;
 pub mod log;
 mod objective;
+mod outcome;
 pub mod problem;
 pub mod recipe;
 mod robust;
 pub mod search_results;
+mod shared_evaluations;
+pub mod shared_search;
 mod spline;
 mod stage;
 mod target;
 #[cfg(test)]
 mod tests;
 mod variables;
+pub mod verification_run;

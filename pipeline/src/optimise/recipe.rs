@@ -7,11 +7,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-use super::evaluate::{Evaluator, Outcome};
+use super::evaluate::Evaluator;
 use super::front::FrontDesign;
 use super::log::{self, Log};
 use super::objective::Judged;
+use super::outcome::Outcome;
 use super::problem::{Problem, StageSettings};
+use super::shared_evaluations::{Batch, SharedEvaluations};
 use super::stage::{StageResult, StageSearch};
 use super::variables::Variables;
 use crate::atomic_file;
@@ -38,18 +40,16 @@ const MOVE: f64 = 0.02;
 const VERIFICATION: u64 = 0x5eed;
 const SENSITIVITY: u64 = 0x5e45;
 
-/// Where and how long an optimisation runs.
-pub struct Job<'a> {
+/// How an optimisation is made.
+pub struct Recipe<'a> {
     /// The problem.
     pub problem: &'a Problem,
-    /// Directory of results.
-    pub out: &'a Path,
     /// Where tables come from and go to.
     pub cache: &'a Cache,
-    /// Whether the log under `out` is gone on with.
-    pub resume: bool,
     /// Time for the search; what is begun is finished.
     pub budget: Option<Duration>,
+    /// Who else judges candidates.
+    pub(super) shared: Option<&'a SharedEvaluations<'a>>,
 }
 
 /// What a stage of the search found, for results.
@@ -90,7 +90,7 @@ pub struct Optimised {
 }
 
 /// What all stages found.
-struct Searched {
+pub(super) struct Searched {
     stages: Vec<StageOutcome>,
     /// Keys of the design found.
     settings: Settings,
@@ -100,38 +100,97 @@ struct Searched {
     best: Point,
 }
 
-impl Job<'_> {
-    /// Searches, chooses and verifies; writes the log and the design.
+/// A design that was found, as its file will be.
+pub(super) struct FoundDesign {
+    /// Name under the directory of results.
+    name: String,
+    file: DesignFile,
+    pub design: Design,
+}
+
+/// What fresh paths show of the designs that were found.
+pub(super) struct Verified {
+    coefficients: Vec<Coefficient>,
+    before: Option<Judged>,
+    after: Judged,
+    /// Of the designs of the front.
+    front: Vec<Judged>,
+}
+
+impl<'a> Recipe<'a> {
+    /// The recipe of `problem`, of whose candidates this process judges all.
+    pub fn new(problem: &'a Problem, cache: &'a Cache, budget: Option<Duration>) -> Self {
+        Self {
+            problem,
+            cache,
+            budget,
+            shared: None,
+        }
+    }
+
+    /// Searches, chooses and verifies; writes the log and the design into `out`. With `resume` the
+    /// search goes on with the log there.
+    ///
+    /// Where the pieces of a job are merged, nothing is traced.
     ///
     /// # Errors
     /// Those of the tracer, the solver and the files; constraints that no candidate meets; an
     /// interrupt.
-    pub fn run(&self, context: RunContext) -> Result<Optimised> {
-        let found = self.search(context)?;
-        self.feasible(&found.stages)
-            .map_err(|error| self.about(error))?;
+    pub fn run(&self, out: &Path, resume: bool, context: RunContext) -> Result<Optimised> {
+        let key = self.problem.key(context.seed);
+        if context.is_merging() {
+            let all = SharedEvaluations::new(key.hex(), None, context)?;
+            let shared = Recipe {
+                shared: Some(&all),
+                ..*self
+            };
+            return shared.run_with(
+                Log::open(&out.join(log::FILE), key.hex(), false)?,
+                out,
+                context,
+            );
+        }
+        self.run_with(
+            Log::open(&out.join(log::FILE), key.hex(), resume)?,
+            out,
+            context,
+        )
+    }
+
+    fn run_with(&self, mut log: Log, out: &Path, context: RunContext) -> Result<Optimised> {
+        let found = self.search(&mut log, context)?;
         // It lists the files that are replaced from here on.
-        atomic_file::supersede(&self.out.join(FILE))?;
-        let (file, design) = self.write(&found.settings, &self.problem.name, DESIGN)?;
-        let coefficients = self.coefficients(&found, context)?;
-        let (before, after) = self.verify(&file, &design, &found.variables, context)?;
-        let front = self.front(&found, context)?;
+        atomic_file::supersede(&out.join(FILE))?;
+        remove_front(out)?;
+        let designs = self.designs(&found)?.into_iter();
+        let designs = designs.map(|design| self.write(design, out));
+        let designs = designs.collect::<Result<Vec<_>>>()?;
+        let verified = self.verify(&found, &designs, context)?;
+        let points = &found.last_result().front;
+        let front = designs[1..].iter().zip(points).zip(verified.front);
+        let front = front.map(|((design, point), judged)| FrontDesign {
+            file: design.name.clone(),
+            coefficients: found.variables.coefficients(point),
+            judged,
+        });
+        let design = designs[0].design.clone();
         Ok(Optimised {
+            front: front.collect(),
             stages: found.stages,
             active_limits: found.variables.limits.active(&design),
-            coefficients,
+            coefficients: verified.coefficients,
             design,
-            before,
-            after,
-            front,
+            before: verified.before,
+            after: verified.after,
         })
     }
 
     /// Runs all stages, each from where the one before ended.
-    fn search(&self, context: RunContext) -> Result<Searched> {
+    ///
+    /// # Errors
+    /// As [`Recipe::run`].
+    pub(super) fn search(&self, log: &mut Log, context: RunContext) -> Result<Searched> {
         let problem = self.problem;
-        let key = problem.key(context.seed);
-        let mut log = Log::open(&self.out.join(log::FILE), key.hex(), self.resume)?;
         let started = Instant::now();
         let deadline = self.budget.map(|budget| started + budget);
         let mut found = Searched {
@@ -150,7 +209,7 @@ impl Job<'_> {
             let search = StageSearch {
                 number,
                 evaluator: self.evaluator(&found.variables, stage),
-                log: &mut log,
+                log: &mut *log,
                 context,
                 started,
                 deadline,
@@ -169,7 +228,104 @@ impl Job<'_> {
                 result,
             });
         }
+        self.feasible(&found.stages)
+            .map_err(|error| self.about(error))?;
         Ok(found)
+    }
+
+    /// The design that was found, then those of the Pareto front, where one was sought. They read
+    /// files that they name beside the design of the problem.
+    ///
+    /// # Errors
+    /// A design that does not pass its checks.
+    pub(super) fn designs(&self, found: &Searched) -> Result<Vec<FoundDesign>> {
+        let name = &self.problem.name;
+        let mut designs = vec![self.design(&found.settings, name.clone(), DESIGN.to_owned())?];
+        for (number, point) in (1..).zip(&found.last_result().front) {
+            let mut settings = found.settings.clone();
+            settings.extend(found.variables.settings(point)?);
+            let name = format!("{name}-{number:02}");
+            designs.push(self.design(&settings, name, format!("{FRONT}{number:02}.toml"))?);
+        }
+        Ok(designs)
+    }
+
+    /// The design with `settings` under a name.
+    fn design(&self, settings: &Settings, name: String, file: String) -> Result<FoundDesign> {
+        let problem = self.problem;
+        let source = &problem.variables.source;
+        let mut table = source.table_with(settings)?;
+        let of = format!("{} optimised: {}", problem.design.name, problem.description);
+        table.insert("name".to_owned(), toml::Value::String(name));
+        table.insert("description".to_owned(), toml::Value::String(of));
+        let source = DesignFile::new(source.path.clone(), table);
+        let design = source.with(&Settings::new());
+        Ok(FoundDesign {
+            design: design.with_context(|| format!("{file}: the design found"))?,
+            name: file,
+            file: source,
+        })
+    }
+
+    /// Writes a design that was found into `out`, and reads it again.
+    fn write(&self, found: FoundDesign, out: &Path) -> Result<FoundDesign> {
+        let path = out.join(&found.name);
+        self.copy_named_files(out)?;
+        atomic_file::write_bytes(&path, toml::to_string(&found.file.table)?.as_bytes())?;
+        let design = scene_check::load(&path)
+            .with_context(|| format!("{}: the design found", path.display()))?;
+        Ok(FoundDesign {
+            file: DesignFile::new(path, found.file.table),
+            design,
+            ..found
+        })
+    }
+
+    /// Judges the design of the problem and `designs` by paths of a fresh seed, and looks for
+    /// sensitivities.
+    ///
+    /// # Errors
+    /// As [`Recipe::run`].
+    pub(super) fn verify(
+        &self,
+        found: &Searched,
+        designs: &[FoundDesign],
+        context: RunContext,
+    ) -> Result<Verified> {
+        let coefficients = self.coefficients(found, context)?;
+        let mut stage = self.last_stage().clone();
+        // At the tolerance of the design.
+        stage.set.clear();
+        let mut evaluator = self.evaluator(&found.variables, &stage);
+        let source = &self.problem.variables.source;
+        let best = &designs[0];
+        let paths = self.verification_paths(&best.design);
+        let pair = [(&best.file, paths), (source, paths)];
+        let point = std::slice::from_ref(&found.best);
+        let pair = verification("the verification", &pair, point, &mut evaluator, context)?;
+        let [after, before] = <[Outcome; 2]>::try_from(pair)
+            .map_err(|_| anyhow::anyhow!("expected the outcomes of two designs"))?;
+        let after = after.judged()?;
+        let front = designs[1..].iter();
+        let front = front.map(|one| (&one.file, self.verification_paths(&one.design)));
+        let points = &found.last_result().front;
+        let front: Vec<_> = front.collect();
+        let name = "the verification of the front";
+        let front = verification(name, &front, points, &mut evaluator, context)?;
+        let front = front.into_iter().map(Outcome::judged);
+        Ok(Verified {
+            coefficients,
+            // The design of the problem may lack what is judged.
+            before: before.judged().ok(),
+            after,
+            front: front.collect::<Result<_>>()?,
+        })
+    }
+
+    /// Paths of the verification of `design`.
+    fn verification_paths(&self, design: &Design) -> u64 {
+        let paths = self.problem.verification_paths;
+        paths.unwrap_or(design.trace.paths)
     }
 
     /// The coefficients of the last stage with their sensitivities.
@@ -190,89 +346,16 @@ impl Job<'_> {
         Ok(all.collect())
     }
 
-    /// Judges the design of the problem, where it can be judged, and the one found, by paths of a
-    /// fresh seed and at the tolerance of the design.
-    fn verify(
-        &self,
-        file: &DesignFile,
-        design: &Design,
-        variables: &Variables,
-        context: RunContext,
-    ) -> Result<(Option<Judged>, Judged)> {
-        let (paths, context) = self.verification(design, context);
-        let problem = self.problem;
-        let mut stage = self.last_stage().clone();
-        stage.set.clear();
-        let mut evaluator = self.evaluator(variables, &stage);
-        let after = evaluator.judge(file, paths, context)?;
-        let before = evaluator.judge(&problem.variables.source, paths, context);
-        Ok((before.ok(), after))
-    }
-
-    /// Paths and seed of the verification.
-    fn verification<'b>(&self, design: &Design, context: RunContext<'b>) -> (u64, RunContext<'b>) {
-        let paths = self.problem.verification_paths;
-        let seed = mix(context.seed ^ mix(VERIFICATION));
-        (
-            paths.unwrap_or(design.trace.paths),
-            RunContext { seed, ..context },
-        )
-    }
-
-    /// Writes and verifies the designs of the Pareto front, where one was sought.
-    fn front(&self, found: &Searched, context: RunContext) -> Result<Vec<FrontDesign>> {
-        let mut stage = self.last_stage().clone();
-        stage.set.clear();
-        let points = &found.stages[found.stages.len() - 1].result.front;
-        self.remove_front()?;
-        let mut evaluator = self.evaluator(&found.variables, &stage);
-        let what = "verification of the front";
-        let progress = context.console.progress(points.len() as u64, what);
-        let mut front = Vec::new();
-        for (number, point) in (1..).zip(points) {
-            let mut settings = found.settings.clone();
-            settings.extend(found.variables.settings(point)?);
-            let name = format!("{}-{number:02}", self.problem.name);
-            let file = format!("{FRONT}{number:02}.toml");
-            let (source, design) = self.write(&settings, &name, &file)?;
-            let (paths, context) = self.verification(&design, context);
-            front.push(FrontDesign {
-                file,
-                coefficients: found.variables.coefficients(point),
-                judged: evaluator.judge(&source, paths, context)?,
-            });
-            progress.inc(1);
-        }
-        progress.finish_and_clear();
-        Ok(front)
-    }
-
-    /// Removes the designs of the front of an earlier search.
-    fn remove_front(&self) -> Result<()> {
-        for entry in std::fs::read_dir(self.out)? {
-            let entry = entry?;
-            let name = entry.file_name();
-            let number = name.to_str().and_then(|name| {
-                let number = name.strip_prefix(FRONT)?.strip_suffix(".toml")?;
-                number.parse::<u32>().ok()
-            });
-            if number.is_some() {
-                std::fs::remove_file(entry.path())?;
-            }
-        }
-        Ok(())
-    }
-
     fn last_stage(&self) -> &StageSettings {
         &self.problem.stages[self.problem.stages.len() - 1]
     }
 
-    fn evaluator<'a>(
-        &'a self,
-        variables: &'a Variables,
-        stage: &'a StageSettings,
-    ) -> Evaluator<'a> {
-        Evaluator::new(self.problem, variables, stage, self.cache)
+    fn evaluator<'b>(
+        &'b self,
+        variables: &'b Variables,
+        stage: &'b StageSettings,
+    ) -> Evaluator<'b> {
+        Evaluator::new(self.problem, variables, stage, self.cache, self.shared)
     }
 
     /// An error of the search with the file of the problem; an interrupt stays as it is.
@@ -311,24 +394,8 @@ impl Job<'_> {
         )
     }
 
-    /// Writes the design with `settings` under a name, and reads it again.
-    fn write(&self, settings: &Settings, name: &str, file: &str) -> Result<(DesignFile, Design)> {
-        let problem = self.problem;
-        let mut table = problem.variables.source.table_with(settings)?;
-        let text = |value: String| toml::Value::String(value);
-        table.insert("name".to_owned(), text(name.to_owned()));
-        let of = format!("{} optimised: {}", problem.design.name, problem.description);
-        table.insert("description".to_owned(), text(of));
-        let path = self.out.join(file);
-        self.copy_named_files()?;
-        atomic_file::write_bytes(&path, toml::to_string(&table)?.as_bytes())?;
-        let design = scene_check::load(&path)
-            .with_context(|| format!("{}: the design found", path.display()))?;
-        Ok((DesignFile::new(path, table), design))
-    }
-
     /// Copies the files that the design names to where the design that was found looks for them.
-    fn copy_named_files(&self) -> Result<()> {
+    fn copy_named_files(&self, out: &Path) -> Result<()> {
         let source = &self.problem.variables.source.path;
         let folder = source.parent().unwrap_or(Path::new(""));
         for record in &self.problem.design.provenance.named {
@@ -344,7 +411,7 @@ impl Job<'_> {
             );
             let bytes = std::fs::read(folder.join(relative))
                 .with_context(|| format!("`{}` cannot be read", record.file))?;
-            atomic_file::write_bytes(&self.out.join(relative), &bytes)?;
+            atomic_file::write_bytes(&out.join(relative), &bytes)?;
         }
         Ok(())
     }
@@ -366,21 +433,34 @@ impl Job<'_> {
         let context = RunContext { seed, ..context };
         let what = "sensitivities";
         let progress = context.console.progress(2 * point.len() as u64, what);
-        let mut found = Vec::new();
-        for k in 0..point.len() {
-            let mut judged = Vec::new();
-            for side in [-MOVE, MOVE] {
-                context.interrupt.check()?;
+        let moved = (0..point.len()).flat_map(|k| {
+            [-MOVE, MOVE].map(|side| {
                 let mut moved = point.clone();
                 moved[k] = (moved[k] + side).clamp(0.0, 1.0);
-                let at = variables.coefficients(&moved)[k];
-                if let Outcome::Judged(one) =
-                    evaluator.evaluate(&moved, stage.most_paths, context)?
-                {
-                    judged.push((at, one));
-                }
-                progress.inc(1);
-            }
+                moved
+            })
+        });
+        let moved: Vec<Point> = moved.collect();
+        let batch = Batch {
+            name: what.to_owned(),
+            count: moved.len(),
+            points: &moved,
+            paths: stage.most_paths,
+            progress: &progress,
+        };
+        let outcomes = evaluator.outcomes(&batch, context, |evaluator, number| {
+            evaluator.evaluate(&moved[number], stage.most_paths, context)
+        });
+        progress.finish_and_clear();
+        let outcomes: Vec<_> = moved.iter().zip(outcomes?).collect();
+        let mut found = Vec::new();
+        for (k, pair) in outcomes.chunks(2).enumerate() {
+            let at = |moved: &Point| variables.coefficients(moved)[k];
+            let judged = pair.iter().filter_map(|(moved, outcome)| match outcome {
+                Outcome::Judged(one) => Some((at(moved), one)),
+                Outcome::Refused(_) => None,
+            });
+            let judged: Vec<(f64, &Judged)> = judged.collect();
             found.push(match judged.as_slice() {
                 [(a, low), (b, high)] if b > a => {
                     let pairs = high.without.iter().zip(&low.without);
@@ -392,8 +472,57 @@ impl Job<'_> {
                 _ => None,
             });
         }
-        progress.finish_and_clear();
         Ok(found)
+    }
+}
+
+/// Judges designs by paths of the verification; `points` are what they follow from.
+fn verification(
+    name: &str,
+    designs: &[(&DesignFile, u64)],
+    points: &[Point],
+    evaluator: &mut Evaluator,
+    context: RunContext,
+) -> Result<Vec<Outcome>> {
+    let context = RunContext {
+        seed: mix(context.seed ^ mix(VERIFICATION)),
+        ..context
+    };
+    let progress = context.console.progress(designs.len() as u64, name);
+    let batch = Batch {
+        name: name.to_owned(),
+        count: designs.len(),
+        points,
+        paths: designs.first().map_or(1, |(_, paths)| *paths),
+        progress: &progress,
+    };
+    let outcomes = evaluator.outcomes(&batch, context, |evaluator, number| {
+        let (file, paths) = designs[number];
+        evaluator.outcome(file, paths, context)
+    });
+    progress.finish_and_clear();
+    outcomes
+}
+
+/// Removes the designs of the front of an earlier search.
+fn remove_front(out: &Path) -> Result<()> {
+    for entry in std::fs::read_dir(out)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let number = name.to_str().and_then(|name| {
+            let number = name.strip_prefix(FRONT)?.strip_suffix(".toml")?;
+            number.parse::<u32>().ok()
+        });
+        if number.is_some() {
+            std::fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+impl Searched {
+    fn last_result(&self) -> &StageResult {
+        &self.stages[self.stages.len() - 1].result
     }
 }
 

@@ -11,11 +11,12 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 
-use super::evaluate::{Evaluator, Outcome};
+use super::evaluate::Evaluator;
 use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
 use super::objective::Judged;
 use super::problem::StageSettings;
+use super::shared_evaluations::Batch;
 use crate::metrics::spread;
 use crate::plural::count;
 use crate::progress::Progress;
@@ -216,18 +217,26 @@ impl StageSearch<'_, '_> {
             seed,
             ..self.context
         };
-        let (mut candidates, mut judged) = (Vec::new(), Vec::new());
-        for point in points {
-            self.context.interrupt.check()?;
-            let outcome = self.evaluator.evaluate(point, paths, context)?;
+        let batch = Batch {
+            name: match number {
+                0 => format!("the selection of stage {}", self.number),
+                _ => format!("stage {}, generation {number}", self.number),
+            },
+            count: points.len(),
+            points,
+            paths,
+            progress: self.progress,
+        };
+        let outcomes = self.evaluator.outcomes(&batch, context, |evaluator, k| {
+            evaluator.evaluate(&points[k], paths, context)
+        })?;
+        let candidates = points.iter().zip(&outcomes).map(|(point, outcome)| {
             let coefficients = self.evaluator.variables.coefficients(point);
-            candidates.push(Candidate::new(point, coefficients, &outcome));
-            if let Outcome::Judged(one) = outcome {
-                judged.push(one);
-            }
-            self.progress.inc(1);
-        }
-        let noise = noise(&judged);
+            Candidate::new(point, coefficients, outcome)
+        });
+        let candidates: Vec<Candidate> = candidates.collect();
+        let judged = outcomes.into_iter().filter_map(|one| one.judged().ok());
+        let noise = noise(&judged.collect::<Vec<_>>());
         let coarse = noise.is_some_and(|noise| noise > MOST_NOISE);
         let generation = Generation {
             end: GenerationEnd {
@@ -241,7 +250,7 @@ impl StageSearch<'_, '_> {
                     paths
                 },
                 noise,
-                tables: self.evaluator.traces.tables_solved(),
+                tables: self.evaluator.tables,
                 seconds: self.started.elapsed().as_secs_f64(),
             },
             candidates,

@@ -20,7 +20,7 @@ use crate::config::design::Design;
 use crate::interrupt::Interrupt;
 use crate::provenance::FileRecord;
 use crate::run_context::RunContext;
-use crate::shard::{self, Share, Units};
+use crate::shard::{self, ShardChoice, Share, Units};
 
 /// Multiply-adds of a table that one core does in a second, with the search for its resolution;
 /// measured, and of use for the proportion of costs.
@@ -33,6 +33,11 @@ const PATHS_PER_SECOND: f64 = 2e6;
 const UNIT_SECONDS: f64 = 0.002;
 /// Time between two looks for a table that another process is to solve.
 const POLL: Duration = Duration::from_millis(200);
+
+/// Seconds that `units` units take on one core, about, with `paths` paths altogether.
+pub fn seconds_of_paths(units: u64, paths: u64) -> f64 {
+    units as f64 * UNIT_SECONDS + paths as f64 / PATHS_PER_SECOND
+}
 
 /// Something computed in units, each of which is kept by itself.
 pub trait Task {
@@ -61,7 +66,36 @@ pub trait Task {
     fn compute(&self, units: Range<u64>, cache: &Cache, context: RunContext) -> Result<()>;
 }
 
-/// The pieces of a command.
+/// The work of a command in pieces, for several processes to share.
+pub trait SharedWork {
+    /// Files that the command reads.
+    fn inputs(&self) -> &[FileRecord];
+
+    /// Most shards that have something to do at the same time.
+    fn most_shards(&self) -> usize;
+
+    /// What each of `count` shards costs.
+    fn costs(&self, count: usize) -> Vec<Cost>;
+
+    /// Computes what the cache lacks of the shards of `choice`, and says what they cost.
+    ///
+    /// # Errors
+    /// Those of the solver, the tracer and the files; an interrupt.
+    fn compute(&self, choice: &ShardChoice, cache: &Cache, context: RunContext) -> Result<Cost>;
+
+    /// What the cache lacks, by shard of `count`.
+    ///
+    /// # Errors
+    /// Work that cannot be told from other work.
+    fn lacking(
+        &self,
+        count: usize,
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Vec<MissingPieces>>;
+}
+
+/// Pieces that are known before any of them is computed.
 pub struct Job {
     /// Tables, each once.
     pub rings: Vec<Ring>,
@@ -71,7 +105,8 @@ pub struct Job {
     pub inputs: Vec<FileRecord>,
 }
 
-/// What is missing of one shard.
+/// What is missing of one shard: where it names nothing, all that follows from pieces that another
+/// one lacks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingPieces {
     /// Number of the shard.
@@ -127,18 +162,18 @@ impl Job {
     }
 
     /// The shares of `count` shards.
-    pub fn deal(&self, count: usize) -> Vec<Share> {
+    fn deal(&self, count: usize) -> Vec<Share> {
         let seconds = |ring: &Ring| TABLE_SECONDS + ring.operations() / OPERATIONS_PER_SECOND;
         let tables: Vec<f64> = self.rings.iter().map(seconds).collect();
         let units = self.tasks.iter().map(|task| Units {
             count: task.units(),
-            cost: UNIT_SECONDS + task.paths() as f64 / PATHS_PER_SECOND,
+            cost: seconds_of_paths(1, task.paths()),
         });
         shard::deal(&tables, &units.collect::<Vec<_>>(), count)
     }
 
     /// What `share` costs.
-    pub fn cost(&self, share: &Share) -> Cost {
+    fn cost(&self, share: &Share) -> Cost {
         let operations = share
             .tables
             .iter()
@@ -164,7 +199,7 @@ impl Job {
     ///
     /// # Errors
     /// Those of the solver, the tracer and the files; an interrupt.
-    pub fn compute(&self, share: &Share, cache: &Cache, context: RunContext) -> Result<()> {
+    fn share(&self, share: &Share, cache: &Cache, context: RunContext) -> Result<()> {
         let own: Vec<&Ring> = share.tables.iter().map(|&ring| &self.rings[ring]).collect();
         solve_rings(&own, cache, context)?;
         // Shards begin their search for tables of others at different places.
@@ -182,17 +217,40 @@ impl Job {
         }
         Ok(())
     }
+}
 
-    /// What the cache lacks, by shard.
-    ///
-    /// # Errors
-    /// A task that cannot be told from others.
-    pub fn lacking(
+impl SharedWork for Job {
+    fn inputs(&self) -> &[FileRecord] {
+        &self.inputs
+    }
+
+    fn most_shards(&self) -> usize {
+        let units: u64 = self.tasks.iter().map(|task| task.units()).sum();
+        self.rings.len() + units as usize
+    }
+
+    fn costs(&self, count: usize) -> Vec<Cost> {
+        let shares = self.deal(count);
+        shares.iter().map(|share| self.cost(share)).collect()
+    }
+
+    fn compute(&self, choice: &ShardChoice, cache: &Cache, context: RunContext) -> Result<Cost> {
+        let shares = self.deal(choice.count);
+        let mut cost = Cost::default();
+        for &number in &choice.numbers {
+            self.share(&shares[number], cache, context)?;
+            cost = cost + self.cost(&shares[number]);
+        }
+        Ok(cost)
+    }
+
+    fn lacking(
         &self,
-        shares: &[Share],
+        count: usize,
         cache: &Cache,
         context: RunContext,
     ) -> Result<Vec<MissingPieces>> {
+        let shares = self.deal(count);
         let usable = |ring: &Ring| matches!(cache.find(&ring.key), CacheEntry::Table(_));
         let rings: Vec<bool> = self.rings.iter().map(usable).collect();
         let missing = self.tasks.iter().map(|task| task.missing(cache, context));

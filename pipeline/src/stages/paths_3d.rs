@@ -51,6 +51,7 @@ pub(super) fn paths_3d(
         by_ring: Vec::new(),
         by_face: Vec::new(),
     };
+    let boxed = BoxedRings::new(rings);
     let mut ends = Vec::new();
     let mut begun = 0.0;
     for (place, part) in parts.iter().enumerate() {
@@ -70,7 +71,7 @@ pub(super) fn paths_3d(
         };
         let mut recorder = Recorder {
             lines: scene.lines(),
-            rings,
+            rings: &boxed,
             drawn,
             faces: &mut seen.faces,
             path: Current::default(),
@@ -115,7 +116,7 @@ struct Current {
 
 struct Recorder<'a> {
     lines: &'a Lines,
-    rings: &'a [RingOutline],
+    rings: &'a BoxedRings<'a>,
     drawn: u64,
     faces: &'a mut Vec<String>,
     path: Current,
@@ -148,7 +149,7 @@ impl Observer for Recorder<'_> {
         self.path.line = Some(met.line);
         let leaves = met.from == Side::Inner && met.to == Side::Outer && met.weight > 0.0;
         if leaves && is_skin(&self.lines.surfaces[met.line]) {
-            self.path.ring = nearest(self.rings, [point.x.hypot(point.y), point.z]);
+            self.path.ring = self.rings.nearest([point.x.hypot(point.y), point.z]);
         }
     }
 
@@ -190,17 +191,75 @@ impl Observer for Recorder<'_> {
     }
 }
 
-/// The ring whose part of the generating curve is nearest to a point of it.
-fn nearest(rings: &[RingOutline], point: [f64; 2]) -> Option<usize> {
-    let away = |ring: &RingOutline| {
-        let pairs = ring.points_mm.windows(2);
+/// Rings with the boxes around their parts of the generating curve.
+struct BoxedRings<'a> {
+    rings: &'a [RingOutline],
+    /// Lowest and highest coordinates of each.
+    boxes: Vec<[[f64; 2]; 2]>,
+}
+
+/// What rounding may make of the square of a distance, mm².
+const ROUNDING: f64 = 1e-20;
+
+impl<'a> BoxedRings<'a> {
+    fn new(rings: &'a [RingOutline]) -> Self {
+        let around = |ring: &RingOutline| {
+            let ends = |k: usize| {
+                let values = ring.points_mm.iter().map(|point| point[k]);
+                values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+                    [low.min(v), high.max(v)]
+                })
+            };
+            [ends(0), ends(1)]
+        };
+        Self {
+            rings,
+            boxes: rings.iter().map(around).collect(),
+        }
+    }
+
+    /// The ring whose part of the generating curve is nearest to a point of it; of several, the
+    /// first.
+    fn nearest(&self, point: [f64; 2]) -> Option<usize> {
+        let bounds = self.boxes.iter().map(|around| from_box(point, around));
+        let (first, _) = bounds
+            .clone()
+            .enumerate()
+            .min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let mut nearest = (self.away(first, point), first);
+        for (number, bound) in bounds.enumerate() {
+            // No point of a ring is nearer than its box.
+            if number != first && bound <= nearest.0 + ROUNDING {
+                let away = (self.away(number, point), number);
+                if away
+                    .0
+                    .total_cmp(&nearest.0)
+                    .then(number.cmp(&nearest.1))
+                    .is_lt()
+                {
+                    nearest = away;
+                }
+            }
+        }
+        Some(nearest.1)
+    }
+
+    /// Square of the distance of a point from a ring.
+    fn away(&self, number: usize, point: [f64; 2]) -> f64 {
+        let pairs = self.rings[number].points_mm.windows(2);
         pairs
             .map(|pair| distance(point, pair[0], pair[1]))
             .fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Square of the distance of `p` from a box.
+fn from_box(p: [f64; 2], around: &[[f64; 2]; 2]) -> f64 {
+    let away = |k: usize| {
+        let [low, high] = around[k];
+        (low - p[k]).max(p[k] - high).max(0.0).powi(2)
     };
-    let all = rings.iter().map(away).enumerate();
-    all.min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(number, _)| number)
+    away(0) + away(1)
 }
 
 /// Square of the distance of `p` from the stretch from `a` to `b`.
@@ -261,8 +320,36 @@ mod tests {
             ring("1", vec![[0.0, 1.0], [0.5, 1.0], [0.5, 0.8]]),
             ring("2", vec![[0.5, 0.8], [1.0, 0.8]]),
         ];
-        assert_eq!(nearest(&rings, [0.5, 0.9]), Some(0));
-        assert_eq!(nearest(&rings, [0.7, 0.8]), Some(1));
-        assert_eq!(nearest(&[], [0.7, 0.8]), None);
+        let rings = BoxedRings::new(&rings);
+        assert_eq!(rings.nearest([0.5, 0.9]), Some(0));
+        assert_eq!(rings.nearest([0.7, 0.8]), Some(1));
+        // Where both meet, the first.
+        assert_eq!(rings.nearest([0.5, 0.8]), Some(0));
+        assert_eq!(BoxedRings::new(&[]).nearest([0.7, 0.8]), None);
+    }
+
+    /// The search by boxes against the distances from all rings, on and beside the curve.
+    #[test]
+    fn boxes_leave_out_no_nearer_ring() {
+        let design = config::embedded("d3.toml").expect("valid");
+        let surface = dome_surface(&design, Model::Fine, None).expect("a dome");
+        let rings = package_drawing(&design, surface.meridian()).rings;
+        let boxed = BoxedRings::new(&rings);
+        let mut rng = tracer::random::stream(7, 0);
+        let mut beside = || 0.02 * (tracer::random::unit(&mut rng) - 0.5);
+        for ring in &rings {
+            for pair in ring.points_mm.windows(2) {
+                for k in 0..=4 {
+                    let at =
+                        |c: usize| pair[0][c] + 0.25 * f64::from(k) * (pair[1][c] - pair[0][c]);
+                    let on = [at(0), at(1)];
+                    for point in [on, [on[0] + beside(), on[1] + beside()]] {
+                        let all = (0..rings.len()).map(|number| boxed.away(number, point));
+                        let all = all.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+                        assert_eq!(boxed.nearest(point), all.map(|(number, _)| number));
+                    }
+                }
+            }
+        }
     }
 }
