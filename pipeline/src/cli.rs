@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The command line: options of every command, the list of commands, and which function runs each.
 
-use anyhow::{Context, Result};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
 
 use crate::commands::arguments::whole;
@@ -26,6 +28,7 @@ use crate::commands::tolerance::{self, ToleranceArgs};
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
 use crate::run_context::RunContext;
+use crate::stages::scene_check;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
 /// trace, metrics.
@@ -187,15 +190,7 @@ impl Cli {
     /// # Errors
     /// Those of the command; an interrupt.
     pub fn run_until(&self, interrupt: &Interrupt) -> Result<()> {
-        let context = RunContext {
-            console: Console {
-                quiet: self.common.quiet,
-                json: self.common.json,
-            },
-            interrupt,
-            seed: self.common.seed,
-            checkpoints: None,
-        };
+        let context = self.context(interrupt);
         let shared = self.command.shared();
         if let Some((command, shard)) =
             shared.and_then(|shared| Some((shared, shared.place().shard?)))
@@ -225,6 +220,40 @@ impl Cli {
             Command::Check(arguments) => check::run(arguments, context),
         };
         done.map_err(|error| interrupt.explain(error))
+    }
+
+    /// Runs `run`, `export` or `check` on a design that is no file. `text` is its TOML; the name of
+    /// the design file in the arguments names it in messages and results, and files that it names
+    /// lie in `folder`.
+    ///
+    /// # Errors
+    /// Those of the command; a command that takes no design; an interrupt.
+    pub fn run_text(&self, text: &str, folder: &Path, interrupt: &Interrupt) -> Result<()> {
+        let context = self.context(interrupt);
+        let design = |name: &Path| scene_check::parse(&name.display().to_string(), text, folder);
+        let done = match &self.command {
+            Command::Run(arguments) => design(&arguments.design)
+                .and_then(|design| run::of_design(design, arguments, context)),
+            Command::Export(arguments) => design(&arguments.input)
+                .and_then(|design| export::of_design(&design, arguments, context)),
+            Command::Check(arguments) => {
+                design(&arguments.file).and_then(|design| check::of_design(&design, context))
+            }
+            _ => bail!("expected run, export or check, got a command that takes no text"),
+        };
+        done.map_err(|error| interrupt.explain(error))
+    }
+
+    fn context<'a>(&self, interrupt: &'a Interrupt) -> RunContext<'a> {
+        RunContext {
+            console: Console {
+                quiet: self.common.quiet,
+                json: self.common.json,
+            },
+            interrupt,
+            seed: self.common.seed,
+            checkpoints: None,
+        }
     }
 }
 
@@ -259,6 +288,21 @@ mod tests {
             );
             assert!(help.contains(command.get_name()));
         }
+    }
+
+    #[test]
+    fn a_design_that_is_no_file_keeps_the_name_it_is_given() {
+        let text = crate::commands::new::text("mine").expect("a good name");
+        let check = |text: &str, command: &str| {
+            let line = ["batwing", command, "stated.toml", "--quiet"];
+            let cli = Cli::try_parse_from(line).expect("valid");
+            cli.run_text(text, Path::new(""), &Interrupt::default())
+        };
+        check(&text, "check").expect("a good design");
+        let error = check("name = 3", "check").expect_err("a name that is no text");
+        assert!(error.to_string().starts_with("stated.toml: "), "{error}");
+        let error = check(&text, "study").expect_err("no command on one design");
+        assert!(error.to_string().contains("expected run, export or check"));
     }
 
     #[test]

@@ -453,11 +453,17 @@ pub fn build_table(
 /// polygons, and the wavelength, lengths in micrometres.
 type CellParts = (f64, f64, f64, f64, Vec<(f64, Vec<[f64; 2]>)>, f64);
 
-/// The unit cell of ring `ring`, from 1, of the design at `path`.
+/// The unit cell of ring `ring`, from 1, of the design `text`; files that it names lie in `folder`.
 #[pyfunction]
-pub fn design_cell(py: Python<'_>, path: PathBuf, ring: usize) -> PyResult<CellParts> {
+pub fn design_cell(
+    py: Python<'_>,
+    name: String,
+    text: String,
+    folder: PathBuf,
+    ring: usize,
+) -> PyResult<CellParts> {
     job::run(py, None, move |_| {
-        let design = pipeline::stages::scene_check::load(&path)?;
+        let design = pipeline::stages::scene_check::parse(&name, &text, &folder)?;
         let cell = pipeline::stages::cells::ring(&design, ring)?;
         let polygons = cell.polygons.into_iter().map(|p| (p.index, p.points_um));
         Ok((

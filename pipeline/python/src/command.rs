@@ -55,16 +55,26 @@ pub fn set_program(file: PathBuf, words: Vec<OsString>) {
     program::state(Program { file, words });
 }
 
-/// Runs a command line, errors as exceptions.
+/// Runs a command line, errors as exceptions. With `text`, a design in TOML, the design file of the
+/// arguments is a name alone, and files that the design names lie in `folder`.
 #[pyfunction]
-pub fn call(py: Python<'_>, arguments: Vec<String>) -> PyResult<()> {
+#[pyo3(signature = (arguments, text=None, folder=None))]
+pub fn call(
+    py: Python<'_>,
+    arguments: Vec<String>,
+    text: Option<String>,
+    folder: Option<PathBuf>,
+) -> PyResult<()> {
     let cli = parse(arguments).map_err(|error| {
         let message =
             pipeline::cli_errors::message(&error, &<Cli as clap::CommandFactory>::command());
         crate::errors::to_python(py, &anyhow::anyhow!(message))
     })?;
     let threads = cli.common.threads.map(usize::from);
-    job::run(py, threads, move |job: &Job| cli.run_until(&job.interrupt))
+    job::run(py, threads, move |job: &Job| match text {
+        Some(text) => cli.run_text(&text, &folder.unwrap_or_default(), &job.interrupt),
+        None => cli.run_until(&job.interrupt),
+    })
 }
 
 /// The text of the design that `batwing new` writes.

@@ -34,18 +34,25 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
     if arguments.file.extension().is_some_and(|e| e == EXTENSION) {
         return table(&arguments.file, context);
     }
-    let design = scene_check::load(&arguments.file)?;
-    let cells: Vec<_> = band_cells(&design).into_iter().flatten().collect();
-    let models: Vec<String> = Model::all_of(&design)
+    of_design(&scene_check::load(&arguments.file)?, context)
+}
+
+/// Describes a checked design.
+///
+/// # Errors
+/// A scene that cannot be built.
+pub fn of_design(design: &Design, context: RunContext) -> Result<()> {
+    let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
+    let models: Vec<String> = Model::all_of(design)
         .into_iter()
-        .map(|m| m.key(&design))
+        .map(|m| m.key(design))
         .collect();
-    let surface = dome_surface(&design, Model::Geometric, None)?;
-    let on_bottom = scene::on_bottom(&design, &surface)?;
-    let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": on_bottom});
+    let surface = dome_surface(design, Model::Geometric, None)?;
+    let on_bottom = scene::on_bottom(design, &surface)?;
+    let json = json!({"file": design.provenance.file, "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": on_bottom});
     context
         .console
-        .result(&json, || describe(&design, &models, &on_bottom))
+        .result(&json, || describe(design, &models, &on_bottom))
 }
 
 fn describe(design: &Design, models: &[String], on_bottom: &[SolidOnBottom]) -> String {

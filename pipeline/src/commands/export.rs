@@ -101,14 +101,7 @@ impl std::ops::Deref for Export<'_> {
 
 /// Writes the input in the format asked for.
 pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
-    if let Some(lumens) = arguments.lumens {
-        ensure!(
-            lumens.is_finite() && lumens > 0.0,
-            "--lumens: expected a flux above 0 lm, got {lumens}"
-        );
-    }
-    let format = FileFormat::of(arguments.format, &arguments.out)?;
-    file_writable(&arguments.out).context("--out")?;
+    let format = checked(arguments)?;
     let input = &arguments.input;
     not_over(input, &arguments.out, format)?;
     let arguments = &Export { arguments, format };
@@ -123,9 +116,31 @@ pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     }
     if input.extension().is_some_and(|e| e == "toml") {
         let design = scene_check::load(input)?;
-        return of_design(&design, arguments, context);
+        return write_design(&design, arguments, context);
     }
     of_table(arguments, context)
+}
+
+/// Writes `design` in place of the input that the arguments name.
+///
+/// # Errors
+/// Those of the command.
+pub fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result<()> {
+    let format = checked(arguments)?;
+    write_design(design, &Export { arguments, format }, context)
+}
+
+/// The format, of arguments that can be met.
+fn checked(arguments: &ExportArgs) -> Result<FileFormat> {
+    if let Some(lumens) = arguments.lumens {
+        ensure!(
+            lumens.is_finite() && lumens > 0.0,
+            "--lumens: expected a flux above 0 lm, got {lumens}"
+        );
+    }
+    let format = FileFormat::of(arguments.format, &arguments.out)?;
+    file_writable(&arguments.out).context("--out")?;
+    Ok(format)
 }
 
 fn of_table(arguments: &Export<'_>, context: RunContext) -> Result<()> {
@@ -220,7 +235,7 @@ fn far_field(
     })
 }
 
-fn of_design(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result<()> {
+fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result<()> {
     ensure!(
         !matches!(design.dome, Some(Dome::Mesh(_))),
         "{}: expected a dome with a generating curve, got dome.mesh, which already is a file of triangles",

@@ -109,11 +109,14 @@ impl Shardable for RunArgs {
 impl RunArgs {
     /// The design with the number of paths asked for.
     fn design(&self) -> Result<Design> {
-        let mut design = scene_check::load(&self.design)?;
+        Ok(self.with_paths(scene_check::load(&self.design)?))
+    }
+
+    fn with_paths(&self, mut design: Design) -> Design {
         if let Some(paths) = self.paths {
             design.trace.paths = paths;
         }
-        Ok(design)
+        design
     }
 
     /// The models asked for.
@@ -127,8 +130,16 @@ impl RunArgs {
 
 /// Traces the design and writes its results and pictures.
 pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
+    of_design(scene_check::load(&arguments.design)?, arguments, context)
+}
+
+/// Traces `design` in place of the file that the arguments name.
+///
+/// # Errors
+/// What the design and the arguments do not allow; files that cannot be written.
+pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
-    let mut design = arguments.design()?;
+    let mut design = arguments.with_paths(design);
     let stopping_rule = arguments.until_error.clone().map(|target| StoppingRule {
         target,
         most_paths: arguments.most_paths,

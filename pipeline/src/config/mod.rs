@@ -47,22 +47,30 @@ pub fn load(path: &Path) -> Result<design::Design, ConfigError> {
         file: file.clone(),
         source,
     };
-    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
-    if bytes > MOST_BYTES {
-        let message = format!(
-            "expected a design of at most {} MB, got {:.1}; long lists go into files that it names",
-            MOST_BYTES / 1_000_000,
-            bytes as f64 * 1e-6
-        );
-        return Err(ConfigError::Syntax { file, message });
-    }
+    refuse_large(&file, std::fs::metadata(path).map_err(unreadable)?.len())?;
     let text = std::fs::read_to_string(path).map_err(unreadable)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     parse(&file, &text, &folder)
 }
 
+fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {
+    if bytes <= MOST_BYTES {
+        return Ok(());
+    }
+    let message = format!(
+        "expected a design of at most {} MB, got {:.1}; long lists go into files that it names",
+        MOST_BYTES / 1_000_000,
+        bytes as f64 * 1e-6
+    );
+    Err(ConfigError::Syntax {
+        file: file.to_owned(),
+        message,
+    })
+}
+
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<design::Design, ConfigError> {
+    refuse_large(file, text.len() as u64)?;
     let mut raw: schema::Design =
         toml_errors::read(text, &schema::tagged_tables()).map_err(|message| {
             ConfigError::Syntax {

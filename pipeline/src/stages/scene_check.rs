@@ -39,6 +39,17 @@ pub fn load(path: &Path) -> Result<Design> {
     Ok(design)
 }
 
+/// Checks the text of a design, its scene as well. `file` names it in messages and results; files
+/// that it names lie in `folder`.
+///
+/// # Errors
+/// Those of [`config::parse`] and [`check`].
+pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design> {
+    let design = config::parse(file, text, folder)?;
+    check(&design)?;
+    Ok(design)
+}
+
 /// Refuses designs whose scene cannot be built, and receivers that name no surface of it or cut a
 /// package or wall.
 ///

@@ -6,7 +6,8 @@ Three levels:
 - `batwing.rcwa`: gratings, their orders, whole hemispheres, near fields;
 - `batwing.bsdf`: tables of diffraction orders and measured scattering, in the formats of other
   programs;
-- `batwing.tracer`: designs as files or dicts, traced, varied, optimised.
+- `batwing.tracer`: designs as files or dicts, traced, varied, optimised; `batwing.scene` builds
+  them of Python objects.
 
 The package installs the command `batwing` too (`batwing.cli.main`).
 """
@@ -32,14 +33,14 @@ from .errors import (
 )
 
 if TYPE_CHECKING:
-    from . import bsdf, cli, rcwa, tracer
+    from . import bsdf, cli, rcwa, scene, tracer
     from .tracer import optimise, reproduce, run, study, tolerance
 
 # Scripts of jobs start the package, not the interpreter alone.
 _native.set_program(_native.__file__, [sys.executable or "python3", "-m", "batwing"])
 
 #: Modules that are imported when they are first used.
-_MODULES = ("bsdf", "cli", "rcwa", "tracer")
+_MODULES = ("bsdf", "cli", "rcwa", "scene", "tracer")
 #: Functions of `tracer` that are reached from here too.
 _FUNCTIONS = ("optimise", "reproduce", "run", "study", "tolerance")
 
@@ -59,6 +60,7 @@ __all__ = [
     "rcwa",
     "reproduce",
     "run",
+    "scene",
     "set_progress",
     "set_threads",
     "study",

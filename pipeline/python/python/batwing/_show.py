@@ -13,8 +13,9 @@ import numpy as np
 
 if TYPE_CHECKING:
     from .bsdf import Table
+    from .optimisation import Optimisation
     from .rcwa import Hemisphere, NearField, Relief, Solution
-    from .tracer import Results
+    from .results import Results
 
 
 def warn(message: str) -> None:
@@ -151,6 +152,24 @@ def results(value: Results, ax: Any) -> Any:
             ax.errorbar(far.theta_deg, far.intensity, far.standard_error, lw=1, label=name)
     ax.set(xlabel="theta (deg)", ylabel="intensity (1/sr)")
     ax.legend()
+    return ax
+
+
+def optimisation(value: Optimisation, ax: Any) -> Any:
+    """Best objective of every generation over the candidates so far, and the verified one."""
+    ax = _axes(ax)
+    done = 0
+    for number, stage in enumerate(value.stages, 1):
+        tried = done + np.cumsum(stage.candidates)
+        label = f"stage {number}, best of a generation"
+        ax.errorbar(tried, stage.best, stage.standard_error, fmt=".-", lw=1, label=label)
+        done = int(tried[-1]) if tried.size else done
+    for name, figure in (("before", value.objective.before), ("after", value.objective.after)):
+        if figure is not None:
+            style = "--" if name == "before" else "-"
+            ax.axhline(figure.value, color="k", ls=style, lw=0.8, label=f"verified, {name}")
+    ax.set(xlabel="candidates", ylabel="objective")
+    ax.legend(fontsize="small")
     return ax
 
 

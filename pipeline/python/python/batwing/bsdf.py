@@ -153,25 +153,12 @@ class Table:
         return inner, outer
 
     def lobes(self, wi: npt.ArrayLike, threads: int | None = None) -> Lobes:
-        """All lobes of light from each direction.
-
-        Parameters
-        ----------
-        wi : array_like, shape (n, 3)
-            Unit vectors towards where the light came from.
-        threads : int, optional
-            Threads of this call.
-
-        Raises
-        ------
-        batwing.InputError
-            Another shape or dtype, vectors of another length than 1.
-        """
+        """All lobes of light from each direction; arguments and errors as those of `sample`."""
         found = self._surface.lobes(_checks.vectors("wi", wi), _checks.threads(threads))
         return Lobes(*found)
 
     def albedo(self, wi: npt.ArrayLike, threads: int | None = None) -> Albedo:
-        """Power reflected and transmitted; arguments and errors as those of `lobes`."""
+        """Power reflected and transmitted; arguments and errors as those of `sample`."""
         found = self._surface.albedo(_checks.vectors("wi", wi), _checks.threads(threads))
         return Albedo(found[:, 0], found[:, 1])
 
@@ -336,14 +323,9 @@ def build(
         _checks.refuse("slices", "orders beside them", "none")
     nodes = None
     if ky is not None:
-        if isinstance(ky, (int, np.integer)):
-            count = _checks.whole("ky", ky, 1, 100_000)
-            top, bottom = (grating._index(side, wavelength).real for side in ("top", "bottom"))
-            nodes = np.asarray(_native.ky_nodes(top, bottom, count))
-        else:
-            nodes = np.ascontiguousarray(np.atleast_1d(_checks.floats("ky", ky)))
         if kx_per_zone is None:
             _checks.refuse("ky", "kx_per_zone beside it", "none")
+        nodes = grating._ky_nodes(wavelength, ky)
     zone = None if kx_per_zone is None else _checks.whole("kx_per_zone", kx_per_zone, 1, 4096)
     found = _native.build_table(
         interface, aim, resolution, zone, nodes, _checks.threads(threads)

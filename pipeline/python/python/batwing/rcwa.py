@@ -346,6 +346,19 @@ class Grating:
     def _index(self, side: str, wavelength_um: float) -> complex:
         return (self.top if side == "top" else self.bottom).index(wavelength_um)
 
+    def _ky_nodes(self, wavelength: float, ky: npt.ArrayLike | int) -> Floats:
+        """Nodes along the grooves, of their number or as given; half-spaces must not absorb."""
+        indices = [self._index(side, wavelength) for side in _SIDES]
+        if any(n.imag != 0 for n in indices):
+            _checks.refuse("grating", "half-spaces without loss", f"indices {indices}")
+        if isinstance(ky, (int, np.integer)):
+            count = _checks.whole("ky", ky, 1, 100_000)
+            return np.asarray(_native.ky_nodes(indices[0].real, indices[1].real, count))
+        nodes = np.ascontiguousarray(np.atleast_1d(_checks.floats("ky", ky)))
+        if nodes.ndim != 1 or nodes[0] < 0 or (np.diff(nodes) <= 0).any():
+            _checks.refuse("ky", "an ascending list of numbers of at least 0", _checks.describe(nodes))
+        return nodes
+
     def highest_order(self, wavelength_um: float) -> int:
         """Highest order that propagates from any direction on either side."""
         return self._at(_checks.length("wavelength_um", wavelength_um)).highest_order()
@@ -848,21 +861,12 @@ def hemisphere(
     kx_per_zone = _checks.whole("kx_per_zone", kx_per_zone, 1, 4096)
     threads = _checks.threads(threads)
     interface = grating._at(wavelength)
-    indices = [grating._index(side, wavelength) for side in _SIDES]
-    if any(n.imag != 0 for n in indices):
-        _checks.refuse("grating", "half-spaces without loss", f"indices {indices}")
-    if isinstance(ky, (int, np.integer)):
-        count = _checks.whole("ky", ky, 1, 100_000)
-        nodes = np.asarray(_native.ky_nodes(indices[0].real, indices[1].real, count))
-    else:
-        nodes = np.ascontiguousarray(_checks.floats("ky", ky))
-        if nodes.ndim != 1 or nodes[0] < 0 or (np.diff(nodes) <= 0).any():
-            _checks.refuse("ky", "an ascending list of numbers of at least 0", _checks.describe(nodes))
+    nodes = grating._ky_nodes(wavelength, ky)
     order, slice_count, _ = grating._resolve(wavelength, orders, slices, tolerance, threads)
     from_top, kx, ky_of, upper, lower, residual, problems = interface.hemisphere(
         kx_per_zone, nodes, order, slice_count, threads
     )
-    n = np.where(from_top, indices[0].real, indices[1].real)
+    n = np.where(from_top, *(grating._index(side, wavelength).real for side in _SIDES))
     return Hemisphere(
         wavelength_um=wavelength,
         from_top=from_top,

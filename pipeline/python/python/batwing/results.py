@@ -1,0 +1,412 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Results of commands: figures with standard errors, arrays, and the files that hold them."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _checks, _show
+from .design import PathLike
+
+__all__ = [
+    "Comparison",
+    "FarField",
+    "Figure",
+    "Files",
+    "Model",
+    "Orders",
+    "Receiver",
+    "Report",
+    "Reproduction",
+    "Results",
+    "load",
+    "read_files",
+    "read_report",
+    "read_reproduction",
+    "read_results",
+]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of merit with its standard error.
+
+    Attributes
+    ----------
+    value, standard_error : float
+        One standard deviation, from leaving out one of 64 groups of paths at a time.
+    unit : str
+        `1`, `deg`, ...
+    more : dict
+        Further keys of docs/reference/results-schema.md, such as `published`.
+    """
+
+    value: float
+    standard_error: float
+    unit: str
+    more: dict[str, Any]
+
+    def __format__(self, spec: str) -> str:
+        return f"{self.value:{spec}} ± {self.standard_error:{spec}}"
+
+    @classmethod
+    def of(cls, entry: Mapping[str, Any], unit: str = "1") -> Figure:
+        """An estimate of a JSON file of the program."""
+        more = {k: v for k, v in entry.items() if k not in ("value", "standard_error")}
+        return cls(float(entry["value"]), float(entry["standard_error"]), unit, more)
+
+
+@dataclass(frozen=True, eq=False)
+class FarField:
+    """Azimuthal mean of the intensity.
+
+    Attributes
+    ----------
+    theta_deg : ndarray
+        Middles of the bins.
+    intensity, standard_error : ndarray
+        Power per steradian, per emitted power.
+    """
+
+    theta_deg: Array
+    intensity: Array
+    standard_error: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Receiver:
+    """Bins of a receiver of the design.
+
+    Attributes
+    ----------
+    values, standard_error : ndarray
+        Over the axes that docs/reference/results-schema.md lists.
+    about : dict
+        Kind, quantity, units and flux.
+    """
+
+    values: Array
+    standard_error: Array
+    about: dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """What one model of one design gave.
+
+    Attributes
+    ----------
+    figures : dict of Figure
+        Figures of merit.
+    ledger : dict of Figure
+        Where the emitted power went.
+    paths : int
+        Paths traced.
+    arrays : dict of ndarray
+        `far_field` (2, theta, phi), `far_field_mean` (3, theta), `illuminance` (2, y, x), ...: values
+        before standard errors.
+    receivers : dict of Receiver
+        Receivers of the design by name.
+    raw : dict
+        The object of `results.json`.
+    """
+
+    figures: dict[str, Figure]
+    ledger: dict[str, Figure]
+    paths: int
+    arrays: dict[str, Array]
+    receivers: dict[str, Receiver]
+    raw: dict[str, Any] = field(repr=False)
+
+    def far_field(self) -> FarField | None:
+        """The azimuthal mean of the far field, where the model has one."""
+        mean = self.arrays.get("far_field_mean")
+        return None if mean is None else FarField(mean[0], mean[1], mean[2])
+
+
+def _estimates(entries: Mapping[str, Any], units: Mapping[str, Any]) -> dict[str, Figure]:
+    found = {}
+    for name, entry in entries.items():
+        if isinstance(entry, dict) and {"value", "standard_error"} <= entry.keys():
+            unit = units.get(name, "1")
+            found[name] = Figure.of(entry, unit if isinstance(unit, str) else "1")
+    return found
+
+
+def _model(raw: dict[str, Any], folder: Path, keep: bool) -> Model:
+    mode: Any = None if keep else "r"
+    arrays = {p.stem: np.load(p, mmap_mode=mode) for p in sorted(folder.glob("*.npy"))}
+    units = raw.get("units", {})
+    receivers = {}
+    for name, about in raw.get("receivers", {}).items():
+        files = [folder / file for file in about.get("files", []) if file.endswith(".npy")]
+        if files:
+            both = np.load(files[0], mmap_mode=mode)
+            receivers[name] = Receiver(both[0], both[1], about)
+    return Model(
+        figures=_estimates(raw, units),
+        ledger=_estimates(raw.get("power_ledger", {}), {}),
+        paths=int(raw["paths"]),
+        arrays=arrays,
+        receivers=receivers,
+        raw=raw,
+    )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Files:
+    """The JSON file of a command, and the files beside it.
+
+    Attributes
+    ----------
+    raw : dict
+        The JSON file.
+    seed : int
+        Seed of all random numbers.
+    folder : str or None
+        Where the files are; None where they were in a temporary folder, and are kept in memory.
+    """
+
+    raw: dict[str, Any] = field(repr=False)
+    seed: int
+    folder: str | None = None
+    _files: dict[str, bytes] | None = field(default=None, repr=False)
+
+    def save(self, folder: PathLike) -> None:
+        """Writes all files into a folder, which `load` and `batwing report` read."""
+        target = Path(folder)
+        if self._files is None:
+            assert self.folder is not None
+            shutil.copytree(self.folder, target, dirs_exist_ok=True)
+            return
+        for name, content in self._files.items():
+            path = target / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+
+
+def read_files(folder: Path, keep: bool, name: str) -> dict[str, Any]:
+    """Fields of `Files`, of the folder that a command wrote; `keep` reads all files into memory."""
+    raw = json.loads(_checks.text(folder / name))
+    files = None
+    if keep:
+        paths = [path for path in folder.rglob("*") if path.is_file()]
+        paths = [path for path in paths if ".batwing-cache" not in path.parts]
+        files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in sorted(paths)}
+    seed, place = int(raw["seed"]), None if keep else str(folder)
+    return {"raw": raw, "seed": seed, "folder": place, "_files": files}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A figure beside the published one.
+
+    Attributes
+    ----------
+    design, model, figure : str
+        Its place in the results.
+    computed : Figure
+        With the standard error of the trace.
+    published : float
+        The published value.
+    """
+
+    design: str
+    model: str
+    figure: str
+    computed: Figure
+    published: float
+
+    @property
+    def difference(self) -> float:
+        """Computed less published."""
+        return self.computed.value - self.published
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Results(Files):
+    """Results of `run` and `reproduce`: `results.json` and what lies beside it.
+
+    Attributes
+    ----------
+    models : dict of Model
+        By (design, model), such as ``("D1", "geometric_100um")``.
+    """
+
+    models: dict[tuple[str, str], Model]
+
+    def model(self, name: str) -> Model:
+        """The one model whose key begins with `name`, such as `geometric` or `hybrid`."""
+        found = [model for key, model in self.models.items() if key[1].startswith(name)]
+        if len(found) != 1:
+            names = ", ".join("/".join(key) for key in self.models)
+            _checks.refuse("name", f"the beginning of one model of {names}", name)
+        return found[0]
+
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """Every figure that the paper gives, in the order of `models`."""
+        return tuple(
+            Comparison(design, model, name, figure, float(figure.more["published"]))
+            for (design, model), entry in self.models.items()
+            for name, figure in entry.figures.items()
+            if "published" in figure.more
+        )
+
+    def to_xarray(self) -> Any:
+        """Figures of all models as an `xarray.Dataset`."""
+        return _show.results_dataset(self)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Mean far field of every model; returns the axes."""
+        return _show.results(self, ax)
+
+    def _repr_html_(self) -> str:
+        return _show.html(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Orders:
+    """Orders of a table at normal incidence, and single directions of ray optics.
+
+    Attributes
+    ----------
+    ring, band : int
+        The ring whose unit cell is solved, and its band.
+    rcwa, rays : dict of ndarray
+        Columns `side` (`reflected`, `transmitted`), `theta_deg` and `share`; `rcwa` has `order` too.
+    """
+
+    ring: int
+    band: int
+    rcwa: dict[str, npt.NDArray[Any]]
+    rays: dict[str, npt.NDArray[Any]]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Reproduction(Results):
+    """Results of `reproduce`.
+
+    Attributes
+    ----------
+    quick : bool
+        Whether tables were coarser and paths fewer.
+    figure_3, figure_4 : dict of FarField
+        Light of single elements of the paper's figures 3 and 4, by their labels.
+    figure_6 : Orders or None
+        Orders of one unit cell, the paper's figure 6.
+    """
+
+    quick: bool
+    figure_3: dict[str, FarField]
+    figure_4: dict[str, FarField]
+    figure_6: Orders | None
+
+
+def _curves(raw: Mapping[str, Any], name: str) -> dict[str, FarField]:
+    curves = raw["figures"].get(name, {}).get("curves", [])
+    keys = ("theta_deg", "intensity_w_per_sr", "standard_error_w_per_sr")
+    return {one["label"]: FarField(*(np.array(one[key]) for key in keys)) for one in curves}
+
+
+def _orders(raw: Mapping[str, Any]) -> Orders | None:
+    entry = raw["figures"].get("figure_6")
+    if entry is None:
+        return None
+
+    def columns(rows: list[dict[str, Any]]) -> dict[str, npt.NDArray[Any]]:
+        return {key: np.array([row[key] for row in rows]) for key in (rows[0] if rows else ())}
+
+    return Orders(entry["ring"], entry["band"], columns(entry["rcwa"]), columns(entry["rays"]))
+
+
+def read_results(folder: Path, keep: bool) -> Results:
+    """What `run` wrote into a folder; `keep` reads all files into memory."""
+    files = read_files(folder, keep, "results.json")
+    return Results(models=_models(files["raw"], folder, keep), **files)
+
+
+def read_reproduction(folder: Path, keep: bool) -> Reproduction:
+    """What `reproduce` wrote into a folder; `keep` reads all files into memory."""
+    files = read_files(folder, keep, "results.json")
+    raw = files["raw"]
+    return Reproduction(
+        models=_models(raw, folder, keep),
+        quick=bool(raw["quick"]),
+        figure_3=_curves(raw, "figure_3"),
+        figure_4=_curves(raw, "figure_4"),
+        figure_6=_orders(raw),
+        **files,
+    )
+
+
+def _models(raw: Mapping[str, Any], folder: Path, keep: bool) -> dict[tuple[str, str], Model]:
+    models = {}
+    for group in ("designs", "references"):
+        for design, entries in raw.get(group, {}).items():
+            for key, entry in entries.items():
+                if isinstance(entry, dict) and "paths" in entry:
+                    models[design, key] = _model(entry, folder / design / key, keep)
+    return models
+
+
+def load(folder: PathLike) -> Results:
+    """Results of `batwing run` or `batwing reproduce` from their folder. Arrays are mapped, not read.
+
+    Returns
+    -------
+    Results
+        A `Reproduction` where `reproduce` wrote them.
+
+    Raises
+    ------
+    batwing.FileError
+        A folder without `results.json`.
+    """
+    path = Path(folder)
+    if (path / "summary.md").exists():
+        return read_reproduction(path, keep=False)
+    return read_results(path, keep=False)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Report(Files):
+    """Results of `study` and `tolerance`.
+
+    Attributes
+    ----------
+    tables : dict of dict of ndarray
+        Columns of its CSV files; numbers as float64 (NaN where a cell is empty), text as str.
+    """
+
+    tables: dict[str, dict[str, npt.NDArray[Any]]] = field(repr=False)
+
+
+def _columns(path: Path) -> dict[str, npt.NDArray[Any]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        heading, *rows = list(csv.reader(file))
+    columns: dict[str, npt.NDArray[Any]] = {}
+    for number, name in enumerate(heading):
+        cells = [row[number] for row in rows]
+        try:
+            columns[name] = np.array([float(cell) if cell else np.nan for cell in cells])
+        except ValueError:
+            columns[name] = np.array(cells)
+    return columns
+
+
+def read_report(folder: Path, keep: bool, name: str) -> Report:
+    """What `study` or `tolerance` wrote into a folder; `keep` reads all files into memory."""
+    files = read_files(folder, keep, f"{name}.json")
+    tables = {path.stem: _columns(path) for path in sorted(folder.glob("*.csv"))}
+    return Report(tables=tables, **files)

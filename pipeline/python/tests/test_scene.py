@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scenes of Python objects: the keys are those of the design file, and light does what it must."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import batwing
+from batwing import scene, tracer
+
+
+@pytest.fixture(scope="module")
+def schema() -> dict[str, Any]:
+    """What `batwing schema` prints."""
+
+    done = subprocess.run(
+        [sys.executable, "-m", "batwing", "schema"], capture_output=True, check=True
+    )
+    return dict(json.loads(done.stdout))
+
+
+def forms(table: dict[str, Any]) -> list[dict[str, Any]]:
+    """Properties of each form that a table, or an entry of a list of tables, can have."""
+    table = table.get("items", table)
+    found = [one["properties"] for one in table.get("oneOf", table.get("anyOf", [table]))]
+    return [dict(one) for one in found]
+
+
+def keys(table: type[scene.Table]) -> set[str]:
+    return {one.name for one in dataclasses.fields(table)}
+
+
+LISTS: list[tuple[str, type[scene.Table]]] = [
+    ("solids", scene.Solid),
+    ("sources", scene.Source),
+    ("receivers", scene.Receiver),
+]
+
+
+@pytest.mark.parametrize("name, base", LISTS, ids=[name for name, _ in LISTS])
+def test_lists_have_a_class_for_each_kind_with_its_keys(
+    schema: dict[str, Any], name: str, base: type[scene.Table]
+) -> None:
+    known = {one["kind"]["const"]: one for one in forms(schema["properties"][name])}
+    classes = {one.kind_word: one for one in base.__subclasses__()}
+    assert set(classes) == set(known)
+    for kind, table in classes.items():
+        assert keys(table) <= set(known[str(kind)]), kind
+
+
+def test_tables_have_the_keys_of_the_design_file(schema: dict[str, Any]) -> None:
+    tables = {
+        "led": (scene.Led,),
+        "mirror": (scene.Mirror,),
+        "array": (scene.Array,),
+        "light": (scene.Light,),
+        "silicone": (scene.Medium,),
+        "dome": (scene.Dome, scene.MeridianDome, scene.MeshDome),
+    }
+    for name, classes in tables.items():
+        known = forms(schema["properties"][name])
+        for table in classes:
+            assert keys(table) <= set().union(*known), table
+    assert keys(scene.Scene) - {"others"} <= set(schema["properties"])
+
+
+def built(**more: Any) -> scene.Scene:
+    """A small black box on a black bottom, far below the plane of the figures."""
+    more.setdefault("others", {"receiver": {"plane_height_mm": 8.0}})
+    return scene.Scene(
+        "built",
+        led=scene.Led((0.1, 0.1), 0.05, "absorbing"),
+        mirror=scene.Mirror("absorbing", extent="array"),
+        array=scene.Array(pitch_mm=40.0, columns=1, rows=1),
+        light=scene.Light(wavelength_nm=550.0),
+        **more,
+    )
+
+
+def run(whole: scene.Scene, paths: int = 131_072) -> tracer.Model:
+    return tracer.run(whole.design(), paths=paths, seed=3).model("geometric")
+
+
+def point(**more: Any) -> list[scene.Source]:
+    return [scene.Isotropic("point", position_mm=(0, 0, 2.0), **more)]
+
+
+def test_half_of_the_light_of_a_point_goes_up() -> None:
+    up = run(built(sources=point())).ledger["escaped_up"]
+    assert up.value == pytest.approx(0.5, abs=4 * up.standard_error + 1e-3)
+
+
+def test_a_sphere_about_a_point_absorbs_by_beer_and_lambert() -> None:
+    glass = scene.Medium(index=1.0, absorption_per_mm=0.5)
+    ball = scene.Sphere("ball", position_mm=(0, 0, 2), radius_mm=1.0, medium=glass)
+    found = run(built(solids=[ball], sources=point(inside="ball"))).ledger["absorbed_in_ball"]
+    assert found.value == pytest.approx(1 - np.exp(-0.5), abs=4 * found.standard_error + 1e-7)
+
+
+def test_a_plate_reflects_by_fresnel() -> None:
+    """A collimated-enough spot under a plate: 4 % twice, with what goes to and fro."""
+    plate = scene.Box("plate", position_mm=(0, 0, 4), size_mm=(30, 30, 1), medium=scene.Medium(1.5))
+    spot = [scene.Cosine("spot", position_mm=(0, 0, 2), exponent=100_000.0)]
+    up = run(built(solids=[plate], sources=spot)).ledger["escaped_up"]
+    r = 0.04
+    assert up.value == pytest.approx((1 - r) / (1 + r), abs=4 * up.standard_error + 1e-4)
+
+
+def cube() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    faces = [
+        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+    ]  # fmt: skip
+    return corners, np.array(faces)
+
+
+def test_a_mesh_does_what_the_same_box_does(tmp_path: Path) -> None:
+    scene.write_mesh(tmp_path / "cube.obj", *cube())
+    medium = scene.Medium(1.5, absorption_per_mm=0.1)
+    place: dict[str, Any] = {"position_mm": (0, 0, 4), "medium": medium}
+    mesh = built(solids=[scene.Mesh("cube", "cube.obj", "mm", **place)], sources=point())
+    box = run(built(solids=[scene.Box("cube", (2, 2, 2), **place)], sources=point()))
+    found = tracer.run(mesh.design(tmp_path), paths=131_072, seed=3).model("geometric")
+    for name in ("escaped_up", "absorbed_in_cube"):
+        one, other = found.ledger[name], box.ledger[name]
+        error = np.hypot(one.standard_error, other.standard_error)
+        assert abs(one.value - other.value) < 4 * error + 1e-9
+
+
+def test_a_dome_with_sheets_and_receivers_is_one_design() -> None:
+    whole = scene.Scene(
+        "dome",
+        led=scene.Led((1.0, 1.0), 0.35, "mixed", reflectance=0.86, specular_fraction=0.5),
+        mirror=scene.Mirror("specular", 0.95, extent="package"),
+        array=scene.Array(8.0, columns=2, rows=1),
+        light=scene.Light(wavelength_nm=550.0),
+        dome=scene.Dome(sphere_radius_mm=2.0, height_mm=1.2, width_mm=3.6),
+        silicone=scene.Medium(1.41),
+        solids=[
+            scene.Disc(
+                "sheet", radius_mm=1.0, position_mm=(0, 0, 2), scatter=scene.Scatter("lambertian", 0.6, 0.3)
+            ),
+            scene.Rectangle(
+                "fence", (2, 2), per="array", position_mm=(0, 0, 1.5), rotation_deg=(0, 90, 0),
+                surface=scene.Reflector("lambertian", 0.9),
+            ),
+        ],
+        receivers=[
+            scene.Plane("above", position_mm=(0, 0, 4), size_mm=(20, 12), bins=(10, 6)),
+            scene.SurfaceFlux("through", surface="dome"),
+            scene.CGamma("lamp", theta_bin_deg=5, phi_bin_deg=15),
+        ],
+        others={"receiver": {"plane_height_mm": 3.5}},
+    )  # fmt: skip
+    found = run(whole, paths=65_536)
+    above = found.receivers["above"]
+    assert above.values.shape == above.standard_error.shape == (6, 10)
+    assert (above.standard_error > 0).all()
+    assert tracer.Design(whole.to_dict()).to_toml() == whole.design().to_toml()
+
+
+def test_no_default_is_written() -> None:
+    assert scene.Sphere("ball", 0.5).to_dict() == {"kind": "sphere", "name": "ball", "radius_mm": 0.5}
+
+
+def test_bad_scenes_are_refused_by_the_program(tmp_path: Path) -> None:
+    with pytest.raises(batwing.InputError) as caught:
+        built(solids=[scene.Sphere("ball", -0.5, medium=scene.Medium(1.5))]).design().check()
+    assert "radius_mm" in str(caught.value) and caught.value.got == "-0.5"
+    with pytest.raises(batwing.InputError, match="others.led"):
+        built(others={"led": {}}).to_dict()
+    corners, faces = cube()
+    for bad in (faces + 8, faces[:0], faces.astype(float), faces[:, :2]):
+        with pytest.raises(batwing.InputError, match="triangles"):
+            scene.write_mesh(tmp_path / "bad.obj", corners, bad)
+    with pytest.raises(batwing.InputError, match="corners"):
+        scene.write_mesh(tmp_path / "bad.obj", corners[:, :2], faces)
+    with pytest.raises(batwing.InputError, match="obj"):
+        scene.write_mesh(tmp_path / "bad.stl", corners, faces)
+    with pytest.raises(batwing.FileError, match="cannot write"):
+        scene.write_mesh(tmp_path / "none/bad.obj", corners, faces)
+    assert not list(tmp_path.iterdir())
