@@ -182,6 +182,32 @@ fn heights_of_the_sphere_give_a_dome_near_it() {
     assert!(at.len() == 12 && at[0].abs() < 1e-12 && at.is_sorted());
 }
 
+/// Rings stand on the dome of their own candidate: those of a former dome, some of which do not fit
+/// it, do not refuse it.
+#[test]
+fn rings_follow_the_dome_that_varies_with_them() {
+    let height = "profile = \"height_mm\"\nknots = 6\nfrom = 0.2\nto = 1.2";
+    let variables = variables("d3.toml", &[height, INNER, OUTER]);
+    let point = |heights: [f64; 6]| [&heights[..], &[0.3; 17], &[0.5; 17]].concat();
+    let falling = point([0.9, 0.9, 0.8, 0.6, 0.4, 0.1]);
+    let settings = variables.settings(&falling).expect("settings");
+    variables.source.with(&settings).expect("a design");
+    let resumed = variables.resumed(&settings, None).expect("variables");
+    let settings = resumed.settings(&point([0.3, 0.3, 1.0, 1.0, 0.6, 0.1]));
+    let settings = settings.expect("settings");
+    let rising = resumed.source.with(&settings).expect("a design");
+    let base = rising.base().expect("a dome");
+    let steepest = base.slopes_deg([0.3, 0.8])[0];
+    assert!(steepest < -30.0, "{steepest}");
+    // The former rings cannot stand there.
+    let mut dome_alone = settings;
+    dome_alone.remove("elements.shapes");
+    let refused = resumed.source.with(&dome_alone);
+    let refused = refused.err().map(|error| error.to_string());
+    let refused = refused.expect("no design");
+    assert!(refused.contains("steeper than the dome"), "{refused}");
+}
+
 fn objective(terms: &[&str], constraints: &[&str]) -> Objective {
     let terms: Vec<TermKeys> = terms
         .iter()

@@ -20,6 +20,8 @@ use crate::stages::ring_slopes::{RingSlopes, Side};
 
 /// Most values of a variable.
 const MOST: usize = 1000;
+/// Key of the shapes of rings.
+const SHAPES: &str = "elements.shapes";
 
 /// A checked variable.
 #[derive(Debug, Clone)]
@@ -244,26 +246,31 @@ impl Variables {
             return Ok(settings);
         }
         let mut design = self.source.with(&settings)?;
+        let rings = profiles
+            .iter()
+            .any(|(v, _)| matches!(v.place, Place::Rings(..)));
+        let mut slopes = rings.then(|| RingSlopes::of(&design)).transpose()?;
         for (variable, own) in &profiles {
             if matches!(variable.place, Place::Height) {
                 let values: Vec<f64> = own.iter().map(|x| variable.range.number(*x)).collect();
                 let dome = heights::dome(&values, &design, &self.source.table)?;
                 settings.insert("dome".to_owned(), dome);
+                if let Some(slopes) = &slopes {
+                    // Rings of the former dome need not fit this one.
+                    settings.insert(SHAPES.to_owned(), slopes.smooth());
+                }
                 design = self.source.with(&settings)?;
             }
         }
-        let rings = profiles
-            .iter()
-            .any(|(v, _)| matches!(v.place, Place::Rings(..)));
-        if rings {
-            let mut slopes = RingSlopes::of(&design)?;
+        if let Some(slopes) = &mut slopes {
             for (variable, own) in &profiles {
                 if let Place::Rings(side, rings) = &variable.place {
-                    variable.set_slopes(own, *side, *rings, &mut slopes)?;
+                    variable.set_slopes(own, *side, *rings, slopes)?;
                 }
             }
+            slopes.place_on(&design)?;
             slopes.clip(90.0 - self.limits.draft_deg, self.limits.apex_deg);
-            settings.insert("elements.shapes".to_owned(), slopes.shapes());
+            settings.insert(SHAPES.to_owned(), slopes.shapes());
         }
         Ok(settings)
     }

@@ -4,13 +4,13 @@
 #[cfg(test)]
 mod tests;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use toml::Value;
 
 use crate::config::design::Design;
 use crate::geometry::profile::Shape;
-use crate::geometry::{Chord, vertices};
+use crate::geometry::{BaseSurface, Chord, vertices};
 
 /// Least angle between a side and the smooth surface below it, degrees.
 const LEAST_BASE_DEG: f64 = 0.5;
@@ -49,11 +49,9 @@ impl RingSlopes {
     /// Of the rings of `design`.
     ///
     /// # Errors
-    /// Rings that are no triangles or steps.
+    /// Rings that are no triangles, steps or smooth; a package without rings.
     pub fn of(design: &Design) -> Result<Self> {
-        let Some(base) = design.base().filter(|_| design.has_relief()) else {
-            bail!("expected a design with [elements], got a smooth or bare package");
-        };
+        let base = base(design)?;
         let mut slopes = Self {
             inner: Vec::new(),
             outer: Vec::new(),
@@ -82,10 +80,22 @@ impl RingSlopes {
                 Shape::Os1 => 90.0,
                 _ => outer + fall,
             });
-            let radii = [k, k + 1].map(|k| k as f64 * width_mm);
-            slopes.falls.push(base.slopes_deg(radii));
+            slopes.falls.push(falls(base, k, width_mm));
         }
         Ok(slopes)
+    }
+
+    /// Puts sides of the same slopes on the smooth surface of `design`, which has as many rings.
+    ///
+    /// # Errors
+    /// A package without rings.
+    pub fn place_on(&mut self, design: &Design) -> Result<()> {
+        let base = base(design)?;
+        let width_mm = design.elements.width_mm;
+        for (k, fall) in self.falls.iter_mut().enumerate() {
+            *fall = falls(base, k, width_mm);
+        }
+        Ok(())
     }
 
     /// Number of rings.
@@ -123,6 +133,19 @@ impl RingSlopes {
         }
     }
 
+    /// The value of `elements.shapes` with every ring smooth.
+    pub fn smooth(&self) -> Value {
+        let ring = |(key, value): (&str, Value)| (key.to_owned(), value);
+        Value::Array(vec![Value::Table(toml::Table::from_iter(
+            [
+                ("from", Value::Integer(1)),
+                ("to", Value::Integer(self.count() as i64)),
+                ("type", Value::String("smooth".to_owned())),
+            ]
+            .map(ring),
+        ))])
+    }
+
     /// The value of `elements.shapes`: a triangle for each ring.
     pub fn shapes(&self) -> Value {
         let shape = |k: usize| {
@@ -147,4 +170,16 @@ impl RingSlopes {
         };
         Value::Array((0..self.count()).map(shape).collect())
     }
+}
+
+/// The smooth surface below the rings of `design`.
+fn base(design: &Design) -> Result<BaseSurface<'_>> {
+    let base = design.base();
+    let base = base.filter(|_| !design.elements.shapes.is_empty());
+    base.context("expected a design with [elements], got a package without rings")
+}
+
+/// Least and largest fall of the smooth surface below ring `k` from 0, degrees.
+fn falls(base: BaseSurface, k: usize, width_mm: f64) -> [f64; 2] {
+    base.slopes_deg([k, k + 1].map(|k| k as f64 * width_mm))
 }
