@@ -63,6 +63,25 @@ def test_results_are_saved_loaded_and_pickled(found: tracer.Results, tmp_path: P
     assert pickle.loads(pickle.dumps(found)).raw == found.raw
 
 
+def test_altered_and_missing_files_are_found(found: tracer.Results, tmp_path: Path) -> None:
+    found.verify()
+    found.save(tmp_path)
+    tracer.load(tmp_path).verify()
+    file = tmp_path / "D1/geometric_100um/far_field.csv"
+    whole = file.read_bytes()
+    file.write_bytes(whole.replace(b"0", b"1", 1))
+    with pytest.raises(batwing.FileError, match="far_field.csv"):
+        tracer.load(tmp_path).verify()
+    file.unlink()
+    with pytest.raises(batwing.FileError, match="far_field.csv"):
+        tracer.load(tmp_path).verify()
+    file.write_bytes(whole)
+    results = tmp_path / "results.json"
+    results.write_bytes(results.read_bytes().replace(b'"paths"', b'"Paths"', 1))
+    with pytest.raises(batwing.FileError, match="results.json"):
+        tracer.load(tmp_path).verify()
+
+
 def test_a_dict_twice_gives_the_same_bytes_and_names_no_temporary_file(root: Path) -> None:
     design = tracer.Design.read(root / "data/designs/d1.toml")
     first = tracer.run(design, model="geometric", paths=FEW, seed=5, threads=1)
@@ -138,6 +157,7 @@ def test_a_tolerance_analysis_has_its_samples(root: Path, tmp_path: Path) -> Non
     [table] = report.tables.values()
     assert {len(column) for column in table.values()} == {8}
     assert report.folder is None and report.seed == report.raw["seed"] == 2
+    report.verify()
 
 
 def test_a_study_has_its_table(tmp_path: Path) -> None:
@@ -212,6 +232,7 @@ def test_a_search_gives_figures_before_and_after(root: Path, tmp_path: Path, bin
 
     kept = tracer.optimise(problem)
     assert kept.raw == found.raw and kept.folder is None
+    kept.verify()
     kept.save(tmp_path / "saved")
     assert (tmp_path / "saved/optimise.json").read_bytes() == theirs
     assert tracer.load(tmp_path / "saved").raw == found.results.raw

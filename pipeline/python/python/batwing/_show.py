@@ -82,9 +82,9 @@ def relief(value: Relief, ax: Any) -> Any:
     """Polygons of three periods."""
     ax = _axes(ax)
     for period in range(3):
-        for polygon in value.polygons:
+        for number, polygon in enumerate(value.polygons):
             x, z = polygon.points_um.T
-            ax.fill(x + period * value.period_um, z, alpha=0.6)
+            ax.fill(x + period * value.period_um, z, f"C{number}", alpha=0.6)
     ax.set(xlabel="x (µm)", ylabel="z (µm)", aspect="equal")
     ax.invert_yaxis()
     return ax
@@ -94,15 +94,16 @@ def solution(value: Solution, ax: Any) -> Any:
     """Efficiencies of one direction over the order, of many over their number."""
     ax = _axes(ax)
     if value.theta_deg.ndim == 0 and value.reflected.ndim == 1:
-        ax.stem(value.orders_transmitted, value.transmitted, linefmt="C0-", label="transmitted")
-        ax.stem(value.orders_reflected, value.reflected, linefmt="C1-", label="reflected")
+        for number, name in enumerate(("transmitted", "reflected")):
+            orders, power = getattr(value, f"orders_{name}"), getattr(value, name)
+            ax.stem(orders, power, f"C{number}-", f"C{number}o", basefmt=" ", label=name)
         ax.set(xlabel="order", ylabel="efficiency")
     else:
         single = value.theta_deg.ndim == 1 and value.reflected.ndim == 2
         x = value.theta_deg if single else np.arange(value.total_reflected.size)
         ax.plot(x, np.ravel(value.total_transmitted), label="transmitted")
         ax.plot(x, np.ravel(value.total_reflected), label="reflected")
-        ax.set(xlabel="theta (deg)" if single else "direction", ylabel="share of the power")
+        ax.set(xlabel="theta (°)" if single else "direction", ylabel="share of the power")
     ax.legend()
     return ax
 
@@ -114,7 +115,7 @@ def hemisphere(value: Hemisphere, ax: Any) -> Any:
     shown = value.to_bottom[top].sum(axis=-1).mean(axis=-1)
     points = ax.scatter(value.kx[top], value.ky[top], c=shown, s=6, vmin=0, vmax=1)
     ax.figure.colorbar(points, ax=ax, label="transmitted from the top")
-    ax.set(xlabel="kx", ylabel="ky", aspect="equal")
+    ax.set(xlabel="kx (2π/λ)", ylabel="ky (2π/λ)", aspect="equal")
     return ax
 
 
@@ -135,9 +136,9 @@ def table(value: Table, ax: Any) -> Any:
     for name, sign in (("inner", -1.0), ("outer", 1.0)):
         wi = np.stack([np.sin(np.radians(theta)), 0 * theta, sign * np.cos(np.radians(theta))], 1)
         found = value.albedo(wi)
-        ax.plot(theta, found.transmitted.mean(axis=-1), label=f"transmitted, {name}")
-        ax.plot(theta, found.reflected.mean(axis=-1), "--", label=f"reflected, {name}")
-    ax.set(xlabel="theta (deg)", ylabel="share of the power")
+        ax.plot(theta, found.transmitted.mean(axis=-1), label=f"transmitted from {name}")
+        ax.plot(theta, found.reflected.mean(axis=-1), "--", label=f"reflected from {name}")
+    ax.set(xlabel="theta (°)", ylabel="share of the power")
     ax.legend()
     return ax
 
@@ -150,7 +151,7 @@ def results(value: Results, ax: Any) -> Any:
         if far is not None:
             name = "/".join(key)
             ax.errorbar(far.theta_deg, far.intensity, far.standard_error, lw=1, label=name)
-    ax.set(xlabel="theta (deg)", ylabel="intensity (1/sr)")
+    ax.set(xlabel="theta (°)", ylabel="intensity (1/sr)")
     ax.legend()
     return ax
 

@@ -373,8 +373,8 @@ class Grating:
         wavelength_um : float
             Vacuum wavelength.
         tolerance : float
-            Error of the share transmitted from any direction, 1e-8 to 0.1. Single orders may be off
-            by three times that.
+            Error of the share transmitted that 99 of 100 directions stay below, 1e-8 to 0.1. A
+            single direction or order may be off by three times that.
         threads : int, optional
             Threads to compute with.
 
@@ -605,8 +605,8 @@ def solve(
     slices : int, optional
         Slices of a relief with slanted walls [default: 24 to a wavelength of depth].
     tolerance : float, optional
-        In place of orders: error of the share transmitted from any direction, 1e-8 to 0.1
-        [default: 1e-3]. See `Grating.resolution`.
+        In place of orders: error of the share transmitted, 1e-8 to 0.1 [default: 1e-3]. See
+        `Grating.resolution`.
     side : {'top', 'bottom'}
         Half-space that the light comes from; its index is real.
     jones : bool

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
+import re
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,6 +18,7 @@ import numpy.typing as npt
 
 from . import _checks, _show
 from .design import PathLike
+from .errors import FileError
 
 __all__ = [
     "Comparison",
@@ -181,6 +184,7 @@ class Files:
     raw: dict[str, Any] = field(repr=False)
     seed: int
     folder: str | None = None
+    _name: str = field(repr=False)
     _files: dict[str, bytes] | None = field(default=None, repr=False)
 
     def save(self, folder: PathLike) -> None:
@@ -195,6 +199,38 @@ class Files:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
 
+    def verify(self) -> None:
+        """Checks by their SHA-256 that all files are as they were written.
+
+        Raises
+        ------
+        batwing.FileError
+            A file that is missing or altered; the first one.
+        """
+        # The hash of the JSON file is that of its text without the hash itself.
+        text = self._content(self._name).rstrip()
+        text = re.sub(rb'("content_sha256"\s*:\s*")[^"]*', rb"\1", text, count=1)
+        self._compare(self._name, text, self.raw["content_sha256"])
+        for entry in self.raw["files"]:
+            self._compare(entry["file"], self._content(entry["file"]), entry["sha256"])
+
+    def _content(self, name: str) -> bytes:
+        if self._files is not None and name in self._files:
+            return self._files[name]
+        path = Path(self.folder or "", name)
+        try:
+            return path.read_bytes()
+        except OSError as error:
+            why = error.strerror or str(error)
+            raise FileError(f"{path}: cannot read it: {why}", str(path), why, "a file") from error
+
+    def _compare(self, name: str, content: bytes, expected: str) -> None:
+        got = hashlib.sha256(content).hexdigest()
+        if got != expected:
+            path = str(Path(self.folder or "", name))
+            message = f"{path}: expected the SHA-256 {expected} of {self._name}, got {got}"
+            raise FileError(message, path, got, expected)
+
 
 def read_files(folder: Path, keep: bool, name: str) -> dict[str, Any]:
     """Fields of `Files`, of the folder that a command wrote; `keep` reads all files into memory."""
@@ -205,7 +241,7 @@ def read_files(folder: Path, keep: bool, name: str) -> dict[str, Any]:
         paths = [path for path in paths if ".batwing-cache" not in path.parts]
         files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in sorted(paths)}
     seed, place = int(raw["seed"]), None if keep else str(folder)
-    return {"raw": raw, "seed": seed, "folder": place, "_files": files}
+    return {"raw": raw, "seed": seed, "folder": place, "_name": name, "_files": files}
 
 
 @dataclass(frozen=True)
