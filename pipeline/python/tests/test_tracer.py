@@ -41,6 +41,7 @@ def test_figures_have_errors_and_units(found: tracer.Results) -> None:
     model = found.model("geometric")
     uniformity = model.figures["uniformity"]
     assert 0 < uniformity.standard_error < 0.05 < uniformity.value < 1
+    assert f"{tracer.Figure(0.5, 0.25, '1', {}):+.2f}" == "+0.50 ± 0.25"
     assert model.figures["peak_angle_deg"].unit == "deg"
     total = sum(f.value for name, f in model.ledger.items() if name.startswith(("escaped", "absorbed", "lost")))
     assert total == pytest.approx(1.0, abs=1e-9)

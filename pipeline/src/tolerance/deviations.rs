@@ -176,6 +176,16 @@ impl Deviations {
         Ok(all)
     }
 
+    /// The deviations of one sample, those of a common tolerance once.
+    pub fn independent<'a>(&self, drawn: &'a [Deviation]) -> Vec<&'a Deviation> {
+        let repeats = |k: usize| {
+            let tolerance = drawn[k].tolerance;
+            self.tolerances[tolerance].common && k > 0 && drawn[k - 1].tolerance == tolerance
+        };
+        let first = |k: &usize| !repeats(*k);
+        (0..drawn.len()).filter(first).map(|k| &drawn[k]).collect()
+    }
+
     /// Keys of the design with these deviations.
     ///
     /// # Errors
@@ -370,5 +380,21 @@ mod tests {
             assert_eq!(value, Some(nominal + deviation.value));
         }
         assert!(drawn[0].value.to_bits() != drawn[1].value.to_bits());
+        assert_eq!(all.independent(&drawn).len(), 4);
+
+        let common = |key: &str| Tolerance {
+            common: true,
+            ..keys(key)
+        };
+        let all = Deviations {
+            tolerances: vec![common("led.offsets_mm.*.*"), common("led.height_mm")],
+            factor: DMatrix::identity(2, 2),
+        };
+        let drawn = all
+            .draw(&source, &mut Deviations::random(1))
+            .expect("drawn");
+        assert_eq!(drawn[0].value.to_bits(), drawn[3].value.to_bits());
+        // A regression on copies of one column has no answer.
+        assert_eq!(all.independent(&drawn), [&drawn[0], &drawn[4]]);
     }
 }

@@ -114,7 +114,7 @@ pub struct Contribution {
     pub tolerance: usize,
     /// Share of the variance of the samples' values less their noise.
     pub share: Estimate,
-    /// Change of the figure for one standard deviation of a tolerance with a single place.
+    /// Change of the figure for one standard deviation of a tolerance with a single deviation.
     pub slope: Option<Estimate>,
 }
 

@@ -325,12 +325,15 @@ fn statistics(
         .collect::<Option<_>>()?;
     let values: Vec<Estimate> = found.iter().map(|(_, value)| *value).collect();
     let scatter = scatter(&values)?;
+    let independent = |sample: &super::compute::SampledPackage| -> (Vec<usize>, Vec<f64>) {
+        let columns = analysis.deviations.independent(&sample.deviations);
+        columns.into_iter().map(|d| (d.tolerance, d.value)).unzip()
+    };
     let inputs: Vec<Vec<f64>> = found
         .iter()
-        .map(|(sample, _)| sample.deviations.iter().map(|d| d.value).collect())
+        .map(|(sample, _)| independent(sample).1)
         .collect();
-    let columns = sampled.samples.first()?.deviations.iter();
-    let groups: Vec<usize> = columns.map(|d| d.tolerance).collect();
+    let groups: Vec<usize> = independent(sampled.samples.first()?).0;
     let error = scatter.mean.standard_error.hypot(nominal.standard_error);
     Some(FigureStatistics {
         key: key.to_owned(),

@@ -61,7 +61,7 @@ class Figure:
     more: dict[str, Any]
 
     def __format__(self, spec: str) -> str:
-        return f"{self.value:{spec}} ± {self.standard_error:{spec}}"
+        return f"{self.value:{spec}} ± {self.standard_error:{spec.replace('+', '')}}"
 
     @classmethod
     def of(cls, entry: Mapping[str, Any], unit: str = "1") -> Figure:
