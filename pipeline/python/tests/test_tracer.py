@@ -253,12 +253,13 @@ def test_a_front_has_its_designs(root: Path, tmp_path: Path) -> None:
         assert one.design.data["array"]["pitch_mm"] == pytest.approx(one.coefficients[0])
 
 
-def test_the_quick_reproduction_is_read(root: Path) -> None:
+def test_the_quick_reproduction_is_read(tmp_path: Path) -> None:
     folder = os.environ.get("BATWING_RESULTS")
     if folder is None:
-        pytest.skip("needs BATWING_RESULTS, the folder of `batwing reproduce`")
+        pytest.skip("needs BATWING_RESULTS, the folder of `batwing reproduce --quick`")
     found = tracer.load(folder)
     assert isinstance(found, tracer.Reproduction)
+    found.verify()
     rows = found.comparisons()
     assert {row.design for row in rows} == {"D1", "D2", "D3"}
     assert all(np.isfinite(row.difference) for row in rows)
@@ -267,3 +268,10 @@ def test_the_quick_reproduction_is_read(root: Path) -> None:
     transmitted = found.figure_6.rcwa["share"].sum()
     assert transmitted == pytest.approx(1.0, abs=1e-3)
     assert found.figure_6.rays["share"].sum() == pytest.approx(1.0, abs=1e-3)
+
+    # Tables and traces are those of its cache, where it has one.
+    again = tracer.reproduce(quick=True, cache=Path(folder) / "cache", out=tmp_path)
+    assert again.quick and again.raw == found.raw
+    for name in ("hybrid_10um", "geometric_100um"):
+        theirs = found.models["D1", name].arrays["far_field"]
+        np.testing.assert_array_equal(again.models["D1", name].arrays["far_field"], theirs)

@@ -96,7 +96,8 @@ def solution(value: Solution, ax: Any) -> Any:
     if value.theta_deg.ndim == 0 and value.reflected.ndim == 1:
         for number, name in enumerate(("transmitted", "reflected")):
             orders, power = getattr(value, f"orders_{name}"), getattr(value, name)
-            ax.stem(orders, power, f"C{number}-", f"C{number}o", basefmt=" ", label=name)
+            style = {"linefmt": f"C{number}-", "markerfmt": f"C{number}o", "basefmt": " "}
+            ax.stem(orders, power, label=name, **style)
         ax.set(xlabel="order", ylabel="efficiency")
     else:
         single = value.theta_deg.ndim == 1 and value.reflected.ndim == 2
