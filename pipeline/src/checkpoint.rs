@@ -13,12 +13,13 @@
 //! The shards of a job keep theirs under `jobs/<job>` in the cache instead, traces of any length,
 //! where no other command looks; a job is of one program. Merging reads them and traces nothing.
 
-use std::collections::BTreeSet;
-use std::fs;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File, Metadata};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use anyhow::{Context, Result, anyhow};
 use rayon::prelude::*;
@@ -62,6 +63,25 @@ pub struct Checkpoints {
     refused: AtomicBool,
     /// Why a group could not be kept, or that one is missing where all are merged.
     failure: Mutex<Option<anyhow::Error>>,
+    /// Files that a merge has compared with their hashes, as they were then.
+    verified: Mutex<BTreeMap<PathBuf, FileState>>,
+}
+
+/// What changes with every change of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct FileState {
+    length: u64,
+    modified: SystemTime,
+}
+
+impl FileState {
+    /// `None` where the file system keeps no times.
+    fn of(file: &Metadata) -> Option<Self> {
+        Some(Self {
+            length: file.len(),
+            modified: file.modified().ok()?,
+        })
+    }
 }
 
 /// What groups are kept for.
@@ -104,6 +124,7 @@ impl Checkpoints {
             purpose: Purpose::Resuming,
             refused: AtomicBool::new(false),
             failure: Mutex::default(),
+            verified: Mutex::default(),
         })
     }
 
@@ -122,6 +143,7 @@ impl Checkpoints {
             },
             refused: AtomicBool::new(false),
             failure: Mutex::default(),
+            verified: Mutex::default(),
         }
     }
 
@@ -246,19 +268,49 @@ impl Groups<'_> {
     /// The file of a group and what it holds; `None` without one.
     fn look(&self, group: u64) -> Option<(PathBuf, Result<Vec<u8>, &'static str>)> {
         let path = self.path(group);
-        let bytes = fs::read(&path).ok()?;
-        let content = self.unpack(group, &bytes).map(<[u8]>::to_vec);
+        let mut file = File::open(&path).ok()?;
+        let metadata = file.metadata().ok()?;
+        let mut bytes = Vec::with_capacity(metadata.len() as usize + 1);
+        file.read_to_end(&mut bytes).ok()?;
+        let content = self.unpack(group, &path, bytes, FileState::of(&metadata));
         Some((path, content))
     }
 
     /// The bytes of a group from those of its file.
-    fn unpack<'b>(&self, group: u64, file: &'b [u8]) -> Result<&'b [u8], &'static str> {
-        let whole = file.get(HEAD..).filter(|content| {
-            file[..MARK.len()] == *MARK && file[MARK.len()..HEAD] == *Sha256::digest(content)
-        });
-        let content = whole.ok_or("is damaged")?;
-        let of_group = content.strip_prefix(&*self.header(group));
-        of_group.ok_or("holds paths of another trace or group")
+    fn unpack(
+        &self,
+        group: u64,
+        path: &Path,
+        mut file: Vec<u8>,
+        state: Option<FileState>,
+    ) -> Result<Vec<u8>, &'static str> {
+        if file.len() < HEAD || file[..MARK.len()] != *MARK || !self.is_whole(path, &file, state) {
+            return Err("is damaged");
+        }
+        let header = self.header(group);
+        if !file[HEAD..].starts_with(&header) {
+            return Err("holds paths of another trace or group");
+        }
+        file.drain(..HEAD + header.len());
+        Ok(file)
+    }
+
+    /// Whether the content of a file is that of its hash. A merge reads a file twice, to see that
+    /// all are there and to add them up, and hashes it once unless it has changed.
+    fn is_whole(&self, path: &Path, file: &[u8], state: Option<FileState>) -> bool {
+        let merging = self.checkpoints.is_merging();
+        let verified = || {
+            let verified = self.checkpoints.verified.lock();
+            verified.unwrap_or_else(PoisonError::into_inner)
+        };
+        if merging && state.is_some() && verified().get(path) == state.as_ref() {
+            return true;
+        }
+        let whole = file[MARK.len()..HEAD] == *Sha256::digest(&file[HEAD..]);
+        if let Some(state) = state.filter(|_| merging && whole) {
+            verified().insert(path.to_path_buf(), state);
+        }
+        whole
     }
 }
 
@@ -356,6 +408,28 @@ mod tests {
         }
         second.finish();
         assert!(!cache.exists());
+    }
+
+    #[test]
+    fn a_merge_sees_a_file_that_changed_after_it_was_verified() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let open = |merging| Checkpoints::of_job(directory.path(), "job", merging, QUIET);
+        let fields = json!({"seed": 1});
+        open(false).of(&fields).keep(0, b"some bytes");
+        let merge = open(true);
+        let groups = merge.of(&fields);
+        assert_eq!(groups.missing(2), [1]);
+        assert_eq!(groups.find(0).as_deref(), Some(&b"some bytes"[..]));
+        let path = groups.path(0);
+        let mut bytes = fs::read(&path).expect("a file");
+        *bytes.last_mut().expect("bytes") ^= 1;
+        fs::write(&path, bytes).expect("written");
+        let file = File::options().write(true).open(&path).expect("a file");
+        // Not within the resolution of the clock of files.
+        let later = SystemTime::now() + Duration::from_secs(1);
+        file.set_modified(later).expect("set");
+        assert_eq!(groups.find(0), None);
+        assert!(merge.is_whole().is_err());
     }
 
     #[test]

@@ -18,38 +18,49 @@ use crate::results::ray_paths::TracedPath;
 /// Paths in the plane of the section.
 const IN_SECTION: u64 = 120;
 
-/// Traces a few paths of `parts`, each a wavelength with its dome and its share of the flux, writes
-/// the file into the model's folder under `out` and lists it in `result`.
+/// The package of `design`, with a few paths of `parts`, each a wavelength with its dome and its
+/// share of the flux.
 ///
 /// # Errors
-/// Scenes that cannot be built; a file that cannot be written.
-pub(super) fn write(
+/// Scenes that cannot be built.
+pub(super) fn package(
     design: &Design,
     parts: &[WavelengthScene],
-    out: &Path,
-    result: &mut ModelResult,
+    is_spectral: bool,
     seed: u64,
-) -> Result<()> {
+) -> Result<PackageFile> {
     let first = parts.first().context("expected light to trace")?;
     let drawing = package_drawing(design, first.surface.meridian());
     let words = description(design).into_iter();
     let mut simulated: Vec<(String, String)> = words
         .map(|(name, words)| (name.to_owned(), words))
         .collect();
-    if result.spectrum.is_none() {
+    if !is_spectral {
         simulated.push((
             "wavelength".to_owned(),
             format!("{} nm", design.wavelength_nm),
         ));
     }
-    let file = PackageFile {
+    Ok(PackageFile {
         simulated,
         section_paths: section_paths(parts, seed)?,
         paths_3d: paths_3d(parts, &drawing.rings, seed)?,
         drawing,
-    };
+    })
+}
+
+/// Writes the file into the model's folder under `out` and lists it in `result`.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(super) fn write(
+    package: &PackageFile,
+    design: &Design,
+    out: &Path,
+    result: &mut ModelResult,
+) -> Result<()> {
     let inner: PathBuf = [design.name.as_str(), &result.key, FILE].iter().collect();
-    let text = serde_json::to_string(&file)? + "\n";
+    let text = serde_json::to_string(package)? + "\n";
     write_bytes(&out.join(&inner), text.as_bytes())?;
     result.files.push(inner);
     Ok(())

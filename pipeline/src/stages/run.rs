@@ -116,14 +116,20 @@ impl Run<'_> {
         if let (Model::Hybrid, Some(tables)) = (model, tables) {
             result.tables = tables.describe();
         }
-        let output = self.output(Units::of(design, None));
-        output.write(&mut result, &mut Cow::Owned(observation), context)?;
         let part = WavelengthScene {
             design,
             surface: &surface,
             share: 1.0,
         };
-        package::write(design, &[part], self.out, &mut result, context.seed)?;
+        let output = self.output(Units::of(design, None));
+        let mut observation = Cow::Owned(observation);
+        // Paths of the package are traced on one thread.
+        let (package, written) = rayon::join(
+            || package::package(design, &[part], false, context.seed),
+            || output.write(&mut result, &mut observation, context),
+        );
+        written?;
+        package::write(&package?, design, self.out, &mut result)?;
         Ok(result)
     }
 
@@ -142,7 +148,8 @@ impl Run<'_> {
             output.write_by_wavelength(&mut result, &nodes, &observation)?;
         }
         let parts = trace.surfaces();
-        package::write(self.design, &parts, self.out, &mut result, context.seed)?;
+        let package = package::package(self.design, &parts, true, context.seed)?;
+        package::write(&package, self.design, self.out, &mut result)?;
         Ok(result)
     }
 
