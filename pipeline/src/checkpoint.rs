@@ -16,6 +16,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, Metadata};
 use std::io::Read;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -258,10 +259,10 @@ impl Groups<'_> {
         [self.key.hex().as_bytes(), &group.to_le_bytes()].concat()
     }
 
-    /// Numbers of those of `count` groups that are missing or unusable.
-    pub fn missing(&self, count: u64) -> Vec<u64> {
+    /// Those of `groups` that are missing or unusable.
+    pub fn missing(&self, groups: Range<u64>) -> Vec<u64> {
         let is_there = |group: u64| matches!(self.look(group), Some((_, Ok(_))));
-        let groups = (0..count).into_par_iter();
+        let groups = groups.into_par_iter();
         groups.filter(|&group| !is_there(group)).collect()
     }
 
@@ -418,7 +419,7 @@ mod tests {
         open(false).of(&fields).keep(0, b"some bytes");
         let merge = open(true);
         let groups = merge.of(&fields);
-        assert_eq!(groups.missing(2), [1]);
+        assert_eq!(groups.missing(0..2), [1]);
         assert_eq!(groups.find(0).as_deref(), Some(&b"some bytes"[..]));
         let path = groups.path(0);
         let mut bytes = fs::read(&path).expect("a file");

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shards: the parts into which the pieces of a job are dealt, so that several processes compute it.
 //!
-//! A piece is a table of a ring or one unit of a task, such as a group of paths. Tables go by cost,
-//! the largest first, each to the shard with the least so far. Units follow in their order, so that
-//! a shard has neighbours of few tasks, and fill every shard up to one level. The deal depends on
-//! costs and number of shards alone: every process finds the same.
+//! A piece is a table of a ring or a part of a task, such as a group of paths. Tables go by cost, the
+//! largest first, each to the shard with the least so far. Parts of tasks follow in their order, so
+//! that a shard has neighbours of few tasks, and fill every shard up to one level. The deal depends
+//! on costs and number of shards alone: every process finds the same.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -55,10 +55,10 @@ impl Display for ShardChoice {
     }
 }
 
-/// What is dealt of one task.
+/// The pieces of one task.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Units {
-    /// Number of units.
+pub struct TaskPieces {
+    /// How many they are.
     pub count: u64,
     /// Cost of each.
     pub cost: f64,
@@ -69,17 +69,17 @@ pub struct Units {
 pub struct Share {
     /// Numbers of tables.
     pub tables: Vec<usize>,
-    /// Numbers of tasks, ascending, and their units.
-    pub units: Vec<(usize, Range<u64>)>,
+    /// Numbers of tasks, ascending, and of their pieces.
+    pub tasks: Vec<(usize, Range<u64>)>,
     /// Cost of all of them.
     pub cost: f64,
 }
 
-/// Deals tables and units of tasks, by their costs, to `count` shards.
-pub fn deal(tables: &[f64], tasks: &[Units], count: usize) -> Vec<Share> {
+/// Deals tables and pieces of tasks, by their costs, to `count` shards.
+pub fn deal(tables: &[f64], tasks: &[TaskPieces], count: usize) -> Vec<Share> {
     let mut shares = vec![Share::default(); count.max(1)];
     deal_tables(tables, &mut shares);
-    deal_units(tasks, &mut shares);
+    deal_tasks(tasks, &mut shares);
     shares
 }
 
@@ -101,31 +101,31 @@ fn deal_tables(tables: &[f64], shares: &mut [Share]) {
     }
 }
 
-fn deal_units(tasks: &[Units], shares: &mut [Share]) {
+fn deal_tasks(tasks: &[TaskPieces], shares: &mut [Share]) {
     let all: f64 = tasks.iter().map(|task| task.count as f64 * task.cost).sum();
     let level = level(shares, all);
     let mut shard = 0;
-    // Cost of the units up to the end of the shard's own.
+    // Cost of the pieces up to the end of the shard's own.
     let room = |share: &Share| (level - share.cost).max(0.0);
     let mut end = room(&shares[0]);
     let mut before = 0.0;
     for (number, task) in tasks.iter().enumerate() {
-        for unit in 0..task.count {
+        for piece in 0..task.count {
             while shard + 1 < shares.len() && before + 0.5 * task.cost > end {
                 shard += 1;
                 end += room(&shares[shard]);
             }
             before += task.cost;
-            match shares[shard].units.last_mut() {
-                Some((last, units)) if *last == number => units.end = unit + 1,
-                _ => shares[shard].units.push((number, unit..unit + 1)),
+            match shares[shard].tasks.last_mut() {
+                Some((last, pieces)) if *last == number => pieces.end = piece + 1,
+                _ => shares[shard].tasks.push((number, piece..piece + 1)),
             }
         }
     }
     for share in shares {
-        let units = share.units.iter();
-        share.cost += units
-            .map(|(task, units)| (units.end - units.start) as f64 * tasks[*task].cost)
+        let own = share.tasks.iter();
+        share.cost += own
+            .map(|(task, pieces)| (pieces.end - pieces.start) as f64 * tasks[*task].cost)
             .sum::<f64>();
     }
 }
@@ -175,7 +175,7 @@ mod tests {
     fn every_piece_goes_to_one_shard_and_shards_cost_the_same() {
         let tables: Vec<f64> = (1..=26).map(|k| f64::from(k * k)).collect();
         let tasks = [(64, 3.0), (1, 5.0), (64, 0.5), (0, 1.0), (64, 20.0)];
-        let tasks = tasks.map(|(count, cost)| Units { count, cost });
+        let tasks = tasks.map(|(count, cost)| TaskPieces { count, cost });
         let whole: f64 =
             tables.iter().sum::<f64>() + tasks.iter().map(|t| t.count as f64 * t.cost).sum::<f64>();
         for count in [1, 2, 3, 8, 64, 1000] {
@@ -185,9 +185,9 @@ mod tests {
             dealt.sort_unstable();
             assert!(dealt.into_iter().eq(0..tables.len()));
             let mut next = [0; 5];
-            for (task, units) in shares.iter().flat_map(|s| s.units.clone()) {
-                assert_eq!((units.start, next[task]), (next[task], units.start));
-                next[task] = units.end;
+            for (task, pieces) in shares.iter().flat_map(|s| s.tasks.clone()) {
+                assert_eq!(pieces.start, next[task]);
+                next[task] = pieces.end;
             }
             assert_eq!(next, [64, 1, 64, 0, 64]);
             let sum: f64 = shares.iter().map(|s| s.cost).sum();

@@ -317,11 +317,12 @@ fn a_plan_notes_the_job_and_scripts_run_its_shards() {
     let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let shards = json["shards"].as_array().expect("shards");
     assert_eq!(shards.len(), 3);
-    for key in ["tables", "units", "paths"] {
+    for key in ["pieces", "tables", "paths"] {
         let sum: u64 = shards.iter().filter_map(|s| s[key].as_u64()).sum();
         assert_eq!(Some(sum), json["all"][key].as_u64(), "{key}");
     }
-    assert_eq!(json["all"]["units"], 4 * 64);
+    let [pieces, tables] = ["pieces", "tables"].map(|key| json["all"][key].as_u64());
+    assert_eq!(pieces, tables.map(|tables| 4 * 64 + tables));
 
     let options = "--time=10 --partition=short";
     does(

@@ -106,7 +106,7 @@ pub struct JobRecord {
     pub shards: usize,
     /// Directory of the cache, as given.
     pub cache: Option<PathBuf>,
-    /// Where the first shard was begun, by which paths that are not absolute are meant.
+    /// Where the first shard was started, by which paths that are not absolute are meant.
     pub directory: PathBuf,
     /// Files read, by their hashes.
     inputs: Vec<FileRecord>,
@@ -156,7 +156,7 @@ impl JobRecord {
         let whole = hashes(&text).is_some_and(|(found, stated)| found == stated);
         ensure!(
             whole,
-            "`{}`: expected the record of a job, got one that was altered; remove it and begin the job again",
+            "`{}`: expected the record of a job, got one that was altered; remove it and start the job again",
             path.display()
         );
         let record = serde_json::from_str(&text)
@@ -184,7 +184,7 @@ impl JobRecord {
         let path = out.join(FILE);
         let differs = |what: &str, of_job: &str, own: &str| {
             format!(
-                "`{}`: {what}: expected {of_job}, as the job was begun there, got {own}; use another --out, or remove that file, to begin another job",
+                "`{}`: {what}: expected {of_job}, as the job was started there, got {own}; use another --out, or remove that file, to start another job",
                 path.display()
             )
         };
@@ -224,25 +224,25 @@ impl JobRecord {
         Ok(())
     }
 
-    /// Takes part in the job in `out`, which this begins if there is none.
+    /// Takes part in the job in `out`, which this starts if there is none.
     ///
     /// # Errors
     /// Another job there, or another number of shards.
     pub fn join(&self, out: &Path) -> Result<()> {
-        let begun = if let Some(begun) = Self::read(out)? {
-            begun
+        let started = if let Some(started) = Self::read(out)? {
+            started
         } else {
-            // Another job may be begun in the same moment: the first record stays.
+            // Another job may be started in the same moment: the first record stays.
             atomic_file::write_new_json(&out.join(FILE), &self.json()?)?;
             Self::read(out)?.context("the record of the job was removed")?
         };
-        self.same_job(&begun, out)?;
+        self.same_job(&started, out)?;
         let path = out.join(FILE);
         ensure!(
-            begun.shards == self.shards,
-            "`{}`: expected shards of {}, as the job was begun there, got {}; `batwing plan {} --shards {}` deals it anew",
+            started.shards == self.shards,
+            "`{}`: expected shards of {}, as the job was started there, got {}; `batwing plan {} --shards {}` deals it anew",
             path.display(),
-            begun.shards,
+            started.shards,
             self.shards,
             out.display(),
             self.shards

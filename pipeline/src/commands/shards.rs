@@ -38,13 +38,13 @@ const NAMED: usize = 3;
 /// Which job.
 #[derive(Debug, Args)]
 pub struct JobChoice {
-    /// Directory of results in which the job was begun
+    /// Directory of results in which the job was started
     #[arg(value_name = "JOB", required_unless_present = "command")]
     pub directory: Option<PathBuf>,
     /// Number of shards [default: that of the job, or one for every ten minutes]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(SHARDS))]
     pub shards: Option<usize>,
-    /// A command that begins a job in its --out, with its options
+    /// A command that starts a job in its --out, with its options
     #[arg(last = true, value_name = "COMMAND", conflicts_with = "directory")]
     pub command: Vec<OsString>,
 }
@@ -60,7 +60,7 @@ pub struct PlanArgs {
 /// `batwing merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// Directory of results in which the job was begun
+    /// Directory of results in which the job was started
     #[arg(value_name = "JOB")]
     pub directory: PathBuf,
 }
@@ -142,14 +142,14 @@ pub fn plan(arguments: &PlanArgs, context: RunContext) -> Result<()> {
     });
     context.console.result(&json, || {
         let mut text = format!(
-            "{}: {}\n shard  tables  operations   units       paths   seconds on a core\n",
+            "{}: {}\n shard  pieces  tables  operations       paths   seconds on a core\n",
             count(shards, "shard"),
             pieces(&all)
         );
         let row = |name: &str, cost: &Cost| {
             format!(
-                "{name:>6}  {:>6}  {:>10.2e}  {:>6}  {:>10}  {:>18.1}\n",
-                cost.tables, cost.operations, cost.units, cost.paths, cost.seconds
+                "{name:>6}  {:>6}  {:>6}  {:>10.2e}  {:>10}  {:>18.1}\n",
+                cost.pieces, cost.tables, cost.operations, cost.paths, cost.seconds
             )
         };
         for (number, cost) in costs.iter().enumerate().take(SHOWN) {
@@ -187,9 +187,9 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
     let pieces = Checkpoints::of_job(cache.directory(), &identity, true, context.console);
     let context = context.storing(Some(&pieces));
     let merge = || -> Result<()> {
-        let lacking = open.work.lacking(record.shards, &cache, context)?;
-        if !lacking.is_empty() {
-            return Err(incomplete(record, out, &lacking).into());
+        let missing = open.work.missing(record.shards, &cache, context)?;
+        if !missing.is_empty() {
+            return Err(incomplete(record, out, &missing).into());
         }
         command.run(context)?;
         // What killed shards and merges left: they wrote to the folders that this merge wrote to.
@@ -242,7 +242,7 @@ pub fn submit(arguments: &SubmitArgs, context: RunContext) -> Result<()> {
     })
 }
 
-/// A job that is begun in a directory.
+/// A job that is started in a directory.
 pub(super) struct OpenJob {
     pub record: JobRecord,
     pub line: SharedLine,
@@ -253,10 +253,10 @@ pub(super) struct OpenJob {
 impl OpenJob {
     /// The job in a directory, or that of a command, which is noted in its directory.
     pub fn open(choice: &JobChoice, context: RunContext) -> Result<Self> {
-        let (line, begun) = if let Some(out) = &choice.directory {
+        let (line, started) = if let Some(out) = &choice.directory {
             let record = JobRecord::read(out)?.with_context(|| {
                 format!(
-                    "`{}`: expected the record of a job that was begun there, got none: nothing was begun, or it is merged already",
+                    "`{}`: expected the record of a job that was started there, got none: none was started, or it is merged already",
                     out.join(FILE).display()
                 )
             })?;
@@ -280,19 +280,19 @@ impl OpenJob {
             seed: line.seed,
             ..context
         };
-        let work = command.work(context).with_context(|| match &begun {
-            Some(record) => format!("the job was begun in `{}`", record.directory.display()),
+        let work = command.work(context).with_context(|| match &started {
+            Some(record) => format!("the job was started in `{}`", record.directory.display()),
             None => out.display().to_string(),
         })?;
-        let begun = match begun {
+        let started = match started {
             Some(record) => Some(record),
             None => JobRecord::read(&out)?,
         };
-        let before = begun.as_ref().map(|record| record.shards);
+        let before = started.as_ref().map(|record| record.shards);
         let shards = choice.shards.or(before).unwrap_or_else(|| usual(&*work));
         let own = JobRecord::of(command, &*work, shards, context)?;
-        if let Some(begun) = &begun {
-            own.same_job(begun, &out)?;
+        if let Some(started) = &started {
+            own.same_job(started, &out)?;
         }
         if before != Some(shards) {
             writable(&out)?;
@@ -315,19 +315,19 @@ fn usual(work: &dyn SharedWork) -> usize {
 }
 
 /// The message of shards that are not done, with the command that repeats them.
-fn incomplete(record: &JobRecord, out: &Path, lacking: &[MissingPieces]) -> Stopped {
-    let numbers = lacking.iter().map(|shard| shard.shard).collect();
+fn incomplete(record: &JobRecord, out: &Path, missing: &[MissingPieces]) -> Stopped {
+    let numbers = missing.iter().map(|shard| shard.shard).collect();
     let choice = ShardChoice {
         numbers,
         count: record.shards,
     };
-    let all = lacking.iter().take(SHOWN).map(|shard| {
+    let all = missing.iter().take(SHOWN).map(|shard| {
         let tables = shard
             .tables
             .iter()
             .map(|ring| format!("the table of {ring}"));
         let tasks = shard.tasks.iter();
-        let tasks = tasks.map(|(what, units)| format!("{units} of {what}"));
+        let tasks = tasks.map(|(what, pieces)| format!("{pieces} of {what}"));
         let mut pieces: Vec<String> = tables.chain(tasks).collect();
         let more = pieces.len().saturating_sub(NAMED);
         pieces.truncate(NAMED);
@@ -340,8 +340,8 @@ fn incomplete(record: &JobRecord, out: &Path, lacking: &[MissingPieces]) -> Stop
         format!("{} ({})", shard.shard, pieces.join(", "))
     });
     let mut all: Vec<String> = all.collect();
-    if lacking.len() > SHOWN {
-        all.push(format!("and {} more", lacking.len() - SHOWN));
+    if missing.len() > SHOWN {
+        all.push(format!("and {} more", missing.len() - SHOWN));
     }
     let script = submit::script_of_shards(out);
     let words = if submit::is_script_of(record.shards, out) {
@@ -357,7 +357,7 @@ fn incomplete(record: &JobRecord, out: &Path, lacking: &[MissingPieces]) -> Stop
             "{}: expected the pieces of {}, got {} without all of theirs: {}; `{}` computes them",
             out.display(),
             count(record.shards, "shard"),
-            lacking.len(),
+            missing.len(),
             all.join("; "),
             shell_line(&words)
         ),
@@ -390,18 +390,18 @@ fn worth_repeating(error: Error) -> Error {
 }
 
 fn pieces(cost: &Cost) -> String {
-    format!(
-        "{}, {} of tasks",
-        count(cost.tables, "table"),
-        count(cost.units, "unit")
-    )
+    let all = count(cost.pieces, "piece");
+    match cost.tables {
+        0 => all,
+        tables => format!("{all} with {}", count(tables, "table")),
+    }
 }
 
 fn described(cost: &Cost) -> Value {
     json!({
+        "pieces": cost.pieces,
         "tables": cost.tables,
         "operations": cost.operations.round(),
-        "units": cost.units,
         "paths": cost.paths,
         "seconds": cost.seconds,
     })

@@ -15,8 +15,8 @@ use crate::content_hash::sealed;
 use crate::formats::csv;
 use crate::provenance::FileRecord;
 use crate::run_context::RunContext;
-use crate::stages::job::{Job, SharedWork};
-use crate::tolerance::compute::{SharedSamples, compute};
+use crate::stages::job::{Job, SharedWork, Task};
+use crate::tolerance::compute::{shared_traces, compute};
 use crate::tolerance::definition::{self, Overrides, ToleranceAnalysis};
 use crate::tolerance::tolerance_results::ToleranceResults;
 
@@ -64,16 +64,11 @@ impl Shardable for ToleranceArgs {
     }
 
     fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
-        let samples = SharedSamples {
-            analysis: self.analysis()?,
-            seed: context.seed,
-        };
-        let inputs = samples.analysis.inputs.clone();
-        Ok(Box::new(Job::new(
-            Vec::new(),
-            vec![Box::new(samples)],
-            inputs,
-        )))
+        let analysis = self.analysis()?;
+        let inputs = analysis.inputs.clone();
+        let traces = shared_traces(analysis, context.seed)?.into_iter();
+        let tasks = traces.map(|traces| Box::new(traces) as Box<dyn Task>);
+        Ok(Box::new(Job::new(Vec::new(), tasks.collect(), inputs)))
     }
 
     fn run(&self, context: RunContext) -> Result<()> {

@@ -4,7 +4,7 @@
 //! Every shard runs the same search, whose candidates follow from values told before. Of each batch
 //! a shard judges the candidates dealt to it, keeps each outcome as a piece of the job, and reads
 //! those of the others. An outcome depends on the candidate, paths and seed alone, so a shard that
-//! has waited too long for another judges its candidates too: a shard that is dead, or not begun
+//! has waited too long for another judges its candidates too: a shard that is dead, or not started
 //! yet, costs time and no result.
 
 use std::cell::RefCell;
@@ -306,7 +306,7 @@ impl<'a, 'b> KnownEvaluations<'a, 'b> {
     /// Reads all pieces that are there.
     fn read_all(&mut self) {
         // To look for one that is not would be a fault of the merge.
-        let missing = self.groups.missing(self.batch.count as u64);
+        let missing = self.groups.missing(0..self.batch.count as u64);
         for number in 0..self.batch.count {
             if !missing.contains(&(number as u64)) {
                 self.look(number);
@@ -332,15 +332,15 @@ impl<'a, 'b> KnownEvaluations<'a, 'b> {
 /// Since when each shard is waited for.
 struct Wait {
     since: Vec<Instant>,
-    begun: Instant,
+    start: Instant,
 }
 
 impl Wait {
     fn new(shards: usize) -> Self {
-        let begun = Instant::now();
+        let start = Instant::now();
         Self {
-            since: vec![begun; shards],
-            begun,
+            since: vec![start; shards],
+            start,
         }
     }
 
@@ -357,7 +357,7 @@ impl Wait {
     }
 
     fn pause(&self) {
-        let pause = self.begun.elapsed().mul_f64(POLL);
+        let pause = self.start.elapsed().mul_f64(POLL);
         std::thread::sleep(pause.clamp(SHORTEST_POLL, LONGEST_POLL));
     }
 }

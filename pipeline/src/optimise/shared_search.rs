@@ -105,7 +105,7 @@ impl SharedWork for SharedSearch {
             let cost = &mut costs[number % count];
             *cost = *cost
                 + Cost {
-                    units: 1,
+                    pieces: 1,
                     paths,
                     seconds: seconds_of_paths(1, paths),
                     ..Cost::default()
@@ -125,17 +125,17 @@ impl SharedWork for SharedSearch {
         let runs = self.runs(&designs[0].design, context)?;
         let cost = runs.compute(choice, cache, context)?;
         recipe.verify(&found, &designs, context)?;
-        let (units, paths) = shared.judged();
+        let (pieces, paths) = shared.judged();
         let candidates = Cost {
-            units,
+            pieces,
             paths,
-            seconds: seconds_of_paths(units, paths),
+            seconds: seconds_of_paths(pieces, paths),
             ..Cost::default()
         };
         Ok(cost + candidates)
     }
 
-    fn lacking(
+    fn missing(
         &self,
         count: usize,
         cache: &Cache,
@@ -154,7 +154,7 @@ impl SharedWork for SharedSearch {
         };
         let designs = recipe.designs(&found)?;
         let runs = self.runs(&designs[0].design, context)?;
-        let missing = runs.lacking(count, cache, context)?;
+        let missing = runs.missing(count, cache, context)?;
         if !missing.is_empty() {
             return Ok(missing);
         }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A job: what a command computes, as pieces that several processes share.
 //!
-//! Pieces are tables of rings and units of tasks. A process computes its share of them and leaves
+//! Pieces are tables of rings and parts of tasks. A process computes its share of them and leaves
 //! each in the cache, where the command finds it afterwards. The share of one process waits for no
 //! other: where a task needs a table that another shard is to solve, it is solved here too, unless
 //! it appears in the cache meanwhile.
@@ -20,7 +20,7 @@ use crate::config::design::Design;
 use crate::interrupt::Interrupt;
 use crate::provenance::FileRecord;
 use crate::run_context::RunContext;
-use crate::shard::{self, ShardChoice, Share, Units};
+use crate::shard::{self, ShardChoice, Share, TaskPieces};
 
 /// Multiply-adds of a table that one core does in a second, with the search for its resolution;
 /// measured, and of use for the proportion of costs.
@@ -29,41 +29,70 @@ const OPERATIONS_PER_SECOND: f64 = 1.5e9;
 const TABLE_SECONDS: f64 = 0.4;
 /// Paths that one core traces in a second.
 const PATHS_PER_SECOND: f64 = 2e6;
-/// Seconds that a unit takes beside its paths: its files.
-const UNIT_SECONDS: f64 = 0.002;
+/// Seconds that a piece of a task takes beside its paths: its files.
+const PIECE_SECONDS: f64 = 0.002;
 /// Time between two looks for a table that another process is to solve.
 const POLL: Duration = Duration::from_millis(200);
 
-/// Seconds that `units` units take on one core, about, with `paths` paths altogether.
-pub fn seconds_of_paths(units: u64, paths: u64) -> f64 {
-    units as f64 * UNIT_SECONDS + paths as f64 / PATHS_PER_SECOND
+/// Seconds that `pieces` pieces take on one core, about, with `paths` paths altogether.
+pub fn seconds_of_paths(pieces: u64, paths: u64) -> f64 {
+    pieces as f64 * PIECE_SECONDS + paths as f64 / PATHS_PER_SECOND
 }
 
-/// Something computed in units, each of which is kept by itself.
+/// What tables cost to solve.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TableCost {
+    /// How many.
+    pub tables: u64,
+    /// Their complex multiply-adds, about.
+    pub operations: f64,
+}
+
+impl TableCost {
+    /// The cost of the tables of `rings`.
+    pub fn of<'a>(rings: impl IntoIterator<Item = &'a Ring>) -> Self {
+        rings.into_iter().fold(Self::default(), |all, ring| Self {
+            tables: all.tables + 1,
+            operations: all.operations + ring.operations(),
+        })
+    }
+
+    /// Seconds on one core, about.
+    fn seconds(self) -> f64 {
+        self.tables as f64 * TABLE_SECONDS + self.operations / OPERATIONS_PER_SECOND
+    }
+}
+
+/// Something computed in pieces, each of which is kept by itself.
 pub trait Task {
     /// What it is, for people.
     fn label(&self) -> &str;
 
-    /// Number of units.
-    fn units(&self) -> u64;
+    /// Number of pieces.
+    fn pieces(&self) -> u64;
 
-    /// Paths of a unit.
+    /// Paths of a piece.
     fn paths(&self) -> u64;
 
     /// The design whose tables it needs, if it needs some.
     fn tables_of(&self) -> Option<&Design>;
 
-    /// Units that are missing or unusable.
+    /// Tables that every piece needs for itself alone.
+    fn own_tables(&self) -> TableCost {
+        TableCost::default()
+    }
+
+    /// Pieces that are missing or unusable.
     ///
     /// # Errors
     /// A task that cannot be told from others.
     fn missing(&self, cache: &Cache, context: RunContext) -> Result<Vec<u64>>;
 
-    /// Computes those of `units` that are missing, and keeps each.
+    /// Computes those of `pieces` that are missing, and keeps each.
     ///
     /// # Errors
     /// Those of the solver, the tracer and the files; an interrupt.
-    fn compute(&self, units: Range<u64>, cache: &Cache, context: RunContext) -> Result<()>;
+    fn compute(&self, pieces: Range<u64>, cache: &Cache, context: RunContext) -> Result<()>;
 }
 
 /// The work of a command in pieces, for several processes to share.
@@ -87,7 +116,7 @@ pub trait SharedWork {
     ///
     /// # Errors
     /// Work that cannot be told from other work.
-    fn lacking(
+    fn missing(
         &self,
         count: usize,
         cache: &Cache,
@@ -113,20 +142,20 @@ pub struct MissingPieces {
     pub shard: usize,
     /// Its tables that are missing, by label.
     pub tables: Vec<String>,
-    /// Its tasks with missing units, and how many they are.
+    /// Its tasks with missing pieces, and how many they are.
     pub tasks: Vec<(String, u64)>,
 }
 
 /// What a share costs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Cost {
-    /// Tables.
-    pub tables: usize,
+    /// Pieces.
+    pub pieces: u64,
+    /// Tables that are solved, as pieces of their own or for others.
+    pub tables: u64,
     /// Complex multiply-adds of these tables, about.
     pub operations: f64,
-    /// Units of tasks.
-    pub units: u64,
-    /// Their paths.
+    /// Paths.
     pub paths: u64,
     /// Seconds on one core, about.
     pub seconds: f64,
@@ -137,9 +166,9 @@ impl std::ops::Add for Cost {
 
     fn add(self, other: Self) -> Self {
         Self {
+            pieces: self.pieces + other.pieces,
             tables: self.tables + other.tables,
             operations: self.operations + other.operations,
-            units: self.units + other.units,
             paths: self.paths + other.paths,
             seconds: self.seconds + other.seconds,
         }
@@ -163,39 +192,36 @@ impl Job {
 
     /// The shares of `count` shards.
     fn deal(&self, count: usize) -> Vec<Share> {
-        let seconds = |ring: &Ring| TABLE_SECONDS + ring.operations() / OPERATIONS_PER_SECOND;
+        let seconds = |ring: &Ring| TableCost::of([ring]).seconds();
         let tables: Vec<f64> = self.rings.iter().map(seconds).collect();
-        let units = self.tasks.iter().map(|task| Units {
-            count: task.units(),
-            cost: seconds_of_paths(1, task.paths()),
+        let tasks = self.tasks.iter().map(|task| TaskPieces {
+            count: task.pieces(),
+            cost: seconds_of_paths(1, task.paths()) + task.own_tables().seconds(),
         });
-        shard::deal(&tables, &units.collect::<Vec<_>>(), count)
+        shard::deal(&tables, &tasks.collect::<Vec<_>>(), count)
     }
 
     /// What `share` costs.
     fn cost(&self, share: &Share) -> Cost {
-        let operations = share
-            .tables
-            .iter()
-            .map(|&ring| self.rings[ring].operations());
-        let units = || {
-            share
-                .units
-                .iter()
-                .map(|(task, units)| (task, units.end - units.start))
+        let dealt = TableCost::of(share.tables.iter().map(|&ring| &self.rings[ring]));
+        let tasks = || {
+            let tasks = share.tasks.iter();
+            tasks.map(|(task, pieces)| (&self.tasks[*task], pieces.end - pieces.start))
+        };
+        let own = |(task, count): (&Box<dyn Task>, u64)| {
+            let TableCost { tables, operations } = task.own_tables();
+            (count * tables, count as f64 * operations)
         };
         Cost {
-            tables: share.tables.len(),
-            operations: operations.sum(),
-            units: units().map(|(_, count)| count).sum(),
-            paths: units()
-                .map(|(&task, count)| count * self.tasks[task].paths())
-                .sum(),
+            pieces: dealt.tables + tasks().map(|(_, count)| count).sum::<u64>(),
+            tables: dealt.tables + tasks().map(|each| own(each).0).sum::<u64>(),
+            operations: dealt.operations + tasks().map(|each| own(each).1).sum::<f64>(),
+            paths: tasks().map(|(task, count)| count * task.paths()).sum(),
             seconds: share.cost,
         }
     }
 
-    /// Computes what the cache lacks of `share`: its tables first, then its units.
+    /// Computes what the cache lacks of `share`: its tables first, then its pieces of tasks.
     ///
     /// # Errors
     /// Those of the solver, the tracer and the files; an interrupt.
@@ -204,16 +230,16 @@ impl Job {
         solve_rings(&own, cache, context)?;
         // Shards begin their search for tables of others at different places.
         let begin = share
-            .units
+            .tasks
             .first()
-            .map_or(0, |(_, units)| units.start as usize);
-        for (task, units) in &share.units {
+            .map_or(0, |(_, pieces)| pieces.start as usize);
+        for (task, pieces) in &share.tasks {
             context.interrupt.check()?;
             let task = &self.tasks[*task];
             if let Some(design) = task.tables_of() {
                 solve_missing_tables(&Ring::of_design(design, None), begin, cache, context)?;
             }
-            task.compute(units.clone(), cache, context)?;
+            task.compute(pieces.clone(), cache, context)?;
         }
         Ok(())
     }
@@ -225,8 +251,8 @@ impl SharedWork for Job {
     }
 
     fn most_shards(&self) -> usize {
-        let units: u64 = self.tasks.iter().map(|task| task.units()).sum();
-        self.rings.len() + units as usize
+        let pieces: u64 = self.tasks.iter().map(|task| task.pieces()).sum();
+        self.rings.len() + pieces as usize
     }
 
     fn costs(&self, count: usize) -> Vec<Cost> {
@@ -244,7 +270,7 @@ impl SharedWork for Job {
         Ok(cost)
     }
 
-    fn lacking(
+    fn missing(
         &self,
         count: usize,
         cache: &Cache,
@@ -257,8 +283,8 @@ impl SharedWork for Job {
         let missing: Vec<Vec<u64>> = missing.collect::<Result<_>>()?;
         let of = |(shard, share): (usize, &Share)| {
             let tables = share.tables.iter().filter(|ring| !rings[**ring]);
-            let tasks = share.units.iter().map(|(task, units)| {
-                let count = missing[*task].iter().filter(|unit| units.contains(unit));
+            let tasks = share.tasks.iter().map(|(task, pieces)| {
+                let count = missing[*task].iter().filter(|piece| pieces.contains(piece));
                 (self.tasks[*task].label().to_owned(), count.count() as u64)
             });
             MissingPieces {

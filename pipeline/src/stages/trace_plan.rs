@@ -27,7 +27,7 @@ pub enum DomeChoice {
     Element(usize),
 }
 
-/// A trace that is to be made; its units are groups of paths.
+/// A trace that is to be made; its pieces are groups of paths.
 #[derive(Debug, Clone)]
 pub struct TracePlan<'a> {
     /// The design.
@@ -109,7 +109,7 @@ impl Task for TracePlan<'static> {
         &self.what
     }
 
-    fn units(&self) -> u64 {
+    fn pieces(&self) -> u64 {
         GROUPS as u64
     }
 
@@ -129,10 +129,10 @@ impl Task for TracePlan<'static> {
         };
         let fields = self.job(&surface).key_fields(self.seed);
         let groups = context.checkpoints.map(|all| all.of(&fields));
-        Ok(groups.map_or_else(Vec::new, |groups| groups.missing(self.units())))
+        Ok(groups.map_or_else(Vec::new, |groups| groups.missing(0..self.pieces())))
     }
 
-    fn compute(&self, units: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
+    fn compute(&self, pieces: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
         let tables = match self.dome {
             DomeChoice::Model(Model::Hybrid) => {
                 Some(tables(&[&self.design], Some(cache), None, context)?.remove(0))
@@ -142,6 +142,6 @@ impl Task for TracePlan<'static> {
         let surface = self.surface(tables.as_ref())?;
         let seed = self.seed;
         let job = self.job(&surface);
-        job.keep_groups(units, RunContext { seed, ..context })
+        job.keep_groups(pieces, RunContext { seed, ..context })
     }
 }

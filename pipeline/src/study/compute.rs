@@ -196,7 +196,7 @@ pub fn shared_traces(study: &Arc<Study>, seed: u64) -> Vec<SharedTrace> {
     traces
 }
 
-/// A trace of a study and all that is read from it: one unit.
+/// A trace of a study and all that is read from it: one piece.
 pub struct SharedTrace {
     study: Arc<Study>,
     seed: u64,
@@ -212,7 +212,7 @@ impl Task for SharedTrace {
         &self.label
     }
 
-    fn units(&self) -> u64 {
+    fn pieces(&self) -> u64 {
         1
     }
 
@@ -236,22 +236,22 @@ impl Task for SharedTrace {
         Ok(if whole { Vec::new() } else { vec![0] })
     }
 
-    fn compute(&self, units: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
+    fn compute(&self, pieces: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
         // The trace itself is the piece, not its groups of paths.
         let context = RunContext {
             seed: self.seed,
             checkpoints: None,
             ..context
         };
-        if units.is_empty() {
+        if pieces.is_empty() {
             return Ok(());
         }
         let places = self.places.iter();
         let tasks: Vec<TraceTask> = places
             .map(|place| task(&self.study, place, self.seed))
             .collect();
-        let lacking = |task: &&TraceTask| read(cache, &task.figures_key, context).is_none();
-        let wanted: Vec<&TraceTask> = tasks.iter().filter(lacking).collect();
+        let unread = |task: &&TraceTask| read(cache, &task.figures_key, context).is_none();
+        let wanted: Vec<&TraceTask> = tasks.iter().filter(unread).collect();
         let traced = trace(&self.study, &wanted, &mut None, cache, context);
         traced.map(drop).with_context(|| self.label.clone())
     }

@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
@@ -19,9 +20,11 @@ use crate::config::dotted_keys::Settings;
 use crate::interrupt::Interrupted;
 use crate::metrics::Estimate;
 use crate::run_context::RunContext;
-use crate::stages::job::Task;
+use crate::stages::job::{TableCost, Task};
+use crate::stages::model::Model;
 use crate::stages::model_traces::ModelTraces;
 use crate::stages::seeds::mix;
+use crate::stages::tables::Ring;
 
 /// Traces of the design without deviations, each with a seed of its own: its error hardly counts
 /// beside that of the samples.
@@ -59,19 +62,19 @@ pub fn compute(
 ) -> Result<Sampled> {
     let drawn = draw(analysis, context.seed)?;
     let mut tracer = SampleTracer::new(analysis, &drawn, cache, context);
-    let units = NOMINAL_TRACES + drawn.len() as u64;
-    let progress = context.console.progress(units, &analysis.name);
+    let traces = NOMINAL_TRACES + drawn.len() as u64;
+    let progress = context.console.progress(traces, &analysis.name);
     let mut nominal: Vec<Figures> = Vec::new();
     let mut samples = Vec::new();
-    for unit in 0..units {
+    for number in 0..traces {
         context.interrupt.check()?;
         let figures = if context.is_merging() {
-            let found = tracer.kept(unit);
-            found.with_context(|| format!("{}: sample {unit} is missing", analysis.name))?
+            let found = tracer.kept(number);
+            found.with_context(|| format!("{}: trace {number} is missing", analysis.name))?
         } else {
-            tracer.trace(unit)?
+            tracer.trace(number)?
         };
-        match unit.checked_sub(NOMINAL_TRACES) {
+        match number.checked_sub(NOMINAL_TRACES) {
             None => nominal.push(figures.map_err(anyhow::Error::msg)?),
             Some(sample) => samples.push(SampledPackage {
                 deviations: drawn[sample as usize].deviations.clone(),
@@ -148,9 +151,9 @@ impl<'a> SampleTracer<'a> {
     }
 
     /// Figures of a trace; for a sample, why it makes no design.
-    fn trace(&mut self, unit: u64) -> Result<Result<Figures, String>> {
-        let (sample, seed) = match unit.checked_sub(NOMINAL_TRACES) {
-            None => (None, mix(u64::MAX - unit)),
+    fn trace(&mut self, number: u64) -> Result<Result<Figures, String>> {
+        let (sample, seed) = match number.checked_sub(NOMINAL_TRACES) {
+            None => (None, mix(u64::MAX - number)),
             Some(sample) => (Some(sample as usize), mix(sample)),
         };
         let nominal = Settings::new();
@@ -175,8 +178,8 @@ impl<'a> SampleTracer<'a> {
     }
 
     /// What a shard kept of a trace.
-    fn kept(&self, unit: u64) -> Option<Result<Figures, String>> {
-        let bytes = self.groups()?.find(unit)?;
+    fn kept(&self, number: u64) -> Option<Result<Figures, String>> {
+        let bytes = self.groups()?.find(number)?;
         let kept: KeptFigures = serde_json::from_slice(&bytes).ok()?;
         let figure = |(key, value, error): (String, u64, u64)| {
             let estimate = Estimate::new(f64::from_bits(value), f64::from_bits(error));
@@ -185,14 +188,14 @@ impl<'a> SampleTracer<'a> {
         Some(kept.map(|figures| figures.into_iter().map(figure).collect()))
     }
 
-    fn keep(&self, unit: u64, figures: Result<Figures, String>) -> Result<()> {
+    fn keep(&self, number: u64, figures: Result<Figures, String>) -> Result<()> {
         let bits = |(key, estimate): (String, Estimate)| {
             let (value, error) = (estimate.value, estimate.standard_error);
             (key, value.to_bits(), error.to_bits())
         };
         let kept: KeptFigures = figures.map(|figures| figures.into_iter().map(bits).collect());
         if let Some(groups) = self.groups() {
-            groups.keep(unit, &serde_json::to_vec(&kept)?);
+            groups.keep(number, &serde_json::to_vec(&kept)?);
         }
         self.context
             .checkpoints
@@ -206,21 +209,67 @@ fn groups<'a>(analysis: &ToleranceAnalysis, context: RunContext<'a>) -> Option<G
     context.checkpoints.map(|checkpoints| checkpoints.of(&of))
 }
 
-/// The traces of an analysis, for several processes to share; each is a unit.
-pub struct SharedSamples {
-    /// The analysis.
-    pub analysis: ToleranceAnalysis,
-    /// Seed of all random numbers.
-    pub seed: u64,
+/// The traces of `analysis` with this seed, for several processes to share: those without deviations
+/// and the samples.
+///
+/// # Errors
+/// Deviations that set what the design does not have.
+pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<SharedTraces>> {
+    let samples = NOMINAL_TRACES..NOMINAL_TRACES + analysis.samples as u64;
+    let nominal = rings(&analysis, &analysis.design);
+    // Every sample has about as many rings of its own as the first one that makes a design.
+    let drawn = draw(&analysis, seed)?;
+    let mut designs = drawn.iter().map(|of| analysis.source.with(&of.settings));
+    let first = designs.find_map(Result::ok);
+    let of_sample = first.map_or_else(Vec::new, |design| rings(&analysis, &design));
+    let is_shared = |ring: &Ring| nominal.iter().any(|other| other.key == ring.key);
+    let (shared, own): (Vec<&Ring>, Vec<&Ring>) = of_sample.iter().partition(|r| is_shared(r));
+    let own = TableCost::of(own);
+    let analysis = Arc::new(analysis);
+    let traces = |numbers, needs_tables, own_tables| SharedTraces {
+        analysis: Arc::clone(&analysis),
+        seed,
+        numbers,
+        needs_tables,
+        own_tables,
+    };
+    Ok(vec![
+        traces(0..NOMINAL_TRACES, !nominal.is_empty(), TableCost::default()),
+        traces(samples, !shared.is_empty(), own),
+    ])
 }
 
-impl Task for SharedSamples {
+/// Rings whose tables a trace of `design` needs, each once.
+fn rings(analysis: &ToleranceAnalysis, design: &Design) -> Vec<Ring> {
+    // With several wavelengths, each has tables of its own.
+    if analysis.model != Model::Hybrid || design.all_lights().is_some() {
+        return Vec::new();
+    }
+    let all = Ring::of_design(design, None).into_iter();
+    let distinct: BTreeMap<_, _> = all.map(|ring| (ring.key.clone(), ring)).collect();
+    distinct.into_values().collect()
+}
+
+/// Some traces of an analysis, each a piece.
+pub struct SharedTraces {
+    analysis: Arc<ToleranceAnalysis>,
+    /// Seed of all random numbers.
+    seed: u64,
+    /// Numbers of the traces.
+    numbers: Range<u64>,
+    /// Whether they need tables of the design without deviations.
+    needs_tables: bool,
+    /// Tables that each of them needs beside these.
+    own_tables: TableCost,
+}
+
+impl Task for SharedTraces {
     fn label(&self) -> &str {
         &self.analysis.name
     }
 
-    fn units(&self) -> u64 {
-        NOMINAL_TRACES + self.analysis.samples as u64
+    fn pieces(&self) -> u64 {
+        self.numbers.end - self.numbers.start
     }
 
     fn paths(&self) -> u64 {
@@ -228,26 +277,31 @@ impl Task for SharedSamples {
     }
 
     fn tables_of(&self) -> Option<&Design> {
-        // Deviations change the rings: every sample has tables of its own.
-        None
+        self.needs_tables.then_some(&self.analysis.design)
+    }
+
+    fn own_tables(&self) -> TableCost {
+        self.own_tables
     }
 
     fn missing(&self, _: &Cache, context: RunContext) -> Result<Vec<u64>> {
         let seed = self.seed;
         let groups = groups(&self.analysis, RunContext { seed, ..context });
-        Ok(groups.map_or_else(Vec::new, |groups| groups.missing(self.units())))
+        let missing = groups.map_or_else(Vec::new, |groups| groups.missing(self.numbers.clone()));
+        let numbers = missing.into_iter();
+        Ok(numbers.map(|number| number - self.numbers.start).collect())
     }
 
-    fn compute(&self, units: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
+    fn compute(&self, pieces: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
         let seed = self.seed;
         let context = RunContext { seed, ..context };
         let drawn = draw(&self.analysis, seed)?;
         let mut tracer = SampleTracer::new(&self.analysis, &drawn, cache, context);
-        for unit in units {
+        for number in pieces.map(|piece| self.numbers.start + piece) {
             context.interrupt.check()?;
-            if tracer.kept(unit).is_none() {
-                let figures = tracer.trace(unit)?;
-                tracer.keep(unit, figures)?;
+            if tracer.kept(number).is_none() {
+                let figures = tracer.trace(number)?;
+                tracer.keep(number, figures)?;
             }
         }
         Ok(())
