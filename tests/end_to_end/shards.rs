@@ -381,6 +381,35 @@ fn searched(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
+/// Tables are dealt as pieces where all samples share them, and counted with each sample otherwise.
+#[test]
+fn samples_by_waves_share_tables_or_count_their_own() {
+    let folder = small();
+    let folder = folder.path();
+    let hybrid = TOLERANCE.replace("samples = 8", "samples = 8\nmodel = \"hybrid\"");
+    let own = hybrid.replace("mirror.reflectance", "silicone.index");
+    let command = ["tolerance", "tolerance.toml"];
+    let planned = |text: &str| -> [u64; 2] {
+        std::fs::write(folder.join("tolerance.toml"), text).expect("written");
+        let at = place("planned");
+        let words = in_place(&command, &at, &[]);
+        let plan = [&["plan", "--shards", "2", "--json", "--"][..], &words].concat();
+        let output = batwing(folder).args(plan).output().expect("it runs");
+        let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        std::fs::remove_dir_all(folder.join("planned")).expect("removed");
+        ["pieces", "tables"].map(|key| json["all"][key].as_u64().expect("a number"))
+    };
+    let [pieces, rings] = planned(&hybrid);
+    // 16 traces without deviations, and the samples.
+    assert!(rings > 0 && pieces == rings + 16 + 8, "{pieces} {rings}");
+    assert_eq!(planned(&own), [pieces, 9 * rings]);
+
+    let expected = whole(folder, &command);
+    shards(folder, &command, "shared", 2);
+    assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
+    assert_eq!(contents(&folder.join("shared")), expected);
+}
+
 /// A folder with a problem, and what one command makes of it.
 fn problem(text: &str) -> (TempDir, BTreeMap<PathBuf, Vec<u8>>) {
     let folder = small();

@@ -16,7 +16,7 @@ use crate::formats::csv;
 use crate::provenance::FileRecord;
 use crate::run_context::RunContext;
 use crate::stages::job::{Job, SharedWork, Task};
-use crate::tolerance::compute::{shared_traces, compute};
+use crate::tolerance::compute::{compute, shared_traces};
 use crate::tolerance::definition::{self, Overrides, ToleranceAnalysis};
 use crate::tolerance::tolerance_results::ToleranceResults;
 
