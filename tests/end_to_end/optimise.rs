@@ -131,6 +131,24 @@ fn an_obvious_optimum_is_found_and_verified() {
     assert!(number(&before["value"]) - number(&after["value"]) > 3.0 * error);
 }
 
+/// Pitches that differ by a hundredth of a millimetre cannot be told apart.
+#[test]
+fn a_search_that_gains_nothing_says_so() {
+    let folder = folder();
+    let at = folder.path();
+    let narrow = PROBLEM.replace("from = 4.5\nto = 12.0", "from = 8.29\nto = 8.31");
+    for (problem, gains) in [(PROBLEM, true), (&narrow, false)] {
+        std::fs::write(at.join("problem.toml"), problem).expect("written");
+        let output = batwing(at)
+            .args(["optimise", "problem.toml", "--out", "out"])
+            .output()
+            .expect("it runs");
+        let said = String::from_utf8_lossy(&output.stdout);
+        let none = said.contains("not better than bare-dome beyond errors");
+        assert!(output.status.success() && none != gains, "{said}");
+    }
+}
+
 /// The figures that a search reports are those of fresh paths: they agree with the independent run of
 /// `results.json` within two standard errors in 19 of 20 searches, though the search picked its luckiest
 /// candidate.

@@ -482,3 +482,83 @@ fn solids_are_of_the_colour_of_each_source() {
         "{said}"
     );
 }
+
+/// Blue and red points on either side of the axis of each of four packages, above black.
+const TWO_COLOURS: &str = r#"
+name = "two"
+light = { wavelength_nm = 550.0 }
+mirror = { kind = "absorbing", extent = "package" }
+led = { size_mm = [0.2, 0.2], height_mm = 0.1, reflection = "absorbing" }
+array = { columns = 2, rows = 2, pitch_mm = 8.0 }
+receiver = { plane_height_mm = 3.2, bin_mm = 0.2, smoothing_sigma_mm = 0.2 }
+trace = { paths = 4_000_000 }
+
+[[sources]]
+name = "blue"
+kind = "cosine"
+exponent = 1.0
+position_mm = [-1.0, 0.0, 0.2]
+power = 3.0
+wavelength_nm = 460.0
+
+[[sources]]
+name = "red"
+kind = "cosine"
+exponent = 1.0
+position_mm = [1.0, 0.0, 0.2]
+wavelength_nm = 620.0
+"#;
+
+/// E = Φ h² / (π (h² + ρ²)²) of every point; colours by `data/spectra/`.
+#[test]
+fn two_colours_differ_over_the_cell_as_lamberts_law_says() {
+    let folder = tempdir().expect("a folder");
+    let found = run_text(folder.path(), "two", TWO_COLOURS, "out", &[]);
+    let found = found.unwrap_or_else(|e| panic!("{e}"));
+    let figure = &found["designs"]["two"]["geometric"]["cell_colour_difference"];
+    let row = |file: &str, nm: f64| -> f64 {
+        let text = std::fs::read_to_string(
+            batwing_tests::workspace().join(format!("data/spectra/{file}.csv")),
+        );
+        let text = text.expect("a table");
+        let line = text
+            .lines()
+            .find(|line| line.starts_with(&format!("{nm},")));
+        let value = line.and_then(|line| line.split(',').next_back());
+        value.expect("a row").parse().expect("a number")
+    };
+    let at = [-8.0 / 3.0, 0.0, 8.0 / 3.0];
+    let points = at.iter().flat_map(|y| at.map(|x| [x, *y]));
+    let colours: Vec<[f64; 2]> = points
+        .map(|[x, y]| {
+            let mut xyz = [0.0; 3];
+            for (offset, power, nm) in [(-1.0, 3.0, 460.0), (1.0, 1.0, 620.0)] {
+                for axis in [[-4.0, -4.0], [4.0, -4.0], [-4.0, 4.0], [4.0, 4.0]] {
+                    let from: [f64; 2] = [x - axis[0] - offset, y - axis[1]];
+                    let square = 9.0 + from[0].powi(2) + from[1].powi(2);
+                    for (sum, file) in xyz.iter_mut().zip(["x_bar", "photopic", "z_bar"]) {
+                        *sum += power * row(file, nm) / square.powi(2);
+                    }
+                }
+            }
+            let all = xyz[0] + 15.0 * xyz[1] + 3.0 * xyz[2];
+            [4.0 * xyz[0] / all, 9.0 * xyz[1] / all]
+        })
+        .collect();
+    let pairs = colours
+        .iter()
+        .flat_map(|a| colours.iter().map(move |b| [a, b]));
+    let distances = pairs.map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]));
+    let expected = distances.fold(0.0, f64::max);
+    let (value, error) = estimate(figure);
+    let bias = number(&figure["bias_bound"]);
+    assert!(
+        expected > 0.05 && error + bias < 0.05 * expected,
+        "{figure}, {expected}"
+    );
+    let off = (value - expected).abs();
+    assert!(
+        off <= 4.0 * error + bias + 5e-3 * expected,
+        "{figure}, not {expected}"
+    );
+}

@@ -7,6 +7,7 @@
 //! hand. Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
 
 mod bounds;
+pub mod colour_difference;
 pub mod estimate;
 pub mod extraction;
 pub mod far_field;

@@ -519,6 +519,16 @@ pub fn mean_over_cell(grid: Grid, layout: &Layout, map: &[f64]) -> Option<f64> {
     Some(sum / samples.len() as f64)
 }
 
+/// Values of `map` at the nine points of the cell; `None` without a cell.
+pub fn nine_points(grid: Grid, layout: &Layout, map: &[f64]) -> Option<[f64; 9]> {
+    let [low, high] = cell_on(grid, layout)?;
+    let points = std::array::from_fn(|k| {
+        let at = [0, 1].map(|i| low[i] + POINTS[k][i] * (high[i] - low[i]));
+        Sample::at(grid, at).of(map)
+    });
+    Some(points)
+}
+
 /// Bins with their middles in a rectangle.
 fn inside(grid: Grid, low: [f64; 2], high: [f64; 2]) -> Vec<Sample> {
     let within = |k: usize, at: f64| at >= low[k] && at <= high[k];

@@ -2,6 +2,7 @@
 //! A profile of heights as a smooth dome of a design.
 
 use anyhow::{Context, Result};
+use nalgebra::{DMatrix, DVector};
 use toml::Value;
 
 use super::spline::BSpline;
@@ -28,22 +29,44 @@ pub(super) fn abscissae(count: usize) -> Vec<f64> {
     at
 }
 
-/// Heights of the smooth dome of `design` at these shares of its radius, mm.
+/// The `count` coefficients of the profile of heights that follows the smooth dome of `design`: it
+/// meets it at [`abscissae`].
 ///
 /// # Errors
 /// A package without a dome of revolution.
-pub(super) fn of_design(design: &Design, shares: &[f64]) -> Result<Vec<f64>> {
+pub(super) fn of_design(design: &Design, count: usize) -> Result<Vec<f64>> {
     let radius = radius_mm(design)?;
     let base = design.base();
     let height = |share: &f64| base.map_or(0.0, |base| base.height_at(share * radius));
-    Ok(shares.iter().map(height).collect())
+    let at = abscissae(count);
+    let heights = DVector::from_iterator(count, at.iter().map(height));
+    let spline = BSpline::new(count + 1);
+    let mut basis = DMatrix::zeros(count, count);
+    for k in 0..count {
+        let mut unit = vec![0.0; count];
+        unit[k] = 1.0;
+        let unit = coefficients(&unit);
+        for (row, share) in at.iter().enumerate() {
+            basis[(row, k)] = spline.value(&unit, *share);
+        }
+    }
+    // Of full rank: every abscissa lies within the support of its own coefficient [Schoenberg,
+    // Whitney 1953].
+    let solved = basis.lu().solve(&heights);
+    let solved = solved.context("profile: expected a dome that a spline of heights follows")?;
+    Ok(solved.as_slice().to_vec())
+}
+
+/// Coefficients of the spline of a profile: the first two are one.
+fn coefficients(heights: &[f64]) -> Vec<f64> {
+    heights[..1].iter().chain(heights).copied().collect()
 }
 
 /// The value of `dome`: a smooth dome with these coefficients of a spline of heights, arcs between
 /// points of the spline, and a cylinder below its rim. Coatings of the dome are kept.
 pub(super) fn dome(heights: &[f64], design: &Design, source: &toml::Table) -> Result<Value> {
     let radius = radius_mm(design)?;
-    let coefficients: Vec<f64> = heights[..1].iter().chain(heights).copied().collect();
+    let coefficients = coefficients(heights);
     let spline = BSpline::new(coefficients.len());
     let pieces = PIECES * heights.len();
     let at = |t: f64| [radius * t, spline.value(&coefficients, t.clamp(0.0, 1.0))];

@@ -23,6 +23,8 @@ use crate::results::schema::Program;
 const LISTED: usize = 8;
 /// Reasons of refusals that are listed.
 const REASONS: usize = 5;
+/// A difference of so many standard errors is seen.
+const SEEN: f64 = 2.0;
 
 impl Optimised {
     /// The content of `optimise.json`, without the files that came out.
@@ -227,6 +229,21 @@ fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
     }
 }
 
+/// Whether the design that the search began with meets the constraints.
+fn begins_feasible(file: &OptimisationFile) -> bool {
+    file.constraints.iter().all(|constraint| {
+        let figure = file.figures.get(&constraint.figure);
+        figure
+            .and_then(|figure| figure.before)
+            .is_some_and(|before| {
+                constraint
+                    .at_least
+                    .is_none_or(|least| before.value >= least)
+                    && constraint.at_most.is_none_or(|most| before.value <= most)
+            })
+    })
+}
+
 fn add_figures(text: &mut String, file: &OptimisationFile) {
     text.push('\n');
     let mut row = |name: &str, before: Option<String>, after: &str| {
@@ -243,6 +260,20 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
         objective.before.map(number),
         &number(objective.after),
     );
+    if let Some(before) = objective.before.filter(|_| begins_feasible(file)) {
+        let change = Estimate::new(
+            objective.after.value - before.value,
+            objective.after.standard_error.hypot(before.standard_error),
+        );
+        if change.value > -SEEN * change.standard_error {
+            let _ = writeln!(
+                text,
+                "not better than {} beyond errors: the objective changed by {}",
+                file.design,
+                number(change)
+            );
+        }
+    }
     if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
         let _ = writeln!(
             text,
@@ -297,7 +328,7 @@ fn add_sensitivities(text: &mut String, file: &OptimisationFile) {
     }
     let seen = |c: &CoefficientEntry| {
         let sensitivity = c.sensitivity?;
-        let clear = sensitivity.value.abs() > 2.0 * sensitivity.standard_error;
+        let clear = sensitivity.value.abs() > SEEN * sensitivity.standard_error;
         clear.then(|| (c.clone(), sensitivity))
     };
     let mut strongest: Vec<(CoefficientEntry, Estimate)> =

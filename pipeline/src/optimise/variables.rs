@@ -181,9 +181,7 @@ impl Variables {
             let values: Vec<f64> = match (&variable.place, variable.start) {
                 (_, Some(start)) => vec![start; variable.count],
                 (Place::Key(key), None) => vec![variable.at_present(key, &self.source.table)?],
-                (Place::Height, None) => {
-                    heights::of_design(&design, &heights::abscissae(variable.count))?
-                }
+                (Place::Height, None) => heights::of_design(&design, variable.count)?,
                 (Place::Rings(side, [first, last]), None) => {
                     if slopes.is_none() {
                         slopes = Some(RingSlopes::of(&design)?);

@@ -243,7 +243,7 @@ impl ModelResult {
     fn units(&self) -> BTreeMap<String, String> {
         let figures = self.figures.iter().map(|figure| {
             let unit = match figure.unit {
-                Unit::Fraction => "1",
+                Unit::Fraction | Unit::Relative => "1",
                 other => other.suffix(),
             };
             (figure.key.to_owned(), unit.to_owned())

@@ -176,6 +176,14 @@ impl Colour {
         }
     }
 
+    /// As [`Spectrum::tristimulus`].
+    pub fn tristimulus(&self, nodes: &[f64]) -> Vec<[f64; 3]> {
+        match self {
+            Self::Spectrum(spectrum) => spectrum.tristimulus(nodes),
+            Self::Rays(rays) => rays.tristimulus(nodes),
+        }
+    }
+
     /// One line for people.
     pub fn describe(&self) -> String {
         match self {

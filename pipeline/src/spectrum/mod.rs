@@ -8,6 +8,7 @@
 //! 0..1, which [`quadrature`] turns into a few wavelengths with positive weights. Spectra of lines
 //! need no quadrature.
 
+mod colour_matching;
 pub mod columns;
 mod density;
 pub mod lights;
@@ -217,12 +218,19 @@ impl Spectrum {
                 wavelength_nm,
                 power,
             } => shares::of_nodes(nodes, lines(wavelength_nm, power, photometric)),
-            continuous => {
-                let density = Density::new(continuous, photometric);
-                let middle = |k: usize| (k as f64 + 0.5) / SLICES as f64;
-                let slices = (0..SLICES).map(|k| (density.quantile_nm(middle(k)), 1.0));
-                shares::of_nodes(nodes, slices)
-            }
+            continuous => shares::of_nodes(nodes, slices(&Density::new(continuous, photometric))),
+        }
+    }
+
+    /// X, Y and Z (CIE 1931) that `nodes` (nm, ascending) stand for in 1 W of the spectrum, where
+    /// whatever is seen is linear between them. Y is in units of 683 lm.
+    pub fn tristimulus(&self, nodes: &[f64]) -> Vec<[f64; 3]> {
+        match &self.source {
+            SpectralPower::Lines {
+                wavelength_nm,
+                power,
+            } => shares::tristimulus(nodes, lines(wavelength_nm, power, false)),
+            continuous => shares::tristimulus(nodes, slices(&Density::new(continuous, false))),
         }
     }
 
@@ -298,6 +306,12 @@ impl Spectrum {
             self.luminous_efficacy_lm_per_w
         )
     }
+}
+
+/// Wavelengths (nm) of slices of equal power, each with a flux of 1.
+fn slices(density: &Density) -> impl Iterator<Item = (f64, f64)> {
+    let middle = |k: usize| (k as f64 + 0.5) / SLICES as f64;
+    (0..SLICES).map(move |k| (density.quantile_nm(middle(k)), 1.0))
 }
 
 fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {

@@ -12,12 +12,8 @@ use super::columns;
 pub const LUMENS_PER_WATT: f64 = 683.0;
 
 /// Rows (wavelength nm, V), ascending.
-static ROWS: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
-    let text = include_str!("../../../data/spectra/photopic.csv");
-    // The file is compiled in and a test reads it; one that does not parse would leave no rows.
-    let [nm, v] = columns::read(text).unwrap_or_default();
-    nm.into_iter().zip(v).map(|(a, b)| [a, b]).collect()
-});
+static ROWS: LazyLock<Vec<[f64; 2]>> =
+    LazyLock::new(|| columns::rows(include_str!("../../../data/spectra/photopic.csv")));
 
 /// Wavelengths at which V is given, nm.
 pub fn knots_nm() -> impl Iterator<Item = f64> {
@@ -32,13 +28,7 @@ pub fn range_nm() -> [f64; 2] {
 
 /// V at a wavelength, linear between rows; 0 outside [`range_nm`].
 pub fn v(wavelength_nm: f64) -> f64 {
-    let after = ROWS.partition_point(|row| row[0] < wavelength_nm);
-    match (after.checked_sub(1).map(|i| ROWS[i]), ROWS.get(after)) {
-        (Some([x0, y0]), Some(&[x1, y1])) => y0 + (y1 - y0) * (wavelength_nm - x0) / (x1 - x0),
-        // The first row itself has none before it.
-        (None, Some(&[x, y])) if x <= wavelength_nm => y,
-        _ => 0.0,
-    }
+    columns::linear(&ROWS, wavelength_nm)
 }
 
 #[cfg(test)]

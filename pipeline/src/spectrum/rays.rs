@@ -135,6 +135,11 @@ impl ColouredRays {
         shares::of_nodes(nodes, self.weighted(weighting))
     }
 
+    /// As [`super::Spectrum::tristimulus`], for 1 W of all rays.
+    pub(super) fn tristimulus(&self, nodes: &[f64]) -> Vec<[f64; 3]> {
+        shares::tristimulus(nodes, self.flux.iter().copied())
+    }
+
     /// The rays that are traced at `nodes[node]`, with their part of the flux there.
     ///
     /// # Errors

@@ -2,6 +2,8 @@
 //! Light at any wavelength, shared by a few: between two by nearness, beyond the first and the last
 //! all to that one.
 
+use super::colour_matching;
+
 /// The two of `nodes`, ascending, that light of `nm` belongs to, and the share of each.
 fn of(nodes: &[f64], nm: f64) -> [(usize, f64); 2] {
     let after = nodes.partition_point(|node| *node < nm);
@@ -39,9 +41,42 @@ pub(super) fn of_nodes(nodes: &[f64], light: impl IntoIterator<Item = (f64, f64)
     weights
 }
 
+/// X, Y and Z (CIE 1931) of the part of `light`, wavelengths (nm) and power, that each of `nodes`
+/// stands for, for a power of 1 in all.
+pub(super) fn tristimulus(
+    nodes: &[f64],
+    light: impl IntoIterator<Item = (f64, f64)>,
+) -> Vec<[f64; 3]> {
+    let (mut sums, mut whole) = (vec![[0.0; 3]; nodes.len()], 0.0);
+    for (nm, power) in light {
+        whole += power;
+        let matching = colour_matching::xyz(nm);
+        for (node, share) in of(nodes, nm) {
+            for (sum, value) in sums[node].iter_mut().zip(matching) {
+                *sum += power * share * value;
+            }
+        }
+    }
+    for sum in sums.iter_mut().flatten() {
+        *sum /= whole;
+    }
+    sums
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tristimulus_values_of_all_nodes_are_those_of_the_light() {
+        let light = [(450.0, 1.0), (530.0, 2.0), (611.0, 1.0)];
+        let nodes = tristimulus(&[440.0, 500.0, 620.0], light);
+        for k in 0..3 {
+            let sum: f64 = nodes.iter().map(|xyz| xyz[k]).sum();
+            let expected = light.map(|(nm, power)| 0.25 * power * colour_matching::xyz(nm)[k]);
+            assert!((sum - expected.iter().sum::<f64>()).abs() < 1e-14);
+        }
+    }
 
     #[test]
     fn shares_add_up_and_keep_the_mean() {

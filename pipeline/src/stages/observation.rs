@@ -14,12 +14,13 @@ use tracer::ledger::{Lines, Loss};
 
 use crate::config::design::Design;
 use crate::config::schema::{Average, Zero};
+use crate::metrics::colour_difference;
 use crate::metrics::extraction::{self, Ledger, flow};
 use crate::metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakPlace};
 use crate::metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
 use crate::metrics::layout::Layout;
 use crate::metrics::uniformity::{Places, ValleyReading, bin_by_bin};
-use crate::metrics::uniformity_forms::FORMS;
+use crate::metrics::uniformity_forms::{FORMS, nine_points};
 use crate::metrics::{Estimate, Grouped, JackknifedFigure, changes};
 use crate::quantity::{Curve, Unit};
 use crate::results::{Extremes, Figure};
@@ -50,6 +51,9 @@ pub struct Observation {
     pub receivers: Vec<Grouped>,
     /// Names of surfaces that leave light unpolarised.
     pub depolarised_by: Vec<String>,
+    /// X, Y and Z (CIE 1931) at the nine points of the cell, in any one unit, where several
+    /// wavelengths were put together.
+    pub tristimulus: Option<Grouped>,
 }
 
 /// Keys of the figures of a far field.
@@ -66,6 +70,7 @@ pub fn figure_keys() -> impl Iterator<Item = &'static str> {
     papers
         .chain([EXTRACTION])
         .chain(FORMS.iter().map(|form| form.key))
+        .chain([colour_difference::KEY])
 }
 
 /// Whether the figure under `key` compares neighbours in a map.
@@ -218,6 +223,7 @@ impl Observation {
             powers: powers(&outcome, &flows),
             receivers,
             depolarised_by: Vec::new(),
+            tristimulus: None,
             flows,
         }
     }
@@ -265,6 +271,7 @@ impl Observation {
             powers: sum(|o| &o.powers),
             receivers: Vec::new(),
             depolarised_by: first.depolarised_by.clone(),
+            tristimulus: None,
         }
     }
 
@@ -317,7 +324,12 @@ impl Observation {
             let (from, to) = (coarse.binned_map(design), self.binned_map(design));
             reader.keyed(changes(&from, &to, |map| reader.values(map)))
         });
-        by_key(far, map.unwrap_or_default(), extracted)
+        let mut all = by_key(far, map.unwrap_or_default(), extracted);
+        if let (Some(from), Some(to)) = (&coarse.tristimulus, &self.tristimulus) {
+            let change = changes(from, to, |values| difference_of_colour(values));
+            all.extend(change.into_iter().map(|e| (colour_difference::KEY, e)));
+        }
+        all
     }
 
     /// Every figure without each group of paths in turn, by key; the peak of the illuminance counts
@@ -336,11 +348,17 @@ impl Observation {
             let reader = self.map_reader(design);
             reader.keyed(of(&self.binned_map(design), &|map| reader.values(map)))
         });
+        let colours = self.tristimulus.as_ref().into_iter();
+        let colours = colours.flat_map(|seen| of(seen, &difference_of_colour));
+        let colours = colours.map(|rows| (colour_difference::KEY, rows));
         by_key(
             of(&self.far_field, &|p| reading.plain(p)),
             map.unwrap_or_default(),
             of(&self.flows, &|p| vec![extraction::of_powers(p)]),
         )
+        .into_iter()
+        .chain(colours)
+        .collect()
     }
 
     /// The figures that are `wanted`, read alike from all paths and without each group: key, value,
@@ -365,8 +383,25 @@ impl Observation {
             let read = replicates(&self.binned_map(design), &|map| reader.values(map));
             all.extend(reader.keyed(read));
         }
+        if let Some(seen) = self
+            .tristimulus
+            .as_ref()
+            .filter(|_| wanted(colour_difference::KEY))
+        {
+            let read = replicates(seen, &difference_of_colour);
+            all.extend([colour_difference::KEY].into_iter().zip(read));
+        }
         all.retain(|(key, _)| wanted(key));
         all
+    }
+
+    /// The map at the nine points of the cell of `design`, W/mm²; `None` without a cell.
+    pub fn nine_points(&self, design: &Design) -> Option<Grouped> {
+        let layout = layout(design);
+        let read = |map: &[f64]| nine_points(self.grid, &layout, map);
+        read(self.illuminance.total())?;
+        let of_group = |map: &[f64]| read(map).map_or_else(Vec::new, Vec::from);
+        Some(self.illuminance.map(of_group))
     }
 
     /// Figures of short runs of about `paths` paths each, cut from this trace in whole groups and
@@ -490,6 +525,11 @@ impl Observation {
             let extracted = extraction::extraction(&self.flows);
             figures.push(figure(EXTRACTION, "extraction", Unit::Fraction, extracted));
         }
+        let colours = self.tristimulus.as_ref();
+        if let Some(estimate) = colours.and_then(colour_difference::estimate) {
+            let (key, label) = (colour_difference::KEY, colour_difference::LABEL);
+            figures.push(figure(key, label, Unit::Relative, estimate));
+        }
         figures
     }
 
@@ -497,6 +537,11 @@ impl Observation {
     pub fn counters(&self) -> Vec<(String, f64)> {
         vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
+}
+
+/// The difference of colour of these tristimulus values, or none.
+fn difference_of_colour(values: &[f64]) -> Vec<f64> {
+    colour_difference::plain(values).into_iter().collect()
 }
 
 /// Figures of the totals and without each group.

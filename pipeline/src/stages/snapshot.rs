@@ -68,6 +68,7 @@ pub(super) fn from_bytes(
             powers,
             receivers,
             depolarised_by,
+            tristimulus: None,
         });
     }
     from.0.is_empty().then_some((batches, sums))

@@ -22,6 +22,7 @@ use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::receivers::CheckedReceiver;
 use crate::config::design::{Design, PATHS};
 use crate::config::schema::receivers::ReceiverKind;
+use crate::metrics::colour_difference;
 use crate::metrics::far_field::{PeakMethod, PeakPlace};
 use crate::metrics::{Estimate, jackknife};
 use crate::plural::count;
@@ -125,6 +126,10 @@ impl ErrorTarget {
         ensure!(
             !is_of_map(figure) || !layout(design).straight().is_empty(),
             "--until-error: {file}: expected a figure that the design has, got {figure}, which compares neighbours one pitch apart, of which there are none"
+        );
+        ensure!(
+            figure != colour_difference::KEY,
+            "--until-error: {file}: expected a figure of the batches of paths, got {figure}, which needs all wavelengths"
         );
         ensure!(
             figure != EXTRACTION || design.dome.is_some(),

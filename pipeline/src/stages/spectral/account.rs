@@ -145,4 +145,28 @@ impl Sweep<'_> {
         });
         parts.collect()
     }
+
+    /// X, Y and Z at the nine points of the cell, for 1 W of all lights, group by group; `None` of
+    /// one wavelength and without a cell.
+    pub(super) fn tristimulus(&self, rule: &Rule) -> Option<Grouped> {
+        if rule.len() < 2 {
+            return None;
+        }
+        let mut parts = Vec::with_capacity(rule.len());
+        for nodes in rule.chunk_by(|a, b| a.light == b.light) {
+            let light = &self.job.lights.lights[nodes[0].light];
+            let nm: Vec<f64> = nodes.iter().map(|node| node.nm).collect();
+            for (node, xyz) in nodes.iter().zip(light.light.tristimulus(&nm)) {
+                let points = self.observation(node).nine_points(self.job.design)?;
+                let weights = xyz.map(|value| value * light.emitted_w);
+                let of_group = |points: &[f64]| {
+                    let values = points.iter().flat_map(|e| weights.map(|w| w * e));
+                    values.collect()
+                };
+                parts.push((1.0, points.map(of_group)));
+            }
+        }
+        let parts: Vec<(f64, &Grouped)> = parts.iter().map(|(w, part)| (*w, part)).collect();
+        Some(Grouped::weighted(&parts))
+    }
 }

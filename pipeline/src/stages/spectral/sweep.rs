@@ -366,12 +366,19 @@ impl<'a> Sweep<'a> {
 
     /// The sum over the wavelengths of `rule`.
     pub(super) fn combined(&self, rule: &Rule) -> Cow<'_, Observation> {
-        Observation::sum(&self.parts(rule))
+        let mut sum = Observation::sum(&self.parts(rule));
+        if let Some(colours) = self.tristimulus(rule) {
+            sum.to_mut().tristimulus = Some(colours);
+        }
+        sum
     }
 
     /// The same without the receivers of `[[receivers]]`, to compare figures.
     pub(super) fn compared(&self, rule: &Rule) -> Observation {
-        Observation::weighted_figures(&self.parts(rule))
+        Observation {
+            tristimulus: self.tristimulus(rule),
+            ..Observation::weighted_figures(&self.parts(rule))
+        }
     }
 
     fn parts(&self, rule: &Rule) -> Vec<(f64, &Observation)> {

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The difference of colour over the cell: the largest distance between the chromaticities of any
+//! two of its nine points.
+//!
+//! u' = 4 X / (X + 15 Y + 3 Z), v' = 9 Y / (X + 15 Y + 3 Z) (CIE 1976; CIE 015:2018), and
+//! Δu'v' = ((Δu')² + (Δv')²)^½, in which colour uniformity of displays is stated (IDMS 1.2, 8.1).
+//!
+//! Noise makes every distance larger, and the largest of them more so. The distance that one half of
+//! the paths finds, read in the other half along its direction between the same points, lies below
+//! the true one. As with the extremes of maps ([`super::uniformity_forms`]) the reported value is the
+//! middle of both, and half their distance bounds its bias.
+
+use super::jackknife::spread;
+use super::{Estimate, Grouped};
+
+/// Key in `results.json`.
+pub const KEY: &str = "cell_colour_difference";
+/// Name for people.
+pub const LABEL: &str = "colour difference \u{394}u'v', cell";
+
+/// Ways to halve the paths.
+const SPLITS: usize = 16;
+
+/// X, Y and Z of every point, one point after the other.
+type Tristimulus = [f64];
+
+/// The largest distance between two points; `None` with a dark one.
+pub fn plain(values: &Tristimulus) -> Option<f64> {
+    let colours = chromaticities(values)?;
+    Some(farthest(&colours).map_or(0.0, |pair| length(between(&colours, pair))))
+}
+
+/// The same with its error, from groups of paths.
+pub fn estimate(values: &Grouped) -> Option<Estimate> {
+    let found = plain(values.total())?;
+    let without = (0..values.count()).map(|g| plain(&values.without(g)));
+    let without: Option<Vec<f64>> = without.collect();
+    let splits = 1..=SPLITS.min(values.count() - 1);
+    let crossed: Option<Vec<f64>> = splits.map(|split| crossed(&values.halves(split))).collect();
+    let crossed = crossed?;
+    let crossed = (crossed.iter().sum::<f64>() / crossed.len() as f64).max(0.0);
+    Some(Estimate {
+        value: 0.5 * (found + crossed),
+        standard_error: spread(&without?),
+        bias_bound: Some(0.5 * (found - crossed).abs()),
+    })
+}
+
+/// What each half has along the largest difference of the other.
+fn crossed([a, b]: &[Vec<f64>; 2]) -> Option<f64> {
+    let (a, b) = (chromaticities(a)?, chromaticities(b)?);
+    let along = |from: &[[f64; 2]], to: &[[f64; 2]]| {
+        let pair = farthest(from)?;
+        let ([u, v], [s, t]) = (between(from, pair), between(to, pair));
+        Some((u * s + v * t) / length([u, v]))
+    };
+    Some(0.5 * (along(&a, &b).unwrap_or(0.0) + along(&b, &a).unwrap_or(0.0)))
+}
+
+fn chromaticities(values: &Tristimulus) -> Option<Vec<[f64; 2]>> {
+    let (points, _) = values.as_chunks::<3>();
+    let of = |[x, y, z]: &[f64; 3]| {
+        let sum = x + 15.0 * y + 3.0 * z;
+        (sum > 0.0).then(|| [4.0 * x / sum, 9.0 * y / sum])
+    };
+    points.iter().map(of).collect()
+}
+
+/// The two points that lie farthest apart; `None` where all are one.
+fn farthest(colours: &[[f64; 2]]) -> Option<[usize; 2]> {
+    let pairs = (0..colours.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
+    let far =
+        pairs.max_by(|a, b| length(between(colours, *a)).total_cmp(&length(between(colours, *b))));
+    far.filter(|pair| length(between(colours, *pair)) > 0.0)
+}
+
+fn between(colours: &[[f64; 2]], [i, j]: [usize; 2]) -> [f64; 2] {
+    [0, 1].map(|k| colours[i][k] - colours[j][k])
+}
+
+fn length([u, v]: [f64; 2]) -> f64 {
+    u.hypot(v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// X, Y and Z of a chromaticity, for Y = 1.
+    fn xyz([u, v]: [f64; 2]) -> [f64; 3] {
+        let sum = 9.0 / v;
+        [0.25 * u * sum, 1.0, (sum - 0.25 * u * sum - 15.0) / 3.0]
+    }
+
+    fn grouped(colours: &[[f64; 2]], noise: f64) -> Grouped {
+        let mut rng = tracer::random::stream(11, 0);
+        let mut normal = || {
+            let twelve = (0..12).map(|_| tracer::random::unit(&mut rng));
+            twelve.sum::<f64>() - 6.0
+        };
+        let values: Vec<f64> = colours.iter().flat_map(|uv| xyz(*uv)).collect();
+        let group = |_| {
+            let noisy = values
+                .iter()
+                .map(|v| v * (1.0 + 8.0 * noise * normal()) / 64.0);
+            noisy.collect()
+        };
+        Grouped::new((0..64).map(group).collect())
+    }
+
+    /// Illuminants A and D65 (u', v' of CIE 015:2018, table 3) lie 0.0818 apart.
+    #[test]
+    fn two_illuminants_are_as_far_apart_as_published() {
+        let (a, d65): ([f64; 2], [f64; 2]) = ([0.2560, 0.5243], [0.1978, 0.4683]);
+        let mut colours = vec![[0.22, 0.49]; 9];
+        (colours[2], colours[7]) = (a, d65);
+        let expected = (a[0] - d65[0]).hypot(a[1] - d65[1]);
+        let values: Vec<f64> = colours.iter().flat_map(|uv| xyz(*uv)).collect();
+        let found = plain(&values).expect("lit");
+        assert!((found - expected).abs() < 1e-12, "{found}");
+        let white = xyz(d65);
+        let all: f64 = white.iter().sum();
+        assert!((white[0] / all - 0.3127).abs() < 2e-4, "{}", white[0] / all);
+        let estimate = estimate(&grouped(&colours, 1e-3)).expect("lit");
+        let error = estimate.standard_error + estimate.bias_bound.unwrap_or(0.0);
+        assert!(
+            (estimate.value - expected).abs() < 3.0 * error,
+            "{estimate:?}"
+        );
+        assert!(error < 2e-3, "{error}");
+    }
+
+    /// Noise alone makes a difference that lies within error and bound of none.
+    #[test]
+    fn one_colour_has_no_difference_that_could_be_told() {
+        let even = vec![[0.2, 0.48]; 9];
+        let values: Vec<f64> = even.iter().flat_map(|uv| xyz(*uv)).collect();
+        assert_eq!(plain(&values), Some(0.0));
+        let noisy = estimate(&grouped(&even, 1e-3)).expect("lit");
+        let bound = noisy.bias_bound.unwrap_or(0.0);
+        assert!(
+            noisy.value <= bound + 2.0 * noisy.standard_error,
+            "{noisy:?}"
+        );
+    }
+
+    #[test]
+    fn a_dark_point_has_no_colour() {
+        let mut values: Vec<f64> = [[0.2, 0.48]; 9].iter().flat_map(|uv| xyz(*uv)).collect();
+        values[3..6].fill(0.0);
+        assert_eq!(plain(&values), None);
+    }
+}
