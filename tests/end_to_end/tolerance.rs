@@ -267,3 +267,45 @@ fn bad_files_end_in_one_message_and_write_nothing() {
         assert!(!folder.path().join("out/samples.csv").exists(), "{after}");
     }
 }
+
+/// A box that is moved by nanometres shifts nothing, though its maps are no longer averaged over the
+/// mirrors of the array and their extremes are those of more noise.
+#[test]
+fn broken_symmetries_shift_no_figure_by_themselves() {
+    let folder = folder();
+    let text = TOLERANCE
+        .replace(
+            "\"extraction_efficiency\"]",
+            "\"illuminance_valley_to_peak\"]",
+        )
+        .replace(
+            "figure = \"extraction_efficiency\"\nat_least = 0.99",
+            "figure = \"illuminance_valley_to_peak\"\nat_least = 0.0",
+        )
+        .replace("key = \"mirror.reflectance\"", "key = \"led.offset_mm.*\"")
+        .replace("half_width = 0.04", "half_width = 1e-6");
+    let text = text.replace(
+        "samples = 64",
+        "samples = 64\nset = { \"led.offset_mm\" = [0.0, 0.0] }",
+    );
+    let analysed = |text: &str| {
+        std::fs::write(folder.path().join("tolerance.toml"), text).expect("written");
+        let [json, _] = tolerance(folder.path(), &["--paths", "65536"]);
+        let json: Value = serde_json::from_slice(&json).expect("JSON");
+        let figure = &json["figures"]["illuminance_valley_to_peak"];
+        [&figure["nominal"], &figure["shift"]]
+            .map(|of| (number(&of["value"]), number(&of["standard_error"])))
+    };
+    let [(averaged, _), (shift, error)] = analysed(&text);
+    assert!(shift.abs() < 4.0 * error, "{shift} ± {error}");
+    // Without averages the design itself reads lower by far more.
+    let without = text.replace(
+        "[0.0, 0.0] }",
+        "[0.0, 0.0], \"receiver.average\" = \"none\" }",
+    );
+    let [(plain, _), _] = analysed(&without);
+    assert!(
+        averaged - plain > 4.0 * error,
+        "{averaged} {plain} ± {error}"
+    );
+}

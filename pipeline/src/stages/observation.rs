@@ -140,6 +140,28 @@ pub fn layout(design: &Design) -> Layout {
     }
 }
 
+/// The symmetries that maps of `design` are averaged over.
+pub fn symmetry(design: &Design) -> Symmetry {
+    if design.receiver.average == Average::None {
+        return Symmetry::None;
+    }
+    let [led_x, led_y] = design.led.size_mm;
+    let array = match design.array.rectangle() {
+        // A box off its axis, or tilted, leaves none of the mirrors of the array.
+        _ if !design.led.is_centred() => Symmetry::None,
+        None => Symmetry::None,
+        Some([columns, rows]) if columns == rows && (led_x / led_y - 1.0).abs() < 1e-12 => {
+            Symmetry::Square
+        }
+        Some(_) => Symmetry::Rectangle,
+    };
+    let sources = design.sources.iter().map(|source| source.symmetry);
+    let solids = design.solids.iter().map(|solid| solid.symmetry);
+    sources
+        .chain(solids)
+        .fold(array.min(design.files.symmetry()), Symmetry::min)
+}
+
 /// How the valley of the map of `design` is read.
 fn reading(design: &Design) -> ValleyReading {
     match design.receiver.read_bin_mm {
@@ -175,26 +197,6 @@ impl Observation {
         let far_field = take(receiver::FAR_FIELD);
         let receivers = (receiver::OTHERS..count).map(take).collect();
         let grid = plane_grid(design);
-        let [led_x, led_y] = design.led.size_mm;
-        let array = match design.array.rectangle() {
-            // A box off its axis, or tilted, leaves none of the mirrors of the array.
-            _ if !design.led.is_centred() => Symmetry::None,
-            None => Symmetry::None,
-            Some([columns, rows]) if columns == rows && (led_x / led_y - 1.0).abs() < 1e-12 => {
-                Symmetry::Square
-            }
-            Some(_) => Symmetry::Rectangle,
-        };
-        let symmetry = match design.receiver.average {
-            Average::Symmetries => {
-                let sources = design.sources.iter().map(|source| source.symmetry);
-                let solids = design.solids.iter().map(|solid| solid.symmetry);
-                sources
-                    .chain(solids)
-                    .fold(array.min(design.files.symmetry()), Symmetry::min)
-            }
-            Average::None => Symmetry::None,
-        };
         let flows = Grouped::new(
             outcome
                 .groups
@@ -215,7 +217,12 @@ impl Observation {
         Self {
             paths: outcome.paths,
             surfaces_per_path: outcome.hits as f64 / outcome.paths as f64,
-            illuminance: smoothed(plane, grid, symmetry, design.receiver.smoothing_sigma_mm),
+            illuminance: smoothed(
+                plane,
+                grid,
+                symmetry(design),
+                design.receiver.smoothing_sigma_mm,
+            ),
             grid,
             far_field,
             sphere: sphere(design),

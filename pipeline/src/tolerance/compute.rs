@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Traces the samples of a tolerance analysis, each with a seed of its own, and the design without
 //! deviations.
+//!
+//! Samples that break symmetries of the design are read without averaging over them. The extremes of
+//! their noisier maps are biased, so that the design is read like them too: what that adds to its
+//! figures is taken off those of the samples.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,12 +15,14 @@ use serde_json::json;
 use tracer::CheckpointStore;
 
 use super::definition::ToleranceAnalysis;
-use super::deviations::{Deviation, Deviations};
+use super::deviations::Deviation;
+use super::drawn_samples::{DrawnSamples, Traced};
 use crate::atomic_file::is_of_files;
 use crate::cache::Cache;
 use crate::checkpoint::{Checkpoints, Groups};
 use crate::config::design::Design;
 use crate::config::dotted_keys::Settings;
+use crate::config::schema::Average;
 use crate::interrupt::Interrupted;
 use crate::metrics::Estimate;
 use crate::run_context::RunContext;
@@ -26,9 +32,6 @@ use crate::stages::model_traces::ModelTraces;
 use crate::stages::seeds::mix;
 use crate::stages::tables::Ring;
 
-/// Traces of the design without deviations, each with a seed of its own: its error hardly counts
-/// beside that of the samples.
-const NOMINAL_TRACES: u64 = 16;
 /// Figures by key.
 pub type Figures = BTreeMap<String, Estimate>;
 
@@ -46,6 +49,9 @@ pub struct SampledPackage {
 pub struct Sampled {
     /// Figures of the design without deviations.
     pub nominal: Figures,
+    /// What reading without symmetries adds to them; it is taken off the figures of the samples.
+    /// Empty where samples have the symmetries of the design.
+    pub reading: Figures,
     /// Figures of all samples.
     pub samples: Vec<SampledPackage>,
 }
@@ -60,11 +66,12 @@ pub fn compute(
     cache: &Cache,
     context: RunContext,
 ) -> Result<Sampled> {
-    let drawn = draw(analysis, context.seed)?;
+    let drawn = DrawnSamples::new(analysis, context.seed)?;
     let mut tracer = SampleTracer::new(analysis, &drawn, cache, context);
-    let traces = NOMINAL_TRACES + drawn.len() as u64;
+    let traces = drawn.traces();
     let progress = context.console.progress(traces, &analysis.name);
     let mut nominal: Vec<Figures> = Vec::new();
+    let mut unaveraged: Vec<Figures> = Vec::new();
     let mut samples = Vec::new();
     for number in 0..traces {
         context.interrupt.check()?;
@@ -74,10 +81,11 @@ pub fn compute(
         } else {
             tracer.trace(number)?
         };
-        match number.checked_sub(NOMINAL_TRACES) {
-            None => nominal.push(figures.map_err(anyhow::Error::msg)?),
-            Some(sample) => samples.push(SampledPackage {
-                deviations: drawn[sample as usize].deviations.clone(),
+        match drawn.traced(number) {
+            Traced::Nominal => nominal.push(figures.map_err(anyhow::Error::msg)?),
+            Traced::Unaveraged => unaveraged.push(figures.map_err(anyhow::Error::msg)?),
+            Traced::Sample(sample) => samples.push(SampledPackage {
+                deviations: drawn.samples[sample].deviations.clone(),
                 figures,
             }),
         }
@@ -97,37 +105,36 @@ pub fn compute(
         samples.len(),
         failed.first().map_or("", |why| why)
     );
+    let nominal = mean(&nominal);
+    let reading = differences(&mean(&unaveraged), &nominal);
+    for figures in samples.iter_mut().filter_map(|s| s.figures.as_mut().ok()) {
+        for (key, added) in &reading {
+            if let Some(figure) = figures.get_mut(key) {
+                figure.value -= added.value;
+            }
+        }
+    }
     Ok(Sampled {
-        nominal: mean(&nominal),
+        nominal,
+        reading,
         samples,
     })
 }
 
-/// Deviations of a sample, and the keys that they set.
-struct Drawn {
-    deviations: Vec<Deviation>,
-    settings: Settings,
-}
-
-/// The deviations of all samples, in order.
-fn draw(analysis: &ToleranceAnalysis, seed: u64) -> Result<Vec<Drawn>> {
-    let mut random = Deviations::random(seed);
-    let draw = |_| {
-        let of = &analysis.deviations;
-        let deviations = of.draw(&analysis.source, &mut random)?;
-        let settings = of.settings(&analysis.source, &deviations)?;
-        Ok(Drawn {
-            deviations,
-            settings,
-        })
+/// Figures of `to` less those of `from`, which are independent.
+fn differences(to: &Figures, from: &Figures) -> Figures {
+    let of = |(key, to): (&String, &Estimate)| {
+        let from = from.get(key)?;
+        let error = to.standard_error.hypot(from.standard_error);
+        Some((key.clone(), Estimate::new(to.value - from.value, error)))
     };
-    (0..analysis.samples).map(draw).collect()
+    to.iter().filter_map(of).collect()
 }
 
 /// Traces of an analysis by number: those without deviations first, then the samples.
 struct SampleTracer<'a> {
     analysis: &'a ToleranceAnalysis,
-    drawn: &'a [Drawn],
+    drawn: &'a DrawnSamples,
     traces: ModelTraces<'a>,
     context: RunContext<'a>,
 }
@@ -138,7 +145,7 @@ type KeptFigures = Result<Vec<(String, u64, u64)>, String>;
 impl<'a> SampleTracer<'a> {
     fn new(
         analysis: &'a ToleranceAnalysis,
-        drawn: &'a [Drawn],
+        drawn: &'a DrawnSamples,
         cache: &'a Cache,
         context: RunContext<'a>,
     ) -> Self {
@@ -152,21 +159,28 @@ impl<'a> SampleTracer<'a> {
 
     /// Figures of a trace; for a sample, why it makes no design.
     fn trace(&mut self, number: u64) -> Result<Result<Figures, String>> {
-        let (sample, seed) = match number.checked_sub(NOMINAL_TRACES) {
-            None => (None, mix(u64::MAX - number)),
-            Some(sample) => (Some(sample as usize), mix(sample)),
-        };
+        let traced = self.drawn.traced(number);
         let nominal = Settings::new();
-        let settings = sample.map_or(&nominal, |sample| &self.drawn[sample].settings);
+        let (settings, seed) = match traced {
+            Traced::Sample(sample) => (&self.drawn.samples[sample].settings, mix(sample as u64)),
+            Traced::Nominal | Traced::Unaveraged => (&nominal, mix(u64::MAX - number)),
+        };
+        let averaged = traced == Traced::Nominal || !self.drawn.breaks_symmetry;
+        let is_sample = matches!(traced, Traced::Sample(_));
         let context = RunContext {
             seed: mix(self.context.seed ^ seed),
             // A sample is kept as its figures, not in groups of paths.
             checkpoints: None,
             ..self.context.silent()
         };
-        match figures(self.analysis, settings, &mut self.traces, context) {
+        match figures(
+            self.analysis,
+            (settings, averaged),
+            &mut self.traces,
+            context,
+        ) {
             // A failure of files may pass: it says nothing of the sample.
-            Err(error) if sample.is_none() || error.is::<Interrupted>() || is_of_files(&error) => {
+            Err(error) if !is_sample || error.is::<Interrupted>() || is_of_files(&error) => {
                 Err(error)
             }
             other => Ok(other.map_err(|error| format!("{error:#}"))),
@@ -215,11 +229,15 @@ fn groups<'a>(analysis: &ToleranceAnalysis, context: RunContext<'a>) -> Option<G
 /// # Errors
 /// Deviations that set what the design does not have.
 pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<SharedTraces>> {
-    let samples = NOMINAL_TRACES..NOMINAL_TRACES + analysis.samples as u64;
     let nominal = rings(&analysis, &analysis.design);
     // Every sample has about as many rings of its own as the first one that makes a design.
-    let drawn = draw(&analysis, seed)?;
-    let mut designs = drawn.iter().map(|of| analysis.source.with(&of.settings));
+    let drawn = DrawnSamples::new(&analysis, seed)?;
+    let of_design = 0..drawn.nominal();
+    let of_samples = drawn.nominal()..drawn.traces();
+    let mut designs = drawn
+        .samples
+        .iter()
+        .map(|of| analysis.source.with(&of.settings));
     let first = designs.find_map(Result::ok);
     let of_sample = first.map_or_else(Vec::new, |design| rings(&analysis, &design));
     let is_shared = |ring: &Ring| nominal.iter().any(|other| other.key == ring.key);
@@ -234,8 +252,8 @@ pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<Share
         own_tables,
     };
     Ok(vec![
-        traces(0..NOMINAL_TRACES, !nominal.is_empty(), TableCost::default()),
-        traces(samples, !shared.is_empty(), own),
+        traces(of_design, !nominal.is_empty(), TableCost::default()),
+        traces(of_samples, !shared.is_empty(), own),
     ])
 }
 
@@ -295,7 +313,7 @@ impl Task for SharedTraces {
     fn compute(&self, pieces: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
         let seed = self.seed;
         let context = RunContext { seed, ..context };
-        let drawn = draw(&self.analysis, seed)?;
+        let drawn = DrawnSamples::new(&self.analysis, seed)?;
         let mut tracer = SampleTracer::new(&self.analysis, &drawn, cache, context);
         for number in pieces.map(|piece| self.numbers.start + piece) {
             context.interrupt.check()?;
@@ -308,15 +326,18 @@ impl Task for SharedTraces {
     }
 }
 
-/// The figures of the design with `settings`.
+/// The figures of the design with these settings, with or without averaging over symmetries.
 fn figures(
     analysis: &ToleranceAnalysis,
-    settings: &Settings,
+    (settings, averaged): (&Settings, bool),
     traces: &mut ModelTraces,
     context: RunContext,
 ) -> Result<Figures> {
     let mut design = analysis.source.with(settings)?;
     design.trace.paths = analysis.paths;
+    if !averaged {
+        design.receiver.average = Average::None;
+    }
     let seen = traces.observe(&design, context)?;
     let wanted = |key: &str| analysis.figures.iter().any(|figure| figure == key);
     let figures = seen.replicated(&design, wanted).into_iter();

@@ -8,6 +8,7 @@
 pub mod compute;
 pub mod definition;
 pub mod deviations;
+mod drawn_samples;
 pub mod file;
 pub mod statistics;
 pub mod tolerance_results;

@@ -324,7 +324,7 @@ fn statistics(
         .map(|(sample, figures)| Some((sample, *figures.get(key)?)))
         .collect::<Option<_>>()?;
     let values: Vec<Estimate> = found.iter().map(|(_, value)| *value).collect();
-    let scatter = scatter(&values)?;
+    let mut scatter = scatter(&values)?;
     let independent = |sample: &super::compute::SampledPackage| -> (Vec<usize>, Vec<f64>) {
         let columns = analysis.deviations.independent(&sample.deviations);
         columns.into_iter().map(|d| (d.tolerance, d.value)).unzip()
@@ -334,11 +334,23 @@ fn statistics(
         .map(|(sample, _)| independent(sample).1)
         .collect();
     let groups: Vec<usize> = independent(sampled.samples.first()?).0;
-    let error = scatter.mean.standard_error.hypot(nominal.standard_error);
+    // What is taken off holds the nominal value too, which drops out of the shift.
+    let reading = sampled.reading.get(key).map_or(0.0, |e| e.standard_error);
+    let of_nominal = (reading.powi(2) - nominal.standard_error.powi(2))
+        .abs()
+        .sqrt();
+    let shift = Estimate::new(
+        scatter.mean.value - nominal.value,
+        scatter.mean.standard_error.hypot(of_nominal),
+    );
+    let quantiles = scatter.quantiles.iter_mut().map(|(_, quantile)| quantile);
+    for estimate in quantiles.chain([&mut scatter.mean]) {
+        estimate.standard_error = estimate.standard_error.hypot(reading);
+    }
     Some(FigureStatistics {
         key: key.to_owned(),
         nominal,
-        shift: Estimate::new(scatter.mean.value - nominal.value, error),
+        shift,
         contributions: contributions(&values, &inputs, &groups)
             .filter(|_| analysis.deviations.tolerances.len() > 1),
         scatter,
