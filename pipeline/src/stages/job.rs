@@ -206,9 +206,9 @@ impl Job {
         let dealt = TableCost::of(share.tables.iter().map(|&ring| &self.rings[ring]));
         let tasks = || {
             let tasks = share.tasks.iter();
-            tasks.map(|(task, pieces)| (&self.tasks[*task], pieces.end - pieces.start))
+            tasks.map(|(task, pieces)| (&*self.tasks[*task], pieces.end - pieces.start))
         };
-        let own = |(task, count): (&Box<dyn Task>, u64)| {
+        let own = |(task, count): (&dyn Task, u64)| {
             let TableCost { tables, operations } = task.own_tables();
             (count * tables, count as f64 * operations)
         };
