@@ -333,7 +333,7 @@ impl Observation {
         });
         let mut all = by_key(far, map.unwrap_or_default(), extracted);
         if let (Some(from), Some(to)) = (&coarse.tristimulus, &self.tristimulus) {
-            let change = changes(from, to, |values| difference_of_colour(values));
+            let change = changes(from, to, difference_of_colour);
             all.extend(change.into_iter().map(|e| (colour_difference::KEY, e)));
         }
         all
