@@ -29,7 +29,7 @@ pub const FORBIDDEN: [&str; 18] = [
     "rand::rng()",
 ];
 
-/// All Rust files under `folder`, in order.
+/// All Rust files under `folder`, in order, without those that cargo built.
 ///
 /// # Panics
 /// If a folder cannot be read.
@@ -42,7 +42,9 @@ pub fn rust_files(folder: &Path) -> Vec<PathBuf> {
     paths
         .into_iter()
         .flat_map(|path| {
-            if path.is_dir() {
+            if path.join("CACHEDIR.TAG").exists() {
+                Vec::new()
+            } else if path.is_dir() {
                 rust_files(&path)
             } else if path.extension().is_some_and(|e| e == "rs") {
                 vec![path]
