@@ -29,6 +29,17 @@ impl Estimate {
             bias_bound: None,
         }
     }
+
+    /// The square root; that of a value that noise drives below 0 is 0. The error is the larger of
+    /// the steps to the roots of one standard error above and below.
+    #[must_use]
+    pub fn sqrt(self) -> Self {
+        let root = |square: f64| square.max(0.0).sqrt();
+        let value = root(self.value);
+        let up = root(self.value.max(0.0) + self.standard_error) - value;
+        let down = value - root(self.value - self.standard_error);
+        Self::new(value, up.max(down))
+    }
 }
 
 /// Reads a standard error, which is not negative.

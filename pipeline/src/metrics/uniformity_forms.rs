@@ -305,7 +305,7 @@ impl Regions {
             let error = spread(&left_out);
             let of = |levels: &Levels| levels.figure(form, self.full_scale);
             if form == Form::Variation {
-                return root(crossed[k].variance / crossed[k].mean.powi(2), error);
+                return Estimate::new(crossed[k].variance / crossed[k].mean.powi(2), error).sqrt();
             }
             let (plain, crossed) = (of(&plain[k]), of(&crossed[k]));
             Estimate {
@@ -460,16 +460,6 @@ impl Sampled {
             variance: products.sum::<f64>() / count,
         }
     }
-}
-
-/// The square root of a square with this standard error; one that noise drives below 0 is 0. The
-/// error is the larger of the steps to the roots of one standard error above and below.
-fn root(square: f64, error: f64) -> Estimate {
-    let root = |square: f64| square.max(0.0).sqrt();
-    let value = root(square);
-    let up = root(square.max(0.0) + error) - value;
-    let down = value - root(square - error);
-    Estimate::new(value, up.max(down))
 }
 
 /// Positions in the unit square: the middles of 3 × 3 parts, then a point in every corner.

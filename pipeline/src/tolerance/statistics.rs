@@ -28,8 +28,9 @@ pub struct Scatter {
     pub quantiles: Vec<(f64, Estimate)>,
 }
 
-/// Levels of the quantiles.
-const LEVELS: [f64; 3] = [0.05, 0.5, 0.95];
+/// Levels of the quantiles, and how many deviations of a normal distribution they lie from the
+/// mean.
+const LEVELS: [(f64, f64); 3] = [(0.05, 1.645), (0.5, 0.0), (0.95, 1.645)];
 
 /// Mean, deviation and quantiles of `values`; none of fewer than two.
 pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
@@ -52,31 +53,40 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
         Estimate::new(whole[place], crate::metrics::spread(&without))
     };
     let squares: f64 = values.iter().map(|v| v.standard_error.powi(2)).sum();
+    let mean = estimate(0);
+    let deviation = estimate(1).sqrt();
+    // A scatter that is not seen hides what it could be from the jackknife.
+    let quantiles = LEVELS.into_iter().zip((2..).map(estimate));
+    let quantiles = quantiles.map(|((level, deviations), found)| {
+        let hidden = deviations * deviation.standard_error;
+        let error = found.standard_error.max(mean.standard_error.hypot(hidden));
+        (level, Estimate::new(found.value, error))
+    });
     Some(Scatter {
-        mean: estimate(0),
-        deviation: estimate(1),
+        mean,
+        deviation,
         noise: (squares / values.len() as f64).sqrt(),
-        quantiles: LEVELS.into_iter().zip((2..).map(estimate)).collect(),
+        quantiles: quantiles.collect(),
     })
 }
 
-/// Mean, deviation without noise, quantiles.
+/// Mean, variance without noise, quantiles.
 fn plain(values: &[Estimate]) -> Vec<f64> {
-    let (mean, deviation, sorted) = without_noise(values);
-    let quantiles = LEVELS.map(|level| quantile(&sorted, level));
-    [mean, deviation].into_iter().chain(quantiles).collect()
+    let (mean, variance, sorted) = without_noise(values);
+    let quantiles = LEVELS.map(|(level, _)| quantile(&sorted, level));
+    [mean, variance].into_iter().chain(quantiles).collect()
 }
 
-/// Mean, deviation without noise, and the values drawn towards the mean until their deviation is
+/// Mean, variance without noise (below 0 where that is larger), and the values drawn towards the mean until their deviation is
 /// that, ascending.
 pub fn without_noise(values: &[Estimate]) -> (f64, f64, Vec<f64>) {
     let n = values.len() as f64;
     let mean = values.iter().map(|v| v.value).sum::<f64>() / n;
     let total = values.iter().map(|v| (v.value - mean).powi(2)).sum::<f64>() / (n - 1.0);
     let noise = values.iter().map(|v| v.standard_error.powi(2)).sum::<f64>() / n;
-    let variance = (total - noise).max(0.0);
+    let variance = total - noise;
     let drawn = if total > 0.0 {
-        (variance / total).sqrt()
+        (variance.max(0.0) / total).sqrt()
     } else {
         0.0
     };
@@ -85,7 +95,7 @@ pub fn without_noise(values: &[Estimate]) -> (f64, f64, Vec<f64>) {
         .map(|v| mean + drawn * (v.value - mean))
         .collect();
     sorted.sort_by(f64::total_cmp);
-    (mean, variance.sqrt(), sorted)
+    (mean, variance, sorted)
 }
 
 /// Quantile of ascending values, straight between them (type 7 of Hyndman and Fan 1996).
@@ -215,6 +225,20 @@ mod tests {
         near(found.quantiles[0].1, 2.0 - 1.6449 * 0.3);
         near(found.quantiles[1].1, 2.0);
         near(found.quantiles[2].1, 2.0 + 1.6449 * 0.3);
+    }
+
+    /// Packages that are all alike, seen through noise: what scatter there could be is within the
+    /// errors.
+    #[test]
+    fn a_scatter_below_the_noise_is_not_called_none() {
+        let values = |k: usize| Estimate::new(2.0 + 0.9 * normal(k), 1.0);
+        let found = scatter(&(0..100).map(values).collect::<Vec<_>>()).expect("many");
+        let deviation = found.deviation;
+        assert!(deviation.value.abs() < 1e-12, "{deviation:?}");
+        // The variance of 100 squared noises is known to a seventh.
+        let error = deviation.standard_error;
+        assert!(error > 0.2 && error < 0.5, "{error}");
+        assert!(found.quantiles[0].1.standard_error > 1.6 * error);
     }
 
     #[test]

@@ -153,8 +153,8 @@ impl<'a> ToleranceResults<'a> {
         };
         let samples = self.sampled.samples.iter();
         let values = samples.filter_map(|s| s.figures.as_ref().ok()?.get(&first.key).copied());
-        let (_, deviation, sorted) = without_noise(&values.collect::<Vec<_>>());
-        if deviation <= 0.0 {
+        let (_, variance, sorted) = without_noise(&values.collect::<Vec<_>>());
+        if variance <= 0.0 {
             return Ok(None);
         }
         let shares = (1..).zip(&sorted).map(|(below, value)| {
