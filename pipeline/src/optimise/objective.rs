@@ -10,6 +10,7 @@ use super::file::{ConstraintKeys, Goal, TermKeys};
 use super::target::{DISTANCES, Target};
 use crate::config::design::Design;
 use crate::config::dotted_keys::{self, Settings};
+use crate::metrics::colour_difference;
 use crate::metrics::{Bounds, Estimate, JackknifedFigure, spread};
 use crate::provenance::FileRecord;
 use crate::stages::design_file::DesignFile;
@@ -294,6 +295,10 @@ fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
         all.contains(&figure),
         "figure: expected one of {}, receiver.NAME, design.KEY, got {figure:?}",
         all.join(", ")
+    );
+    ensure!(
+        figure != colour_difference::KEY || design.all_lights().is_some(),
+        "figure: expected a figure that the design has, got {figure:?}, which needs light of several wavelengths ([light.spectrum] or sources of their own)"
     );
     Ok(())
 }
