@@ -193,7 +193,7 @@ impl Cli {
         let context = self.context(interrupt);
         let shared = self.command.shared();
         if let Some((command, shard)) =
-            shared.and_then(|shared| Some((shared, shared.place().shard?)))
+            shared.and_then(|shared| Some((shared, shared.job_options().shard?)))
         {
             let done = shards::compute(command, shard, context);
             return done.map_err(|error| interrupt.explain(error));

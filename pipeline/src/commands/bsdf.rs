@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::arguments::cache;
 use super::outputs::writable;
-use super::shardable::{Place, Shardable, Sharing, Words};
+use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use crate::cache::{EXTENSION, write_table};
 use crate::config::design::Design;
 use crate::plural::count;
@@ -69,12 +69,12 @@ pub struct BsdfArgs {
 }
 
 impl Shardable for BsdfArgs {
-    fn place(&self) -> Place<'_> {
-        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
+    fn job_options(&self) -> JobOptions<'_> {
+        JobOptions::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
-        Words::new("bsdf", &self.design)
+        CommandLine::new("bsdf", &self.design)
             .option("--rings", Some(&self.rings))
             .option("--tolerance", self.tolerance)
             .all()

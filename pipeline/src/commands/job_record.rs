@@ -133,7 +133,7 @@ impl JobRecord {
             command: command.words(),
             seed: context.seed,
             shards,
-            cache: command.place().cache_given.map(Path::to_path_buf),
+            cache: command.job_options().cache_given.map(Path::to_path_buf),
             directory: std::env::current_dir().context("no current directory")?,
             inputs: work.inputs().to_vec(),
             program_version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -9,7 +9,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 
 use super::outputs::{results_writable, writable};
-use super::shardable::{Place, Shardable, Sharing, Words};
+use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use crate::atomic_file;
 use crate::config::design::Design;
 use crate::content_hash::sealed;
@@ -62,12 +62,12 @@ pub struct OptimiseArgs {
 }
 
 impl Shardable for OptimiseArgs {
-    fn place(&self) -> Place<'_> {
-        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
+    fn job_options(&self) -> JobOptions<'_> {
+        JobOptions::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
-        Words::new("optimise", &self.problem).all()
+        CommandLine::new("optimise", &self.problem).all()
     }
 
     fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
@@ -107,7 +107,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
     let problem = problem::load(&arguments.problem)?;
     let out = arguments.out.as_path();
-    let cache = arguments.place().cache();
+    let cache = arguments.job_options().cache();
     if arguments.evaluate {
         let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
         return external_search::judge_lines(&problem, &cache, context, input, output);

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::arguments::cache;
 use super::outputs::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
-use super::shardable::{Place, Shardable, Sharing};
+use super::shardable::{JobOptions, Shardable, Sharing};
 use crate::atomic_file;
 use crate::checkpoint::Checkpoints;
 use crate::config::{self, design::Design};
@@ -52,8 +52,8 @@ pub struct ReproduceArgs {
 }
 
 impl Shardable for ReproduceArgs {
-    fn place(&self) -> Place<'_> {
-        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
+    fn job_options(&self) -> JobOptions<'_> {
+        JobOptions::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
-use super::shardable::{Place, Shardable, Sharing, Words};
+use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::Design;
 use crate::digits::thousands;
@@ -66,14 +66,14 @@ pub struct RunArgs {
 }
 
 impl Shardable for RunArgs {
-    fn place(&self) -> Place<'_> {
-        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
+    fn job_options(&self) -> JobOptions<'_> {
+        JobOptions::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
         let model = self.model.to_possible_value();
         let model = model.as_ref().map(PossibleValue::get_name);
-        Words::new("run", &self.design)
+        CommandLine::new("run", &self.design)
             .option("--model", model)
             .option("--paths", self.paths)
             .all()

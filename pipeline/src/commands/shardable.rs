@@ -22,9 +22,9 @@ pub struct Sharing {
     pub shard: Option<ShardChoice>,
 }
 
-/// Where a command leaves its results and pieces, and which shards of its work were asked for.
+/// Options of a job: where it leaves results and pieces, and the shards asked for.
 #[derive(Debug, Clone, Copy)]
-pub struct Place<'a> {
+pub struct JobOptions<'a> {
     /// Directory for results.
     pub out: &'a Path,
     /// Directory of the cache, if it is given.
@@ -33,8 +33,8 @@ pub struct Place<'a> {
     pub shard: Option<&'a ShardChoice>,
 }
 
-impl<'a> Place<'a> {
-    /// The place of a command with these arguments.
+impl<'a> JobOptions<'a> {
+    /// Those of a command with these arguments.
     pub fn new(out: &'a Path, cache_given: Option<&'a Path>, sharing: &'a Sharing) -> Self {
         Self {
             out,
@@ -51,9 +51,9 @@ impl<'a> Place<'a> {
 
 /// The words of a command line.
 #[derive(Debug)]
-pub struct Words(Vec<String>);
+pub struct CommandLine(Vec<String>);
 
-impl Words {
+impl CommandLine {
     /// The words of `command` on `file`.
     pub fn new(command: &str, file: &Path) -> Self {
         Self(vec![command.to_owned(), file.display().to_string()])
@@ -76,8 +76,8 @@ impl Words {
 
 /// A command whose work may be shared.
 pub trait Shardable {
-    /// Where it works.
-    fn place(&self) -> Place<'_>;
+    /// Its options as a job.
+    fn job_options(&self) -> JobOptions<'_>;
 
     /// The command line without the program and without `--seed`, `--out`, `--cache` and `--shard`.
     fn words(&self) -> Vec<String>;

@@ -87,8 +87,8 @@ pub struct SubmitArgs {
 /// # Errors
 /// Those of the command; another job in its directory; a shard that the job does not have.
 pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContext) -> Result<()> {
-    let place = command.place();
-    let (out, cache) = (place.out, place.cache());
+    let options = command.job_options();
+    let (out, cache) = (options.out, options.cache());
     context.interrupt.exit_with(REPEAT);
     if let Some(beyond) = choice
         .numbers
@@ -179,7 +179,7 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
     let open = OpenJob::open(&choice, context)?;
     let (record, line) = (&open.record, &open.line);
     let command = line.command.get();
-    let (cache, identity) = (command.place().cache(), record.identity());
+    let (cache, identity) = (command.job_options().cache(), record.identity());
     let context = RunContext {
         seed: line.seed,
         ..context
@@ -273,9 +273,12 @@ impl OpenJob {
             (SharedLine::of(words.collect::<Vec<_>>())?, None)
         };
         let command = line.command.get();
-        let place = command.place();
-        ensure!(place.shard.is_none(), "expected a command without --shard");
-        let out = place.out.to_path_buf();
+        let options = command.job_options();
+        ensure!(
+            options.shard.is_none(),
+            "expected a command without --shard"
+        );
+        let out = options.out.to_path_buf();
         let context = RunContext {
             seed: line.seed,
             ..context

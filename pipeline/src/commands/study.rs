@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::arguments::{cache, paths};
 use super::outputs::writable;
-use super::shardable::{Place, Shardable, Sharing, Words};
+use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
@@ -60,12 +60,12 @@ pub struct StudyArgs {
 }
 
 impl Shardable for StudyArgs {
-    fn place(&self) -> Place<'_> {
-        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
+    fn job_options(&self) -> JobOptions<'_> {
+        JobOptions::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
-        Words::new("study", &self.study)
+        CommandLine::new("study", &self.study)
             .option("--paths", self.paths)
             .all()
     }

@@ -9,15 +9,16 @@ use clap::Args;
 
 use super::arguments::{cache, paths, whole};
 use super::outputs::writable;
-use super::shardable::{Place, Shardable, Sharing, Words};
+use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::formats::csv;
 use crate::provenance::FileRecord;
 use crate::run_context::RunContext;
 use crate::stages::job::{Job, SharedWork, Task};
-use crate::tolerance::compute::{compute, shared_traces};
+use crate::tolerance::compute::compute;
 use crate::tolerance::definition::{self, Overrides, ToleranceAnalysis};
+use crate::tolerance::shared_traces::shared_traces;
 use crate::tolerance::tolerance_results::ToleranceResults;
 
 /// File under the directory of results.
@@ -52,12 +53,12 @@ pub struct ToleranceArgs {
 }
 
 impl Shardable for ToleranceArgs {
-    fn place(&self) -> Place<'_> {
-        Place::new(&self.out, self.cache.as_deref(), &self.sharing)
+    fn job_options(&self) -> JobOptions<'_> {
+        JobOptions::new(&self.out, self.cache.as_deref(), &self.sharing)
     }
 
     fn words(&self) -> Vec<String> {
-        Words::new("tolerance", &self.file)
+        CommandLine::new("tolerance", &self.file)
             .option("--samples", self.samples)
             .option("--paths", self.paths)
             .all()

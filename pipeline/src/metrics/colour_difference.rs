@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The difference of colour over the cell: the largest distance between the chromaticities of any
+//! The colour difference over the cell: the largest distance between the chromaticities of any
 //! two of its nine points.
 //!
 //! u' = 4 X / (X + 15 Y + 3 Z), v' = 9 Y / (X + 15 Y + 3 Z) (CIE 1976; CIE 015:2018), and
@@ -18,9 +18,6 @@ pub const KEY: &str = "cell_colour_difference";
 /// Name for people.
 pub const LABEL: &str = "colour difference \u{394}u'v', cell";
 
-/// Ways to halve the paths.
-const SPLITS: usize = 16;
-
 /// X, Y and Z of every point, one point after the other.
 type Tristimulus = [f64];
 
@@ -35,8 +32,8 @@ pub fn estimate(values: &Grouped) -> Option<Estimate> {
     let found = plain(values.total())?;
     let without = (0..values.count()).map(|g| plain(&values.without(g)));
     let without: Option<Vec<f64>> = without.collect();
-    let splits = 1..=SPLITS.min(values.count() - 1);
-    let crossed: Option<Vec<f64>> = splits.map(|split| crossed(&values.halves(split))).collect();
+    let halvings = values.halvings();
+    let crossed: Option<Vec<f64>> = halvings.map(|k| crossed(&values.halves(k))).collect();
     let crossed = crossed?;
     let crossed = (crossed.iter().sum::<f64>() / crossed.len() as f64).max(0.0);
     Some(Estimate {

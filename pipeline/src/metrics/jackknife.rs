@@ -5,6 +5,9 @@ use rayon::prelude::*;
 
 use super::Estimate;
 
+/// Ways to halve the groups that a mean over halvings takes.
+const HALVINGS: usize = 16;
+
 /// Additive observations (powers in bins), one vector of equal length for each group of paths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grouped {
@@ -74,6 +77,11 @@ impl Grouped {
             }
         }
         sums
+    }
+
+    /// Numbers of the halvings to take a mean over ([`Grouped::halves`]).
+    pub(super) fn halvings(&self) -> std::ops::RangeInclusive<usize> {
+        1..=HALVINGS.min(self.count() - 1)
     }
 
     /// Estimates of the total from consecutive runs of `groups` groups each; remaining groups are

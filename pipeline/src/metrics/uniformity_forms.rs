@@ -165,9 +165,6 @@ pub const FORMS: [RegionForm; 14] = {
     ]
 };
 
-/// Ways to halve the paths.
-const SPLITS: usize = 16;
-
 /// A weighted mean of up to four bins.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
@@ -349,7 +346,6 @@ impl Regions {
     /// Means over halvings of what one half has where the other has its extremes, and of the
     /// covariance of both. Fitted valleys and means are those of `plain`.
     fn crossed(&self, map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
-        let splits = SPLITS.min(map.count() - 1);
         let of_split = |split| {
             let [a, b] = map.halves(split);
             let at_peak = 0.5 * (b[largest(&a).0] + a[largest(&b).0]);
@@ -357,7 +353,7 @@ impl Regions {
             let crossed = regions.map(|region| region.cross(&a, &b, at_peak));
             crossed.collect::<Vec<_>>()
         };
-        let of_splits: Vec<Vec<Levels>> = (1..=splits).into_par_iter().map(of_split).collect();
+        let of_splits: Vec<Vec<Levels>> = map.halvings().into_par_iter().map(of_split).collect();
         let mut sums = vec![Levels::default(); plain.len()];
         for (region, one) in of_splits.iter().flat_map(|all| all.iter().enumerate()) {
             let sum = &mut sums[region];
@@ -365,7 +361,7 @@ impl Regions {
             sum.high += one.high;
             sum.variance += one.variance;
         }
-        let scale = 1.0 / splits as f64;
+        let scale = 1.0 / of_splits.len() as f64;
         let mean = |((sum, plain), region): ((&Levels, &Levels), &Sampled)| Levels {
             low: match &region.valley {
                 Some(Valley::Fit(_)) => plain.low,

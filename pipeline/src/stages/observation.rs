@@ -333,7 +333,7 @@ impl Observation {
         });
         let mut all = by_key(far, map.unwrap_or_default(), extracted);
         if let (Some(from), Some(to)) = (&coarse.tristimulus, &self.tristimulus) {
-            let change = changes(from, to, difference_of_colour);
+            let change = changes(from, to, largest_colour_difference);
             all.extend(change.into_iter().map(|e| (colour_difference::KEY, e)));
         }
         all
@@ -356,7 +356,7 @@ impl Observation {
             reader.keyed(of(&self.binned_map(design), &|map| reader.values(map)))
         });
         let colours = self.tristimulus.as_ref().into_iter();
-        let colours = colours.flat_map(|seen| of(seen, &difference_of_colour));
+        let colours = colours.flat_map(|seen| of(seen, &largest_colour_difference));
         let colours = colours.map(|rows| (colour_difference::KEY, rows));
         by_key(
             of(&self.far_field, &|p| reading.plain(p)),
@@ -395,7 +395,7 @@ impl Observation {
             .as_ref()
             .filter(|_| wanted(colour_difference::KEY))
         {
-            let read = replicates(seen, &difference_of_colour);
+            let read = replicates(seen, &largest_colour_difference);
             all.extend([colour_difference::KEY].into_iter().zip(read));
         }
         all.retain(|(key, _)| wanted(key));
@@ -546,8 +546,8 @@ impl Observation {
     }
 }
 
-/// The difference of colour of these tristimulus values, or none.
-fn difference_of_colour(values: &[f64]) -> Vec<f64> {
+/// The colour difference of these tristimulus values, or none.
+fn largest_colour_difference(values: &[f64]) -> Vec<f64> {
     colour_difference::plain(values).into_iter().collect()
 }
 

@@ -6,8 +6,9 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use serde_json::{Value, json};
 
-use super::compute::{Figures, Sampled};
+use super::compute::Sampled;
 use super::definition::ToleranceAnalysis;
+use super::sample_tracer::Figures;
 use super::statistics::{Contribution, Scatter, contributions, scatter, share, without_noise};
 use crate::digits::format_value_with_error;
 use crate::metrics::Estimate;
@@ -335,8 +336,11 @@ fn statistics(
         .collect();
     let groups: Vec<usize> = independent(sampled.samples.first()?).0;
     // What is taken off holds the nominal value too, which drops out of the shift.
-    let reading = sampled.reading.get(key).map_or(0.0, |e| e.standard_error);
-    let of_nominal = (reading.powi(2) - nominal.standard_error.powi(2))
+    let bias_error = sampled
+        .reading_bias
+        .get(key)
+        .map_or(0.0, |e| e.standard_error);
+    let of_nominal = (bias_error.powi(2) - nominal.standard_error.powi(2))
         .abs()
         .sqrt();
     let shift = Estimate::new(
@@ -345,7 +349,7 @@ fn statistics(
     );
     let quantiles = scatter.quantiles.iter_mut().map(|(_, quantile)| quantile);
     for estimate in quantiles.chain([&mut scatter.mean]) {
-        estimate.standard_error = estimate.standard_error.hypot(reading);
+        estimate.standard_error = estimate.standard_error.hypot(bias_error);
     }
     Some(FigureStatistics {
         key: key.to_owned(),
