@@ -16,6 +16,7 @@ mod front;
 mod heights;
 pub mod limits;
 pub mod log;
+mod noise;
 mod objective;
 mod outcome;
 pub mod problem;

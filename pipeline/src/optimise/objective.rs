@@ -63,6 +63,12 @@ impl Constraint {
         self.miss(figure) <= 0.0
     }
 
+    /// Whether one standard error of `figure` to either side decides if it is met.
+    pub fn is_undecided(&self, figure: &JackknifedFigure) -> bool {
+        let miss = |errors: f64| self.bounds.miss(figure.value, errors * figure.standard_error);
+        miss(self.margin + 1.0) > 0.0 && miss(self.margin - 1.0) <= 0.0
+    }
+
     /// Bounds for people.
     pub fn words(&self) -> String {
         let low = self

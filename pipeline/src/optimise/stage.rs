@@ -14,10 +14,9 @@ use anyhow::{Result, bail};
 use super::evaluate::Evaluator;
 use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
-use super::objective::Judged;
+use super::noise::noise;
 use super::problem::StageSettings;
 use super::shared_evaluations::Batch;
-use crate::metrics::spread;
 use crate::plural::count;
 use crate::progress::Progress;
 use crate::run_context::RunContext;
@@ -236,7 +235,7 @@ impl StageSearch<'_, '_> {
         });
         let candidates: Vec<Candidate> = candidates.collect();
         let judged = outcomes.into_iter().filter_map(|one| one.judged().ok());
-        let noise = noise(&judged.collect::<Vec<_>>());
+        let noise = noise(&judged.collect::<Vec<_>>(), &self.evaluator.objective.constraints);
         let coarse = noise.is_some_and(|noise| noise > MOST_NOISE);
         let generation = Generation {
             end: GenerationEnd {
@@ -342,23 +341,6 @@ impl SearchState {
         }
         result.generations.push((generation.end, best));
     }
-}
-
-/// Noise of a generation: root mean square of the standard errors of its values, each against
-/// their mean, as a share of the standard deviation of the values. It is 1 where all differences
-/// are noise.
-fn noise(judged: &[Judged]) -> Option<f64> {
-    let n = judged.len() as f64;
-    let mean = |of: &dyn Fn(&Judged) -> f64| judged.iter().map(of).sum::<f64>() / n;
-    let groups = judged.iter().map(|one| one.without.len()).min()?;
-    let means: Vec<f64> = (0..groups).map(|g| mean(&|one| one.without[g])).collect();
-    let squared_error = |one: &Judged| {
-        let pairs = one.without.iter().zip(&means);
-        spread(&pairs.map(|(a, b)| a - b).collect::<Vec<f64>>()).powi(2)
-    };
-    let middle = mean(&|one| one.value);
-    let variance = mean(&|one| (one.value - middle).powi(2));
-    (judged.len() > 1 && variance > 0.0).then(|| (mean(&squared_error) / variance).sqrt())
 }
 
 /// The searches, each with what it leaves to choose from.
