@@ -37,7 +37,7 @@ impl StageSearch<'_, '_> {
             if points.is_empty() {
                 break;
             }
-            let Some(candidates) = self.next_generation(&points, &mut state)? else {
+            let Some(candidates) = self.next_generation(&points, &mut state, false)? else {
                 break;
             };
             let objective = self.evaluator.objective;

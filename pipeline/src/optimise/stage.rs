@@ -3,7 +3,7 @@
 //! selection among what the runs found.
 //!
 //! Every generation has a seed of its own, so that no candidate is kept for a lucky one. Within a
-//! generation all candidates have the same seed. Paths are doubled where the error of a ranking is
+//! generation all candidates have the same seed and paths, also those that replace refused ones. Paths are doubled where the error of a ranking is
 //! too large for it ([`MOST_NOISE`]).
 
 use std::cmp::Reverse;
@@ -20,7 +20,7 @@ use super::shared_evaluations::Batch;
 use crate::plural::count;
 use crate::progress::Progress;
 use crate::run_context::RunContext;
-use crate::search::bipop::Bipop;
+use crate::search::bipop::{self, Bipop};
 use crate::search::cma_es::{self, CmaEs};
 use crate::search::coordinate::{self, CoordinateSearch};
 use crate::search::normal::Normal;
@@ -85,10 +85,19 @@ pub(super) struct StageSearch<'a, 'b> {
     pub progress: &'b Progress,
 }
 
+/// What the candidates that are ranked with each other have in common.
+#[derive(Debug, Clone, Copy)]
+struct Common {
+    /// Number of the seed.
+    seed: usize,
+    paths: u64,
+}
+
 /// State that goes from one generation to the next.
 pub(super) struct SearchState {
     paths: u64,
     generation: usize,
+    common: Common,
     pub result: StageResult,
 }
 
@@ -168,7 +177,7 @@ impl StageSearch<'_, '_> {
             if points.is_empty() {
                 return Ok(());
             }
-            let Some(candidates) = self.next_generation(&points, state)? else {
+            let Some(candidates) = self.next_generation(&points, state, search.fills_up())? else {
                 return Ok(());
             };
             let values: Vec<f64> = candidates.iter().map(Candidate::value).collect();
@@ -176,20 +185,32 @@ impl StageSearch<'_, '_> {
         }
     }
 
-    /// The candidates of the next generation, judged; none where the time is over.
+    /// The candidates of the next generation, judged; none where the time is over. Those that fill
+    /// up the generation before are judged by its seed and paths.
     pub(super) fn next_generation(
         &mut self,
         points: &[Point],
         state: &mut SearchState,
+        fills_up: bool,
     ) -> Result<Option<Vec<Candidate>>> {
         state.generation += 1;
-        let Some(generation) = self.generation(points, state.generation, state.paths)? else {
+        if !fills_up {
+            state.common = Common {
+                seed: state.generation,
+                paths: state.paths,
+            };
+        }
+        let Some(generation) = self.generation(points, state.generation, state.common)? else {
             state.result.cut_short = true;
             return Ok(None);
         };
         state.paths = generation.end.next_paths;
         let candidates = generation.candidates.clone();
         state.book(generation);
+        if let Some(best) = state.result.nearest.as_ref().and_then(|best| best.value) {
+            let progress = format!("stage {}, best {best:.4}", self.number);
+            self.progress.set_message(progress);
+        }
         Ok(Some(candidates))
     }
 
@@ -198,8 +219,9 @@ impl StageSearch<'_, '_> {
         &mut self,
         points: &[Point],
         number: usize,
-        paths: u64,
+        common: Common,
     ) -> Result<Option<Generation>> {
+        let paths = common.paths;
         if let Some(known) = self.log.replayed(number, points)? {
             self.progress.inc(points.len() as u64);
             return Ok(Some(known));
@@ -211,7 +233,8 @@ impl StageSearch<'_, '_> {
         {
             return Ok(None);
         }
-        let seed = mix(mix(self.context.seed) ^ mix(number as u64) ^ ((self.number as u64) << 32));
+        let seed =
+            mix(mix(self.context.seed) ^ mix(common.seed as u64) ^ ((self.number as u64) << 32));
         let context = RunContext {
             seed,
             ..self.context
@@ -235,7 +258,10 @@ impl StageSearch<'_, '_> {
         });
         let candidates: Vec<Candidate> = candidates.collect();
         let judged = outcomes.into_iter().filter_map(|one| one.judged().ok());
-        let noise = noise(&judged.collect::<Vec<_>>(), &self.evaluator.objective.constraints);
+        let noise = noise(
+            &judged.collect::<Vec<_>>(),
+            &self.evaluator.objective.constraints,
+        );
         let coarse = noise.is_some_and(|noise| noise > MOST_NOISE);
         let generation = Generation {
             end: GenerationEnd {
@@ -265,9 +291,12 @@ impl StageSearch<'_, '_> {
         state: &mut SearchState,
     ) -> Result<Vec<Candidate>> {
         let points: Vec<Point> = found.iter().map(|(point, ..)| point.clone()).collect();
-        let paths = SELECTION * self.settings().most_paths;
+        let common = Common {
+            seed: 0,
+            paths: SELECTION * self.settings().most_paths,
+        };
         // Generation 0 is never refused for lack of time.
-        let Some(Generation { candidates, .. }) = self.generation(&points, 0, paths)? else {
+        let Some(Generation { candidates, .. }) = self.generation(&points, 0, common)? else {
             return Ok(Vec::new());
         };
         let mut final_candidates: Vec<FinalCandidate> = candidates
@@ -305,6 +334,7 @@ impl SearchState {
         Self {
             paths,
             generation: 0,
+            common: Common { seed: 0, paths },
             result: StageResult {
                 final_candidates: Vec::new(),
                 generations: Vec::new(),
@@ -364,13 +394,17 @@ impl AnyMinimiser {
     /// Mean of the last distribution and best candidate of every run, with the best value.
     fn found(&mut self, run: usize) -> Vec<(Point, usize, f64)> {
         if let Self::Bipop(search) = self {
-            let runs = search.runs().iter().zip(run..);
-            return runs
-                .flat_map(|(run, number)| {
-                    let points = [run.favourite.clone(), run.best_point.clone()];
-                    points.map(|point| (point, number, run.best_value))
-                })
-                .collect();
+            let points = |run: bipop::Run, number: usize| {
+                let mut points = vec![run.favourite];
+                if run.best_point != points[0] {
+                    points.push(run.best_point);
+                }
+                points
+                    .into_iter()
+                    .map(move |point| (point, number, run.best_value))
+            };
+            let runs = search.all_runs().into_iter().zip(run..);
+            return runs.flat_map(|(run, number)| points(run, number)).collect();
         }
         let search = self.as_dyn();
         let best = search.best().cloned();

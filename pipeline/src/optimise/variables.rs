@@ -23,6 +23,9 @@ const MOST: usize = 1000;
 /// Key of the shapes of rings.
 const SHAPES: &str = "elements.shapes";
 
+/// How near to a bound a coefficient counts as at it, as a share of its range.
+const AT_BOUND: f64 = 1e-3;
+
 /// A checked variable.
 #[derive(Debug, Clone)]
 pub(super) struct Variable {
@@ -60,7 +63,7 @@ impl Range {
             Self::Between { whole, .. } => {
                 let value = self.number(share);
                 if *whole {
-                    Value::Integer(value.round() as i64)
+                    Value::Integer(value as i64)
                 } else {
                     Value::Float(value)
                 }
@@ -79,9 +82,19 @@ impl Range {
         }
     }
 
-    /// To a multiple of the resolution, within the bounds.
+    /// To a multiple of the resolution and to a whole number, within the bounds.
     fn rounded(&self, value: f64) -> f64 {
         match self {
+            Self::Between {
+                from,
+                to,
+                resolution,
+                whole: true,
+            } => {
+                let step = resolution.unwrap_or(1.0);
+                let value = (value / step).round() * step;
+                value.round().clamp(from.ceil(), to.floor())
+            }
             Self::Between {
                 from,
                 to,
@@ -128,13 +141,15 @@ impl Variables {
         let all = keys.iter().enumerate().map(variable);
         let all: Vec<Variable> = all.collect::<Result<_>>()?;
         for (k, variable) in all.iter().enumerate() {
-            let twice = all[..k].iter().any(|other| other.overlaps(variable));
-            ensure!(
-                !twice,
-                "variables[{}]: expected each key and each ring of a profile once, got {} twice",
-                k + 1,
-                variable.label
-            );
+            let other = all[..k].iter().find(|other| other.overlaps(variable));
+            if let Some(other) = other {
+                bail!(
+                    "variables[{}]: expected keys and profiles that set different parts of the design, got {} beside {}",
+                    k + 1,
+                    variable.label,
+                    other.label
+                );
+            }
         }
         Ok(Self {
             source,
@@ -215,11 +230,36 @@ impl Variables {
         self.all.iter().flat_map(of).collect()
     }
 
+    /// The range of every coordinate of a point.
+    fn ranges(&self) -> impl Iterator<Item = &Range> {
+        let all = self.all.iter();
+        all.flat_map(|v| std::iter::repeat_n(&v.range, v.count))
+    }
+
+    /// Whether the coordinate `k` is a number, no choice.
+    pub fn is_number(&self, k: usize) -> bool {
+        let range = self.ranges().nth(k);
+        range.is_some_and(|range| matches!(range, Range::Between { .. }))
+    }
+
+    /// Coefficients that stand at a bound at `point`, for people.
+    pub fn at_bounds(&self, point: &[f64]) -> Vec<String> {
+        let all = self.labels().into_iter().zip(self.ranges()).zip(point);
+        let at_bound = all.filter_map(|((label, range), &x)| match range {
+            Range::Between { .. } if x.min(1.0 - x) < AT_BOUND => {
+                Some(format!("{label} at {}", range.number(x.round())))
+            }
+            _ => None,
+        });
+        at_bound.collect()
+    }
+
     /// Values of the coefficients at `point`, in the units of the design; shares of choices.
     pub fn coefficients(&self, point: &[f64]) -> Vec<f64> {
-        let ranges = self.all.iter();
-        let ranges = ranges.flat_map(|v| std::iter::repeat_n(&v.range, v.count));
-        ranges.zip(point).map(|(r, x)| r.number(*x)).collect()
+        self.ranges()
+            .zip(point)
+            .map(|(r, x)| r.number(*x))
+            .collect()
     }
 
     /// Keys of the design at `point`.
@@ -277,11 +317,18 @@ impl Variables {
 impl Variable {
     fn overlaps(&self, other: &Self) -> bool {
         match (&self.place, &other.place) {
-            (Place::Key(a), Place::Key(b)) => a == b,
+            (Place::Key(a), Place::Key(b)) => contains(a, b) || contains(b, a),
             (Place::Rings(a, [first, last]), Place::Rings(b, [from, to])) => {
                 a == b && first <= to && from <= last
             }
             (Place::Height, Place::Height) => true,
+            (Place::Key(key), profile) | (profile, Place::Key(key)) => {
+                let sets = match profile {
+                    Place::Height => "dome",
+                    _ => SHAPES,
+                };
+                contains(sets, key) || contains(key, sets)
+            }
             _ => false,
         }
     }
@@ -331,6 +378,12 @@ impl Variable {
     }
 }
 
+/// Whether the dotted key `outer` is `inner` or holds it.
+fn contains(outer: &str, inner: &str) -> bool {
+    let rest = inner.strip_prefix(outer);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
 fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result<Variable> {
     let (label, place, count) = match (&keys.key, keys.profile) {
         (Some(key), None) => {
@@ -372,6 +425,10 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         _ => bail!("expected one of `key` and `profile`, got both or neither"),
     };
     let range = range(keys, &place)?;
+    ensure!(
+        keys.start.is_none() || matches!(range, Range::Between { .. }),
+        "start: expected it with `from` and `to` alone, got it with `choices`"
+    );
     if let (Some(start), Range::Between { from, to, .. }) = (keys.start, &range) {
         ensure!(
             (*from..=*to).contains(&start),
@@ -398,24 +455,26 @@ fn tried(key: &str, range: Range, source: &DesignFile) -> Result<Range> {
     let Err(refused) = source.with(&of_key(&range)) else {
         return Ok(range);
     };
-    let counted = match range {
-        Range::Between {
-            from,
-            to,
-            resolution,
-            ..
-        } => Range::Between {
-            from,
-            to,
-            resolution,
-            whole: true,
-        },
-        choices @ Range::Choices(_) => choices,
+    let Range::Between {
+        from,
+        to,
+        resolution,
+        ..
+    } = range
+    else {
+        return Err(refused);
     };
-    match source.with(&of_key(&counted)) {
-        Ok(_) => Ok(counted),
-        Err(_) => Err(refused),
+    let counted = Range::Between {
+        from,
+        to,
+        resolution,
+        whole: true,
+    };
+    if from.ceil() > to.floor() {
+        return Err(refused);
     }
+    // Its own reason: that the key takes whole numbers alone is not what is wrong.
+    source.with(&of_key(&counted)).map(|_| counted)
 }
 
 fn range(keys: &VariableKeys, place: &Place) -> Result<Range> {

@@ -20,9 +20,9 @@ enum Regime {
     Small,
 }
 
-/// What is left of a run that has ended.
+/// What a run has found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FinishedRun {
+pub struct Run {
     /// Evaluations of this run.
     pub evaluations: usize,
     /// Smallest value, or infinity where no candidate was feasible.
@@ -33,7 +33,7 @@ pub struct FinishedRun {
     pub favourite: Point,
     /// Candidates of a generation.
     pub population: usize,
-    /// Why the run has ended.
+    /// Why the run has ended, or that it goes on.
     pub why: &'static str,
 }
 
@@ -50,7 +50,7 @@ pub struct Bipop {
     small: usize,
     /// Evaluations of the last run with a large population.
     last_large: usize,
-    runs: Vec<FinishedRun>,
+    runs: Vec<Run>,
     best: Option<Told>,
     ended: Option<&'static str>,
 }
@@ -85,8 +85,17 @@ impl Bipop {
     }
 
     /// Runs that have ended, the last one cut short by the budget included.
-    pub fn runs(&self) -> &[FinishedRun] {
+    pub fn runs(&self) -> &[Run] {
         &self.runs
+    }
+
+    /// Runs that have ended, and what the run under way has found so far.
+    pub fn all_runs(&self) -> Vec<Run> {
+        let mut runs = self.runs.clone();
+        if self.run.evaluations() > 0 {
+            runs.push(self.state("it goes on"));
+        }
+        runs
     }
 
     /// The run under way.
@@ -100,8 +109,7 @@ impl Bipop {
 
     /// Files the run that has ended.
     fn finish(&mut self, why: &'static str) {
-        let run = &self.run;
-        let evaluations = run.evaluations();
+        let evaluations = self.run.evaluations();
         match self.regime {
             Regime::Large => {
                 self.large += evaluations;
@@ -109,16 +117,23 @@ impl Bipop {
             }
             Regime::Small => self.small += evaluations,
         }
+        let state = self.state(why);
+        self.runs.push(state);
+    }
+
+    /// What the run under way has found.
+    fn state(&self, why: &'static str) -> Run {
+        let run = &self.run;
         let favourite = run.favourite();
         let best = run.best();
-        self.runs.push(FinishedRun {
-            evaluations,
+        Run {
+            evaluations: run.evaluations(),
             best_value: best.map_or(f64::INFINITY, |b| b.value),
             best_point: best.map_or_else(|| favourite.clone(), |b| b.point.clone()),
             favourite,
             population: run.population(),
             why,
-        });
+        }
     }
 
     /// Begins a run in the regime that has spent less.
@@ -191,5 +206,9 @@ impl Minimiser for Bipop {
 
     fn ended(&self) -> Option<&'static str> {
         self.ended
+    }
+
+    fn fills_up(&self) -> bool {
+        self.run.fills_up()
     }
 }

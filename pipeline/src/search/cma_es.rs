@@ -340,6 +340,10 @@ impl Minimiser for CmaEs {
     fn ended(&self) -> Option<&'static str> {
         self.ended
     }
+
+    fn fills_up(&self) -> bool {
+        !self.kept.is_empty()
+    }
 }
 
 fn boxed(free: &DVector<f64>) -> Point {

@@ -70,6 +70,12 @@ pub trait Minimiser {
 
     /// Why the search has ended, or none while it goes on.
     fn ended(&self) -> Option<&'static str>;
+
+    /// Whether the candidates asked next are ranked with some that have been told already, so that
+    /// values with a common error must keep it.
+    fn fills_up(&self) -> bool {
+        false
+    }
 }
 
 /// Reason of an end when no further generation fits into the evaluations allowed.

@@ -302,6 +302,40 @@ fn nothing_feasible_and_nothing_to_choose_both_end() {
     );
 }
 
+/// Whoever ends a search early finds what the run under way has found.
+#[test]
+fn a_run_under_way_is_among_all_runs() {
+    let mut search = Bipop::new(Settings::new(vec![0.9; 4], 1, 30_000));
+    assert_eq!(search.all_runs(), []);
+    for _ in 0..3 {
+        let values: Vec<f64> = search.ask().iter().map(|u| u.iter().sum()).collect();
+        search.tell(&values);
+    }
+    assert_eq!(search.runs(), []);
+    let runs = search.all_runs();
+    let best = search.best().expect("a feasible candidate");
+    assert_eq!((runs.len(), runs[0].evaluations), (1, 24));
+    assert_eq!(
+        (&runs[0].best_point, runs[0].best_value),
+        (&best.point, best.value)
+    );
+}
+
+/// Candidates that replace refused ones are ranked with those that were told before.
+#[test]
+fn a_generation_of_which_most_is_refused_is_filled_up() {
+    let mut search = CmaEs::new(Settings::new(vec![0.5; 4], 1, 1000));
+    assert!(!search.fills_up());
+    assert_eq!(search.ask().len(), 8);
+    let mut values = [f64::INFINITY; 8];
+    (values[0], values[3]) = (1.0, 2.0);
+    search.tell(&values);
+    assert!(search.fills_up());
+    assert_eq!(search.ask().len(), 6);
+    search.tell(&[3.0; 6]);
+    assert!(!search.fills_up());
+}
+
 #[test]
 fn restarts_alternate_and_keep_to_the_budget() {
     let settings = Settings {
