@@ -131,6 +131,24 @@ fn an_obvious_optimum_is_found_and_verified() {
     assert!(number(&before["value"]) - number(&after["value"]) > 3.0 * error);
 }
 
+/// A run of BIPOP that the time ends is one of those to select from.
+#[test]
+fn a_run_cut_short_counts() {
+    let folder = folder();
+    let problem = PROBLEM
+        .replace("evaluations = 24", "evaluations = 100000")
+        .replace("restarts = 2", "method = \"bipop\"");
+    std::fs::write(folder.path().join("problem.toml"), problem).expect("written");
+    let json = optimise(folder.path(), "out", &["--budget", "1s"]);
+    let json: Value = serde_json::from_slice(&json).expect("JSON");
+    let stage = &json["stages"][0];
+    assert_eq!(stage["cut_short"], true, "{stage}");
+    let selected = &stage["final_candidates"][0];
+    assert_ne!(selected["run"], 0, "{selected}");
+    let pitch = json["coefficients"][0]["found"].as_f64().expect("a number");
+    assert!(pitch < 6.0, "{pitch}");
+}
+
 /// Pitches that differ by a hundredth of a millimetre cannot be told apart.
 #[test]
 fn a_search_that_gains_nothing_says_so() {
@@ -358,7 +376,27 @@ const REFUSED: &[Case] = &[
             "[[objective",
             "[[variables]]\nkey = \"array.pitch_mm\"\nfrom = 5.0\nto = 6.0\n\n[[objective",
         )],
-        &["variables[2]", "array.pitch_mm twice"],
+        &["variables[2]", "array.pitch_mm beside array.pitch_mm"],
+    ),
+    (
+        &[(
+            "from = 4.5\nto = 12.0",
+            "from = 4.5\nto = 12.0\n\n[[variables]]\nkey = \"dome.height_mm\"\nfrom = 0.8\nto = 1.0\n\n\
+             [[variables]]\nprofile = \"height_mm\"\nfrom = 0.1\nto = 1.2",
+        )],
+        &["variables[3]", "height_mm beside dome.height_mm"],
+    ),
+    (
+        &[("from = 4.5\nto = 12.0", "choices = [5.0, 6.0]\nstart = 5.0")],
+        &["variables[1]: start", "`choices`"],
+    ),
+    (
+        &[("restarts = 2", "restarts = 2\nmethod = \"bipop\"")],
+        &["stages[1]: restarts", "cma_es", "bipop"],
+    ),
+    (
+        &[("paths = 65536", "paths = 65536\nsamples = 8")],
+        &["verification.samples", "objective.tolerances"],
     ),
     (
         &[("\"uniformity\"", "\"uniformness\"")],
@@ -548,7 +586,7 @@ fn objectives_are_taken_over_tolerances() {
     let tolerance = "name = \"mirrors\"\ndesign = \"bare-dome.toml\"\n\
          [[tolerances]]\nkey = \"mirror.reflectance\"\ndistribution = \"uniform\"\nhalf_width = 0.04\n";
     std::fs::write(at.join("mirrors.toml"), tolerance).expect("written");
-    let objective = |deviations: f64, out: &str| -> f64 {
+    let objective = |deviations: f64, out: &str| -> [f64; 2] {
         let over = format!(
             "[objective]\ntolerances = \"mirrors.toml\"\nsamples = 16\ndeviations = {deviations}\n\n\
              [[objective.terms]]"
@@ -560,17 +598,22 @@ fn objectives_are_taken_over_tolerances() {
             .replace("paths = 65536", "paths = 1048576");
         std::fs::write(at.join("problem.toml"), problem).expect("written");
         let json: Value = serde_json::from_slice(&optimise(at, out, &[])).expect("JSON");
-        json["objective"]["before"]["value"]
-            .as_f64()
-            .expect("a number")
+        let before = &json["objective"]["before"];
+        ["value", "standard_error"].map(|key| before[key].as_f64().expect("a number"))
     };
     // Both verify the same design by the same packages: what differs is two deviations.
-    let deviation = 0.5 * (objective(2.0, "two") - objective(0.0, "none"));
+    let ([two, _], [none, error]) = (objective(2.0, "two"), objective(0.0, "none"));
+    let deviation = 0.5 * (two - none);
     // Extraction changes by 0.112 for one unit of the mirror's reflectance (a run at 0.91 and 0.99);
     // a uniform law of half width 0.04 deviates by 0.04 / sqrt 3, known from 16 packages to 1 in 5.
     let expected = 0.112 * 0.04 / 3f64.sqrt();
     assert!(
         (deviation / expected - 1.0).abs() < 0.6,
         "{deviation} {expected}"
+    );
+    // The mean of 16 packages is known to a quarter of their deviation, beside the noise of paths.
+    assert!(
+        error > 0.2 * deviation && error < deviation,
+        "{error} {deviation}"
     );
 }

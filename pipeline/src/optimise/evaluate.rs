@@ -103,6 +103,11 @@ impl<'a> Evaluator<'a> {
         }
     }
 
+    /// Why the candidate at `point` is not traced, if it is not.
+    pub fn refusal(&self, point: &[f64]) -> Option<String> {
+        self.design(point).err()
+    }
+
     /// Judges the candidate at `point` by `paths` paths.
     ///
     /// # Errors

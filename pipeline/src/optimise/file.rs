@@ -206,7 +206,7 @@ pub struct StageKeys {
     pub knots: Option<usize>,
     /// Most candidates.
     pub evaluations: Option<usize>,
-    /// Least number of runs.
+    /// Number of runs of CMA-ES.
     pub restarts: Option<usize>,
     /// Candidates of a generation.
     pub population: Option<usize>,
@@ -229,4 +229,6 @@ pub struct VerificationKeys {
     pub models: Option<Vec<Model>>,
     /// Paths of each trace; absent: those of the design.
     pub paths: Option<u64>,
+    /// Packages that are drawn of each design; absent: those of the objective.
+    pub samples: Option<usize>,
 }

@@ -7,7 +7,9 @@ use super::file::LimitKeys;
 use crate::config::design::Design;
 use crate::geometry::{Curve, Meridian, Role};
 
-/// How near to a limit counts as at it, degrees.
+/// How near to a limit a length counts as at it, as a share.
+const AT_LIMIT: f64 = 1e-3;
+/// How near to a limit an angle counts as at it, degrees.
 const AT_LIMIT_DEG: f64 = 0.05;
 /// Rounding of angles, degrees.
 const ROUNDING_DEG: f64 = 1e-6;
@@ -113,8 +115,25 @@ impl Limits {
             return Vec::new();
         };
         let mut active = Vec::new();
-        if (outline.top_mm() / self.total_height_mm - 1.0).abs() < 1e-3 {
-            active.push("total_height_mm".to_owned());
+        let elements = &design.elements;
+        for (key, value, limit) in [
+            ("total_height_mm", outline.top_mm(), self.total_height_mm),
+            ("ring_width_um", 1e3 * elements.width_mm, self.ring_width_um),
+            (
+                "tip_radius_um",
+                1e3 * elements.rounding.tip_mm,
+                self.tip_radius_um,
+            ),
+            (
+                "valley_radius_um",
+                1e3 * elements.rounding.valley_mm,
+                self.valley_radius_um,
+            ),
+        ] {
+            let has = key == "total_height_mm" || design.has_relief();
+            if has && (value / limit - 1.0).abs() < AT_LIMIT {
+                active.push(key.to_owned());
+            }
         }
         let mut at = |key: &str, limit: f64, angles: Vec<(usize, f64)>| {
             let near = angles

@@ -67,7 +67,7 @@ impl Candidate {
             point: point.to_vec(),
             coefficients,
             value: Some(outcome.value()).filter(|value| value.is_finite()),
-            standard_error: judged.map(super::objective::Judged::standard_error),
+            standard_error: judged.map(|judged| judged.estimate().standard_error),
             figures: figures.map(|(k, f)| (k.clone(), f.estimate())).collect(),
             feasible: outcome.feasible().is_some(),
             refused: match outcome {

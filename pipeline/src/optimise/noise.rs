@@ -13,10 +13,17 @@ const UNDECIDED: f64 = 0.25;
 pub(super) fn noise(judged: &[Judged], constraints: &[Constraint]) -> Option<f64> {
     let values: Vec<(f64, &[f64])> = judged.iter().map(|j| (j.value, &j.without[..])).collect();
     let of_constraints = constraints.iter().filter_map(|constraint| {
-        let figure = |one: &'_ Judged| one.figures.iter().position(|(k, _)| *k == constraint.figure);
+        let figure = |one: &'_ Judged| {
+            one.figures
+                .iter()
+                .position(|(k, _)| *k == constraint.figure)
+        };
         let place = judged.first().and_then(figure)?;
         let figures: Vec<_> = judged.iter().map(|one| &one.figures[place].1).collect();
-        let undecided = figures.iter().filter(|f| constraint.is_undecided(f)).count();
+        let undecided = figures
+            .iter()
+            .filter(|f| constraint.is_undecided(f))
+            .count();
         let counts = undecided as f64 >= UNDECIDED * judged.len() as f64;
         let values: Vec<_> = figures.iter().map(|f| (f.value, &f.without[..])).collect();
         counts.then(|| share_of_errors(&values)).flatten()
@@ -58,6 +65,7 @@ mod tests {
             Judged {
                 value: k as f64,
                 without: vec![k as f64; 2],
+                without_package: Vec::new(),
                 miss: 0.0,
                 figures: vec![("f".to_owned(), figure)],
             }
@@ -96,6 +104,7 @@ mod tests {
         let alike = |shift: f64| Judged {
             value: shift,
             without: vec![shift - 0.5, shift + 0.5],
+            without_package: Vec::new(),
             miss: 0.0,
             figures: Vec::new(),
         };

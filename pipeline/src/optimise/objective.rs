@@ -65,7 +65,10 @@ impl Constraint {
 
     /// Whether one standard error of `figure` to either side decides if it is met.
     pub fn is_undecided(&self, figure: &JackknifedFigure) -> bool {
-        let miss = |errors: f64| self.bounds.miss(figure.value, errors * figure.standard_error);
+        let miss = |errors: f64| {
+            self.bounds
+                .miss(figure.value, errors * figure.standard_error)
+        };
         miss(self.margin + 1.0) > 0.0 && miss(self.margin - 1.0) <= 0.0
     }
 
@@ -97,6 +100,8 @@ pub(super) struct Judged {
     pub value: f64,
     /// The objective without each group of paths.
     pub without: Vec<f64>,
+    /// The objective without each package, where it is taken over tolerances.
+    pub without_package: Vec<f64>,
     /// Sum of the misses of constraints.
     pub miss: f64,
     /// Figures of the objective and the constraints.
@@ -104,7 +109,7 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    /// Standard error of the objective.
+    /// Standard error of the objective by its paths, for the packages that were drawn.
     pub fn standard_error(&self) -> f64 {
         spread(&self.without)
     }
@@ -116,9 +121,13 @@ impl Judged {
         Some(found.1.estimate())
     }
 
-    /// The objective.
+    /// The objective with its standard error by paths and by the draw of packages.
     pub fn estimate(&self) -> Estimate {
-        Estimate::new(self.value, self.standard_error())
+        let of_packages = match self.without_package.len() {
+            0 => 0.0,
+            _ => spread(&self.without_package),
+        };
+        Estimate::new(self.value, self.standard_error().hypot(of_packages))
     }
 }
 
@@ -245,6 +254,7 @@ impl Objective {
         Judged {
             value: terms.iter().map(|(t, f)| t.cost(f.value)).sum(),
             without: (0..groups.unwrap_or(0)).map(without).collect(),
+            without_package: Vec::new(),
             miss: misses.sum(),
             figures,
         }

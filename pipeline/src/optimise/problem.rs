@@ -21,7 +21,7 @@ use crate::stages::model::Model;
 use crate::stages::trace::GROUPS;
 
 /// Version of the search; raise it whenever the same problem would be searched otherwise.
-const SEARCH_VERSION: u32 = 1;
+const SEARCH_VERSION: u32 = 2;
 /// Paths of the first traces of a stage.
 const FIRST_PATHS: u64 = 65_536;
 /// Most paths of the traces of a stage.
@@ -125,7 +125,8 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         stage(keys, &variables, &design).with_context(|| format!("stages[{}]", k + 1))
     });
     let stages: Vec<StageSettings> = stages.collect::<Result<_>>()?;
-    let (robust, named) = RobustObjective::new(&file.objective, &folder)?.unzip();
+    let (robust, named) =
+        RobustObjective::new(&file.objective, file.verification.samples, &folder)?.unzip();
     for (k, one) in stages.iter().enumerate() {
         if one.method == Method::Nsga2 {
             seeks_a_front(&objective, robust.is_some(), k + 1 == stages.len())
@@ -225,7 +226,16 @@ fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<Sta
         (population..=MOST_EVALUATIONS).contains(&evaluations),
         "evaluations: expected {population}, one generation, to {MOST_EVALUATIONS}, got {evaluations}"
     );
-    let restarts = keys.restarts.unwrap_or(RESTARTS);
+    ensure!(
+        keys.restarts.is_none() || keys.method == Method::CmaEs,
+        "restarts: expected it with method = \"cma_es\" alone, got it with {:?}",
+        keys.method.name()
+    );
+    let restarts = match keys.method {
+        Method::CmaEs => RESTARTS.min(evaluations / population),
+        _ => 1,
+    };
+    let restarts = keys.restarts.unwrap_or(restarts);
     ensure!(
         restarts >= 1 && restarts * population <= evaluations,
         "restarts: expected 1 to {}, each with a generation of {population}, got {restarts}",

@@ -13,6 +13,7 @@ use super::log::{self, Log};
 use super::objective::Judged;
 use super::outcome::Outcome;
 use super::problem::{Problem, StageSettings};
+use super::robust::RobustObjective;
 use super::shared_evaluations::{Batch, SharedEvaluations};
 use super::stage::{StageResult, StageSearch};
 use super::variables::Variables;
@@ -86,6 +87,8 @@ pub struct Optimised {
     pub active_limits: Vec<String>,
     pub(super) before: Option<Judged>,
     pub(super) after: Judged,
+    /// The design found with `set` of the last stage.
+    pub(super) as_in_search: Judged,
     pub(super) front: Vec<FrontDesign>,
 }
 
@@ -113,6 +116,8 @@ pub(super) struct Verified {
     coefficients: Vec<Coefficient>,
     before: Option<Judged>,
     after: Judged,
+    /// The design found with `set` of the last stage.
+    as_in_search: Judged,
     /// Of the designs of the front.
     front: Vec<Judged>,
 }
@@ -177,11 +182,16 @@ impl<'a> Recipe<'a> {
         Ok(Optimised {
             front: front.collect(),
             stages: found.stages,
-            active_limits: found.variables.limits.active(&design),
+            active_limits: [
+                found.variables.limits.active(&design),
+                found.variables.at_bounds(&found.best),
+            ]
+            .concat(),
             coefficients: verified.coefficients,
             design,
             before: verified.before,
             after: verified.after,
+            as_in_search: verified.as_in_search,
         })
     }
 
@@ -215,6 +225,12 @@ impl<'a> Recipe<'a> {
                 deadline,
                 progress: &progress,
             };
+            if let Some(why) = search.evaluator.refusal(&found.start) {
+                let file = &problem.inputs[0].file;
+                context.console.say(&format!(
+                    "batwing: {file}: the start of stage {number} is refused, and the search begins around it: {why}"
+                ));
+            }
             let result = search.run(&found.start);
             progress.finish_and_clear();
             let result = result.map_err(|error| self.about(error))?;
@@ -294,18 +310,31 @@ impl<'a> Recipe<'a> {
     ) -> Result<Verified> {
         let coefficients = self.coefficients(found, context)?;
         let mut stage = self.last_stage().clone();
-        // At the tolerance of the design.
-        stage.set.clear();
+        // At the settings of the design.
+        let of_search = std::mem::take(&mut stage.set);
+        let robust = self.problem.robust.as_ref().map(RobustObjective::verified);
         let mut evaluator = self.evaluator(&found.variables, &stage);
+        evaluator.robust = robust.as_ref();
         let source = &self.problem.variables.source;
         let best = &designs[0];
         let paths = self.verification_paths(&best.design);
-        let pair = [(&best.file, paths), (source, paths)];
+        let as_in_search = best.file.table_with(&of_search)?;
+        let as_in_search = DesignFile::new(best.file.path.clone(), as_in_search);
+        let mut all = vec![(&best.file, paths), (source, paths)];
+        if !of_search.is_empty() {
+            all.push((&as_in_search, paths));
+        }
         let point = std::slice::from_ref(&found.best);
-        let pair = verification("the verification", &pair, point, &mut evaluator, context)?;
-        let [after, before] = <[Outcome; 2]>::try_from(pair)
-            .map_err(|_| anyhow::anyhow!("expected the outcomes of two designs"))?;
-        let after = after.judged()?;
+        let outcomes = verification("the verification", &all, point, &mut evaluator, context)?;
+        let mut outcomes = outcomes.into_iter();
+        let mut next = || outcomes.next().context("expected the outcome of a design");
+        let after = next()?.judged()?;
+        // The design of the problem may lack what is judged.
+        let before = next()?.judged().ok();
+        let as_in_search = match of_search.is_empty() {
+            true => after.clone(),
+            false => next()?.judged()?,
+        };
         let front = designs[1..].iter();
         let front = front.map(|one| (&one.file, self.verification_paths(&one.design)));
         let points = &found.last_result().front;
@@ -315,9 +344,9 @@ impl<'a> Recipe<'a> {
         let front = front.into_iter().map(Outcome::judged);
         Ok(Verified {
             coefficients,
-            // The design of the problem may lack what is judged.
-            before: before.judged().ok(),
+            before,
             after,
+            as_in_search,
             front: front.collect::<Result<_>>()?,
         })
     }
@@ -462,7 +491,7 @@ impl<'a> Recipe<'a> {
             });
             let judged: Vec<(f64, &Judged)> = judged.collect();
             found.push(match judged.as_slice() {
-                [(a, low), (b, high)] if b > a => {
+                [(a, low), (b, high)] if b > a && variables.is_number(k) => {
                     let pairs = high.without.iter().zip(&low.without);
                     let differences: Vec<f64> = pairs.map(|(h, l)| h - l).collect();
                     let unit = b - a;

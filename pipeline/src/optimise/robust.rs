@@ -17,6 +17,7 @@ use crate::tolerance::deviations::Deviations;
 
 /// Packages that are drawn where the problem does not say.
 const SAMPLES: usize = 8;
+
 /// Tolerances of every candidate.
 #[derive(Debug, Clone)]
 pub(super) struct RobustObjective {
@@ -24,16 +25,27 @@ pub(super) struct RobustObjective {
     deviations: Deviations,
     /// Packages of each candidate.
     pub samples: usize,
+    /// Packages of each design that is verified.
+    verification_samples: usize,
     added: f64,
 }
 
 impl RobustObjective {
-    /// The tolerances that `keys` name, with the files that go in.
+    /// The tolerances that `keys` name, with the files that go in; `verified` are the packages of
+    /// the verification, where the problem states them.
     ///
     /// # Errors
     /// A tolerance file that cannot be used, numbers out of range.
-    pub fn new(keys: &ObjectiveKeys, folder: &Path) -> Result<Option<(Self, Vec<FileRecord>)>> {
+    pub fn new(
+        keys: &ObjectiveKeys,
+        verified: Option<usize>,
+        folder: &Path,
+    ) -> Result<Option<(Self, Vec<FileRecord>)>> {
         let Some(file) = &keys.tolerances else {
+            ensure!(
+                verified.is_none(),
+                "verification.samples: expected it beside objective.tolerances alone"
+            );
             ensure!(
                 keys.samples.is_none() && keys.deviations.is_none(),
                 "objective.tolerances: expected a file beside `samples` and `deviations`"
@@ -43,10 +55,16 @@ impl RobustObjective {
         let analysis = definition::load(&folder.join(file), Overrides::default())
             .context("objective.tolerances")?;
         let samples = keys.samples.unwrap_or(SAMPLES);
-        ensure!(
-            (2..=1000).contains(&samples),
-            "objective.samples: expected 2 to 1000, got {samples}"
-        );
+        let verification_samples = verified.unwrap_or(samples);
+        for (key, samples) in [
+            ("objective", samples),
+            ("verification", verification_samples),
+        ] {
+            ensure!(
+                (3..=1000).contains(&samples),
+                "{key}.samples: expected 3 to 1000, got {samples}"
+            );
+        }
         let added = keys.deviations.unwrap_or(0.0);
         ensure!(
             (0.0..=6.0).contains(&added),
@@ -56,9 +74,18 @@ impl RobustObjective {
             set: analysis.set,
             deviations: analysis.deviations,
             samples,
+            verification_samples,
             added,
         };
         Ok(Some((robust, analysis.inputs)))
+    }
+
+    /// The same over the packages of the verification.
+    pub fn verified(&self) -> Self {
+        Self {
+            samples: self.verification_samples,
+            ..self.clone()
+        }
     }
 
     /// Settings of the packages that deviate from the design of `candidate`; the same deviations
@@ -83,16 +110,11 @@ impl RobustObjective {
     /// constraints is that of the worst package.
     pub fn combine(&self, packages: &[Judged]) -> Judged {
         let first = &packages[0];
-        let noise = packages
-            .iter()
-            .map(|one| one.standard_error().powi(2))
-            .sum::<f64>()
-            / packages.len() as f64;
-        let value = |of: &dyn Fn(&Judged) -> f64| {
-            let n = packages.len() as f64;
-            let mean = packages.iter().map(of).sum::<f64>() / n;
-            let squares: f64 = packages.iter().map(|one| (of(one) - mean).powi(2)).sum();
-            mean + self.added * (squares / (n - 1.0) - noise).max(0.0).sqrt()
+        let all: Vec<&Judged> = packages.iter().collect();
+        let value = |of: &dyn Fn(&Judged) -> f64| self.value(&all, of);
+        let without_package = |k: usize| {
+            let rest: Vec<&Judged> = [&all[..k], &all[k + 1..]].concat();
+            self.value(&rest, &|one| one.value)
         };
         let groups = packages
             .iter()
@@ -106,18 +128,38 @@ impl RobustObjective {
             };
             let without = (0..figure.without.len()).map(|g| mean(&|f| f.without[g]));
             let without = without.collect();
-            (
-                key.clone(),
-                JackknifedFigure::new(mean(&|f| f.value), without),
-            )
+            let mut over_packages = JackknifedFigure::new(mean(&|f| f.value), without);
+            let values: Vec<f64> = packages.iter().map(|one| one.figures[k].1.value).collect();
+            let of_packages = deviation(&values) / (values.len() as f64).sqrt();
+            over_packages.standard_error = over_packages.standard_error.hypot(of_packages);
+            (key.clone(), over_packages)
         });
         Judged {
             value: value(&|one| one.value),
             without: (0..groups).map(|g| value(&|one| one.without[g])).collect(),
+            without_package: (0..packages.len()).map(without_package).collect(),
             miss: packages.iter().map(|one| one.miss).fold(0.0, f64::max),
             figures: figures.collect(),
         }
     }
+
+    /// Mean and deviation of what `of` gives of `packages`, without what their own noise adds.
+    fn value(&self, packages: &[&Judged], of: &dyn Fn(&Judged) -> f64) -> f64 {
+        let values: Vec<f64> = packages.iter().map(|one| of(one)).collect();
+        let n = values.len() as f64;
+        let squared_errors = packages.iter().map(|one| one.standard_error().powi(2));
+        let noise = squared_errors.sum::<f64>() / n;
+        let mean = values.iter().sum::<f64>() / n;
+        mean + self.added * (deviation(&values).powi(2) - noise).max(0.0).sqrt()
+    }
+}
+
+/// Standard deviation of `values` as a sample.
+fn deviation(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (squares / (n - 1.0)).sqrt()
 }
 
 #[cfg(test)]
@@ -131,6 +173,7 @@ mod tests {
         Judged {
             value,
             without: about(value),
+            without_package: Vec::new(),
             miss,
             figures: vec![("f".to_owned(), figure)],
         }
@@ -145,6 +188,7 @@ mod tests {
             set: Settings::new(),
             deviations: Deviations::new(&source, &keys, &[]).expect("a key"),
             samples: 5,
+            verification_samples: 5,
             added,
         }
     }
@@ -158,6 +202,12 @@ mod tests {
             assert!((all.value - expected).abs() < 1e-12, "{}", all.value);
             assert!((all.figures[0].1.value + 3.0).abs() < 1e-12);
         }
+        // Of the mean: the standard error of a mean of three. The deviation's own is known less well.
+        let estimate = robust(0.0).combine(&packages).estimate();
+        assert!((estimate.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        let figure = &robust(0.0).combine(&packages).figures[0].1;
+        assert!((figure.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!(robust(2.0).combine(&packages).estimate().standard_error > estimate.standard_error);
         // Two replicates 0.5 to either side: a squared standard error of 0.25.
         let packages = [(1.0, 0.0), (2.0, 0.3), (6.0, 0.1)].map(|(v, m)| package(v, 0.5, m));
         let all = robust(1.0).combine(&packages);

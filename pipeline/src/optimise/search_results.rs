@@ -60,6 +60,7 @@ impl Optimised {
         let selected = &self.stages[self.stages.len() - 1].result.final_candidates[0];
         let after = self.after.estimate();
         let in_search = Some(selected.search_value).filter(|value| value.is_finite());
+        let as_in_search = self.as_in_search.estimate();
         ObjectiveEntry {
             before: self.before.as_ref().map(Judged::estimate),
             after,
@@ -67,8 +68,10 @@ impl Optimised {
             at_selection: selected
                 .selection_error
                 .map(|error| Estimate::new(selected.selection_value, error)),
-            bias_of_search: in_search
-                .map(|value| Estimate::new(after.value - value, after.standard_error)),
+            bias_of_search: in_search.map(|value| {
+                Estimate::new(as_in_search.value - value, as_in_search.standard_error)
+            }),
+            as_in_search,
         }
     }
 
@@ -277,7 +280,7 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
         let _ = writeln!(
             text,
-            "the search's own best value was {value:.4}, {} better than verified",
+            "the search's own best value was {value:.4}, {} better than by fresh paths in the same settings",
             number(bias)
         );
     }

@@ -116,8 +116,17 @@ struct Piece {
 struct KeptJudged {
     value: u64,
     without: Vec<u64>,
+    without_package: Vec<u64>,
     miss: u64,
-    figures: Vec<(String, u64, Vec<u64>)>,
+    figures: Vec<KeptFigure>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct KeptFigure {
+    key: String,
+    value: u64,
+    standard_error: u64,
+    without: Vec<u64>,
 }
 
 impl<'a> SharedEvaluations<'a> {
@@ -369,11 +378,17 @@ fn kept(outcome: &Outcome) -> Result<KeptJudged, String> {
         Outcome::Judged(judged) => Ok(KeptJudged {
             value: judged.value.to_bits(),
             without: bits(&judged.without),
+            without_package: bits(&judged.without_package),
             miss: judged.miss.to_bits(),
             figures: judged
                 .figures
                 .iter()
-                .map(|(key, figure)| (key.clone(), figure.value.to_bits(), bits(&figure.without)))
+                .map(|(key, figure)| KeptFigure {
+                    key: key.clone(),
+                    value: figure.value.to_bits(),
+                    standard_error: figure.standard_error.to_bits(),
+                    without: bits(&figure.without),
+                })
                 .collect(),
         }),
     }
@@ -386,13 +401,16 @@ fn unkept(outcome: Result<KeptJudged, String>) -> Outcome {
         Ok(kept) => Outcome::Judged(Judged {
             value: f64::from_bits(kept.value),
             without: numbers(kept.without),
+            without_package: numbers(kept.without_package),
             miss: f64::from_bits(kept.miss),
             figures: kept
                 .figures
                 .into_iter()
-                .map(|(key, value, without)| {
-                    let value = f64::from_bits(value);
-                    (key, JackknifedFigure::new(value, numbers(without)))
+                .map(|kept| {
+                    let value = f64::from_bits(kept.value);
+                    let mut figure = JackknifedFigure::new(value, numbers(kept.without));
+                    figure.standard_error = f64::from_bits(kept.standard_error);
+                    (kept.key, figure)
                 })
                 .collect(),
         }),
@@ -413,6 +431,7 @@ mod tests {
         let judged = Judged {
             value,
             without: vec![value, 0.3],
+            without_package: vec![value, -0.0],
             miss: 0.0,
             figures: vec![(
                 "f".to_owned(),

@@ -107,6 +107,20 @@ fn keys_are_rounded_counted_and_chosen() {
         assert_eq!(settings["array.columns"].as_integer(), Some(columns));
         assert_eq!(settings["led.reflection"].as_str(), Some(word));
     }
+    // Whole numbers within bounds that are none, and their values are those of the design.
+    let within = self::variables(
+        "bare-dome.toml",
+        &["key = \"array.columns\"\nfrom = 1.4\nto = 3.4"],
+    );
+    for (at, columns) in [(0.0, 2), (0.4, 2), (0.6, 3), (1.0, 3)] {
+        let settings = within.settings(&[at]).expect("settings");
+        assert_eq!(settings["array.columns"].as_integer(), Some(columns));
+        assert_eq!(within.coefficients(&[at]), [columns as f64]);
+    }
+    assert_eq!(
+        variables.at_bounds(&[0.0, 0.5, 1.0]),
+        ["array.pitch_mm at 5"]
+    );
     // The design's own values: 8.3 mm, two columns, the second choice.
     let start = variables.start().expect("a start");
     for (found, expected) in start.iter().zip([0.825, 1.0 / 3.0, 0.75]) {

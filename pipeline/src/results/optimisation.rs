@@ -18,7 +18,7 @@ use crate::provenance::FileRecord;
 /// File under the directory of results.
 pub const FILE: &str = "optimise.json";
 /// Version of the layout.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,7 +66,9 @@ pub struct ObjectiveEntry {
     pub in_search: Option<f64>,
     /// When it was selected.
     pub at_selection: Option<Estimate>,
-    /// `after` less `in_search`.
+    /// Verified, of the design found, with `set` of the last stage.
+    pub as_in_search: Estimate,
+    /// `as_in_search` less `in_search`.
     pub bias_of_search: Option<Estimate>,
 }
 

@@ -161,7 +161,8 @@ class Optimisation(Files):
     in_search : float or None
         Best value that the search saw; None where the start was selected.
     bias_of_search : Figure or None
-        Verified objective less `in_search`: searches pick what noise flatters.
+        Objective by fresh paths in the settings of the search, less `in_search`: searches pick what
+        noise flatters.
     figures : dict of Change
         Figures of objective and constraints.
     constraints : tuple of Constraint
