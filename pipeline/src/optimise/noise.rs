@@ -11,7 +11,7 @@ const UNDECIDED: f64 = 0.25;
 /// quarter of the candidates. Noise is the root mean square of standard errors, each against the
 /// mean of the generation, as a share of the standard deviation: 1 where all differences are errors.
 pub(super) fn noise(judged: &[Judged], constraints: &[Constraint]) -> Option<f64> {
-    let values: Vec<(f64, &[f64])> = judged.iter().map(|j| (j.value, &j.without[..])).collect();
+    let values: Vec<Replicated> = judged.iter().map(|j| (j.value, &j.without[..])).collect();
     let of_constraints = constraints.iter().filter_map(|constraint| {
         let figure = |one: &'_ Judged| {
             one.figures
@@ -34,14 +34,17 @@ pub(super) fn noise(judged: &[Judged], constraints: &[Constraint]) -> Option<f64
         .reduce(f64::max)
 }
 
-/// Root mean square of the errors of `values`, each with its value without every group of paths,
-/// over their standard deviation; none where they do not differ.
-fn share_of_errors(values: &[(f64, &[f64])]) -> Option<f64> {
+/// A value with what it is without every group of paths.
+type Replicated<'a> = (f64, &'a [f64]);
+
+/// Root mean square of the errors of `values` over their standard deviation; none where they do not
+/// differ.
+fn share_of_errors(values: &[Replicated]) -> Option<f64> {
     let n = values.len() as f64;
-    let mean = |of: &dyn Fn(&(f64, &[f64])) -> f64| values.iter().map(of).sum::<f64>() / n;
+    let mean = |of: &dyn Fn(&Replicated) -> f64| values.iter().map(of).sum::<f64>() / n;
     let groups = values.iter().map(|(_, without)| without.len()).min()?;
     let means: Vec<f64> = (0..groups).map(|g| mean(&|one| one.1[g])).collect();
-    let squared_error = |(_, without): &(f64, &[f64])| {
+    let squared_error = |(_, without): &Replicated| {
         let pairs = without.iter().zip(&means);
         spread(&pairs.map(|(a, b)| a - b).collect::<Vec<f64>>()).powi(2)
     };

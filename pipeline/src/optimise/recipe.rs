@@ -331,9 +331,10 @@ impl<'a> Recipe<'a> {
         let after = next()?.judged()?;
         // The design of the problem may lack what is judged.
         let before = next()?.judged().ok();
-        let as_in_search = match of_search.is_empty() {
-            true => after.clone(),
-            false => next()?.judged()?,
+        let as_in_search = if of_search.is_empty() {
+            after.clone()
+        } else {
+            next()?.judged()?
         };
         let front = designs[1..].iter();
         let front = front.map(|one| (&one.file, self.verification_paths(&one.design)));

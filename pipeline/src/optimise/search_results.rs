@@ -284,7 +284,8 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
             number(bias)
         );
     }
-    let runs = file.stages.last().map(runs).unwrap_or_default();
+    let runs = file.stages.last().map(StageEntry::runs);
+    let runs = runs.unwrap_or_default();
     if runs.len() > 1 {
         let listed: Vec<String> = runs
             .iter()
@@ -296,19 +297,6 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
             listed.join(", ")
         );
     }
-}
-
-/// Best candidate of the selection of each run.
-fn runs(stage: &StageEntry) -> Vec<(usize, Estimate)> {
-    let mut runs: Vec<(usize, Estimate)> = Vec::new();
-    for one in stage.final_candidates.iter().filter(|one| one.run > 0) {
-        let known = runs.iter().any(|(run, _)| *run == one.run);
-        if let (Some(value), Some(error), false) = (one.value, one.standard_error, known) {
-            runs.push((one.run, Estimate::new(value, error)));
-        }
-    }
-    runs.sort_by_key(|(run, _)| *run);
-    runs
 }
 
 fn add_front(text: &mut String, front: &FrontEntry) {

@@ -196,6 +196,21 @@ pub struct FinalCandidateEntry {
     pub feasible: bool,
 }
 
+impl StageEntry {
+    /// The best candidate of the selection of each run, by its number.
+    pub fn runs(&self) -> Vec<(usize, Estimate)> {
+        let mut runs: Vec<(usize, Estimate)> = Vec::new();
+        for one in self.final_candidates.iter().filter(|one| one.run > 0) {
+            let known = runs.iter().any(|(run, _)| *run == one.run);
+            if let (Some(value), Some(error), false) = (one.value, one.standard_error, known) {
+                runs.push((one.run, Estimate::new(value, error)));
+            }
+        }
+        runs.sort_by_key(|(run, _)| *run);
+        runs
+    }
+}
+
 impl OptimisationFile {
     /// Reads the file in `directory`, if there is one.
     ///

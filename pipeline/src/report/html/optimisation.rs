@@ -38,6 +38,7 @@ pub fn optimisation(album: &mut Album, folder: &Folder) -> Result<Value> {
         "name": file.name,
         "rows": rows(&file),
         "constraints": file.constraints.iter().map(constraint).collect::<Vec<_>>(),
+        "runs": runs(&file),
         "bias": file.objective.bias_of_search.map(number),
         "evaluations": file.stages.iter().map(|stage| stage.evaluations).sum::<usize>(),
         "limits": file.active_limits,
@@ -78,6 +79,13 @@ fn rows(file: &OptimisationFile) -> Vec<Value> {
     let objective = &file.objective;
     let objective = row("objective", objective.before, objective.after, None);
     figures.chain([objective]).collect()
+}
+
+/// Where the runs of the last stage ended; nothing of a single one.
+fn runs(file: &OptimisationFile) -> Vec<String> {
+    let runs = file.stages.last().map(optimisation::StageEntry::runs);
+    let runs = runs.filter(|runs| runs.len() > 1).unwrap_or_default();
+    runs.into_iter().map(|(_, value)| number(value)).collect()
 }
 
 fn constraint(entry: &optimisation::ConstraintEntry) -> Value {
