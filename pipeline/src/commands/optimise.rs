@@ -14,8 +14,9 @@ use crate::atomic_file;
 use crate::config::design::Design;
 use crate::content_hash::sealed;
 use crate::optimise::external_search;
+use crate::optimise::found_design;
 use crate::optimise::problem::{self, Problem};
-use crate::optimise::recipe::{self, Optimised, Recipe};
+use crate::optimise::recipe::{Optimised, Recipe};
 use crate::optimise::search_results::plain_text;
 use crate::optimise::shared_search::SharedSearch;
 use crate::optimise::verification_run::VerificationRun;
@@ -135,7 +136,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let published = Published::load()?;
     results.write(out, &published)?;
     // The log states times, which no two runs share.
-    let mut files = vec![recipe::DESIGN, results::FILE];
+    let mut files = vec![found_design::DESIGN, results::FILE];
     let mut file = found.to_file(&problem, context.seed);
     files.extend(pictures(&file, out)?);
     let front = file.front.iter().flat_map(|front| &front.designs);

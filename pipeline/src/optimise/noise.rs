@@ -61,8 +61,8 @@ mod tests {
     /// Candidates with an exact objective and a figure of the given value and standard error.
     fn candidates(figures: &[(f64, f64)]) -> Vec<Judged> {
         let one = |(k, &(value, error)): (usize, &(f64, f64))| {
-            // Two replicates `error` to either side: that standard error. They alternate, so that
-            // the errors of neighbours are independent enough of each other.
+            // Two replicates `error` to either side: that standard error. Their signs alternate, so
+            // that the mean has none.
             let error = if k % 2 == 0 { error } else { -error };
             let figure = JackknifedFigure::new(value, vec![value - error, value + error]);
             Judged {
@@ -91,7 +91,7 @@ mod tests {
         // Deviation sqrt(0.0125), error 0.1; all but one within an error of 1.1.
         let found = noise(&near, &at_least(1.1, 0.0)).expect("a noise");
         assert!((found - 0.1 / 0.0125f64.sqrt()).abs() < 1e-12, "{found}");
-        // Two errors above the bound must be kept: 1.0 is too far below, 1.3 on the limit of 1.1 + 0.2.
+        // Two errors above the bound must be kept: 1.3 stands on the limit of 1.1 + 0.2.
         assert_eq!(noise(&near, &at_least(1.1, 2.0)), Some(found));
         // Far from the bound on either side nothing is undecided.
         assert_eq!(noise(&near, &at_least(0.5, 2.0)), Some(0.0));

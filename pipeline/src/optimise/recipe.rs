@@ -8,12 +8,14 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 
 use super::evaluate::Evaluator;
+use super::found_design::{DESIGN, FRONT, FoundDesign, remove_front};
 use super::front::FrontDesign;
 use super::log::{self, Log};
 use super::objective::Judged;
 use super::outcome::Outcome;
 use super::problem::{Problem, StageSettings};
 use super::robust::RobustObjective;
+use super::sensitivities::sensitivities;
 use super::shared_evaluations::{Batch, SharedEvaluations};
 use super::stage::{StageResult, StageSearch};
 use super::variables::Variables;
@@ -22,24 +24,15 @@ use crate::cache::Cache;
 use crate::config::design::Design;
 use crate::config::dotted_keys::Settings;
 use crate::interrupt::Interrupted;
-use crate::metrics::{Estimate, JackknifedFigure, spread};
+use crate::metrics::{Estimate, JackknifedFigure};
 use crate::results::optimisation::FILE;
 use crate::run_context::RunContext;
 use crate::search::Point;
 use crate::stages::design_file::DesignFile;
-use crate::stages::model::Model;
-use crate::stages::scene_check;
 use crate::stages::seeds::mix;
 
-/// The design that was found, under the directory of results.
-pub const DESIGN: &str = "design.toml";
-/// How files of the designs of a Pareto front begin.
-const FRONT: &str = "front-";
-/// Share of a range by which a coefficient is moved to see what it does.
-const MOVE: f64 = 0.02;
-/// Numbers of the seeds beside those of the search.
+/// Number of the seed beside those of the search.
 const VERIFICATION: u64 = 0x5eed;
-const SENSITIVITY: u64 = 0x5e45;
 
 /// How an optimisation is made.
 pub struct Recipe<'a> {
@@ -103,14 +96,6 @@ pub(super) struct Searched {
     best: Point,
 }
 
-/// A design that was found, as its file will be.
-pub(super) struct FoundDesign {
-    /// Name under the directory of results.
-    name: String,
-    file: DesignFile,
-    pub design: Design,
-}
-
 /// What fresh paths show of the designs that were found.
 pub(super) struct Verified {
     coefficients: Vec<Coefficient>,
@@ -168,7 +153,7 @@ impl<'a> Recipe<'a> {
         atomic_file::supersede(&out.join(FILE))?;
         remove_front(out)?;
         let designs = self.designs(&found)?.into_iter();
-        let designs = designs.map(|design| self.write(design, out));
+        let designs = designs.map(|design| design.write(self.problem, out));
         let designs = designs.collect::<Result<Vec<_>>>()?;
         let verified = self.verify(&found, &designs, context)?;
         let points = &found.last_result().front;
@@ -228,7 +213,8 @@ impl<'a> Recipe<'a> {
             if let Some(why) = search.evaluator.refusal(&found.start) {
                 let file = &problem.inputs[0].file;
                 context.console.say(&format!(
-                    "batwing: {file}: the start of stage {number} is refused, and the search begins around it: {why}"
+                    "batwing: {file}: the start of stage {number} is refused, the search begins around \
+                     it: {why}"
                 ));
             }
             let result = search.run(&found.start);
@@ -256,45 +242,16 @@ impl<'a> Recipe<'a> {
     /// A design that does not pass its checks.
     pub(super) fn designs(&self, found: &Searched) -> Result<Vec<FoundDesign>> {
         let name = &self.problem.name;
-        let mut designs = vec![self.design(&found.settings, name.clone(), DESIGN.to_owned())?];
+        let of =
+            |settings: &Settings, name, file| FoundDesign::new(self.problem, settings, name, file);
+        let mut designs = vec![of(&found.settings, name.clone(), DESIGN.to_owned())?];
         for (number, point) in (1..).zip(&found.last_result().front) {
             let mut settings = found.settings.clone();
             settings.extend(found.variables.settings(point)?);
             let name = format!("{name}-{number:02}");
-            designs.push(self.design(&settings, name, format!("{FRONT}{number:02}.toml"))?);
+            designs.push(of(&settings, name, format!("{FRONT}{number:02}.toml"))?);
         }
         Ok(designs)
-    }
-
-    /// The design with `settings` under a name.
-    fn design(&self, settings: &Settings, name: String, file: String) -> Result<FoundDesign> {
-        let problem = self.problem;
-        let source = &problem.variables.source;
-        let mut table = source.table_with(settings)?;
-        let of = format!("{} optimised: {}", problem.design.name, problem.description);
-        table.insert("name".to_owned(), toml::Value::String(name));
-        table.insert("description".to_owned(), toml::Value::String(of));
-        let source = DesignFile::new(source.path.clone(), table);
-        let design = source.with(&Settings::new());
-        Ok(FoundDesign {
-            design: design.with_context(|| format!("{file}: the design found"))?,
-            name: file,
-            file: source,
-        })
-    }
-
-    /// Writes a design that was found into `out`, and reads it again.
-    fn write(&self, found: FoundDesign, out: &Path) -> Result<FoundDesign> {
-        let path = out.join(&found.name);
-        self.copy_named_files(out)?;
-        atomic_file::write_bytes(&path, toml::to_string(&found.file.table)?.as_bytes())?;
-        let design = scene_check::load(&path)
-            .with_context(|| format!("{}: the design found", path.display()))?;
-        Ok(FoundDesign {
-            file: DesignFile::new(path, found.file.table),
-            design,
-            ..found
-        })
     }
 
     /// Judges the design of the problem and `designs` by paths of a fresh seed, and looks for
@@ -361,8 +318,8 @@ impl<'a> Recipe<'a> {
     /// The coefficients of the last stage with their sensitivities.
     fn coefficients(&self, found: &Searched, context: RunContext) -> Result<Vec<Coefficient>> {
         let variables = &found.variables;
-        let sensitivities =
-            self.sensitivities(variables, self.last_stage(), &found.best, context)?;
+        let evaluator = self.evaluator(variables, self.last_stage());
+        let sensitivities = sensitivities(evaluator, &found.best, context)?;
         let labels = variables.labels().into_iter().zip(sensitivities);
         let ends = [&found.start, &found.best].map(|point| variables.coefficients(point));
         let [start, best] = ends;
@@ -423,87 +380,6 @@ impl<'a> Recipe<'a> {
             )
         )
     }
-
-    /// Copies the files that the design names to where the design that was found looks for them.
-    fn copy_named_files(&self, out: &Path) -> Result<()> {
-        let source = &self.problem.variables.source.path;
-        let folder = source.parent().unwrap_or(Path::new(""));
-        for record in &self.problem.design.provenance.named {
-            let name = Path::new(&record.file);
-            let relative = name.strip_prefix(folder).unwrap_or(name);
-            let plain = relative
-                .components()
-                .all(|part| matches!(part, std::path::Component::Normal(_)));
-            anyhow::ensure!(
-                plain,
-                "design: expected files that it names below its own folder, got `{}`",
-                record.file
-            );
-            let bytes = std::fs::read(folder.join(relative))
-                .with_context(|| format!("`{}` cannot be read", record.file))?;
-            atomic_file::write_bytes(&out.join(relative), &bytes)?;
-        }
-        Ok(())
-    }
-
-    /// Change of the objective for one unit of each coefficient at `point`, by paired traces; only
-    /// where no tables have to be solved for it.
-    fn sensitivities(
-        &self,
-        variables: &Variables,
-        stage: &StageSettings,
-        point: &Point,
-        context: RunContext,
-    ) -> Result<Vec<Option<Estimate>>> {
-        if stage.model == Model::Hybrid {
-            return Ok(vec![None; point.len()]);
-        }
-        let mut evaluator = self.evaluator(variables, stage);
-        let seed = mix(context.seed ^ mix(SENSITIVITY));
-        let context = RunContext { seed, ..context };
-        let what = "sensitivities";
-        let progress = context.console.progress(2 * point.len() as u64, what);
-        let moved = (0..point.len()).flat_map(|k| {
-            [-MOVE, MOVE].map(|side| {
-                let mut moved = point.clone();
-                moved[k] = (moved[k] + side).clamp(0.0, 1.0);
-                moved
-            })
-        });
-        let moved: Vec<Point> = moved.collect();
-        let batch = Batch {
-            name: what.to_owned(),
-            count: moved.len(),
-            points: &moved,
-            paths: stage.most_paths,
-            progress: &progress,
-        };
-        let outcomes = evaluator.outcomes(&batch, context, |evaluator, number| {
-            evaluator.evaluate(&moved[number], stage.most_paths, context)
-        });
-        progress.finish_and_clear();
-        let outcomes: Vec<_> = moved.iter().zip(outcomes?).collect();
-        let mut found = Vec::new();
-        for (k, pair) in outcomes.chunks(2).enumerate() {
-            let at = |moved: &Point| variables.coefficients(moved)[k];
-            let judged = pair.iter().filter_map(|(moved, outcome)| match outcome {
-                Outcome::Judged(one) => Some((at(moved), one)),
-                Outcome::Refused(_) => None,
-            });
-            let judged: Vec<(f64, &Judged)> = judged.collect();
-            found.push(match judged.as_slice() {
-                [(a, low), (b, high)] if b > a && variables.is_number(k) => {
-                    let pairs = high.without.iter().zip(&low.without);
-                    let differences: Vec<f64> = pairs.map(|(h, l)| h - l).collect();
-                    let unit = b - a;
-                    let change = (high.value - low.value) / unit;
-                    Some(Estimate::new(change, spread(&differences) / unit))
-                }
-                _ => None,
-            });
-        }
-        Ok(found)
-    }
 }
 
 /// Judges designs by paths of the verification; `points` are what they follow from.
@@ -532,22 +408,6 @@ fn verification(
     });
     progress.finish_and_clear();
     outcomes
-}
-
-/// Removes the designs of the front of an earlier search.
-fn remove_front(out: &Path) -> Result<()> {
-    for entry in std::fs::read_dir(out)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let number = name.to_str().and_then(|name| {
-            let number = name.strip_prefix(FRONT)?.strip_suffix(".toml")?;
-            number.parse::<u32>().ok()
-        });
-        if number.is_some() {
-            std::fs::remove_file(entry.path())?;
-        }
-    }
-    Ok(())
 }
 
 impl Searched {

@@ -280,7 +280,8 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
         let _ = writeln!(
             text,
-            "the search's own best value was {value:.4}, {} better than by fresh paths in the same settings",
+            "the search's own best value was {value:.4}, {} better than by fresh paths in the same \
+             settings",
             number(bias)
         );
     }

@@ -3,8 +3,8 @@
 //! selection among what the runs found.
 //!
 //! Every generation has a seed of its own, so that no candidate is kept for a lucky one. Within a
-//! generation all candidates have the same seed and paths, also those that replace refused ones. Paths are doubled where the error of a ranking is
-//! too large for it ([`MOST_NOISE`]).
+//! generation all candidates have the same seed and paths, also those that replace refused ones.
+//! Paths are doubled where the error of a ranking is too large for it ([`MOST_NOISE`]).
 
 use std::cmp::Reverse;
 use std::time::Instant;

@@ -4,22 +4,18 @@
 //! Keys are set first. Profiles follow on the design that they make: slopes of the two sides of
 //! every ring, or heights of a smooth dome.
 
-use std::collections::BTreeMap;
-
 use anyhow::{Context, Result, bail, ensure};
-use toml::Value;
 
 use super::file::{Profile, VariableKeys};
 use super::heights;
 use super::limits::Limits;
+use super::range::Range;
 use super::spline::BSpline;
 use crate::config::design::Design;
 use crate::config::dotted_keys::{self, Settings, number};
 use crate::stages::design_file::DesignFile;
 use crate::stages::ring_slopes::{RingSlopes, Side};
 
-/// Most values of a variable.
-const MOST: usize = 1000;
 /// Key of the shapes of rings.
 const SHAPES: &str = "elements.shapes";
 
@@ -43,74 +39,6 @@ enum Place {
     Key(String),
     Rings(Side, [usize; 2]),
     Height,
-}
-
-/// Values of one coefficient.
-#[derive(Debug, Clone)]
-enum Range {
-    Between {
-        from: f64,
-        to: f64,
-        resolution: Option<f64>,
-        whole: bool,
-    },
-    Choices(Vec<Value>),
-}
-
-impl Range {
-    fn value(&self, share: f64) -> Value {
-        match self {
-            Self::Between { whole, .. } => {
-                let value = self.number(share);
-                if *whole {
-                    Value::Integer(value as i64)
-                } else {
-                    Value::Float(value)
-                }
-            }
-            Self::Choices(choices) => {
-                let place = (share * choices.len() as f64) as usize;
-                choices[place.min(choices.len() - 1)].clone()
-            }
-        }
-    }
-
-    fn number(&self, share: f64) -> f64 {
-        match self {
-            Self::Between { from, to, .. } => self.rounded(from + share * (to - from)),
-            Self::Choices(_) => share,
-        }
-    }
-
-    /// To a multiple of the resolution and to a whole number, within the bounds.
-    fn rounded(&self, value: f64) -> f64 {
-        match self {
-            Self::Between {
-                from,
-                to,
-                resolution,
-                whole: true,
-            } => {
-                let step = resolution.unwrap_or(1.0);
-                let value = (value / step).round() * step;
-                value.round().clamp(from.ceil(), to.floor())
-            }
-            Self::Between {
-                from,
-                to,
-                resolution: Some(step),
-                ..
-            } => ((value / step).round() * step).clamp(*from, *to),
-            _ => value,
-        }
-    }
-
-    fn share(&self, value: f64) -> f64 {
-        match self {
-            Self::Between { from, to, .. } => ((value - from) / (to - from)).clamp(0.0, 1.0),
-            Self::Choices(_) => value,
-        }
-    }
 }
 
 /// All variables of a problem with what they act on.
@@ -144,7 +72,8 @@ impl Variables {
             let other = all[..k].iter().find(|other| other.overlaps(variable));
             if let Some(other) = other {
                 bail!(
-                    "variables[{}]: expected keys and profiles that set different parts of the design, got {} beside {}",
+                    "variables[{}]: expected keys and profiles that set different parts of the \
+                     design, got {} beside {}",
                     k + 1,
                     variable.label,
                     other.label
@@ -212,7 +141,11 @@ impl Variables {
                     }
                 }
             };
-            point.extend(values.into_iter().map(|value| variable.range.share(value)));
+            point.extend(
+                values
+                    .into_iter()
+                    .map(|value| variable.range.coordinate(value)),
+            );
         }
         Ok(point)
     }
@@ -424,7 +357,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         }
         _ => bail!("expected one of `key` and `profile`, got both or neither"),
     };
-    let range = range(keys, &place)?;
+    let range = Range::new(keys, matches!(place, Place::Key(_)))?;
     ensure!(
         keys.start.is_none() || matches!(range, Range::Between { .. }),
         "start: expected it with `from` and `to` alone, got it with `choices`"
@@ -436,7 +369,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         );
     }
     let range = match &place {
-        Place::Key(key) => tried(key, range, source)?,
+        Place::Key(key) => range.tried(key, source)?,
         _ => range,
     };
     Ok(Variable {
@@ -445,69 +378,5 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         range,
         count,
         start: keys.start,
-    })
-}
-
-/// The values of `key`, tried in the design before anything is traced: whole numbers where the
-/// design takes no others.
-fn tried(key: &str, range: Range, source: &DesignFile) -> Result<Range> {
-    let of_key = |range: &Range| BTreeMap::from([(key.to_owned(), range.value(0.5))]);
-    let Err(refused) = source.with(&of_key(&range)) else {
-        return Ok(range);
-    };
-    let Range::Between {
-        from,
-        to,
-        resolution,
-        ..
-    } = range
-    else {
-        return Err(refused);
-    };
-    let counted = Range::Between {
-        from,
-        to,
-        resolution,
-        whole: true,
-    };
-    if from.ceil() > to.floor() {
-        return Err(refused);
-    }
-    // Its own reason: that the key takes whole numbers alone is not what is wrong.
-    source.with(&of_key(&counted)).map(|_| counted)
-}
-
-fn range(keys: &VariableKeys, place: &Place) -> Result<Range> {
-    if let Some(choices) = &keys.choices {
-        ensure!(
-            matches!(place, Place::Key(_)) && keys.from.is_none() && keys.to.is_none(),
-            "choices: expected a `key` without `from` and `to` beside them"
-        );
-        ensure!(
-            (2..=MOST).contains(&choices.len()),
-            "choices: expected 2 to {MOST}, got {}",
-            choices.len()
-        );
-        return Ok(Range::Choices(choices.clone()));
-    }
-    let (Some(from), Some(to)) = (keys.from, keys.to) else {
-        bail!("expected `from` and `to`, or `choices`");
-    };
-    ensure!(
-        from.is_finite() && to.is_finite() && from < to,
-        "from, to: expected a number and a larger one, got {from} and {to}"
-    );
-    if let Some(step) = keys.resolution {
-        ensure!(
-            step > 0.0 && step <= to - from,
-            "resolution: expected a number above 0 and up to {}, got {step}",
-            to - from
-        );
-    }
-    Ok(Range::Between {
-        from,
-        to,
-        resolution: keys.resolution,
-        whole: false,
     })
 }

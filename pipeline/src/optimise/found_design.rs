@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A design that a search has found as a file: made, written beside the files that it names, and
+//! read again.
+
+use std::path::{Component, Path};
+
+use anyhow::{Context, Result, ensure};
+
+use super::problem::Problem;
+use crate::atomic_file;
+use crate::config::design::Design;
+use crate::config::dotted_keys::Settings;
+use crate::stages::design_file::DesignFile;
+use crate::stages::scene_check;
+
+/// The design that was found, under the directory of results.
+pub const DESIGN: &str = "design.toml";
+/// How files of the designs of a Pareto front begin.
+pub(super) const FRONT: &str = "front-";
+
+/// A design that was found, as its file will be.
+pub(super) struct FoundDesign {
+    /// Name under the directory of results.
+    pub name: String,
+    pub file: DesignFile,
+    pub design: Design,
+}
+
+impl FoundDesign {
+    /// The design of `problem` with `settings` under a name.
+    ///
+    /// # Errors
+    /// One that does not pass its checks.
+    pub fn new(problem: &Problem, settings: &Settings, name: String, file: String) -> Result<Self> {
+        let source = &problem.variables.source;
+        let mut table = source.table_with(settings)?;
+        let of = format!("{} optimised: {}", problem.design.name, problem.description);
+        table.insert("name".to_owned(), toml::Value::String(name));
+        table.insert("description".to_owned(), toml::Value::String(of));
+        let source = DesignFile::new(source.path.clone(), table);
+        let design = source.with(&Settings::new());
+        Ok(Self {
+            design: design.with_context(|| format!("{file}: the design found"))?,
+            name: file,
+            file: source,
+        })
+    }
+
+    /// Writes it into `out` with the files that it names, and reads it again.
+    ///
+    /// # Errors
+    /// Those of files; one that does not pass its checks.
+    pub fn write(self, problem: &Problem, out: &Path) -> Result<Self> {
+        let path = out.join(&self.name);
+        copy_named_files(problem, out)?;
+        atomic_file::write_bytes(&path, toml::to_string(&self.file.table)?.as_bytes())?;
+        let design = scene_check::load(&path)
+            .with_context(|| format!("{}: the design found", path.display()))?;
+        Ok(Self {
+            file: DesignFile::new(path, self.file.table),
+            design,
+            ..self
+        })
+    }
+}
+
+/// Copies the files that the design names to where the design that was found looks for them.
+fn copy_named_files(problem: &Problem, out: &Path) -> Result<()> {
+    let source = &problem.variables.source.path;
+    let folder = source.parent().unwrap_or(Path::new(""));
+    for record in &problem.design.provenance.named {
+        let name = Path::new(&record.file);
+        let relative = name.strip_prefix(folder).unwrap_or(name);
+        let plain = relative
+            .components()
+            .all(|part| matches!(part, Component::Normal(_)));
+        ensure!(
+            plain,
+            "design: expected files that it names below its own folder, got `{}`",
+            record.file
+        );
+        let bytes = std::fs::read(folder.join(relative))
+            .with_context(|| format!("`{}` cannot be read", record.file))?;
+        atomic_file::write_bytes(&out.join(relative), &bytes)?;
+    }
+    Ok(())
+}
+
+/// Removes the designs of the front of an earlier search.
+pub(super) fn remove_front(out: &Path) -> Result<()> {
+    for entry in std::fs::read_dir(out)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let number = name.to_str().and_then(|name| {
+            let number = name.strip_prefix(FRONT)?.strip_suffix(".toml")?;
+            number.parse::<u32>().ok()
+        });
+        if number.is_some() {
+            std::fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
