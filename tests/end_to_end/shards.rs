@@ -535,7 +535,7 @@ fn shards_of_other_searches_leave_what_one_search_leaves() {
         )
         .replace(
             "uniformity\"",
-            "extraction_efficiency\"\n\n[objective]\ntolerances = \"tolerance.toml\"\nsamples = 2",
+            "extraction_efficiency\"\n\n[objective]\ntolerances = \"tolerance.toml\"\nsamples = 3",
         )
         .replace(
             "evaluations = 24\nrestarts = 2",
