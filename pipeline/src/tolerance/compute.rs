@@ -2,16 +2,16 @@
 //! Traces the samples of a tolerance analysis, each with a seed of its own, and the design without
 //! deviations.
 //!
-//! Samples that break symmetries of the design are read without averaging over them. The extremes of
-//! their noisier maps are biased, so that the design is read like them too: what that adds to its
-//! figures is taken off those of the samples.
+//! Samples that break symmetries of the design are read without averaging over them. The extremes
+//! of their noisier maps are biased, so that the design is read like them too: what that adds to
+//! its figures is taken off those of the samples.
 
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, ensure};
 
 use super::definition::ToleranceAnalysis;
-use super::deviations::Deviation;
+use super::deviations::Offset;
 use super::drawn_samples::{DrawnSamples, Traced};
 use super::sample_tracer::{Figures, SampleTracer};
 use crate::cache::Cache;
@@ -21,8 +21,8 @@ use crate::run_context::RunContext;
 /// One package of many.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledPackage {
-    /// Its deviations.
-    pub deviations: Vec<Deviation>,
+    /// What is added to numbers of the design.
+    pub offsets: Vec<Offset>,
     /// Its figures, or why it makes no design.
     pub figures: Result<Figures, String>,
 }
@@ -68,7 +68,7 @@ pub fn compute(
             Traced::Nominal => nominal.push(figures.map_err(anyhow::Error::msg)?),
             Traced::Unaveraged => unaveraged.push(figures.map_err(anyhow::Error::msg)?),
             Traced::Sample(sample) => samples.push(SampledPackage {
-                deviations: drawn.samples[sample].deviations.clone(),
+                offsets: drawn.samples[sample].offsets.clone(),
                 figures,
             }),
         }
@@ -81,8 +81,8 @@ pub fn compute(
         .collect();
     ensure!(
         2 * failed.len() < samples.len(),
-        "{}: tolerances: expected deviations that most packages survive, got {} of {} without a \
-         design: {}",
+        "{}: tolerances: expected deviations with which more than half of the packages can be \
+         built, got {} of {} without a design: {}",
         analysis.inputs[0].file,
         failed.len(),
         samples.len(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Deviations of a design: random draws for keys and for slopes of rings, and the settings that
+//! Deviations of a design: random offsets of keys and of slopes of rings, and the settings that
 //! they make.
 
 use anyhow::{Context, Result, bail, ensure};
@@ -33,7 +33,7 @@ enum Place {
     Slopes(Side),
 }
 
-/// A law of deviations.
+/// A law of offsets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Law {
     Normal(f64),
@@ -42,8 +42,8 @@ enum Law {
 }
 
 impl Law {
-    /// The deviation that belongs to a standard normal number; of other laws a draw.
-    fn deviation(self, normal: f64, random: &mut Normal) -> f64 {
+    /// The offset that belongs to a standard normal number; of other laws a draw.
+    fn offset(self, normal: f64, random: &mut Normal) -> f64 {
         match self {
             Self::Normal(deviation) => deviation * normal,
             Self::Uniform(half_width) => half_width * (2.0 * random.uniform() - 1.0),
@@ -68,9 +68,9 @@ impl Law {
     }
 }
 
-/// One deviation of a sample.
+/// What is added to one number of the design in a sample.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Deviation {
+pub struct Offset {
     /// Number of the tolerance.
     pub tolerance: usize,
     /// Key or ring.
@@ -84,7 +84,7 @@ pub struct Deviation {
 pub struct Deviations {
     /// In the order of the file.
     pub tolerances: Vec<Tolerance>,
-    /// Lower triangle L of the correlations of the common deviations, L Lᵀ.
+    /// Lower triangle L of the correlations L Lᵀ between tolerances, entry by entry.
     factor: DMatrix<f64>,
 }
 
@@ -116,24 +116,28 @@ impl Deviations {
                 tolerance.name
             );
         }
-        let factor = factor(&tolerances, correlations)?;
-        let all = Self { tolerances, factor };
         // Keys that touch nothing are said before anything is traced.
-        let mut random = Self::random(0);
-        for (k, tolerance) in all.tolerances.iter().enumerate() {
-            let at = || format!("tolerances[{}]", k + 1);
-            tolerance.places(source).with_context(at)?;
-        }
-        let drawn = all.draw(source, &mut random)?;
-        let undeviated: Vec<Deviation> = drawn
+        let counts: Vec<usize> = tolerances
+            .iter()
+            .enumerate()
+            .map(|(k, tolerance)| {
+                let at = || format!("tolerances[{}]", k + 1);
+                let places = tolerance.places(source).with_context(at)?;
+                Ok(tolerance.draws(places.len()))
+            })
+            .collect::<Result<_>>()?;
+        let factor = factor(&tolerances, &counts, correlations)?;
+        let all = Self { tolerances, factor };
+        let drawn = all.draw(source, &mut Self::random(0))?;
+        let nowhere: Vec<Offset> = drawn
             .into_iter()
-            .map(|deviation| Deviation {
+            .map(|offset| Offset {
                 value: 0.0,
-                ..deviation
+                ..offset
             })
             .collect();
         source
-            .with(&all.settings(source, &undeviated)?)
+            .with(&all.settings(source, &nowhere)?)
             .context("tolerances: the design without deviations")?;
         Ok(all)
     }
@@ -144,40 +148,61 @@ impl Deviations {
         Normal::new(mix(seed ^ DEVIATIONS))
     }
 
-    /// Draws the deviations of one sample.
+    /// Draws the offsets of one sample.
     ///
     /// # Errors
-    /// Keys that the design does not have.
-    pub fn draw(&self, source: &DesignFile, random: &mut Normal) -> Result<Vec<Deviation>> {
-        let count = self.tolerances.len();
-        let independent: Vec<f64> = (0..count).map(|_| random.normal()).collect();
+    /// Keys that the design does not have, correlated tolerances of different numbers of entries.
+    pub fn draw(&self, source: &DesignFile, random: &mut Normal) -> Result<Vec<Offset>> {
+        // First one number for each tolerance, so that offsets of single keys do not depend on how
+        // many entries others have.
+        let single: Vec<f64> = self.tolerances.iter().map(|_| random.normal()).collect();
+        let mut normals: Vec<Vec<f64>> = Vec::new();
         let mut all = Vec::new();
         for (number, tolerance) in self.tolerances.iter().enumerate() {
-            let common: f64 = (0..=number)
-                .map(|k| self.factor[(number, k)] * independent[k])
-                .sum();
-            let common = tolerance.law.deviation(common, random);
             let places = tolerance.places(source)?;
-            let single = places.len() == 1;
-            for place in places {
-                let value = if tolerance.common || single {
-                    common
+            let count = tolerance.draws(places.len());
+            normals.push(Vec::new());
+            let mut values = Vec::new();
+            for entry in 0..count {
+                let normal = if count == 1 {
+                    single[number]
                 } else {
-                    let normal = random.normal();
-                    tolerance.law.deviation(normal, random)
+                    random.normal()
                 };
-                all.push(Deviation {
-                    tolerance: number,
-                    place,
-                    value,
-                });
+                normals[number].push(normal);
+                let correlated = self.correlated(&normals, entry)?;
+                values.push(tolerance.law.offset(correlated, random));
             }
+            let values = values.iter().cycle();
+            all.extend(places.into_iter().zip(values).map(|(place, value)| Offset {
+                tolerance: number,
+                place,
+                value: *value,
+            }));
         }
         Ok(all)
     }
 
-    /// The deviations of one sample, those of a common tolerance once.
-    pub fn independent<'a>(&self, drawn: &'a [Deviation]) -> Vec<&'a Deviation> {
+    /// The standard normal number of an entry of the last tolerance of `normals`, correlated with
+    /// those of the same entry of the tolerances before it.
+    fn correlated(&self, normals: &[Vec<f64>], entry: usize) -> Result<f64> {
+        let last = normals.len() - 1;
+        let mut sum = 0.0;
+        for (k, normals) in normals.iter().enumerate() {
+            let factor = self.factor[(last, k)];
+            if factor != 0.0 {
+                let [a, b] = [k, last].map(|k| &self.tolerances[k].name);
+                let normal = normals.get(entry).with_context(|| {
+                    format!("correlations: expected as many entries of {a:?} as of {b:?}")
+                })?;
+                sum += factor * normal;
+            }
+        }
+        Ok(sum)
+    }
+
+    /// The offsets of one sample, those of a common tolerance once.
+    pub fn independent<'a>(&self, drawn: &'a [Offset]) -> Vec<&'a Offset> {
         let repeats = |k: usize| {
             let tolerance = drawn[k].tolerance;
             self.tolerances[tolerance].common && k > 0 && drawn[k - 1].tolerance == tolerance
@@ -186,17 +211,17 @@ impl Deviations {
         (0..drawn.len()).filter(first).map(|k| &drawn[k]).collect()
     }
 
-    /// Keys of the design with these deviations.
+    /// Keys of the design with these offsets.
     ///
     /// # Errors
     /// A key without a number in the design, rings that have no slopes.
-    pub fn settings(&self, source: &DesignFile, deviations: &[Deviation]) -> Result<Settings> {
+    pub fn settings(&self, source: &DesignFile, offsets: &[Offset]) -> Result<Settings> {
         let mut settings = Settings::new();
         let mut slopes: Option<RingSlopes> = None;
-        for deviation in deviations {
-            match &self.tolerances[deviation.tolerance].place {
+        for offset in offsets {
+            match &self.tolerances[offset.tolerance].place {
                 Place::Key(_, nominal) => {
-                    let key = &deviation.place;
+                    let key = &offset.place;
                     let before = match settings.get(key).or(dotted_keys::get(&source.table, key)) {
                         Some(value) => number(value).with_context(|| {
                             format!("{key}: expected a number in the design, got {value}")
@@ -205,21 +230,21 @@ impl Deviations {
                             format!("{key}: expected `nominal`, as the design does not state it")
                         })?,
                     };
-                    settings.insert(key.clone(), Value::Float(before + deviation.value));
+                    settings.insert(key.clone(), Value::Float(before + offset.value));
                 }
                 Place::Slopes(side) => {
                     if slopes.is_none() {
                         slopes = Some(RingSlopes::of(&source.with(&Settings::new())?)?);
                     }
-                    if let (Some(slopes), Ok(ring)) = (&mut slopes, deviation.place.parse()) {
+                    if let (Some(slopes), Ok(ring)) = (&mut slopes, offset.place.parse()) {
                         let before = slopes.values(*side)[ring - 1];
-                        slopes.set(*side, ring, before + deviation.value);
+                        slopes.set(*side, ring, before + offset.value);
                     }
                 }
             }
         }
         if let Some(mut slopes) = slopes {
-            // What is steeper than a wall would lean over; the outline stands upright instead.
+            // Slopes beyond 90° are clipped to 90°.
             slopes.clip(90.0, 0.0);
             settings.insert("elements.shapes".to_owned(), slopes.shapes());
         }
@@ -228,6 +253,11 @@ impl Deviations {
 }
 
 impl Tolerance {
+    /// Numbers that are drawn for so many `places`: a single one where they deviate alike.
+    fn draws(&self, places: usize) -> usize {
+        if self.common { places.min(1) } else { places }
+    }
+
     /// Keys, or numbers of rings, that deviate.
     fn places(&self, source: &DesignFile) -> Result<Vec<String>> {
         match &self.place {
@@ -302,10 +332,13 @@ fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
     })
 }
 
-/// The lower triangle of the correlations.
-fn factor(tolerances: &[Tolerance], correlations: &[CorrelationKeys]) -> Result<DMatrix<f64>> {
-    let count = tolerances.len();
-    let mut matrix = DMatrix::identity(count, count);
+/// The lower triangle of the correlations of `tolerances`, for which `draws` numbers are drawn.
+fn factor(
+    tolerances: &[Tolerance],
+    draws: &[usize],
+    correlations: &[CorrelationKeys],
+) -> Result<DMatrix<f64>> {
+    let mut matrix = DMatrix::identity(tolerances.len(), tolerances.len());
     for (number, keys) in correlations.iter().enumerate() {
         let at = format!("correlations[{}]", number + 1);
         let places = keys.between.iter().map(|name| {
@@ -332,6 +365,21 @@ fn factor(tolerances: &[Tolerance], correlations: &[CorrelationKeys]) -> Result<
                 tolerances[place].name
             );
         }
+        let [of_a, of_b] = [a, b].map(|k| {
+            let entries = if draws[k] == 1 { "entry" } else { "entries" };
+            let entries = format!("{} {entries}", draws[k]);
+            let alike = if tolerances[k].common {
+                " (common)"
+            } else {
+                ""
+            };
+            format!("{entries} of {:?}{alike}", tolerances[k].name)
+        });
+        ensure!(
+            draws[a] == draws[b],
+            "{at}.between: expected tolerances of as many entries, to correlate one by one, \
+             got {of_a} and {of_b}"
+        );
         matrix[(a, b)] = keys.coefficient;
         matrix[(b, a)] = keys.coefficient;
     }
@@ -343,6 +391,8 @@ fn factor(tolerances: &[Tolerance], correlations: &[CorrelationKeys]) -> Result<
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     #[test]
@@ -375,9 +425,9 @@ mod tests {
             .draw(&source, &mut Deviations::random(1))
             .expect("drawn");
         let settings = all.settings(&source, &drawn).expect("numbers");
-        for (deviation, nominal) in drawn.iter().zip([0.0, 1.0, 2.0, 3.0]) {
-            let value = settings[&deviation.place].as_float();
-            assert_eq!(value, Some(nominal + deviation.value));
+        for (offset, nominal) in drawn.iter().zip([0.0, 1.0, 2.0, 3.0]) {
+            let value = settings[&offset.place].as_float();
+            assert_eq!(value, Some(nominal + offset.value));
         }
         assert!(drawn[0].value.to_bits() != drawn[1].value.to_bits());
         assert_eq!(all.independent(&drawn).len(), 4);
@@ -396,5 +446,89 @@ mod tests {
         assert_eq!(drawn[0].value.to_bits(), drawn[3].value.to_bits());
         // A regression on copies of one column has no answer.
         assert_eq!(all.independent(&drawn), [&drawn[0], &drawn[4]]);
+    }
+
+    /// Tolerances and correlations of design D3.
+    fn of_d3(tolerances: &[&str], correlations: &[&str]) -> (DesignFile, Result<Deviations>) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/designs/d3.toml");
+        let (source, _) = DesignFile::read(&path).expect("a design");
+        let tolerances = tolerances.iter().map(|text| toml::from_str(text));
+        let tolerances = tolerances.collect::<Result<Vec<_>, _>>().expect("TOML");
+        let correlations = correlations.iter().map(|text| toml::from_str(text));
+        let correlations = correlations.collect::<Result<Vec<_>, _>>().expect("TOML");
+        let all = Deviations::new(&source, &tolerances, &correlations);
+        (source, all)
+    }
+
+    const INNER: &str = "profile = \"inner_slope_deg\"\ndeviation = 1.0";
+    const OUTER: &str = "profile = \"outer_slope_deg\"\ndeviation = 0.5";
+
+    #[test]
+    fn both_sides_of_each_ring_are_correlated_and_different_rings_are_not() {
+        let coefficient = 0.8;
+        let sides = "between = [\"inner_slope_deg\", \"outer_slope_deg\"]\ncoefficient = 0.8";
+        let (source, all) = of_d3(&[INNER, OUTER], &[sides]);
+        let all = all.expect("as many rings");
+        let mut random = Deviations::random(1);
+        let draws = 1000;
+        let samples: Vec<Vec<f64>> = (0..draws)
+            .map(|_| {
+                let drawn = all.draw(&source, &mut random).expect("drawn");
+                drawn.iter().map(|offset| offset.value).collect()
+            })
+            .collect();
+        let rings = 17;
+        assert_eq!(samples[0].len(), 2 * rings);
+        let product = |a: usize, b: usize| samples.iter().map(|s| s[a] * s[b]).sum::<f64>();
+        let correlation = |a, b| product(a, b) / (product(a, a) * product(b, b)).sqrt();
+        for ring in 0..rings {
+            // The standard error of a correlation r is (1 - r²) / √n.
+            let found = correlation(ring, rings + ring);
+            let error = (1.0 - coefficient * coefficient) / f64::from(draws).sqrt();
+            assert!((found - coefficient).abs() < 4.5 * error, "{ring}: {found}");
+            let outer = (product(rings + ring, rings + ring) / f64::from(draws)).sqrt();
+            assert!((outer - 0.5).abs() < 4.5 * 0.5 / f64::from(2 * draws).sqrt());
+            for other in (0..rings).filter(|other| *other != ring) {
+                let found = correlation(ring, rings + other);
+                assert!(
+                    found.abs() < 4.5 / f64::from(draws).sqrt(),
+                    "{ring} {other}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn correlations_between_different_numbers_of_entries_are_refused() {
+        let common = format!("{OUTER}\ncommon = true");
+        let index = "key = \"silicone.index\"\ndeviation = 0.005";
+        let between = |a: &str, b: &str| format!("between = [{a:?}, {b:?}]\ncoefficient = 0.5");
+        let (inner, outer) = ("inner_slope_deg", "outer_slope_deg");
+        for (tolerances, between, got) in [
+            (
+                [INNER, index],
+                between(inner, "silicone.index"),
+                "17 entries of \"inner_slope_deg\" and 1 entry of \"silicone.index\"",
+            ),
+            (
+                [INNER, &common],
+                between(outer, inner),
+                "1 entry of \"outer_slope_deg\" (common) and 17 entries of \"inner_slope_deg\"",
+            ),
+        ] {
+            let (_, refused) = of_d3(&tolerances, &[&between]);
+            let why = refused.expect_err(got).to_string();
+            assert!(
+                why.starts_with("correlations[1].between: expected"),
+                "{why}"
+            );
+            assert!(why.contains(got), "{why}");
+        }
+        // One that all rings have in common goes with a single key.
+        let (source, all) = of_d3(&[&common, index], &[&between(outer, "silicone.index")]);
+        let drawn = all
+            .expect("one entry each")
+            .draw(&source, &mut Deviations::random(1));
+        assert_eq!(drawn.expect("drawn").len(), 18);
     }
 }

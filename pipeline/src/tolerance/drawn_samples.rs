@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The samples of a tolerance analysis by their deviations, and the order of all traces.
+//! The samples of a tolerance analysis by their offsets, and the order of all traces.
 
 use anyhow::Result;
 
 use super::definition::ToleranceAnalysis;
-use super::deviations::{Deviation, Deviations};
+use super::deviations::{Deviations, Offset};
 use crate::config::dotted_keys::Settings;
 use crate::stages::observation::symmetry;
 
@@ -23,13 +23,13 @@ pub(super) enum Traced {
     Sample(usize),
 }
 
-/// Deviations of a sample, and the keys that they set.
+/// Offsets of a sample, and the keys that they set.
 pub(super) struct Drawn {
-    pub deviations: Vec<Deviation>,
+    pub offsets: Vec<Offset>,
     pub settings: Settings,
 }
 
-/// The deviations of all samples, in order. Traces are numbered, those of the design first.
+/// The offsets of all samples, in order. Traces are numbered, those of the design first.
 pub(super) struct DrawnSamples {
     pub samples: Vec<Drawn>,
     /// Whether any of them lacks a symmetry of the design.
@@ -45,12 +45,9 @@ impl DrawnSamples {
         let mut random = Deviations::random(seed);
         let draw = |_| {
             let of = &analysis.deviations;
-            let deviations = of.draw(&analysis.source, &mut random)?;
-            let settings = of.settings(&analysis.source, &deviations)?;
-            Ok(Drawn {
-                deviations,
-                settings,
-            })
+            let offsets = of.draw(&analysis.source, &mut random)?;
+            let settings = of.settings(&analysis.source, &offsets)?;
+            Ok(Drawn { offsets, settings })
         };
         let samples: Vec<Drawn> = (0..analysis.samples).map(draw).collect::<Result<_>>()?;
         let of_design = symmetry(&analysis.design);

@@ -32,7 +32,8 @@ pub(super) struct SampleTracer<'a> {
     context: RunContext<'a>,
 }
 
-/// Figures as they are kept: names with the bits of value and standard error, or why there are none.
+/// Figures as they are kept: names with the bits of value and standard error, or why there are
+/// none.
 type KeptFigures = Result<Vec<(String, u64, u64)>, String>;
 
 impl<'a> SampleTracer<'a> {

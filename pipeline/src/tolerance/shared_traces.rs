@@ -17,8 +17,8 @@ use crate::stages::job::{TableCost, Task};
 use crate::stages::model::Model;
 use crate::stages::tables::Ring;
 
-/// The traces of `analysis` with this seed, for several processes to share: those without deviations
-/// and the samples.
+/// The traces of `analysis` with this seed, for several processes to share: those without
+/// deviations and the samples.
 ///
 /// # Errors
 /// Deviations that set what the design does not have.

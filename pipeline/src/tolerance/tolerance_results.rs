@@ -216,25 +216,25 @@ impl<'a> ToleranceResults<'a> {
     /// Headings of the table of samples.
     pub fn headings(&self) -> Vec<String> {
         let first = self.sampled.samples.first();
-        let deviations = first.into_iter().flat_map(|sample| &sample.deviations);
+        let offsets = first.into_iter().flat_map(|sample| &sample.offsets);
         let names = self.names();
-        let deviations = deviations.map(|deviation| {
-            let name = names[deviation.tolerance];
-            if name == deviation.place {
+        let offsets = offsets.map(|offset| {
+            let name = names[offset.tolerance];
+            if name == offset.place {
                 name.to_owned()
             } else {
-                format!("{name} {}", deviation.place)
+                format!("{name} {}", offset.place)
             }
         });
         let figures = self.analysis.figures.iter();
         let figures = figures.flat_map(|key| [key.clone(), format!("{key}_standard_error")]);
-        deviations.chain(figures).collect()
+        offsets.chain(figures).collect()
     }
 
-    /// A line for each sample: deviations, then figures with their errors.
+    /// A line for each sample: offsets, then figures with their errors.
     pub fn rows(&self) -> Vec<Vec<String>> {
         let row = |sample: &super::compute::SampledPackage| -> Vec<String> {
-            let deviations = sample.deviations.iter().map(|d| d.value.to_string());
+            let offsets = sample.offsets.iter().map(|offset| offset.value.to_string());
             let figures = self.analysis.figures.iter().flat_map(|key| {
                 let found = sample.figures.as_ref().ok().and_then(|f| f.get(key));
                 found.map_or_else(
@@ -242,7 +242,7 @@ impl<'a> ToleranceResults<'a> {
                     |e| [e.value.to_string(), e.standard_error.to_string()],
                 )
             });
-            deviations.chain(figures).collect()
+            offsets.chain(figures).collect()
         };
         self.sampled.samples.iter().map(row).collect()
     }
@@ -327,8 +327,9 @@ fn statistics(
     let values: Vec<Estimate> = found.iter().map(|(_, value)| *value).collect();
     let mut scatter = scatter(&values)?;
     let independent = |sample: &super::compute::SampledPackage| -> (Vec<usize>, Vec<f64>) {
-        let columns = analysis.deviations.independent(&sample.deviations);
-        columns.into_iter().map(|d| (d.tolerance, d.value)).unzip()
+        let columns = analysis.deviations.independent(&sample.offsets);
+        let columns = columns.into_iter();
+        columns.map(|offset| (offset.tolerance, offset.value)).unzip()
     };
     let inputs: Vec<Vec<f64>> = found
         .iter()
