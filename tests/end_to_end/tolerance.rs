@@ -21,7 +21,7 @@ key = "mirror.reflectance"
 distribution = "uniform"
 half_width = 0.04
 
-[[limits]]
+[[constraints]]
 figure = "extraction_efficiency"
 at_least = 0.99
 "#;
@@ -157,13 +157,14 @@ coefficient = 0.9
 between = ["b", "c"]
 coefficient = -0.9
 
-[[limits]]"#;
+[[constraints]]"#;
 
 /// A second tolerance of the same name.
-const SECOND: &str = "[[tolerances]]\nkey = \"mirror.reflectance\"\ndeviation = 0.01\n\n[[limits]]";
+const SECOND: &str =
+    "[[tolerances]]\nkey = \"mirror.reflectance\"\ndeviation = 0.01\n\n[[constraints]]";
 /// A correlation with a tolerance that there is not.
 const ALONE: &str = "[[correlations]]\n\
-                 between = [\"mirror.reflectance\", \"x\"]\ncoefficient = 0.9\n\n[[limits]]";
+                 between = [\"mirror.reflectance\", \"x\"]\ncoefficient = 0.9\n\n[[constraints]]";
 
 /// What is written in place of what, and words of the message.
 const BAD: &[(&str, &str, &[&str])] = &[
@@ -207,23 +208,32 @@ const BAD: &[(&str, &str, &[&str])] = &[
         "profile = \"inner_slope_deg\"",
         &["tolerances[1]", "[elements]"],
     ),
-    ("[[limits]]", SECOND, &["tolerances[2].name", "twice"]),
-    ("[[limits]]", ALONE, &["correlations[1].between", "\"x\""]),
+    ("[[constraints]]", SECOND, &["tolerances[2].name", "twice"]),
     (
-        "[[limits]]",
+        "[[constraints]]",
+        ALONE,
+        &["correlations[1].between", "\"x\""],
+    ),
+    (
+        "[[constraints]]",
         IMPOSSIBLE,
         &["correlations", "positive definite"],
     ),
     (
         "figure = \"extraction_efficiency\"",
         "figure = \"uniformity\"",
-        &["limits[1]: figure", "uniformity"],
+        &["constraints[1]: figure", "uniformity"],
     ),
-    ("at_least = 0.99", "", &["limits[1]", "got neither"]),
+    (
+        "[[constraints]]",
+        "[[limits]]",
+        &["limits: expected it to be called `constraints`"],
+    ),
+    ("at_least = 0.99", "", &["constraints[1]", "got neither"]),
     (
         "at_least = 0.99",
         "at_least = 0.9\nat_most = 0.8",
-        &["limits[1]: at_least, at_most", "got 0.9 and 0.8"],
+        &["constraints[1]: at_least, at_most", "got 0.9 and 0.8"],
     ),
     (
         "[\"extraction_efficiency\"]",
@@ -307,5 +317,91 @@ fn broken_symmetries_shift_no_figure_by_themselves() {
     assert!(
         averaged - plain > 4.0 * error,
         "{averaged} {plain} ± {error}"
+    );
+}
+
+fn report(folder: &Path, arguments: &[&str]) -> (bool, String) {
+    let output = batwing(folder)
+        .arg("report")
+        .args(arguments)
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.success(), said)
+}
+
+/// The page of an analysis alone holds its table, yield, causes and distribution; a run of the design
+/// in the same folder has both.
+#[test]
+fn an_analysis_becomes_a_page_alone_or_beside_a_run() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let second = "[[tolerances]]\nkey = \"led.reflectance\"\ndeviation = 0.01\n\n[[constraints]]";
+    let text = TOLERANCE.replace("[[constraints]]", second);
+    std::fs::write(at("tolerance.toml"), text).expect("written");
+    let [json, _] = tolerance(folder.path(), &[]);
+    let (done, said) = report(folder.path(), &["out"]);
+    assert!(done && said.is_empty(), "{said}");
+    let page = std::fs::read_to_string(at("out/report.html")).expect("a page");
+    assert!(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
+    let json: Value = serde_json::from_slice(&json).expect("JSON");
+    let good = json["yield"]["good"].to_string();
+    let shown = [
+        "What deviations do to bare-dome: mirror",
+        "<th scope=\"row\">extraction efficiency</th>",
+        "<th scope=\"col\">95 % quantile</th>",
+        &format!("Yield: {good} of 64 packages, "),
+        "with extraction efficiency at least 0.99",
+        "<th scope=\"row\">mirror.reflectance</th>",
+        "<th scope=\"row\">led.reflectance</th>",
+        "<th scope=\"row\">not by straight lines</th>",
+        "packages at or below",
+        "samples.csv",
+    ];
+    for words in shown {
+        assert!(page.contains(words), "no `{words}`");
+    }
+    let (done, said) = report(folder.path(), &["out", "--out", "again.html"]);
+    assert!(done, "{said}");
+    assert!(page == std::fs::read_to_string(at("again.html")).expect("a page"));
+    let (done, said) = report(folder.path(), &["out", "--out", "out/samples.csv"]);
+    assert!(!done && said.contains("belongs to them"), "{said}");
+
+    // A run beside it.
+    batwing(folder.path())
+        .args(["run", "bare-dome.toml", "--quiet", "--paths", "8192"])
+        .args(["--out", "out"])
+        .assert()
+        .success();
+    let (done, said) = report(folder.path(), &["out", "--out", "both.html"]);
+    assert!(done, "{said}");
+    let both = std::fs::read_to_string(at("both.html")).expect("a page");
+    assert!(both.contains("What deviations do to bare-dome: mirror"));
+    assert!(both.contains("Figures of merit"));
+
+    // What was touched since is refused.
+    let path = at("out/samples.csv");
+    let table = std::fs::read_to_string(&path).expect("a table");
+    std::fs::write(&path, table.clone() + "\n").expect("written");
+    let (done, said) = report(folder.path(), &["out"]);
+    assert!(!done && said.contains("samples.csv` was altered"), "{said}");
+    std::fs::write(&path, table).expect("written");
+    std::fs::remove_file(at("out/results.json")).expect("removed");
+    let path = at("out/tolerance.json");
+    let text = std::fs::read_to_string(&path).expect("results");
+    let touched = text.replacen("\"samples\": 64", "\"samples\": 65", 1);
+    assert_ne!(text, touched);
+    std::fs::write(&path, touched).expect("written");
+    let (done, said) = report(folder.path(), &["out"]);
+    assert!(
+        !done && said.contains("content_sha256: it was altered after the analysis"),
+        "{said}"
+    );
+    let old = text.replacen("\"schema_version\": 2", "\"schema_version\": 1", 1);
+    std::fs::write(&path, old).expect("written");
+    let (done, said) = report(folder.path(), &["out"]);
+    assert!(
+        !done && said.contains("tolerance.json`: schema_version: expected 2, got 1"),
+        "{said}"
     );
 }

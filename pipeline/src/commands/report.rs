@@ -12,7 +12,9 @@ use crate::atomic_file;
 use crate::content_hash::sha256_hex;
 use crate::plural::count;
 use crate::report::html::folder::Folder;
-use crate::report::html::{orders::Source, page};
+use crate::report::html::tolerance::ToleranceFolder;
+use crate::report::html::{Page, orders::Source, page, tolerance_page};
+use crate::results;
 use crate::run_context::RunContext;
 
 /// Default name of the page, under the directory of results.
@@ -21,7 +23,7 @@ const PAGE: &str = "report.html";
 /// `batwing report`.
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// Directory of results, written by `reproduce` or `run`
+    /// Directory of results, written by `reproduce`, `run`, `optimise` or `tolerance`
     #[arg(value_name = "DIR")]
     pub results: PathBuf,
     /// The page [default: report.html in DIR]
@@ -33,9 +35,44 @@ pub struct ReportArgs {
     pub tables: Option<PathBuf>,
 }
 
+/// What a directory of results holds.
+enum Contents {
+    /// Results of designs, a tolerance analysis may stand beside them.
+    Results(Folder),
+    /// A tolerance analysis alone.
+    Tolerance(ToleranceFolder),
+}
+
+impl Contents {
+    /// Reads and checks `directory`.
+    fn open(directory: &Path) -> Result<Self> {
+        if !directory.join(results::FILE).exists()
+            && let Some(folder) = ToleranceFolder::open(directory)?
+        {
+            return Ok(Self::Tolerance(folder));
+        }
+        Ok(Self::Results(Folder::open(directory)?))
+    }
+
+    /// Whether `path` is one of the files.
+    fn holds(&self, path: &Path) -> bool {
+        match self {
+            Self::Results(folder) => folder.holds(path),
+            Self::Tolerance(folder) => folder.holds(path),
+        }
+    }
+
+    fn page(&self, source: &Source) -> Result<Page> {
+        match self {
+            Self::Results(folder) => page(folder, source),
+            Self::Tolerance(folder) => tolerance_page(folder),
+        }
+    }
+}
+
 /// Checks the folder, makes the page and writes it.
 pub fn run(arguments: &ReportArgs, context: RunContext) -> Result<()> {
-    let folder = Folder::open(&arguments.results)?;
+    let contents = Contents::open(&arguments.results)?;
     let out = arguments
         .out
         .clone()
@@ -46,13 +83,13 @@ pub fn run(arguments: &ReportArgs, context: RunContext) -> Result<()> {
         out.display()
     );
     ensure!(
-        !folder.holds(&out),
+        !contents.holds(&out),
         "--out: expected a file beside the results, got `{}`, which belongs to them",
         out.display()
     );
     writable(out.parent().unwrap_or(Path::new("")))?;
     let source = Source::new(arguments.tables.as_deref(), &arguments.results)?;
-    let page = page(&folder, &source)?;
+    let page = contents.page(&source)?;
     atomic_file::write_bytes(&out, page.html.as_bytes())?;
     let (found, listed) = page.tables;
     if found < listed {

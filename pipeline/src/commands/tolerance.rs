@@ -14,6 +14,7 @@ use crate::atomic_file;
 use crate::content_hash::sealed;
 use crate::formats::csv;
 use crate::provenance::FileRecord;
+use crate::results::tolerance::FILE;
 use crate::run_context::RunContext;
 use crate::stages::job::{Job, SharedWork, Task};
 use crate::tolerance::compute::compute;
@@ -21,8 +22,6 @@ use crate::tolerance::definition::{self, Overrides, ToleranceAnalysis};
 use crate::tolerance::shared_traces::shared_traces;
 use crate::tolerance::tolerance_results::ToleranceResults;
 
-/// File under the directory of results.
-pub const FILE: &str = "tolerance.json";
 /// A line for each sample.
 const TABLE: &str = "samples.csv";
 
@@ -107,13 +106,14 @@ pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
     let headings = results.headings();
     let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
     csv::write_text_csv(&path(TABLE), &headings, &results.rows())?;
-    let mut files = vec![FileRecord::new(TABLE, &std::fs::read(path(TABLE))?)];
-    if let Some(picture) = results.distribution_picture()? {
+    let mut file = results.to_file(context.seed);
+    file.files = vec![FileRecord::new(TABLE, &std::fs::read(path(TABLE))?)];
+    if let Some(picture) = file.distribution_picture()? {
         let png = picture.png()?;
         atomic_file::write_bytes(&path(DISTRIBUTION), &png)?;
-        files.push(FileRecord::new(DISTRIBUTION, &png));
+        file.files.push(FileRecord::new(DISTRIBUTION, &png));
     }
-    let json = sealed(results.to_json(context.seed, &files))?;
+    let json = sealed(serde_json::to_value(&file)?)?;
     atomic_file::write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
         format!(

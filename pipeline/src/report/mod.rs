@@ -9,3 +9,4 @@ pub mod path_picture;
 pub mod plots;
 pub mod run_summary;
 pub mod summary;
+mod tolerance;

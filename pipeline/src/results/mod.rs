@@ -12,6 +12,7 @@ pub mod optimisation;
 pub mod package;
 pub mod ray_paths;
 pub mod schema;
+pub mod tolerance;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

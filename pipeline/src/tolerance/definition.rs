@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 use super::deviations::Deviations;
-use super::file::{LimitKeys, ToleranceFile};
+use super::file::{ConstraintKeys, ToleranceFile};
 use crate::config::design::{Design, PATHS};
 use crate::config::dotted_keys::Settings;
 use crate::config::toml_errors;
@@ -20,6 +20,9 @@ use crate::stages::observation::figure_keys;
 const SAMPLES: usize = 200;
 /// Samples of use: fewer give no quantile, more no news.
 const ALLOWED: std::ops::RangeInclusive<usize> = 8..=100_000;
+
+/// What `[[constraints]]` were called; `[limits]` of a problem file are those of a mould.
+const FORMER_CONSTRAINTS: &str = "limits";
 
 /// A checked tolerance analysis.
 #[derive(Debug, Clone)]
@@ -44,18 +47,18 @@ pub struct ToleranceAnalysis {
     pub paths: u64,
     /// Figures that are reported.
     pub figures: Vec<String>,
-    /// Limits that a package has to keep.
-    pub limits: Vec<Limit>,
+    /// What a package has to meet.
+    pub constraints: Vec<Constraint>,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
 }
 
-/// A limit of a figure.
+/// A constraint on a figure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Limit {
+pub struct Constraint {
     /// Key of the figure.
     pub figure: String,
-    /// What it has to keep.
+    /// Where it has to lie.
     pub bounds: Bounds,
 }
 
@@ -79,6 +82,11 @@ pub fn load(path: &Path, overrides: Overrides) -> Result<ToleranceAnalysis> {
 }
 
 fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnalysis> {
+    let has_limits = |table: toml::Table| table.contains_key(FORMER_CONSTRAINTS);
+    ensure!(
+        !toml::from_str(text).is_ok_and(has_limits),
+        "{FORMER_CONSTRAINTS}: expected it to be called `constraints`, got the former name"
+    );
     let file: ToleranceFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let place = folder.join(&file.design);
@@ -116,12 +124,10 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
             known.join(", ")
         );
     }
-    let limits = file
-        .limits
-        .iter()
-        .enumerate()
-        .map(|(k, keys)| limit(keys, &figures).with_context(|| format!("limits[{}]", k + 1)));
-    let limits = limits.collect::<Result<_>>()?;
+    let constraints = file.constraints.iter().enumerate().map(|(k, keys)| {
+        constraint(keys, &figures).with_context(|| format!("constraints[{}]", k + 1))
+    });
+    let constraints = constraints.collect::<Result<_>>()?;
     let deviations = Deviations::new(&source, &file.tolerances, &file.correlations)?;
     let mut inputs = vec![
         FileRecord::new(path.display().to_string(), text.as_bytes()),
@@ -139,19 +145,19 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
         samples,
         paths,
         figures,
-        limits,
+        constraints,
         inputs,
     })
 }
 
-fn limit(keys: &LimitKeys, figures: &[String]) -> Result<Limit> {
+fn constraint(keys: &ConstraintKeys, figures: &[String]) -> Result<Constraint> {
     ensure!(
         figures.contains(&keys.figure),
         "figure: expected one of the reported figures, {}, got {:?}",
         figures.join(", "),
         keys.figure
     );
-    Ok(Limit {
+    Ok(Constraint {
         figure: keys.figure.clone(),
         bounds: Bounds::new(keys.at_least, keys.at_most)?,
     })

@@ -35,9 +35,9 @@ pub struct ToleranceFile {
     /// Correlations between tolerances, by name.
     #[serde(default)]
     pub correlations: Vec<CorrelationKeys>,
-    /// Limits of figures that a package has to keep.
+    /// What a package has to meet.
     #[serde(default)]
-    pub limits: Vec<LimitKeys>,
+    pub constraints: Vec<ConstraintKeys>,
 }
 
 /// `[[tolerances]]`.
@@ -87,10 +87,10 @@ pub struct CorrelationKeys {
     pub coefficient: f64,
 }
 
-/// `[[limits]]`.
+/// `[[constraints]]`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LimitKeys {
+pub struct ConstraintKeys {
     /// Key of a figure.
     pub figure: String,
     /// Least value.

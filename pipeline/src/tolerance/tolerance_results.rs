@@ -3,21 +3,20 @@
 
 use std::fmt::Write as _;
 
-use anyhow::Result;
-use serde_json::{Value, json};
-
 use super::compute::Sampled;
 use super::definition::ToleranceAnalysis;
 use super::sample_tracer::Figures;
 use super::statistics::{Contribution, Scatter, contributions, scatter, share, without_noise};
 use crate::digits::format_value_with_error;
 use crate::metrics::Estimate;
-use crate::plural::count;
-use crate::provenance::FileRecord;
-use crate::report::plots::{CumulativeShare, Heading, MarkedValue, Picture, sample_distribution};
+use crate::results::schema::Program;
+use crate::results::tolerance::{
+    BoundEntry, ContributionEntry, ContributionsEntry, CumulativeShareEntry, DistributionEntry,
+    QuantileEntry, SCHEMA_VERSION, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
+};
 
-/// Version of the layout of `tolerance.json`.
-const SCHEMA_VERSION: u32 = 1;
+/// Packages of a distribution that are kept for its picture.
+const DRAWN: usize = 500;
 /// Contributors that are listed for people.
 const LISTED: usize = 6;
 
@@ -59,16 +58,15 @@ impl<'a> ToleranceResults<'a> {
         }
     }
 
-    /// Packages that keep all limits, of all packages, with the 95 % interval of their share; one
-    /// without a design keeps none. None without limits.
-    pub fn yielded(&self) -> Option<(usize, usize, f64, [f64; 2])> {
-        let limits = &self.analysis.limits;
+    /// Packages that meet all constraints, of all packages, with the 95 % interval of their share;
+    /// one without a design meets none. None without constraints.
+    fn yielded(&self) -> Option<YieldEntry> {
+        let constraints = &self.analysis.constraints;
         let holds = |figures: &Figures| {
-            let mut limits = limits.iter();
-            limits.all(|limit| {
+            constraints.iter().all(|constraint| {
                 figures
-                    .get(&limit.figure)
-                    .is_some_and(|e| limit.bounds.miss(e.value, 0.0) <= 0.0)
+                    .get(&constraint.figure)
+                    .is_some_and(|e| constraint.bounds.miss(e.value, 0.0) <= 0.0)
             })
         };
         let samples = &self.sampled.samples;
@@ -76,8 +74,14 @@ impl<'a> ToleranceResults<'a> {
             .iter()
             .filter(|s| s.figures.as_ref().is_ok_and(holds))
             .count();
-        let (part, interval) = share(good, samples.len());
-        (!limits.is_empty()).then_some((good, samples.len(), part, interval))
+        let of = samples.len();
+        let (share, interval_95) = share(good, of);
+        (!constraints.is_empty()).then_some(YieldEntry {
+            good,
+            of,
+            share,
+            interval_95,
+        })
     }
 
     /// Samples that make no design.
@@ -88,122 +92,98 @@ impl<'a> ToleranceResults<'a> {
             .collect()
     }
 
-    /// The content of `tolerance.json`.
-    pub fn to_json(&self, seed: u64, files: &[FileRecord]) -> Value {
+    /// The content of `tolerance.json`, without the files that came out.
+    pub fn to_file(&self, seed: u64) -> ToleranceResultsFile {
         let analysis = self.analysis;
-        let names: Vec<&str> = self.names();
-        let figures = self.figures.iter().map(|f| {
-            let quantiles = f.scatter.quantiles.iter().map(|(level, quantile)| {
-                json!({"level": level, "value": quantile.value, "standard_error": quantile.standard_error})
-            });
-            let parts = f.contributions.as_ref().map(|(parts, rest)| {
-                let parts = parts.iter().map(|part| {
-                    json!({
-                        "tolerance": names[part.tolerance],
-                        "share": part.share,
-                        "change_per_deviation": part.slope,
-                    })
-                });
-                json!({"by_tolerance": parts.collect::<Vec<_>>(), "unexplained": rest})
-            });
-            let entry = json!({
-                "nominal": f.nominal,
-                "mean": f.scatter.mean,
-                "shift": f.shift,
-                "deviation": f.scatter.deviation,
-                "noise_of_a_trace": f.scatter.noise,
-                "quantiles": quantiles.collect::<Vec<_>>(),
-                "contributions": parts,
-            });
-            (f.key.clone(), entry)
+        let figures = self.figures.iter().map(|f| (f.key.clone(), self.entry(f)));
+        let constraints = analysis.constraints.iter().map(|constraint| BoundEntry {
+            figure: constraint.figure.clone(),
+            at_least: constraint.bounds.at_least,
+            at_most: constraint.bounds.at_most,
         });
-        let limits = analysis.limits.iter().map(|limit| {
-            json!({"figure": limit.figure, "at_least": limit.bounds.at_least, "at_most": limit.bounds.at_most})
-        });
-        let yielded = self.yielded().map(|(good, all, part, interval)| {
-            json!({"good": good, "of": all, "share": part, "interval_95": interval})
-        });
-        json!({
-            "schema_version": SCHEMA_VERSION,
-            "program": {"name": "batwing", "version": env!("CARGO_PKG_VERSION")},
-            "name": analysis.name,
-            "description": analysis.description,
-            "design": analysis.design.name,
-            "model": analysis.model.key(&analysis.design),
-            "samples": self.sampled.samples.len(),
-            "paths": analysis.paths,
-            "seed": seed,
-            "inputs": analysis.inputs,
-            "files": files,
-            "tolerances": names,
-            "figures": figures.collect::<serde_json::Map<_, _>>(),
-            "limits": limits.collect::<Vec<_>>(),
-            "yield": yielded,
-            "without_design": self.failed(),
-        })
+        ToleranceResultsFile {
+            schema_version: SCHEMA_VERSION,
+            program: Program {
+                name: "batwing".to_owned(),
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+            },
+            name: analysis.name.clone(),
+            description: analysis.description.clone(),
+            design: analysis.design.name.clone(),
+            model: analysis.model.key(&analysis.design),
+            samples: self.sampled.samples.len(),
+            paths: analysis.paths,
+            seed,
+            inputs: analysis.inputs.clone(),
+            files: Vec::new(),
+            tolerances: self.names().into_iter().map(str::to_owned).collect(),
+            figures: figures.collect(),
+            constraints: constraints.collect(),
+            yielded: self.yielded(),
+            distribution: self.distribution(),
+            without_design: self.failed().into_iter().map(str::to_owned).collect(),
+        }
     }
 
-    /// The distribution of the first figure over the packages, without the noise of the traces; none
-    /// where it has no scatter.
-    ///
-    /// # Errors
-    /// Values that cannot be drawn.
-    pub fn distribution_picture(&self) -> Result<Option<Picture>> {
-        let Some(first) = self.figures.first() else {
-            return Ok(None);
-        };
+    fn entry(&self, figure: &FigureStatistics) -> ToleranceFigureEntry {
+        let names = self.names();
+        let quantiles = figure.scatter.quantiles.iter();
+        let quantiles = quantiles.map(|(level, quantile)| QuantileEntry {
+            level: *level,
+            value: quantile.value,
+            standard_error: quantile.standard_error,
+        });
+        let contributions = figure.contributions.as_ref().map(|(parts, rest)| {
+            let parts = parts.iter().map(|part| ContributionEntry {
+                tolerance: names[part.tolerance].to_owned(),
+                share: part.share,
+                change_per_deviation: part.slope,
+            });
+            ContributionsEntry {
+                by_tolerance: parts.collect(),
+                unexplained: *rest,
+            }
+        });
+        ToleranceFigureEntry {
+            nominal: figure.nominal,
+            mean: figure.scatter.mean,
+            shift: figure.shift,
+            deviation: figure.scatter.deviation,
+            noise_of_a_trace: figure.scatter.noise,
+            quantiles: quantiles.collect(),
+            contributions,
+        }
+    }
+
+    /// The distribution of the first figure over the packages, without the noise of the traces;
+    /// none where it has no scatter.
+    fn distribution(&self) -> Option<DistributionEntry> {
+        let first = self.figures.first()?;
         let samples = self.sampled.samples.iter();
         let values = samples.filter_map(|s| s.figures.as_ref().ok()?.get(&first.key).copied());
         let (_, variance, sorted) = without_noise(&values.collect::<Vec<_>>());
         if variance <= 0.0 {
-            return Ok(None);
+            return None;
         }
+        let packages = sorted.len();
+        let stride = packages.div_ceil(DRAWN);
         let shares = (1..).zip(&sorted).map(|(below, value)| {
-            let (share, interval) = share(below, sorted.len());
-            CumulativeShare {
+            let (share, interval_95) = share(below, packages);
+            CumulativeShareEntry {
                 value: *value,
                 share,
-                interval,
+                interval_95,
             }
         });
-        let nominal = MarkedValue {
-            label: "without deviations".to_owned(),
-            value: first.nominal.value,
-        };
-        let analysis = self.analysis;
-        let words = format!(
-            "{}, {}; noise of the traces taken out",
-            analysis.design.name,
-            count(sorted.len(), "package")
-        );
-        sample_distribution(
-            &Heading::new("Distribution over the tolerances", words),
-            &first.key,
-            &shares.collect::<Vec<_>>(),
-            &nominal,
-            &self.marked_limits(&first.key),
-        )
-        .map(Some)
-    }
-
-    /// Limits of a figure.
-    fn marked_limits(&self, key: &str) -> Vec<MarkedValue> {
-        let limits = self.analysis.limits.iter();
-        let of_figure = limits.filter(|limit| limit.figure == key);
-        let bounds = of_figure.flat_map(|limit| {
-            let bounds = [
-                ("at least", limit.bounds.at_least),
-                ("at most", limit.bounds.at_most),
-            ];
-            bounds.into_iter().filter_map(|(words, bound)| {
-                let value = bound?;
-                Some(MarkedValue {
-                    label: format!("limit: {words} {value}"),
-                    value,
-                })
-            })
-        });
-        bounds.collect()
+        let last = packages - 1;
+        let drawn = shares
+            .enumerate()
+            .filter(|(k, _)| k % stride == 0 || *k == last);
+        Some(DistributionEntry {
+            figure: first.key.clone(),
+            packages,
+            shares: drawn.map(|(_, share)| share).collect(),
+        })
     }
 
     fn names(&self) -> Vec<&str> {
@@ -267,13 +247,15 @@ impl<'a> ToleranceResults<'a> {
                 number(f.scatter.quantiles[2].1),
             );
         }
-        if let Some((good, all, part, [low, high])) = self.yielded() {
+        if let Some(found) = self.yielded() {
+            let [low, high] = found.interval_95.map(|share| 100.0 * share);
             let _ = writeln!(
                 text,
-                "\nyield: {good} of {all} within the limits, {:.1} % (95 % interval {:.1} to {:.1} %)",
-                100.0 * part,
-                100.0 * low,
-                100.0 * high
+                "\nyield: {} of {} meet the constraints, {:.1} % \
+                 (95 % interval {low:.1} to {high:.1} %)",
+                found.good,
+                found.of,
+                100.0 * found.share,
             );
         }
         if let Some(why) = self.failed().first() {
@@ -329,7 +311,9 @@ fn statistics(
     let independent = |sample: &super::compute::SampledPackage| -> (Vec<usize>, Vec<f64>) {
         let columns = analysis.deviations.independent(&sample.offsets);
         let columns = columns.into_iter();
-        columns.map(|offset| (offset.tolerance, offset.value)).unzip()
+        columns
+            .map(|offset| (offset.tolerance, offset.value))
+            .unzip()
     };
     let inputs: Vec<Vec<f64>> = found
         .iter()

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A folder of results, checked before anything is read from it.
 //!
-//! In: the directory that `reproduce` or `run` wrote. Out: `results.json` and the certainty that
-//! every file that it lists is there and is the one that the run wrote. Files that it does not list
-//! are no part of the results.
+//! In: the directory that `reproduce`, `run` or `optimise` wrote. Out: `results.json` and the
+//! certainty that every file that it lists is there and is the one that the run wrote. Files that
+//! it does not list are no part of the results.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -38,7 +38,7 @@ impl Folder {
         let path = directory.join(FILE);
         let text = std::fs::read(&path).with_context(|| {
             format!(
-                "cannot read `{}`; expected a directory written by `reproduce` or `run`",
+                "cannot read `{}`; expected a directory written by `reproduce`, `run`, `optimise` or `tolerance`",
                 path.display()
             )
         })?;
@@ -68,7 +68,7 @@ impl Folder {
             results,
         };
         for (i, file) in folder.results.files.iter().enumerate() {
-            folder.check(file, &folder.place(&format!("files[{i}]")))?;
+            checked_file(directory, file, &folder.place(&format!("files[{i}]")))?;
         }
         Ok(folder)
     }
@@ -103,36 +103,42 @@ impl Folder {
 
     /// Whether `path` is one of the files of the results, or `results.json` itself.
     pub fn holds(&self, path: &Path) -> bool {
-        let Ok(path) = path.canonicalize() else {
-            return false;
-        };
-        let own = self.results.files.iter().map(|entry| entry.file.as_str());
-        own.chain([FILE])
-            .any(|name| self.directory.join(name).canonicalize().ok().as_deref() == Some(&path))
+        is_one_of(&self.directory, &self.results.files, FILE, path)
     }
+}
 
-    /// Checks one entry of `files`.
-    fn check(&self, entry: &FileRecord, place: &str) -> Result<()> {
-        let file = Path::new(&entry.file);
-        let inside = |part: Component| matches!(part, Component::Normal(_));
-        ensure!(
-            file.components().all(inside) && file.components().next().is_some(),
-            "{place}.file: expected a path under the folder, got {:?}",
-            entry.file
-        );
-        let path = self.directory.join(file);
-        let bytes = std::fs::read(&path).with_context(|| {
-            format!(
-                "{place}.file: cannot read `{}`, which belongs to these results",
-                path.display()
-            )
-        })?;
-        let (expected, got) = (&entry.sha256, sha256_hex(&bytes));
-        ensure!(
-            *expected == got,
-            "{place}.sha256: `{}` was altered after the run that wrote it: expected {expected}, got {got}",
+/// Whether `path` is `main` in `directory` or one of the `files` that it lists.
+pub(super) fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
+    let Ok(path) = path.canonicalize() else {
+        return false;
+    };
+    let own = files.iter().map(|entry| entry.file.as_str());
+    own.chain([main])
+        .any(|name| directory.join(name).canonicalize().ok().as_deref() == Some(&path))
+}
+
+/// Checks that the file of `entry`, which stands at `place`, lies under `directory` and is the one
+/// that was written.
+pub(super) fn checked_file(directory: &Path, entry: &FileRecord, place: &str) -> Result<()> {
+    let file = Path::new(&entry.file);
+    let inside = |part: Component| matches!(part, Component::Normal(_));
+    ensure!(
+        file.components().all(inside) && file.components().next().is_some(),
+        "{place}.file: expected a path under the folder, got {:?}",
+        entry.file
+    );
+    let path = directory.join(file);
+    let bytes = std::fs::read(&path).with_context(|| {
+        format!(
+            "{place}.file: cannot read `{}`, which belongs to these results",
             path.display()
-        );
-        Ok(())
-    }
+        )
+    })?;
+    let (expected, got) = (&entry.sha256, sha256_hex(&bytes));
+    ensure!(
+        *expected == got,
+        "{place}.sha256: `{}` was altered after the run that wrote it: expected {expected}, got {got}",
+        path.display()
+    );
+    Ok(())
 }

@@ -15,8 +15,10 @@ pub mod pack;
 pub mod package;
 pub mod pictures;
 pub mod tables;
+pub mod tolerance;
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use anyhow::{Result, ensure};
 use minijinja::value::Serde;
@@ -30,13 +32,24 @@ use maps::shared_range;
 use models::{FarFieldTable, Model, Plane};
 use orders::Source;
 use pictures::{Album, cuts, designs};
+use tolerance::ToleranceFolder;
 
 /// Largest page in bytes.
 pub const LIMIT: usize = 6_000_000;
 /// Letters that all maps together may take; beyond that neighbouring bins are merged.
 const MAPS_BUDGET: usize = 1_000_000;
 
-const TEMPLATE: &str = include_str!("assets/page.html");
+/// The page of results; that of a tolerance analysis alone. Both begin with the macros.
+const TEMPLATE: &str = concat!(
+    include_str!("assets/macros.html"),
+    include_str!("assets/tolerance.html"),
+    include_str!("assets/page.html")
+);
+const TOLERANCE_TEMPLATE: &str = concat!(
+    include_str!("assets/macros.html"),
+    include_str!("assets/tolerance.html"),
+    include_str!("assets/tolerance_page.html")
+);
 const STYLES: [&str; 5] = [
     include_str!("assets/base.css"),
     include_str!("assets/parts.css"),
@@ -117,12 +130,11 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let note = results.quick_note.as_deref();
     checked_note(folder)?;
 
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.add_template("page.html", TEMPLATE)?;
+    let tolerance = ToleranceFolder::open(folder.directory())?;
+    let tolerance = tolerance.map(|found| tolerance::tolerance(&mut album, &found.file));
     let values = json!({
         "title": format!("batwing: {}", designs(&models)),
-        "style": palette::style_sheet() + &STYLES.concat(),
+        "style": style(),
         "script": SCRIPTS.concat(),
         "data": script_json(&data),
         "version": results.program.version,
@@ -147,6 +159,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "tables_found": embedded.found.0,
         "tables_listed": embedded.found.1,
         "optimisation": optimisation::optimisation(&mut album, folder)?,
+        "tolerance": tolerance.transpose()?,
         "studies": album.studies(folder.directory())?,
         "table_errors": album.table_errors(&listed)?,
         "table_heads": tables::TABLE_HEADS,
@@ -156,19 +169,51 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "single": single,
         "provenance": tables::provenance(folder, &models),
     });
+    Ok(Page {
+        html: rendered(TEMPLATE, &values, folder.directory())?,
+        tables: embedded.found,
+    })
+}
+
+/// The page of a tolerance analysis in a folder without other results.
+///
+/// # Errors
+/// A distribution that cannot be drawn, a page beyond [`LIMIT`].
+pub fn tolerance_page(folder: &ToleranceFolder) -> Result<Page> {
+    let file = &folder.file;
+    let values = json!({
+        "title": format!("batwing: {}", file.name),
+        "style": style(),
+        "version": file.program.version,
+        "seed": file.seed,
+        "tolerance": tolerance::tolerance(&mut Album::default(), file)?,
+        "provenance": tolerance::provenance(file),
+    });
+    Ok(Page {
+        html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?,
+        tables: (0, 0),
+    })
+}
+
+fn style() -> String {
+    palette::style_sheet() + &STYLES.concat()
+}
+
+/// The page that `template` makes of `values`, of the results in `directory`.
+fn rendered(template: &str, values: &Value, directory: &Path) -> Result<String> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_template("page.html", template)?;
     let template = environment.get_template("page.html")?;
     // The template engine drops the last newline.
-    let html = template.render(Serde(&values))? + "\n";
+    let html = template.render(Serde(values))? + "\n";
     ensure!(
         html.len() <= LIMIT,
         "`{}`: the page would take {} bytes, more than {LIMIT}; results of fewer designs at a time take less",
-        folder.directory().display(),
+        directory.display(),
         html.len()
     );
-    Ok(Page {
-        html,
-        tables: embedded.found,
-    })
+    Ok(html)
 }
 
 /// Refuses a quick run that does not say what that means.
