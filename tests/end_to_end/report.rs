@@ -134,7 +134,10 @@ fn refuses_what_is_none(folder: &Path) {
         ),
         (
             &["tables"],
-            &["`tables/results.json`", "written by `reproduce` or `run`"],
+            &[
+                "`tables/results.json`",
+                "written by `reproduce`, `run`, `optimise` or `tolerance`",
+            ],
         ),
         (
             &["small.toml"],

@@ -309,7 +309,7 @@ fn folders_that_are_none_are_refused() {
     );
     let empty = message(root.path());
     assert!(
-        empty.contains("results.json`; expected a directory written by `reproduce` or `run`"),
+        empty.contains("results.json`; expected a directory written by `reproduce`, `run`, `optimise` or `tolerance`"),
         "{empty}"
     );
     let file = root.path().join("results.json");
