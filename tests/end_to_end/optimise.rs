@@ -131,6 +131,50 @@ fn an_obvious_optimum_is_found_and_verified() {
     assert!(number(&before["value"]) - number(&after["value"]) > 3.0 * error);
 }
 
+/// What the search reads is not replaced by what it finds, and one generation is enough by default.
+#[test]
+fn the_design_to_begin_with_is_kept() {
+    let folder = folder();
+    let at = folder.path();
+    std::fs::rename(at.join("bare-dome.toml"), at.join("design.toml")).expect("renamed");
+    let problem = PROBLEM
+        .replace("bare-dome.toml", "design.toml")
+        .replace("evaluations = 24\nrestarts = 2", "evaluations = 6");
+    std::fs::write(at.join("problem.toml"), problem).expect("written");
+    let before = std::fs::read(at.join("design.toml")).expect("a design");
+    let output = batwing(at)
+        .args(["optimise", "problem.toml", "--out", "."])
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("--out") && said.contains("design.toml"),
+        "{said}"
+    );
+    assert_eq!(
+        std::fs::read(at.join("design.toml")).expect("a design"),
+        before
+    );
+    assert!(!at.join("log.jsonl").exists());
+    optimise(at, "out", &[]);
+    // The page is of files as they were written, and replaces none of them.
+    let report = |flags: &[&str]| {
+        let output = batwing(at).args(["report", "out"]).args(flags).output();
+        let output = output.expect("it runs");
+        (
+            output.status.code(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
+    };
+    let (code, said) = report(&["--out", "out/log.jsonl"]);
+    assert!(code == Some(1) && said.contains("log.jsonl"), "{said}");
+    assert_eq!(report(&[]).0, Some(0));
+    std::fs::write(at.join("out/design.toml"), "").expect("written");
+    let (code, said) = report(&[]);
+    assert!(code == Some(1) && said.contains("design.toml"), "{said}");
+}
+
 /// A run of BIPOP that the time ends is one of those to select from.
 #[test]
 fn a_run_cut_short_counts() {
@@ -482,6 +526,35 @@ const REFUSED: &[Case] = &[
         &["name: expected another name"],
     ),
     (&[("\"closer\"", "\"../closer\"")], &["name: ", "../closer"]),
+    (
+        &[("\"closer\"", "\"design.toml\"")],
+        &["name: ", "design.toml"],
+    ),
+    (
+        &[(
+            "\"uniformity\"",
+            "\"cell_colour_difference\"\ngoal = \"minimise\"",
+        )],
+        &["objective.terms[1]: figure", "several wavelengths"],
+    ),
+    (
+        &[("\"uniformity\"", "\"uniformity\"\nweight = 1e300")],
+        &["objective.terms[1]: weight", "1e300"],
+    ),
+    (
+        &[(
+            "\"uniformity\"",
+            "\"uniformity\"\ngoal = \"target\"\ntarget = nan",
+        )],
+        &["objective.terms[1]: target", "NaN"],
+    ),
+    (
+        &[(
+            "array.pitch_mm\"\nfrom = 4.5\nto = 12.0",
+            "trace.max_interactions\"\nfrom = 20\nto = 100",
+        )],
+        &["variables: trace.max_interactions", "`start`"],
+    ),
     (
         &[("\"uniformity\"", "\"design.array.pitch_um\"")],
         &["objective.terms[1]: figure", "array.pitch_um"],

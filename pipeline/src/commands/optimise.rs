@@ -2,6 +2,7 @@
 //! `batwing optimise`: the design that a problem file asks for, verified beside the one that the
 //! search began with.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -15,6 +16,7 @@ use crate::config::design::Design;
 use crate::content_hash::sealed;
 use crate::optimise::external_search;
 use crate::optimise::found_design;
+use crate::optimise::log;
 use crate::optimise::problem::{self, Problem};
 use crate::optimise::recipe::{Optimised, Recipe};
 use crate::optimise::search_results::plain_text;
@@ -33,8 +35,6 @@ use crate::stages::output;
 const CONVERGENCE: &str = "convergence.png";
 /// Picture of the sensitivities.
 const SENSITIVITIES: &str = "sensitivities.png";
-/// Picture of the Pareto front.
-const FRONT: &str = "front.png";
 
 /// `batwing optimise`.
 #[derive(Debug, Args)]
@@ -124,6 +124,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
             let folders: Vec<PathBuf> = models.map(|&m| output::folder(&design, m)).collect();
             folders
         });
+    keeps_inputs(&problem, out)?;
     results_writable(out, folders, &[results::FILE, FILE], Some(&cache))?;
     writable(cache.directory())?;
     context.interrupt.note(format!(
@@ -160,11 +161,45 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     })
 }
 
+/// Refuses a directory in which results would replace what the search reads.
+fn keeps_inputs(problem: &Problem, out: &Path) -> Result<()> {
+    let Ok(directory) = out.canonicalize() else {
+        return Ok(());
+    };
+    let own = [
+        found_design::DESIGN,
+        found_design::FRONT_PICTURE,
+        results::FILE,
+        FILE,
+        log::FILE,
+        CONVERGENCE,
+        SENSITIVITIES,
+    ];
+    for input in &problem.inputs {
+        let Ok(path) = Path::new(&input.file).canonicalize() else {
+            continue;
+        };
+        let replaced = path.parent() == Some(&directory)
+            && path
+                .file_name()
+                .and_then(OsStr::to_str)
+                .is_some_and(|name| own.contains(&name) || found_design::is_of_front(name));
+        ensure!(
+            !replaced,
+            "--out: expected a directory without files that the search reads, got `{}`, where `{}` would be \
+             replaced",
+            out.display(),
+            input.file
+        );
+    }
+    Ok(())
+}
+
 /// Draws the convergence of the search, and the front and the sensitivities where there are any.
 fn pictures(file: &OptimisationFile, out: &Path) -> Result<Vec<&'static str>> {
     let all = [
         (CONVERGENCE, Some(file.convergence_picture()?)),
-        (FRONT, file.front_picture()?),
+        (found_design::FRONT_PICTURE, file.front_picture()?),
         (SENSITIVITIES, file.sensitivity_picture()?),
     ];
     let mut drawn = Vec::new();

@@ -87,6 +87,14 @@ pub fn run(arguments: &ReportArgs, context: RunContext) -> Result<()> {
         "--out: expected a file beside the results, got `{}`, which belongs to them",
         out.display()
     );
+    let is_page = out
+        .extension()
+        .is_some_and(|end| end == "html" || end == "htm");
+    ensure!(
+        is_page || !out.exists(),
+        "--out: expected a new file or a page, got `{}`, which is something else",
+        out.display()
+    );
     writable(out.parent().unwrap_or(Path::new("")))?;
     let source = Source::new(arguments.tables.as_deref(), &arguments.results)?;
     let page = contents.page(&source)?;

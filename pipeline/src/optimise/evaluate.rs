@@ -153,7 +153,7 @@ impl<'a> Evaluator<'a> {
             let seed = mix(context.seed ^ mix(number));
             self.judge_one(package, paths, RunContext { seed, ..context })
         });
-        Ok(robust.combine(&judged.collect::<Result<Vec<_>>>()?))
+        Ok(robust.combine(&judged.collect::<Result<Vec<_>>>()?, self.objective))
     }
 
     fn judge_one(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {

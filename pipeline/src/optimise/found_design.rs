@@ -15,6 +15,8 @@ use crate::stages::scene_check;
 
 /// The design that was found, under the directory of results.
 pub const DESIGN: &str = "design.toml";
+/// Picture of the Pareto front, beside it.
+pub const FRONT_PICTURE: &str = "front.png";
 /// How files of the designs of a Pareto front begin.
 pub(super) const FRONT: &str = "front-";
 
@@ -35,6 +37,7 @@ impl FoundDesign {
         let source = &problem.variables.source;
         let mut table = source.table_with(settings)?;
         let of = format!("{} optimised: {}", problem.design.name, problem.description);
+        let of = of.trim_end_matches([':', ' ']).to_owned();
         table.insert("name".to_owned(), toml::Value::String(name));
         table.insert("description".to_owned(), toml::Value::String(of));
         let source = DesignFile::new(source.path.clone(), table);
@@ -86,16 +89,20 @@ fn copy_named_files(problem: &Problem, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes the designs of the front of an earlier search.
+/// Whether `name` is that of a design of a Pareto front.
+pub fn is_of_front(name: &str) -> bool {
+    let number = name
+        .strip_prefix(FRONT)
+        .and_then(|rest| rest.strip_suffix(".toml"));
+    number.is_some_and(|number| number.parse::<u32>().is_ok())
+}
+
+/// Removes the designs and the picture of the front of an earlier search.
 pub(super) fn remove_front(out: &Path) -> Result<()> {
     for entry in std::fs::read_dir(out)? {
         let entry = entry?;
         let name = entry.file_name();
-        let number = name.to_str().and_then(|name| {
-            let number = name.strip_prefix(FRONT)?.strip_suffix(".toml")?;
-            number.parse::<u32>().ok()
-        });
-        if number.is_some() {
+        if name.to_str().is_some_and(is_of_front) || name == FRONT_PICTURE {
             std::fs::remove_file(entry.path())?;
         }
     }

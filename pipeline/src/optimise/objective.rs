@@ -2,6 +2,7 @@
 //! The objective and the constraints: from figures of a trace to one value, smaller is better.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -20,6 +21,9 @@ use crate::stages::observation::{Observation, figure_keys};
 const DESIGN: &str = "design.";
 /// Before the name of a receiver: its share of the light.
 const RECEIVER: &str = "receiver.";
+
+/// Scales and weights of terms.
+const FACTORS: RangeInclusive<f64> = 1e-12..=1e12;
 
 /// A term of the objective.
 #[derive(Debug, Clone)]
@@ -121,13 +125,14 @@ impl Judged {
         Some(found.1.estimate())
     }
 
-    /// The objective with its standard error by paths and by the draw of packages.
+    /// The objective with its standard error. That over packages holds the noise of their paths; where
+    /// few packages happen to lie near each other, it is no less than the error by paths.
     pub fn estimate(&self) -> Estimate {
         let of_packages = match self.without_package.len() {
             0 => 0.0,
             _ => spread(&self.without_package),
         };
-        Estimate::new(self.value, self.standard_error().hypot(of_packages))
+        Estimate::new(self.value, self.standard_error().max(of_packages))
     }
 }
 
@@ -239,6 +244,15 @@ impl Objective {
         Some([cost(&self.terms[0])?, cost(&self.terms[1])?])
     }
 
+    /// Sum of the misses of constraints of `figures`.
+    pub fn miss(&self, figures: &[(String, JackknifedFigure)]) -> f64 {
+        let misses = self.constraints.iter().filter_map(|constraint| {
+            let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
+            Some(constraint.miss(figure))
+        });
+        misses.sum()
+    }
+
     /// Objective and misses of `figures`.
     pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
         let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
@@ -249,13 +263,12 @@ impl Objective {
             .collect();
         let groups = terms.iter().map(|(_, f)| f.without.len()).min();
         let without = |g: usize| terms.iter().map(|(t, f)| t.cost(f.without[g])).sum();
-        let misses = self.constraints.iter();
-        let misses = misses.filter_map(|c| Some(c.miss(find(&c.figure)?)));
+        let miss = self.miss(&figures);
         Judged {
             value: terms.iter().map(|(t, f)| t.cost(f.value)).sum(),
             without: (0..groups.unwrap_or(0)).map(without).collect(),
             without_package: Vec::new(),
-            miss: misses.sum(),
+            miss,
             figures,
         }
     }
@@ -313,22 +326,28 @@ fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
         all.join(", ")
     );
     ensure!(
-        figure != colour_difference::KEY || design.all_lights().is_some(),
-        "figure: expected a figure that the design has, got {figure:?}, which needs light of several wavelengths ([light.spectrum] or sources of their own)"
+        figure != colour_difference::KEY
+            || design.all_lights().is_some_and(|all| all.lights.len() > 1),
+        "figure: expected a figure that the design has, got {figure:?}, which needs light of several \
+         wavelengths ([light.spectrum] or sources of their own)"
     );
     Ok(())
 }
 
 fn term(keys: &TermKeys) -> Result<Term> {
     let scale = keys.scale.unwrap_or(1.0);
+    for (key, value) in [("scale", scale), ("weight", keys.weight)] {
+        ensure!(
+            FACTORS.contains(&value),
+            "{key}: expected a number from {:e} to {:e}, got {value:e}",
+            FACTORS.start(),
+            FACTORS.end()
+        );
+    }
     ensure!(
-        scale > 0.0 && scale.is_finite(),
-        "scale: expected a number above 0, got {scale}"
-    );
-    ensure!(
-        keys.weight > 0.0 && keys.weight.is_finite(),
-        "weight: expected a number above 0, got {}",
-        keys.weight
+        keys.target.is_none_or(f64::is_finite),
+        "target: expected a finite number, got {}",
+        keys.target.unwrap_or_default()
     );
     ensure!(
         keys.target.is_some() == (keys.goal == Goal::Target),

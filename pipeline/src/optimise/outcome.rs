@@ -16,7 +16,7 @@ pub(super) enum Outcome {
 
 /// An objective that no design reaches: candidates that miss constraints come after all that meet
 /// them, by their miss.
-const INFEASIBLE: f64 = 1e6;
+pub(super) const INFEASIBLE: f64 = 1e6;
 
 impl Outcome {
     /// What was judged.

@@ -32,6 +32,8 @@ const RESTARTS: usize = 3;
 const FRONT_POPULATION: usize = 40;
 /// Standard deviation at the start of a search, as a share of the ranges.
 const STEP: f64 = 0.2;
+/// Most letters of a name, as of a design.
+const MOST_LETTERS: usize = 100;
 /// Most candidates of a stage.
 const MOST_EVALUATIONS: usize = 1_000_000;
 
@@ -99,8 +101,18 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     let file: ProblemFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
     let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     ensure!(
-        !file.name.is_empty() && !file.name.starts_with('.') && file.name.chars().all(usable),
-        "name: expected letters, digits, '-', '_' and '.', got {:?}",
+        (1..=MOST_LETTERS).contains(&file.name.len())
+            && !file.name.starts_with('.')
+            && file.name.chars().all(usable),
+        "name: expected at most {MOST_LETTERS} letters, digits, '-', '_' and '.', got {:?}",
+        file.name
+    );
+    // The folder of its results lies beside files of the search.
+    ensure!(
+        !["toml", "json", "jsonl", "png"]
+            .iter()
+            .any(|end| file.name.ends_with(&format!(".{end}"))),
+        "name: expected none that ends as a file does, got {:?}",
         file.name
     );
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
@@ -114,6 +126,8 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     );
     let limits = Limits::new(&file.limits)?;
     let variables = Variables::new(source, &file.variables, limits)?;
+    // A coefficient that starts nowhere is refused before anything is written.
+    variables.start().context("variables")?;
     let (terms, source) = (&file.objective.terms, &variables.source);
     let (objective, targets) = Objective::new(terms, &file.constraints, source, &folder)?;
     let default = [StageKeys::default()];
@@ -210,6 +224,7 @@ fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<Sta
     let model = keys.model.unwrap_or(Model::Geometric);
     // A smooth dome has rays alone, whatever the variables make of it.
     model.of(design)?;
+    ensure!(keys.knots != Some(0), "knots: expected 1 or more, got 0");
     let variables = variables.resumed(&Settings::new(), keys.knots)?;
     let dimension = variables.dimension();
     let population = match keys.population {

@@ -51,7 +51,7 @@ impl Range {
         );
         if let Some(step) = keys.resolution {
             ensure!(
-                step > 0.0 && step <= to - from,
+                step > 0.0 && step <= (to - from) * (1.0 + 1e-12),
                 "resolution: expected a number above 0 and up to {}, got {step}",
                 to - from
             );

@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 
 use super::file::ObjectiveKeys;
-use super::objective::Judged;
+use super::objective::{Judged, Objective};
 use crate::config::dotted_keys::Settings;
 use crate::metrics::JackknifedFigure;
 use crate::provenance::FileRecord;
@@ -106,9 +106,9 @@ impl RobustObjective {
         (0..self.samples).map(package).collect()
     }
 
-    /// Mean and deviation of `packages`, whose traces are independent. Figures are means; the miss of
-    /// constraints is that of the worst package.
-    pub fn combine(&self, packages: &[Judged]) -> Judged {
+    /// Mean and deviation of `packages`, whose traces are independent. Figures are means,
+    /// by which `objective` judges the constraints.
+    pub fn combine(&self, packages: &[Judged], objective: &Objective) -> Judged {
         let first = &packages[0];
         let all: Vec<&Judged> = packages.iter().collect();
         let value = |of: &dyn Fn(&Judged) -> f64| self.value(&all, of);
@@ -131,15 +131,17 @@ impl RobustObjective {
             let mut over_packages = JackknifedFigure::new(mean(&|f| f.value), without);
             let values: Vec<f64> = packages.iter().map(|one| one.figures[k].1.value).collect();
             let of_packages = deviation(&values) / (values.len() as f64).sqrt();
-            over_packages.standard_error = over_packages.standard_error.hypot(of_packages);
+            // Their scatter holds the noise of their paths.
+            over_packages.standard_error = over_packages.standard_error.max(of_packages);
             (key.clone(), over_packages)
         });
+        let figures: Vec<(String, JackknifedFigure)> = figures.collect();
         Judged {
             value: value(&|one| one.value),
             without: (0..groups).map(|g| value(&|one| one.without[g])).collect(),
             without_package: (0..packages.len()).map(without_package).collect(),
-            miss: packages.iter().map(|one| one.miss).fold(0.0, f64::max),
-            figures: figures.collect(),
+            miss: objective.miss(&figures),
+            figures,
         }
     }
 
@@ -167,15 +169,15 @@ mod tests {
     use super::*;
 
     /// A package with an objective, two replicates about it, and a figure of opposite sign.
-    fn package(value: f64, error: f64, miss: f64) -> Judged {
+    fn package(value: f64, error: f64) -> Judged {
         let about = |value: f64| vec![value - error, value + error];
         let figure = JackknifedFigure::new(-value, about(-value));
         Judged {
             value,
             without: about(value),
             without_package: Vec::new(),
-            miss,
-            figures: vec![("f".to_owned(), figure)],
+            miss: 0.0,
+            figures: vec![("extraction_efficiency".to_owned(), figure)],
         }
     }
 
@@ -193,29 +195,51 @@ mod tests {
         }
     }
 
+    /// With a constraint of the figure of packages.
+    fn objective() -> Objective {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/designs/bare-dome.toml");
+        let (source, _) = DesignFile::read(&path).expect("a design");
+        let term = toml::from_str("figure = \"uniformity\"").expect("TOML");
+        let constraint = "figure = \"extraction_efficiency\"\nat_least = -2.0";
+        let constraint = toml::from_str(constraint).expect("TOML");
+        let folder = Path::new("");
+        let (objective, _) =
+            Objective::new(&[term], &[constraint], &source, folder).expect("an objective");
+        objective
+    }
+
     #[test]
     fn deviations_are_added_without_the_noise_of_traces() {
-        let packages = [1.0, 2.0, 6.0].map(|value| package(value, 0.0, 0.0));
+        let packages = [1.0, 2.0, 6.0].map(|value| package(value, 0.0));
         // Mean 3, variance (4 + 1 + 9) / 2 = 7.
         for (added, expected) in [(0.0, 3.0), (2.0, 3.0 + 2.0 * 7f64.sqrt())] {
-            let all = robust(added).combine(&packages);
+            let all = robust(added).combine(&packages, &objective());
             assert!((all.value - expected).abs() < 1e-12, "{}", all.value);
             assert!((all.figures[0].1.value + 3.0).abs() < 1e-12);
         }
         // Of the mean: the standard error of a mean of three. The deviation's own is known less well.
-        let estimate = robust(0.0).combine(&packages).estimate();
+        let estimate = robust(0.0).combine(&packages, &objective()).estimate();
         assert!((estimate.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
-        let figure = &robust(0.0).combine(&packages).figures[0].1;
+        let figure = &robust(0.0).combine(&packages, &objective()).figures[0].1;
         assert!((figure.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert!(robust(2.0).combine(&packages).estimate().standard_error > estimate.standard_error);
+        assert!(
+            robust(2.0)
+                .combine(&packages, &objective())
+                .estimate()
+                .standard_error
+                > estimate.standard_error
+        );
         // Two replicates 0.5 to either side: a squared standard error of 0.25.
-        let packages = [(1.0, 0.0), (2.0, 0.3), (6.0, 0.1)].map(|(v, m)| package(v, 0.5, m));
-        let all = robust(1.0).combine(&packages);
+        let packages = [1.0, 2.0, 6.0].map(|value| package(value, 0.5));
+        let all = robust(1.0).combine(&packages, &objective());
         assert!((all.value - 3.0 - (7.0f64 - 0.25).sqrt()).abs() < 1e-12);
-        assert!((all.miss - 0.3).abs() < 1e-15);
+        // The constraint is judged by the mean, -3, and its error over packages, more than by paths.
+        let error = all.figures[0].1.standard_error;
+        assert!((error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12, "{error}");
+        assert!((all.miss - 0.5 * (-2.0 + 2.0 * error + 3.0)).abs() < 1e-12);
         // Nothing but noise adds nothing.
-        let alike = [2.0, 2.1, 2.2].map(|value| package(value, 0.5, 0.0));
-        assert!((robust(3.0).combine(&alike).value - 2.1).abs() < 1e-12);
+        let alike = [2.0, 2.1, 2.2].map(|value| package(value, 0.5));
+        assert!((robust(3.0).combine(&alike, &objective()).value - 2.1).abs() < 1e-12);
     }
 
     #[test]

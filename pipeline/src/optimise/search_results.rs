@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use super::front::FrontDesign;
 use super::log::{Candidate, GenerationEnd};
 use super::objective::Judged;
+use super::outcome::INFEASIBLE;
 use super::problem::Problem;
 use super::recipe::{Coefficient, Optimised, StageOutcome};
 use super::stage::FinalCandidate;
@@ -59,7 +60,7 @@ impl Optimised {
     fn objective(&self) -> ObjectiveEntry {
         let selected = &self.stages[self.stages.len() - 1].result.final_candidates[0];
         let after = self.after.estimate();
-        let in_search = Some(selected.search_value).filter(|value| value.is_finite());
+        let in_search = Some(selected.search_value).filter(|value| *value < INFEASIBLE);
         let as_in_search = self.as_in_search.estimate();
         ObjectiveEntry {
             before: self.before.as_ref().map(Judged::estimate),
@@ -185,7 +186,7 @@ impl FinalCandidate {
     fn entry(&self) -> FinalCandidateEntry {
         FinalCandidateEntry {
             run: self.run,
-            in_search: Some(self.search_value).filter(|v| v.is_finite()),
+            in_search: Some(self.search_value).filter(|value| *value < INFEASIBLE),
             value: Some(self.selection_value).filter(|v| v.is_finite()),
             standard_error: self.selection_error,
             feasible: self.feasible,
@@ -263,6 +264,9 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
         objective.before.map(number),
         &number(objective.after),
     );
+    if !begins_feasible(file) {
+        let _ = writeln!(text, "{} does not meet the constraints", file.design);
+    }
     if let Some(before) = objective.before.filter(|_| begins_feasible(file)) {
         let change = Estimate::new(
             objective.after.value - before.value,

@@ -353,7 +353,9 @@ impl SearchState {
         result.evaluations += generation.candidates.len();
         for candidate in &generation.candidates {
             if let Some(why) = &candidate.refused {
-                match result.refusals.iter_mut().find(|(known, _)| known == why) {
+                // Alike but for their numbers.
+                let alike = |known: &str| words(known) == words(why);
+                match result.refusals.iter_mut().find(|(known, _)| alike(known)) {
                     Some((_, number)) => *number += 1,
                     None => result.refusals.push((why.clone(), 1)),
                 }
@@ -371,6 +373,14 @@ impl SearchState {
         }
         result.generations.push((generation.end, best));
     }
+}
+
+/// A reason without its numbers.
+fn words(why: &str) -> String {
+    let number = |c: char| c.is_ascii_digit() || ".-".contains(c);
+    why.split_whitespace()
+        .map(|word| word.trim_matches(number))
+        .collect()
 }
 
 /// The searches, each with what it leaves to choose from.

@@ -4,7 +4,7 @@
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
-use super::folder::Folder;
+use super::folder::{Folder, checked_file};
 use super::pictures::Album;
 use crate::content_hash::sha256_hex;
 use crate::digits::format_value_with_error;
@@ -58,6 +58,11 @@ fn belongs(file: &OptimisationFile, folder: &Folder) -> Result<()> {
         folder.directory().join(optimisation::FILE).display(),
         path.display()
     );
+    let listing = folder.directory().join(optimisation::FILE);
+    for (k, entry) in file.files.iter().enumerate() {
+        let place = format!("`{}`: files[{k}]", listing.display());
+        checked_file(folder.directory(), entry, &place)?;
+    }
     Ok(())
 }
 
