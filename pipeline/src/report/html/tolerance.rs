@@ -7,6 +7,7 @@ use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::folder::{checked_file, is_one_of};
+use super::models::label;
 use super::pictures::Album;
 use crate::digits::{format_value_with_error, thousands};
 use crate::metrics::Estimate;
@@ -80,7 +81,7 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
         "name": file.name,
         "description": file.description,
         "design": file.design,
-        "model": file.model.replace('_', " "),
+        "model": label(&file.model),
         "packages": count(thousands(file.samples as u64), "package"),
         "paths": thousands(file.paths),
         "levels": levels.collect::<Vec<_>>(),
