@@ -11,6 +11,7 @@ mod support;
 mod absolute_light;
 mod bad_files;
 mod bad_input;
+mod bad_problems;
 mod bsdf_command;
 mod coatings;
 mod converge_and_near_field;

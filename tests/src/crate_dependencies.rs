@@ -7,8 +7,11 @@
 
 use toml::{Table, Value};
 
+/// The Python package, which cargo builds where it is named, since it needs Python.
+pub const PYTHON: &str = "pipeline/python";
+
 /// Packages of the workspace by folder, and the packages of ours that each may use.
-pub const ALLOWED: [(&str, &str, &[&str]); 5] = [
+pub const ALLOWED: [(&str, &str, &[&str]); 6] = [
     ("rcwa", "batwing-rcwa", &[]),
     ("bsdf", "batwing-bsdf", &[]),
     ("tracer", "batwing-tracer", &["batwing-bsdf"]),
@@ -16,6 +19,11 @@ pub const ALLOWED: [(&str, &str, &[&str]); 5] = [
         "pipeline",
         "batwing",
         &["batwing-rcwa", "batwing-bsdf", "batwing-tracer"],
+    ),
+    (
+        PYTHON,
+        "batwing-python",
+        &["batwing-rcwa", "batwing-bsdf", "batwing-tracer", "batwing"],
     ),
     (
         "tests",

@@ -5,6 +5,8 @@
 //! arrays become the crates' own types, work runs on threads of its own ([`job`]), and errors become
 //! exceptions ([`errors`]).
 #![allow(clippy::too_many_arguments, clippy::type_complexity)]
+// Python calls these functions by value.
+#![allow(clippy::needless_pass_by_value)]
 
 mod bsdf;
 mod command;
