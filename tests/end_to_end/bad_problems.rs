@@ -179,9 +179,9 @@ const REFUSED: &[Case] = &[
     (
         &[(
             "array.pitch_mm\"\nfrom = 4.5\nto = 12.0",
-            "trace.max_interactions\"\nfrom = 20\nto = 100",
+            "led.power_w\"\nfrom = 0.5\nto = 2.0",
         )],
-        &["variables: trace.max_interactions", "`start`"],
+        &["variables: led.power_w", "`start`"],
     ),
     (
         &[("\"uniformity\"", "\"design.array.pitch_um\"")],

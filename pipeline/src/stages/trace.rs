@@ -64,10 +64,15 @@ impl TraceJob<'_> {
         bar.finish_and_clear();
         let observation = observed?;
         for (account, share) in given_up(&observation) {
+            // Traces of searches and studies have no name of their own.
+            let of = if self.what.is_empty() {
+                &self.design.name
+            } else {
+                self.what
+            };
+            let how = account.trim_start_matches("lost_").replace('_', " ");
             context.console.warn(&format!(
-                "{}: {share:.1e} of the power was {}, and no figure knows where it would have gone",
-                self.what,
-                account.replace('_', " ")
+                "{of}: {share:.1e} of the power is lost ({how}), and no figure holds it"
             ));
         }
         Ok(observation)
