@@ -242,8 +242,8 @@ fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<Sta
         "evaluations: expected {population}, one generation, to {MOST_EVALUATIONS}, got {evaluations}"
     );
     ensure!(
-        keys.restarts.is_none() || keys.method == Method::CmaEs,
-        "restarts: expected it with method = \"cma_es\" alone, got it with {:?}",
+        keys.restarts.is_none_or(|restarts| restarts == 1) || keys.method == Method::CmaEs,
+        "restarts: expected more than 1 with method = \"cma_es\" alone, got it with {:?}",
         keys.method.name()
     );
     let restarts = match keys.method {
