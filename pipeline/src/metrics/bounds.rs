@@ -36,6 +36,14 @@ impl Bounds {
         Ok(Self { at_least, at_most })
     }
 
+    /// For people, such as `at least 0.8 and at most 0.9`.
+    pub fn words(&self) -> String {
+        let bounds = [("at least", self.at_least), ("at most", self.at_most)];
+        let words = bounds.into_iter();
+        let words = words.filter_map(|(words, bound)| Some(format!("{words} {}", bound?)));
+        words.collect::<Vec<_>>().join(" and ")
+    }
+
     /// How far `value` lies beyond the bounds, each moved inwards by `margin`, as a share of the
     /// bound; 0 within them.
     pub fn miss(&self, value: f64, margin: f64) -> f64 {

@@ -78,13 +78,7 @@ impl Constraint {
 
     /// Bounds for people.
     pub fn words(&self) -> String {
-        let low = self
-            .bounds
-            .at_least
-            .map(|bound| format!("at least {bound}"));
-        let high = self.bounds.at_most.map(|bound| format!("at most {bound}"));
-        let bounds: Vec<String> = low.into_iter().chain(high).collect();
-        format!("{} {}", self.figure, bounds.join(" and "))
+        format!("{} {}", self.figure, self.bounds.words())
     }
 }
 

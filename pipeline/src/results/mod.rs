@@ -12,6 +12,7 @@ pub mod optimisation;
 pub mod package;
 pub mod ray_paths;
 pub mod schema;
+mod sealed_file;
 pub mod tolerance;
 
 use std::collections::BTreeMap;

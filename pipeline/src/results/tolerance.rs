@@ -7,11 +7,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
 use super::schema::Program;
-use crate::content_hash;
+use super::sealed_file::{self, Writer};
 use crate::metrics::Estimate;
 use crate::provenance::FileRecord;
 
@@ -162,30 +162,10 @@ impl ToleranceResultsFile {
     /// # Errors
     /// A file that cannot be read, was altered or is of another layout.
     pub fn read(directory: &Path) -> Result<Option<Self>> {
-        let path = directory.join(FILE);
-        if !path.exists() {
-            return Ok(None);
-        }
-        let shown = path.display();
-        let text = std::fs::read(&path).with_context(|| format!("cannot read `{shown}`"))?;
-        let json =
-            bsdf::json::parse(&text).with_context(|| format!("`{shown}` is no usable JSON"))?;
-        let version = &json["schema_version"];
-        ensure!(
-            version == SCHEMA_VERSION,
-            "`{shown}`: schema_version: expected {SCHEMA_VERSION}, got {version}; analyse again with this version"
-        );
-        let (expected, got) = std::str::from_utf8(&text)
-            .ok()
-            .and_then(content_hash::hashes)
-            .unwrap_or_default();
-        ensure!(
-            !got.is_empty() && expected == got,
-            "`{shown}`: {}: it was altered after the analysis: its content has SHA-256 {expected}, got {got}",
-            content_hash::KEY
-        );
-        let file = serde_path_to_error::deserialize(&json)
-            .map_err(|e| anyhow!("`{shown}`: {}: {}", e.path(), e.inner()))?;
-        Ok(Some(file))
+        let writer = Writer {
+            work: "analysis",
+            again: "analyse again",
+        };
+        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
     }
 }

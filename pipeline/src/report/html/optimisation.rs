@@ -8,7 +8,7 @@ use super::folder::{Folder, checked_file};
 use super::pictures::Album;
 use crate::content_hash::sha256_hex;
 use crate::digits::format_value_with_error;
-use crate::metrics::Estimate;
+use crate::metrics::{Bounds, Estimate};
 use crate::results;
 use crate::results::optimisation::{self, OptimisationFile};
 
@@ -94,15 +94,15 @@ fn runs(file: &OptimisationFile) -> Vec<String> {
 }
 
 fn constraint(entry: &optimisation::ConstraintEntry) -> Value {
-    let bounds = [("at least", entry.at_least), ("at most", entry.at_most)];
-    let bounds = bounds
-        .into_iter()
-        .filter_map(|(words, bound)| Some(format!("{words} {}", bound?)));
+    let bounds = Bounds {
+        at_least: entry.at_least,
+        at_most: entry.at_most,
+    };
     json!({
         "words": format!(
             "{} {}",
             entry.figure.replace('_', " "),
-            bounds.collect::<Vec<_>>().join(" and ")
+            bounds.words()
         ),
         "met": entry.met,
     })

@@ -10,7 +10,7 @@ use super::folder::{checked_file, is_one_of};
 use super::models::label;
 use super::pictures::Album;
 use crate::digits::{format_value_with_error, thousands};
-use crate::metrics::Estimate;
+use crate::metrics::{Bounds, Estimate};
 use crate::plural::count;
 use crate::results::tolerance::{
     BoundEntry, FILE, QuantileEntry, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
@@ -129,12 +129,11 @@ fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
 }
 
 fn bound(entry: &BoundEntry) -> String {
-    let bounds = [("at least", entry.at_least), ("at most", entry.at_most)];
-    let bounds = bounds
-        .into_iter()
-        .filter_map(|(words, bound)| Some(format!("{words} {}", bound?)));
-    let bounds = bounds.collect::<Vec<_>>().join(" and ");
-    format!("{} {bounds}", plain(&entry.figure))
+    let bounds = Bounds {
+        at_least: entry.at_least,
+        at_most: entry.at_most,
+    };
+    format!("{} {}", plain(&entry.figure), bounds.words())
 }
 
 fn yield_words(entry: &YieldEntry) -> String {
