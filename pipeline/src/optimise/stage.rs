@@ -86,7 +86,7 @@ pub(super) struct StageSearch<'a, 'b> {
 }
 
 /// What the candidates that are ranked with each other have in common.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Common {
     /// Number of the seed.
     seed: usize,
@@ -193,14 +193,8 @@ impl StageSearch<'_, '_> {
         state: &mut SearchState,
         fills_up: bool,
     ) -> Result<Option<Vec<Candidate>>> {
-        state.generation += 1;
-        if !fills_up {
-            state.common = Common {
-                seed: state.generation,
-                paths: state.paths,
-            };
-        }
-        let Some(generation) = self.generation(points, state.generation, state.common)? else {
+        let common = state.begin(fills_up);
+        let Some(generation) = self.generation(points, state.generation, common)? else {
             state.result.cut_short = true;
             return Ok(None);
         };
@@ -347,6 +341,19 @@ impl SearchState {
         }
     }
 
+    /// Begins a generation: what its candidates have in common, which those that fill up the one
+    /// before share with it.
+    fn begin(&mut self, fills_up: bool) -> Common {
+        self.generation += 1;
+        if !fills_up {
+            self.common = Common {
+                seed: self.generation,
+                paths: self.paths,
+            };
+        }
+        self.common
+    }
+
     /// Books what a generation showed.
     fn book(&mut self, generation: Generation) {
         let result = &mut self.result;
@@ -413,7 +420,7 @@ impl AnyMinimiser {
                     .into_iter()
                     .map(move |point| (point, number, run.best_value))
             };
-            let runs = search.all_runs().into_iter().zip(run..);
+            let runs = search.runs().into_iter().zip(run..);
             return runs.flat_map(|(run, number)| points(run, number)).collect();
         }
         let search = self.as_dyn();
@@ -425,5 +432,22 @@ impl AnyMinimiser {
             .into_iter()
             .map(|point| (point, run, value))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn candidates_that_fill_up_a_generation_have_its_seed_and_paths() {
+        let mut state = SearchState::new(1000);
+        let first = state.begin(false);
+        state.paths = 2000;
+        assert_eq!(state.begin(true), first);
+        assert_eq!((first.paths, state.generation), (1000, 2));
+        let next = state.begin(false);
+        assert_eq!(next.paths, 2000);
+        assert_ne!(next.seed, first.seed);
     }
 }

@@ -41,6 +41,19 @@ enum Place {
     Height,
 }
 
+impl Place {
+    /// Whether a profile here sets what stands under `key`.
+    fn sets(&self, key: &str) -> bool {
+        let within = |whole: &str| contains(whole, key) || contains(key, whole);
+        match self {
+            // Coatings of the dome are kept.
+            Self::Height => within("dome") && !contains("dome.coating", key),
+            Self::Rings(..) => within(SHAPES),
+            Self::Key(own) => within(own),
+        }
+    }
+}
+
 /// All variables of a problem with what they act on.
 #[derive(Debug, Clone)]
 pub(super) struct Variables {
@@ -250,18 +263,11 @@ impl Variables {
 impl Variable {
     fn overlaps(&self, other: &Self) -> bool {
         match (&self.place, &other.place) {
-            (Place::Key(a), Place::Key(b)) => contains(a, b) || contains(b, a),
             (Place::Rings(a, [first, last]), Place::Rings(b, [from, to])) => {
                 a == b && first <= to && from <= last
             }
             (Place::Height, Place::Height) => true,
-            (Place::Key(key), profile) | (profile, Place::Key(key)) => {
-                let sets = match profile {
-                    Place::Height => "dome",
-                    _ => SHAPES,
-                };
-                contains(sets, key) || contains(key, sets)
-            }
+            (Place::Key(key), profile) | (profile, Place::Key(key)) => profile.sets(key),
             _ => false,
         }
     }
@@ -379,4 +385,25 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         count,
         start: keys.start,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profiles_set_their_part_of_the_design_alone() {
+        let rings = Place::Rings(Side::Inner, [1, 2]);
+        for (place, key, sets) in [
+            (&Place::Height, "dome.height_mm", true),
+            (&Place::Height, "dome", true),
+            (&Place::Height, "dome.coating.0.thickness_nm", false),
+            (&Place::Height, "domes", false),
+            (&rings, "elements.shapes.0.apex_angle_deg", true),
+            (&rings, "elements", true),
+            (&rings, "elements.tip_radius_um", false),
+        ] {
+            assert_eq!(place.sets(key), sets, "{place:?} {key}");
+        }
+    }
 }

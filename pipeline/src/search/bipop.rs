@@ -84,13 +84,8 @@ impl Bipop {
         }
     }
 
-    /// Runs that have ended, the last one cut short by the budget included.
-    pub fn runs(&self) -> &[Run] {
-        &self.runs
-    }
-
     /// Runs that have ended, and what the run under way has found so far.
-    pub fn all_runs(&self) -> Vec<Run> {
+    pub fn runs(&self) -> Vec<Run> {
         let mut runs = self.runs.clone();
         if self.run.evaluations() > 0 {
             runs.push(self.state("it goes on"));

@@ -304,17 +304,17 @@ fn nothing_feasible_and_nothing_to_choose_both_end() {
 
 /// Whoever ends a search early finds what the run under way has found.
 #[test]
-fn a_run_under_way_is_among_all_runs() {
+fn a_run_under_way_is_among_runs() {
     let mut search = Bipop::new(Settings::new(vec![0.9; 4], 1, 30_000));
-    assert_eq!(search.all_runs(), []);
+    assert_eq!(search.runs(), []);
     for _ in 0..3 {
         let values: Vec<f64> = search.ask().iter().map(|u| u.iter().sum()).collect();
         search.tell(&values);
     }
-    assert_eq!(search.runs(), []);
-    let runs = search.all_runs();
+    let runs = search.runs();
     let best = search.best().expect("a feasible candidate");
     assert_eq!((runs.len(), runs[0].evaluations), (1, 24));
+    assert_eq!(runs[0].why, "it goes on");
     assert_eq!(
         (&runs[0].best_point, runs[0].best_value),
         (&best.point, best.value)
