@@ -59,15 +59,13 @@ fn table() -> OrderTable {
 fn run(bencher: divan::Bencher<'_, '_>, surface: &impl Bsdf, side: Side) {
     let directions = directions(side);
     let mut rng = Pcg64::seed_from_u64(1);
-    bencher
-        .counter(divan::counter::ItemsCount::new(directions.len()))
-        .bench_local(|| {
-            directions
-                .iter()
-                .filter_map(|wi| surface.sample(*wi, &mut rng))
-                .map(|s| s.wo.z)
-                .sum::<f64>()
-        });
+    bencher.counter(divan::counter::ItemsCount::new(directions.len())).bench_local(|| {
+        directions
+            .iter()
+            .filter_map(|wi| surface.sample(*wi, &mut rng))
+            .map(|s| s.wo.z)
+            .sum::<f64>()
+    });
 }
 
 #[divan::bench]
@@ -83,10 +81,7 @@ fn table_from_outer(bencher: divan::Bencher<'_, '_>) {
 /// OS1 of ring 75: a triangle with a level tread and an upright riser.
 fn cell() -> UnitCell {
     let apex = [9.275, 3.734];
-    let silicone = Polygon {
-        index: 1.41,
-        points: vec![[0.0, 0.0], [10.778, 0.0], apex],
-    };
+    let silicone = Polygon { index: 1.41, points: vec![[0.0, 0.0], [10.778, 0.0], apex] };
     let outline = Outline {
         period: 10.778,
         depth: apex[1],
@@ -111,25 +106,21 @@ fn cell_from_outer(bencher: divan::Bencher<'_, '_>) {
 #[divan::bench]
 fn cell_lobes(bencher: divan::Bencher<'_, '_>) {
     let (cell, directions) = (cell(), directions(Side::Inner));
-    bencher
-        .counter(divan::counter::ItemsCount::new(64_usize))
-        .bench_local(|| {
-            directions[..64]
-                .iter()
-                .map(|wi| cell.lobes(*wi, Polarization::Unpolarized).len())
-                .sum::<usize>()
-        });
+    bencher.counter(divan::counter::ItemsCount::new(64_usize)).bench_local(|| {
+        directions[..64]
+            .iter()
+            .map(|wi| cell.lobes(*wi, Polarization::Unpolarized).len())
+            .sum::<usize>()
+    });
 }
 
 #[divan::bench]
 fn table_lobes(bencher: divan::Bencher<'_, '_>) {
     let (table, directions) = (table(), directions(Side::Inner));
-    bencher
-        .counter(divan::counter::ItemsCount::new(64_usize))
-        .bench_local(|| {
-            directions[..64]
-                .iter()
-                .map(|wi| table.lobes(*wi, Polarization::Unpolarized).len())
-                .sum::<usize>()
-        });
+    bencher.counter(divan::counter::ItemsCount::new(64_usize)).bench_local(|| {
+        directions[..64]
+            .iter()
+            .map(|wi| table.lobes(*wi, Polarization::Unpolarized).len())
+            .sum::<usize>()
+    });
 }

@@ -65,21 +65,11 @@ struct Transform {
 }
 
 impl Transform {
-    const NONE: Self = Self {
-        cos: 1.0,
-        sin: 0.0,
-        mirrors: false,
-    };
+    const NONE: Self = Self { cos: 1.0, sin: 0.0, mirrors: false };
 
-    const HALF_TURN: Self = Self {
-        cos: -1.0,
-        ..Self::NONE
-    };
+    const HALF_TURN: Self = Self { cos: -1.0, ..Self::NONE };
 
-    const MIRROR: Self = Self {
-        mirrors: true,
-        ..Self::NONE
-    };
+    const MIRROR: Self = Self { mirrors: true, ..Self::NONE };
 
     /// From the plane x-z to that of `wi`, at the same sign of x.
     fn from_plane(wi: DVec3) -> Self {
@@ -87,19 +77,11 @@ impl Transform {
         if tangential.abs() < NORMAL {
             return Self::NONE;
         }
-        Self {
-            cos: wi.x / tangential,
-            sin: wi.y / tangential,
-            mirrors: false,
-        }
+        Self { cos: wi.x / tangential, sin: wi.y / tangential, mirrors: false }
     }
 
     fn mirrored(self, v: DVec3) -> DVec3 {
-        if self.mirrors {
-            DVec3::new(-v.x, v.y, v.z)
-        } else {
-            v
-        }
+        if self.mirrors { DVec3::new(-v.x, v.y, v.z) } else { v }
     }
 
     /// From a direction to that of its substitute.
@@ -114,11 +96,7 @@ impl Transform {
     /// From light of the substitute to light of the wave.
     fn apply(self, v: DVec3) -> DVec3 {
         let v = self.mirrored(v);
-        DVec3::new(
-            self.cos * v.x - self.sin * v.y,
-            self.cos * v.y + self.sin * v.x,
-            v.z,
-        )
+        DVec3::new(self.cos * v.x - self.sin * v.y, self.cos * v.y + self.sin * v.x, v.z)
     }
 }
 
@@ -141,11 +119,7 @@ impl RemappedIncidence {
             IncidenceMap::HalfTurn => Transform::HALF_TURN,
             IncidenceMap::AzimuthMean => {
                 let (sin, cos) = (TAU * (number as f64 + 0.5) / AZIMUTHS as f64).sin_cos();
-                Transform {
-                    cos,
-                    sin,
-                    mirrors: false,
-                }
+                Transform { cos, sin, mirrors: false }
             }
         }
     }
@@ -272,11 +246,7 @@ impl Binned {
         let upper = DVec3::new(wo.x, wo.y, wo.z.abs());
         self.cells.locate(upper).map_or(wo, |cell| {
             let moved = place(&self.cells, cell);
-            DVec3::new(
-                moved.x,
-                moved.y,
-                moved.z.max(f64::MIN_POSITIVE).copysign(wo.z),
-            )
+            DVec3::new(moved.x, moved.y, moved.z.max(f64::MIN_POSITIVE).copysign(wo.z))
         })
     }
 }

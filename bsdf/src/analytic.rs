@@ -71,16 +71,10 @@ pub fn fresnel_normal(n1: f64, n2: f64, q1: f64, q2: f64) -> Reflectance {
     Reflectance { s: s * s, p: p * p }
 }
 
-const DIFFUSE_REFLECTION: Lobe = Lobe {
-    transport: Transport::Reflection,
-    kind: LobeKind::Diffuse,
-};
+const DIFFUSE_REFLECTION: Lobe = Lobe { transport: Transport::Reflection, kind: LobeKind::Diffuse };
 
 fn specular(transport: Transport) -> Lobe {
-    Lobe {
-        transport,
-        kind: LobeKind::Specular,
-    }
+    Lobe { transport, kind: LobeKind::Specular }
 }
 
 /// Specular reflection of `wi` at the plane z = 0.
@@ -135,11 +129,7 @@ impl Bsdf for SmoothInterface {
             Some(wo) if u >= reflectance => (wo, Transport::Transmission),
             _ => (mirrored(wi), Transport::Reflection),
         };
-        Some(BsdfSample {
-            wo,
-            weight: 1.0,
-            lobe: specular(transport),
-        })
+        Some(BsdfSample { wo, weight: 1.0, lobe: specular(transport) })
     }
 
     fn pdf(&self, wi: DVec3, sample: &BsdfSample) -> Option<f64> {
@@ -152,11 +142,8 @@ impl Bsdf for SmoothInterface {
 
     fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
         let refracted = self.refracted(wi);
-        let reflectance = if refracted.is_some() {
-            self.reflectance(wi).of(polarization)
-        } else {
-            1.0
-        };
+        let reflectance =
+            if refracted.is_some() { self.reflectance(wi).of(polarization) } else { 1.0 };
         let mut lobes = vec![OutgoingLobe {
             wo: mirrored(wi),
             power: reflectance,
@@ -274,11 +261,7 @@ pub fn sample_cosine_hemisphere(rng: &mut dyn rand::Rng) -> DVec3 {
     let radius_squared: f64 = rng.random();
     let phi = std::f64::consts::TAU * rng.random::<f64>();
     let radius = radius_squared.sqrt();
-    DVec3::new(
-        radius * phi.cos(),
-        radius * phi.sin(),
-        (1.0 - radius_squared).sqrt(),
-    )
+    DVec3::new(radius * phi.cos(), radius * phi.sin(), (1.0 - radius_squared).sqrt())
 }
 
 #[cfg(test)]
@@ -354,11 +337,7 @@ mod tests {
         let interface = SmoothInterface::new(1.41, 1.0).unwrap();
         let mut rng = Pcg64::seed_from_u64(1);
         let n = 200_000;
-        for wi in [
-            spherical(2.5, 1.0),
-            spherical(1.4, 0.2),
-            spherical(2.0, 0.2),
-        ] {
+        for wi in [spherical(2.5, 1.0), spherical(1.4, 0.2), spherical(2.0, 0.2)] {
             let expected = interface.albedo(wi, Polarization::Unpolarized).reflected;
             let reflected = (0..n)
                 .filter(|_| {
@@ -404,11 +383,7 @@ mod tests {
             let lobe = matt.sample(wi, &mut rng).unwrap().lobe;
             let back = move |wo: DVec3| wo.z * wi.z > 0.0;
             let density = |wo: DVec3| {
-                let sample = BsdfSample {
-                    wo,
-                    weight: 1.0,
-                    lobe,
-                };
+                let sample = BsdfSample { wo, weight: 1.0, lobe };
                 matt.pdf(wi, &sample).unwrap() * f64::from(u8::from(back(wo)))
             };
             let p = density_p_value(&matt, &density, wi, 200_000, &mut rng);
@@ -424,9 +399,7 @@ mod tests {
     fn mirror_keeps_the_tangential_wavevector() {
         let mirror = Mirror::new(0.95, 1.41).unwrap();
         let mut rng = Pcg64::seed_from_u64(3);
-        let s = mirror
-            .sample(DVec3::new(0.48, 0.36, 0.8), &mut rng)
-            .unwrap();
+        let s = mirror.sample(DVec3::new(0.48, 0.36, 0.8), &mut rng).unwrap();
         assert_eq!((s.wo, s.weight), (DVec3::new(-0.48, -0.36, 0.8), 0.95));
     }
 

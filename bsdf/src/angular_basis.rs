@@ -57,11 +57,7 @@ impl AngularBasis {
                 Ring { theta, phi, first }
             })
             .collect();
-        Self {
-            rings,
-            stride: 1,
-            count,
-        }
+        Self { rings, stride: 1, count }
     }
 
     /// The full Klems basis: 145 cells, azimuth 0 in the middle of the first cell of each ring.
@@ -83,9 +79,8 @@ impl AngularBasis {
     pub fn around_points(azimuths: &[f64], radials: &[f64], last_deg: f64) -> Self {
         let theta = bounds(radials, last_deg);
         let phi = azimuth_bounds(azimuths);
-        let rings = theta
-            .windows(2)
-            .map(|t| ([t[0].to_radians(), t[1].to_radians()], Arc::clone(&phi)));
+        let rings =
+            theta.windows(2).map(|t| ([t[0].to_radians(), t[1].to_radians()], Arc::clone(&phi)));
         let mut cells = Self::from_rings(rings);
         // Cells are numbered azimuth by azimuth.
         cells.stride = cells.rings.len();
@@ -135,9 +130,7 @@ impl AngularBasis {
         let ring = self.rings.partition_point(|r| r.theta[1] <= theta);
         let at_end = ring == self.rings.len();
         let ring = self.rings.get(ring).or_else(|| {
-            self.rings
-                .last()
-                .filter(|last| at_end && theta <= last.theta[1] * (1.0 + 1e-12))
+            self.rings.last().filter(|last| at_end && theta <= last.theta[1] * (1.0 + 1e-12))
         })?;
         if theta < ring.theta[0] {
             return None;
@@ -169,11 +162,7 @@ impl AngularBasis {
     pub fn centre(&self, cell: usize) -> DVec3 {
         let [theta, phi] = self.bounds(cell);
         let whole = phi[1] - phi[0] > TAU - 1e-9;
-        let theta = if whole && theta[0] == 0.0 {
-            0.0
-        } else {
-            0.5 * (theta[0] + theta[1])
-        };
+        let theta = if whole && theta[0] == 0.0 { 0.0 } else { 0.5 * (theta[0] + theta[1]) };
         spherical(theta, 0.5 * (phi[0] + phi[1]))
     }
 
@@ -192,10 +181,7 @@ impl AngularBasis {
         let [theta, phi] = self.bounds(cell);
         let [a, b] = theta.map(f64::cos);
         let cos = a + u * (b - a);
-        let (sin, azimuth) = (
-            (1.0 - cos * cos).max(0.0).sqrt(),
-            phi[0] + v * (phi[1] - phi[0]),
-        );
+        let (sin, azimuth) = ((1.0 - cos * cos).max(0.0).sqrt(), phi[0] + v * (phi[1] - phi[0]));
         DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos)
     }
 
@@ -214,9 +200,7 @@ impl AngularBasis {
     /// The largest [`AngularBasis::angular_width`] of all cells, radians.
     #[must_use]
     pub fn widest(&self) -> f64 {
-        (0..self.len())
-            .map(|c| self.angular_width(c))
-            .fold(0.0, f64::max)
+        (0..self.len()).map(|c| self.angular_width(c)).fold(0.0, f64::max)
     }
 }
 
@@ -232,10 +216,7 @@ impl OrientedBasis {
     /// Cells about the normal.
     #[must_use]
     pub fn about_normal(cells: &Arc<AngularBasis>) -> Self {
-        Self {
-            cells: Arc::clone(cells),
-            frame: None,
-        }
+        Self { cells: Arc::clone(cells), frame: None }
     }
 
     /// Cells about `axis` (unit, z ≥ 0), azimuth 0 towards the normal; for an axis along the
@@ -249,10 +230,7 @@ impl OrientedBasis {
             (zero - axis * axis.dot(zero)).normalize()
         };
         let b = axis.cross(t);
-        Self {
-            cells: Arc::clone(cells),
-            frame: Some(Frame { t, b, n: axis }),
-        }
+        Self { cells: Arc::clone(cells), frame: Some(Frame { t, b, n: axis }) }
     }
 
     /// The cells about their axis.
@@ -295,14 +273,10 @@ impl OrientedBasis {
     /// Samples a direction above the horizon in a cell, uniform in cos θ dΩ, θ from the normal.
     pub fn sample(&self, cell: usize, rng: &mut dyn rand::Rng) -> DVec3 {
         let Some(frame) = self.frame else {
-            return self
-                .cells
-                .sample_projected(cell, rng.random(), rng.random());
+            return self.cells.sample_projected(cell, rng.random(), rng.random());
         };
         for _ in 0..TRIES {
-            let local = self
-                .cells
-                .sample_solid_angle(cell, rng.random(), rng.random());
+            let local = self.cells.sample_solid_angle(cell, rng.random(), rng.random());
             let direction = frame.to_world(local);
             if direction.z > rng.random::<f64>() {
                 return direction;
@@ -327,17 +301,9 @@ fn bounds(points: &[f64], last: f64) -> Vec<f64> {
     let n = points.len();
     let mut bounds = Vec::with_capacity(n + 1);
     let step = |k: usize| 0.5 * (points[k + 1] - points[k]);
-    bounds.push(if n > 1 {
-        (points[0] - step(0)).max(0.0)
-    } else {
-        0.0
-    });
+    bounds.push(if n > 1 { (points[0] - step(0)).max(0.0) } else { 0.0 });
     bounds.extend(points.windows(2).map(|p| 0.5 * (p[0] + p[1])));
-    bounds.push(if n > 1 {
-        (points[n - 1] + step(n - 2)).min(last)
-    } else {
-        last
-    });
+    bounds.push(if n > 1 { (points[n - 1] + step(n - 2)).min(last) } else { last });
     bounds
 }
 
@@ -368,11 +334,8 @@ pub fn square_to_disc([u, v]: [f64; 2]) -> [f64; 2] {
         return [0.0, 0.0];
     }
     // The larger coordinate is the radius; the ratio of the other to it is the azimuth.
-    let (r, phi) = if a.abs() > b.abs() {
-        (a, FRAC_PI_4 * b / a)
-    } else {
-        (b, FRAC_PI_2 - FRAC_PI_4 * a / b)
-    };
+    let (r, phi) =
+        if a.abs() > b.abs() { (a, FRAC_PI_4 * b / a) } else { (b, FRAC_PI_2 - FRAC_PI_4 * a / b) };
     [r * phi.cos(), r * phi.sin()]
 }
 
@@ -414,9 +377,7 @@ mod tests {
     #[test]
     fn cells_cover_the_hemisphere_once() {
         for cells in partitions() {
-            let projected: f64 = (0..cells.len())
-                .map(|c| cells.projected_solid_angle(c))
-                .sum();
+            let projected: f64 = (0..cells.len()).map(|c| cells.projected_solid_angle(c)).sum();
             assert!((projected - PI).abs() < 1e-12, "{projected}");
             let solid: f64 = (0..cells.len()).map(|c| cells.solid_angle(c)).sum();
             assert!((solid - TAU).abs() < 1e-12, "{solid}");
@@ -430,10 +391,8 @@ mod tests {
         for cells in partitions() {
             for cell in 0..cells.len() {
                 for _ in 0..8 {
-                    let (u, v) = (
-                        0.001 + 0.998 * rng.random::<f64>(),
-                        0.001 + 0.998 * rng.random::<f64>(),
-                    );
+                    let (u, v) =
+                        (0.001 + 0.998 * rng.random::<f64>(), 0.001 + 0.998 * rng.random::<f64>());
                     assert_eq!(cells.locate(cells.sample_projected(cell, u, v)), Some(cell));
                     let direction = cells.sample_solid_angle(cell, u, v);
                     assert_eq!(cells.locate(direction), Some(cell));
@@ -456,9 +415,6 @@ mod tests {
             inside += i32::from((x - 0.3).hypot(y + 0.2) < 0.5);
         }
         // A quarter of the disc's area; standard error 0.003.
-        assert!(
-            (f64::from(inside) / 20_000.0 - 0.25).abs() < 0.013,
-            "{inside}"
-        );
+        assert!((f64::from(inside) / 20_000.0 - 0.25).abs() < 0.013, "{inside}");
     }
 }

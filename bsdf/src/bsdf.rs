@@ -63,11 +63,7 @@ impl Transport {
     /// Transport from the side `from` to the side `to`.
     #[must_use]
     pub fn between(from: Side, to: Side) -> Self {
-        if from == to {
-            Self::Reflection
-        } else {
-            Self::Transmission
-        }
+        if from == to { Self::Reflection } else { Self::Transmission }
     }
 }
 

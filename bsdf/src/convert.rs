@@ -97,10 +97,7 @@ impl Resolution {
 
 /// Point k of n evenly spread points of the unit square (golden-ratio sequence).
 fn lattice_point(k: usize, n: usize) -> [f64; 2] {
-    [
-        (k as f64 + 0.5) / n as f64,
-        (0.5 + k as f64 * 0.618_033_988_749_895).fract(),
-    ]
+    [(k as f64 + 0.5) / n as f64, (0.5 + k as f64 * 0.618_033_988_749_895).fract()]
 }
 
 /// Lobes for light from `node` on `side`, mirrored into the upper hemisphere. The power of each
@@ -141,10 +138,7 @@ fn averaged(
                 cells.push(lobe);
             } else {
                 let key = (lobe.lobe.transport, lobe.lobe.kind);
-                orders
-                    .entry(key)
-                    .and_modify(|o| o.power += lobe.power)
-                    .or_insert(lobe);
+                orders.entry(key).and_modify(|o| o.power += lobe.power).or_insert(lobe);
             }
         }
     }
@@ -155,14 +149,8 @@ fn averaged(
 fn halfway(angles: &[f64]) -> Vec<[f64; 2]> {
     (0..angles.len())
         .map(|k| {
-            let low = if k == 0 {
-                0.0
-            } else {
-                0.5 * (angles[k - 1] + angles[k])
-            };
-            let high = angles
-                .get(k + 1)
-                .map_or(89.9, |next| 0.5 * (next + angles[k]));
+            let low = if k == 0 { 0.0 } else { 0.5 * (angles[k - 1] + angles[k]) };
+            let high = angles.get(k + 1).map_or(89.9, |next| 0.5 * (next + angles[k]));
             [low, high]
         })
         .collect()
@@ -230,11 +218,7 @@ impl Smearing {
 
     /// Records the distances of neighbouring orders.
     fn neighbours(&mut self, lobes: &[&OutgoingLobe]) {
-        let strong: Vec<DVec3> = lobes
-            .iter()
-            .filter(|l| l.power >= COUNTS)
-            .map(|l| l.wo)
-            .collect();
+        let strong: Vec<DVec3> = lobes.iter().filter(|l| l.power >= COUNTS).map(|l| l.wo).collect();
         for pair in strong.windows(2) {
             let angle = 2.0 * (0.5 * (pair[0] - pair[1]).length()).min(1.0).asin();
             if angle > 1e-9 {
@@ -246,19 +230,14 @@ impl Smearing {
     /// Largest difference of the powers before and after, over all incidences.
     #[must_use]
     pub fn worst_energy(&self) -> f64 {
-        self.incidences
-            .iter()
-            .map(|i| (i.after - i.before).abs())
-            .fold(0.0, f64::max)
+        self.incidences.iter().map(|i| (i.after - i.before).abs()).fold(0.0, f64::max)
     }
 
     /// Mean fraction of the power in cells that hold more than one order.
     #[must_use]
     pub fn merged(&self) -> f64 {
-        let (sum, all) = self
-            .incidences
-            .iter()
-            .fold((0.0, 0.0), |(s, a), i| (s + i.merged, a + i.before));
+        let (sum, all) =
+            self.incidences.iter().fold((0.0, 0.0), |(s, a), i| (s + i.merged, a + i.before));
         if all > 0.0 { sum / all } else { 0.0 }
     }
 
@@ -348,10 +327,7 @@ fn upper_lobes(surface: &dyn Bsdf, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
 
 /// Lobes of one transport that carry power.
 fn of_transport(lobes: &[OutgoingLobe], transport: Transport) -> Vec<&OutgoingLobe> {
-    lobes
-        .iter()
-        .filter(|l| l.lobe.transport == transport && l.power > 0.0)
-        .collect()
+    lobes.iter().filter(|l| l.lobe.transport == transport && l.power > 0.0).collect()
 }
 
 /// Checks that the surface has no lobe by a formula, which has no one direction to bin.

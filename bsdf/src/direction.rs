@@ -31,11 +31,7 @@ impl Side {
     /// The side into which a direction away from the surface points; a tangent counts as outer.
     #[must_use]
     pub fn of(local: DVec3) -> Self {
-        if local.z < 0.0 {
-            Self::Inner
-        } else {
-            Self::Outer
-        }
+        if local.z < 0.0 { Self::Inner } else { Self::Outer }
     }
 
     /// The other side.
@@ -88,10 +84,7 @@ impl Wavevector {
     /// Wavevector of light from `wi` (unit, local) in a medium of refractive index `index`.
     #[must_use]
     pub fn incoming(wi: DVec3, index: f64) -> Self {
-        Self {
-            kx: -index * wi.x,
-            ky: -index * wi.y,
-        }
+        Self { kx: -index * wi.x, ky: -index * wi.y }
     }
 
     /// Whether the wave propagates in a medium of refractive index `index`.
@@ -111,11 +104,7 @@ impl Wavevector {
     /// the wave is evanescent.
     #[must_use]
     pub fn arriving(self, side: Side, index: f64) -> Option<DVec3> {
-        Self {
-            kx: -self.kx,
-            ky: -self.ky,
-        }
-        .leaving(side, index)
+        Self { kx: -self.kx, ky: -self.ky }.leaving(side, index)
     }
 }
 
@@ -140,11 +129,7 @@ impl Frame {
         let length = tangent.length();
         (length > 1e-12 * along.length()).then(|| {
             let t = tangent / length;
-            Self {
-                t,
-                b: normal.cross(t),
-                n: normal,
-            }
+            Self { t, b: normal.cross(t), n: normal }
         })
     }
 
@@ -165,11 +150,7 @@ impl Frame {
 /// radians.
 #[must_use]
 pub fn spherical(theta: f64, phi: f64) -> DVec3 {
-    DVec3::new(
-        theta.sin() * phi.cos(),
-        theta.sin() * phi.sin(),
-        theta.cos(),
-    )
+    DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
 #[cfg(test)]
@@ -186,13 +167,9 @@ mod tests {
                 let mut w = spherical(theta, phi);
                 w.z *= side.sign();
                 assert_eq!(Side::of(w), side);
-                let back = Wavevector::incoming(-w, index)
-                    .leaving(side, index)
-                    .unwrap();
+                let back = Wavevector::incoming(-w, index).leaving(side, index).unwrap();
                 assert!((back - w).length() < 1e-13);
-                let back = Wavevector::incoming(w, index)
-                    .arriving(side, index)
-                    .unwrap();
+                let back = Wavevector::incoming(w, index).arriving(side, index).unwrap();
                 assert!((back - w).length() < 1e-13);
             }
         }

@@ -200,11 +200,7 @@ impl From<std::io::Error> for Error {
 impl Error {
     /// `value` if it is a positive, finite length.
     pub(crate) fn check_length(name: &'static str, value: f64) -> Result<f64, Self> {
-        if value.is_finite() && value > 0.0 {
-            Ok(value)
-        } else {
-            Err(Self::Length { name, value })
-        }
+        if value.is_finite() && value > 0.0 { Ok(value) } else { Err(Self::Length { name, value }) }
     }
 
     /// `value` if it is a positive, finite refractive index.
@@ -212,20 +208,13 @@ impl Error {
         if value.is_finite() && value > 0.0 {
             Ok(value)
         } else {
-            Err(Self::Index {
-                name: name.to_owned(),
-                value,
-            })
+            Err(Self::Index { name: name.to_owned(), value })
         }
     }
 
     /// `value` if it lies between 0 and 1.
     pub(crate) fn check_fraction(name: &'static str, value: f64) -> Result<f64, Self> {
-        if (0.0..=1.0).contains(&value) {
-            Ok(value)
-        } else {
-            Err(Self::Fraction { name, value })
-        }
+        if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(Self::Fraction { name, value }) }
     }
 }
 
@@ -262,19 +251,11 @@ pub struct FormatError {
 impl FormatError {
     /// At a line of a text.
     pub fn line(line: usize, expected: impl Into<String>, got: impl Into<String>) -> Self {
-        Self {
-            at: Position::Line(line),
-            expected: expected.into(),
-            got: got.into(),
-        }
+        Self { at: Position::Line(line), expected: expected.into(), got: got.into() }
     }
 
     /// At a byte of a file.
     pub fn offset(offset: u64, expected: impl Into<String>, got: impl Into<String>) -> Self {
-        Self {
-            at: Position::Offset(offset),
-            expected: expected.into(),
-            got: got.into(),
-        }
+        Self { at: Position::Offset(offset), expected: expected.into(), got: got.into() }
     }
 }

@@ -33,9 +33,7 @@ pub fn object<'de, D: Deserializer<'de>>(
     let path = name.to_owned();
     match (Unique { path }).deserialize(deserializer)? {
         Value::Object(object) => Ok(object),
-        other => Err(D::Error::custom(format!(
-            "{name}: expected an object, got {other}"
-        ))),
+        other => Err(D::Error::custom(format!("{name}: expected an object, got {other}"))),
     }
 }
 
@@ -46,11 +44,7 @@ struct Unique {
 
 impl Unique {
     fn key(&self, key: &str) -> String {
-        if self.path.is_empty() {
-            key.to_owned()
-        } else {
-            format!("{}.{key}", self.path)
-        }
+        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 }
 
@@ -99,9 +93,7 @@ impl<'de> Visitor<'de> for Unique {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Value, A::Error> {
         let mut values = Vec::new();
-        let item = |i: usize| Self {
-            path: format!("{}[{i}]", self.path),
-        };
+        let item = |i: usize| Self { path: format!("{}[{i}]", self.path) };
         while let Some(value) = list.next_element_seed(item(values.len()))? {
             values.push(value);
         }

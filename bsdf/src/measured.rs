@@ -61,10 +61,7 @@ impl MeasuredBsdf {
         between: LobeMotion,
         tables: impl IntoIterator<Item = (Side, Transport, ScatterTable)>,
     ) -> Result<Self, Error> {
-        for (name, index) in ["the inner side", "the outer side"]
-            .into_iter()
-            .zip(indices)
-        {
+        for (name, index) in ["the inner side", "the outer side"].into_iter().zip(indices) {
             Error::check_index(name, index)?;
         }
         let mut all = [[None, None], [None, None]];
@@ -77,13 +74,8 @@ impl MeasuredBsdf {
                 )));
             }
         }
-        let mut measured = Self {
-            indices,
-            between,
-            tables: all,
-            largest_power: 0.0,
-            largest_at_node: 0.0,
-        };
+        let mut measured =
+            Self { indices, between, tables: all, largest_power: 0.0, largest_at_node: 0.0 };
         [measured.largest_power, measured.largest_at_node] = measured.check()?;
         Ok(measured)
     }
@@ -98,10 +90,7 @@ impl MeasuredBsdf {
                     continue;
                 };
                 for wi in table.incidences() {
-                    let total: f64 = Transport::BOTH
-                        .iter()
-                        .map(|t| self.total(side, *t, wi))
-                        .sum();
+                    let total: f64 = Transport::BOTH.iter().map(|t| self.total(side, *t, wi)).sum();
                     // Interpolation may exceed 1 a little between the nodes; at its nodes no file
                     // may.
                     let stated: f64 = Transport::BOTH
@@ -155,9 +144,7 @@ impl MeasuredBsdf {
     /// All tables.
     pub fn tables(&self) -> impl Iterator<Item = (Side, Transport, &ScatterTable)> {
         Side::BOTH.into_iter().flat_map(move |side| {
-            Transport::BOTH
-                .into_iter()
-                .filter_map(move |t| Some((side, t, self.table(side, t)?)))
+            Transport::BOTH.into_iter().filter_map(move |t| Some((side, t, self.table(side, t)?)))
         })
     }
 
@@ -184,11 +171,7 @@ impl MeasuredBsdf {
         let y = wo.y + ratio * (node.y - wi.y);
         let z2 = 1.0 - x * x - y * y;
         // A lobe that would become evanescent stays where it was.
-        if z2 > 0.0 {
-            DVec3::new(x, y, z2.sqrt())
-        } else {
-            wo
-        }
+        if z2 > 0.0 { DVec3::new(x, y, z2.sqrt()) } else { wo }
     }
 }
 
@@ -224,10 +207,7 @@ impl Bsdf for MeasuredBsdf {
         Some(BsdfSample {
             wo: DVec3::new(wo.x, wo.y, to.sign() * wo.z.max(1e-12)).normalize(),
             weight: 1.0,
-            lobe: Lobe {
-                transport,
-                kind: LobeKind::Cell,
-            },
+            lobe: Lobe { transport, kind: LobeKind::Cell },
         })
     }
 
@@ -241,20 +221,14 @@ impl Bsdf for MeasuredBsdf {
             return Some(0.0);
         };
         let wi = upper(wi);
-        let raw: f64 = Transport::BOTH
-            .iter()
-            .map(|t| self.total(from, *t, wi))
-            .sum();
+        let raw: f64 = Transport::BOTH.iter().map(|t| self.total(from, *t, wi)).sum();
         Some(table.density(wi, upper(sample.wo)) / raw.max(1.0))
     }
 
     fn lobes(&self, wi: DVec3, _: Polarization) -> Vec<OutgoingLobe> {
         let from = Side::of(wi);
         let wi = upper(wi);
-        let raw: f64 = Transport::BOTH
-            .iter()
-            .map(|t| self.total(from, *t, wi))
-            .sum();
+        let raw: f64 = Transport::BOTH.iter().map(|t| self.total(from, *t, wi)).sum();
         let scale = 1.0 / raw.max(1.0);
         let mut lobes = Vec::new();
         for transport in Transport::BOTH {
@@ -262,10 +236,7 @@ impl Bsdf for MeasuredBsdf {
                 continue;
             };
             let to = transport.exit_side(from);
-            let lobe = Lobe {
-                transport,
-                kind: LobeKind::Cell,
-            };
+            let lobe = Lobe { transport, kind: LobeKind::Cell };
             table.visit_cells(wi, &mut |node, centre, power| {
                 let wo = self.moved(from, to, wi, node, centre);
                 lobes.push(OutgoingLobe {
@@ -284,10 +255,7 @@ impl Bsdf for MeasuredBsdf {
 
     fn albedo(&self, wi: DVec3, _: Polarization) -> Albedo {
         let [reflected, transmitted] = self.powers(Side::of(wi), upper(wi));
-        Albedo {
-            reflected,
-            transmitted,
-        }
+        Albedo { reflected, transmitted }
     }
 }
 

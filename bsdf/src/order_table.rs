@@ -94,11 +94,7 @@ impl OrderEfficiency {
     /// Efficiency of relative order `order` on side `to`.
     #[must_use]
     pub fn new(to: Side, order: i32, efficiency: f64) -> Self {
-        Self {
-            to,
-            order,
-            efficiency,
-        }
+        Self { to, order, efficiency }
     }
 }
 
@@ -171,15 +167,8 @@ impl OrderTable {
     /// None for a valid table.
     pub fn for_polarization(&self, polarization: Polarization) -> Result<Self, Error> {
         let entries = 0..self.entry_count();
-        let efficiencies: Vec<f32> = entries
-            .map(|e| self.stored(e, polarization) as f32)
-            .collect();
-        Self::from_parts(
-            self.header.clone(),
-            self.grid.clone(),
-            efficiencies.clone(),
-            efficiencies,
-        )
+        let efficiencies: Vec<f32> = entries.map(|e| self.stored(e, polarization) as f32).collect();
+        Self::from_parts(self.header.clone(), self.grid.clone(), efficiencies.clone(), efficiencies)
     }
 
     /// Its origin.
@@ -215,9 +204,7 @@ impl OrderTable {
         node: NodeId,
         polarization: Polarization,
     ) -> Result<Vec<OrderEfficiency>, Error> {
-        let index = self.layout.find(node).ok_or(Error::NoSuchNode {
-            node: node.to_string(),
-        })?;
+        let index = self.layout.find(node).ok_or(Error::NoSuchNode { node: node.to_string() })?;
         let orders = self.layout.nodes[index].orders();
         Ok(orders
             .map(|(entry, to, order)| {

@@ -109,10 +109,7 @@ impl UnitCell {
 
 /// Lobe of a ray that came from `from` and leaves along `wo`.
 fn facets_lobe(from: Side, wo: DVec3) -> Lobe {
-    Lobe {
-        transport: Transport::between(from, Side::of(wo)),
-        kind: LobeKind::Facets,
-    }
+    Lobe { transport: Transport::between(from, Side::of(wo)), kind: LobeKind::Facets }
 }
 
 impl Bsdf for UnitCell {
@@ -127,21 +124,13 @@ impl Bsdf for UnitCell {
                 Step::Hit { facet, t } => {
                     let hit = self.interact(&ray, facet, t);
                     let reflect = hit.reflectance >= 1.0 || rng.random::<f64>() < hit.reflectance;
-                    ray = if reflect {
-                        hit.reflected
-                    } else {
-                        hit.refracted
-                    };
+                    ray = if reflect { hit.reflected } else { hit.refracted };
                 }
                 Step::Wrap { t } => self.wrap(&mut ray, t),
                 Step::Leave => {
                     let wo = ray.direction();
                     let lobe = facets_lobe(from, wo);
-                    return Some(BsdfSample {
-                        wo,
-                        weight: 1.0,
-                        lobe,
-                    });
+                    return Some(BsdfSample { wo, weight: 1.0, lobe });
                 }
                 Step::Lost => break,
             }
@@ -164,11 +153,7 @@ impl Bsdf for UnitCell {
         }
         beams::lobes(self, self.enter(from, k, kz, 0.0))
             .into_iter()
-            .map(|(wo, power)| OutgoingLobe {
-                wo,
-                power,
-                lobe: facets_lobe(from, wo),
-            })
+            .map(|(wo, power)| OutgoingLobe { wo, power, lobe: facets_lobe(from, wo) })
             .collect()
     }
 

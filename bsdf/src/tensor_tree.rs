@@ -125,19 +125,13 @@ impl TensorTree {
         };
         cells.sort_unstable_by_key(|c| key(c.0));
         let keyed: Vec<(u64, f32)> = cells.iter().map(|c| (key(c.0), c.1)).collect();
-        Self {
-            rank: 4,
-            root: from_sorted(&keyed, log2),
-        }
+        Self { rank: 4, root: from_sorted(&keyed, log2) }
     }
 }
 
 /// The branch over sorted cells of a cube of 2^log2 cells an edge; cells not listed are zero.
 fn from_sorted(cells: &[(u64, f32)], log2: u32) -> Branch {
-    let leaf = |value: f32| Branch::Block {
-        log2: 0,
-        values: vec![value],
-    };
+    let leaf = |value: f32| Branch::Block { log2: 0, values: vec![value] };
     if cells.is_empty() {
         return leaf(0.0);
     }
@@ -189,9 +183,9 @@ fn visit_leaves(
         }
         Branch::Block { log2, values } => {
             let side = 1_usize << log2;
-            let row = incidence.iter().fold(0, |row, c| {
-                row * side + ((c * side as f64) as usize).min(side - 1)
-            });
+            let row = incidence
+                .iter()
+                .fold(0, |row, c| row * side + ((c * side as f64) as usize).min(side - 1));
             let edge = edge / side as f64;
             (0..side * side).all(|k| {
                 let (a, b) = (k / side, k % side);
@@ -239,11 +233,8 @@ mod tests {
         assert!(tree.values() < 64 * 64, "{}", tree.values());
         for incidence in 0..64_u32 {
             let [u, v] = [incidence >> 3, incidence & 7].map(|c| (f64::from(c) + 0.5) / 8.0);
-            let expected: f64 = cells
-                .iter()
-                .filter(|c| c.0[0] == incidence)
-                .map(|c| f64::from(c.1))
-                .sum();
+            let expected: f64 =
+                cells.iter().filter(|c| c.0[0] == incidence).map(|c| f64::from(c.1)).sum();
             let sum = tree.total(&[u, v]);
             assert!((sum - expected * PI / 64.0).abs() < 1e-9, "{sum}");
             tree.leaves(&[u, v], &mut |leaf| {
@@ -261,9 +252,7 @@ mod tests {
 
     #[test]
     fn a_uniform_tree_is_one_leaf() {
-        let cells = (0..256_u32)
-            .flat_map(|i| (0..256).map(move |o| ([i, o], 0.25)))
-            .collect();
+        let cells = (0..256_u32).flat_map(|i| (0..256).map(move |o| ([i, o], 0.25))).collect();
         let tree = TensorTree::from_cells(4, cells);
         assert_eq!(tree.values(), 1);
         assert!((tree.total(&[0.3, 0.7]) - 0.25 * PI).abs() < 1e-12);

@@ -46,18 +46,8 @@ impl Deviation {
         let n = count as f64;
         let (mean, square) = (sum / n, squares / n);
         let variance = (square - mean * mean).max(0.0);
-        let mean_error = if count > 1 {
-            (variance / (n - 1.0)).sqrt()
-        } else {
-            0.0
-        };
-        Self {
-            worst,
-            rms: square.sqrt(),
-            mean,
-            mean_error,
-            count,
-        }
+        let mean_error = if count > 1 { (variance / (n - 1.0)).sqrt() } else { 0.0 };
+        Self { worst, rms: square.sqrt(), mean, mean_error, count }
     }
 }
 
@@ -74,10 +64,7 @@ impl NodeReport {
     fn of(values: &[(NodeId, f64)]) -> Self {
         Self {
             deviation: Deviation::of(values.iter().map(|v| v.1)),
-            at: values
-                .iter()
-                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-                .map(|v| v.0),
+            at: values.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|v| v.0),
         }
     }
 }
@@ -89,9 +76,7 @@ pub fn energy(table: &OrderTable) -> NodeReport {
     let mut values = Vec::new();
     for node in table.grid().nodes() {
         for polarization in [Polarization::S, Polarization::P] {
-            let orders = table
-                .node_efficiencies(node, polarization)
-                .unwrap_or_default();
+            let orders = table.node_efficiencies(node, polarization).unwrap_or_default();
             values.push((node, orders.iter().map(|o| o.efficiency).sum::<f64>() - 1.0));
         }
     }
@@ -105,21 +90,14 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
     let per_zone = table.grid().kx_per_zone as i64;
     let mut values = Vec::new();
     for node in table.grid().nodes() {
-        for OrderEfficiency {
-            to,
-            order,
-            efficiency,
-        } in table
-            .node_efficiencies(node, Polarization::Unpolarized)
-            .unwrap_or_default()
+        for OrderEfficiency { to, order, efficiency } in
+            table.node_efficiencies(node, Polarization::Unpolarized).unwrap_or_default()
         {
             // The outgoing wave is node i + l · per_zone; the reverse path comes from its mirror
             // image.
             let back = NodeId {
                 side: to,
-                kx_index: table
-                    .grid()
-                    .mirror(node.kx_index + i64::from(order) * per_zone),
+                kx_index: table.grid().mirror(node.kx_index + i64::from(order) * per_zone),
                 ky_index: node.ky_index,
             };
             let returned = table
@@ -143,14 +121,8 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
 pub fn leave_one_out(table: &OrderTable, side: Side) -> f64 {
     let grid = table.grid();
     let reflected = |kx_index: i64, ky_index: usize| -> Option<f64> {
-        let node = NodeId {
-            side,
-            kx_index,
-            ky_index,
-        };
-        let orders = table
-            .node_efficiencies(node, Polarization::Unpolarized)
-            .ok()?;
+        let node = NodeId { side, kx_index, ky_index };
+        let orders = table.node_efficiencies(node, Polarization::Unpolarized).ok()?;
         let back = orders.iter().filter(|o| o.to == side);
         Some(back.map(|o| o.efficiency).sum())
     };
@@ -193,11 +165,7 @@ impl Mean {
     }
 
     fn value(&self) -> f64 {
-        if self.weight > 0.0 {
-            self.sum / self.weight
-        } else {
-            0.0
-        }
+        if self.weight > 0.0 { self.sum / self.weight } else { 0.0 }
     }
 }
 
@@ -213,19 +181,13 @@ pub struct AlbedoReport {
 /// Albedo at `count` random incidences from each side, between the nodes, for s, p and unpolarised
 /// light.
 pub fn albedo(table: &OrderTable, count: usize, rng: &mut dyn rand::Rng) -> AlbedoReport {
-    let mut report = AlbedoReport {
-        lowest: f64::INFINITY,
-        highest: f64::NEG_INFINITY,
-    };
+    let mut report = AlbedoReport { lowest: f64::INFINITY, highest: f64::NEG_INFINITY };
     for side in Side::BOTH {
         for _ in 0..count {
             let k = random_incidence(table, side, rng);
             for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
-                let total: f64 = table
-                    .efficiencies(side, k, polarization)
-                    .iter()
-                    .map(|o| o.efficiency)
-                    .sum();
+                let total: f64 =
+                    table.efficiencies(side, k, polarization).iter().map(|o| o.efficiency).sum();
                 report.lowest = report.lowest.min(total);
                 report.highest = report.highest.max(total);
             }
@@ -272,13 +234,8 @@ pub fn interpolation<E>(
             for o in solve(side, k, polarization)? {
                 *difference.entry((o.to, o.order)).or_default() -= o.efficiency;
             }
-            let total = |to: Side| {
-                difference
-                    .iter()
-                    .filter(|d| d.0.0 == to)
-                    .map(|d| d.1)
-                    .sum::<f64>()
-            };
+            let total =
+                |to: Side| difference.iter().filter(|d| d.0.0 == to).map(|d| d.1).sum::<f64>();
             reflected.push(total(side));
             transmitted.push(total(side.opposite()));
             for (key, value) in difference {

@@ -57,11 +57,7 @@ enum Flush {
 /// A failing directory, file or rename.
 pub fn write_new_json(path: &Path, value: &serde_json::Value) -> Result<bool> {
     let text = serde_json::to_string_pretty(value)? + "\n";
-    let written = temporary(
-        path,
-        Flush::Now,
-        |file| Ok(file.write_all(text.as_bytes())?),
-    )?;
+    let written = temporary(path, Flush::Now, |file| Ok(file.write_all(text.as_bytes())?))?;
     // Unlike a rename, a link replaces nothing.
     match fs::hard_link(&written.path, path) {
         Ok(()) => Ok(true),
@@ -89,11 +85,7 @@ fn temporary(
         _ => Path::new("."),
     };
     let open = || {
-        ensure!(
-            !is_closed(),
-            "stopped before `{}` was written",
-            path.display()
-        );
+        ensure!(!is_closed(), "stopped before `{}` was written", path.display());
         Ok(())
     };
     open()?;
@@ -240,10 +232,7 @@ fn host_id() -> u32 {
 
 /// Host and process that a temporary file of this name belongs to, if it is one.
 fn writer(name: &str) -> Option<(u32, u32)> {
-    let (name, numbers) = name
-        .strip_prefix('.')?
-        .strip_suffix(".partial")?
-        .rsplit_once('.')?;
+    let (name, numbers) = name.strip_prefix('.')?.strip_suffix(".partial")?.rsplit_once('.')?;
     let numbers: Vec<&str> = numbers.split('-').collect();
     let digits = |text: &&str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     let [host, process, _] = numbers[..] else {
@@ -278,9 +267,7 @@ fn discard(chosen: impl Fn(&Path) -> bool) -> usize {
 fn fill(file: File, write: impl FnOnce(&mut dyn Sink) -> Result<()>, flush: Flush) -> Result<()> {
     let mut buffered = BufWriter::with_capacity(1 << 16, file);
     write(&mut buffered)?;
-    let file = buffered
-        .into_inner()
-        .map_err(std::io::IntoInnerError::into_error)?;
+    let file = buffered.into_inner().map_err(std::io::IntoInnerError::into_error)?;
     if flush == Flush::Now {
         file.sync_all()?;
     }
@@ -356,10 +343,7 @@ mod tests {
             anyhow::bail!("no more numbers")
         })
         .unwrap_err();
-        assert!(
-            format!("{error:#}").contains("no more numbers"),
-            "{error:#}"
-        );
+        assert!(format!("{error:#}").contains("no more numbers"), "{error:#}");
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(directory.path()), ["a.txt"]);
     }
@@ -388,12 +372,7 @@ mod tests {
         let own = of(host_id(), std::process::id());
         // Of another machine, whose processes are not known.
         let far = of(host_id().wrapping_add(1), u32::MAX);
-        let others = [
-            "a.partial",
-            ".b.x-1-1.partial",
-            ".c.1-4294967295-3",
-            "map.npy",
-        ];
+        let others = ["a.partial", ".b.x-1-1.partial", ".c.1-4294967295-3", "map.npy"];
         let kept = others.map(str::to_owned).into_iter();
         let kept: Vec<String> = kept.chain([own, far]).collect();
         for name in kept.iter().chain([&dead]) {
@@ -435,10 +414,7 @@ mod tests {
             written.collect()
         });
         assert_eq!(written.len(), 1);
-        assert_eq!(
-            fs::read_to_string(&path).unwrap(),
-            format!("{}\n", written[0])
-        );
+        assert_eq!(fs::read_to_string(&path).unwrap(), format!("{}\n", written[0]));
         assert!(!write(8));
         assert_eq!(names(path.parent().unwrap()), ["a.json"]);
     }

@@ -70,10 +70,7 @@ pub struct Cache {
 impl Cache {
     /// A cache in `directory`, which is made when the first table is stored.
     pub fn new(directory: PathBuf) -> Self {
-        Self {
-            directory,
-            stored: Arc::default(),
-        }
+        Self { directory, stored: Arc::default() }
     }
 
     /// The directory beside `out` that serves when none is given.
@@ -123,29 +120,20 @@ impl Cache {
     /// Keeps `table`, whose header states `key`, under it.
     pub fn store(&self, key: &Key, table: &OrderTable) -> Result<()> {
         write_table(&self.path(key), table)?;
-        self.stored
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .insert(key.clone());
+        self.stored.lock().unwrap_or_else(PoisonError::into_inner).insert(key.clone());
         Ok(())
     }
 
     /// Whether the table of `key` was computed and stored by this process, and not only found.
     pub fn has_stored(&self, key: &Key) -> bool {
-        self.stored
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .contains(key)
+        self.stored.lock().unwrap_or_else(PoisonError::into_inner).contains(key)
     }
 }
 
 /// Reads the table in the file at `path`; a truncated or altered one is an error.
 pub fn read_table(path: &Path) -> Result<OrderTable> {
     let file = File::open(path).with_context(|| {
-        format!(
-            "`{}`: expected a table of diffraction orders, cannot open it",
-            path.display()
-        )
+        format!("`{}`: expected a table of diffraction orders, cannot open it", path.display())
     })?;
     native::read(BufReader::new(file))
         .with_context(|| format!("`{}` is no usable table", path.display()))
@@ -179,11 +167,8 @@ mod tests {
                     * if side == bsdf::Side::Inner { -1.0 } else { 1.0 };
                 let wi = glam::DVec3::new(-kx, -ky, z) / n;
                 let albedo = bsdf::Bsdf::albedo(&smooth, wi, polarization);
-                let other = if side == bsdf::Side::Inner {
-                    bsdf::Side::Outer
-                } else {
-                    bsdf::Side::Inner
-                };
+                let other =
+                    if side == bsdf::Side::Inner { bsdf::Side::Outer } else { bsdf::Side::Inner };
                 vec![
                     OrderEfficiency::new(side, 0, albedo.reflected),
                     OrderEfficiency::new(other, 0, albedo.transmitted),
@@ -221,13 +206,8 @@ mod tests {
         cache.store(&key, &table).expect("stored");
         assert!(cache.clone().has_stored(&key));
         assert!(!Cache::new(directory.path().join("cache")).has_stored(&key));
-        let CacheEntry::Table(back) = cache.find(&key) else {
-            panic!("the table is there")
-        };
-        assert_eq!(
-            (back.header(), back.entry_count()),
-            (table.header(), table.entry_count())
-        );
+        let CacheEntry::Table(back) = cache.find(&key) else { panic!("the table is there") };
+        assert_eq!((back.header(), back.entry_count()), (table.header(), table.entry_count()));
 
         let path = cache.path(&key);
         let bytes = std::fs::read(&path).expect("a file");
@@ -247,21 +227,12 @@ mod tests {
         let CacheEntry::Unusable(why) = cache.find(&other) else {
             panic!("the table of another key was taken")
         };
-        assert!(
-            why.contains(other.hex()) && why.contains(key.hex()),
-            "{why}"
-        );
+        assert!(why.contains(other.hex()) && why.contains(key.hex()), "{why}");
     }
 
     #[test]
     fn default_directory_lies_beside_the_results() {
-        assert_eq!(
-            Cache::beside(Path::new("results")).directory,
-            Path::new("./.batwing-cache")
-        );
-        assert_eq!(
-            Cache::beside(Path::new("/a/b")).directory,
-            Path::new("/a/.batwing-cache")
-        );
+        assert_eq!(Cache::beside(Path::new("results")).directory, Path::new("./.batwing-cache"));
+        assert_eq!(Cache::beside(Path::new("/a/b")).directory, Path::new("/a/.batwing-cache"));
     }
 }

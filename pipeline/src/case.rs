@@ -118,11 +118,7 @@ impl Case {
         let value = json::parse(text.as_bytes()).map_err(|error| {
             let other_than_json = !error.is_data();
             let error = anyhow::Error::new(error);
-            if other_than_json {
-                error.context("is not valid JSON")
-            } else {
-                error
-            }
+            if other_than_json { error.context("is not valid JSON") } else { error }
         })?;
         let file = Fields::of("", &value)?;
         let inputs = match value.get("inputs") {
@@ -177,10 +173,7 @@ fn lossless_index(inputs: &Fields, key: &str) -> Result<Complex64> {
     if index.re > 0.0 && index.im == 0.0 {
         return Ok(index);
     }
-    Err(inputs.refuse(
-        key,
-        "[n, 0] with n > 0, since light comes from this half-space",
-    ))
+    Err(inputs.refuse(key, "[n, 0] with n > 0, since light comes from this half-space"))
 }
 
 fn direction(inputs: &Fields) -> Result<(f64, f64)> {
@@ -188,11 +181,7 @@ fn direction(inputs: &Fields) -> Result<(f64, f64)> {
     if theta.abs() >= 90.0 {
         return Err(inputs.refuse("theta_deg", "an angle above -90 and below 90 degrees"));
     }
-    let phi = if inputs.has("phi_deg") {
-        inputs.number("phi_deg")?
-    } else {
-        0.0
-    };
+    let phi = if inputs.has("phi_deg") { inputs.number("phi_deg")? } else { 0.0 };
     let planar = theta == 0.0 || phi % 180.0 == 0.0;
     match inputs.optional_text("mount")? {
         None | Some("conical") => Ok((theta, phi)),
@@ -248,49 +237,30 @@ fn structure(inputs: &Fields, period: f64) -> Result<Structure> {
         }
         (false, true) => relief(&inputs.object("relief")?, period).map(Structure::Relief),
         (true, true) => Err(wrong(key, "either layers_top_to_bottom or relief", "both")),
-        (false, false) => Err(wrong(
-            key,
-            "either layers_top_to_bottom or relief",
-            "neither",
-        )),
+        (false, false) => Err(wrong(key, "either layers_top_to_bottom or relief", "neither")),
     }
 }
 
 fn layer(layer: &Fields) -> Result<Layer> {
     layer.only(&["thickness", "segments"])?;
-    let segments = layer
-        .list("segments")?
-        .iter()
-        .map(segment)
-        .collect::<Result<_>>()?;
+    let segments = layer.list("segments")?.iter().map(segment).collect::<Result<_>>()?;
     let thickness = layer.thickness("thickness")?;
     Layer::new(thickness, segments).with_context(|| layer.path("segments"))
 }
 
 fn segment(segment: &Fields) -> Result<Segment> {
     segment.only(&["x0", "x1", "n"])?;
-    Ok(Segment {
-        x0: segment.number("x0")?,
-        x1: segment.number("x1")?,
-        index: segment.index("n")?,
-    })
+    Ok(Segment { x0: segment.number("x0")?, x1: segment.number("x1")?, index: segment.index("n")? })
 }
 
 fn relief(relief: &Fields, period: f64) -> Result<Relief> {
     relief.only(&["depth", "background", "polygons"])?;
-    let polygons = relief
-        .list("polygons")?
-        .iter()
-        .map(polygon)
-        .collect::<Result<_>>()?;
+    let polygons = relief.list("polygons")?.iter().map(polygon).collect::<Result<_>>()?;
     let (depth, background) = (relief.length("depth")?, relief.index("background")?);
     Relief::new(period, depth, background, polygons).with_context(|| relief.path("polygons"))
 }
 
 fn polygon(polygon: &Fields) -> Result<Polygon> {
     polygon.only(&["n", "points"])?;
-    Ok(Polygon {
-        index: polygon.index("n")?,
-        points: polygon.pairs("points")?,
-    })
+    Ok(Polygon { index: polygon.index("n")?, points: polygon.pairs("points")? })
 }

@@ -78,10 +78,7 @@ struct FileState {
 impl FileState {
     /// `None` where the file system keeps no times.
     fn of(file: &Metadata) -> Option<Self> {
-        Some(Self {
-            length: file.len(),
-            modified: file.modified().ok()?,
-        })
+        Some(Self { length: file.len(), modified: file.modified().ok()? })
     }
 }
 
@@ -137,11 +134,7 @@ impl Checkpoints {
             folder: cache.join(JOBS).join(job),
             console,
             used: Mutex::default(),
-            purpose: if merging {
-                Purpose::Merging
-            } else {
-                Purpose::Sharding
-            },
+            purpose: if merging { Purpose::Merging } else { Purpose::Sharding },
             refused: AtomicBool::new(false),
             failure: Mutex::default(),
             verified: Mutex::default(),
@@ -186,23 +179,13 @@ impl Checkpoints {
     pub fn of(&self, fields: &Value) -> Groups<'_> {
         let key = Key::of(&json!({"trace": fields}));
         let folder = self.folder.join(key.hex());
-        self.used
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .insert(folder.clone());
-        Groups {
-            checkpoints: self,
-            key,
-            folder,
-        }
+        self.used.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.clone());
+        Groups { checkpoints: self, key, folder }
     }
 
     /// Folders of traces of this command so far.
     pub fn mark(&self) -> BTreeSet<PathBuf> {
-        self.used
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+        self.used.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Removes what traces kept that began since a mark.
@@ -368,10 +351,7 @@ fn remove(folder: &Path) {
 mod tests {
     use super::*;
 
-    const QUIET: Console = Console {
-        quiet: true,
-        json: false,
-    };
+    const QUIET: Console = Console { quiet: true, json: false };
 
     #[test]
     fn groups_come_back_whole_or_not_at_all_and_leave_nothing() {

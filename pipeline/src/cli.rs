@@ -33,12 +33,7 @@ use crate::stages::scene_check;
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
 /// trace, metrics.
 #[derive(Debug, Parser)]
-#[command(
-    name = "batwing",
-    version,
-    about,
-    after_help = "Example: batwing reproduce --quick"
-)]
+#[command(name = "batwing", version, about, after_help = "Example: batwing reproduce --quick")]
 pub struct Cli {
     /// Options of every command.
     #[command(flatten)]
@@ -246,10 +241,7 @@ impl Cli {
 
     fn context<'a>(&self, interrupt: &'a Interrupt) -> RunContext<'a> {
         RunContext {
-            console: Console {
-                quiet: self.common.quiet,
-                json: self.common.json,
-            },
+            console: Console { quiet: self.common.quiet, json: self.common.json },
             interrupt,
             seed: self.common.seed,
             checkpoints: None,
@@ -276,10 +268,7 @@ mod tests {
         let cli = Cli::command();
         cli.clone().debug_assert();
         for command in cli.get_subcommands() {
-            let help = command
-                .get_after_help()
-                .map(ToString::to_string)
-                .unwrap_or_default();
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
             assert_eq!(
                 help.matches("batwing ").count(),
                 1,
@@ -321,15 +310,7 @@ mod tests {
             assert_eq!(Cli::try_parse_from(line).is_ok(), good, "{line:?}");
         }
         for (theta, good) in [("-40", true), ("90", false), ("nan", false)] {
-            let line = [
-                "batwing",
-                "near-field",
-                "d.toml",
-                "--ring",
-                "7",
-                "--theta-deg",
-                theta,
-            ];
+            let line = ["batwing", "near-field", "d.toml", "--ring", "7", "--theta-deg", theta];
             assert_eq!(Cli::try_parse_from(line).is_ok(), good, "{line:?}");
         }
         let both = ["batwing", "bsdf", "d.toml", "--no-cache", "--cache", "c"];

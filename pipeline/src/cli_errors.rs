@@ -17,17 +17,13 @@ pub fn message(error: &Error, cli: &Command) -> String {
     match error.kind() {
         ErrorKind::InvalidValue if value.is_empty() => {
             let placeholder = text(error, ContextKind::InvalidArg);
-            let expected = placeholder
-                .split_once(' ')
-                .map_or("a value", |(_, placeholder)| placeholder);
+            let expected =
+                placeholder.split_once(' ').map_or("a value", |(_, placeholder)| placeholder);
             format!("{argument}: expected {}, got nothing", bare(expected))
         }
         ErrorKind::InvalidValue => {
             let known = any_of(&texts(error, ContextKind::ValidValue), "or");
-            format!(
-                "{argument}: expected {known}, got {value:?}{}",
-                nearest(error)
-            )
+            format!("{argument}: expected {known}, got {value:?}{}", nearest(error))
         }
         ErrorKind::ValueValidation => {
             let expected = expected_value(error);
@@ -129,41 +125,26 @@ fn any_of(all: &[String], last: &str) -> String {
 
 /// A suggestion of the name that was probably meant.
 fn nearest(error: &Error) -> String {
-    let kinds = [
-        ContextKind::SuggestedArg,
-        ContextKind::SuggestedSubcommand,
-        ContextKind::SuggestedValue,
-    ];
+    let kinds =
+        [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue];
     let suggested = kinds.map(|kind| text(error, kind));
     let near = suggested.iter().find(|near| !near.is_empty());
-    near.map_or_else(String::new, |near| {
-        format!("; did you mean {}?", name(near))
-    })
+    near.map_or_else(String::new, |near| format!("; did you mean {}?", name(near)))
 }
 
 /// The command that was parsed: `batwing run`.
 fn command(error: &Error) -> String {
     let usage = error.get(ContextKind::Usage).map(ToString::to_string);
     let usage = usage.unwrap_or_default();
-    let words = usage
-        .split_whitespace()
-        .skip_while(|word| *word != "batwing");
-    let words: Vec<&str> = words
-        .take_while(|word| !word.starts_with(['<', '[', '-']))
-        .collect();
-    if words.is_empty() {
-        "batwing".to_owned()
-    } else {
-        words.join(" ")
-    }
+    let words = usage.split_whitespace().skip_while(|word| *word != "batwing");
+    let words: Vec<&str> = words.take_while(|word| !word.starts_with(['<', '[', '-'])).collect();
+    if words.is_empty() { "batwing".to_owned() } else { words.join(" ") }
 }
 
 /// The list of commands.
 fn commands(cli: &Command) -> String {
-    let names: Vec<String> = cli
-        .get_subcommands()
-        .map(|command| command.get_name().to_owned())
-        .collect();
+    let names: Vec<String> =
+        cli.get_subcommands().map(|command| command.get_name().to_owned()).collect();
     format!("one of the commands {}", any_of(&names, "or"))
 }
 
@@ -176,10 +157,7 @@ mod tests {
 
     fn said(line: &str) -> String {
         let words = std::iter::once("batwing").chain(line.split_whitespace());
-        message(
-            &Cli::try_parse_from(words).expect_err(line),
-            &Cli::command(),
-        )
+        message(&Cli::try_parse_from(words).expect_err(line), &Cli::command())
     }
 
     #[test]
@@ -206,10 +184,7 @@ mod tests {
                 "--model: expected geometric, fine, control, hybrid or all, got \"hybird\"; did you mean hybrid?",
             ),
             ("run d.toml --paths", "--paths: expected N, got nothing"),
-            (
-                "run d.toml --out --quiet",
-                "--out: expected DIR, got nothing",
-            ),
+            ("run d.toml --out --quiet", "--out: expected DIR, got nothing"),
             (
                 "run d.toml --thread 2",
                 "expected options that `batwing run --help` lists, got --thread; did you mean --threads?",
@@ -218,22 +193,10 @@ mod tests {
                 "run d.toml more.toml",
                 "expected no more than `batwing run --help` lists, got \"more.toml\"",
             ),
-            (
-                "run d.toml --quiet=no",
-                "--quiet: expected no value, got \"no\"",
-            ),
-            (
-                "run d.toml --seed 1 --seed 2",
-                "--seed: expected once, got more than once",
-            ),
-            (
-                "run",
-                "batwing run: expected DESIGN.toml, got nothing of it",
-            ),
-            (
-                "converge",
-                "batwing converge: expected --ring N and DESIGN.toml, got nothing of it",
-            ),
+            ("run d.toml --quiet=no", "--quiet: expected no value, got \"no\""),
+            ("run d.toml --seed 1 --seed 2", "--seed: expected once, got more than once"),
+            ("run", "batwing run: expected DESIGN.toml, got nothing of it"),
+            ("converge", "batwing converge: expected --ring N and DESIGN.toml, got nothing of it"),
             (
                 "run d.toml --most-paths 5000",
                 "batwing run: expected --until-error FIGURE=ERROR, got nothing of it",
@@ -280,10 +243,7 @@ mod tests {
                         continue;
                     };
                     let said = message(&error, &Cli::command());
-                    assert!(
-                        said.contains("expected ") && !said.contains('\n'),
-                        "{line:?}: {said}"
-                    );
+                    assert!(said.contains("expected ") && !said.contains('\n'), "{line:?}: {said}");
                     assert!(!said.starts_with("error:"), "{line:?}: {said}");
                     tried += 1;
                 }

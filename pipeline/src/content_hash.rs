@@ -43,12 +43,10 @@ fn digest(text: &str) -> String {
 /// Hexadecimal SHA-256.
 pub fn sha256_hex(bytes: &[u8]) -> String {
     use std::fmt::Write;
-    Sha256::digest(bytes)
-        .iter()
-        .fold(String::with_capacity(64), |mut s, b| {
-            let _ = write!(s, "{b:02x}");
-            s
-        })
+    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut s, b| {
+        let _ = write!(s, "{b:02x}");
+        s
+    })
 }
 
 #[cfg(test)]
@@ -62,12 +60,7 @@ mod tests {
         let text = serde_json::to_string_pretty(&value).expect("JSON") + "\n";
         let holds = |text: &str| hashes(text).is_some_and(|(a, b)| a == b);
         assert!(holds(&text) && holds(text.trim_end()));
-        for (from, to) in [
-            ("1.5", "1.6"),
-            ("\"z\"", "\"y\""),
-            ("x", ""),
-            ("{\n", "{\r\n"),
-        ] {
+        for (from, to) in [("1.5", "1.6"), ("\"z\"", "\"y\""), ("x", ""), ("{\n", "{\r\n")] {
             assert!(!holds(&text.replacen(from, to, 1)), "{from} to {to}");
         }
         for none in ["", "{}", "{\"content_sha256\": 5, \"a\": \"b\"}"] {

@@ -34,19 +34,10 @@ impl Digits {
     /// The error to two significant digits, the value to the same decimal.
     pub fn new(value: f64, error: f64) -> Self {
         if !value.is_finite() {
-            return Self {
-                value: "n/a".into(),
-                error: String::new(),
-                power: 0,
-                decimals: 0,
-            };
+            return Self { value: "n/a".into(), error: String::new(), power: 0, decimals: 0 };
         }
         let size = value.abs().max(if error.is_finite() { error } else { 0.0 });
-        let power = if size > 0.0 && !(1e-4..1e7).contains(&size) {
-            exponent(size, 1)
-        } else {
-            0
-        };
+        let power = if size > 0.0 && !(1e-4..1e7).contains(&size) { exponent(size, 1) } else { 0 };
         let scale = 10f64.powi(-power);
         let (value, error) = (value * scale, error * scale);
         if error > 0.0 && error.is_finite() {
@@ -71,9 +62,7 @@ impl Digits {
 /// Decimal exponent of a positive number after rounding to `digits + 1` significant digits.
 fn exponent(number: f64, digits: usize) -> i32 {
     let text = format!("{number:.digits$e}");
-    text.split_once('e')
-        .and_then(|(_, exponent)| exponent.parse().ok())
-        .unwrap_or(0)
+    text.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }
 
 /// `number` to so many decimals; negative decimals round before the point.
@@ -147,12 +136,7 @@ mod tests {
 
     #[test]
     fn commas_stand_between_thousands() {
-        for (number, text) in [
-            (0, "0"),
-            (999, "999"),
-            (1000, "1,000"),
-            (1_234_567, "1,234,567"),
-        ] {
+        for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1_234_567, "1,234,567")] {
             assert_eq!(thousands(number), text);
         }
     }

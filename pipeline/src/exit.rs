@@ -89,10 +89,7 @@ mod tests {
     #[test]
     fn exit_codes_follow_the_cause() {
         assert_eq!(report(&anyhow::anyhow!("no such file")), 1);
-        let terminated = Stopped {
-            line: "interrupted".to_owned(),
-            exit_code: 143,
-        };
+        let terminated = Stopped { line: "interrupted".to_owned(), exit_code: 143 };
         assert_eq!(report(&terminated.into()), 143);
         let closed = Err::<(), _>(Closed).context("while printing").unwrap_err();
         assert_eq!(report(&closed), 141);

@@ -75,20 +75,14 @@ impl Interrupt {
     }
 
     #[cfg(not(unix))]
-    #[expect(
-        clippy::unused_self,
-        clippy::unnecessary_wraps,
-        reason = "as where there are signals"
-    )]
+    #[expect(clippy::unused_self, clippy::unnecessary_wraps, reason = "as where there are signals")]
     fn watch_signals(&self) -> Result<()> {
         Ok(())
     }
 
     fn raise(&self, signal: u8) {
         // The first signal says how the process ends.
-        let first = self
-            .signal
-            .compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst);
+        let first = self.signal.compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst);
         self.raised.store(true, Ordering::SeqCst);
         if first.is_err() {
             self.end();
@@ -113,21 +107,13 @@ impl Interrupt {
 
     /// An error once Ctrl-C was pressed.
     pub fn check(&self) -> Result<(), Interrupted> {
-        if self.is_raised() {
-            Err(Interrupted)
-        } else {
-            Ok(())
-        }
+        if self.is_raised() { Err(Interrupted) } else { Ok(()) }
     }
 
     /// Stops a solver between two layers once Ctrl-C was pressed.
     pub fn watch(&self) -> impl Fn(usize) -> ControlFlow<()> + Sync + '_ {
         move |_| {
-            if self.is_raised() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+            if self.is_raised() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         }
     }
 
@@ -151,11 +137,7 @@ impl Interrupt {
     /// The error that a command ends with: after Ctrl-C the line for its user, whatever a stage
     /// stopped with.
     pub fn explain(&self, error: anyhow::Error) -> anyhow::Error {
-        if self.is_raised()
-            || error
-                .chain()
-                .any(<dyn std::error::Error>::is::<Interrupted>)
-        {
+        if self.is_raised() || error.chain().any(<dyn std::error::Error>::is::<Interrupted>) {
             self.stopped().into()
         } else {
             error
@@ -164,11 +146,8 @@ impl Interrupt {
 
     fn stopped(&self) -> Stopped {
         let note = self.note.lock().unwrap_or_else(PoisonError::into_inner);
-        let line = if note.is_empty() {
-            "interrupted".to_owned()
-        } else {
-            format!("interrupted {note}")
-        };
+        let line =
+            if note.is_empty() { "interrupted".to_owned() } else { format!("interrupted {note}") };
         let signal = match self.signal.load(Ordering::SeqCst) {
             0 => SIGINT,
             signal => signal,
@@ -213,16 +192,10 @@ mod tests {
         let error = Err::<(), _>(stopped).context("while tracing").unwrap_err();
         assert_eq!(
             interrupt.explain(error).downcast::<Stopped>().unwrap(),
-            Stopped {
-                line: "interrupted".to_owned(),
-                exit_code: 130
-            }
+            Stopped { line: "interrupted".to_owned(), exit_code: 130 }
         );
         interrupt.note("before results.json was written");
         let error = interrupt.explain(anyhow::anyhow!("stopped by the caller"));
-        assert_eq!(
-            format!("{error:#}"),
-            "interrupted before results.json was written"
-        );
+        assert_eq!(format!("{error:#}"), "interrupted before results.json was written");
     }
 }

@@ -16,9 +16,7 @@ pub fn read(path: &Path) -> Result<Material> {
     let material = Material::from_yaml(&text).with_context(|| path.display().to_string())?;
     if material.lowest_k() < 0.0 {
         let (path, lowest) = (path.display(), material.lowest_k());
-        warn_once(&format!(
-            "{path}: k down to {lowest}, taken as 0 where it is below 0"
-        ));
+        warn_once(&format!("{path}: k down to {lowest}, taken as 0 where it is below 0"));
     }
     Ok(material)
 }

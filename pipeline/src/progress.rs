@@ -102,10 +102,7 @@ pub struct Progress {
 impl Progress {
     /// Progress that nobody sees.
     pub fn hidden() -> Self {
-        Self {
-            bar: ProgressBar::hidden(),
-            lines: None,
-        }
+        Self { bar: ProgressBar::hidden(), lines: None }
     }
 
     /// Counts `steps` as done.
@@ -166,13 +163,7 @@ const LONGEST: Duration = Duration::from_secs(10);
 impl Lines {
     fn new(length: u64, what: &str) -> Self {
         let now = Instant::now();
-        Self {
-            what: what.to_owned(),
-            length,
-            done: 0,
-            started: now,
-            last: (now, 0),
-        }
+        Self { what: what.to_owned(), length, done: 0, started: now, last: (now, 0) }
     }
 
     /// The line to print once `steps` more are done, if it is time for one.
@@ -191,9 +182,7 @@ impl Lines {
         let elapsed = now.saturating_duration_since(self.started).as_secs_f64();
         let left = elapsed * (1.0 / fraction - 1.0);
         let (what, percent) = (&self.what, 100.0 * fraction);
-        Some(format!(
-            "{what}: {percent:.0} %, {elapsed:.0} s, about {left:.0} s left"
-        ))
+        Some(format!("{what}: {percent:.0} %, {elapsed:.0} s, about {left:.0} s left"))
     }
 }
 
@@ -208,17 +197,11 @@ mod tests {
         let mut at =
             |steps: u64, seconds: u64| lines.advance(steps, start + Duration::from_secs(seconds));
         assert_eq!(at(15, 1), None, "a line in the first two seconds");
-        assert_eq!(
-            at(5, 4).as_deref(),
-            Some("rays: 20 %, 4 s, about 16 s left")
-        );
+        assert_eq!(at(5, 4).as_deref(), Some("rays: 20 %, 4 s, about 16 s left"));
         assert_eq!(at(20, 5), None, "a second after the last");
         assert_eq!(at(0, 6).as_deref(), Some("rays: 40 %, 6 s, about 9 s left"));
         assert_eq!(at(2, 15), None, "neither a tenth nor ten seconds");
-        assert_eq!(
-            at(1, 16).as_deref(),
-            Some("rays: 43 %, 16 s, about 21 s left")
-        );
+        assert_eq!(at(1, 16).as_deref(), Some("rays: 43 %, 16 s, about 21 s left"));
         assert_eq!(at(57, 30), None, "the result says that all is done");
     }
 }

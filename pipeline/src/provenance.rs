@@ -17,10 +17,7 @@ pub struct FileRecord {
 impl FileRecord {
     /// The record of a file with this content.
     pub fn new(file: impl Into<String>, content: &[u8]) -> Self {
-        Self {
-            file: file.into(),
-            sha256: sha256_hex(content),
-        }
+        Self { file: file.into(), sha256: sha256_hex(content) }
     }
 }
 
@@ -38,12 +35,7 @@ pub struct Provenance {
 impl Provenance {
     /// All files: the design itself, then those that it names.
     pub fn inputs(&self) -> Vec<FileRecord> {
-        let design = FileRecord {
-            file: self.file.clone(),
-            sha256: self.sha256.clone(),
-        };
-        std::iter::once(design)
-            .chain(self.named.iter().cloned())
-            .collect()
+        let design = FileRecord { file: self.file.clone(), sha256: self.sha256.clone() };
+        std::iter::once(design).chain(self.named.iter().cloned()).collect()
     }
 }

@@ -70,12 +70,7 @@ mod tests {
         let altered = format!("{}\n", EMBEDDED[0].1);
         assert_eq!(published.design(&sha256_hex(altered.as_bytes())), None);
         assert_eq!(
-            published
-                .designs
-                .values()
-                .flat_map(BTreeMap::values)
-                .map(BTreeMap::len)
-                .sum::<usize>(),
+            published.designs.values().flat_map(BTreeMap::values).map(BTreeMap::len).sum::<usize>(),
             21
         );
     }

@@ -93,10 +93,7 @@ pub struct Quantity {
 impl Quantity {
     /// A quantity of this name and unit.
     pub fn new(name: impl Into<String>, unit: Unit) -> Self {
-        Self {
-            name: name.into(),
-            unit,
-        }
+        Self { name: name.into(), unit }
     }
 
     /// Name as given.
@@ -189,10 +186,7 @@ impl Axis {
 
     /// Middle of every bin.
     pub fn centres(&self) -> Vec<f64> {
-        self.edges
-            .windows(2)
-            .map(|w| f64::midpoint(w[0], w[1]))
-            .collect()
+        self.edges.windows(2).map(|w| f64::midpoint(w[0], w[1])).collect()
     }
 
     /// First and last edge.
@@ -235,13 +229,7 @@ impl Map {
             standard_error.len()
         );
         check_values(&quantity.name, &value, &standard_error)?;
-        Ok(Self {
-            quantity,
-            rows,
-            columns,
-            value,
-            standard_error,
-        })
+        Ok(Self { quantity, rows, columns, value, standard_error })
     }
 
     /// Name and unit of the values.
@@ -309,12 +297,7 @@ impl Curve {
             "curve `{label}`: expected finite positions in ascending order"
         );
         check_values(&label, &value, &standard_error)?;
-        Ok(Self {
-            label,
-            x,
-            value,
-            standard_error,
-        })
+        Ok(Self { label, x, value, standard_error })
     }
 
     /// The curve continued to negative positions by symmetry: the azimuthal mean over θ = 0..90°
@@ -351,17 +334,11 @@ impl Curve {
         let run = self.x.len().div_ceil(most);
         let mean = |list: &[f64]| -> Vec<f64> {
             let runs = list.chunks(run);
-            runs.map(|r| r.iter().sum::<f64>() / r.len() as f64)
-                .collect()
+            runs.map(|r| r.iter().sum::<f64>() / r.len() as f64).collect()
         };
         let errors = self.standard_error.chunks(run);
         let error = |r: &[f64]| r.iter().map(|e| e * e).sum::<f64>().sqrt() / r.len() as f64;
-        Self::new(
-            self.label.clone(),
-            mean(&self.x),
-            mean(&self.value),
-            errors.map(error).collect(),
-        )
+        Self::new(self.label.clone(), mean(&self.x), mean(&self.value), errors.map(error).collect())
     }
 
     /// The curve divided by `reference`, for example its own maximum.
@@ -422,15 +399,9 @@ impl Curve {
 
 fn check_values(name: &str, value: &[f64], standard_error: &[f64]) -> Result<()> {
     if let Some(index) = value.iter().position(|v| !v.is_finite()) {
-        anyhow::bail!(
-            "{name}: expected finite values, got {} at index {index}",
-            value[index]
-        );
+        anyhow::bail!("{name}: expected finite values, got {} at index {index}", value[index]);
     }
-    if let Some(index) = standard_error
-        .iter()
-        .position(|e| !(e.is_finite() && *e >= 0.0))
-    {
+    if let Some(index) = standard_error.iter().position(|e| !(e.is_finite() && *e >= 0.0)) {
         anyhow::bail!(
             "{name}: expected finite standard errors of at least 0, got {} at index {index}",
             standard_error[index]

@@ -13,12 +13,7 @@ pub struct PlainWords {
 /// serde's complaint `said` in plain words; `None` where it is no such complaint. A table or object
 /// is called `table`; `kind` is the kind of table that a key does not belong to.
 pub fn plain(said: &str, table: &str, kind: Option<&str>) -> Option<PlainWords> {
-    let found = |message: String| {
-        Some(PlainWords {
-            missing: None,
-            message,
-        })
-    };
+    let found = |message: String| Some(PlainWords { missing: None, message });
     if let Some(rest) = said.strip_prefix("missing field `") {
         return Some(PlainWords {
             missing: Some(rest.split('`').next()?.to_owned()),
@@ -42,22 +37,12 @@ pub fn plain(said: &str, table: &str, kind: Option<&str>) -> Option<PlainWords> 
     }
     if let Some(rest) = said.strip_prefix("invalid length ") {
         let (got, expected) = rest.split_once(", expected ")?;
-        return found(format!(
-            "expected {}, got {got}",
-            plain_type(expected, table)
-        ));
+        return found(format!("expected {}, got {got}", plain_type(expected, table)));
     }
     let rest = ["invalid type: ", "invalid value: "].map(|prefix| said.strip_prefix(prefix));
-    let (got, expected) = rest
-        .into_iter()
-        .flatten()
-        .next()?
-        .rsplit_once(", expected ")?;
+    let (got, expected) = rest.into_iter().flatten().next()?.rsplit_once(", expected ")?;
     let expected = plain_type(expected, table);
-    found(format!(
-        "expected {expected}, got {}",
-        plain_value(got, table)
-    ))
+    found(format!("expected {expected}, got {}", plain_value(got, table)))
 }
 
 /// Names without the marks about them.
@@ -86,13 +71,7 @@ fn plain_value(said: &str, table: &str) -> String {
         "map" => return table.to_owned(),
         _ => {}
     }
-    let kinds = [
-        "integer ",
-        "floating point ",
-        "boolean ",
-        "string ",
-        "unit value ",
-    ];
+    let kinds = ["integer ", "floating point ", "boolean ", "string ", "unit value "];
     let value = kinds.iter().find_map(|kind| said.strip_prefix(kind));
     value.unwrap_or(said).replace('`', "")
 }

@@ -23,10 +23,7 @@ impl<'a> RunContext<'a> {
     /// The same, storing finished groups of paths in `checkpoints`, if there are some.
     #[must_use]
     pub fn storing(self, checkpoints: Option<&'a Checkpoints>) -> Self {
-        Self {
-            checkpoints: checkpoints.or(self.checkpoints),
-            ..self
-        }
+        Self { checkpoints: checkpoints.or(self.checkpoints), ..self }
     }
 
     /// Whether all pieces of a job are merged, so that nothing may be computed.
@@ -37,24 +34,13 @@ impl<'a> RunContext<'a> {
     /// The same, with warnings alone on the console.
     #[must_use]
     pub fn silent(self) -> Self {
-        let console = Console {
-            quiet: true,
-            ..self.console
-        };
+        let console = Console { quiet: true, ..self.console };
         Self { console, ..self }
     }
 
     /// A context that prints nothing, for programs that call a stage themselves.
     pub fn quiet(interrupt: &'a Interrupt, seed: u64) -> Self {
-        let console = Console {
-            quiet: true,
-            json: false,
-        };
-        Self {
-            console,
-            interrupt,
-            seed,
-            checkpoints: None,
-        }
+        let console = Console { quiet: true, json: false };
+        Self { console, interrupt, seed, checkpoints: None }
     }
 }

@@ -156,17 +156,7 @@ mod tests {
             assert_eq!(of(text), Ok(ShardChoice { numbers, count }));
         }
         assert_eq!(of("5,2/8").expect("valid").to_string(), "2,5/8");
-        for bad in [
-            "",
-            "3",
-            "1/0",
-            "-1/8",
-            "a/8",
-            "1/",
-            "/8",
-            "1.5/8",
-            "0/1000000",
-        ] {
+        for bad in ["", "3", "1/0", "-1/8", "a/8", "1/", "/8", "1.5/8", "0/1000000"] {
             assert!(of(bad).is_err(), "{bad}");
         }
     }
@@ -195,10 +185,7 @@ mod tests {
             // Beside the largest piece, no shard has more than its part.
             let most = shares.iter().map(|s| s.cost).fold(0.0, f64::max);
             let largest = 26.0 * 26.0;
-            assert!(
-                most <= (whole / count as f64 + 20.0).max(largest),
-                "{count}: {most}"
-            );
+            assert!(most <= (whole / count as f64 + 20.0).max(largest), "{count}: {most}");
         }
     }
 

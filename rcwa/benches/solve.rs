@@ -36,9 +36,7 @@ fn one_slice(ends: &[(f64, Complex64)]) -> Stack {
 
 /// Spread over the silicone's hemisphere.
 fn ky(count: usize) -> Vec<f64> {
-    (0..count)
-        .map(|i| (i as f64 + 0.5) * 1.41 / count as f64)
-        .collect()
+    (0..count).map(|i| (i as f64 + 0.5) * 1.41 / count as f64).collect()
 }
 
 fn line(bencher: divan::Bencher<'_, '_>, stack: &Stack, highest: usize, lines: usize) {
@@ -50,12 +48,7 @@ fn line(bencher: divan::Bencher<'_, '_>, stack: &Stack, highest: usize, lines: u
 /// Real symmetric eigenproblems, one ky.
 #[divan::bench(args = [30, 50, 80])]
 fn slice_with_one_ridge(bencher: divan::Bencher<'_, '_>, highest: usize) {
-    line(
-        bencher,
-        &one_slice(&[(0.3, SILICONE), (1.0, AIR)]),
-        highest,
-        1,
-    );
+    line(bencher, &one_slice(&[(0.3, SILICONE), (1.0, AIR)]), highest, 1);
 }
 
 /// Complex Hermitian eigenproblems, one ky.
@@ -86,14 +79,8 @@ fn ring_75_eight_ky_real_basis(bencher: divan::Bencher<'_, '_>, highest: usize) 
     let stack = ring_75(6);
     let truncation = Truncation::new(highest).expect("valid");
     bencher.bench(|| {
-        solve_symmetric_line(
-            &stack,
-            SymmetricBloch::Centre,
-            &ky(8),
-            truncation,
-            &no_progress,
-        )
-        .expect("solves")
+        solve_symmetric_line(&stack, SymmetricBloch::Centre, &ky(8), truncation, &no_progress)
+            .expect("solves")
     });
 }
 

@@ -66,9 +66,7 @@ fn product<T: ComplexField>(size: usize, fill: impl Fn(f64) -> T) -> f64 {
 }
 
 fn main() -> Result<(), Failure> {
-    let tolerance = std::env::args()
-        .nth(1)
-        .map_or(Ok(1e-3), |text| text.parse())?;
+    let tolerance = std::env::args().nth(1).map_or(Ok(1e-3), |text| text.parse())?;
     let relief = shapes::step(10.0, 4.03, Materials::lossless(SILICONE, 1.0))?;
     let interface = Interface {
         relief,

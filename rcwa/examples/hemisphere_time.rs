@@ -78,9 +78,7 @@ fn options() -> Result<Options, Failure> {
     };
     let mut words = std::env::args().skip(1);
     while let Some(name) = words.next() {
-        let value = words
-            .next()
-            .ok_or_else(|| format!("{name} needs a value"))?;
+        let value = words.next().ok_or_else(|| format!("{name} needs a value"))?;
         match name.as_str() {
             "--orders" => options.orders = value.parse()?,
             "--slices" => options.slices = value.parse()?,
@@ -107,10 +105,7 @@ fn interface(apex: f64) -> Result<Interface, Failure> {
 
 fn directions() -> Directions {
     let ky = (0..KY).map(|i| (i as f64 + 0.5) * SILICONE / KY as f64);
-    Directions {
-        kx_per_zone: KX_PER_ZONE,
-        ky: ky.collect(),
-    }
+    Directions { kx_per_zone: KX_PER_ZONE, ky: ky.collect() }
 }
 
 fn odd(orders: usize) -> Result<Truncation, Failure> {
@@ -151,11 +146,7 @@ fn single(interface: &Interface, truncation: Truncation, slices: usize) -> Resul
     for _ in 0..5 {
         let before = cpu_seconds()?;
         let stack = interface.stack(&plan)?;
-        solve(
-            &stack,
-            Bloch::from_angles(&stack, Side::Top, theta, phi),
-            truncation,
-        )?;
+        solve(&stack, Bloch::from_angles(&stack, Side::Top, theta, phi), truncation)?;
         seconds.push(cpu_seconds()? - before);
     }
     seconds.sort_by(f64::total_cmp);
@@ -204,10 +195,7 @@ fn accuracy(interface: &Interface, wanted: &[(usize, usize)]) -> Result<Vec<Valu
     };
     // To thickness 0 by the square of it.
     let (coarse, fine) = (at(141, 384)?, at(141, 512)?);
-    let truth = coarse
-        .iter()
-        .zip(&fine)
-        .map(|(c, f)| (16.0 * f - 9.0 * c) / 7.0);
+    let truth = coarse.iter().zip(&fine).map(|(c, f)| (16.0 * f - 9.0 * c) / 7.0);
     let truth: Vec<f64> = truth.collect();
     let mut rows = Vec::new();
     for &(orders, slices) in wanted {

@@ -27,11 +27,7 @@ fn check_tolerance(got: f64) -> Result<(), Error> {
     if (smallest..=largest).contains(&got) {
         Ok(())
     } else {
-        Err(Error::Tolerance {
-            smallest,
-            largest,
-            got,
-        })
+        Err(Error::Tolerance { smallest, largest, got })
     }
 }
 
@@ -71,10 +67,7 @@ pub struct Converged {
 
 /// Largest difference of any component: the distance in which single numbers are asked for.
 pub fn largest_change(a: &[f64], b: &[f64]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max)
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// Part of the tolerance that orders and slices may take each.
@@ -92,13 +85,8 @@ pub fn converge(
 ) -> Result<Converged, Error> {
     check_tolerance(tolerance)?;
     let start = Truncation::new(range.first_order)?;
-    let search = |first, last, step| Search {
-        first,
-        last,
-        step,
-        tolerance: PART * tolerance,
-        distance,
-    };
+    let search =
+        |first, last, step| Search { first, last, step, tolerance: PART * tolerance, distance };
     let by_slices = range
         .first_slices
         .map(|first| {
@@ -191,16 +179,11 @@ impl Search {
             let change = (self.distance)(&values, &finer);
             // All later steps together, if each changes as much less than the one before as this
             // one did.
-            let ratio = before.map_or(0.6, |b: f64| {
-                (change / b.max(f64::MIN_POSITIVE)).clamp(0.5, 0.8)
-            });
+            let ratio =
+                before.map_or(0.6, |b: f64| (change / b.max(f64::MIN_POSITIVE)).clamp(0.5, 0.8));
             estimate = SAFETY * change / (1.0 - ratio);
             if estimate <= self.tolerance {
-                return Ok(SearchResult {
-                    at: here,
-                    values,
-                    estimate,
-                });
+                return Ok(SearchResult { at: here, values, estimate });
             }
             before = Some(change);
             (here, values) = (next, finer);
@@ -222,50 +205,30 @@ mod tests {
         converge(tolerance, range, largest_change, |m, s| Ok(model(m, s)))
     }
 
-    const RANGE: Range = Range {
-        first_order: 4,
-        last_order: 400,
-        first_slices: Some(4),
-        last_slices: 100_000,
-    };
+    const RANGE: Range =
+        Range { first_order: 4, last_order: 400, first_slices: Some(4), last_slices: 100_000 };
 
     #[test]
     fn estimate_bounds_the_true_error() {
         for tolerance in [1e-2, 1e-3, 1e-5, 1e-7] {
-            let Converged {
-                values,
-                estimated_error,
-                ..
-            } = found(tolerance, RANGE).unwrap();
+            let Converged { values, estimated_error, .. } = found(tolerance, RANGE).unwrap();
             let error = (values[0] - 1.0).abs();
-            assert!(
-                error <= estimated_error,
-                "{error} against {estimated_error}"
-            );
+            assert!(error <= estimated_error, "{error} against {estimated_error}");
             assert!(estimated_error <= tolerance);
         }
     }
 
     #[test]
     fn giving_up_says_where() {
-        let short = Range {
-            last_slices: 50,
-            ..RANGE
-        };
+        let short = Range { last_slices: 50, ..RANGE };
         let error = found(1e-6, short).unwrap_err().to_string();
-        assert!(
-            error.contains("slices") && error.contains("1.0e-6"),
-            "{error}"
-        );
+        assert!(error.contains("slices") && error.contains("1.0e-6"), "{error}");
     }
 
     #[test]
     fn tolerance_out_of_range_is_refused() {
         for tolerance in [0.0, -1.0, 1.0, f64::NAN] {
-            assert!(matches!(
-                found(tolerance, RANGE),
-                Err(Error::Tolerance { .. })
-            ));
+            assert!(matches!(found(tolerance, RANGE), Err(Error::Tolerance { .. })));
         }
     }
 }

@@ -101,26 +101,16 @@ pub fn operations(
     let slices = interface.mode_layers(resolution) as f64;
     let mut operations = Operations::default();
     let steepest = resolution.truncation.highest() as f64 * interface.order_spacing();
-    let thinner = interface
-        .n_top
-        .norm_sqr()
-        .min(interface.n_bottom.norm_sqr());
-    let runs = if interface.follows_walls() || resolution.plan.is_exact() {
-        1.0
-    } else {
-        2.0
-    };
+    let thinner = interface.n_top.norm_sqr().min(interface.n_bottom.norm_sqr());
+    let runs = if interface.follows_walls() || resolution.plan.is_exact() { 1.0 } else { 2.0 };
     let thickness = TAU / interface.wavelength * interface.relief.depth() * runs / slices;
     // Layers from one choice of parameters to the next.
     let between_choices = |kx: f64, ky: f64| {
         let growth = (kx * kx + ky * ky - thinner).max(0.0).sqrt() * thickness;
         (THIN / growth).floor().clamp(1.0, slices)
     };
-    let (nodes, borders) = if interface.follows_walls() {
-        slanted_nodes(interface, resolution)
-    } else {
-        (0.0, 0.0)
-    };
+    let (nodes, borders) =
+        if interface.follows_walls() { slanted_nodes(interface, resolution) } else { (0.0, 0.0) };
     let corrections = CORRECTION * borders;
     let stack = interface.stacks(resolution).ok().map(|(stack, _)| stack);
     for line in directions.lines() {
@@ -133,11 +123,9 @@ pub fn operations(
             real.map(|line| line.parts()[0].kind)
         });
         let (one, modes, finding) = match kind {
-            Some(FunctionSet::Parity) => (
-                0.25 * 0.25,
-                PARITIES_MODES_AND_INTERFACE,
-                FINDING_OF_PARITIES,
-            ),
+            Some(FunctionSet::Parity) => {
+                (0.25 * 0.25, PARITIES_MODES_AND_INTERFACE, FINDING_OF_PARITIES)
+            }
             Some(FunctionSet::Standing) => (0.25, STANDING_MODES_AND_INTERFACE, 0.25 * FINDING),
             Some(FunctionSet::FourierOrders) => (0.25, REAL_MODES_AND_INTERFACE, 0.25 * FINDING),
             None => (1.0, MODES_AND_INTERFACE, FINDING),
@@ -186,9 +174,7 @@ pub fn memory_with_cache(
     resolution: &Resolution,
 ) -> f64 {
     let whole = memory(directions, resolution);
-    let is_real = directions
-        .lines()
-        .all(|line| directions.mirrored(line).is_some());
+    let is_real = directions.lines().all(|line| directions.mirrored(line).is_some());
     if interface.follows_walls() && is_real && !resolution.plan.is_exact() {
         let lines = directions.lines().count() as f64;
         0.25 * whole + lines * cache_per_line(directions, resolution)
@@ -257,10 +243,7 @@ mod tests {
 
     fn interface(points: Vec<[f64; 2]>) -> Interface {
         let (silicone, air) = (Complex64::from(1.41), Complex64::from(1.0));
-        let ridge = Polygon {
-            index: silicone,
-            points,
-        };
+        let ridge = Polygon { index: silicone, points };
         Interface {
             relief: Relief::new(1.0, 0.4, air, vec![ridge]).unwrap(),
             wavelength: 0.55,
@@ -281,18 +264,12 @@ mod tests {
         };
         let ridges = [symmetric.relief.polygons(), &[beside]].concat();
         let relief = Relief::new(1.0, 0.4, Complex64::from(1.0), ridges).unwrap();
-        let interface = Interface {
-            relief,
-            ..symmetric.clone()
-        };
+        let interface = Interface { relief, ..symmetric.clone() };
         let resolution = Resolution {
             truncation: Truncation::new(3).unwrap(),
             plan: interface.relief.slice_plan(8),
         };
-        let directions = Directions {
-            kx_per_zone: 1,
-            ky: vec![0.0],
-        };
+        let directions = Directions { kx_per_zone: 1, ky: vec![0.0] };
         let counted = operations(&interface, &directions, &resolution);
         let q: f64 = 4.0 / 7.0;
         // The line at half a zone is real: a quarter of the work.
@@ -305,10 +282,7 @@ mod tests {
         assert!((apart.lines - 5.0 / 4.0 * 343.0).abs() < 1e-9);
         // Three nodes to a zone have a line besides that is not its own mirror image: complex, or
         // real where the relief is one.
-        let three = Directions {
-            kx_per_zone: 3,
-            ..directions
-        };
+        let three = Directions { kx_per_zone: 3, ..directions };
         assert!(operations(&interface, &three, &resolution).problems > 4.0 * counted.problems);
         let more = operations(&symmetric, &three, &resolution).problems / apart.problems;
         assert!(more > 4.0 && more < 6.0, "{more}");
@@ -322,15 +296,9 @@ mod tests {
                 truncation: Truncation::new(highest).unwrap(),
                 plan: interface.relief.slice_plan(12),
             };
-            let directions = Directions {
-                kx_per_zone,
-                ky: vec![0.1; 40],
-            };
+            let directions = Directions { kx_per_zone, ky: vec![0.1; 40] };
             let whole = memory(&directions, &resolution);
-            (
-                whole,
-                memory_with_cache(&interface, &directions, &resolution),
-            )
+            (whole, memory_with_cache(&interface, &directions, &resolution))
         };
         let (small, kept) = with(10, 2);
         assert!((kept - small).abs() < 1e-9 * small);
@@ -349,10 +317,7 @@ mod tests {
                 truncation: Truncation::new(6).unwrap(),
                 plan: interface.relief.slice_plan(slices),
             };
-            let directions = Directions {
-                kx_per_zone: 2,
-                ky: vec![0.1, 0.7],
-            };
+            let directions = Directions { kx_per_zone: 2, ky: vec![0.1, 0.7] };
             operations(&interface, &directions, &resolution).problems
         };
         // Thinner ones are crossed with the same parameters more often.

@@ -25,10 +25,7 @@ pub(crate) fn toeplitz(segments: &[Segment], orders: usize) -> Toeplitz<CMat> {
     let reach = orders - 1;
     let [permittivity, inverse_permittivity] = permittivities_about(segments, reach, 0.0)
         .map(|c| Mat::from_fn(orders, orders, |i, j| c[reach + i - j]));
-    Toeplitz {
-        permittivity,
-        inverse_permittivity,
-    }
+    Toeplitz { permittivity, inverse_permittivity }
 }
 
 /// Real symmetric matrices of a lossless layer that is mirror symmetric about `centre` (fraction of
@@ -37,8 +34,5 @@ pub(crate) fn toeplitz_about(segments: &[Segment], orders: usize, centre: f64) -
     let reach = orders - 1;
     let [permittivity, inverse_permittivity] = permittivities_about(segments, reach, centre)
         .map(|c| Mat::from_fn(orders, orders, |i, j| c[reach + i.abs_diff(j)].re));
-    Toeplitz {
-        permittivity,
-        inverse_permittivity,
-    }
+    Toeplitz { permittivity, inverse_permittivity }
 }

@@ -49,11 +49,7 @@ impl Incident {
     pub fn unit(side: Side, pol: Pol) -> Self {
         let mut amplitudes = [Complex64::ZERO; 2];
         amplitudes[pol.number()] = Complex64::ONE;
-        Self {
-            side,
-            order: 0,
-            amplitudes,
-        }
+        Self { side, order: 0, amplitudes }
     }
 }
 
@@ -143,27 +139,20 @@ pub fn field(
     check(bloch, incident, &grid)?;
     let depth: f64 = stack.layers().iter().map(|l| l.thickness).sum();
     match incident.side {
-        Side::Top => from_top(
-            stack, bloch, truncation, incident, &grid.z, &grid.x, progress,
-        )
-        .map(|found| found.on(grid)),
+        Side::Top => from_top(stack, bloch, truncation, incident, &grid.z, &grid.x, progress)
+            .map(|found| found.on(grid)),
         Side::Bottom => {
             // Seen in the mirror z → depth - z, light comes from the top, and p, which is s × k,
             // has changed its sign.
             let mirror = in_mirror(stack)?;
             let [s, p] = incident.amplitudes;
-            let image = Incident {
-                side: Side::Top,
-                amplitudes: [s, -p],
-                ..*incident
-            };
+            let image = Incident { side: Side::Top, amplitudes: [s, -p], ..*incident };
             let z: Vec<f64> = grid.z.iter().map(|z| depth - z).collect();
             let mut found = from_top(&mirror, bloch, truncation, &image, &z, &grid.x, progress)
                 .map_err(|error| match error {
-                    Error::Evanescent { order, .. } => Error::Evanescent {
-                        order,
-                        side: Side::Bottom,
-                    },
+                    Error::Evanescent { order, .. } => {
+                        Error::Evanescent { order, side: Side::Bottom }
+                    }
                     other => other,
                 })?;
             for sample in &mut found.samples {
@@ -178,10 +167,7 @@ pub fn field(
 
 fn check(bloch: Bloch, incident: &Incident, grid: &Grid) -> Result<(), Error> {
     if !(bloch.kx0.is_finite() && bloch.ky.is_finite()) {
-        return Err(Error::Bloch {
-            kx0: bloch.kx0,
-            ky: bloch.ky,
-        });
+        return Err(Error::Bloch { kx0: bloch.kx0, ky: bloch.ky });
     }
     let [s, p] = incident.amplitudes;
     let power = s.norm_sqr() + p.norm_sqr();
@@ -234,10 +220,7 @@ fn from_top(
     x: &[f64],
     progress: &Progress<'_>,
 ) -> Result<SolvedField, Error> {
-    let refused = Error::Evanescent {
-        order: incident.order,
-        side: Side::Top,
-    };
+    let refused = Error::Evanescent { order: incident.order, side: Side::Top };
     let ratio = stack.period_per_wavelength();
     let n = stack.index(Side::Top);
     if n.im != 0.0 {
@@ -248,12 +231,7 @@ fn from_top(
         return Err(refused);
     };
     let waves = waves::Waves::new(stack, bloch, truncation);
-    let power = channel.kz.re
-        * incident
-            .amplitudes
-            .iter()
-            .map(Complex64::norm_sqr)
-            .sum::<f64>();
+    let power = channel.kz.re * incident.amplitudes.iter().map(Complex64::norm_sqr).sum::<f64>();
     let mut points = evaluate::Points::new(stack, &waves, x, z, power);
     let tangential = planes::solve(stack, &waves, incident, &mut points, progress)?;
     Ok(SolvedField {

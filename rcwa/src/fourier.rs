@@ -40,10 +40,7 @@ pub(crate) fn coefficients<const K: usize>(
     centre: f64,
 ) -> [Vec<Complex64>; K] {
     let mut all = std::array::from_fn(|_| vec![Complex64::ZERO; 2 * max_order + 1]);
-    let Some(widest) = segments
-        .iter()
-        .max_by(|a, b| a.width().total_cmp(&b.width()))
-    else {
+    let Some(widest) = segments.iter().max_by(|a, b| a.width().total_cmp(&b.width())) else {
         return all;
     };
     // Only contrasts against one material count for n ≠ 0: less cancellation, and a uniform layer
@@ -96,9 +93,7 @@ pub(crate) fn symmetry_centres(segments: &[Segment]) -> Vec<f64> {
 
 /// Materials differ on the two sides of a boundary, so an axis goes through middles only.
 fn middles_of_symmetry(ring: &[Segment]) -> impl Iterator<Item = f64> + '_ {
-    (0..ring.len())
-        .filter(|&i| mirrors_about(ring, i))
-        .map(|i| ring[i].middle().rem_euclid(1.0))
+    (0..ring.len()).filter(|&i| mirrors_about(ring, i)).map(|i| ring[i].middle().rem_euclid(1.0))
 }
 
 /// Whether the layer is its own mirror image about `centre`, boundaries compared as by
@@ -155,10 +150,6 @@ fn fraction(n: f64, x: f64) -> f64 {
 /// sin(π n w), exact zeros where n w is whole.
 fn sin_pi(n: f64, w: f64) -> f64 {
     let product = n * w;
-    let sign = if product.round().rem_euclid(2.0) == 0.0 {
-        1.0
-    } else {
-        -1.0
-    };
+    let sign = if product.round().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
     sign * (std::f64::consts::PI * fraction(n, w)).sin()
 }

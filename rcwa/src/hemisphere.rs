@@ -103,11 +103,7 @@ impl Interface {
 
     /// Layers whose modes a line needs at a resolution: both halves of a slice have the same.
     pub(crate) fn mode_layers(&self, resolution: &Resolution) -> usize {
-        if self.follows_walls() {
-            resolution.plan.count()
-        } else {
-            self.layers(resolution)
-        }
+        if self.follows_walls() { resolution.plan.count() } else { self.layers(resolution) }
     }
 
     /// Spacing of the orders in kx, λ/Λ.
@@ -128,11 +124,7 @@ impl Interface {
     /// Highest order of any direction, from either side.
     pub fn highest_order(&self) -> usize {
         let of = |n: Complex64| {
-            if n.im == 0.0 {
-                n.re / self.order_spacing() + 0.5
-            } else {
-                0.0
-            }
+            if n.im == 0.0 { n.re / self.order_spacing() + 0.5 } else { 0.0 }
         };
         of(self.n_top).max(of(self.n_bottom)).floor() as usize
     }
@@ -202,11 +194,7 @@ impl Directions {
     /// Nodes of kx lie this part of their spacing beside 0: 0 for an even number to a zone, ½ for
     /// an odd one.
     pub fn offset(&self) -> f64 {
-        if self.kx_per_zone.is_multiple_of(2) {
-            0.0
-        } else {
-            0.5
-        }
+        if self.kx_per_zone.is_multiple_of(2) { 0.0 } else { 0.5 }
     }
 
     /// kx of a node, in units of the spacing of the orders.
@@ -216,11 +204,7 @@ impl Directions {
 
     /// Number of the node at -kx.
     fn mirror(&self, kx_index: i64) -> i64 {
-        if self.kx_per_zone.is_multiple_of(2) {
-            -kx_index
-        } else {
-            -1 - kx_index
-        }
+        if self.kx_per_zone.is_multiple_of(2) { -kx_index } else { -1 - kx_index }
     }
 
     /// Nodes from 0 to half a zone, each of which is a Bloch wavevector to solve.
@@ -305,10 +289,7 @@ impl BlochLines {
 
     /// Replaces the lines by those half-way between them, which twice as many kx to a zone add.
     pub(crate) fn refine_kx(&mut self) {
-        let of = |kx_per_zone: usize| Directions {
-            kx_per_zone,
-            ky: Vec::new(),
-        };
+        let of = |kx_per_zone: usize| Directions { kx_per_zone, ky: Vec::new() };
         self.kx_per_zone *= 2;
         self.numbered = of(self.kx_per_zone)
             .lines()
@@ -323,10 +304,7 @@ impl BlochLines {
         ky: &[f64],
         progress: &Progress<'_>,
     ) -> Result<Hemisphere, Error> {
-        let directions = Directions {
-            kx_per_zone: self.kx_per_zone,
-            ky: ky.to_vec(),
-        };
+        let directions = Directions { kx_per_zone: self.kx_per_zone, ky: ky.to_vec() };
         let truncation = self.truncation;
         let stacks = &self.stacks;
         let solved: Vec<Hemisphere> = self
@@ -351,11 +329,7 @@ impl BlochLines {
             })
             .collect::<Result<_, Error>>()?;
         Ok(solved.into_iter().fold(
-            Hemisphere {
-                incidences: Vec::new(),
-                worst_balance: 0.0,
-                problems: 0,
-            },
+            Hemisphere { incidences: Vec::new(), worst_balance: 0.0, problems: 0 },
             |mut all, mut line| {
                 all.incidences.append(&mut line.incidences);
                 all.worst_balance = all.worst_balance.max(line.worst_balance);
@@ -407,13 +381,7 @@ fn collect(
         let node = |m: i32| line + directions.kx_per_zone as i64 * i64::from(m);
         let mut push = |side, kx_index, pol, mut shares: Vec<(Side, i32, f64)>| {
             clip_negative(&mut shares);
-            incidences.push(Incidence {
-                side,
-                kx_index,
-                ky_index,
-                pol,
-                shares,
-            });
+            incidences.push(Incidence { side, kx_index, ky_index, pol, shares });
         };
         for side in Side::BOTH {
             for m in scattering.sources(side) {
@@ -423,10 +391,8 @@ fn collect(
                     for other in Side::BOTH {
                         for n in scattering.orders(other) {
                             let both = Pol::BOTH;
-                            let to = both
-                                .iter()
-                                .map(|&p| share((side, m, pol), (other, n), p))
-                                .sum();
+                            let to =
+                                both.iter().map(|&p| share((side, m, pol), (other, n), p)).sum();
                             direct.push((other, n - m, to));
                             // Reciprocity: (side, -kx_m) to (other, -kx_n) equals (other, kx_n) to
                             // (side, kx_m).
@@ -448,9 +414,5 @@ fn collect(
         }
     }
     let problems = coarse.len() + fine.map_or(0, <[Scattering]>::len);
-    Hemisphere {
-        incidences,
-        worst_balance,
-        problems,
-    }
+    Hemisphere { incidences, worst_balance, problems }
 }

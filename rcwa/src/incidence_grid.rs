@@ -79,16 +79,10 @@ pub fn solve_adaptive(
     // Those to begin with and the middles between them in one go: they share the modes of their
     // lines.
     let begin = &request.ky;
-    let middles: Vec<f64> = begin
-        .windows(2)
-        .filter_map(|w| middle(request, w[0], w[1]))
-        .collect();
+    let middles: Vec<f64> = begin.windows(2).filter_map(|w| middle(request, w[0], w[1])).collect();
     let mut both = [begin.as_slice(), &middles].concat();
     both.sort_by(f64::total_cmp);
-    let first = Directions {
-        kx_per_zone: request.kx_per_zone,
-        ky: both,
-    };
+    let first = Directions { kx_per_zone: request.kx_per_zone, ky: both };
     let bytes = cache_per_line(&first, resolution) as usize;
     let mut lines = BlochLines::new(interface, &first, resolution, bytes)?;
     let mut worst_balance = 0.0_f64;
@@ -99,9 +93,8 @@ pub fn solve_adaptive(
         problems += solved.problems;
         Ok(rows(interface, ky, solved))
     };
-    let (mut all, mut added): (Vec<KyRow>, Vec<KyRow>) = solve(&mut lines, &first.ky)?
-        .into_iter()
-        .partition(|row| begin.contains(&row.ky));
+    let (mut all, mut added): (Vec<KyRow>, Vec<KyRow>) =
+        solve(&mut lines, &first.ky)?.into_iter().partition(|row| begin.contains(&row.ky));
     loop {
         for mut row in added {
             let at = all.partition_point(|r| r.ky < row.ky);
@@ -120,16 +113,10 @@ pub fn solve_adaptive(
                 .into_iter()
                 .enumerate()
                 .flat_map(|(ky_index, row)| {
-                    row.incidences
-                        .into_iter()
-                        .map(move |i| Incidence { ky_index, ..i })
+                    row.incidences.into_iter().map(move |i| Incidence { ky_index, ..i })
                 })
                 .collect();
-            let solved = Hemisphere {
-                incidences,
-                worst_balance,
-                problems,
-            };
+            let solved = Hemisphere { incidences, worst_balance, problems };
             return Ok(AdaptiveHemisphere {
                 directions: Directions { kx_per_zone, ky },
                 solved,
@@ -209,10 +196,7 @@ fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<KyRow> {
             ky,
             incidences: Vec::new(),
             means: [0.0; 4],
-            widths: [
-                width(interface.n_top.re, ky),
-                width(interface.n_bottom.re, ky),
-            ],
+            widths: [width(interface.n_top.re, ky), width(interface.n_bottom.re, ky)],
             defects: [0.0; 4],
         })
         .collect();

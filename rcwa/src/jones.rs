@@ -37,8 +37,7 @@ pub struct Jones {
 impl Jones {
     /// Amplitudes (s, p) of the order for incident amplitudes (s, p).
     pub fn apply(&self, incident: [Complex64; 2]) -> [Complex64; 2] {
-        self.matrix
-            .map(|row| row[0] * incident[0] + row[1] * incident[1])
+        self.matrix.map(|row| row[0] * incident[0] + row[1] * incident[1])
     }
 
     /// Shares of the incident power that leave in s and in p, for incident amplitudes (s, p) of any
@@ -91,10 +90,7 @@ impl Scattering {
     /// Light cannot come by the order `from`.
     pub fn jones_of_all(&self, from: (Side, i32)) -> Result<Vec<Jones>, Error> {
         if self.source(from.0, from.1).is_none() {
-            return Err(Error::Evanescent {
-                order: from.1,
-                side: from.0,
-            });
+            return Err(Error::Evanescent { order: from.1, side: from.0 });
         }
         let orders = Side::BOTH
             .into_iter()

@@ -153,9 +153,7 @@ pub(crate) fn transpose<T: Scalar>(a: &Mat<T>) -> Mat<T> {
 
 /// a + `factor` b.
 pub(crate) fn combined<T: Scalar>(a: &Mat<T>, b: &Mat<T>, factor: f64) -> Mat<T> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        a[(i, j)] + b[(i, j)].scaled(factor)
-    })
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] + b[(i, j)].scaled(factor))
 }
 
 /// 1 on the diagonal, 0 elsewhere.
@@ -207,9 +205,7 @@ fn finite<V: Copy, T>(
     if values.iter().all(|&v| value_ok(v)) {
         Ok((values, vectors))
     } else {
-        Err(Error::Eigen {
-            size: vectors.nrows(),
-        })
+        Err(Error::Eigen { size: vectors.nrows() })
     }
 }
 

@@ -152,11 +152,7 @@ pub const SLIGHT_GAIN: f64 = 1e-2;
 
 /// k, or 0 for one below 0 by no more than [`SLIGHT_GAIN`].
 fn passive(k: f64) -> f64 {
-    if (-SLIGHT_GAIN..0.0).contains(&k) {
-        0.0
-    } else {
-        k
-    }
+    if (-SLIGHT_GAIN..0.0).contains(&k) { 0.0 } else { k }
 }
 
 /// Refractive index n + ik of a passive material: finite, n ≥ 0, k ≥ 0, not 0.
@@ -207,10 +203,7 @@ impl Permittivity {
         if epsilon.is_finite() && epsilon.im >= 0.0 && epsilon != Complex64::ZERO {
             Ok(Self(Complex64::new(epsilon.re, epsilon.im + 0.0)))
         } else {
-            Err(MaterialError::Permittivity {
-                re: epsilon.re,
-                im: epsilon.im,
-            })
+            Err(MaterialError::Permittivity { re: epsilon.re, im: epsilon.im })
         }
     }
 
@@ -246,21 +239,14 @@ pub struct Material {
 #[derive(Debug, Clone, PartialEq)]
 enum Source {
     Constant(f64),
-    Formula {
-        formula: Formula,
-        coefficients: Vec<f64>,
-        range: [f64; 2],
-    },
+    Formula { formula: Formula, coefficients: Vec<f64>, range: [f64; 2] },
     Table(Table),
 }
 
 impl Material {
     /// The same index at every wavelength.
     pub fn constant(index: RefractiveIndex) -> Self {
-        Self {
-            n: Source::Constant(index.n()),
-            k: Source::Constant(index.k()),
-        }
+        Self { n: Source::Constant(index.n()), k: Source::Constant(index.k()) }
     }
 
     /// A lossless material by a dispersion formula (wavelength in micrometres), valid over the
@@ -273,10 +259,7 @@ impl Material {
         coefficients: &[f64],
         range_um: [f64; 2],
     ) -> Result<Self, MaterialError> {
-        Ok(Self {
-            n: formula_source(formula, coefficients, range_um)?,
-            k: Source::Constant(0.0),
-        })
+        Ok(Self { n: formula_source(formula, coefficients, range_um)?, k: Source::Constant(0.0) })
     }
 
     /// A lossless material by Cauchy's n = A + B/λ² + C/λ⁴ + ..., λ in micrometres.
@@ -301,10 +284,7 @@ impl Material {
         }
         let n = Table::new(rows.iter().map(|r| [r[0], r[1]]).collect())?;
         let k = Table::new(rows.iter().map(|r| [r[0], r[2]]).collect())?;
-        Ok(Self {
-            n: Source::Table(n),
-            k: Source::Table(k),
-        })
+        Ok(Self { n: Source::Table(n), k: Source::Table(k) })
     }
 
     /// A material from the text of a data file in refractiveindex.info's YAML form.
@@ -375,16 +355,9 @@ impl Source {
     fn at(&self, wavelength: f64) -> Result<f64, MaterialError> {
         match self {
             Self::Constant(value) => Ok(*value),
-            Self::Formula {
-                formula,
-                coefficients,
-                ..
-            } => formula
+            Self::Formula { formula, coefficients, .. } => formula
                 .index(coefficients, wavelength)
-                .ok_or(MaterialError::NoIndex {
-                    formula: *formula,
-                    wavelength,
-                }),
+                .ok_or(MaterialError::NoIndex { formula: *formula, wavelength }),
             Self::Table(table) => Ok(table.at(wavelength)),
         }
     }
@@ -401,9 +374,5 @@ fn formula_source(
     if !(min > 0.0 && min <= max && max.is_finite()) {
         return Err(MaterialError::Range { min, max });
     }
-    Ok(Source::Formula {
-        formula,
-        coefficients: coefficients.to_vec(),
-        range,
-    })
+    Ok(Source::Formula { formula, coefficients: coefficients.to_vec(), range })
 }

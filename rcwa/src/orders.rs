@@ -18,10 +18,7 @@ impl Truncation {
     /// Keeps orders `-highest..=highest`.
     pub fn new(highest: usize) -> Result<Self, Error> {
         if highest > Self::MAX {
-            return Err(Error::Truncation {
-                got: highest,
-                max: Self::MAX,
-            });
+            return Err(Error::Truncation { got: highest, max: Self::MAX });
         }
         Ok(Self(highest))
     }
@@ -58,11 +55,7 @@ pub struct Bloch {
 impl Bloch {
     /// The Bloch wavevector (kx0, ky) in units of k0.
     pub fn new(kx0: f64, ky: f64) -> Self {
-        Self {
-            kx0,
-            ky,
-            azimuth_at_normal: 0.0,
-        }
+        Self { kx0, ky, azimuth_at_normal: 0.0 }
     }
 }
 
@@ -80,11 +73,7 @@ impl Bloch {
     /// A component that is not a finite number.
     pub(crate) fn check(self) -> Result<(), Error> {
         let Self { kx0, ky, .. } = self;
-        if kx0.is_finite() && ky.is_finite() {
-            Ok(())
-        } else {
-            Err(Error::Bloch { kx0, ky })
-        }
+        if kx0.is_finite() && ky.is_finite() { Ok(()) } else { Err(Error::Bloch { kx0, ky }) }
     }
 }
 
@@ -130,11 +119,7 @@ pub(crate) fn half_space_kz(n: Complex64, kx: &[f64], ky: f64) -> Vec<Complex64>
     kx.iter()
         .map(|k| {
             let kz = outgoing_kz(n * n - k * k - ky * ky);
-            if kz == Complex64::ZERO {
-                BARELY_EVANESCENT
-            } else {
-                kz
-            }
+            if kz == Complex64::ZERO { BARELY_EVANESCENT } else { kz }
         })
         .collect()
 }
@@ -190,11 +175,7 @@ pub(crate) fn channels_at(
     orders
         .filter_map(|(order, kx)| {
             let kz_squared = epsilon - kx * kx - bloch.ky * bloch.ky;
-            let carries = if n.im == 0.0 {
-                kz_squared.re > 0.0
-            } else {
-                true
-            };
+            let carries = if n.im == 0.0 { kz_squared.re > 0.0 } else { true };
             carries.then(|| {
                 let kz = outgoing_kz(kz_squared);
                 let flux = if n.im == 0.0 {
@@ -202,13 +183,7 @@ pub(crate) fn channels_at(
                 } else {
                     [kz.re, (kz / epsilon).re * epsilon.norm()]
                 };
-                Channel {
-                    order,
-                    kx,
-                    ky: bloch.ky,
-                    kz,
-                    flux,
-                }
+                Channel { order, kx, ky: bloch.ky, kz, flux }
             })
         })
         .collect()
@@ -246,10 +221,7 @@ mod tests {
     fn grating_equation_of_the_worked_example() {
         // n 1.41 -> 1, wavelength 0.55, period 0.9, theta 33°, phi 40° (analytic reference 2.7).
         let (theta, phi) = (33f64.to_radians(), 40f64.to_radians());
-        let bloch = Bloch::new(
-            1.41 * theta.sin() * phi.cos(),
-            1.41 * theta.sin() * phi.sin(),
-        );
+        let bloch = Bloch::new(1.41 * theta.sin() * phi.cos(), 1.41 * theta.sin() * phi.sin());
         let truncation = Truncation::new(6).unwrap();
         let air = channels(Complex64::ONE, 0.9 / 0.55, bloch, truncation.orders());
         let kz: Vec<(i32, f64)> = air.iter().map(|c| (c.order, c.kz.re)).collect();

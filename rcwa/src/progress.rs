@@ -34,11 +34,7 @@ pub(crate) struct Shared<'a> {
 
 impl<'a> Shared<'a> {
     pub(crate) fn new(progress: &'a Progress<'a>, parts: usize) -> Self {
-        Self {
-            progress,
-            parts,
-            counted: AtomicUsize::new(0),
-        }
+        Self { progress, parts, counted: AtomicUsize::new(0) }
     }
 
     pub(crate) fn report(&self, layers: usize) -> ControlFlow<()> {

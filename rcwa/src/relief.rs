@@ -215,12 +215,7 @@ impl Relief {
             .enumerate()
             .map(|(i, polygon)| valid_polygon(i, polygon, period, depth))
             .collect::<Result<_, _>>()?;
-        Ok(Self {
-            period,
-            depth,
-            background,
-            polygons,
-        })
+        Ok(Self { period, depth, background, polygons })
     }
 
     /// Length of one period along x.
@@ -240,10 +235,7 @@ impl Relief {
 
     /// Largest real part of any index in it.
     pub fn densest(&self) -> f64 {
-        self.polygons
-            .iter()
-            .map(|p| p.index.re)
-            .fold(self.background.re, f64::max)
+        self.polygons.iter().map(|p| p.index.re).fold(self.background.re, f64::max)
     }
 
     /// Largest index over the smallest, of real parts.
@@ -285,10 +277,7 @@ impl Relief {
     /// The layers of a plan made by [`Relief::slice_plan`] of this relief, from top to bottom.
     pub fn layers(&self, plan: &SlicePlan) -> Vec<Layer> {
         plan.slices()
-            .map(|(z, thickness)| Layer {
-                thickness,
-                segments: self.layer_at(z),
-            })
+            .map(|(z, thickness)| Layer { thickness, segments: self.layer_at(z) })
             .collect()
     }
 
@@ -321,11 +310,7 @@ pub fn check_index(what: impl FnOnce() -> String, got: Complex64) -> Result<(), 
 }
 
 fn check_length(what: &'static str, got: f64) -> Result<(), ReliefError> {
-    if got.is_finite() && got > 0.0 {
-        Ok(())
-    } else {
-        Err(ReliefError::Length { what, got })
-    }
+    if got.is_finite() && got > 0.0 { Ok(()) } else { Err(ReliefError::Length { what, got }) }
 }
 
 fn valid_polygon(
@@ -337,20 +322,11 @@ fn valid_polygon(
     check_index(|| format!("polygon {polygon}"), index)?;
     for (point, p) in points.iter_mut().enumerate() {
         if !(p[0].is_finite() && p[1].is_finite()) {
-            return Err(ReliefError::Coordinate {
-                polygon,
-                point,
-                got: *p,
-            });
+            return Err(ReliefError::Coordinate { polygon, point, got: *p });
         }
         let slack = DEPTH_TOLERANCE * depth;
         if p[1] < -slack || p[1] > depth + slack {
-            return Err(ReliefError::OutsideDepth {
-                polygon,
-                point,
-                depth,
-                z: p[1],
-            });
+            return Err(ReliefError::OutsideDepth { polygon, point, depth, z: p[1] });
         }
         p[1] = p[1].clamp(0.0, depth);
     }
@@ -359,28 +335,14 @@ fn valid_polygon(
         points.pop();
     }
     if points.len() < 3 {
-        return Err(ReliefError::TooFewPoints {
-            polygon,
-            got: points.len(),
-        });
+        return Err(ReliefError::TooFewPoints { polygon, got: points.len() });
     }
     let (left, right) = geometry::extent(points.iter().map(|p| p[0]));
     if right - left > WIDEST * period * (1.0 + SAME_PLACE) {
-        return Err(ReliefError::TooWide {
-            polygon,
-            limit: WIDEST * period,
-            got: right - left,
-        });
+        return Err(ReliefError::TooWide { polygon, limit: WIDEST * period, got: right - left });
     }
     if let Some((first, second)) = geometry::self_crossing(&points) {
-        return Err(ReliefError::SelfCrossing {
-            polygon,
-            first,
-            second,
-        });
+        return Err(ReliefError::SelfCrossing { polygon, first, second });
     }
-    Ok(Polygon {
-        index: index + Complex64::ZERO,
-        points,
-    })
+    Ok(Polygon { index: index + Complex64::ZERO, points })
 }

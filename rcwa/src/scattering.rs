@@ -88,29 +88,16 @@ impl Scattering {
         let one = Complex64::ONE;
         let mut up: CMat = Mat::zeros(to_top, from_top + from_bottom);
         let reads = upward(&state.electric, &state.magnetic);
-        product(
-            up.as_mut(),
-            Accum::Replace,
-            one,
-            reads.as_ref(),
-            parameters.as_ref(),
-        );
+        product(up.as_mut(), Accum::Replace, one, reads.as_ref(), parameters.as_ref());
         let reads_below = upward(&state.electric_by_below, &state.magnetic_by_below);
         let mut down: CMat = Mat::zeros(to_bottom, from_top + from_bottom);
         let transmitted = transpose(&state.transmitted);
-        product(
-            down.as_mut(),
-            Accum::Replace,
-            one,
-            transmitted.as_ref(),
-            parameters.as_ref(),
-        );
+        product(down.as_mut(), Accum::Replace, one, transmitted.as_ref(), parameters.as_ref());
 
         let delta = |i: usize, j: usize| if i == j { one } else { Complex64::ZERO };
         let top_top = Mat::from_fn(to_top, from_top, |i, j| up[(i, j)] - delta(i, j));
-        let top_bottom = Mat::from_fn(to_top, from_bottom, |i, j| {
-            up[(i, from_top + j)] + reads_below[(i, j)]
-        });
+        let top_bottom =
+            Mat::from_fn(to_top, from_bottom, |i, j| up[(i, from_top + j)] + reads_below[(i, j)]);
         let bottom_top = Mat::from_fn(to_bottom, from_top, |i, j| down[(i, j)]);
         let bottom_bottom = Mat::from_fn(to_bottom, from_bottom, |i, j| {
             down[(i, from_top + j)] + state.reflected_below[(j, i)]
@@ -140,12 +127,7 @@ impl Scattering {
                 })
             })
         });
-        Self {
-            bloch,
-            channels: [top, bottom],
-            sources: [true; 2],
-            blocks,
-        }
+        Self { bloch, channels: [top, bottom], sources: [true; 2], blocks }
     }
 
     /// Removes the answer to light from the bottom half-space.
@@ -168,11 +150,7 @@ impl Scattering {
 
     /// The channel of an order by which light can come from a half-space.
     pub fn source(&self, side: Side, order: i32) -> Option<&Channel> {
-        if self.sources[side.number()] {
-            self.channel(side, order)
-        } else {
-            None
-        }
+        if self.sources[side.number()] { self.channel(side, order) } else { None }
     }
 
     /// The orders that carry power away into a half-space, ascending.
@@ -225,18 +203,13 @@ impl Scattering {
     /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side,
     /// order)`, in both polarisations together; 0 where either is no channel.
     pub fn efficiency(&self, from: (Side, i32, Pol), to: (Side, i32)) -> f64 {
-        Pol::BOTH
-            .iter()
-            .map(|&pol| self.efficiency_in(from, to, pol))
-            .sum()
+        Pol::BOTH.iter().map(|&pol| self.efficiency_in(from, to, pol)).sum()
     }
 
     /// Share that goes back to (`to` = where it came from) or passes into a half-space, all orders
     /// together.
     pub fn total(&self, from: (Side, i32, Pol), to: Side) -> f64 {
-        self.orders(to)
-            .map(|order| self.efficiency(from, (to, order)))
-            .sum()
+        self.orders(to).map(|order| self.efficiency(from, (to, order))).sum()
     }
 
     /// The incident wave with the largest |R + T - 1|, and its R + T - 1; `None` if nothing

@@ -46,10 +46,7 @@ pub fn solve_from_top(
     bloch: Bloch,
     truncation: Truncation,
 ) -> Result<Scattering, Error> {
-    let line = Line {
-        light: Illumination::FromTop,
-        ..Line::new(stack, truncation, &no_progress)
-    };
+    let line = Line { light: Illumination::FromTop, ..Line::new(stack, truncation, &no_progress) };
     Ok(line.solve(&[bloch])?.remove(0))
 }
 
@@ -113,12 +110,7 @@ impl<'a> Line<'a> {
         truncation: Truncation,
         progress: &'a Progress<'a>,
     ) -> Self {
-        Self {
-            stack,
-            truncation,
-            light: Illumination::FromBoth,
-            progress,
-        }
+        Self { stack, truncation, light: Illumination::FromBoth, progress }
     }
 
     /// Spacing of the orders in kx, λ/Λ.
@@ -187,10 +179,7 @@ impl<'a> Line<'a> {
         }
         let cache = &mut TransferCache::none();
         carry_to_top(stack, states, &FourierOrders(&kx), cache, self.progress)?;
-        fields
-            .into_par_iter()
-            .map(|fields| fields.match_top(stack, &kx))
-            .collect()
+        fields.into_par_iter().map(|fields| fields.match_top(stack, &kx)).collect()
     }
 
     /// Solves in real numbers, and in orders what these cannot answer. Layers are reported once.
@@ -215,13 +204,8 @@ impl<'a> Line<'a> {
         let unsolved = blochs.iter().zip(&solved).filter(|(_, s)| s.is_none());
         let unsolved: Vec<Bloch> = unsolved.map(|(&bloch, _)| bloch).collect();
         let progress = &beyond(self.progress, usize::MAX);
-        let mut rest = Line { progress, ..self }
-            .solve_in_orders(&unsolved)?
-            .into_iter();
-        Ok(solved
-            .into_iter()
-            .filter_map(|scattering| scattering.or_else(|| rest.next()))
-            .collect())
+        let mut rest = Line { progress, ..self }.solve_in_orders(&unsolved)?.into_iter();
+        Ok(solved.into_iter().filter_map(|scattering| scattering.or_else(|| rest.next())).collect())
     }
 
     /// Whether TE and TM can be solved apart at this ky.
@@ -248,12 +232,7 @@ impl Fields {
             Side::BOTH.map(|side| channels(stack.index(side), ratio, bloch, orders.clone()));
         let n = stack.index(Side::Bottom);
         let is_lit = light == Illumination::FromBoth;
-        Self {
-            state: State::at_bottom(n, kx, bloch, &bottom, is_lit),
-            bloch,
-            top,
-            bottom,
-        }
+        Self { state: State::at_bottom(n, kx, bloch, &bottom, is_lit), bloch, top, bottom }
     }
 
     /// Matches the fields just below the top half-space to its waves, and checks the energy
@@ -272,11 +251,7 @@ fn check_energy(stack: &Stack, kx: &[f64], scattering: &Scattering) -> Result<()
     let Some((side, order, pol, residual)) = scattering.worst_balance() else {
         return Ok(());
     };
-    let excess = if stack.is_lossless() {
-        residual.abs()
-    } else {
-        residual
-    };
+    let excess = if stack.is_lossless() { residual.abs() } else { residual };
     if excess <= ENERGY_TOLERANCE {
         return Ok(());
     }

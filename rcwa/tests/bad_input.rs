@@ -16,41 +16,21 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// A sawtooth whose reflectance converges slowly: metal, p polarisation.
 fn slow(truncation: Truncation, slices: usize) -> Result<Vec<f64>, Error> {
-    let materials = Materials {
-        ridge: Complex64::new(0.3, 3.0),
-        groove: real(1.0),
-    };
+    let materials = Materials { ridge: Complex64::new(0.3, 3.0), groove: real(1.0) };
     let relief = shapes::triangle(1.0, [0.7, 0.4], materials).unwrap();
-    let stack = Stack::new(
-        0.55,
-        1.0,
-        real(1.0),
-        Complex64::new(0.3, 3.0),
-        relief.slices(slices),
-    )?;
+    let stack = Stack::new(0.55, 1.0, real(1.0), Complex64::new(0.3, 3.0), relief.slices(slices))?;
     let scattering = rcwa::solve(&stack, Bloch::new(0.1, 0.0), truncation)?;
     Ok(vec![scattering.total((Side::Top, 0, Pol::P), Side::Top)])
 }
 
-const RANGE: Range = Range {
-    first_order: 4,
-    last_order: 12,
-    first_slices: Some(4),
-    last_slices: 12,
-};
+const RANGE: Range =
+    Range { first_order: 4, last_order: 12, first_slices: Some(4), last_slices: 12 };
 
 /// The error, what it says was reached, and its words, which must hold all of it.
 fn not_converged(found: Result<rcwa::convergence::Converged, Error>) -> (f64, usize, usize) {
     let error = found.unwrap_err();
     let words = error.to_string();
-    let Error::NotConverged {
-        limit,
-        tolerance,
-        allowed,
-        estimate,
-        truncation,
-        slices,
-    } = error
+    let Error::NotConverged { limit, tolerance, allowed, estimate, truncation, slices } = error
     else {
         panic!("{error}");
     };
@@ -80,10 +60,7 @@ fn a_tolerance_beyond_the_slices_allowed_says_how_far_they_went() {
 
 #[test]
 fn a_tolerance_beyond_the_orders_allowed_says_how_far_they_went() {
-    let exact_slices = Range {
-        first_slices: None,
-        ..RANGE
-    };
+    let exact_slices = Range { first_slices: None, ..RANGE };
     let (_, truncation, _) = not_converged(converge(1e-6, exact_slices, largest_change, slow));
     assert!(truncation <= RANGE.last_order && 3 * truncation >= 2 * RANGE.last_order);
 }
@@ -135,10 +112,7 @@ fn a_grid_of_too_few_directions_is_no_table() {
         matches!(error, Error::NotConverged { tolerance, estimate, .. } if estimate > tolerance),
         "{error}"
     );
-    assert!(
-        error.to_string().contains("values of ky allowed"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("values of ky allowed"), "{error}");
 }
 
 /// A lamellar layer whose LSE problem of orders -1..1 at kx0 = 0 is defective: in the even
@@ -149,14 +123,8 @@ fn defective(period: f64, thickness: f64, off: f64) -> Stack {
     let k2 = 1.0 / (period * period);
     let delta = PI * k2 / (2.0 * SQRT_2) * (1.0 + off);
     let epsilon = Complex64::new(2.0, delta);
-    let halves = layer(
-        thickness,
-        &[
-            (0.25, epsilon.sqrt()),
-            (0.75, real(SQRT_2)),
-            (1.0, epsilon.sqrt()),
-        ],
-    );
+    let halves =
+        layer(thickness, &[(0.25, epsilon.sqrt()), (0.75, real(SQRT_2)), (1.0, epsilon.sqrt())]);
     Stack::new(1.0, period, real(1.2), real(1.0), vec![halves]).unwrap()
 }
 
@@ -173,9 +141,7 @@ fn shares_stay_smooth_at_and_next_to_a_defective_eigenproblem() {
                 let solved = |off: f64| at(&defective(period, thickness, off), ky, 1).unwrap();
                 // Shares are smooth in the permittivity, though the eigenvalues go as the root of
                 // its distance.
-                for off in [
-                    1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-8, 1e-6, 1e-4,
-                ] {
+                for off in [1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-8, 1e-6, 1e-4] {
                     let difference = largest_difference(&solved(off), &solved(-off))
                         .max(largest_difference(&solved(0.0), &solved(off)));
                     assert!(
@@ -274,10 +240,7 @@ fn wavelengths_without_data_are_refused_to_the_last_bit() {
         }
         for none in [0.0, -0.5, f64::NAN, f64::INFINITY] {
             let error = material.index_at(none).unwrap_err();
-            assert!(
-                matches!(error, MaterialError::Wavelength { .. }),
-                "{none}: {error}"
-            );
+            assert!(matches!(error, MaterialError::Wavelength { .. }), "{none}: {error}");
         }
     }
 }

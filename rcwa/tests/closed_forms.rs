@@ -69,10 +69,7 @@ fn transmittance(scattering: &Scattering, pol: Pol) -> f64 {
 #[test]
 fn one_interface_is_fresnel_from_both_sides() {
     let plain = stack(1.41, real(1.0), vec![]);
-    let ways = [
-        (Side::Top, Side::Bottom, 1.41, 1.0),
-        (Side::Bottom, Side::Top, 1.0, 1.41),
-    ];
+    let ways = [(Side::Top, Side::Bottom, 1.41, 1.0), (Side::Bottom, Side::Top, 1.0, 1.41)];
     for (side, behind, n1, n2) in ways {
         for theta in [0.0, 12.0, 33.0, 44.9, 45.3, 60.0, 89.0] {
             let [r_s, r_p, t_s, t_p] = fresnel(n1, real(n2), theta);
@@ -80,10 +77,7 @@ fn one_interface_is_fresnel_from_both_sides() {
                 for (pol, r, t) in [(Pol::S, r_s, t_s), (Pol::P, r_p, t_p)] {
                     let other = if pol == Pol::S { Pol::P } else { Pol::S };
                     let amplitude = s.amplitude((side, 0, pol), (side, 0, pol));
-                    assert!(
-                        (amplitude - r).norm() < EXACT,
-                        "{what}, {pol:?}: r {amplitude}, {r}"
-                    );
+                    assert!((amplitude - r).norm() < EXACT, "{what}, {pol:?}: r {amplitude}, {r}");
                     let cross = s.amplitude((side, 0, pol), (side, 0, other)).norm();
                     assert!(cross < EXACT, "{what}, {pol:?}: cross {cross}");
                     let passes = n1 * theta.to_radians().sin() < n2;
@@ -111,10 +105,7 @@ fn metal_reflects_by_fresnel_and_takes_the_rest() {
         everywhere(&stack(1.2, metal, vec![]), Side::Top, theta, |what, s| {
             for (pol, r) in [(Pol::S, r_s), (Pol::P, r_p)] {
                 let amplitude = s.amplitude((Side::Top, 0, pol), (Side::Top, 0, pol));
-                assert!(
-                    (amplitude - r).norm() < EXACT,
-                    "{what}, {pol:?}: {amplitude}, {r}"
-                );
+                assert!((amplitude - r).norm() < EXACT, "{what}, {pol:?}: {amplitude}, {r}");
                 // What passes the surface is absorbed behind it: all that is not reflected.
                 assert_near(what, transmittance(s, pol), 1.0 - r.norm_sqr(), EXACT);
             }
@@ -133,22 +124,14 @@ fn fresnel_table_of_silicone() {
                 assert_near(what, reflectance(s, side, Pol::P), number(&row[1]), PRINTED);
             });
         }
-        let brewster = if side == Side::Top {
-            "brewster_inside_deg"
-        } else {
-            "brewster_outside_deg"
-        };
+        let brewster =
+            if side == Side::Top { "brewster_inside_deg" } else { "brewster_outside_deg" };
         everywhere(&plain, side, number(&table[brewster]), |what, s| {
             assert_near(what, reflectance(s, side, Pol::P), 0.0, 1e-24);
         });
         everywhere(&plain, side, 0.0, |what, s| {
             for pol in Pol::BOTH {
-                assert_near(
-                    what,
-                    reflectance(s, side, pol),
-                    number(&table["R_normal"]),
-                    EXACT,
-                );
+                assert_near(what, reflectance(s, side, pol), number(&table["R_normal"]), EXACT);
             }
         });
     }
@@ -180,34 +163,14 @@ fn slab_is_airy() {
     let slab = stack(1.0, real(1.0), vec![uniform(1.0, 1.41)]);
     everywhere(&slab, Side::Top, 0.0, |what, s| {
         for pol in Pol::BOTH {
-            assert_near(
-                what,
-                transmittance(s, pol),
-                number(&outputs["T_normal"]),
-                EXACT,
-            );
+            assert_near(what, transmittance(s, pol), number(&outputs["T_normal"]), EXACT);
         }
     });
     everywhere(&slab, Side::Top, 40.0, |what, s| {
-        assert_near(
-            what,
-            transmittance(s, Pol::S),
-            number(&outputs["T_40deg_s"]),
-            EXACT,
-        );
-        assert_near(
-            what,
-            transmittance(s, Pol::P),
-            number(&outputs["T_40deg_p"]),
-            EXACT,
-        );
+        assert_near(what, transmittance(s, Pol::S), number(&outputs["T_40deg_s"]), EXACT);
+        assert_near(what, transmittance(s, Pol::P), number(&outputs["T_40deg_p"]), EXACT);
     });
-    for (thickness, theta) in [
-        (0.01_f64, 10.0_f64),
-        (0.37, 71.0),
-        (23.0, 55.0),
-        (1000.0, 3.0),
-    ] {
+    for (thickness, theta) in [(0.01_f64, 10.0_f64), (0.37, 71.0), (23.0, 55.0), (1000.0, 3.0)] {
         let slab = stack(1.0, real(1.0), vec![uniform(thickness, 1.41)]);
         let sin2 = theta.to_radians().sin().powi(2);
         let delta = TAU / WAVELENGTH * thickness * (1.41_f64.powi(2) - sin2).sqrt();
@@ -230,13 +193,7 @@ fn slabs_of_another_solver() {
     let slabs = case("published.json", "moose/slabs");
     for (name, input) in slabs["inputs"].as_object().unwrap() {
         let film = uniform(number(&input["d"]), number(&input["film_n"]));
-        let stack = Stack::new(
-            1.0,
-            0.4,
-            real(1.0),
-            real(number(&input["n_bottom"])),
-            vec![film],
-        );
+        let stack = Stack::new(1.0, 0.4, real(1.0), real(number(&input["n_bottom"])), vec![film]);
         let scattering = solve(&stack.unwrap(), Bloch::new(0.0, 0.0), 1);
         let got = reflectance(&scattering, Side::Top, Pol::S);
         let allowed = number(&slabs["tolerance"]["abs"]);
@@ -248,20 +205,12 @@ fn slabs_of_another_solver() {
 fn quarter_wave_films() {
     let outputs = &case("analytic.json", "analytic/quarter_wave")["outputs"];
     let cases = [
-        (
-            number(&outputs["ideal_film_n"]),
-            1.41,
-            number(&outputs["R_ideal"]),
-        ),
+        (number(&outputs["ideal_film_n"]), 1.41, number(&outputs["R_ideal"])),
         (1.38, 1.41, number(&outputs["R_MgF2_1.38_on_1.41"])),
         (1.38, 1.52, number(&outputs["R_MgF2_1.38_on_1.52"])),
     ];
     for (film, substrate, expected) in cases {
-        let coated = stack(
-            1.0,
-            real(substrate),
-            vec![uniform(WAVELENGTH / (4.0 * film), film)],
-        );
+        let coated = stack(1.0, real(substrate), vec![uniform(WAVELENGTH / (4.0 * film), film)]);
         everywhere(&coated, Side::Top, 0.0, |what, s| {
             for pol in Pol::BOTH {
                 assert_near(what, reflectance(s, Side::Top, pol), expected, EXACT);
@@ -287,10 +236,8 @@ fn frustrated_total_reflection_down_to_the_smallest_tails() {
     let outputs = &case("analytic.json", "analytic/ftir_1.41")["outputs"];
     for theta in [50.0, 60.0] {
         let table = &outputs[&format!("{theta}deg")];
-        let mut gaps: Vec<(f64, Option<serde_json::Value>)> = entries(table)
-            .into_iter()
-            .map(|(gap, row)| (gap, Some(row)))
-            .collect();
+        let mut gaps: Vec<(f64, Option<serde_json::Value>)> =
+            entries(table).into_iter().map(|(gap, row)| (gap, Some(row))).collect();
         gaps.extend([(3.0, None), (10.0, None), (50.0, None)]);
         for (gap, row) in gaps {
             let expected = frustrated(gap, theta);
@@ -327,12 +274,7 @@ fn bragg_mirrors() {
     for (pairs, expected) in entries(&outputs["R_normal"]) {
         everywhere(&bragg(pairs as usize), Side::Top, 0.0, |what, s| {
             for pol in Pol::BOTH {
-                assert_near(
-                    what,
-                    reflectance(s, Side::Top, pol),
-                    number(&expected),
-                    EXACT,
-                );
+                assert_near(what, reflectance(s, Side::Top, pol), number(&expected), EXACT);
             }
         });
     }
@@ -353,13 +295,8 @@ fn bragg_stop_band_has_its_edges_where_it_should() {
     for sign in [-1.0, 1.0] {
         let reflected = |detuning: f64| {
             let wavelength = WAVELENGTH / (1.0 + sign * detuning);
-            let tuned = Stack::new(
-                wavelength,
-                0.9,
-                real(1.0),
-                real(1.52),
-                mirror.layers().to_vec(),
-            );
+            let tuned =
+                Stack::new(wavelength, 0.9, real(1.0), real(1.52), mirror.layers().to_vec());
             let tuned = tuned.unwrap();
             let scattering = solve(&tuned, from_top(&tuned, 0.0, 0.0), 0);
             reflectance(&scattering, Side::Top, Pol::S)
@@ -384,16 +321,9 @@ fn half_wave_film_is_not_there() {
         }
     });
     // A quarter wave more turns transmitted amplitudes by exp(i π/2): the sign of time.
-    let matched = stack(
-        1.41,
-        real(1.41),
-        vec![uniform(WAVELENGTH / (4.0 * 1.41), 1.41)],
-    );
+    let matched = stack(1.41, real(1.41), vec![uniform(WAVELENGTH / (4.0 * 1.41), 1.41)]);
     everywhere(&matched, Side::Top, 0.0, |what, s| {
         let t = s.amplitude((Side::Top, 0, Pol::P), (Side::Bottom, 0, Pol::P));
-        assert!(
-            (t - Complex64::cis(FRAC_PI_2)).norm() < EXACT,
-            "{what}: {t}"
-        );
+        assert!((t - Complex64::cis(FRAC_PI_2)).norm() < EXACT, "{what}: {t}");
     });
 }

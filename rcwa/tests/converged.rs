@@ -13,9 +13,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 /// (side, order, value) of an object with the keys R and T.
 fn tabulated(outputs: &Value) -> Vec<(Side, i32, Value)> {
     let of = |side: Side, key: &str| {
-        entries(&outputs[key])
-            .into_iter()
-            .map(move |(m, value)| (side, m as i32, value))
+        entries(&outputs[key]).into_iter().map(move |(m, value)| (side, m as i32, value))
     };
     of(Side::Top, "R").chain(of(Side::Bottom, "T")).collect()
 }
@@ -32,20 +30,10 @@ fn sinusoid(
 ) -> Vec<Layer> {
     (0..slices)
         .map(|i| {
-            let from_tip = if widens == Side::Bottom {
-                i
-            } else {
-                slices - 1 - i
-            };
+            let from_tip = if widens == Side::Bottom { i } else { slices - 1 - i };
             let level = 1.0 - 2.0 * (f64::from(from_tip) + 0.5) / f64::from(slices);
             let half = level.acos() / TAU;
-            ridge(
-                height / f64::from(slices),
-                centre,
-                half,
-                real(inside),
-                real(outside),
-            )
+            ridge(height / f64::from(slices), centre, half, real(inside), real(outside))
         })
         .collect()
 }
@@ -53,10 +41,8 @@ fn sinusoid(
 fn conical_sinusoid(slices: u32) -> (Stack, Bloch) {
     let layers = sinusoid(0.3, slices, Side::Bottom, 0.0, 2.0, 1.0);
     let stack = Stack::new(0.5, 1.0, real(1.0), real(2.0), layers).unwrap();
-    let bloch = Bloch::new(
-        75f64.to_radians().sin() * 60f64.to_radians().sin(),
-        75f64.to_radians().cos(),
-    );
+    let bloch =
+        Bloch::new(75f64.to_radians().sin() * 60f64.to_radians().sin(), 75f64.to_radians().cos());
     (stack, bloch)
 }
 
@@ -88,12 +74,7 @@ fn gdcalc_sinusoid_in_six_states_of_polarisation() {
             for (column, &state) in states.iter().enumerate() {
                 let (got, expected) = (jones(&scattering, state, (side, m)), number(&row[column]));
                 let what = format!("{side:?} {m}, column {column}");
-                assert_near(
-                    &what,
-                    got,
-                    expected,
-                    number(&case["tolerance"]["rel"]) * expected,
-                );
+                assert_near(&what, got, expected, number(&case["tolerance"]["rel"]) * expected);
                 compared += 1;
             }
         }
@@ -132,12 +113,7 @@ fn smooth_sinusoid_of_silicone_from_inside() {
             for (side, m, value) in tabulated(&case["outputs"][name][key]) {
                 let got = scattering.efficiency((Side::Top, 0, pol), (side, m));
                 let what = format!("{name} {key} {side:?} {m}");
-                assert_near(
-                    &what,
-                    got,
-                    number(&value),
-                    number(&case["tolerance"]["abs"]),
-                );
+                assert_near(&what, got, number(&value), number(&case["tolerance"]["abs"]));
             }
         }
     }
@@ -186,12 +162,7 @@ fn metallic_lamella_of_lalanne_and_hugonin() {
         for (harmonics, value) in entries(&outputs[&format!("{name}_by_number_of_harmonics")]) {
             let got = reflected(&stack, bloch, harmonics as usize / 2, pol, order);
             let what = format!("{name} with {harmonics}");
-            assert_near(
-                &what,
-                got,
-                number(&value),
-                number(&case["tolerance"]["abs"]),
-            );
+            assert_near(&what, got, number(&value), number(&case["tolerance"]["abs"]));
             errors.push((got - exact).abs());
         }
         let last = (reflected(&stack, bloch, 110, pol, order) - exact).abs();
@@ -269,19 +240,13 @@ fn s4_grating_by_the_right_rule_and_not_by_the_other() {
         }
     }
     for (frequency, value) in entries(&outputs["T_direct_rule"]) {
-        assert!(
-            (total(frequency, 13) - number(&value)).abs() > 1e-3,
-            "{frequency}"
-        );
+        assert!((total(frequency, 13) - number(&value)).abs() > 1e-3, "{frequency}");
     }
 }
 
 #[test]
 fn stairs_of_a_slanted_side_converge_as_the_square_of_their_height() {
-    let tooth = Polygon {
-        index: real(1.41),
-        points: vec![[0.0, 0.0], [2.0, 0.0], [1.6, 1.0]],
-    };
+    let tooth = Polygon { index: real(1.41), points: vec![[0.0, 0.0], [2.0, 0.0], [1.6, 1.0]] };
     let relief = Relief::new(2.0, 1.0, real(1.0), vec![tooth]).unwrap();
     let total = |slices: usize, pol: Pol| {
         let stack = Stack::new(0.55, 2.0, real(1.41), real(1.0), relief.slices(slices)).unwrap();

@@ -56,9 +56,7 @@ impl Lamella {
         let e_inverse = self.toeplitz(2).try_inverse().unwrap();
         let one = DMatrix::identity(k.nrows(), k.nrows());
         let l = self.toeplitz(-2).cholesky().unwrap().l();
-        let left = l
-            .solve_lower_triangular(&(one - &k * e_inverse * &k))
-            .unwrap();
+        let left = l.solve_lower_triangular(&(one - &k * e_inverse * &k)).unwrap();
         let both = l.solve_lower_triangular(&left.transpose()).unwrap();
         descending(&(0.5 * (&both + both.transpose())))
     }
@@ -80,20 +78,11 @@ impl Lamella {
         let at = |fill: f64| Self { fill, ..self }.tuned(mode);
         let b = |fill: f64| at(fill).map_or(f64::NAN, |l| l.lsm()[mode]);
         let widths: Vec<f64> = (2..=18).map(|i| 0.05 * f64::from(i)).collect();
-        widths
-            .windows(2)
-            .find_map(|w| root(b, w[0], w[1]))
-            .and_then(at)
+        widths.windows(2).find_map(|w| root(b, w[0], w[1])).and_then(at)
     }
 
     fn stack(&self, thickness: f64) -> Stack {
-        let layer = ridge(
-            thickness,
-            0.5,
-            0.5 * self.fill,
-            real(self.ridge),
-            real(self.groove),
-        );
+        let layer = ridge(thickness, 0.5, 0.5 * self.fill, real(self.ridge), real(self.groove));
         Stack::new(WAVELENGTH, PERIOD, real(1.41), real(1.0), vec![layer]).unwrap()
     }
 }
@@ -131,11 +120,7 @@ const KY: [f64; 7] = [0.0, 1e-12, 1e-7, 1e-3, 0.02, 0.35, 1.1];
 const THICKNESSES: [f64; 4] = [0.01, 0.06, 0.4, 3.0];
 
 fn at(lamella: &Lamella, thickness: f64, ky: f64) -> Scattering {
-    solve(
-        &lamella.stack(thickness),
-        Bloch::new(lamella.kx0, ky),
-        HIGHEST,
-    )
+    solve(&lamella.stack(thickness), Bloch::new(lamella.kx0, ky), HIGHEST)
 }
 
 /// Energy, and that every share is a smooth function of the index through the critical one.
@@ -144,34 +129,20 @@ fn check(lamella: &Lamella) {
         for ky in KY {
             let what = format!("{lamella:?}, {thickness} thick, ky = {ky}");
             let here = at(lamella, thickness, ky);
-            assert!(
-                balance(&here).abs() < 1e-11,
-                "{what}: {:.1e}",
-                balance(&here)
-            );
+            assert!(balance(&here).abs() < 1e-11, "{what}: {:.1e}", balance(&here));
             let [coarse, fine] = [1e-6, 1e-7].map(|step| {
                 let groove = |sign: f64| lamella.with_groove(lamella.groove * (1.0 + sign * step));
                 let [below, above] = [-1.0, 1.0].map(|sign| at(&groove(sign), thickness, ky));
                 for other in [&below, &above] {
-                    assert!(
-                        balance(other).abs() < 1e-11,
-                        "{what}: {:.1e}",
-                        balance(other)
-                    );
+                    assert!(balance(other).abs() < 1e-11, "{what}: {:.1e}", balance(other));
                 }
                 let jump = largest_difference(&here, &below).max(largest_difference(&here, &above));
                 (jump, second_difference(&below, &here, &above))
             });
             // A tenth of the step: a tenth of the change and a hundredth of the bend, but for
             // round-off.
-            assert!(
-                fine.0 < 0.11 * coarse.0 + 1e-12,
-                "{what}: jump {fine:.1?}, {coarse:.1?}"
-            );
-            assert!(
-                fine.1 < 0.02 * coarse.1 + 1e-12,
-                "{what}: kink {fine:.1?}, {coarse:.1?}"
-            );
+            assert!(fine.0 < 0.11 * coarse.0 + 1e-12, "{what}: jump {fine:.1?}, {coarse:.1?}");
+            assert!(fine.1 < 0.02 * coarse.1 + 1e-12, "{what}: kink {fine:.1?}, {coarse:.1?}");
         }
     }
 }
@@ -188,12 +159,7 @@ fn second_difference(below: &Scattering, here: &Scattering, above: &Scattering) 
     worst
 }
 
-const START: Lamella = Lamella {
-    ridge: 1.41,
-    groove: 1.0,
-    fill: 0.4,
-    kx0: 0.0,
-};
+const START: Lamella = Lamella { ridge: 1.41, groove: 1.0, fill: 0.4, kx0: 0.0 };
 
 #[test]
 fn an_lse_eigenvalue_of_zero() {
@@ -201,11 +167,7 @@ fn an_lse_eigenvalue_of_zero() {
     for kx0 in [0.0, 0.13, 0.5 * WAVELENGTH / PERIOD] {
         for ridge in [1.41, 2.2] {
             for mode in 1..4 {
-                let start = Lamella {
-                    ridge,
-                    kx0,
-                    ..START
-                };
+                let start = Lamella { ridge, kx0, ..START };
                 let Some(lamella) = start.tuned(mode) else {
                     continue;
                 };
@@ -224,19 +186,12 @@ fn both_eigenvalues_zero_to_round_off() {
     for kx0 in [0.0, 0.13, 0.5 * WAVELENGTH / PERIOD] {
         for ridge in [1.05, 1.41, 2.5] {
             for mode in 1..5 {
-                let start = Lamella {
-                    ridge,
-                    kx0,
-                    ..START
-                };
+                let start = Lamella { ridge, kx0, ..START };
                 let Some(lamella) = start.tuned_twice(mode) else {
                     continue;
                 };
                 let (lse, lsm) = (lamella.lse()[mode], lamella.lsm()[mode]);
-                assert!(
-                    lse.abs() < 1e-13 && lsm.abs() < 1e-13,
-                    "{lamella:?}: {lse:.1e} {lsm:.1e}"
-                );
+                assert!(lse.abs() < 1e-13 && lsm.abs() < 1e-13, "{lamella:?}: {lse:.1e} {lsm:.1e}");
                 check(&lamella);
                 found += 1;
             }
@@ -252,12 +207,7 @@ fn several_pairs_at_once() {
     for contrast in [1e-12, 1e-9, 1e-6, 1e-4, 3e-3] {
         let mean = WAVELENGTH / PERIOD;
         for fill in [0.5, 0.23] {
-            let weak = Lamella {
-                ridge: mean + contrast,
-                groove: mean - contrast,
-                fill,
-                kx0: 0.0,
-            };
+            let weak = Lamella { ridge: mean + contrast, groove: mean - contrast, fill, kx0: 0.0 };
             let near = |b: &[f64]| b.iter().filter(|b| b.abs() < 2e-2).count();
             assert!(near(&weak.lse()) >= 2 && near(&weak.lsm()) >= 2, "{weak:?}");
             check(&weak);
@@ -272,23 +222,14 @@ fn nothing_happens_where_the_joint_treatment_begins() {
         let mean = (WAVELENGTH / PERIOD).powi(2) + target;
         let lamella = |shift: f64| {
             let n = (mean + shift).sqrt();
-            Lamella {
-                ridge: n + 1e-4,
-                groove: n - 1e-4,
-                fill: 0.5,
-                kx0: 0.0,
-            }
+            Lamella { ridge: n + 1e-4, groove: n - 1e-4, fill: 0.5, kx0: 0.0 }
         };
         for thickness in THICKNESSES {
             for ky in KY {
                 let shares =
                     [-2e-4, -1e-6, 1e-6, 2e-4].map(|shift| at(&lamella(shift), thickness, ky));
                 for s in &shares {
-                    assert!(
-                        balance(s).abs() < 1e-11,
-                        "{thickness}, {ky}: {:.1e}",
-                        balance(s)
-                    );
+                    assert!(balance(s).abs() < 1e-11, "{thickness}, {ky}: {:.1e}", balance(s));
                 }
                 // Nothing but the smooth dependence on the index.
                 let across = largest_difference(&shares[1], &shares[2]);
@@ -318,15 +259,9 @@ fn a_thick_layer_is_two_halves() {
                 vec![half, rest],
             );
             let bloch = Bloch::new(0.0, ky);
-            let (a, b) = (
-                solve(&whole, bloch, HIGHEST),
-                solve(&halves.unwrap(), bloch, HIGHEST),
-            );
+            let (a, b) = (solve(&whole, bloch, HIGHEST), solve(&halves.unwrap(), bloch, HIGHEST));
             let difference = largest_difference(&a, &b);
-            assert!(
-                difference < 1e-11,
-                "{thickness}, ky = {ky}: {difference:.1e}"
-            );
+            assert!(difference < 1e-11, "{thickness}, ky = {ky}: {difference:.1e}");
         }
     }
     // The steepest mode grows by more than e¹⁰⁰ across the thickest of them.

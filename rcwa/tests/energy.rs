@@ -33,11 +33,7 @@ fn check(line: &[Scattering], what: &str) -> usize {
         for from in waves(scattering) {
             let kept: f64 = SIDES.iter().map(|&to| scattering.total(from, to)).sum();
             let ky = scattering.bloch().ky;
-            assert!(
-                (kept - 1.0).abs() < 1e-10,
-                "{what}, ky = {ky}, {from:?}: {:.1e}",
-                kept - 1.0
-            );
+            assert!((kept - 1.0).abs() < 1e-10, "{what}, ky = {ky}, {from:?}: {:.1e}", kept - 1.0);
             count += 1;
         }
     }
@@ -60,9 +56,7 @@ fn point(i: usize) -> (f64, f64) {
 #[ignore = "slow: up to 321 orders or 512 slices (8 s)"]
 fn hundreds_of_orders_and_of_slices() {
     let mut count = 0;
-    for (i, (orders, slices)) in [(121, 64), (41, 512), (201, 16), (321, 6)]
-        .into_iter()
-        .enumerate()
+    for (i, (orders, slices)) in [(121, 64), (41, 512), (201, 16), (321, 6)].into_iter().enumerate()
     {
         let apex = [5.0, 6.7, 10.0][i % 3];
         let stack = triangle(apex, slices);
@@ -79,12 +73,7 @@ fn normal_incidence_zone_borders_and_cut_offs() {
     // Wavevectors that are their own mirror image, planar mount, orders that pass off to the last
     // bit in silicone and in air.
     let mut count = 0;
-    for (apex, kx0) in [
-        (5.0, 0.0),
-        (5.0, 0.5 * SPACING),
-        (7.3, 0.0),
-        (7.3, 0.3 * SPACING),
-    ] {
+    for (apex, kx0) in [(5.0, 0.0), (5.0, 0.5 * SPACING), (7.3, 0.0), (7.3, 0.3 * SPACING)] {
         let stack = triangle(apex, 16);
         let mut ky = vec![0.0];
         for (n, m) in [(1.0, 3), (1.0, -11), (SILICONE, 0), (SILICONE, 20)] {
@@ -141,10 +130,7 @@ fn degenerate_modes_in_some_slice() {
         let fill = 1.0 - (slice as f64 + 0.5) / slices as f64;
         let nearest = |kx0: f64| {
             let all = lse(kx0, fill, highest);
-            all.into_iter().fold(
-                f64::INFINITY,
-                |a: f64, b| if b.abs() < a.abs() { b } else { a },
-            )
+            all.into_iter().fold(f64::INFINITY, |a: f64, b| if b.abs() < a.abs() { b } else { a })
         };
         let (mut low, mut high) = (0.0, 0.5 * SPACING);
         let sign = nearest(low) > 0.0;

@@ -26,17 +26,13 @@ fn found(stack: &Stack, bloch: Bloch, highest: usize, incident: Incident, grid: 
 fn depths(stack: &Stack, from: f64, to: f64, count: usize) -> Vec<f64> {
     let depth: f64 = stack.layers().iter().map(|l| l.thickness).sum();
     let (from, to) = (from * WAVELENGTH, depth + to * WAVELENGTH);
-    (0..count)
-        .map(|i| from + (to - from) * i as f64 / (count - 1) as f64)
-        .collect()
+    (0..count).map(|i| from + (to - from) * i as f64 / (count - 1) as f64).collect()
 }
 
 /// Places of one period, `count` of them, so that means over them are integrals of what has few
 /// orders.
 fn one_period(count: usize) -> Vec<f64> {
-    (0..count)
-        .map(|i| PERIOD * i as f64 / count as f64)
-        .collect()
+    (0..count).map(|i| PERIOD * i as f64 / count as f64).collect()
 }
 
 /// Mean over x of the z component of the Poynting vector.
@@ -70,25 +66,15 @@ fn a_film_has_its_standing_wave() {
         let [e, h] = above(at_bottom, delta);
         let incoming = 0.5 * (e + h / y[0]);
         // Tangential e of a wave of unit amplitude: 1 for s, kz/n for p.
-        let unit = if pol == Pol::S {
-            Complex64::ONE
-        } else {
-            kz[0] / n[0]
-        };
+        let unit = if pol == Pol::S { Complex64::ONE } else { kz[0] / n[0] };
         let scale = unit / incoming;
-        let grid = Grid {
-            x: vec![0.0, 0.31],
-            z: vec![-0.4, -0.001, 0.0, 0.05, 0.2299, 0.23, 0.9],
-        };
+        let grid = Grid { x: vec![0.0, 0.31], z: vec![-0.4, -0.001, 0.0, 0.05, 0.2299, 0.23, 0.9] };
         let got = found(&film, bloch, 3, Incident::unit(Side::Top, pol), grid);
         for (i, &z) in got.grid.z.iter().enumerate() {
             let [e, h] = if z < 0.0 {
                 let (down, up) = (incoming, 0.5 * (e - h / y[0]));
                 let phase = (Complex64::I * kz[0] * k0 * z).exp();
-                [
-                    down * phase + up / phase,
-                    y[0] * (down * phase - up / phase),
-                ]
+                [down * phase + up / phase, y[0] * (down * phase - up / phase)]
             } else if z < d {
                 above(at_bottom, kz[1] * k0 * (d - z))
             } else {
@@ -111,10 +97,7 @@ fn a_film_has_its_standing_wave() {
                 let (along, across) = (Complex64::from(cos), Complex64::from(sin));
                 let zero = Complex64::ZERO;
                 let (electric, magnetic) = match pol {
-                    Pol::S => (
-                        [-across * e, along * e, zero],
-                        [-along * h, -across * h, kt * e],
-                    ),
+                    Pol::S => ([-across * e, along * e, zero], [-along * h, -across * h, kt * e]),
                     Pol::P => (
                         [along * e, across * e, -kt * h / (index * index)],
                         [-across * h, along * h, zero],
@@ -133,10 +116,7 @@ fn a_film_has_its_standing_wave() {
 
 /// A relief with slanted sides, a rectangular ridge, and a film as thick as ten wavelengths.
 fn lossless() -> Stack {
-    let silicone = Polygon {
-        index: real(1.41),
-        points: vec![[0.0, 0.0], [0.9, 0.0], [0.7, 0.4]],
-    };
+    let silicone = Polygon { index: real(1.41), points: vec![[0.0, 0.0], [0.9, 0.0], [0.7, 0.4]] };
     let relief = Relief::new(PERIOD, 0.4, real(1.0), vec![silicone]).unwrap();
     let mut layers = relief.slices(7);
     layers.push(ridge(0.3, 0.4, 0.2, real(2.1), real(1.0)));
@@ -156,14 +136,8 @@ fn power_through_every_plane_is_what_does_not_come_back() {
             for pol in Pol::BOTH {
                 // Light from below need not propagate at order 0: any order that does.
                 let order = scattering.orders(side).last().unwrap();
-                let incident = Incident {
-                    order,
-                    ..Incident::unit(side, pol)
-                };
-                let grid = Grid {
-                    x: vec![0.1],
-                    z: depths(&stack, -1.0, 1.0, 41),
-                };
+                let incident = Incident { order, ..Incident::unit(side, pol) };
+                let grid = Grid { x: vec![0.1], z: depths(&stack, -1.0, 1.0, 41) };
                 let got = found(&stack, bloch, 9, incident, grid);
                 let from = (side, order, pol);
                 let what = format!("{from:?} at {kx0}, {ky}");
@@ -188,14 +162,8 @@ fn the_mean_of_the_poynting_vector_is_the_power() {
     let bloch = Bloch::new(0.21, 0.5);
     for side in SIDES {
         let order = solve(&stack, bloch, 9).orders(side).next().unwrap();
-        let incident = Incident {
-            order,
-            ..Incident::unit(side, Pol::P)
-        };
-        let grid = Grid {
-            x: one_period(64),
-            z: vec![-0.3, -0.01, 0.75, 3.0, 6.19, 6.21, 7.0],
-        };
+        let incident = Incident { order, ..Incident::unit(side, Pol::P) };
+        let grid = Grid { x: one_period(64), z: vec![-0.3, -0.01, 0.75, 3.0, 6.19, 6.21, 7.0] };
         let got = found(&stack, bloch, 9, incident, grid);
         let (n, kx) = match side {
             Side::Top => (1.41, 0.21 + f64::from(order) * WAVELENGTH / PERIOD),
@@ -228,10 +196,7 @@ fn what_is_continuous_is_continuous() {
     let step = 1e-12;
     let z: Vec<f64> = planes.iter().flat_map(|z| [z - step, z + step]).collect();
     for side in SIDES {
-        let grid = Grid {
-            x: one_period(11),
-            z: z.clone(),
-        };
+        let grid = Grid { x: one_period(11), z: z.clone() };
         let bloch = Bloch::new(0.21, 0.5);
         let order = solve(&stack, bloch, 9).orders(side).next().unwrap();
         let incident = Incident {
@@ -268,26 +233,12 @@ fn displacement_is_continuous_across_a_wall() {
     let stack = stack(vec![ridge(0.3, 0.5, 0.2, real(2.0), real(1.0))]);
     let jump = |highest: usize| {
         let wall = 0.3 * PERIOD;
-        let grid = Grid {
-            x: vec![wall - 1e-9, wall + 1e-9],
-            z: vec![0.15],
-        };
+        let grid = Grid { x: vec![wall - 1e-9, wall + 1e-9], z: vec![0.15] };
         let bloch = Bloch::new(0.2, 0.3);
-        let got = found(
-            &stack,
-            bloch,
-            highest,
-            Incident::unit(Side::Top, Pol::P),
-            grid,
-        );
+        let got = found(&stack, bloch, highest, Incident::unit(Side::Top, Pol::P), grid);
         let [out, inside] = [got.samples[0], got.samples[1]];
         assert_eq!((out.index.re, inside.index.re), (1.0, 2.0));
-        assert_near(
-            "ε Ex",
-            (out.electric[0] / inside.electric[0] - 4.0).norm(),
-            0.0,
-            1e-6,
-        );
+        assert_near("ε Ex", (out.electric[0] / inside.electric[0] - 4.0).norm(), 0.0, 1e-6);
         got.samples[1].intensity()
     };
     assert_near("|E|² at the wall", jump(40), jump(60), 0.02 * jump(60));
@@ -306,11 +257,8 @@ fn what_a_layer_absorbs_is_the_difference_of_the_flux() {
     for (pol, (kx0, ky)) in Pol::BOTH.into_iter().zip([(0.21, 0.5), (0.31, 0.2)]) {
         let bloch = Bloch::new(kx0, ky);
         // Gauss-Legendre nodes of order 5 in 20 stretches of the absorbing layer.
-        let nodes: [(f64, f64); 3] = [
-            (0.0, 8.0 / 9.0),
-            (0.6f64.sqrt(), 5.0 / 9.0),
-            (-(0.6f64.sqrt()), 5.0 / 9.0),
-        ];
+        let nodes: [(f64, f64); 3] =
+            [(0.0, 8.0 / 9.0), (0.6f64.sqrt(), 5.0 / 9.0), (-(0.6f64.sqrt()), 5.0 / 9.0)];
         let part = 0.25 / 20.0;
         let mut z = vec![0.299_999, 0.550_001];
         let mut weights = Vec::new();
@@ -320,10 +268,7 @@ fn what_a_layer_absorbs_is_the_difference_of_the_flux() {
                 weights.push(weight * part / 2.0);
             }
         }
-        let grid = Grid {
-            x: one_period(48),
-            z,
-        };
+        let grid = Grid { x: one_period(48), z };
         let got = found(&stack, bloch, 9, Incident::unit(Side::Top, pol), grid);
         // Mean of ½ k0 Im ε |E|² over a period, per incident power.
         let incident = 0.5 * (1.41f64 * 1.41 - kx0 * kx0 - ky * ky).sqrt();
@@ -338,12 +283,7 @@ fn what_a_layer_absorbs_is_the_difference_of_the_flux() {
             / incident;
         assert!(absorbed > 0.02, "{absorbed}");
         assert_near("absorbed", absorbed, got.flux[0] - got.flux[1], 1e-9);
-        assert_near(
-            "balance",
-            1.0 - got.reflected - got.transmitted,
-            absorbed,
-            1e-9,
-        );
+        assert_near("balance", 1.0 - got.reflected - got.transmitted, absorbed, 1e-9);
     }
 }
 
@@ -360,16 +300,9 @@ fn far_away_the_field_is_the_sum_of_the_orders() {
     let amplitudes = [Complex64::new(0.6, 0.2), Complex64::new(-0.1, 0.7)];
     for from in SIDES {
         for order in scattering.orders(from).collect::<Vec<_>>() {
-            let incident = Incident {
-                side: from,
-                order,
-                amplitudes,
-            };
+            let incident = Incident { side: from, order, amplitudes };
             // Evanescent orders have decayed: the slowest by exp(-2π·100·κ).
-            let grid = Grid {
-                x: vec![0.0, 0.37],
-                z: vec![-60.0, depth + 60.0],
-            };
+            let grid = Grid { x: vec![0.0, 0.37], z: vec![-60.0, depth + 60.0] };
             let got = found(&stack, bloch, 9, incident, grid);
             for (i, side) in SIDES.into_iter().enumerate() {
                 let n = stack.index(side).re;
@@ -391,9 +324,7 @@ fn far_away_the_field_is_the_sum_of_the_orders() {
                     };
                     let sign = if side == Side::Top { -1.0 } else { 1.0 };
                     for channel in scattering.channels(side) {
-                        let jones = scattering
-                            .jones((from, order), (side, channel.order))
-                            .unwrap();
+                        let jones = scattering.jones((from, order), (side, channel.order)).unwrap();
                         add(channel.kx, sign * channel.kz.re, jones.apply(amplitudes));
                     }
                     if side == from {
@@ -415,21 +346,13 @@ fn far_away_the_field_is_the_sum_of_the_orders() {
 fn a_structure_turned_over_has_the_same_field() {
     // Light from below against light from above on the structure upside down.
     let layers = vec![
-        layer(
-            0.2,
-            &[(0.2, real(1.0)), (0.5, real(1.8)), (1.0, real(1.41))],
-        ),
+        layer(0.2, &[(0.2, real(1.0)), (0.5, real(1.8)), (1.0, real(1.41))]),
         ridge(0.3, 0.6, 0.2, Complex64::new(1.5, 0.1), real(1.0)),
     ];
     let upright = stack(layers.clone());
-    let turned = Stack::new(
-        WAVELENGTH,
-        PERIOD,
-        real(1.0),
-        real(1.41),
-        layers.into_iter().rev().collect(),
-    )
-    .unwrap();
+    let turned =
+        Stack::new(WAVELENGTH, PERIOD, real(1.0), real(1.41), layers.into_iter().rev().collect())
+            .unwrap();
     let bloch = Bloch::new(0.2, 0.3);
     let z = vec![-0.2, 0.1, 0.35, 0.6];
     let x = one_period(5);
@@ -438,19 +361,10 @@ fn a_structure_turned_over_has_the_same_field() {
         bloch,
         8,
         Incident::unit(Side::Bottom, Pol::P),
-        Grid {
-            x: x.clone(),
-            z: z.clone(),
-        },
+        Grid { x: x.clone(), z: z.clone() },
     );
     let mirrored = z.iter().map(|z| 0.5 - z).collect();
-    let b = found(
-        &turned,
-        bloch,
-        8,
-        Incident::unit(Side::Top, Pol::P),
-        Grid { x, z: mirrored },
-    );
+    let b = found(&turned, bloch, 8, Incident::unit(Side::Top, Pol::P), Grid { x, z: mirrored });
     for (a, b) in a.samples.iter().zip(&b.samples) {
         assert_near("|E|²", a.intensity(), b.intensity(), 1e-12);
         let (s, t) = (a.poynting(), b.poynting());
@@ -473,17 +387,8 @@ fn cut_offs_and_many_evanescent_orders_are_survived() {
     ]);
     let kx0 = 1.0 - WAVELENGTH / PERIOD;
     for pol in Pol::BOTH {
-        let grid = Grid {
-            x: vec![0.0, 0.4],
-            z: depths(&stack, -1.0, 1.0, 31),
-        };
-        let got = found(
-            &stack,
-            Bloch::new(kx0, 0.0),
-            30,
-            Incident::unit(Side::Top, pol),
-            grid,
-        );
+        let grid = Grid { x: vec![0.0, 0.4], z: depths(&stack, -1.0, 1.0, 31) };
+        let got = found(&stack, Bloch::new(kx0, 0.0), 30, Incident::unit(Side::Top, pol), grid);
         for flux in &got.flux {
             assert_near("flux", *flux, 1.0 - got.reflected, 1e-10);
         }
@@ -495,52 +400,23 @@ fn cut_offs_and_many_evanescent_orders_are_survived() {
 fn what_makes_no_sense_is_refused() {
     let stack = stack(vec![ridge(0.2, 0.5, 0.25, real(1.41), real(1.0))]);
     let run = |bloch: Bloch, incident: Incident, x: f64| {
-        let grid = Grid {
-            x: vec![x],
-            z: vec![0.0],
-        };
-        field(
-            &stack,
-            bloch,
-            Truncation::new(4).unwrap(),
-            &incident,
-            grid,
-            &no_progress,
-        )
+        let grid = Grid { x: vec![x], z: vec![0.0] };
+        field(&stack, bloch, Truncation::new(4).unwrap(), &incident, grid, &no_progress)
     };
     let (good, s) = (Bloch::new(0.2, 0.1), Incident::unit(Side::Top, Pol::S));
     assert!(run(good, s, 0.0).is_ok());
-    assert!(matches!(
-        run(Bloch::new(f64::NAN, 0.0), s, 0.0),
-        Err(Error::Bloch { .. })
-    ));
-    assert!(matches!(
-        run(good, s, f64::INFINITY),
-        Err(Error::Position { .. })
-    ));
-    let dark = Incident {
-        amplitudes: [Complex64::ZERO; 2],
-        ..s
-    };
-    assert!(matches!(
-        run(good, dark, 0.0),
-        Err(Error::Amplitudes { .. })
-    ));
+    assert!(matches!(run(Bloch::new(f64::NAN, 0.0), s, 0.0), Err(Error::Bloch { .. })));
+    assert!(matches!(run(good, s, f64::INFINITY), Err(Error::Position { .. })));
+    let dark = Incident { amplitudes: [Complex64::ZERO; 2], ..s };
+    assert!(matches!(run(good, dark, 0.0), Err(Error::Amplitudes { .. })));
     for side in SIDES {
-        let far = Incident {
-            side,
-            order: 4,
-            ..s
-        };
+        let far = Incident { side, order: 4, ..s };
         assert!(
             matches!(run(good, far, 0.0), Err(Error::Evanescent { order: 4, side: found }) if found == side)
         );
     }
     let stop = |_: usize| ControlFlow::Break(());
-    let grid = Grid {
-        x: vec![0.0],
-        z: vec![0.0],
-    };
+    let grid = Grid { x: vec![0.0], z: vec![0.0] };
     let stopped = field(&stack, good, Truncation::new(4).unwrap(), &s, grid, &stop);
     assert!(matches!(stopped, Err(Error::Stopped)));
 }

@@ -51,10 +51,7 @@ fn pairs(scattering: &Scattering) -> Vec<[(Side, i32); 2]> {
             .flat_map(|side| scattering.orders(side).map(move |m| (side, m)))
             .collect::<Vec<_>>()
     };
-    orders()
-        .into_iter()
-        .flat_map(|from| orders().into_iter().map(move |to| [from, to]))
-        .collect()
+    orders().into_iter().flat_map(|from| orders().into_iter().map(move |to| [from, to])).collect()
 }
 
 /// Each matrix of `a` from (side, m) to (side, n) against that of `b` from (side, -m) to (side,
@@ -67,12 +64,7 @@ fn assert_opposite_orders(what: &str, a: &Scattering, b: &Scattering, signs: [[f
         let y = b.jones((from.0, -from.1), (to.0, -to.1)).unwrap().matrix;
         for (q, p) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let difference = (x[q][p] - signs[q][p] * y[q][p]).norm();
-            assert_near(
-                &format!("{what}: {from:?} to {to:?}, {q}{p}"),
-                difference,
-                0.0,
-                EXACT,
-            );
+            assert_near(&format!("{what}: {from:?} to {to:?}, {q}{p}"), difference, 0.0, EXACT);
         }
     }
 }
@@ -81,13 +73,7 @@ fn assert_opposite_orders(what: &str, a: &Scattering, b: &Scattering, signs: [[f
 fn a_bare_surface_has_the_coefficients_of_fresnel() {
     let (n1, n2) = (1.41, 1.0);
     let bare = stack(Vec::new());
-    for (theta, phi) in [
-        (0.0f64, 0.0),
-        (0.0, 0.7),
-        (30f64, 0.0),
-        (30.0, 200.0),
-        (43.0, 75.0),
-    ] {
+    for (theta, phi) in [(0.0f64, 0.0), (0.0, 0.7), (30f64, 0.0), (30.0, 200.0), (43.0, 75.0)] {
         let (t, f) = (theta.to_radians(), f64::to_radians(phi));
         let scattering = solve(&bare, Bloch::from_angles(&bare, Side::Top, t, f), 2);
         let (c1, c2) = (t.cos(), (1.0 - (n1 / n2 * t.sin()).powi(2)).sqrt());
@@ -109,14 +95,8 @@ fn a_bare_surface_has_the_coefficients_of_fresnel() {
 #[test]
 fn matrices_give_the_efficiencies() {
     let incident = [Complex64::new(0.3, -1.1), Complex64::new(-0.8, 0.45)];
-    let metal = Stack::new(
-        0.55,
-        0.9,
-        real(1.41),
-        Complex64::new(0.4, 3.0),
-        asymmetric(0.2),
-    )
-    .unwrap();
+    let metal =
+        Stack::new(0.55, 0.9, real(1.41), Complex64::new(0.4, 3.0), asymmetric(0.2)).unwrap();
     for stack in [stack(asymmetric(0.0)), stack(asymmetric(0.3)), metal] {
         let scattering = solve(&stack, Bloch::new(0.21, 0.4), 8);
         for [from, to] in pairs(&scattering) {
@@ -129,12 +109,7 @@ fn matrices_give_the_efficiencies() {
                 let normalised = jones.power_normalised();
                 for (row, q) in Pol::BOTH.into_iter().enumerate() {
                     let expected = scattering.efficiency_in((from.0, from.1, p), to, q);
-                    assert_near(
-                        "element",
-                        normalised[row][column].norm_sqr(),
-                        expected,
-                        1e-13,
-                    );
+                    assert_near("element", normalised[row][column].norm_sqr(), expected, 1e-13);
                 }
             }
             let flux_in = scattering.source(from.0, from.1).unwrap().flux[0];
@@ -161,25 +136,14 @@ fn power_normalised_matrices_are_unitary_without_loss() {
         let column = |from: (Side, i32, Pol)| -> Vec<Complex64> {
             let jones = scattering.jones_of_all((from.0, from.1)).unwrap();
             let p = usize::from(from.2 == Pol::P);
-            jones
-                .iter()
-                .flat_map(|j| j.power_normalised().map(|row| row[p]))
-                .collect()
+            jones.iter().flat_map(|j| j.power_normalised().map(|row| row[p])).collect()
         };
         for (i, &a) in all.iter().enumerate() {
             for (j, &b) in all.iter().enumerate() {
-                let overlap: Complex64 = column(a)
-                    .iter()
-                    .zip(column(b))
-                    .map(|(x, y)| x.conj() * y)
-                    .sum();
+                let overlap: Complex64 =
+                    column(a).iter().zip(column(b)).map(|(x, y)| x.conj() * y).sum();
                 let expected = if i == j { 1.0 } else { 0.0 };
-                assert_near(
-                    &format!("{a:?} {b:?}"),
-                    (overlap - expected).norm(),
-                    0.0,
-                    EXACT,
-                );
+                assert_near(&format!("{a:?} {b:?}"), (overlap - expected).norm(), 0.0, EXACT);
             }
         }
     }
@@ -198,12 +162,7 @@ fn reversed_waves_have_transposed_matrices() {
                 let y = reversed.power_normalised();
                 for (q, p) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     let difference = (x[q][p] - SIGNS[q][p] * y[p][q]).norm();
-                    assert_near(
-                        &format!("{from:?} to {to:?}, {q}{p}"),
-                        difference,
-                        0.0,
-                        EXACT,
-                    );
+                    assert_near(&format!("{from:?} to {to:?}, {q}{p}"), difference, 0.0, EXACT);
                 }
             }
         }
@@ -229,25 +188,13 @@ fn mirrors_change_the_sign_of_what_turns_s_into_p() {
         let b = solve(&any, Bloch::new(kx0, -ky), 8);
         let mut between = 0.0_f64;
         for [from, to] in pairs(&a) {
-            let (x, y) = (
-                a.jones(from, to).unwrap().matrix,
-                b.jones(from, to).unwrap().matrix,
-            );
+            let (x, y) = (a.jones(from, to).unwrap().matrix, b.jones(from, to).unwrap().matrix);
             for (q, p) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                assert_near(
-                    "mirror y",
-                    (x[q][p] - SIGNS[q][p] * y[q][p]).norm(),
-                    0.0,
-                    EXACT,
-                );
+                assert_near("mirror y", (x[q][p] - SIGNS[q][p] * y[q][p]).norm(), 0.0, EXACT);
             }
             between = between.max(x[0][1].norm());
         }
-        assert_eq!(
-            between > 1e-3,
-            ky != 0.0,
-            "s and p mix in conical mounts only: {between}"
-        );
+        assert_eq!(between > 1e-3, ky != 0.0, "s and p mix in conical mounts only: {between}");
     }
 }
 
@@ -266,22 +213,12 @@ fn half_a_turn_about_z_changes_nothing() {
 fn orders_without_light_are_refused() {
     let scattering = solve(&stack(asymmetric(0.0)), Bloch::new(0.2, 0.1), 8);
     assert!(scattering.jones((Side::Top, 7), (Side::Top, 0)).is_none());
-    assert!(
-        scattering
-            .jones((Side::Top, 0), (Side::Bottom, 7))
-            .is_none()
-    );
+    assert!(scattering.jones((Side::Top, 0), (Side::Bottom, 7)).is_none());
     assert!(matches!(
         scattering.jones_of_all((Side::Bottom, 7)),
-        Err(Error::Evanescent {
-            order: 7,
-            side: Side::Bottom
-        })
+        Err(Error::Evanescent { order: 7, side: Side::Bottom })
     ));
     let all = scattering.jones_of_all((Side::Top, 0)).unwrap();
-    let count = SIDES
-        .iter()
-        .map(|&s| scattering.channels(s).len())
-        .sum::<usize>();
+    let count = SIDES.iter().map(|&s| scattering.channels(s).len()).sum::<usize>();
     assert_eq!(all.len(), count);
 }

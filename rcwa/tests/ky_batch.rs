@@ -26,22 +26,15 @@ fn interface(period: f64, height: f64) -> Interface {
 /// numbers.
 fn isosceles() -> Interface {
     let tooth = shapes::triangle(3.0, [1.5, 1.2], Materials::lossless(SILICONE, 1.0));
-    Interface {
-        relief: tooth.unwrap(),
-        ..interface(3.0, 1.2)
-    }
+    Interface { relief: tooth.unwrap(), ..interface(3.0, 1.2) }
 }
 
 fn stack(interface: &Interface, slices: usize) -> Stack {
-    interface
-        .stack(&interface.relief.slice_plan(slices))
-        .unwrap()
+    interface.stack(&interface.relief.slice_plan(slices)).unwrap()
 }
 
 fn spread(count: usize) -> Vec<f64> {
-    (0..count)
-        .map(|i| SILICONE * i as f64 / count as f64)
-        .collect()
+    (0..count).map(|i| SILICONE * i as f64 / count as f64).collect()
 }
 
 /// Largest difference of an efficiency, of any wave and order.
@@ -86,10 +79,8 @@ fn mirrored_lines_are_those_of_single_ky() {
 fn lines_of_running_waves_are_those_of_single_ky_with_loss_too() {
     let lossless = stack(&interface(2.0, 0.8), 16);
     let absorbing = {
-        let tooth = Materials {
-            ridge: num_complex::Complex64::new(SILICONE, 0.02),
-            groove: real(1.0),
-        };
+        let tooth =
+            Materials { ridge: num_complex::Complex64::new(SILICONE, 0.02), groove: real(1.0) };
         let relief = shapes::step(2.0, 0.8, tooth).unwrap();
         let layers = relief.slices(16);
         Stack::new(0.55, relief.period(), real(SILICONE), real(1.0), layers).unwrap()
@@ -128,9 +119,7 @@ fn ky_added_later_go_through_what_was_kept_as_if_alone() {
 
 fn added_later(interface: &Interface) {
     // Sides that are followed; the tolerance makes a second pass necessary.
-    let ky = (0..20)
-        .map(|i| (f64::from(i) + 0.5) * SILICONE / 20.0)
-        .collect();
+    let ky = (0..20).map(|i| (f64::from(i) + 0.5) * SILICONE / 20.0).collect();
     let request = GridRequest {
         kx_per_zone: 2,
         most_kx: None,
@@ -154,10 +143,7 @@ fn added_later(interface: &Interface) {
         .collect();
     assert!(added.len() > 2, "{added:?}");
     for i in [added[0], added[added.len() / 2], added[added.len() - 1]] {
-        let directions = Directions {
-            kx_per_zone: 2,
-            ky: vec![found.directions.ky[i]],
-        };
+        let directions = Directions { kx_per_zone: 2, ky: vec![found.directions.ky[i]] };
         let alone = hemisphere(interface, &directions, &resolution, &no_progress).unwrap();
         let both = found.solved.incidences.iter().filter(|w| w.ky_index == i);
         let mut count = 0;

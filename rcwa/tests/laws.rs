@@ -31,25 +31,9 @@ fn silicone_air(layers: Vec<Layer>) -> Stack {
 fn asymmetric(absorption: f64) -> Vec<Layer> {
     let lossy = Complex64::new(1.8, absorption);
     vec![
-        layer(
-            0.21,
-            &[
-                (0.15, real(1.0)),
-                (0.4, lossy),
-                (0.85, real(1.3)),
-                (1.0, real(2.1)),
-            ],
-        ),
+        layer(0.21, &[(0.15, real(1.0)), (0.4, lossy), (0.85, real(1.3)), (1.0, real(2.1))]),
         layer(0.1, &[(0.35, lossy), (1.0, real(1.2))]),
-        layer(
-            0.4,
-            &[
-                (0.05, real(1.0)),
-                (0.55, real(1.41)),
-                (0.7, lossy),
-                (1.0, real(1.41)),
-            ],
-        ),
+        layer(0.4, &[(0.05, real(1.0)), (0.55, real(1.41)), (0.7, lossy), (1.0, real(1.41))]),
     ]
 }
 
@@ -58,26 +42,14 @@ fn mirror_symmetric() -> Stack {
     let metal = Complex64::new(0.5, 3.0);
     let inner = layer(
         0.3,
-        &[
-            (0.1, metal),
-            (0.4, real(1.0)),
-            (0.6, real(1.41)),
-            (0.9, real(1.0)),
-            (1.0, metal),
-        ],
+        &[(0.1, metal), (0.4, real(1.0)), (0.6, real(1.41)), (0.9, real(1.0)), (1.0, metal)],
     );
     silicone_air(vec![outer, inner])
 }
 
 /// Directions all over the place, in units of k0.
-const BLOCHS: [(f64, f64); 6] = [
-    (0.0, 0.0),
-    (0.27, 0.0),
-    (0.0, 0.61),
-    (0.21, 0.43),
-    (-0.3, 0.99),
-    (0.11, 1.3),
-];
+const BLOCHS: [(f64, f64); 6] =
+    [(0.0, 0.0), (0.27, 0.0), (0.0, 0.61), (0.21, 0.43), (-0.3, 0.99), (0.11, 1.3)];
 
 #[test]
 fn power_is_conserved_at_every_truncation() {
@@ -90,10 +62,7 @@ fn power_is_conserved_at_every_truncation() {
         for highest in 0..=12 {
             for (kx0, ky) in BLOCHS {
                 let residual = balance(&solve(&stack, Bloch::new(kx0, ky), highest));
-                assert!(
-                    residual.abs() < EXACT,
-                    "M = {highest} at ({kx0}, {ky}): {residual:.1e}"
-                );
+                assert!(residual.abs() < EXACT, "M = {highest} at ({kx0}, {ky}): {residual:.1e}");
             }
         }
     }
@@ -102,22 +71,12 @@ fn power_is_conserved_at_every_truncation() {
 #[test]
 fn dozens_of_orders_conserve_power_too() {
     let relief = shapes::step(10.0, 4.03, Materials::lossless(1.41, 1.0)).unwrap();
-    let stack = Stack::new(
-        WAVELENGTH,
-        relief.period(),
-        real(1.41),
-        real(1.0),
-        relief.slices(12),
-    )
-    .unwrap();
+    let stack =
+        Stack::new(WAVELENGTH, relief.period(), real(1.41), real(1.0), relief.slices(12)).unwrap();
     for ky in [0.0, 0.3, 1.2] {
         let scattering = solve(&stack, Bloch::new(0.01, ky), 32);
         assert!(waves(&scattering).len() > 50);
-        assert!(
-            balance(&scattering).abs() < EXACT,
-            "ky = {ky}: {:.1e}",
-            balance(&scattering)
-        );
+        assert!(balance(&scattering).abs() < EXACT, "ky = {ky}: {:.1e}", balance(&scattering));
     }
 }
 
@@ -169,10 +128,7 @@ fn reciprocity_of_the_whole_scattering_matrix() {
     for absorption in [0.0, 0.05, 2.0] {
         let stack = silicone_air(asymmetric(absorption));
         for highest in [2, 5, 12] {
-            for (kx0, ky) in BLOCHS
-                .into_iter()
-                .filter(|&(kx0, ky)| kx0 != 0.0 || ky != 0.0)
-            {
+            for (kx0, ky) in BLOCHS.into_iter().filter(|&(kx0, ky)| kx0 != 0.0 || ky != 0.0) {
                 let worst = irreciprocity(&stack, kx0, ky, highest);
                 assert!(
                     worst < EXACT,
@@ -198,10 +154,7 @@ fn another_brillouin_zone_is_the_same_problem_but_for_truncation() {
             .fold(0.0, f64::max)
     };
     let (few, many) = (difference(10), difference(40));
-    assert!(
-        many < 1e-5 && many < 0.05 * few && few > 0.0,
-        "{few:.1e}, {many:.1e}"
-    );
+    assert!(many < 1e-5 && many < 0.05 * few && few > 0.0, "{few:.1e}, {many:.1e}");
 }
 
 #[test]
@@ -245,10 +198,8 @@ fn opposite_azimuths_swap_the_orders_of_a_mirror_symmetric_grating() {
 fn the_sign_of_ky_changes_no_share() {
     let stack = silicone_air(asymmetric(0.3));
     for (kx0, ky) in BLOCHS {
-        let (a, b) = (
-            solve(&stack, Bloch::new(kx0, ky), 6),
-            solve(&stack, Bloch::new(kx0, -ky), 6),
-        );
+        let (a, b) =
+            (solve(&stack, Bloch::new(kx0, ky), 6), solve(&stack, Bloch::new(kx0, -ky), 6));
         for from in waves(&a) {
             for side in SIDES {
                 for m in a.orders(side) {
@@ -264,25 +215,16 @@ fn the_sign_of_ky_changes_no_share() {
 #[test]
 fn a_mirrored_relief_is_the_same_in_the_mirror() {
     let relief = shapes::triangle(PERIOD, [0.8, 0.5], Materials::lossless(1.41, 1.0)).unwrap();
-    let (stack, image) = (
-        silicone_air(relief.slices(8)),
-        silicone_air(relief.mirrored().slices(8)),
-    );
+    let (stack, image) =
+        (silicone_air(relief.slices(8)), silicone_air(relief.mirrored().slices(8)));
     for (kx0, ky) in BLOCHS {
-        let (a, b) = (
-            solve(&stack, Bloch::new(kx0, ky), 7),
-            solve(&image, Bloch::new(-kx0, ky), 7),
-        );
+        let (a, b) =
+            (solve(&stack, Bloch::new(kx0, ky), 7), solve(&image, Bloch::new(-kx0, ky), 7));
         for from in waves(&a) {
             for to in waves(&a) {
                 let swap = |(side, m, pol): (Side, i32, Pol)| (side, -m, pol);
                 let what = format!("{from:?} to {to:?} at ({kx0}, {ky})");
-                assert_near(
-                    &what,
-                    share(&a, from, to),
-                    share(&b, swap(from), swap(to)),
-                    EXACT,
-                );
+                assert_near(&what, share(&a, from, to), share(&b, swap(from), swap(to)), EXACT);
             }
         }
     }
@@ -292,19 +234,11 @@ fn a_mirrored_relief_is_the_same_in_the_mirror() {
 fn only_ratios_of_lengths_count() {
     let (stack, bloch) = (silicone_air(asymmetric(0.1)), Bloch::new(0.2, 0.4));
     for scale in [1e-9, 550.0] {
-        let scaled = |l: &Layer| Layer {
-            thickness: l.thickness * scale,
-            segments: l.segments.clone(),
-        };
+        let scaled =
+            |l: &Layer| Layer { thickness: l.thickness * scale, segments: l.segments.clone() };
         let layers = stack.layers().iter().map(scaled).collect();
-        let other = Stack::new(
-            WAVELENGTH * scale,
-            PERIOD * scale,
-            real(1.41),
-            real(1.0),
-            layers,
-        )
-        .unwrap();
+        let other =
+            Stack::new(WAVELENGTH * scale, PERIOD * scale, real(1.41), real(1.0), layers).unwrap();
         let difference = largest_difference(&solve(&stack, bloch, 6), &solve(&other, bloch, 6));
         assert!(difference < EXACT, "{difference:.1e}");
     }
@@ -318,11 +252,7 @@ fn shifted(layer: &Layer, dx: f64) -> Layer {
         for whole in [0.0, 1.0] {
             let (x0, x1) = ((x0 - whole).max(0.0), (x1 - whole).min(1.0));
             if x1 > x0 {
-                parts.push(Segment {
-                    x0,
-                    x1,
-                    index: s.index,
-                });
+                parts.push(Segment { x0, x1, index: s.index });
             }
         }
     }
@@ -365,10 +295,7 @@ fn a_layer_cut_in_two_is_the_same_layer() {
         for (i, share) in parts {
             for share in [share, 1.0 - share] {
                 let thickness = layers[i].thickness * share;
-                cut.push(Layer {
-                    thickness,
-                    segments: layers[i].segments.clone(),
-                });
+                cut.push(Layer { thickness, segments: layers[i].segments.clone() });
             }
         }
         let (whole, cut) = (silicone_air(layers), silicone_air(cut));
@@ -384,24 +311,12 @@ fn a_layer_cut_in_two_is_the_same_layer() {
 fn layers_of_no_thickness_and_walls_between_equals_change_nothing() {
     let plain = asymmetric(0.0);
     let mut more = plain.clone();
-    more.insert(
-        1,
-        Layer {
-            thickness: 0.0,
-            segments: plain[2].segments.clone(),
-        },
-    );
+    more.insert(1, Layer { thickness: 0.0, segments: plain[2].segments.clone() });
     more.insert(0, uniform(0.0, 3.0));
     let mut walls = plain.clone();
     let first = walls[0].segments[0];
-    walls[0].segments.splice(
-        0..1,
-        [Segment { x1: 0.07, ..first }, Segment { x0: 0.07, ..first }],
-    );
-    let nearly_nothing = [uniform(1e-13, 3.0)]
-        .into_iter()
-        .chain(plain.clone())
-        .collect();
+    walls[0].segments.splice(0..1, [Segment { x1: 0.07, ..first }, Segment { x0: 0.07, ..first }]);
+    let nearly_nothing = [uniform(1e-13, 3.0)].into_iter().chain(plain.clone()).collect();
     let stack = silicone_air(plain);
     for other in [more, walls, nearly_nothing].map(silicone_air) {
         for (kx0, ky) in BLOCHS {
@@ -448,10 +363,7 @@ fn a_little_absorption_is_nearly_none() {
 
 fn all_finite(scattering: &Scattering) -> bool {
     let all = waves(scattering);
-    all.iter().all(|&from| {
-        all.iter()
-            .all(|&to| scattering.amplitude(from, to).is_finite())
-    })
+    all.iter().all(|&from| all.iter().all(|&to| scattering.amplitude(from, to).is_finite()))
 }
 
 #[test]
@@ -460,11 +372,7 @@ fn exact_cut_offs_are_survived() {
     // 0.5 the same.
     let patterns = [
         vec![ridge(0.4, 0.5, 0.2, real(1.5), real(1.0))],
-        vec![
-            uniform(0.2, 1.5),
-            ridge(0.4, 0.3, 0.2, real(1.7), real(1.0)),
-            uniform(7.0, 1.5),
-        ],
+        vec![uniform(0.2, 1.5), ridge(0.4, 0.3, 0.2, real(1.7), real(1.0)), uniform(7.0, 1.5)],
         vec![uniform(0.01, 1.5)],
     ];
     for layers in patterns {
@@ -514,11 +422,7 @@ fn directions_of_the_worked_example() {
     let stack = silicone_air(vec![ridge(0.2, 0.5, 0.2, real(1.41), real(1.0))]);
     let scattering = solve(&stack, support::from_top(&stack, 33.0, 40.0), 6);
     let expected = [
-        (
-            Side::Top,
-            -3,
-            &[0.440_762, 1.158_684, 1.320_574, 1.182_526, 0.553_086][..],
-        ),
+        (Side::Top, -3, &[0.440_762, 1.158_684, 1.320_574, 1.182_526, 0.553_086][..]),
         (Side::Bottom, -2, &[0.595_357, 0.869_376, 0.640_521][..]),
     ];
     for (side, first, kz) in expected {
@@ -559,11 +463,7 @@ fn diffuse_transmittance(
     let mut sums = [0.0; 2];
     for incidence in &solved.incidences {
         let from = usize::from(incidence.side == Side::Bottom);
-        let through = incidence
-            .shares
-            .iter()
-            .filter(|s| s.0 != incidence.side)
-            .map(|s| s.2);
+        let through = incidence.shares.iter().filter(|s| s.0 != incidence.side).map(|s| s.2);
         sums[from] += 0.5 * cell * through.sum::<f64>() / (std::f64::consts::PI * n[from].powi(2));
     }
     sums

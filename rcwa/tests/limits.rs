@@ -33,10 +33,7 @@ fn one_order_is_the_effective_uniaxial_film() {
 #[test]
 fn short_periods_become_effective_films_as_their_square() {
     let fill = 0.5;
-    let (te, tm) = (
-        0.5 * (1.41_f64.powi(2) + 1.0),
-        1.0 / (0.5 / 1.41_f64.powi(2) + 0.5),
-    );
+    let (te, tm) = (0.5 * (1.41_f64.powi(2) + 1.0), 1.0 / (0.5 / 1.41_f64.powi(2) + 0.5));
     let reflected = |stack: &Stack, highest: usize, pol: Pol| {
         let scattering = solve(stack, Bloch::new(0.0, 0.0), highest);
         scattering.efficiency((Side::Top, 0, pol), (Side::Top, 0))
@@ -52,15 +49,9 @@ fn short_periods_become_effective_films_as_their_square() {
             (reflected(&stack(period, lamella), 20, pol) - film).abs()
         };
         let (long, short) = (error(0.04), error(0.02));
-        assert!(
-            short < long && long < 1e-4,
-            "{pol:?}: {long:.2e} {short:.2e}"
-        );
+        assert!(short < long && long < 1e-4, "{pol:?}: {long:.2e} {short:.2e}");
         // In p the fields at the edges of the film add something that truncation resolves slowly.
-        assert!(
-            pol == Pol::P || (long / short / 4.0 - 1.0).abs() < 0.1,
-            "{long:.2e} {short:.2e}"
-        );
+        assert!(pol == Pol::P || (long / short / 4.0 - 1.0).abs() < 0.1, "{long:.2e} {short:.2e}");
     }
 }
 
@@ -107,18 +98,12 @@ fn thin_binary_phase_grating() {
                 assert_near(&what, both[0], theory, number(&case["tolerance"]["abs"]));
             }
         }
-        zeroth.push((
-            period,
-            scattering.efficiency((Side::Top, 0, Pol::S), (Side::Bottom, 0)),
-        ));
+        zeroth.push((period, scattering.efficiency((Side::Top, 0, Pol::S), (Side::Bottom, 0))));
     }
     // The order that should be dark falls as the square of the period.
     zeroth.sort_by(|a, b| a.0.total_cmp(&b.0));
     for pair in zeroth.windows(2) {
-        assert!(
-            (pair[0].1 / pair[1].1 / 4.0 - 1.0).abs() < 0.05,
-            "{zeroth:?}"
-        );
+        assert!((pair[0].1 / pair[1].1 / 4.0 - 1.0).abs() < 0.05, "{zeroth:?}");
     }
 }
 
@@ -131,10 +116,7 @@ fn multilevel_blaze_goes_to_order_plus_one() {
         // Theirs, again, are of fewer orders.
         let expected = number(&outputs["rcwa_period40"][levels.to_string()]);
         assert_near("period 40", plus, expected, 1e-3);
-        assert!(
-            transmitted(&stack, 72, -1, Pol::S) < 0.01,
-            "the other side stays dark"
-        );
+        assert!(transmitted(&stack, 72, -1, Pol::S) < 0.01, "the other side stays dark");
         // The deficit is proportional to 1 / period.
         let limit = 2.0 * plus - transmitted(&blaze(levels, 20.0), 42, 1, Pol::S);
         let theory = number(&outputs["theory_sinc2(1/L)"][levels.to_string()]);
@@ -173,12 +155,7 @@ fn raman_nath() {
         for m in 0..4 {
             let got = transmitted(&stack, 12, m, Pol::S);
             let what = format!("period {period}, order {m}");
-            assert_near(
-                &what,
-                got,
-                number(&theory[m as usize]),
-                number(&case["tolerance"]["abs"]),
-            );
+            assert_near(&what, got, number(&theory[m as usize]), number(&case["tolerance"]["abs"]));
             if period > 60.0 {
                 let rigorous = number(&case["outputs"]["rcwa_period80_s"][m as usize]);
                 assert_near(&what, got, rigorous, 2e-6);
@@ -202,10 +179,8 @@ fn kogelnik() {
     for (pol, name) in [(Pol::S, "s"), (Pol::P, "p")] {
         let full = &outputs[&format!("eta_{name}")];
         let half = &outputs["half_thickness"][name];
-        let references = [
-            (thickness, &full["theory"], &full["rcwa"]),
-            (0.5 * thickness, &half[0], &half[1]),
-        ];
+        let references =
+            [(thickness, &full["theory"], &full["rcwa"]), (0.5 * thickness, &half[0], &half[1])];
         for (thickness, theory, rigorous) in references {
             let mut nu = PI * 0.01 * thickness / (wavelength * cos_bragg);
             if pol == Pol::P {

@@ -36,27 +36,19 @@ fn stacks() -> Vec<(&'static str, Stack)> {
     let step =
         |materials: Materials, slices| shapes::step(2.0, 1.1, materials).unwrap().slices(slices);
     let lossless = Materials::lossless(1.41, 1.0);
-    let absorbing = Materials {
-        ridge: Complex64::new(1.41, 0.03),
-        groove: real(1.0),
-    };
+    let absorbing = Materials { ridge: Complex64::new(1.41, 0.03), groove: real(1.0) };
     let thick = |index: Complex64| {
         let segments = [(0.0, 0.37, index), (0.37, 1.0, real(1.0))];
         let segments = segments.map(|(x0, x1, index)| Segment { x0, x1, index });
         vec![Layer::new(1.7, segments.to_vec()).unwrap()]
     };
-    let isosceles = shapes::triangle(2.3, [1.15, 1.1], lossless)
-        .unwrap()
-        .slices(16);
+    let isosceles = shapes::triangle(2.3, [1.15, 1.1], lossless).unwrap().slices(16);
     vec![
         ("thin", new(real(1.0), step(lossless, 16))),
         ("few", new(real(1.0), step(lossless, 3))),
         ("dense below", new(real(1.8), step(lossless, 8))),
         ("absorbing", new(real(1.0), step(absorbing, 8))),
-        (
-            "absorbing below",
-            new(Complex64::new(1.3, 0.1), step(lossless, 8)),
-        ),
+        ("absorbing below", new(Complex64::new(1.3, 0.1), step(lossless, 8))),
         ("thick", new(real(1.0), thick(real(1.6)))),
         ("metal", new(real(1.0), thick(Complex64::new(0.2, 3.1)))),
         ("nothing", new(real(1.0), vec![])),

@@ -42,9 +42,7 @@ fn equations(layer: &Layer, kx: &[f64], ky: f64) -> Matrix {
     let one = Matrix::identity(n, n);
     let k = Matrix::from_diagonal(&DVector::from_iterator(n, kx.iter().map(|&k| real(k))));
     let e = toeplitz(&layer.segments, n, |n| n * n);
-    let inner = toeplitz(&layer.segments, n, |n| (n * n).inv())
-        .try_inverse()
-        .unwrap();
+    let inner = toeplitz(&layer.segments, n, |n| (n * n).inv()).try_inverse().unwrap();
     let e_inverse = e.clone().try_inverse().unwrap();
     let (y, y2) = (real(ky), real(ky * ky));
     let mut m = Matrix::zeros(4 * n, 4 * n);
@@ -65,11 +63,7 @@ fn equations(layer: &Layer, kx: &[f64], ky: f64) -> Matrix {
 /// (Ex, Ey, Hx, Hy) of the wave of unit electric vector with kz of the given sign.
 fn plane_wave(n: Complex64, kx: f64, bloch: Bloch, pol: Pol, sign: f64) -> [Complex64; 4] {
     let k = kx.hypot(bloch.ky);
-    let (cos, sin) = if k == 0.0 {
-        (1.0, 0.0)
-    } else {
-        (kx / k, bloch.ky / k)
-    };
+    let (cos, sin) = if k == 0.0 { (1.0, 0.0) } else { (kx / k, bloch.ky / k) };
     let kz = outgoing_kz(n * n - k * k) * sign;
     match pol {
         Pol::S => [real(-sin), real(cos), -kz * cos, -kz * sin],
@@ -82,9 +76,7 @@ fn difference(stack: &Stack, bloch: Bloch, highest: usize) -> f64 {
     let n = 2 * highest + 1;
     let period = stack.period() / stack.wavelength();
     let order = |m: usize| m as i32 - highest as i32;
-    let kx: Vec<f64> = (0..n)
-        .map(|m| bloch.kx0 + f64::from(order(m)) / period)
-        .collect();
+    let kx: Vec<f64> = (0..n).map(|m| bloch.kx0 + f64::from(order(m)) / period).collect();
     let mut transfer = Matrix::identity(4 * n, 4 * n);
     for layer in stack.layers() {
         let depth = TAU * layer.thickness / stack.wavelength();
@@ -104,19 +96,11 @@ fn difference(stack: &Stack, bloch: Bloch, highest: usize) -> f64 {
     };
     // transfer (down + up r) = down' t (light from the top) and so on: all at once.
     let mut system = Matrix::zeros(4 * n, 4 * n);
-    system
-        .view_mut((0, 0), (4 * n, 2 * n))
-        .copy_from(&(&transfer * columns(Side::Top, -1.0)));
-    system
-        .view_mut((0, 2 * n), (4 * n, 2 * n))
-        .copy_from(&-columns(Side::Bottom, 1.0));
+    system.view_mut((0, 0), (4 * n, 2 * n)).copy_from(&(&transfer * columns(Side::Top, -1.0)));
+    system.view_mut((0, 2 * n), (4 * n, 2 * n)).copy_from(&-columns(Side::Bottom, 1.0));
     let mut sources = Matrix::zeros(4 * n, 4 * n);
-    sources
-        .view_mut((0, 0), (4 * n, 2 * n))
-        .copy_from(&-(&transfer * columns(Side::Top, 1.0)));
-    sources
-        .view_mut((0, 2 * n), (4 * n, 2 * n))
-        .copy_from(&columns(Side::Bottom, -1.0));
+    sources.view_mut((0, 0), (4 * n, 2 * n)).copy_from(&-(&transfer * columns(Side::Top, 1.0)));
+    sources.view_mut((0, 2 * n), (4 * n, 2 * n)).copy_from(&columns(Side::Bottom, -1.0));
     let answer = system.lu().solve(&sources).unwrap();
 
     let scattering = solve(stack, bloch, highest);
@@ -139,14 +123,7 @@ fn difference(stack: &Stack, bloch: Bloch, highest: usize) -> f64 {
 }
 
 fn check(what: &str, stack: &Stack, highest: usize) {
-    let blochs = [
-        (0.31, 0.22),
-        (-0.31, -0.57),
-        (0.31, 0.0),
-        (0.0, 0.0),
-        (0.0, 0.8),
-        (0.5, 1.2),
-    ];
+    let blochs = [(0.31, 0.22), (-0.31, -0.57), (0.31, 0.0), (0.0, 0.0), (0.0, 0.8), (0.5, 1.2)];
     for (kx0, ky) in blochs {
         let bloch = Bloch::new(kx0, ky);
         let worst = difference(stack, bloch, highest);
@@ -169,12 +146,7 @@ fn lossless_layers_with_a_centre_of_symmetry() {
 
 #[test]
 fn lossless_layers_without_symmetry() {
-    let ends = [
-        (0.15, real(1.0)),
-        (0.4, real(1.8)),
-        (0.85, real(1.3)),
-        (1.0, real(2.1)),
-    ];
+    let ends = [(0.15, real(1.0)), (0.4, real(1.8)), (0.85, real(1.3)), (1.0, real(2.1))];
     let stack = silicone_air(vec![layer(0.25, &ends), uniform(0.1, 1.2)]);
     check("four segments", &stack, 3);
 }
@@ -182,15 +154,9 @@ fn lossless_layers_without_symmetry() {
 #[test]
 fn absorbing_layers_and_substrates() {
     let silver = Complex64::new(0.06, 3.586);
-    let ends = [
-        (0.15, silver),
-        (0.4, real(1.8)),
-        (1.0, Complex64::new(1.3, 0.2)),
-    ];
-    let layers = vec![
-        layer(0.03, &ends),
-        ridge(0.1, 0.5, 0.2, Complex64::new(1.5, 0.01), real(1.0)),
-    ];
+    let ends = [(0.15, silver), (0.4, real(1.8)), (1.0, Complex64::new(1.3, 0.2))];
+    let layers =
+        vec![layer(0.03, &ends), ridge(0.1, 0.5, 0.2, Complex64::new(1.5, 0.01), real(1.0))];
     check("metal", &silicone_air(layers.clone()), 3);
     let silicon = Complex64::new(4.08, 0.028);
     let stack = Stack::new(0.55, 0.9, real(1.0), silicon, layers).unwrap();

@@ -15,11 +15,7 @@ fn stack(n_top: f64, n_bottom: f64, period: f64, layers: Vec<Layer>) -> Stack {
 fn layer(thickness: f64, ends: &[(f64, f64)]) -> Layer {
     let mut x0 = 0.0;
     let segments = ends.iter().map(|&(x1, n)| {
-        let segment = Segment {
-            x0,
-            x1,
-            index: Complex64::from(n),
-        };
+        let segment = Segment { x0, x1, index: Complex64::from(n) };
         x0 = x1;
         segment
     });
@@ -34,10 +30,7 @@ fn difference(a: &Scattering, b: &Scattering) -> f64 {
         assert!(a.orders(from).eq(b.orders(from)));
         for m in a.orders(from) {
             for n in a.orders(to) {
-                for (p, q) in Pol::BOTH
-                    .into_iter()
-                    .flat_map(|p| Pol::BOTH.map(|q| (p, q)))
-                {
+                for (p, q) in Pol::BOTH.into_iter().flat_map(|p| Pol::BOTH.map(|q| (p, q))) {
                     let of = |s: &Scattering| s.amplitude((from, m, p), (to, n, q));
                     worst = worst.max((of(a) - of(b)).norm());
                 }
@@ -58,10 +51,7 @@ fn same_at_centre(stack: &Stack, highest: usize, tolerance: f64) {
     let complex = solve_line(stack, 0.0, &KY, truncation, &no_progress).expect("solves");
     for ((a, b), ky) in real.iter().zip(&complex).zip(KY) {
         let difference = difference(a, b);
-        assert!(
-            difference < tolerance,
-            "ky = {ky}: amplitudes differ by {difference:e}"
-        );
+        assert!(difference < tolerance, "ky = {ky}: amplitudes differ by {difference:e}");
     }
 }
 
@@ -69,12 +59,7 @@ fn same_at_centre(stack: &Stack, highest: usize, tolerance: f64) {
 fn layer_without_symmetry() {
     let ends = [(0.2, 1.9), (0.35, 1.0), (0.7, 1.3), (1.0, 1.0)];
     same_at_centre(
-        &stack(
-            1.0,
-            1.52,
-            2.7,
-            vec![layer(0.25, &ends), layer(0.1, &[(0.4, 1.2), (1.0, 2.0)])],
-        ),
+        &stack(1.0, 1.52, 2.7, vec![layer(0.25, &ends), layer(0.1, &[(0.4, 1.2), (1.0, 2.0)])]),
         11,
         1e-11,
     );
@@ -82,10 +67,7 @@ fn layer_without_symmetry() {
 
 #[test]
 fn slanted_relief_with_many_slices() {
-    let tooth = Polygon {
-        index: 1.41.into(),
-        points: vec![[0.0, 0.0], [5.0, 0.0], [4.5, 2.0]],
-    };
+    let tooth = Polygon { index: 1.41.into(), points: vec![[0.0, 0.0], [5.0, 0.0], [4.5, 2.0]] };
     let relief = Relief::new(5.0, 2.0, 1.0.into(), vec![tooth]).expect("valid");
     same_at_centre(&stack(1.41, 1.0, 5.0, relief.slices(60)), 20, 1e-10);
 }
@@ -103,15 +85,8 @@ fn edge_of_the_zone_converges_to_the_same() {
             solve_symmetric_line(&stack, SymmetricBloch::Edge, &KY, truncation, &no_progress)
                 .expect("solves");
         let complex = solve_line(&stack, kx0, &KY, truncation, &no_progress).expect("solves");
-        let worst = real
-            .iter()
-            .zip(&complex)
-            .map(|(a, b)| difference(a, b))
-            .fold(0.0, f64::max);
-        assert!(
-            worst < last / 4.0,
-            "M = {highest}: {worst:e} after {last:e}"
-        );
+        let worst = real.iter().zip(&complex).map(|(a, b)| difference(a, b)).fold(0.0, f64::max);
+        assert!(worst < last / 4.0, "M = {highest}: {worst:e} after {last:e}");
         last = worst;
     }
     assert!(last < 1e-4, "{last:e}");
@@ -121,10 +96,8 @@ fn edge_of_the_zone_converges_to_the_same() {
 /// not commute.
 #[test]
 fn followed_slices_are_the_same_in_real_and_in_complex_numbers_and_near_thinner_ones() {
-    let tooth = Polygon {
-        index: Complex64::from(1.41),
-        points: vec![[0.0, 0.0], [2.3, 0.8], [3.0, 0.0]],
-    };
+    let tooth =
+        Polygon { index: Complex64::from(1.41), points: vec![[0.0, 0.0], [2.3, 0.8], [3.0, 0.0]] };
     let interface = Interface {
         relief: Relief::new(3.0, 0.8, Complex64::from(1.0), vec![tooth]).expect("valid"),
         wavelength: 0.55,
@@ -133,31 +106,19 @@ fn followed_slices_are_the_same_in_real_and_in_complex_numbers_and_near_thinner_
     };
     let truncation = Truncation::new(13).expect("valid");
     let stack = |slices: usize| {
-        let resolution = Resolution {
-            truncation,
-            plan: interface.relief.slice_plan(slices),
-        };
+        let resolution = Resolution { truncation, plan: interface.relief.slice_plan(slices) };
         let (stack, other) = interface.stacks(&resolution).expect("valid");
         assert!(other.is_none());
         stack
     };
     same_at_centre(&stack(9), 13, 1e-9);
     let run = |slices: usize| {
-        solve_symmetric_line(
-            &stack(slices),
-            SymmetricBloch::Centre,
-            &KY,
-            truncation,
-            &no_progress,
-        )
-        .expect("solves")
+        solve_symmetric_line(&stack(slices), SymmetricBloch::Centre, &KY, truncation, &no_progress)
+            .expect("solves")
     };
     let (coarse, middle, fine) = (run(9), run(18), run(72));
     for (i, ky) in KY.into_iter().enumerate() {
         let [nine, eighteen] = [&coarse, &middle].map(|run| difference(&run[i], &fine[i]));
-        assert!(
-            nine < 4e-2 && eighteen < 0.3 * nine,
-            "ky = {ky}: {nine:.1e}, {eighteen:.1e}"
-        );
+        assert!(nine < 4e-2 && eighteen < 0.3 * nine, "ky = {ky}: {nine:.1e}, {eighteen:.1e}");
     }
 }

@@ -17,12 +17,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn interface(relief: Relief) -> Interface {
-    Interface {
-        relief,
-        wavelength: 0.55,
-        n_top: real(1.41),
-        n_bottom: real(1.0),
-    }
+    Interface { relief, wavelength: 0.55, n_top: real(1.41), n_bottom: real(1.0) }
 }
 
 fn sawtooth() -> Interface {
@@ -41,10 +36,7 @@ fn run(interface: &Interface, directions: &Directions, resolution: &Resolution) 
 }
 
 fn directions(kx_per_zone: usize) -> Directions {
-    Directions {
-        kx_per_zone,
-        ky: vec![0.05, 0.7, 1.2],
-    }
+    Directions { kx_per_zone, ky: vec![0.05, 0.7, 1.2] }
 }
 
 #[test]
@@ -54,11 +46,8 @@ fn every_node_of_both_hemispheres_is_there_once() {
     for kx_per_zone in [1, 2, 3, 4] {
         let directions = directions(kx_per_zone);
         let solved = run(&lamella, &directions, &resolution(&lamella, 9, 1));
-        let mut found: Vec<_> = solved
-            .incidences
-            .iter()
-            .map(|i| (i.side, i.ky_index, i.kx_index, i.pol))
-            .collect();
+        let mut found: Vec<_> =
+            solved.incidences.iter().map(|i| (i.side, i.ky_index, i.kx_index, i.pol)).collect();
         found.sort_unstable();
         let step = lamella.order_spacing() / kx_per_zone as f64;
         let mut expected = Vec::new();
@@ -112,34 +101,20 @@ fn nodes_by_reciprocity_equal_direct_solutions() {
 
 /// Sum of the shares of every incident wave.
 fn sums(solved: &Hemisphere) -> impl Iterator<Item = f64> + '_ {
-    solved
-        .incidences
-        .iter()
-        .map(|i| i.shares.iter().map(|s| s.2).sum())
+    solved.incidences.iter().map(|i| i.shares.iter().map(|s| s.2).sum())
 }
 
 #[test]
 fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
     // Not followed for what it absorbs, which is next to nothing.
-    let dull = Materials {
-        ridge: Complex64::new(3.0, 1e-15),
-        ..Materials::lossless(3.0, 1.0)
-    };
+    let dull = Materials { ridge: Complex64::new(3.0, 1e-15), ..Materials::lossless(3.0, 1.0) };
     let sawtooth = interface(shapes::triangle(1.1, [0.8, 0.3], dull).unwrap());
     assert!(!sawtooth.follows_walls());
-    let directions = Directions {
-        kx_per_zone: 1,
-        ky: vec![0.0],
-    };
+    let directions = Directions { kx_per_zone: 1, ky: vec![0.0] };
     let highest = 12;
     let extrapolated = run(&sawtooth, &directions, &resolution(&sawtooth, highest, 24));
     assert!(sums(&extrapolated).all(|sum| (sum - 1.0).abs() < 1e-11));
-    assert!(
-        extrapolated
-            .incidences
-            .iter()
-            .all(|i| i.shares.iter().all(|s| s.2 >= 0.0))
-    );
+    assert!(extrapolated.incidences.iter().all(|i| i.shares.iter().all(|s| s.2 >= 0.0)));
     assert!(extrapolated.worst_balance < 1e-11);
 
     let kx0 = 0.5 * sawtooth.order_spacing();
@@ -168,34 +143,20 @@ fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
         }
     }
     let gain = (by_slices / by_extrapolation).sqrt();
-    assert!(
-        gain > 3.0,
-        "root mean square error only {gain:.2} times smaller"
-    );
+    assert!(gain > 3.0, "root mean square error only {gain:.2} times smaller");
 }
 
 #[test]
 fn too_few_orders_are_refused() {
     let sawtooth = sawtooth();
     let highest = sawtooth.highest_order();
-    let error = hemisphere(
-        &sawtooth,
-        &directions(1),
-        &resolution(&sawtooth, highest - 1, 4),
-        &no_progress,
-    );
-    let Err(Error::TooFewOrders { got, propagating }) = error else {
-        panic!("{error:?}")
-    };
+    let error =
+        hemisphere(&sawtooth, &directions(1), &resolution(&sawtooth, highest - 1, 4), &no_progress);
+    let Err(Error::TooFewOrders { got, propagating }) = error else { panic!("{error:?}") };
     assert_eq!((got, propagating), (highest - 1, highest));
     assert!(
-        hemisphere(
-            &sawtooth,
-            &directions(1),
-            &resolution(&sawtooth, highest, 4),
-            &no_progress
-        )
-        .is_ok()
+        hemisphere(&sawtooth, &directions(1), &resolution(&sawtooth, highest, 4), &no_progress)
+            .is_ok()
     );
 }
 
@@ -209,13 +170,8 @@ fn progress_adds_up_and_can_stop() {
         ControlFlow::Continue(())
     };
     hemisphere(&sawtooth, &directions, &resolution, &counting).unwrap();
-    assert_eq!(
-        count.load(Ordering::Relaxed),
-        work(&sawtooth, &directions, &resolution)
-    );
-    let stopped = hemisphere(&sawtooth, &directions, &resolution, &|_| {
-        ControlFlow::Break(())
-    });
+    assert_eq!(count.load(Ordering::Relaxed), work(&sawtooth, &directions, &resolution));
+    let stopped = hemisphere(&sawtooth, &directions, &resolution, &|_| ControlFlow::Break(()));
     assert!(matches!(stopped, Err(Error::Stopped)));
 }
 
@@ -231,26 +187,15 @@ fn a_search_keeps_its_tolerance_for_a_lamella() {
     let stack = lamella.stack(&lamella.relief.slice_plan(1)).unwrap();
     let shares = |truncation: Truncation| {
         let s = rcwa::solve(&stack, Bloch::new(0.21, 0.4), truncation)?;
-        Ok(Pol::BOTH
-            .iter()
-            .map(|&p| s.total((Side::Top, 0, p), Side::Bottom))
-            .collect::<Vec<_>>())
+        Ok(Pol::BOTH.iter().map(|&p| s.total((Side::Top, 0, p), Side::Bottom)).collect::<Vec<_>>())
     };
     let truth = shares(Truncation::new(160).unwrap()).unwrap();
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
-        let range = Range {
-            first_order: 7,
-            last_order: 200,
-            first_slices: None,
-            last_slices: 1,
-        };
+        let range = Range { first_order: 7, last_order: 200, first_slices: None, last_slices: 1 };
         let found = converge(tolerance, range, largest_change, |m, _| shares(m)).unwrap();
         let error = largest_change(&found.values, &truth);
         let estimate = found.estimated_error;
-        assert!(
-            bounded(error, estimate, tolerance),
-            "{error:.1e} {estimate:.1e} {tolerance:.0e}"
-        );
+        assert!(bounded(error, estimate, tolerance), "{error:.1e} {estimate:.1e} {tolerance:.0e}");
     }
 }
 
@@ -261,38 +206,23 @@ fn a_search_keeps_its_tolerance_for_a_sinusoid() {
     let shares = |truncation: Truncation, slices: usize| {
         let stack = wave.stack(&wave.relief.slice_plan(slices))?;
         let s = rcwa::solve(&stack, Bloch::new(0.21, 0.4), truncation)?;
-        Ok(Pol::BOTH
-            .iter()
-            .map(|&p| s.total((Side::Top, 0, p), Side::Bottom))
-            .collect::<Vec<_>>())
+        Ok(Pol::BOTH.iter().map(|&p| s.total((Side::Top, 0, p), Side::Bottom)).collect::<Vec<_>>())
     };
     let truth = shares(Truncation::new(40).unwrap(), 480).unwrap();
     for tolerance in [1e-2, 1e-3, 2e-4] {
-        let range = Range {
-            first_order: 8,
-            last_order: 80,
-            first_slices: Some(24),
-            last_slices: 1000,
-        };
+        let range =
+            Range { first_order: 8, last_order: 80, first_slices: Some(24), last_slices: 1000 };
         let found = converge(tolerance, range, largest_change, shares).unwrap();
         let error = largest_change(&found.values, &truth);
         let estimate = found.estimated_error;
-        assert!(
-            bounded(error, estimate, tolerance),
-            "{error:.1e} {estimate:.1e} {tolerance:.0e}"
-        );
+        assert!(bounded(error, estimate, tolerance), "{error:.1e} {estimate:.1e} {tolerance:.0e}");
     }
 }
 
 /// Share transmitted from every direction.
 fn transmitted(solved: &Hemisphere) -> Vec<f64> {
-    let through = |i: &Incidence| {
-        i.shares
-            .iter()
-            .filter(|s| s.0 == Side::Bottom)
-            .map(|s| s.2)
-            .sum()
-    };
+    let through =
+        |i: &Incidence| i.shares.iter().filter(|s| s.0 == Side::Bottom).map(|s| s.2).sum();
     solved.incidences.iter().map(through).collect()
 }
 
@@ -341,10 +271,7 @@ fn ring_75_of_the_paper_to_one_part_in_a_thousand() {
     let tolerance = 1e-3;
     let (found, estimate) = converge_hemisphere(&ring, tolerance, &no_progress).unwrap();
     let error = true_error(&ring, &found, vec![0.45]);
-    assert!(
-        bounded(error, estimate, tolerance),
-        "{error:.1e}, estimated {estimate:.1e}"
-    );
+    assert!(bounded(error, estimate, tolerance), "{error:.1e}, estimated {estimate:.1e}");
 }
 
 /// What a hemisphere of diffuse light from the top or the bottom passes on, by the trapezoidal rule
@@ -386,10 +313,7 @@ fn spread(count: usize) -> Vec<f64> {
 fn ky_chosen_by_error_give_the_flux_of_many() {
     let relief = interface(shapes::step(4.0, 1.5, Materials::lossless(1.41, 1.0)).unwrap());
     let resolution = resolution(&relief, relief.highest_order() + 3, 9);
-    let many = Directions {
-        kx_per_zone: 2,
-        ky: spread(100),
-    };
+    let many = Directions { kx_per_zone: 2, ky: spread(100) };
     let truth = flux(&many, &run(&relief, &many, &resolution), &Pol::BOTH);
     let mut used = 0;
     for tolerance in [1e-2, 1e-3] {
@@ -405,10 +329,7 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
         let ky = &found.directions.ky;
         assert!(ky.windows(2).all(|w| w[0] < w[1]) && ky.len() >= used);
         used = ky.len();
-        for (here, there) in flux(&found.directions, &found.solved, &Pol::BOTH)
-            .iter()
-            .zip(truth)
-        {
+        for (here, there) in flux(&found.directions, &found.solved, &Pol::BOTH).iter().zip(truth) {
             let error = (here - there).abs();
             assert!(
                 error <= tolerance && found.grid_error <= tolerance,
@@ -455,10 +376,7 @@ fn kx_chosen_by_error_give_the_flux_of_eight_times_as_many() {
             assert!(kx_error <= tolerance);
             let used = found.directions.kx_per_zone;
             most = most.max(used);
-            let many = Directions {
-                kx_per_zone: 8 * used,
-                ky: found.directions.ky.clone(),
-            };
+            let many = Directions { kx_per_zone: 8 * used, ky: found.directions.ky.clone() };
             let finer = run(relief, &many, &resolution);
             for pol in Pol::BOTH {
                 let of = |d: &Directions, h: &Hemisphere| flux(d, h, &[pol]);
@@ -507,13 +425,7 @@ fn lines_added_between_others_are_those_of_a_grid_twice_as_dense() {
         }
     }
     // As many kx as it takes are not allowed.
-    let few = GridRequest {
-        most_kx: Some(2),
-        ..request
-    };
+    let few = GridRequest { most_kx: Some(2), ..request };
     let error = solve_adaptive(&relief, &few, &resolution, &no_progress).unwrap_err();
-    assert!(
-        error.to_string().contains("kx in a Brillouin zone"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("kx in a Brillouin zone"), "{error}");
 }

@@ -11,10 +11,7 @@ use rcwa::{Bloch, Pol, Side, Stack, Truncation, solve};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-#[expect(
-    clippy::disallowed_methods,
-    reason = "tests read the reference cases from their files"
-)]
+#[expect(clippy::disallowed_methods, reason = "tests read the reference cases from their files")]
 fn read(file: &str) -> Vec<Value> {
     let path = format!("{}/../data/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
@@ -79,11 +76,7 @@ fn worst_difference(case: &Value) -> f64 {
     };
     let mut worst = 0.0_f64;
     for (key, orders) in case["outputs"].as_object().unwrap() {
-        let side = if key.starts_with('R') {
-            Side::Top
-        } else {
-            Side::Bottom
-        };
+        let side = if key.starts_with('R') { Side::Top } else { Side::Bottom };
         for (order, value) in orders.as_object().unwrap() {
             let ours = parts((side, order.parse().unwrap()), key);
             worst = worst.max((ours - value.as_f64().unwrap()).abs());
@@ -93,30 +86,19 @@ fn worst_difference(case: &Value) -> f64 {
 }
 
 fn check(file: &str, prefix: &str, at_least: usize) {
-    let cases: Vec<Value> = read(file)
-        .into_iter()
-        .filter(|c| c["id"].as_str().unwrap().starts_with(prefix))
-        .collect();
-    assert!(
-        cases.len() >= at_least,
-        "{} cases of {prefix} in {file}",
-        cases.len()
-    );
+    let cases: Vec<Value> =
+        read(file).into_iter().filter(|c| c["id"].as_str().unwrap().starts_with(prefix)).collect();
+    assert!(cases.len() >= at_least, "{} cases of {prefix} in {file}", cases.len());
     let failures: BTreeMap<String, (f64, f64)> = cases
         .iter()
         .filter_map(|case| {
-            let (worst, allowed) = (
-                worst_difference(case),
-                case["tolerance"]["abs"].as_f64().unwrap(),
-            );
+            let (worst, allowed) =
+                (worst_difference(case), case["tolerance"]["abs"].as_f64().unwrap());
             (worst.is_nan() || worst > allowed)
                 .then(|| (case["id"].as_str().unwrap().to_owned(), (worst, allowed)))
         })
         .collect();
-    assert!(
-        failures.is_empty(),
-        "worst difference and tolerance: {failures:#?}"
-    );
+    assert!(failures.is_empty(), "worst difference and tolerance: {failures:#?}");
 }
 
 #[test]

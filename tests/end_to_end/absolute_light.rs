@@ -52,10 +52,7 @@ fn model(folder: &Path, text: &str) -> Value {
 fn close(of: &Value, expected: f64, what: &str) {
     let (value, error) = estimate(of);
     let off = (value - expected).abs();
-    assert!(
-        off <= 4.0 * error + 1e-3 * expected,
-        "{what}: {of}, not {expected}"
-    );
+    assert!(off <= 4.0 * error + 1e-3 * expected, "{what}: {of}, not {expected}");
 }
 
 #[test]
@@ -71,11 +68,9 @@ fn a_chip_of_known_flux_has_the_intensity_and_luminance_of_lamberts_law() {
     assert!((emitted("emitted", "emitted_lm") - 100.0).abs() < 1e-9);
     assert!((emitted("emitted_per_package", "emitted_w") - 25.0 / 683.0).abs() < 1e-9);
     let figure = |key: &str| &absolute["figures"][key];
-    for (key, unit) in [
-        ("flux_up", "lm"),
-        ("intensity_centre", "cd"),
-        ("illuminance_above_leds", "lx"),
-    ] {
+    for (key, unit) in
+        [("flux_up", "lm"), ("intensity_centre", "cd"), ("illuminance_above_leds", "lx")]
+    {
         assert_eq!(figure(key)["unit"], unit, "{key}");
     }
     close(figure("flux_up"), 100.0, "flux");
@@ -91,10 +86,7 @@ fn a_chip_of_known_flux_has_the_intensity_and_luminance_of_lamberts_law() {
     let expected = 100.0 / PI / (h * h) * cosine.powi(4) * 1e6;
     let (lumens, error) = estimate(&above["flux"]);
     let off = (lumens * 1e6 - expected).abs();
-    assert!(
-        off <= 4e6 * error,
-        "{lumens} lm on 1 mm², not {expected} lx"
-    );
+    assert!(off <= 4e6 * error, "{lumens} lm on 1 mm², not {expected} lx");
     // Luminance of the first chip, straight up, from the file.
     assert_eq!(found["receivers"]["chip"]["unit"], "cd/m²");
     let csv = at.join("out/chip/geometric/receivers/chip.csv");
@@ -106,24 +98,16 @@ fn a_chip_of_known_flux_has_the_intensity_and_luminance_of_lamberts_law() {
         .split(',')
         .map(|n| n.parse().expect("a number"))
         .collect();
-    let [value, error] = row[row.len() - 2..] else {
-        panic!("{csv}")
-    };
+    let [value, error] = row[row.len() - 2..] else { panic!("{csv}") };
     let expected = 25.0 / (PI * 0.4e-3 * 0.2e-3);
-    assert!(
-        (value - expected).abs() <= 4.0 * error,
-        "{csv}, not {expected} cd/m²"
-    );
+    assert!((value - expected).abs() <= 4.0 * error, "{csv}, not {expected} cd/m²");
 }
 
 #[test]
 fn stated_watts_scale_what_is_otherwise_per_watt() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
-    let per_watt = model(
-        at,
-        &chip("", 1, "wavelength_nm = 450.0").replace(",  }", " }"),
-    );
+    let per_watt = model(at, &chip("", 1, "wavelength_nm = 450.0").replace(",  }", " }"));
     assert!(per_watt.get("absolute").is_none());
     let stated = model(at, &chip("power_w = 0.25", 1, "wavelength_nm = 450.0"));
     assert_eq!(stated["power_ledger"], per_watt["power_ledger"]);
@@ -141,16 +125,9 @@ fn exports_state_the_flux_of_the_design() {
     let text = chip("power_lm = 25.0", 1, "wavelength_nm = 555.0");
     std::fs::write(at.join("chip.toml"), text).expect("written");
     let export = |flags: &[&str]| {
-        let run = batwing(at)
-            .args(["export", "chip.toml", "--json"])
-            .args(flags)
-            .output();
+        let run = batwing(at).args(["export", "chip.toml", "--json"]).args(flags).output();
         let output = run.expect("it runs");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice::<Value>(&output.stdout).expect("JSON")
     };
     let number = |of: &Value, key: &str| of[key].as_f64().expect("a number");
@@ -164,8 +141,5 @@ fn exports_state_the_flux_of_the_design() {
     assert!((number(&stated, "sources_lm") - 1000.0).abs() < 1e-9);
     let rays = export(&["--out", "chip.tm25ray"]);
     let expected = 25.0 / 683.0;
-    assert!(
-        (number(&rays, "flux_w") / expected - 1.0).abs() < 1e-6,
-        "{rays}"
-    );
+    assert!((number(&rays, "flux_w") / expected - 1.0).abs() < 1e-6, "{rays}");
 }

@@ -45,12 +45,7 @@ pub(crate) fn write(at: &Path, name: &str, bytes: impl AsRef<[u8]>) {
 fn names(at: &Path) -> Vec<String> {
     let mut names: Vec<_> = std::fs::read_dir(at)
         .expect("a directory")
-        .map(|e| {
-            e.expect("an entry")
-                .file_name()
-                .to_string_lossy()
-                .into_owned()
-        })
+        .map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned())
         .collect();
     names.sort();
     names
@@ -89,21 +84,9 @@ fn lines_end_alike_or_the_file_is_refused() {
             assert!(output.status.success(), "{name} {end:?}: {error}");
         }
         for (end, other, said) in [
-            (
-                "\n",
-                "\r\n",
-                "expected every line to end in LF, as line 1 does, got CR LF",
-            ),
-            (
-                "\r\n",
-                "\n",
-                "expected every line to end in CR LF, as line 1 does, got LF",
-            ),
-            (
-                "\n",
-                "\r",
-                "expected every line to end in LF, as line 1 does, got CR",
-            ),
+            ("\n", "\r\n", "expected every line to end in LF, as line 1 does, got CR LF"),
+            ("\r\n", "\n", "expected every line to end in CR LF, as line 1 does, got LF"),
+            ("\n", "\r", "expected every line to end in LF, as line 1 does, got CR"),
         ] {
             let mut lines: Vec<&str> = text.split('\n').collect();
             let fourth = lines.remove(3);
@@ -125,14 +108,8 @@ fn other_encodings_and_files_that_end_early_are_named() {
         let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
         let marked = [&[0xff, 0xfe][..], &wide].concat();
         for (bytes, expected) in [
-            (
-                marked,
-                "offset 0: expected text in UTF-8 or ASCII, got text in UTF-16",
-            ),
-            (
-                wide,
-                "offset 1: expected text in UTF-8 or ASCII, got a zero byte",
-            ),
+            (marked, "offset 0: expected text in UTF-8 or ASCII, got text in UTF-16"),
+            (wide, "offset 1: expected text in UTF-8 or ASCII, got a zero byte"),
             (Vec::new(), "expected"),
             (text.as_bytes()[..text.len() / 2].to_vec(), "expected"),
         ] {
@@ -141,18 +118,10 @@ fn other_encodings_and_files_that_end_early_are_named() {
             // JSON that ends early says where in words of its own.
             let place = got.contains("line 1") || got.contains("line ") || got.contains("offset ");
             let json = name == "pretty.json" && got.contains("EOF");
-            assert!(
-                got.contains(name) && (json || got.contains(expected) && place),
-                "{got}"
-            );
+            assert!(got.contains(name) && (json || got.contains(expected) && place), "{got}");
         }
     }
-    for name in [
-        "small.bworders",
-        "stored.npz",
-        "wavelengths.tm25ray",
-        "plain.ray",
-    ] {
+    for name in ["small.bworders", "stored.npz", "wavelengths.tm25ray", "plain.ray"] {
         let whole = std::fs::read(at.join(name)).expect("a file");
         for length in [0, 3, 30, whole.len() / 2, whole.len() - 1] {
             write(&at, name, &whole[..length]);
@@ -193,8 +162,7 @@ fn counts_in_headers_are_not_believed() {
             if member.name() == "s.npy" {
                 let options = zip::write::SimpleFileOptions::default();
                 to.start_file("s.npy", options).expect("started");
-                to.write_all(&npy("<f4", shape, &vec![0; values]))
-                    .expect("written");
+                to.write_all(&npy("<f4", shape, &vec![0; values])).expect("written");
             } else {
                 to.raw_copy_file(member).expect("copied");
             }
@@ -209,46 +177,23 @@ fn counts_in_headers_are_not_believed() {
     rays[20..28].copy_from_slice(&u64::MAX.to_le_bytes());
     write(&at, "bad.tm25ray", rays);
     let got = complaint(&at, &["import", "bad.tm25ray"]);
-    assert!(
-        got.contains("bytes in all (18446744073709551615 rays of 32), got 36672"),
-        "{got}"
-    );
+    assert!(got.contains("bytes in all (18446744073709551615 rays of 32), got 36672"), "{got}");
     std::fs::create_dir(at.join("results")).expect("made");
-    write(
-        &at,
-        "results/far_field.npy",
-        npy("<f8", "2, 90, 4000000000", &[0; 8]),
-    );
-    let got = complaint(
-        &at,
-        &["export", "results", "--format", "ies", "--out", "x.ies"],
-    );
-    assert!(
-        got.contains("far_field.npy: offset ") && got.contains("[2, 90, 4000000000]"),
-        "{got}"
-    );
+    write(&at, "results/far_field.npy", npy("<f8", "2, 90, 4000000000", &[0; 8]));
+    let got = complaint(&at, &["export", "results", "--format", "ies", "--out", "x.ies"]);
+    assert!(got.contains("far_field.npy: offset ") && got.contains("[2, 90, 4000000000]"), "{got}");
 }
 
 /// File of the corpus, what stands in it, what is put there instead, and the message.
 const CONTRADICTIONS: [(&str, &str, &str, &str); 23] = [
-    (
-        "small.ies",
-        "3 3 1 2",
-        "3 3 3 2",
-        "line 9: expected photometric type: 1 (C",
-    ),
+    ("small.ies", "3 3 1 2", "3 3 3 2", "line 9: expected photometric type: 1 (C"),
     (
         "sets.ldt",
         "\nLED\n1500",
         "\nLED\nmany",
         "line 35: expected flux of the lamps: a number, got `many`",
     ),
-    (
-        "small.klems.xml",
-        "\n7 0",
-        "\n70 0",
-        "expected powers that sum to at most 1, got",
-    ),
+    ("small.klems.xml", "\n7 0", "\n70 0", "expected powers that sum to at most 1, got"),
     (
         "small.isotropic.xml",
         "version=\"1.0\"",
@@ -285,12 +230,7 @@ const CONTRADICTIONS: [(&str, &str, &str, &str); 23] = [
         "AngleOfIncidence  2 2",
         "line 9: expected AngleOfIncidence angle: an angle above 2",
     ),
-    (
-        "small.zemax.bsdf",
-        "BRDF",
-        "BSDF",
-        "line 5: expected BRDF or BTDF, got `BSDF`",
-    ),
+    ("small.zemax.bsdf", "BRDF", "BSDF", "line 5: expected BRDF or BTDF, got `BSDF`"),
     (
         "small.zemax.bsdf",
         "TIS 0.7",
@@ -321,48 +261,23 @@ const CONTRADICTIONS: [(&str, &str, &str, &str); 23] = [
         "60\t0",
         "line 9: expected AngleOfIncidence angle: an angle above 60",
     ),
-    (
-        "small.zemax.bsdf",
-        "DataEnd",
-        "",
-        "expected DataEnd, got the end of the file",
-    ),
+    ("small.zemax.bsdf", "DataEnd", "", "expected DataEnd, got the end of the file"),
     (
         "small.zemax.bsdf",
         "Symmetry",
         "Version 9\nSymmetry",
         "a keyword of a Zemax BSDF file, got `Version`",
     ),
-    (
-        "small.lighttools.bsdf",
-        "Side Back",
-        "Side Top",
-        "expected Front or Back, got `Top`",
-    ),
-    (
-        "small.lighttools.bsdf",
-        "AOI 45",
-        "AOI 95",
-        "expected AOI: 0 to 90 degrees, got `95`",
-    ),
+    ("small.lighttools.bsdf", "Side Back", "Side Top", "expected Front or Back, got `Top`"),
+    ("small.lighttools.bsdf", "AOI 45", "AOI 95", "expected AOI: 0 to 90 degrees, got `95`"),
     (
         "small.isotropic.xml",
         "TensorTree3",
         "TensorTree5",
         "TensorTree3 or TensorTree4, got `TensorTree5`",
     ),
-    (
-        "small.isotropic.xml",
-        "Shirley-Chiu",
-        "Klems Full",
-        "expected AngleBasis LBNL/Shirley-Chiu",
-    ),
-    (
-        "small.isotropic.xml",
-        "0.1 0.1",
-        "0.1",
-        "expected a power of 8 values, got 63",
-    ),
+    ("small.isotropic.xml", "Shirley-Chiu", "Klems Full", "expected AngleBasis LBNL/Shirley-Chiu"),
+    ("small.isotropic.xml", "0.1 0.1", "0.1", "expected a power of 8 values, got 63"),
     ("small.isotropic.xml", "</Optical>", "", "well-formed XML"),
 ];
 
@@ -409,12 +324,7 @@ fn nesting_without_end_is_refused() {
         ("import", "x.json", both("{\"a\":", "1", "}"), "x.json"),
         ("import", "x.json", arrays.clone(), "x.json"),
         ("check", "x.toml", format!("name = {arrays}\n"), "recurs"),
-        (
-            "check",
-            "x.toml",
-            format!("name = {}\n", both("{ a = ", "1", "}")),
-            "recurs",
-        ),
+        ("check", "x.toml", format!("name = {}\n", both("{ a = ", "1", "}")), "recurs"),
         ("study", "x.toml", format!("name = {arrays}\n"), "recurs"),
         ("grating", "x.json", arrays.clone(), "recursion limit"),
         (
@@ -426,10 +336,7 @@ fn nesting_without_end_is_refused() {
     ] {
         write(&at, name, &text);
         let got = complaint(&at, &[command, name]);
-        assert!(
-            got.contains(expected) && got.contains(name),
-            "{command} {name}: {got}"
-        );
+        assert!(got.contains(expected) && got.contains(name), "{command} {name}: {got}");
     }
 }
 
@@ -445,10 +352,7 @@ fn damaged_tables_are_refused() {
     let mut whole = Vec::new();
     native::write(&table, &mut whole).expect("written");
     std::fs::write(&path, &whole).expect("written");
-    batwing(&at)
-        .args(["check", "t.bworders"])
-        .assert()
-        .success();
+    batwing(&at).args(["check", "t.bworders"]).assert().success();
 
     let edited = |at: usize, byte: u8| {
         let mut bytes = whole.clone();
@@ -460,53 +364,23 @@ fn damaged_tables_are_refused() {
         ("empty", Vec::new(), "truncated"),
         ("cut in its first bytes", whole[..10].to_vec(), "truncated"),
         ("cut in the middle", whole[..middle].to_vec(), "truncated"),
-        (
-            "cut by its last byte",
-            whole[..whole.len() - 1].to_vec(),
-            "truncated",
-        ),
-        (
-            "one bit altered",
-            edited(middle, whole[middle] ^ 1),
-            "altered",
-        ),
-        (
-            "of another kind",
-            edited(0, b'x'),
-            "not a table of diffraction orders",
-        ),
-        (
-            "of another version",
-            edited(8, 99),
-            "version 99, expected 2",
-        ),
-        (
-            "followed by more",
-            [&whole[..], b"more"].concat(),
-            "followed by more bytes",
-        ),
+        ("cut by its last byte", whole[..whole.len() - 1].to_vec(), "truncated"),
+        ("one bit altered", edited(middle, whole[middle] ^ 1), "altered"),
+        ("of another kind", edited(0, b'x'), "not a table of diffraction orders"),
+        ("of another version", edited(8, 99), "version 99, expected 2"),
+        ("followed by more", [&whole[..], b"more"].concat(), "followed by more bytes"),
     ];
     for (title, bytes, words) in damaged {
         std::fs::write(&path, bytes).expect("written");
         let got = complaint(&at, &["check", "t.bworders"]);
-        assert!(
-            got.contains("t.bworders") && got.contains(words),
-            "{title}: {got}"
-        );
+        assert!(got.contains("t.bworders") && got.contains(words), "{title}: {got}");
     }
 }
 
 #[test]
 fn a_directory_that_is_missing_is_made() {
     let (_keep, at) = folder();
-    let arguments = [
-        "export",
-        "small.bworders",
-        "--format",
-        "json",
-        "--out",
-        "new/er/x.json",
-    ];
+    let arguments = ["export", "small.bworders", "--format", "json", "--out", "new/er/x.json"];
     batwing(&at).args(arguments).assert().success();
     assert_eq!(names(&at.join("new/er")), ["x.json"]);
 }
@@ -530,9 +404,7 @@ fn ctrl_c_while_rays_are_written_leaves_no_file() {
         let size =
             |path: &PathBuf| std::fs::metadata(at.join("rays").join(path)).map_or(0, |m| m.len());
         std::fs::read_dir(at.join("rays")).is_ok_and(|entries| {
-            entries
-                .flatten()
-                .any(|e| size(&PathBuf::from(e.file_name())) > 2_000_000)
+            entries.flatten().any(|e| size(&PathBuf::from(e.file_name())) > 2_000_000)
         })
     };
     let (code, text) = interrupted(&at, &arguments, begun);

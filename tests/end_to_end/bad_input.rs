@@ -40,10 +40,8 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
 fn fault(folder: &Path, arguments: &[&str], words: &[impl AsRef<str>]) -> Option<String> {
     let before = entries(folder);
     let output = batwing(folder).args(arguments).output().expect("it runs");
-    let (stdout, stderr) = (
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr),
-    );
+    let (stdout, stderr) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let lacks = words.iter().find(|word| !stderr.contains(word.as_ref()));
     let fault = if !matches!(output.status.code(), Some(1 | 2)) {
         format!("exit {:?}", output.status.code())
@@ -65,10 +63,7 @@ fn fault(folder: &Path, arguments: &[&str], words: &[impl AsRef<str>]) -> Option
 /// The good file passes the first command; every case is refused by all of them.
 fn all_refused(folder: &Path, file: &str, (good, cases): &(String, Vec<Case>), commands: &[&str]) {
     let path = folder.join(file);
-    let commands: Vec<Vec<&str>> = commands
-        .iter()
-        .map(|line| line.split(' ').collect())
-        .collect();
+    let commands: Vec<Vec<&str>> = commands.iter().map(|line| line.split(' ').collect()).collect();
     std::fs::write(&path, good).expect("written");
     batwing(folder).args(&commands[0]).assert().success();
     let mut faults = Vec::new();
@@ -87,11 +82,7 @@ fn bad_designs_are_refused_alike_by_every_command() {
     let folder = tempdir().expect("a folder");
     let cases = toml_cases(DESIGN);
     assert!(cases.1.len() >= 40, "{} cases", cases.1.len());
-    let commands = [
-        "check bad.toml",
-        "run bad.toml --out out",
-        "bsdf bad.toml --out out",
-    ];
+    let commands = ["check bad.toml", "run bad.toml --out out", "bsdf bad.toml --out out"];
     all_refused(folder.path(), "bad.toml", &cases, &commands);
 }
 
@@ -155,46 +146,19 @@ trace = { paths = 64_000 }
 
 /// Command lines and what is said of them, in the folder of [`commands`].
 const COMMANDS: [(&str, &[&str]); 69] = [
-    (
-        "check no/such.toml",
-        &["no/such.toml", "expected a design", "No such file"],
-    ),
-    (
-        "run no/such.toml --out out",
-        &["no/such.toml", "expected a design", "No such file"],
-    ),
-    (
-        "bsdf no/such.toml --out out",
-        &["no/such.toml", "expected a design", "No such file"],
-    ),
-    (
-        "grating no/such.json",
-        &[
-            "no/such.json",
-            "expected a case of a grating",
-            "No such file",
-        ],
-    ),
+    ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
+    ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
+    ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
+    ("grating no/such.json", &["no/such.json", "expected a case of a grating", "No such file"]),
     (
         "check no/such.bworders",
-        &[
-            "no/such.bworders",
-            "expected a table of diffraction orders",
-            "No such file",
-        ],
+        &["no/such.bworders", "expected a table of diffraction orders", "No such file"],
     ),
     (
         "import no/such.ies",
-        &[
-            "no/such.ies",
-            "expected a table, a far field, rays or scattering",
-            "No such file",
-        ],
+        &["no/such.ies", "expected a table, a far field, rays or scattering", "No such file"],
     ),
-    (
-        "report no/such",
-        &["no/such", "expected a directory of results", "No such file"],
-    ),
+    ("report no/such", &["no/such", "expected a directory of results", "No such file"]),
     (
         "run good.toml --threads 0",
         &["--threads: expected a whole number from 1 to 1024, got \"0\""],
@@ -202,57 +166,24 @@ const COMMANDS: [(&str, &[&str]); 69] = [
     ("run good.toml --threads two", &["--threads", "two"]),
     ("run good.toml --seed -1", &["-1"]),
     ("run good.toml --paths 10", &["--paths", "10", "1000"]),
-    (
-        "run good.toml --model magic",
-        &["--model", "magic", "hybrid"],
-    ),
-    (
-        "run good.toml --paths 2000000000000",
-        &["--paths", "2000000000000", "1000"],
-    ),
-    (
-        "run good.toml --out file/out",
-        &["file/out", "expected a directory, got the file `file`"],
-    ),
+    ("run good.toml --model magic", &["--model", "magic", "hybrid"]),
+    ("run good.toml --paths 2000000000000", &["--paths", "2000000000000", "1000"]),
+    ("run good.toml --out file/out", &["file/out", "expected a directory, got the file `file`"]),
     (
         "run good.toml --out taken",
-        &[
-            "taken/bad/",
-            "expected a directory, got the file `taken/bad`",
-        ],
+        &["taken/bad/", "expected a directory, got the file `taken/bad`"],
     ),
-    (
-        "run good.toml --out old",
-        &["old/results.json", "got a directory"],
-    ),
+    ("run good.toml --out old", &["old/results.json", "got a directory"]),
     (
         "run good.toml --out out --cache file",
         &["--cache", "expected a directory, got the file `file`"],
     ),
-    (
-        "reproduce --out out --cache file/tables",
-        &["--cache", "file/tables", "got the file `file`"],
-    ),
-    (
-        "bsdf good.toml --rings 171 --out out",
-        &["--rings", "171", "1 to 170"],
-    ),
-    (
-        "bsdf good.toml --rings 0 --out out",
-        &["--rings", "0", "representatives"],
-    ),
-    (
-        "bsdf good.toml --tolerance 0.5 --out out",
-        &["--tolerance", "0.5", "0.1"],
-    ),
-    (
-        "run good.toml --until-error abc",
-        &["--until-error", "abc", "uniformity"],
-    ),
-    (
-        "run good.toml --until-error uniformity=0",
-        &["--until-error", "above 0"],
-    ),
+    ("reproduce --out out --cache file/tables", &["--cache", "file/tables", "got the file `file`"]),
+    ("bsdf good.toml --rings 171 --out out", &["--rings", "171", "1 to 170"]),
+    ("bsdf good.toml --rings 0 --out out", &["--rings", "0", "representatives"]),
+    ("bsdf good.toml --tolerance 0.5 --out out", &["--tolerance", "0.5", "0.1"]),
+    ("run good.toml --until-error abc", &["--until-error", "abc", "uniformity"]),
+    ("run good.toml --until-error uniformity=0", &["--until-error", "above 0"]),
     ("run good.toml --out", &["--out: expected DIR"]),
     ("run", &["batwing run: expected DESIGN.toml"]),
     ("reproduce --fast", &["--fast", "reproduce --help"]),
@@ -280,10 +211,7 @@ const COMMANDS: [(&str, &[&str]); 69] = [
         "export small.bworders --format tm25 --paths 1000000000000 --out x.tm25ray",
         &["is a table: expected --format zemax"],
     ),
-    (
-        "export small.bworders --format klems --out x.txt",
-        &["expected a file ending in .xml"],
-    ),
+    ("export small.bworders --format klems --out x.txt", &["expected a file ending in .xml"]),
     (
         "export small.ies --format ldt --out x.ldt",
         &["expected a design, a table of orders or a directory of results, got IES LM-63"],
@@ -318,65 +246,29 @@ const COMMANDS: [(&str, &[&str]); 69] = [
         "import small.klems.xml --out x.xml",
         &["--format: expected klems or tensortree for a file ending in .xml, got none"],
     ),
-    (
-        "import wavelengths.tm25ray --out x.ray",
-        &["expected one wavelength for all rays, got"],
-    ),
-    (
-        "import columns.tm25ray --out x.ray",
-        &["expected rays with flux in W, got lm"],
-    ),
+    ("import wavelengths.tm25ray --out x.ray", &["expected one wavelength for all rays, got"]),
+    ("import columns.tm25ray --out x.ray", &["expected rays with flux in W, got lm"]),
     ("converge d1.toml --ring 171", &["--ring 171", "1 to 170"]),
     ("converge d1.toml --ring 0", &["--ring 0", "1 to 170"]),
     ("converge d1.toml", &["--ring"]),
     ("converge none.toml --ring 5", &["none.toml"]),
-    (
-        "converge d1.toml --ring 75 --orders 20",
-        &["--orders", "at least 28", "20"],
-    ),
+    ("converge d1.toml --ring 75 --orders 20", &["--orders", "at least 28", "20"]),
     ("near-field d1.toml --ring 171", &["--ring 171", "1 to 170"]),
     ("near-field d1.toml --ring 0", &["--ring 0", "1 to 170"]),
     ("near-field d1.toml", &["--ring"]),
     ("near-field none.toml --ring 5", &["none.toml"]),
-    (
-        "near-field d1.toml --ring 75 --orders 20",
-        &["--orders", "at least 28", "20"],
-    ),
-    (
-        "converge d1.toml --ring 75 --slices 0",
-        &["--slices", "at least 1"],
-    ),
-    (
-        "near-field d1.toml --ring 75 --theta-deg 90",
-        &["--theta-deg", "90"],
-    ),
-    (
-        "near-field d1.toml --ring 75 --theta-deg -90",
-        &["--theta-deg", "-90"],
-    ),
-    (
-        "near-field d1.toml --ring 75 --theta-deg inf",
-        &["--theta-deg", "inf"],
-    ),
-    (
-        "near-field d1.toml --ring 75 --theta-deg steep",
-        &["--theta-deg", "steep"],
-    ),
-    (
-        "near-field d1.toml --ring 75 --margin-um 500",
-        &["--margin-um", "points"],
-    ),
-    (
-        "import f.doc",
-        &["f.doc: expected a table, a far field, rays or scattering, cannot open it"],
-    ),
+    ("near-field d1.toml --ring 75 --orders 20", &["--orders", "at least 28", "20"]),
+    ("converge d1.toml --ring 75 --slices 0", &["--slices", "at least 1"]),
+    ("near-field d1.toml --ring 75 --theta-deg 90", &["--theta-deg", "90"]),
+    ("near-field d1.toml --ring 75 --theta-deg -90", &["--theta-deg", "-90"]),
+    ("near-field d1.toml --ring 75 --theta-deg inf", &["--theta-deg", "inf"]),
+    ("near-field d1.toml --ring 75 --theta-deg steep", &["--theta-deg", "steep"]),
+    ("near-field d1.toml --ring 75 --margin-um 500", &["--margin-um", "points"]),
+    ("import f.doc", &["f.doc: expected a table, a far field, rays or scattering, cannot open it"]),
     ("import file", &["expected a file ending in"]),
     (
         "run lamp.toml --until-error uniformity=1% --out r",
-        &[
-            "lamp.toml: expected a figure",
-            "got uniformity, which compares neighbours",
-        ],
+        &["lamp.toml: expected a figure", "got uniformity, which compares neighbours"],
     ),
     (
         "run lamp.toml --until-error illuminance_valley_to_peak=1% --out r",
@@ -445,10 +337,8 @@ fn help_and_version_are_printed_and_mistakes_have_their_exit_code() {
     ] {
         let output = batwing(folder.path()).args(arguments).output();
         let output = output.expect("it runs");
-        let (stdout, stderr) = (
-            String::from_utf8_lossy(&output.stdout),
-            String::from_utf8_lossy(&output.stderr),
-        );
+        let (stdout, stderr) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert_eq!(output.status.code(), Some(code), "{arguments:?}");
         assert_eq!(stdout.is_empty(), out.is_empty(), "{arguments:?}: {stdout}");
         assert!(stdout.contains(out), "{arguments:?}: {stdout}");

@@ -8,37 +8,16 @@ use crate::optimise::{PROBLEM, folder};
 use crate::support::binary::batwing;
 
 /// Changes to [`PROBLEM`], and words of the message against it.
-type Case = (
-    &'static [(&'static str, &'static str)],
-    &'static [&'static str],
-);
+type Case = (&'static [(&'static str, &'static str)], &'static [&'static str]);
 
 /// Problems that are refused before anything is written.
 const REFUSED: &[Case] = &[
-    (
-        &[("from = 4.5", "from = 14.5")],
-        &["variables[1]: from, to", "14.5", "12"],
-    ),
-    (
-        &[("array.pitch_mm", "array.pich_mm")],
-        &["variables[1]: array.pich_mm", "no such key"],
-    ),
-    (
-        &[("array.pitch_mm", "led.reflection")],
-        &["variables[1]: led.reflection", "specular"],
-    ),
-    (
-        &[("key = \"array.pitch_mm\"", "")],
-        &["variables[1]", "`key` and `profile`"],
-    ),
-    (
-        &[("to = 12.0", "to = 12.0\nstart = 13.0")],
-        &["variables[1]: start", "13"],
-    ),
-    (
-        &[("from = 4.5\nto = 12.0", "choices = [5.0]")],
-        &["variables[1]: choices", "got 1"],
-    ),
+    (&[("from = 4.5", "from = 14.5")], &["variables[1]: from, to", "14.5", "12"]),
+    (&[("array.pitch_mm", "array.pich_mm")], &["variables[1]: array.pich_mm", "no such key"]),
+    (&[("array.pitch_mm", "led.reflection")], &["variables[1]: led.reflection", "specular"]),
+    (&[("key = \"array.pitch_mm\"", "")], &["variables[1]", "`key` and `profile`"]),
+    (&[("to = 12.0", "to = 12.0\nstart = 13.0")], &["variables[1]: start", "13"]),
+    (&[("from = 4.5\nto = 12.0", "choices = [5.0]")], &["variables[1]: choices", "got 1"]),
     (
         &[("key = \"array.pitch_mm\"", "profile = \"inner_slope_deg\"")],
         &["variables[1]", "[elements]"],
@@ -70,28 +49,16 @@ const REFUSED: &[Case] = &[
         &[("paths = 65536", "paths = 65536\nsamples = 8")],
         &["verification.samples", "objective.tolerances"],
     ),
-    (
-        &[("\"uniformity\"", "\"uniformness\"")],
-        &["objective.terms[1]: figure", "uniformness"],
-    ),
-    (
-        &[("\"uniformity\"", "\"receiver.wall\"")],
-        &["objective.terms[1]: figure", "wall"],
-    ),
+    (&[("\"uniformity\"", "\"uniformness\"")], &["objective.terms[1]: figure", "uniformness"]),
+    (&[("\"uniformity\"", "\"receiver.wall\"")], &["objective.terms[1]: figure", "wall"]),
     (
         &[("\"uniformity\"", "\"uniformity\"\nweight = 0.0")],
         &["objective.terms[1]: weight", "got 0"],
     ),
-    (
-        &[("\"uniformity\"", "\"uniformity\"\ngoal = \"target\"")],
-        &["objective.terms[1]: target"],
-    ),
+    (&[("\"uniformity\"", "\"uniformity\"\ngoal = \"target\"")], &["objective.terms[1]: target"]),
     (
         &[("\"uniformity\"", "\"far_field_distance\"")],
-        &[
-            "objective.terms[1]: file",
-            "the target of far_field_distance",
-        ],
+        &["objective.terms[1]: file", "the target of far_field_distance"],
     ),
     (
         &[(
@@ -104,23 +71,11 @@ const REFUSED: &[Case] = &[
         &[("evaluations = 24", "evaluations = 5")],
         &["stages[1]: evaluations", "6, one generation", "got 5"],
     ),
+    (&[("restarts = 2", "restarts = 9")], &["stages[1]: restarts", "got 9"]),
+    (&[("restarts = 2", "step = 0.0")], &["stages[1]: step", "got 0"]),
+    (&[("most_paths = 4096", "most_paths = 2048")], &["stages[1]", "most_paths", "2048"]),
     (
-        &[("restarts = 2", "restarts = 9")],
-        &["stages[1]: restarts", "got 9"],
-    ),
-    (
-        &[("restarts = 2", "step = 0.0")],
-        &["stages[1]: step", "got 0"],
-    ),
-    (
-        &[("most_paths = 4096", "most_paths = 2048")],
-        &["stages[1]", "most_paths", "2048"],
-    ),
-    (
-        &[(
-            "[verification]",
-            "[stages.set]\n\"array.pitch_mm\" = 5.0\n\n[verification]",
-        )],
+        &[("[verification]", "[stages.set]\n\"array.pitch_mm\" = 5.0\n\n[verification]")],
         &["stages[1]: set", "array.pitch_mm"],
     ),
     (
@@ -139,30 +94,15 @@ const REFUSED: &[Case] = &[
         &["constraints[1]", "got neither"],
     ),
     (
-        &[(
-            "[verification]",
-            "[limits]\ndraft_deg = 50.0\n\n[verification]",
-        )],
+        &[("[verification]", "[limits]\ndraft_deg = 50.0\n\n[verification]")],
         &["limits.draft_deg", "got 50"],
     ),
-    (
-        &[("paths = 65536", "paths = 1")],
-        &["verification.paths", "got 1"],
-    ),
-    (
-        &[("\"closer\"", "\"bare-dome\"")],
-        &["name: expected another name"],
-    ),
+    (&[("paths = 65536", "paths = 1")], &["verification.paths", "got 1"]),
+    (&[("\"closer\"", "\"bare-dome\"")], &["name: expected another name"]),
     (&[("\"closer\"", "\"../closer\"")], &["name: ", "../closer"]),
+    (&[("\"closer\"", "\"design.toml\"")], &["name: ", "design.toml"]),
     (
-        &[("\"closer\"", "\"design.toml\"")],
-        &["name: ", "design.toml"],
-    ),
-    (
-        &[(
-            "\"uniformity\"",
-            "\"cell_colour_difference\"\ngoal = \"minimise\"",
-        )],
+        &[("\"uniformity\"", "\"cell_colour_difference\"\ngoal = \"minimise\"")],
         &["objective.terms[1]: figure", "several wavelengths"],
     ),
     (
@@ -170,27 +110,18 @@ const REFUSED: &[Case] = &[
         &["objective.terms[1]: weight", "1e300"],
     ),
     (
-        &[(
-            "\"uniformity\"",
-            "\"uniformity\"\ngoal = \"target\"\ntarget = nan",
-        )],
+        &[("\"uniformity\"", "\"uniformity\"\ngoal = \"target\"\ntarget = nan")],
         &["objective.terms[1]: target", "NaN"],
     ),
     (
-        &[(
-            "array.pitch_mm\"\nfrom = 4.5\nto = 12.0",
-            "led.power_w\"\nfrom = 0.5\nto = 2.0",
-        )],
+        &[("array.pitch_mm\"\nfrom = 4.5\nto = 12.0", "led.power_w\"\nfrom = 0.5\nto = 2.0")],
         &["variables: led.power_w", "`start`"],
     ),
     (
         &[("\"uniformity\"", "\"design.array.pitch_um\"")],
         &["objective.terms[1]: figure", "array.pitch_um"],
     ),
-    (
-        &[("restarts = 2", "method = \"nsga2\"")],
-        &["stages[1].method", "two terms"],
-    ),
+    (&[("restarts = 2", "method = \"nsga2\"")], &["stages[1].method", "two terms"]),
     (&[("name =", "nam =")], &["line 2, column 1: nam"]),
     (&[("bare-dome.toml", "none.toml")], &["design: `none.toml`"]),
 ];
@@ -202,23 +133,11 @@ const FRUITLESS: &[Case] = &[
             "[verification]",
             "[[constraints]]\nfigure = \"extraction_efficiency\"\nat_least = 1.5\n\n[verification]",
         )],
-        &[
-            "constraints",
-            "extraction_efficiency at least 1.5",
-            "nearest: 0.99",
-            "24 candidates",
-        ],
+        &["constraints", "extraction_efficiency at least 1.5", "nearest: 0.99", "24 candidates"],
     ),
     (
-        &[(
-            "[verification]",
-            "[limits]\ntotal_height_mm = 0.5\n\n[verification]",
-        )],
-        &[
-            "stages[1]",
-            "limits.total_height_mm: 1.0000 above 0.5",
-            "24 candidates",
-        ],
+        &[("[verification]", "[limits]\ntotal_height_mm = 0.5\n\n[verification]")],
+        &["stages[1]", "limits.total_height_mm: 1.0000 above 0.5", "24 candidates"],
     ),
 ];
 

@@ -48,17 +48,10 @@ fn every_ring_has_its_table_and_its_figures() {
     let numbers: Vec<u64> = rings.iter().filter_map(|r| r["ring"].as_u64()).collect();
     assert_eq!(numbers, [12, 5], "in the order asked for");
     for ring in rings {
-        let number = |key: &str| {
-            ring[key]
-                .as_f64()
-                .unwrap_or_else(|| panic!("{key}: {ring}"))
-        };
+        let number = |key: &str| ring[key].as_f64().unwrap_or_else(|| panic!("{key}: {ring}"));
         assert!(number("energy_residual") < 1e-10, "{ring}");
         assert!(number("estimated_error") <= 0.05, "{ring}");
-        assert!(
-            number("seconds") > 0.0 && ring["from_cache"] == false,
-            "{ring}"
-        );
+        assert!(number("seconds") > 0.0 && ring["from_cache"] == false, "{ring}");
         // One slice of one problem takes at least 25/12 of (2N)³ multiply-adds, real ones, of which
         // four count as one.
         let kept = 2.0 * number("orders") + 1.0;
@@ -79,10 +72,7 @@ fn every_ring_has_its_table_and_its_figures() {
         assert!((table.grid().period - number("period_um")).abs() < 1e-12);
     }
     assert_eq!(rings[0]["band"], 2, "ring 12 lies in the second band");
-    assert_ne!(
-        rings[0]["period_um"], rings[1]["period_um"],
-        "each has its own cell"
-    );
+    assert_ne!(rings[0]["period_um"], rings[1]["period_um"], "each has its own cell");
 
     // The second run finds them; a third without the cache computes them anew, bit for bit the
     // same.
@@ -91,10 +81,7 @@ fn every_ring_has_its_table_and_its_figures() {
     assert!(cached.iter().all(|r| r["from_cache"] == true), "{again}");
     let alone = tempdir().expect("a folder");
     std::fs::copy(at("coarse.toml"), alone.path().join("coarse.toml")).expect("copied");
-    let anew = tables(
-        alone.path(),
-        &["--rings", "5", "--out", "third", "--no-cache"],
-    );
+    let anew = tables(alone.path(), &["--rings", "5", "--out", "third", "--no-cache"]);
     assert_eq!(anew["rings"][0]["from_cache"], false);
     assert!(!alone.path().join(".batwing-cache").exists());
     let [a, b] = [contents(&at("first")), contents(&at("second"))];
@@ -108,21 +95,10 @@ fn every_ring_has_its_table_and_its_figures() {
 fn an_interrupt_keeps_finished_rings_and_the_next_run_goes_on() {
     let folder = coarse();
     let (out, cache) = (folder.path().join("out"), folder.path().join("kept"));
-    let arguments = [
-        "bsdf",
-        "coarse.toml",
-        "--tolerance",
-        "0.05",
-        "--out",
-        "out",
-        "--cache",
-        "kept",
-    ];
-    let one_is_there = || {
-        files(&out)
-            .iter()
-            .any(|f| f.extension().is_some_and(|e| e == "bworders"))
-    };
+    let arguments =
+        ["bsdf", "coarse.toml", "--tolerance", "0.05", "--out", "out", "--cache", "kept"];
+    let one_is_there =
+        || files(&out).iter().any(|f| f.extension().is_some_and(|e| e == "bworders"));
     let (code, stderr) = interrupted(folder.path(), &arguments, one_is_there);
     assert_eq!(code, Some(130), "{stderr}");
     assert!(stderr.contains("interrupted"), "{stderr}");
@@ -132,10 +108,7 @@ fn an_interrupt_keeps_finished_rings_and_the_next_run_goes_on() {
     let first = cache.join(&finished[0]);
     let before = changed(&first);
 
-    let ring = tables(
-        folder.path(),
-        &["--rings", "5", "--out", "out", "--cache", "kept"],
-    );
+    let ring = tables(folder.path(), &["--rings", "5", "--out", "out", "--cache", "kept"]);
     assert_eq!(ring["rings"][0]["from_cache"], true, "{ring}");
     assert_eq!(changed(&first), before);
 }
@@ -146,10 +119,7 @@ fn tables_larger_than_the_memory_allowed_are_refused_before_they_are_begun() {
     let design = good(include_str!("../bad_input/design.toml"));
     let mut design: toml::Table = design.parse().expect("TOML");
     let hybrid = design.entry("hybrid").or_insert(toml::Table::new().into());
-    hybrid
-        .as_table_mut()
-        .expect("a table")
-        .insert("memory_gib".to_owned(), 0.002.into());
+    hybrid.as_table_mut().expect("a table").insert("memory_gib".to_owned(), 0.002.into());
     std::fs::write(folder.path().join("small.toml"), design.to_string()).expect("written");
     let output = batwing(folder.path())
         .args(["bsdf", "small.toml", "--rings", "5", "--tolerance", "0.05"])

@@ -46,16 +46,10 @@ fn layers_are_keys_of_dome_and_mirror() {
     // little near the axis, and one of the silicone's nothing.
     let quarter = coated("{ index = 1.187434, thickness_nm = 115.796 }");
     let more = extraction(&good(&[&quarter, SILVER, GREEN]));
-    assert!(
-        more.0 - bare.0 > 5.0 * more.1.hypot(bare.1),
-        "{more:?} {bare:?}"
-    );
+    assert!(more.0 - bare.0 > 5.0 * more.1.hypot(bare.1), "{more:?} {bare:?}");
     let none = coated("{ index = [1.41, 0.0], thickness_nm = 77.0 }");
     let same = extraction(&good(&[&none, SILVER, GREEN]));
-    assert!(
-        (same.0 - bare.0).abs() < 5.0 * same.1.hypot(bare.1),
-        "{same:?} {bare:?}"
-    );
+    assert!((same.0 - bare.0).abs() < 5.0 * same.1.hypot(bare.1), "{same:?} {bare:?}");
 
     // An absorbing layer takes its share, in the dome's account.
     let grey = coated("{ index = [1.41, 0.5], thickness_nm = 20.0 }");
@@ -64,9 +58,8 @@ fn layers_are_keys_of_dome_and_mirror() {
 
     // Light that metal reflects: at a wavelength where the mirror is bare silver it keeps about 97
     // % of it.
-    let metal = SILVER
-        .replace("0.95", "1.0")
-        .replace(" }", ", substrate = { index = [0.06, 3.6] } }");
+    let metal =
+        SILVER.replace("0.95", "1.0").replace(" }", ", substrate = { index = [0.06, 3.6] } }");
     let model = good(&[BARE, &metal, GREEN]);
     let lost = estimate(&model["power_ledger"]["absorbed_by_bottom"]).0;
     let by_number = good(&[BARE, &SILVER.replace("0.95", "0.97"), GREEN]);
@@ -76,10 +69,7 @@ fn layers_are_keys_of_dome_and_mirror() {
     // Films change with the wavelength, so that light of a spectrum is traced at several.
     let white = "light = { spectrum = { kind = \"table\", wavelength_nm = [450.0, 650.0], power = [1.0, 1.0], weighting = \"radiometric\", samples = 3 } }\n";
     let model = good(&[&quarter, SILVER, white]);
-    assert_eq!(
-        model["spectrum"]["wavelengths"].as_array().map(Vec::len),
-        Some(3)
-    );
+    assert_eq!(model["spectrum"]["wavelengths"].as_array().map(Vec::len), Some(3));
 }
 
 #[test]
@@ -90,10 +80,7 @@ fn polarisation_is_carried_where_it_is_asked_for() {
     let plain = run(folder, &[BARE, SILVER, GREEN], &[]).expect("results");
     assert_eq!(plain.get("polarization"), None);
     let model = run(folder, &[BARE, SILVER, &carried], &["--threads", "1"]).expect("results");
-    assert_eq!(
-        model["polarization"],
-        json!({"light": "carried", "depolarised_by": []})
-    );
+    assert_eq!(model["polarization"], json!({"light": "carried", "depolarised_by": []}));
     let again = run(folder, &[BARE, SILVER, &carried], &["--threads", "2"]).expect("results");
     assert_eq!(model, again);
     // A dome sends most light straight out: what polarisation changes is less than a point.
@@ -102,10 +89,7 @@ fn polarisation_is_carried_where_it_is_asked_for() {
 
     let paint = SILVER.replace("specular", "lambertian");
     let model = run(folder, &[BARE, &paint, &carried], &[]).expect("results");
-    assert_eq!(
-        model["polarization"]["depolarised_by"],
-        json!(["bottom", "ground mirror"])
-    );
+    assert_eq!(model["polarization"]["depolarised_by"], json!(["bottom", "ground mirror"]));
 }
 
 #[test]
@@ -124,16 +108,10 @@ fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
         (&["bsdf", "layer.toml", "--rings", "5"][..], no_layers),
         (&["converge", "layer.toml", "--ring", "5"], no_layers),
         (&["near-field", "layer.toml", "--ring", "5"], no_layers),
-        (
-            &["run", "layer.toml", "--model", "hybrid"],
-            "bands take no thin films on the dome",
-        ),
+        (&["run", "layer.toml", "--model", "hybrid"], "bands take no thin films on the dome"),
     ] {
-        let output = batwing(directory.path())
-            .args(command)
-            .args(["--out", "out"])
-            .output()
-            .expect("runs");
+        let output =
+            batwing(directory.path()).args(command).args(["--out", "out"]).output().expect("runs");
         let error = String::from_utf8(output.stderr).expect("UTF-8");
         assert!(!output.status.success() && !directory.path().join("out").exists());
         assert!(
@@ -141,16 +119,7 @@ fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
             "{command:?}: {error}"
         );
     }
-    let field = [
-        "near-field",
-        "none.toml",
-        "--ring",
-        "5",
-        "--orders",
-        "34",
-        "--slices",
-        "6",
-    ];
+    let field = ["near-field", "none.toml", "--ring", "5", "--orders", "34", "--slices", "6"];
     let output = batwing(directory.path())
         .args(field)
         .args(["--out", "out", "--quiet"])

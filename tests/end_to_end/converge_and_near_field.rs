@@ -18,11 +18,8 @@ const DESIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs/d1.to
 
 /// The JSON document that a command prints; everything else it says must be nothing.
 fn printed(folder: &Path, arguments: &[&str]) -> Value {
-    let output = batwing(folder)
-        .args(arguments)
-        .args(["--json", "--quiet"])
-        .output()
-        .expect("it runs");
+    let output =
+        batwing(folder).args(arguments).args(["--json", "--quiet"]).output().expect("it runs");
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && stderr.is_empty(), "{stderr}");
     serde_json::from_slice(&output.stdout).expect("one JSON document")
@@ -52,31 +49,20 @@ fn errors_fall_with_orders_and_slices_and_cost_grows() {
         let of = |key: &str| -> Vec<f64> {
             points
                 .iter()
-                .map(|p| {
-                    p[key]
-                        .as_f64()
-                        .or(p["errors"][key].as_f64())
-                        .expect("a number")
-                })
+                .map(|p| p[key].as_f64().or(p["errors"][key].as_f64()).expect("a number"))
                 .collect()
         };
         assert_eq!(points.len(), 3);
         assert!(of(what).is_sorted_by(|a, b| a < b));
         assert!(of("operations_per_problem").is_sorted_by(|a, b| a < b));
-        for key in [
-            "rms",
-            "percentile_99",
-            "flux_weighted_mean",
-            "largest_order",
-        ] {
+        for key in ["rms", "percentile_99", "flux_weighted_mean", "largest_order"] {
             let errors = of(key);
             assert!(errors[2] < 0.5 * errors[0], "{sweep}, {key}: {errors:?}");
         }
-        for (mean, rest) in of("flux_weighted_mean").iter().zip(
-            of("rms")
-                .iter()
-                .zip(of("percentile_99").iter().zip(of("max"))),
-        ) {
+        for (mean, rest) in of("flux_weighted_mean")
+            .iter()
+            .zip(of("rms").iter().zip(of("percentile_99").iter().zip(of("max"))))
+        {
             let (rms, (most, max)) = rest;
             assert!(mean <= rms && rms <= &max && *most <= max);
         }
@@ -121,24 +107,13 @@ fn a_field_has_the_solvers_reflectance_and_the_files_that_are_promised() {
             "out",
         ],
     );
-    let number = |key: &str| {
-        json[key]
-            .as_f64()
-            .unwrap_or_else(|| panic!("{key}: {json}"))
-    };
+    let number = |key: &str| json[key].as_f64().unwrap_or_else(|| panic!("{key}: {json}"));
     assert!(number("energy_residual").abs() < 1e-10 && number("flux_residual") < 1e-10);
 
     let design = config::embedded("d1.toml").expect("valid");
     let interface = interface(&cells::ring(&design, 15).expect("relief"), 0.55).expect("valid");
-    let stack = interface
-        .stack(&interface.relief.slice_plan(6))
-        .expect("a stack");
-    let bloch = Bloch::from_angles(
-        &stack,
-        Side::Bottom,
-        (-25f64).to_radians(),
-        40f64.to_radians(),
-    );
+    let stack = interface.stack(&interface.relief.slice_plan(6)).expect("a stack");
+    let bloch = Bloch::from_angles(&stack, Side::Bottom, (-25f64).to_radians(), 40f64.to_radians());
     let scattering = solve(&stack, bloch, Truncation::new(30).expect("orders")).expect("solved");
     let from = (Side::Bottom, 0, Pol::P);
     assert!((number("R") - scattering.total(from, Side::Bottom)).abs() < 1e-10);
@@ -149,10 +124,7 @@ fn a_field_has_the_solvers_reflectance_and_the_files_that_are_promised() {
         assert!(written(folder.path(), &format!("{stem}-{picture}.png")).starts_with(b"\x89PNG"));
     }
     let exr = written(folder.path(), &format!("{stem}.exr"));
-    assert!(
-        exr.starts_with(&[0x76, 0x2f, 0x31, 0x01]),
-        "the magic number of OpenEXR"
-    );
+    assert!(exr.starts_with(&[0x76, 0x2f, 0x31, 0x01]), "the magic number of OpenEXR");
     for name in ["intensity", "poynting_z", "ex_re", "hz_im", "index"] {
         let found = exr.windows(name.len()).any(|w| w == name.as_bytes());
         assert!(found, "channel {name}");

@@ -43,14 +43,7 @@ fn a_table_goes_into_every_format_and_comes_back_with_its_energy() {
         ("zemax", "z.bsdf", "z-inner-brdf.bsdf"),
         ("speos", "s.anisotropicbsdf", "s-outer.anisotropicbsdf"),
     ] {
-        let export = [
-            "export",
-            "smooth.bworders",
-            "--format",
-            format,
-            "--out",
-            out,
-        ];
+        let export = ["export", "smooth.bworders", "--format", format, "--out", out];
         let coarse = ["--scatter-step", "3", "--samples", "8", "--tree-log2", "3"];
         let said = json(&at, &[&export[..], &coarse[..]].concat());
         for file in said["files"].as_array().into_iter().flatten() {
@@ -67,14 +60,7 @@ fn a_table_goes_into_every_format_and_comes_back_with_its_energy() {
         }
     }
     // Between formats of others, by way of cells.
-    let out = [
-        "import",
-        "l.bsdf",
-        "--format",
-        "klems",
-        "--out",
-        "again.xml",
-    ];
+    let out = ["import", "l.bsdf", "--format", "klems", "--out", "again.xml"];
     let said = json(&at, &[&out[..], &["--index-inner", "1.41"]].concat());
     let worst = said["files"][0]["worst_energy_difference"].as_f64();
     assert!(worst.expect("a number") < 1e-6);
@@ -89,11 +75,7 @@ fn copied(at: &Path, name: &str) {
 #[test]
 fn the_ending_of_out_is_the_format() {
     let (_keep, at) = folder();
-    for (from, out) in [
-        ("smooth.bworders", "a.npz"),
-        ("a.npz", "b.json"),
-        ("b.json", "c.NPZ"),
-    ] {
+    for (from, out) in [("smooth.bworders", "a.npz"), ("a.npz", "b.json"), ("b.json", "c.NPZ")] {
         json(&at, &["import", from, "--out", out]);
         json(&at, &["export", from, "--out", &format!("export-{out}")]);
     }
@@ -129,11 +111,7 @@ fn far_fields_keep_names_and_flux_there_and_back() {
     }
     assert_eq!(text("b.ldt"), text("d.ldt"));
     // Where a file names no luminaire, its own name is taken, not its path.
-    write(
-        &at,
-        "e.ies",
-        &ies.replace("[LUMINAIRE] Lamp, white\r\n", ""),
-    );
+    write(&at, "e.ies", &ies.replace("[LUMINAIRE] Lamp, white\r\n", ""));
     json(&at, &["import", "./e.ies", "--out", "e.ldt"]);
     assert_eq!(text("e.ldt").lines().nth(8), Some("e"));
 }
@@ -147,12 +125,7 @@ fn rays_pass_through_every_format_that_has_room_for_them() {
     let figures = |name: &str| {
         let said = json(&at, &["import", name]);
         let flux = said["flux"].as_f64().expect("a flux");
-        (
-            said["rays"].clone(),
-            flux,
-            said["unit"].clone(),
-            said["wavelengths_nm"].clone(),
-        )
+        (said["rays"].clone(), flux, said["unit"].clone(), said["wavelengths_nm"].clone())
     };
     for (from, format, out) in [
         ("small.speos.ray", "zemax-ray", "a.sdf"),
@@ -184,18 +157,8 @@ fn rays_pass_through_every_format_that_has_room_for_them() {
             "x.ray",
             "got one for each, which is written into Speos and Zemax",
         ),
-        (
-            "lumens.dat",
-            "tm25",
-            "x.tm25ray",
-            "got lm, which is written into Zemax ray files alone",
-        ),
-        (
-            "plain.ray",
-            "speos-ray",
-            "x.ray",
-            "expected a wavelength for every ray, got NaN",
-        ),
+        ("lumens.dat", "tm25", "x.tm25ray", "got lm, which is written into Zemax ray files alone"),
+        ("plain.ray", "speos-ray", "x.ray", "expected a wavelength for every ray, got NaN"),
     ] {
         let got = complaint(&at, &["import", from, "--format", format, "--out", out]);
         assert!(got.contains(expected) && got.contains(from), "{got}");
@@ -205,9 +168,7 @@ fn rays_pass_through_every_format_that_has_room_for_them() {
 
 /// Extraction and uniformity with their errors, of the one model run.
 fn figures(at: &Path, design: &str, model: &str) -> [[f64; 2]; 2] {
-    let arguments = [
-        "run", design, "--model", model, "--paths", "200000", "--out", "r",
-    ];
+    let arguments = ["run", design, "--model", model, "--paths", "200000", "--out", "r"];
     let said = json(at, &arguments);
     let models = said["designs"][design.trim_end_matches(".toml")].clone();
     let models = models.as_object().expect("models");
@@ -226,10 +187,7 @@ fn agree([a, ea]: [f64; 2], [b, eb]: [f64; 2], more: f64) -> bool {
 /// The bare dome under another name.
 fn bare(name: &str) -> String {
     let bare = read("data/designs/bare-dome.toml");
-    let line = bare
-        .lines()
-        .find(|l| l.starts_with("name"))
-        .expect("a name");
+    let line = bare.lines().find(|l| l.starts_with("name")).expect("a name");
     bare.replace(line, &format!("name = \"{name}\""))
 }
 
@@ -254,9 +212,8 @@ fn bands_of_a_smooth_interface_are_the_bare_dome() {
 #[test]
 fn a_cosine_from_a_file_is_the_lambertian_source() {
     let (_keep, at) = folder();
-    let cosine: Vec<String> = (0..=90)
-        .map(|t| format!("{:.6}", f64::from(t).to_radians().cos()))
-        .collect();
+    let cosine: Vec<String> =
+        (0..=90).map(|t| format!("{:.6}", f64::from(t).to_radians().cos())).collect();
     let angles: Vec<String> = (0..=90).map(|t| t.to_string()).collect();
     let text = format!(
         "IESNA:LM-63-2002\n[TEST] x\nTILT=NONE\n1 -1 1 91 1 1 2 0 0 0\n1 1 1\n{}\n0\n{}\n",
@@ -272,16 +229,8 @@ fn a_cosine_from_a_file_is_the_lambertian_source() {
     assert!(agree(lit[0], own[0], 2e-4), "{lit:?} {own:?}");
 
     // Rays that leave, written and counted.
-    let rays = [
-        "export",
-        "lit.toml",
-        "--format",
-        "tm25",
-        "--paths",
-        "100000",
-        "--out",
-        "r.tm25ray",
-    ];
+    let rays =
+        ["export", "lit.toml", "--format", "tm25", "--paths", "100000", "--out", "r.tm25ray"];
     let said = json(&at, &rays);
     let [flux, escaped] = ["flux_w", "escaped_w"].map(|k| said[k].as_f64().expect("a number"));
     assert!((flux - escaped).abs() < 1e-6 && flux > 0.9);
@@ -298,24 +247,19 @@ fn a_white_table_from_a_file_is_the_lambertian_reflector() {
     let (_keep, at) = folder();
     let value = 0.8 / std::f64::consts::PI;
     let tree = read("tests/formats/corpus/small.isotropic.xml");
-    let (start, end) = (
-        tree.find('{').expect("a tree"),
-        tree.rfind('}').expect("a tree"),
-    );
+    let (start, end) = (tree.find('{').expect("a tree"), tree.rfind('}').expect("a tree"));
     let paint = format!("{}{{ {value} }}{}", &tree[..start], &tree[end + 1..]);
-    write(
-        &at,
-        "paint.xml",
-        &paint.replace("Reflection Front", "Reflection Back"),
-    );
+    write(&at, "paint.xml", &paint.replace("Reflection Front", "Reflection Back"));
     let design = bare("matt");
     let line = |key: &str| {
         let line = design.lines().find(|l| l.starts_with(key));
         line.expect("a key").to_owned()
     };
-    let matt = design
-        .replacen(&line("kind"), "kind = \"lambertian\"", 1)
-        .replacen(&line("reflectance"), "reflectance = 0.8", 1);
+    let matt = design.replacen(&line("kind"), "kind = \"lambertian\"", 1).replacen(
+        &line("reflectance"),
+        "reflectance = 0.8",
+        1,
+    );
     write(&at, "matt.toml", &matt);
     let files = "\n[files.mirror]\nfile = \"paint.xml\"\n";
     write(&at, "painted.toml", &format!("{}{files}", bare("painted")));

@@ -53,16 +53,9 @@ weighting = "radiometric"
 "#;
     let text = format!("{BARE}{plate}");
     run_text(folder.path(), "lamp", &text, "r", &[]).expect("it runs to its end");
-    let table = folder
-        .path()
-        .join("r/lamp/geometric/far_field_by_wavelength.csv");
+    let table = folder.path().join("r/lamp/geometric/far_field_by_wavelength.csv");
     let table = fs::read_to_string(table).expect("the table");
-    let heading: Vec<&str> = table
-        .lines()
-        .next()
-        .expect("a heading")
-        .split(',')
-        .collect();
+    let heading: Vec<&str> = table.lines().next().expect("a heading").split(',').collect();
     for column in ["550_00_nm_", "550_04_nm_", "600_0_nm_", "all_wavelengths_"] {
         let found = heading.iter().filter(|name| name.starts_with(column));
         assert_eq!(found.count(), 2, "{column} of {heading:?}");
@@ -112,14 +105,7 @@ fn far_fields_are_exported_as_the_run_wrote_them_only() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
     run_text(at, "lamp", &green(), "r", &[]).expect("it runs");
-    let export = [
-        "export",
-        "r/lamp/geometric",
-        "--format",
-        "ies",
-        "--out",
-        "x.ies",
-    ];
+    let export = ["export", "r/lamp/geometric", "--format", "ies", "--out", "x.ies"];
     let (good, said) = batwing_says(at, &export);
     assert!(good, "{said}");
     fs::remove_file(at.join("x.ies")).expect("removed");
@@ -153,25 +139,15 @@ fn no_more_paths_are_traced_than_are_allowed() {
         let until = ["--until-error", "centre_to_peak=1e-9", "--most-paths", most];
         run_text(at, "lamp", &green(), "r", &until)
     };
-    for (most, paths, batches) in [
-        ("10000", 9984, 1),
-        ("64000", 64_000, 1),
-        ("130000", 128_000, 2),
-    ] {
+    for (most, paths, batches) in [("10000", 9984, 1), ("64000", 64_000, 1), ("130000", 128_000, 2)]
+    {
         let run = of(most).expect("it runs");
         let model = &run["designs"]["lamp"]["geometric"];
         assert_eq!(model["paths"].as_u64(), Some(paths), "{most}");
-        assert_eq!(
-            model["until_error"]["batches"].as_u64(),
-            Some(batches),
-            "{most}"
-        );
+        assert_eq!(model["until_error"]["batches"].as_u64(), Some(batches), "{most}");
     }
     let said = of("999").expect_err("too few");
-    assert!(
-        said.contains("--most-paths: expected a whole number from 1000"),
-        "{said}"
-    );
+    assert!(said.contains("--most-paths: expected a whole number from 1000"), "{said}");
 }
 
 #[test]
@@ -181,10 +157,7 @@ fn solids_that_touch_or_hold_each_other_are_taken() {
     let solid = |name: &str, x: f64, of: &str| {
         format!("[[solids]]\nname = {name:?}\nposition_mm = [{x:?}, 0.0, 5.0]\n{of}\n")
     };
-    let (black, glass) = (
-        "surface = { kind = \"absorbing\" }",
-        "medium = { index = 1.5 }",
-    );
+    let (black, glass) = ("surface = { kind = \"absorbing\" }", "medium = { index = 1.5 }");
     let cube = |with: &str| format!("kind = \"box\"\nsize_mm = [2.0, 2.0, 2.0]\n{with}");
     let ball = |radius: f64| format!("kind = \"sphere\"\nradius_mm = {radius:?}\n{glass}");
     for solids in [
@@ -221,15 +194,10 @@ fn a_run_that_is_terminated_ends_as_one_that_is_interrupted() {
             break;
         }
     }
-    let sent = Command::new("kill")
-        .args(["-TERM", &child.id().to_string()])
-        .status();
+    let sent = Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
     assert!(sent.expect("kill runs").success());
     let output = child.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(143), "{said}");
-    assert!(
-        said.contains("batwing: interrupted before results.json was written"),
-        "{said}"
-    );
+    assert!(said.contains("batwing: interrupted before results.json was written"), "{said}");
 }

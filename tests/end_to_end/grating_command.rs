@@ -65,10 +65,7 @@ fn truncated_cases_agree_as_they_are() {
 fn inputs_alone_are_a_case_too() {
     let folder = tempdir().expect("a folder");
     let case = &cases("published.json", "reticolo/con-loss-s")[0];
-    let (whole, inputs) = (
-        grating(folder.path(), case),
-        grating(folder.path(), &case["inputs"]),
-    );
+    let (whole, inputs) = (grating(folder.path(), case), grating(folder.path(), &case["inputs"]));
     assert_eq!(whole.text, inputs.text);
 }
 
@@ -147,10 +144,7 @@ fn tolerances_are_kept() {
         let tolerance = 3e-3;
         let answer = grating(folder.path(), &with(&case, "tolerance", json!(tolerance)));
         let estimate = answer.number("estimated_error");
-        assert!(
-            estimate > 0.0 && estimate <= tolerance,
-            "{name}: estimate {estimate}"
-        );
+        assert!(estimate > 0.0 && estimate <= tolerance, "{name}: estimate {estimate}");
         // Twice the orders on stairs, with slices until 1e-6: another method for dielectrics, whose
         // own error counts.
         let orders = answer.json["N"].as_u64().expect("a number of orders");
@@ -162,10 +156,7 @@ fn tolerances_are_kept() {
         );
         assert!(error <= estimate + own, "{name}: off by {error}");
         if name != "silver ridge" {
-            let finer = grating(
-                folder.path(),
-                &with(&case, "tolerance", json!(tolerance / 30.0)),
-            );
+            let finer = grating(folder.path(), &with(&case, "tolerance", json!(tolerance / 30.0)));
             let error = difference(&answer, &finer);
             assert!(error <= estimate, "{name}: off by {error}");
         }
@@ -251,25 +242,14 @@ fn a_relief_takes_a_number_of_orders() {
 fn an_upright_relief_is_its_layer() {
     let folder = tempdir().expect("a folder");
     let points = json!([[0.2, 0], [1.0, 0], [1.0, 0.5], [0.2, 0.5]]);
-    let as_relief = relief(
-        &json!([{"n": [1.41, 0.0], "points": points}]),
-        0.5,
-        25.0,
-        40.0,
-    );
+    let as_relief = relief(&json!([{"n": [1.41, 0.0], "points": points}]), 0.5, 25.0, 40.0);
     let mut as_layer = as_relief.clone();
-    as_layer
-        .as_object_mut()
-        .expect("an object")
-        .remove("relief");
+    as_layer.as_object_mut().expect("an object").remove("relief");
     as_layer["layers_top_to_bottom"] = json!([{"thickness": 0.5, "segments": [
         {"x0": 0.0, "x1": 0.1, "n": [1.0, 0.0]}, {"x0": 0.1, "x1": 0.5, "n": [1.41, 0.0]}, {"x0": 0.5, "x1": 1.0, "n": [1.0, 0.0]}]}]);
     let [a, b] = [as_relief, as_layer].map(|c| grating(folder.path(), &with(&c, "N", json!(10))));
     assert!(difference(&a, &b) < 1e-12);
-    assert_eq!(
-        (&a.json["slices"], &b.json["slices"]),
-        (&json!(1), &json!(1))
-    );
+    assert_eq!((&a.json["slices"], &b.json["slices"]), (&json!(1), &json!(1)));
 }
 
 #[test]
@@ -281,10 +261,7 @@ fn unpolarised_light_is_the_mean_of_s_and_p() {
     for key in KEYS {
         let (s, p) = (s.orders(key), p.orders(key));
         for (m, value) in both.orders(key) {
-            assert!(
-                (value - 0.5 * (s[&m] + p[&m])).abs() < 1e-13,
-                "{key} of order {m}"
-            );
+            assert!((value - 0.5 * (s[&m] + p[&m])).abs() < 1e-13, "{key} of order {m}");
         }
     }
 }
@@ -295,11 +272,7 @@ fn too_few_orders_are_solved_with_a_warning() {
     let answer = grating(folder.path(), &with(&reliefs()[0].1, "N", json!(3)));
     assert_eq!(answer.json["N"], json!(3));
     for words in ["warning", "case.json", "-3..3", "propagate"] {
-        assert!(
-            answer.warnings.contains(words),
-            "`{words}` in: {}",
-            answer.warnings
-        );
+        assert!(answer.warnings.contains(words), "`{words}` in: {}", answer.warnings);
     }
     assert!(answer.orders("R").keys().all(|m| m.abs() <= 3));
     assert!(answer.number("absorbed").abs() < 1e-10);
@@ -324,14 +297,9 @@ fn numbers_are_printed_in_their_shortest_form() {
         };
         let value = value.trim_end_matches(',');
         if let Ok(number) = value.parse::<f64>() {
-            let shortest = serde_json::from_str::<Value>(value)
-                .expect("JSON")
-                .to_string();
+            let shortest = serde_json::from_str::<Value>(value).expect("JSON").to_string();
             assert_eq!(value, shortest);
-            assert_eq!(
-                shortest.parse::<f64>().expect("a number").to_bits(),
-                number.to_bits()
-            );
+            assert_eq!(shortest.parse::<f64>().expect("a number").to_bits(), number.to_bits());
             seen += 1;
         }
     }
@@ -342,20 +310,12 @@ fn numbers_are_printed_in_their_shortest_form() {
 fn common_flags_do_not_change_the_answer() {
     let folder = tempdir().expect("a folder");
     let plain = grating(folder.path(), &with(&reliefs()[1].1, "N", json!(8)));
-    for flags in [
-        &["--json"][..],
-        &["--quiet"],
-        &["--threads", "1", "--seed", "9"],
-    ] {
+    for flags in [&["--json"][..], &["--quiet"], &["--threads", "1", "--seed", "9"]] {
         let output = batwing(folder.path())
             .args(["grating", "case.json"])
             .args(flags)
             .output()
             .expect("it runs");
-        assert_eq!(
-            String::from_utf8_lossy(&output.stdout),
-            plain.text,
-            "{flags:?}"
-        );
+        assert_eq!(String::from_utf8_lossy(&output.stdout), plain.text, "{flags:?}");
     }
 }

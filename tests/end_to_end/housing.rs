@@ -60,10 +60,7 @@ fn walls_are_keys_of_the_design() {
             walls.replace("1.0", "1.5"),
             "boxed.toml: housing.reflectance = 1.5: expected a number from 0 to 1",
         ),
-        (
-            format!("{walls}, roof = 1"),
-            "housing.roof: no such key for \"specular\"",
-        ),
+        (format!("{walls}, roof = 1"), "housing.roof: no such key for \"specular\""),
         (
             format!("{walls}, floor = {{ kind = \"lambertian\", reflectance = 2 }}"),
             "housing.floor.reflectance = 2: expected a number from 0 to 1",
@@ -104,11 +101,7 @@ fn mixed_reflectors_lie_between_the_pure_kinds() {
 
     // What the walls absorb of a half of each lies between what they absorb of either.
     let wall = |law: &str| estimate(&results(law, &[])["power_ledger"]["absorbed_by_wall"]);
-    let (mirror, half, matt) = (
-        wall("\"specular\""),
-        wall(&mixed("0.5")),
-        wall("\"lambertian\""),
-    );
+    let (mirror, half, matt) = (wall("\"specular\""), wall(&mixed("0.5")), wall("\"lambertian\""));
     let between = (half.0 - mirror.0) * (matt.0 - half.0);
     assert!(
         between > 0.0 && (matt.0 - mirror.0).abs() > 10.0 * mirror.1.hypot(matt.1),
@@ -119,10 +112,7 @@ fn mixed_reflectors_lie_between_the_pure_kinds() {
     let (one, two) = (["--threads", "1"], ["--threads", "2"]);
     let law = mixed("0.3");
     assert_eq!(results(&law, &one), results(&law, &two));
-    let said = batwing(folder.path())
-        .args(["check", "boxed.toml"])
-        .output()
-        .expect("runs");
+    let said = batwing(folder.path()).args(["check", "boxed.toml"]).output().expect("runs");
     let said = String::from_utf8(said.stdout).expect("UTF-8");
     assert!(
         said.contains("mirror      reflectance 0.9, of which 30 % specular, the rest Lambertian"),

@@ -29,10 +29,7 @@ fn with_mesh(folder: &Path) -> String {
     stl::write(&dome, "dome", &mut bytes).expect("written");
     std::fs::write(folder.join("dome.stl"), bytes).expect("written");
     let sphere = "sphere_radius_mm = 2.0\nheight_mm = 1.0\nwidth_mm = 3.4\n";
-    let (bare, mesh) = (
-        design("bare-dome.toml"),
-        "mesh = \"dome.stl\"\nmesh_unit = \"mm\"\n",
-    );
+    let (bare, mesh) = (design("bare-dome.toml"), "mesh = \"dome.stl\"\nmesh_unit = \"mm\"\n");
     assert!(bare.contains(sphere));
     bare.replace(sphere, mesh)
 }
@@ -40,10 +37,7 @@ fn with_mesh(folder: &Path) -> String {
 /// Both commands refuse the text in one line that says all of this, and leave nothing behind.
 fn refused(folder: &Path, text: &str, says: &[&str]) {
     std::fs::write(folder.join("bad.toml"), text).expect("written");
-    for command in [
-        &["check", "bad.toml"][..],
-        &["run", "bad.toml", "--out", "out"],
-    ] {
+    for command in [&["check", "bad.toml"][..], &["run", "bad.toml", "--out", "out"]] {
         let output = batwing(folder).args(command).output().expect("it runs");
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success(), "{command:?} accepts {text}");
@@ -86,15 +80,8 @@ fn a_ray_that_starts_outside_is_named_by_file_and_number() {
     };
     write_rays(&at.join("led.ray"), &good());
     std::fs::write(at.join("good.toml"), &d1).expect("written");
-    let output = batwing(at)
-        .args(["check", "good.toml"])
-        .output()
-        .expect("it runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let output = batwing(at).args(["check", "good.toml"]).output().expect("it runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for place in [[0.0, 0.0, 0.9], [1.9, 0.0, 0.0], [0.0, 4.2, 0.1]] {
         let mut rays = good();
         rays[2000] = ray(place, 0.8);
@@ -124,11 +111,7 @@ fn parts_that_cut_each_other_are_refused() {
         }
     }
     std::fs::write(at.join("dented.stl"), dented).expect("written");
-    let says = [
-        "led.size_mm = [1, 1] and 0.35 mm high",
-        "'dome'",
-        "cut each other near [",
-    ];
+    let says = ["led.size_mm = [1, 1] and 0.35 mm high", "'dome'", "cut each other near ["];
     refused(at, &meshed.replace("dome.stl", "dented.stl"), &says);
 
     // Two domes in one file, one half into the other.
@@ -154,12 +137,7 @@ fn parts_that_cut_each_other_are_refused() {
         twice.extend(triangle);
     }
     std::fs::write(at.join("twice.stl"), twice).expect("written");
-    let says = [
-        "dome.mesh",
-        "twice.stl",
-        "triangles ",
-        "cut each other at [",
-    ];
+    let says = ["dome.mesh", "twice.stl", "triangles ", "cut each other at ["];
     refused(at, &meshed.replace("dome.stl", "twice.stl"), &says);
 }
 
@@ -168,31 +146,13 @@ fn paths_through_a_mesh_are_drawn_with_its_section() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
     std::fs::write(at.join("mesh.toml"), with_mesh(at)).expect("written");
-    let arguments = [
-        "rays",
-        "mesh.toml",
-        "--count",
-        "60",
-        "--out",
-        "out",
-        "--quiet",
-    ];
+    let arguments = ["rays", "mesh.toml", "--count", "60", "--out", "out", "--quiet"];
     let output = batwing(at).args(arguments).output().expect("it runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let picture =
         std::fs::read_to_string(at.join("out/bare-dome-geometric-rays.svg")).expect("drawn");
     assert_eq!(picture.matches("stroke-opacity").count(), 60);
     // The outline of the solid: many straight stretches, closed.
-    let outline = picture
-        .lines()
-        .find(|line| line.contains("#e8f1f8"))
-        .expect("a dome");
-    assert!(
-        outline.matches(" L ").count() > 20 && outline.contains("Z\""),
-        "{outline}"
-    );
+    let outline = picture.lines().find(|line| line.contains("#e8f1f8")).expect("a dome");
+    assert!(outline.matches(" L ").count() > 20 && outline.contains("Z\""), "{outline}");
 }

@@ -39,26 +39,18 @@ fn with_matrices(
     let table = order_table(interface, kx_per_zone, ky.clone(), resolution).expect("a table");
     let directions = Directions { kx_per_zone, ky };
     let solved = hemisphere_matrices(interface, &directions, resolution, &no_progress);
-    let rows = solved
-        .expect("solved")
-        .expect("one run")
-        .into_iter()
-        .map(|node| JonesRow {
-            node: NodeId {
-                side: scatter_side(node.side),
-                kx_index: node.kx_index,
-                ky_index: node.ky_index,
-            },
-            orders: node
-                .orders
-                .into_iter()
-                .map(|(to, order, jones)| OrderJones {
-                    to: scatter_side(to),
-                    order,
-                    jones,
-                })
-                .collect(),
-        });
+    let rows = solved.expect("solved").expect("one run").into_iter().map(|node| JonesRow {
+        node: NodeId {
+            side: scatter_side(node.side),
+            kx_index: node.kx_index,
+            ky_index: node.ky_index,
+        },
+        orders: node
+            .orders
+            .into_iter()
+            .map(|(to, order, jones)| OrderJones { to: scatter_side(to), order, jones })
+            .collect(),
+    });
     table.with_jones(rows).expect("matrices of this table")
 }
 
@@ -88,9 +80,7 @@ fn direct(
     let m = (k.kx / zone - 0.5).ceil() as i32;
     let bloch = Bloch::new(k.kx - f64::from(m) * zone, k.ky);
     let solved = rcwa::solve(&stack, bloch, resolution.truncation).expect("solved");
-    let all = solved
-        .jones_of_all((solver_side(side), m))
-        .expect("propagates");
+    let all = solved.jones_of_all((solver_side(side), m)).expect("propagates");
     all.iter()
         .map(|j| {
             let matrix = mueller(&j.power_normalised());
@@ -111,31 +101,17 @@ fn matrices_at_nodes_are_those_of_direct_solves() {
     let interface = tooth();
     let resolution = resolution(&interface, 6, 12).expect("a resolution");
     for kx_per_zone in [3, 4] {
-        let table = with_matrices(
-            &interface,
-            kx_per_zone,
-            vec![0.0, 0.23, 0.8, 1.2],
-            &resolution,
-        );
+        let table = with_matrices(&interface, kx_per_zone, vec![0.0, 0.23, 0.8, 1.2], &resolution);
         let grid = table.grid();
         let mut compared = 0;
         for id in grid.nodes().step_by(5) {
             for sign in [1.0, -1.0] {
-                let k = Wavevector {
-                    kx: grid.kx(id.kx_index),
-                    ky: sign * grid.ky[id.ky_index],
-                };
+                let k = Wavevector { kx: grid.kx(id.kx_index), ky: sign * grid.ky[id.ky_index] };
                 let expected = direct(&interface, &resolution, id.side, k);
                 let got = table.mueller(id.side, k).expect("matrices");
                 assert_eq!(got.len(), expected.len());
-                for (
-                    OrderMueller {
-                        to,
-                        order,
-                        mueller: got,
-                    },
-                    (a, b, expected),
-                ) in got.iter().zip(&expected)
+                for (OrderMueller { to, order, mueller: got }, (a, b, expected)) in
+                    got.iter().zip(&expected)
                 {
                     assert_eq!((to, order), (a, b));
                     // s of light along the normal may be any.
@@ -172,13 +148,8 @@ fn a_flat_relief_has_the_matrices_of_fresnel_from_both_sides() {
         let met = film.amplitudes(End::First, from, to.into(), cos);
         let zero = Complex64::ZERO;
         let of = |[s, p]: [Complex64; 2]| mueller(&[[s, zero], [zero, p]]);
-        for OrderMueller {
-            to,
-            order,
-            mueller: got,
-        } in table
-            .mueller(id.side, Wavevector { kx, ky })
-            .expect("matrices")
+        for OrderMueller { to, order, mueller: got } in
+            table.mueller(id.side, Wavevector { kx, ky }).expect("matrices")
         {
             let expected = match (order, to == id.side) {
                 (0, true) => of(met.reflected),
@@ -209,11 +180,9 @@ fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
         table.entry_count(),
         32.0 * table.entry_count() as f64 / 1_048_576.0
     );
-    for (side, count, most) in [
-        (Side::Inner, 32, 1.0),
-        (Side::Outer, 16, 1.0),
-        (Side::Inner, 10, 0.01),
-    ] {
+    for (side, count, most) in
+        [(Side::Inner, 32, 1.0), (Side::Outer, 16, 1.0), (Side::Inner, 10, 0.01)]
+    {
         let mut rng = tracer::random::stream(8, side.index() as u64);
         let n = table.grid().index(side);
         // Sums over all orders that leave on a side, and squares of single elements.
@@ -227,14 +196,8 @@ fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
             let expected = direct(&interface, &resolution, side, k);
             let got = table.mueller(side, k).expect("matrices");
             let mut sums = [[[0.0; 4]; 4]; 2];
-            for (
-                OrderMueller {
-                    to,
-                    order,
-                    mueller: got,
-                },
-                (a, b, expected),
-            ) in got.iter().zip(&expected)
+            for (OrderMueller { to, order, mueller: got }, (a, b, expected)) in
+                got.iter().zip(&expected)
             {
                 assert_eq!((to, order), (a, b));
                 for (r, row) in got.iter().enumerate() {
@@ -262,10 +225,7 @@ fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
                     // As the shares of the table: the mean over diffuse light is within what is
                     // asked of it, or within its own error.
                     let allowed = 1e-2 + 4.0 * mean.standard_error;
-                    assert!(
-                        mean.value.abs() < allowed,
-                        "{side} to {to}, {r}{c}: {mean:?}"
-                    );
+                    assert!(mean.value.abs() < allowed, "{side} to {to}, {r}{c}: {mean:?}");
                 }
             }
         }
@@ -312,10 +272,7 @@ fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
     let run = |text: &str, flags: &[&str]| run_in(folder.path(), text, flags);
     let figure = |model: &Value, name: &str| estimate(&model[name]);
     let model = run(&text("specular", "carried", matrices), &["--threads", "1"]).expect("results");
-    assert_eq!(
-        model["polarization"]["depolarised_by"],
-        serde_json::json!([])
-    );
+    assert_eq!(model["polarization"]["depolarised_by"], serde_json::json!([]));
     let again = run(&text("specular", "carried", matrices), &["--threads", "2"]).expect("results");
     assert_eq!(model["power_ledger"], again["power_ledger"]);
     let sum: f64 = model["power_ledger"]
@@ -330,10 +287,7 @@ fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
     assert!((sum - 1.0).abs() < 1e-9, "{sum}");
 
     let shares = run(&text("specular", "carried", ""), &[]).expect("results");
-    assert_eq!(
-        shares["polarization"]["depolarised_by"],
-        serde_json::json!(["dome"])
-    );
+    assert_eq!(shares["polarization"]["depolarised_by"], serde_json::json!(["dome"]));
     // Each table says the same of itself but for its name in the cache.
     let without_key = |model: &Value| {
         let mut tables = model["tables"].clone();
@@ -350,10 +304,7 @@ fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
     let plain = run(&text("lambertian", "unpolarised", ""), &[]).expect("results");
     for name in ["extraction_efficiency", "centre_to_peak"] {
         let (a, b) = (figure(&matt, name), figure(&plain, name));
-        assert!(
-            (a.0 - b.0).abs() < 5.0 * a.1.hypot(b.1) + 5e-4,
-            "{name}: {a:?} {b:?}"
-        );
+        assert!((a.0 - b.0).abs() < 5.0 * a.1.hypot(b.1) + 5e-4, "{name}: {a:?} {b:?}");
     }
 
     for (text, said) in [
@@ -362,11 +313,7 @@ fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
             "polar.toml: hybrid.tables = \"matrices\": expected \"shares\" without light.polarization = \"carried\"",
         ),
         (
-            text(
-                "specular",
-                "carried",
-                &format!("{matrices}, spread_deg = 5.0"),
-            ),
+            text("specular", "carried", &format!("{matrices}, spread_deg = 5.0")),
             "expected \"shares\" without hybrid.spread_deg = 0",
         ),
         (
@@ -375,10 +322,7 @@ fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
         ),
     ] {
         let error = run(&text, &[]).expect_err("refused");
-        assert!(
-            error.contains(said) && error.matches("batwing:").count() == 1,
-            "{error}"
-        );
+        assert!(error.contains(said) && error.matches("batwing:").count() == 1, "{error}");
     }
     // Sides of dense domes are followed too.
     let dense = text("specular", "carried", matrices).replace("index = 1.41", "index = 2.8");

@@ -76,10 +76,7 @@ fn each_of_two_sources_has_the_ledger_of_its_closed_form() {
     // By Beer's law over the radius; half of what is left goes up, and the floor takes the rest.
     let passes = (-0.7_f64).exp();
     let (inner, beam) = (&inner["power_ledger"], &beam["power_ledger"]);
-    for (key, expected) in [
-        ("absorbed_in_ball", 1.0 - passes),
-        ("escaped_up", 0.5 * passes),
-    ] {
+    for (key, expected) in [("absorbed_in_ball", 1.0 - passes), ("escaped_up", 0.5 * passes)] {
         let (value, error) = estimate(entry(inner, key));
         let off = (value - expected).abs();
         assert!(
@@ -92,13 +89,8 @@ fn each_of_two_sources_has_the_ledger_of_its_closed_form() {
     near(estimate(entry(beam, "absorbed_in_ball")).0, 0.0);
     near(ends(beam), 1.0);
     // One light, as without the key, and the ledger of all: the parts by power.
-    let lights = model["spectrum"]["light"]["sources"]
-        .as_array()
-        .expect("a list");
-    assert_eq!(
-        (lights.len(), &lights[0]["sources"]),
-        (1, &json!(["inner", "beam"]))
-    );
+    let lights = model["spectrum"]["light"]["sources"].as_array().expect("a list");
+    assert_eq!((lights.len(), &lights[0]["sources"]), (1, &json!(["inner", "beam"])));
     assert_eq!(lights[0]["power_ledger"], model["power_ledger"]);
     for (key, whole) in model["power_ledger"].as_object().expect("a ledger") {
         let [inner, beam] = [inner, beam].map(|ledger| estimate(entry(ledger, key)).0);
@@ -133,14 +125,9 @@ fn sources_of_several_lights_and_those_that_share_one_have_ledgers_each() {
     let text = format!("{text}{}{both}{}", point("a", 0.8), point("b", -0.8));
     let run = run_text(at, "rays", &text, "r", &[]).expect("it runs");
     let model = &run["designs"]["rays"]["geometric"];
-    let lights = model["spectrum"]["light"]["sources"]
-        .as_array()
-        .expect("a list");
+    let lights = model["spectrum"]["light"]["sources"].as_array().expect("a list");
     let names: Vec<&Value> = lights.iter().map(|light| &light["sources"]).collect();
-    assert_eq!(
-        names,
-        [&json!(["a", "b"]), &json!(["both"]), &json!(["both"])]
-    );
+    assert_eq!(names, [&json!(["a", "b"]), &json!(["both"]), &json!(["both"])]);
     let of = model["spectrum"]["by_source"].as_object().expect("sources");
     assert_eq!(of.keys().collect::<Vec<_>>(), ["a", "b", "both"]);
     for (name, power) in [("a", 0.25), ("both", 0.5), ("b", 0.25)] {

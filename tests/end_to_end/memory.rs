@@ -57,10 +57,7 @@ fn bins_for_which_there_is_no_memory_are_refused_in_one_line() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(
-        said.contains("many.toml") && said.contains(" GiB of memory"),
-        "{said}"
-    );
+    assert!(said.contains("many.toml") && said.contains(" GiB of memory"), "{said}");
     assert!(!folder.path().join("out").exists());
 }
 
@@ -72,12 +69,7 @@ fn groups_are_in_memory_once() {
     fits(folder.path(), &receiver(900), bins * BIN + BESIDES, "");
     // With batches, what is added and what it is added to.
     let until = "--until-error uniformity=0.0001% --most-paths 20000";
-    fits(
-        folder.path(),
-        &receiver(900),
-        2 * bins * BIN + BESIDES,
-        until,
-    );
+    fits(folder.path(), &receiver(900), 2 * bins * BIN + BESIDES, until);
 }
 
 #[test]

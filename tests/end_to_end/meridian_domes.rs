@@ -30,12 +30,7 @@ fn with(text: &str, from: &str, to: &str, by: &str) -> String {
 }
 
 fn with_curve(text: &str, rows: &str) -> String {
-    with(
-        text,
-        "[dome]",
-        "[silicone]",
-        &format!("[dome]\nmeridian_mm = [{rows}]"),
-    )
+    with(text, "[dome]", "[silicone]", &format!("[dome]\nmeridian_mm = [{rows}]"))
 }
 
 fn parse(text: &str, folder: &Path) -> Design {
@@ -88,12 +83,7 @@ fn d1_written_as_a_curve_gives_the_same_bits() {
     std::fs::write(folder.path().join("d1.csv"), lines).expect("written");
     let steps = config::embedded("d1.toml").expect("valid");
     let expected = seen(&steps, 200_000);
-    let of_file = with(
-        D1,
-        "[dome]",
-        "[silicone]",
-        "[dome]\nmeridian_file = \"d1.csv\"",
-    );
+    let of_file = with(D1, "[dome]", "[silicone]", "[dome]\nmeridian_file = \"d1.csv\"");
     for text in [with_curve(D1, &rows), of_file] {
         let design = parse(&text, folder.path());
         assert!(
@@ -146,10 +136,7 @@ fn arcs_off_the_axis_give_what_fine_polylines_give() {
         assert!(apart.abs() < 4.5, "{key}: {apart} standard errors");
     }
     for (account, value) in seen(&exact, 100_000).ledger().accounts {
-        assert!(
-            !account.starts_with("lost") || value.value == 0.0,
-            "{account}"
-        );
+        assert!(!account.starts_with("lost") || value.value == 0.0, "{account}");
     }
 }
 
@@ -180,21 +167,10 @@ fn rays_and_drawings_know_the_curve() {
     let drawn = std::fs::read_to_string(at.join("curve.dxf")).expect("a drawing");
     assert_eq!(drawn.matches("\nARC\n").count(), 2);
     let drawn = std::fs::read_to_string(at.join("curve.svg")).expect("a drawing");
-    assert!(
-        drawn.contains("A 0.873212460 0.873212460 0 0 0 1.8"),
-        "{drawn}"
-    );
+    assert!(drawn.contains("A 0.873212460 0.873212460 0 0 0 1.8"), "{drawn}");
     // What is left of the volume by 0.1 µm of chord error: compared with Pappus' integral over a
     // fine polyline.
-    let said = run(&[
-        "export",
-        "curve.toml",
-        "--format",
-        "stl",
-        "--out",
-        "c.stl",
-        "--json",
-    ]);
+    let said = run(&["export", "curve.toml", "--format", "stl", "--out", "c.stl", "--json"]);
     let said: Value = serde_json::from_str(&said).expect("JSON");
     let volume = said["bodies"][0]["volume_mm3"].as_f64().expect("a volume");
     let design = parse(&with_curve(BARE, arcs), Path::new(""));
@@ -208,8 +184,5 @@ fn rays_and_drawings_know_the_curve() {
         std::f64::consts::PI / 3.0 * (a * a + a * b + b * b) * (from - to)
     };
     let expected: f64 = points.windows(2).map(frustum).sum();
-    assert!(
-        (volume / expected - 1.0).abs() < 1e-3,
-        "{volume} {expected}"
-    );
+    assert!((volume / expected - 1.0).abs() < 1e-3, "{volume} {expected}");
 }

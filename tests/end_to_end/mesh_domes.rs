@@ -54,10 +54,7 @@ fn figures(folder: &Path, name: &str, text: &str) -> Value {
 
 fn refused(folder: &Path, text: &str, says: &[&str]) {
     std::fs::write(folder.join("bad.toml"), text).expect("written");
-    let output = batwing(folder)
-        .args(["check", "bad.toml"])
-        .output()
-        .expect("it runs");
+    let output = batwing(folder).args(["check", "bad.toml"]).output().expect("it runs");
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success(), "{text}");
     for word in says {
@@ -68,10 +65,7 @@ fn refused(folder: &Path, text: &str, says: &[&str]) {
 fn with_mesh(file: &str, unit: &str) -> String {
     let text = bare();
     assert!(text.contains(SPHERE));
-    text.replace(
-        SPHERE,
-        &format!("mesh = \"{file}\"\nmesh_unit = \"{unit}\"\n"),
-    )
+    text.replace(SPHERE, &format!("mesh = \"{file}\"\nmesh_unit = \"{unit}\"\n"))
 }
 
 /// The measures of a mesh are its own.
@@ -84,11 +78,9 @@ fn a_mesh_alone_says_how_high_and_wide_the_dome_is() {
         std::fs::write(at.join("mesh.toml"), text).expect("written");
         config::load(&at.join("mesh.toml"))
     };
-    for (file, unit, scale) in [
-        ("dome.stl", "mm", 1.0),
-        ("dome.obj", "inch", 1.0),
-        ("dome.stl", "inch", 25.4),
-    ] {
+    for (file, unit, scale) in
+        [("dome.stl", "mm", 1.0), ("dome.obj", "inch", 1.0), ("dome.stl", "inch", 25.4)]
+    {
         let (pitch, plane, margin) = (8.3 * scale, 3.0 * scale, 4.75 * scale);
         let text = with_mesh(file, unit)
             .replace("pitch_mm = 8.3", &format!("pitch_mm = {pitch}"))
@@ -96,10 +88,7 @@ fn a_mesh_alone_says_how_high_and_wide_the_dome_is() {
             .replace("smoothing_sigma_mm = 0.1", "smoothing_sigma_mm = 0.0")
             .replace("margin_mm = 4.75", &format!("margin_mm = {margin}"));
         let high = |plane: f64| {
-            text.replace(
-                "plane_height_mm = 3.0",
-                &format!("plane_height_mm = {plane}"),
-            )
+            text.replace("plane_height_mm = 3.0", &format!("plane_height_mm = {plane}"))
         };
         let design = load(&high(plane)).expect("valid");
         let dome = design.dome.as_ref().expect("a dome");
@@ -115,38 +104,20 @@ fn a_mesh_alone_says_how_high_and_wide_the_dome_is() {
             said.contains("receiver.plane_height_mm") && said.contains("above the package"),
             "{said}"
         );
-        let near = high(plane).replace(
-            &format!("pitch_mm = {pitch}"),
-            &format!("pitch_mm = {}", 3.3 * scale),
-        );
+        let near = high(plane)
+            .replace(&format!("pitch_mm = {pitch}"), &format!("pitch_mm = {}", 3.3 * scale));
         let said = load(&near).expect_err("packages in each other").to_string();
-        assert!(
-            said.contains("array.pitch_mm") && said.contains("width of a package"),
-            "{said}"
-        );
+        assert!(said.contains("array.pitch_mm") && said.contains("width of a package"), "{said}");
     }
     // A box that is too wide for the mesh, and one that holds all of it.
-    for [size, height] in [
-        ["3.0, 1.0", "0.35"],
-        ["3.6, 3.6", "1.2"],
-        ["1.0, 1.0", "0.95"],
-    ] {
+    for [size, height] in [["3.0, 1.0", "0.35"], ["3.6, 3.6", "1.2"], ["1.0, 1.0", "0.95"]] {
         let text = with_mesh("dome.stl", "mm")
             .replace("size_mm = [1.0, 1.0]", &format!("size_mm = [{size}]"))
             .replace("height_mm = 0.35", &format!("height_mm = {height}"));
-        let said = load(&text)
-            .expect_err("a box that is not inside")
-            .to_string();
-        assert!(
-            said.contains("led.") && said.contains("inside the dome"),
-            "{said}"
-        );
+        let said = load(&text).expect_err("a box that is not inside").to_string();
+        assert!(said.contains("led.") && said.contains("inside the dome"), "{said}");
     }
-    for key in [
-        "sphere_radius_mm = 2.0",
-        "height_mm = 1.0",
-        "width_mm = 3.4",
-    ] {
+    for key in ["sphere_radius_mm = 2.0", "height_mm = 1.0", "width_mm = 3.4"] {
         let name = key.split(' ').next().unwrap_or_default();
         let says = format!("dome.{name}: no such key for \"mesh\", expected mesh or mesh_unit");
         let beside = with_mesh("dome.stl", "mm").replace("mesh_unit", &format!("{key}\nmesh_unit"));
@@ -168,10 +139,7 @@ fn a_dome_from_a_file_emits_as_the_exact_one() {
                 let number = |name: &str| f[key][name].as_f64().expect("a number");
                 [number("value"), number("standard_error")]
             });
-            assert!(
-                (a[0] - b[0]).abs() < 5.0 * a[1].hypot(b[1]),
-                "{file} {key}: {a:?} {b:?}"
-            );
+            assert!((a[0] - b[0]).abs() < 5.0 * a[1].hypot(b[1]), "{file} {key}: {a:?} {b:?}");
         }
         for (name, entry) in mesh["power_ledger"].as_object().expect("a ledger") {
             if name.starts_with("lost") {
@@ -193,11 +161,7 @@ fn open_inverted_and_short_meshes_are_refused() {
     let count = u32::from_le_bytes([open[80], open[81], open[82], open[83]]) - 1;
     open[80..84].copy_from_slice(&count.to_le_bytes());
     std::fs::write(at.join("open.stl"), open).expect("written");
-    refused(
-        at,
-        &with_mesh("open.stl", "mm"),
-        &["bad.toml", "open.stl", "open edge of triangle"],
-    );
+    refused(at, &with_mesh("open.stl", "mm"), &["bad.toml", "open.stl", "open edge of triangle"]);
 
     // One with two corners exchanged.
     let mut turned = whole.clone();
@@ -217,10 +181,7 @@ fn open_inverted_and_short_meshes_are_refused() {
 fn readers_take_every_notation() {
     let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1e0 0\nendloop\nendfacet\nendsolid a\n";
     let expected = vec![[DVec3::ZERO, DVec3::X * 10.0, DVec3::Y * 10.0]];
-    assert_eq!(
-        stl::read(text.as_bytes(), 10.0).expect("a triangle"),
-        expected
-    );
+    assert_eq!(stl::read(text.as_bytes(), 10.0).expect("a triangle"), expected);
     assert!(stl::read(text.replace("vertex 1 0 0\n", "").as_bytes(), 1.0).is_err());
     assert!(stl::read(text.replace("1e0", "one").as_bytes(), 1.0).is_err());
     assert!(stl::read(b"nothing", 1.0).is_err());
@@ -231,23 +192,16 @@ fn readers_take_every_notation() {
         let cut = &text[..text.rfind(end).expect("an end")];
         let wrong = stl::read(cut.as_bytes(), 1.0).expect_err("cut").to_string();
         let said = "STL: expected `endsolid` on the last line";
-        assert!(
-            wrong.starts_with(said) && wrong.ends_with("the file was cut off"),
-            "{wrong}"
-        );
+        assert!(wrong.starts_with(said) && wrong.ends_with("the file was cut off"), "{wrong}");
     }
 
     let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nf -4//1 -3//1 3/2/1 4\n";
     let found = obj::read(square.as_bytes(), 1.0).expect("a square");
     assert_eq!(found.len(), 2);
     assert_eq!(found[1], [DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0), DVec3::Y]);
-    for bad in [
-        "v 0 0\n",
-        "v 0 0 0\nf 1 1 9\n",
-        "v 0 0 0\nf 0 1 1\n",
-        "v 0 0 0\nf 1 1\n",
-        "curv 0 1 1\n",
-    ] {
+    for bad in
+        ["v 0 0\n", "v 0 0 0\nf 1 1 9\n", "v 0 0 0\nf 0 1 1\n", "v 0 0 0\nf 1 1\n", "curv 0 1 1\n"]
+    {
         assert!(obj::read(bad.as_bytes(), 1.0).is_err(), "{bad}");
     }
 }
@@ -267,16 +221,12 @@ fn arrays_of_any_arrangement() {
     assert_eq!(axes.len(), 20);
     let near = |a: [f64; 2]| {
         let distance = |b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-        axes.iter()
-            .filter(|b| (distance(b) - 8.0).abs() < 1e-9)
-            .count()
+        axes.iter().filter(|b| (distance(b) - 8.0).abs() < 1e-9).count()
     };
     // Six neighbours within, and the middle of all at the origin.
     assert_eq!(near(axes[7]), 6);
     assert_eq!(near(axes[0]), 2);
-    let sum = axes
-        .iter()
-        .fold([0.0; 2], |s, a| [s[0] + a[0], s[1] + a[1]]);
+    let sum = axes.iter().fold([0.0; 2], |s, a| [s[0] + a[0], s[1] + a[1]]);
     assert!(sum[0].abs() + sum[1].abs() < 1e-9, "{sum:?}");
 
     // The same places by a file are the same light, to the last bit but for the order of the axes.
@@ -298,11 +248,7 @@ fn arrays_of_any_arrangement() {
     let (a, b) = (extraction(&a), extraction(&b));
     assert!((a[0] - b[0]).abs() < 5.0 * a[1].hypot(b[1]), "{a:?} {b:?}");
 
-    refused(
-        at,
-        &by_file.replace("7.9999", "8.1"),
-        &["places.csv", "array.pitch_mm", "lines"],
-    );
+    refused(at, &by_file.replace("7.9999", "8.1"), &["places.csv", "array.pitch_mm", "lines"]);
     let both = by_file.replace("positions_file", "columns = 2\npositions_file");
     refused(at, &both, &["array.positions_file", "columns"]);
     refused(at, &by_file.replace("places", "nowhere"), &["nowhere.csv"]);
@@ -319,11 +265,7 @@ fn rays_are_drawn_and_listed() {
             .args(["--count", "80", "--json", "--out", out])
             .output()
             .expect("it runs");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let file = |ending: &str| {
             let name = format!("{out}/D1-geometric_100um-rays.{ending}");
@@ -336,12 +278,8 @@ fn rays_are_drawn_and_listed() {
     let paths = whole["paths"].as_array().expect("paths");
     assert_eq!(paths.len(), 80);
     assert_eq!(whole["fates"], said["fates"]);
-    let counted: u64 = said["fates"]
-        .as_object()
-        .expect("fates")
-        .values()
-        .filter_map(Value::as_u64)
-        .sum();
+    let counted: u64 =
+        said["fates"].as_object().expect("fates").values().filter_map(Value::as_u64).sum();
     assert_eq!(counted, 80);
     // A trail for each path, one line of legend for each fate that occurs.
     assert_eq!(picture.matches("stroke-opacity").count(), 80);
@@ -350,16 +288,9 @@ fn rays_are_drawn_and_listed() {
     assert_eq!((picture, json), (again.1, again.2));
 
     let refusal = |arguments: &[&str], says: &str| {
-        let output = batwing(folder.path())
-            .arg("rays")
-            .args(arguments)
-            .output()
-            .expect("it runs");
+        let output = batwing(folder.path()).arg("rays").args(arguments).output().expect("it runs");
         let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(
-            !output.status.success() && stderr.contains(says),
-            "{stderr}"
-        );
+        assert!(!output.status.success() && stderr.contains(says), "{stderr}");
     };
     let design = design.to_str().expect("a path");
     refusal(&[design, "--model", "all"], "--model");

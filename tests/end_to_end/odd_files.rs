@@ -15,11 +15,7 @@ fn a_file_of_another_kind_is_named() {
             file("small.ldt"),
             "expected IES LM-63, as its ending says, got what seems to be EULUMDAT: the ending .ldt reads it",
         ),
-        (
-            "a.ldt",
-            file("small.ies"),
-            "got what seems to be IES LM-63: the ending .ies reads it",
-        ),
+        ("a.ldt", file("small.ies"), "got what seems to be IES LM-63: the ending .ies reads it"),
         (
             "a.xml",
             file("small.zemax.bsdf"),
@@ -50,11 +46,7 @@ fn a_file_of_another_kind_is_named() {
             b"\x89PNG\r\n\x1a\n".to_vec(),
             "expected IES LM-63, got what seems to be a PNG picture",
         ),
-        (
-            "a.doc",
-            b"%PDF-1.4".to_vec(),
-            "expected a file ending in .bworders, .json, .npz",
-        ),
+        ("a.doc", b"%PDF-1.4".to_vec(), "expected a file ending in .bworders, .json, .npz"),
         (
             "a.bsdf180",
             b"OPTIS BSDF180".to_vec(),
@@ -68,17 +60,11 @@ fn a_file_of_another_kind_is_named() {
     ] {
         write(&at, name, &bytes);
         let got = complaint(&at, &["import", name]);
-        assert!(
-            got.contains(expected) && got.contains(name),
-            "{name}: {got}"
-        );
+        assert!(got.contains(expected) && got.contains(name), "{name}: {got}");
     }
     // An ending that says nothing is no obstacle.
     write(&at, "led.IES_OLD", file("small.ies"));
-    batwing(&at)
-        .args(["import", "led.IES_OLD"])
-        .assert()
-        .success();
+    batwing(&at).args(["import", "led.IES_OLD"]).assert().success();
 }
 
 #[test]
@@ -91,25 +77,12 @@ fn a_file_is_never_written_over_itself() {
         &["import", "plain.ray", "--out", "plain.ray"],
         &["import", "small.json", "--out", "small.json"],
         &["export", "small.json", "--out", "small.json"],
-        &[
-            "import",
-            "z-outer-brdf.bsdf",
-            "--format",
-            "zemax",
-            "--out",
-            "z.bsdf",
-        ],
+        &["import", "z-outer-brdf.bsdf", "--format", "zemax", "--out", "z.bsdf"],
     ] {
         let before = std::fs::read(at.join(arguments[1])).expect("a file");
         let got = complaint(&at, arguments);
-        assert!(
-            got.contains("--out: expected another file than the one that is read"),
-            "{got}"
-        );
-        assert_eq!(
-            std::fs::read(at.join(arguments[1])).expect("a file"),
-            before
-        );
+        assert!(got.contains("--out: expected another file than the one that is read"), "{got}");
+        assert_eq!(std::fs::read(at.join(arguments[1])).expect("a file"), before);
     }
 }
 
@@ -124,39 +97,20 @@ fn what_is_odd_is_read_with_a_warning() {
             text_of("small.ies").replacen("1 1000 2", "1 200 2", 1),
             "a.ies: the intensities add up to",
         ),
-        (
-            "a.ldt",
-            ldt,
-            "lm, more than the 1000 lm that the file states for its lamps",
-        ),
+        ("a.ldt", ldt, "lm, more than the 1000 lm that the file states for its lamps"),
         (
             "b.ies",
             text_of("small.ies").replacen("LM-63-1995", "LM-63-2030", 1),
             "b.ies: line 1: version `IESNA:LM-63-2030` is not known here",
         ),
-        (
-            "sets.ldt",
-            text_of("sets.ldt"),
-            "sets.ldt: 2 sets of lamps, the first is taken",
-        ),
+        ("sets.ldt", text_of("sets.ldt"), "sets.ldt: 2 sets of lamps, the first is taken"),
         ("a.bsdf", gain, "adds up to 1.04"),
-        (
-            "small.brdf",
-            text_of("small.brdf"),
-            "tables for 2 wavelengths; that for 560 nm is taken",
-        ),
+        ("small.brdf", text_of("small.brdf"), "tables for 2 wavelengths; that for 560 nm is taken"),
     ] {
         write(&at, name, text);
-        let out = if name.ends_with("bsdf") {
-            &["--format", "klems", "--out", "k.xml"][..]
-        } else {
-            &[]
-        };
-        let output = batwing(&at)
-            .args(["import", name])
-            .args(out)
-            .output()
-            .expect("runs");
+        let out =
+            if name.ends_with("bsdf") { &["--format", "klems", "--out", "k.xml"][..] } else { &[] };
+        let output = batwing(&at).args(["import", name]).args(out).output().expect("runs");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success(), "{name}: {said}");
         assert!(
@@ -165,13 +119,7 @@ fn what_is_odd_is_read_with_a_warning() {
         );
     }
     let got = complaint(&at, &["import", "sets.ldt", "--lamp-set", "3"]);
-    assert!(
-        got.contains("line 26: expected a set of lamps from 1 to 2, got 3"),
-        "{got}"
-    );
+    assert!(got.contains("line 26: expected a set of lamps from 1 to 2, got 3"), "{got}");
     let got = complaint(&at, &["import", "small.ies", "--lamp-set", "2"]);
-    assert!(
-        got.contains("--lamp-set: expected an EULUMDAT file, got IES LM-63"),
-        "{got}"
-    );
+    assert!(got.contains("--lamp-set: expected an EULUMDAT file, got IES LM-63"), "{got}");
 }

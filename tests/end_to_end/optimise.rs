@@ -64,10 +64,8 @@ fn searches_end_the_same_at_any_number_of_threads_and_after_a_stop() {
     // Stopped within a line within a generation.
     let log = at.join("two/log.jsonl");
     let text = std::fs::read_to_string(&log).expect("a log");
-    let ends: Vec<usize> = text
-        .match_indices("\"kind\":\"generation\"")
-        .map(|(place, _)| place)
-        .collect();
+    let ends: Vec<usize> =
+        text.match_indices("\"kind\":\"generation\"").map(|(place, _)| place).collect();
     let candidate = text[ends[1]..].find("\"point\"").expect("a candidate");
     std::fs::write(&log, &text[..ends[1] + candidate + 9]).expect("cut");
     assert!(one == optimise(at, "two", &["--resume"]));
@@ -86,15 +84,9 @@ fn searches_end_the_same_at_any_number_of_threads_and_after_a_stop() {
     let altered = altered.replacen("\"evaluations\": 24", "\"evaluations\": 25", 1);
     assert_ne!(text, altered);
     std::fs::write(&path, altered).expect("written");
-    let output = batwing(at)
-        .args(["report", "one"])
-        .output()
-        .expect("it runs");
+    let output = batwing(at).args(["report", "one"]).output().expect("it runs");
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        !output.status.success() && said.contains("altered after the search"),
-        "{said}"
-    );
+    assert!(!output.status.success() && said.contains("altered after the search"), "{said}");
     std::fs::write(&path, text).expect("written");
 
     // A log of another seed is not gone on with.
@@ -104,10 +96,7 @@ fn searches_end_the_same_at_any_number_of_threads_and_after_a_stop() {
         .output()
         .expect("it runs");
     let said = String::from_utf8_lossy(&other.stderr);
-    assert!(
-        !other.status.success() && said.contains("log.jsonl"),
-        "{said}"
-    );
+    assert!(!other.status.success() && said.contains("log.jsonl"), "{said}");
     assert_eq!(resumed, std::fs::read_to_string(&log).expect("a log"));
 }
 
@@ -119,10 +108,7 @@ fn an_obvious_optimum_is_found_and_verified() {
     let json: Value = serde_json::from_slice(&json).expect("JSON");
     let number = |value: &Value| value.as_f64().expect("a number");
     let change = &json["figures"]["uniformity"]["change"];
-    assert!(
-        number(&change["value"]) > 3.0 * number(&change["standard_error"]),
-        "{change}"
-    );
+    assert!(number(&change["value"]) > 3.0 * number(&change["standard_error"]), "{change}");
     let pitch = &json["coefficients"][0];
     assert_eq!(pitch["variable"], "array.pitch_mm");
     assert!((number(&pitch["start"]) - 8.3).abs() < 1e-12, "{pitch}");
@@ -143,30 +129,19 @@ fn the_design_to_begin_with_is_kept() {
         .replace("evaluations = 24\nrestarts = 2", "evaluations = 6");
     std::fs::write(at.join("problem.toml"), problem).expect("written");
     let before = std::fs::read(at.join("design.toml")).expect("a design");
-    let output = batwing(at)
-        .args(["optimise", "problem.toml", "--out", "."])
-        .output()
-        .expect("it runs");
+    let output =
+        batwing(at).args(["optimise", "problem.toml", "--out", "."]).output().expect("it runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(
-        said.contains("--out") && said.contains("design.toml"),
-        "{said}"
-    );
-    assert_eq!(
-        std::fs::read(at.join("design.toml")).expect("a design"),
-        before
-    );
+    assert!(said.contains("--out") && said.contains("design.toml"), "{said}");
+    assert_eq!(std::fs::read(at.join("design.toml")).expect("a design"), before);
     assert!(!at.join("log.jsonl").exists());
     optimise(at, "out", &[]);
     // The page is of files as they were written, and replaces none of them.
     let report = |flags: &[&str]| {
         let output = batwing(at).args(["report", "out"]).args(flags).output();
         let output = output.expect("it runs");
-        (
-            output.status.code(),
-            String::from_utf8_lossy(&output.stderr).into_owned(),
-        )
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let (code, said) = report(&["--out", "out/log.jsonl"]);
     assert!(code == Some(1) && said.contains("log.jsonl"), "{said}");
@@ -297,10 +272,8 @@ fn candidates_from_outside_are_judged_line_by_line() {
     let output = judged(lines);
     assert!(output.status.success());
     let text = String::from_utf8(output.stdout).expect("text");
-    let said: Vec<Value> = text
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("JSON"))
-        .collect();
+    let said: Vec<Value> =
+        text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
     assert_eq!(said.len(), 4);
     assert_eq!(said[0]["variables"][0]["label"], "array.pitch_mm");
     assert_eq!(said[0]["variables"][0]["to"], 12.0);
@@ -322,10 +295,7 @@ fn candidates_from_outside_are_judged_line_by_line() {
         let output = judged(&format!("{{\"point\": [0.5]}}\n{line}\n"));
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{line}");
-        assert!(
-            said.contains("standard input, line 2") && said.contains(words),
-            "{said}"
-        );
+        assert!(said.contains("standard input, line 2") && said.contains(words), "{said}");
     }
 }
 
@@ -371,10 +341,7 @@ fn distances_from_target_maps_are_those_of_closed_forms() {
     let figure = &flat["figures"]["illuminance_distance"];
     let [value, error] =
         ["value", "standard_error"].map(|key| figure[key].as_f64().expect("a number"));
-    assert!(
-        (value - squares.sqrt()).abs() < 4.0 * error + 1e-3,
-        "{flat}"
-    );
+    assert!((value - squares.sqrt()).abs() < 4.0 * error + 1e-3, "{flat}");
     // Straight between nodes of 0.5 mm, and by so many paths.
     let own = distance("law.txt");
     assert!(own["value"].as_f64().expect("a number") < 0.02, "{own}");
@@ -409,13 +376,7 @@ fn objectives_are_taken_over_tolerances() {
     // Extraction changes by 0.112 for one unit of the mirror's reflectance (a run at 0.91 and 0.99);
     // a uniform law of half width 0.04 deviates by 0.04 / sqrt 3, known from 16 packages to 1 in 5.
     let expected = 0.112 * 0.04 / 3f64.sqrt();
-    assert!(
-        (deviation / expected - 1.0).abs() < 0.6,
-        "{deviation} {expected}"
-    );
+    assert!((deviation / expected - 1.0).abs() < 0.6, "{deviation} {expected}");
     // The mean of 16 packages is known to a quarter of their deviation, beside the noise of paths.
-    assert!(
-        error > 0.2 * deviation && error < deviation,
-        "{error} {deviation}"
-    );
+    assert!(error > 0.2 * deviation && error < deviation, "{error} {deviation}");
 }

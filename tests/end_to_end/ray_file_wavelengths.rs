@@ -72,10 +72,7 @@ fn a_ball_of_glass_deviates_every_colour(file: &str, table: &str) {
         let got = jackknife(&seen.receivers[0], |p| p[4 * row..4 * row + 4].iter().sum());
         let want: f64 = expected[4 * row..4 * row + 4].iter().sum();
         let error = got.standard_error.max(1e-12);
-        assert!(
-            (got.value - want).abs() < 5.0 * error,
-            "{row}: {got:?} for {want}"
-        );
+        assert!((got.value - want).abs() < 5.0 * error, "{row}: {got:?} for {want}");
         assert!(want > 0.0 || got.value == 0.0, "{row}: {got:?}");
     }
 }
@@ -130,21 +127,10 @@ fn rays_of_many_colours_are_those_of_files_of_one_colour_each() {
     }
     agree("by wavelength", &seen(&together, 1), &seen(&apart, 2));
     // The design's light passes the file's over, and differs.
-    let over = parse(
-        &format!(
-            "{DOME}{}",
-            source("all", "all.tm25ray", "light = \"design\"")
-        ),
-        at,
-    );
+    let over = parse(&format!("{DOME}{}", source("all", "all.tm25ray", "light = \"design\"")), at);
     assert!(over.lights.is_none());
-    let told = parse(
-        &format!(
-            "{DOME}{}",
-            source("all", "all.tm25ray", "wavelength_nm = 550.0")
-        ),
-        at,
-    );
+    let told =
+        parse(&format!("{DOME}{}", source("all", "all.tm25ray", "wavelength_nm = 550.0")), at);
     assert!(told.lights.is_none());
     let [over, told] = [&over, &told].map(|design| seen(design, 1));
     assert_eq!(over.far_field, told.far_field);
@@ -155,18 +141,11 @@ fn rays_of_one_colour_are_bit_for_bit_those_of_the_design() {
     let folder = folder();
     let at = folder.path();
     let rays = fan(500, |_| 550.0);
-    for (name, says) in [
-        ("n", Says::Nothing),
-        ("o", Says::One(550.0)),
-        ("p", Says::PerRay),
-    ] {
+    for (name, says) in [("n", Says::Nothing), ("o", Says::One(550.0)), ("p", Says::PerRay)] {
         write(&at.join(format!("{name}.tm25ray")), &says, true, &rays);
     }
     let of = |name: &str| {
-        let design = parse(
-            &format!("{DOME}{}", source("s", &format!("{name}.tm25ray"), "")),
-            at,
-        );
+        let design = parse(&format!("{DOME}{}", source("s", &format!("{name}.tm25ray"), "")), at);
         assert!(design.lights.is_none(), "{name}");
         seen(&design, 4)
     };
@@ -197,29 +176,18 @@ fn lumens_of_rays_become_watts_by_their_wavelengths() {
             &format!("wavelength_nm = 550.0, weighting = \"{weighting}\""),
         );
         let [w, lm] = ["w", "lm"].map(|name| {
-            let design = parse(
-                &format!("{lit}{}", source("s", &format!("{name}.tm25ray"), "")),
-                at,
-            );
+            let design =
+                parse(&format!("{lit}{}", source("s", &format!("{name}.tm25ray"), "")), at);
             let lights = design.lights.expect("lights");
             (lights.emitted_lm(), lights.lights[0].light.rule(1))
         });
         // By hand: Σ P V / Σ P, each colour with a third of the rays.
-        let power = |c: usize| {
-            in_watts
-                .iter()
-                .skip(c)
-                .step_by(3)
-                .map(|r| f64::from(r.flux))
-                .sum::<f64>()
-        };
+        let power =
+            |c: usize| in_watts.iter().skip(c).step_by(3).map(|r| f64::from(r.flux)).sum::<f64>();
         let watts: f64 = (0..3).map(power).sum();
         let seen: f64 = (0..3).map(|c| power(c) * colours[c].1).sum();
         for (emitted, rule) in [w, lm] {
-            assert!(
-                (emitted - 683.0 * seen / watts).abs() < 1e-5 * emitted,
-                "{emitted}"
-            );
+            assert!((emitted - 683.0 * seen / watts).abs() < 1e-5 * emitted, "{emitted}");
             for (c, (nm, weight)) in rule.into_iter().enumerate() {
                 let share = match weighting {
                     "radiometric" => power(c) / watts,
@@ -244,24 +212,17 @@ fn spectral_tables_of_a_file_are_spectra_of_its_rays() {
     let flux = |part: &[Ray]| part.iter().map(|ray| f64::from(ray.flux)).sum::<f64>();
     let mut apart = String::new();
     let told = "spectrum = { kind = \"table\", wavelength_nm = [620.0, 640.0, 660.0], power = [1.0, 1.0, 0.0], samples = 3 }";
-    for (number, says, keys) in [
-        (1.0_f32, Says::Table(blue), "samples = 3"),
-        (2.0, Says::Nothing, told),
-    ] {
-        let own: Vec<Ray> = rays
-            .iter()
-            .filter(|ray| ray.colour.to_bits() == number.to_bits())
-            .copied()
-            .collect();
+    for (number, says, keys) in
+        [(1.0_f32, Says::Table(blue), "samples = 3"), (2.0, Says::Nothing, told)]
+    {
+        let own: Vec<Ray> =
+            rays.iter().filter(|ray| ray.colour.to_bits() == number.to_bits()).copied().collect();
         let file = format!("{number}.tm25ray");
         write(&at.join(&file), &says, true, &own);
         let keys = format!("power = {:?}\n{keys}", flux(&own) / flux(&rays));
         apart += &source(&format!("table {number}"), &file, &keys);
     }
-    let both = parse(
-        &format!("{DOME}{}", source("both", "both.tm25ray", "samples = 3")),
-        at,
-    );
+    let both = parse(&format!("{DOME}{}", source("both", "both.tm25ray", "samples = 3")), at);
     let apart = parse(&format!("{DOME}{apart}"), at);
     let lights = |design: &Design| design.lights.as_ref().expect("lights").lights.clone();
     assert_eq!((lights(&both).len(), lights(&apart).len()), (2, 2));
@@ -298,10 +259,7 @@ fn many_wavelengths_are_shared_by_a_few() {
     let part = |o: &Observation| jackknife(&o.far_field, |p| p[..8 * 4].iter().sum());
     let [one, fine] = [&one, &fine].map(part);
     let error = one.standard_error.hypot(fine.standard_error);
-    assert!(
-        (one.value - fine.value).abs() > 5.0 * error,
-        "{one:?} {fine:?}"
-    );
+    assert!((one.value - fine.value).abs() > 5.0 * error, "{one:?} {fine:?}");
 }
 
 /// What a header says, whether flux is in W, the colour of ray 17, keys of the source, and words of
@@ -315,29 +273,11 @@ fn refused() -> Vec<(Says, bool, f32, &'static str, &'static str)> {
             "",
             "got NaN nm for ray 17; light = \"design\" passes the file's over",
         ),
-        (
-            Says::PerRay,
-            true,
-            0.0,
-            "",
-            "wavelengths lie from 10 to 100000 nm, got 0 nm for ray 17",
-        ),
+        (Says::PerRay, true, 0.0, "", "wavelengths lie from 10 to 100000 nm, got 0 nm for ray 17"),
         (Says::PerRay, true, -450.0, "", "got -450 nm for ray 17"),
-        (
-            Says::PerRay,
-            false,
-            300.0,
-            "",
-            "wavelengths from 360 to 830 nm only",
-        ),
+        (Says::PerRay, false, 300.0, "", "wavelengths from 360 to 830 nm only"),
         (Says::PerRay, true, 900.0, "", "for light of 900 nm from s"),
-        (
-            Says::One(f32::NAN),
-            true,
-            0.0,
-            "",
-            "got NaN nm for all rays",
-        ),
+        (Says::One(f32::NAN), true, 0.0, "", "got NaN nm for all rays"),
         (Says::One(0.0), true, 0.0, "", "got 0 nm for all rays"),
         (
             Says::Nothing,
@@ -408,18 +348,10 @@ fn wavelengths_that_are_none_are_refused_with_the_ray() {
             Ok(_) => panic!("accepted: {} {colour}", lm(&says)),
             Err(error) => error.to_string(),
         };
-        assert!(
-            message.contains(words) && !message.contains('\n'),
-            "{}: {message}",
-            lm(&says)
-        );
+        assert!(message.contains(words) && !message.contains('\n'), "{}: {message}", lm(&says));
         // Whatever the file says, the design's light can be taken.
         let text = format!("{DOME}{}", source("s", "bad.tm25ray", "light = \"design\""));
-        assert!(
-            config::parse("good.toml", &text, at).is_ok(),
-            "{}",
-            lm(&says)
-        );
+        assert!(config::parse("good.toml", &text, at).is_ok(), "{}", lm(&says));
     }
 }
 
@@ -432,19 +364,13 @@ fn an_example_shines_in_three_lights_and_is_drawn_in_them() {
     let run = json(folder.path(), &flags);
     let spectrum = &run["designs"]["rgb-dome"]["geometric"]["spectrum"];
     let lights = spectrum["light"]["sources"].as_array().expect("a list");
-    let names: Vec<&str> = lights
-        .iter()
-        .filter_map(|l| l["sources"][0].as_str())
-        .collect();
+    let names: Vec<&str> = lights.iter().filter_map(|l| l["sources"][0].as_str()).collect();
     assert_eq!(names, ["red", "green", "blue"]);
     assert_eq!(spectrum["units"]["intensity"], "cd");
     let page = json(folder.path(), &["report", "r"]);
     assert!(page.is_object(), "{page}");
 
-    json(
-        folder.path(),
-        &["rays", design, "--count", "40", "--out", "p"],
-    );
+    json(folder.path(), &["rays", design, "--count", "40", "--out", "p"]);
     let paths = folder.path().join("p/rgb-dome-geometric-rays.json");
     let paths = std::fs::read_to_string(paths).expect("paths");
     let paths: serde_json::Value = serde_json::from_str(&paths).expect("JSON");
@@ -452,22 +378,13 @@ fn an_example_shines_in_three_lights_and_is_drawn_in_them() {
     // Radiant powers of 1.6, 1.4 and 1.
     let of = |nm: std::ops::Range<f64>| {
         let nm_of = |path: &serde_json::Value| path["wavelength_nm"].as_f64().expect("nm");
-        paths
-            .iter()
-            .filter(|path| nm.contains(&nm_of(path)))
-            .count()
+        paths.iter().filter(|path| nm.contains(&nm_of(path))).count()
     };
-    assert_eq!(
-        [of(600.0..650.0), of(480.0..590.0), of(454.0..456.0)],
-        [16, 14, 10]
-    );
+    assert_eq!([of(600.0..650.0), of(480.0..590.0), of(454.0..456.0)], [16, 14, 10]);
 
     let out = ["export", design, "--format", "ies", "--out", "x.ies"];
     let refused = batwing(folder.path()).args(out).output().expect("it runs");
     let said = String::from_utf8_lossy(&refused.stderr);
-    assert!(
-        !refused.status.success() && said.contains("expected"),
-        "{said}"
-    );
+    assert!(!refused.status.success() && said.contains("expected"), "{said}");
     assert!(!folder.path().join("x.ies").exists());
 }

@@ -90,11 +90,7 @@ fn csv(path: &Path) -> (String, Vec<Vec<f64>>) {
     let text = std::fs::read_to_string(path).expect("a table");
     let mut lines = text.lines();
     let heading = lines.next().expect("a heading").to_owned();
-    let numbers = |line: &str| {
-        line.split(',')
-            .map(|n| n.parse().expect("a number"))
-            .collect()
-    };
+    let numbers = |line: &str| line.split(',').map(|n| n.parse().expect("a number")).collect();
     (heading, lines.map(numbers).collect())
 }
 
@@ -115,10 +111,7 @@ fn receivers_write_what_they_saw() {
 
     // The same far field as that of every run, and two parts of it.
     let (heading, sky) = table("sky");
-    assert_eq!(
-        heading,
-        "theta_deg,phi_deg,intensity_w_per_sr,intensity_standard_error_w_per_sr"
-    );
+    assert_eq!(heading, "theta_deg,phi_deg,intensity_w_per_sr,intensity_standard_error_w_per_sr");
     assert_eq!(sky.len(), 18 * 36);
     assert_eq!(sky[37][..2], [15.0, 15.0]);
     let (few, many) = (values(&table("few").1), values(&table("many").1));
@@ -136,20 +129,14 @@ fn receivers_write_what_they_saw() {
 
     // Three of seventeen elements, of two of four packages.
     let rings = estimate(&seen["rings"]["flux"]).0;
-    assert!(
-        rings > 0.02 * flux && rings < 0.5 * flux,
-        "{rings} of {flux}"
-    );
+    assert!(rings > 0.02 * flux && rings < 0.5 * flux, "{rings} of {flux}");
     let (heading, rows) = table("rings");
     assert!(heading.starts_with("gamma_deg,c_deg,"), "{heading}");
     assert_eq!(rows.len(), 13 * 12);
 
     // Irradiance from the right and from radiance over half the sphere.
     let (heading, plane) = table("plane");
-    assert_eq!(
-        heading,
-        "y_mm,x_mm,irradiance_w_per_mm2,irradiance_standard_error_w_per_mm2"
-    );
+    assert_eq!(heading, "y_mm,x_mm,irradiance_w_per_mm2,irradiance_standard_error_w_per_mm2");
     assert_eq!(plane[1][..2], [-2.5, -2.5]);
     let power: f64 = values(&plane).iter().map(|e| e * 25.0).sum();
     assert!((power - estimate(&seen["plane"]["flux"]).0).abs() < 1e-12);
@@ -164,10 +151,7 @@ fn receivers_write_what_they_saw() {
         let sin2 = |deg: f64| deg.to_radians().sin().powi(2);
         0.25 * std::f64::consts::PI * (sin2(theta + 15.0) - sin2(theta - 15.0))
     };
-    let sum: f64 = glow
-        .iter()
-        .map(|row| row[4] * 1e-6 * 100.0 * projected(row[2]))
-        .sum();
+    let sum: f64 = glow.iter().map(|row| row[4] * 1e-6 * 100.0 * projected(row[2])).sum();
     assert!((sum - power).abs() < 1e-12, "{sum} {power}");
 
     // Silver keeps 95 %.
@@ -184,13 +168,8 @@ fn receivers_write_what_they_saw() {
     let files = seen["glow"]["files"].as_array().expect("a list");
     assert!(files.contains(&json!("receivers/glow.exr")), "{files:?}");
     let image = std::fs::read(place.join("receivers/glow.exr")).expect("an image");
-    for name in [
-        "radiance_w_per_m2_sr_y_0_mm_x_-5_mm",
-        "radiance_w_per_m2_sr_y_0_mm_x_5_mm",
-    ] {
-        let named = image
-            .windows(name.len())
-            .any(|bytes| bytes == name.as_bytes());
+    for name in ["radiance_w_per_m2_sr_y_0_mm_x_-5_mm", "radiance_w_per_m2_sr_y_0_mm_x_5_mm"] {
+        let named = image.windows(name.len()).any(|bytes| bytes == name.as_bytes());
         assert!(named, "{name}");
     }
 }
@@ -212,10 +191,7 @@ fn light_in_lumens_is_683_times_that_in_watts_at_555_nm() {
         assert!(unit.iter().any(|unit| heading.ends_with(unit)), "{heading}");
         let light = values(&rows);
         for (lumens, watts) in light.iter().zip(values(&of("watts").1)) {
-            assert!(
-                (lumens - factor * watts).abs() <= 1e-6 * lumens.abs(),
-                "{name}"
-            );
+            assert!((lumens - factor * watts).abs() <= 1e-6 * lumens.abs(), "{name}");
         }
     }
     let flux = |model: &Value| estimate(&model["receivers"]["sky"]["flux"]).0;
@@ -229,14 +205,8 @@ fn stokes_parameters_are_read_where_the_design_asks_for_them() {
     let folder = directory.path();
     let light = GREEN.replace(" }", ", polarization = \"carried\" }");
     assert_ne!(light, GREEN);
-    let asked = RECEIVERS.replace(
-        "kind = \"far_field\"",
-        "stokes = true\nkind = \"far_field\"",
-    );
-    let asked = asked.replace(
-        "kind = \"luminance\"",
-        "stokes = true\nkind = \"luminance\"",
-    );
+    let asked = RECEIVERS.replace("kind = \"far_field\"", "stokes = true\nkind = \"far_field\"");
+    let asked = asked.replace("kind = \"luminance\"", "stokes = true\nkind = \"luminance\"");
     let asked = asked.replace("kind = \"plane\"", "stokes = true\nkind = \"plane\"");
     let with = run(folder, &light, &asked, "with", &[]).expect("results");
     let without = run(folder, &light, RECEIVERS, "without", &[]).expect("results");
@@ -248,9 +218,7 @@ fn stokes_parameters_are_read_where_the_design_asks_for_them() {
         let (a, b) = (&with["receivers"][name], &without["receivers"][name]);
         assert_eq!((&a["flux"], &a["unit"]), (&b["flux"], &b["unit"]), "{name}");
         let of = |out: &str, ending: &str| {
-            folder.join(format!(
-                "{out}/seen/geometric_100um/receivers/{name}.{ending}"
-            ))
+            folder.join(format!("{out}/seen/geometric_100um/receivers/{name}.{ending}"))
         };
         let text = std::fs::read(of("with", "json")).expect("a description");
         let described: Value = serde_json::from_slice(&text).expect("JSON");
@@ -259,10 +227,7 @@ fn stokes_parameters_are_read_where_the_design_asks_for_them() {
         assert_eq!(described["p"], "s x k");
         let (heading, rows) = csv(&of("with", "csv"));
         let (_, plain) = csv(&of("without", "csv"));
-        assert!(
-            heading.contains("_q_w") && heading.contains("_v_standard_error_w"),
-            "{heading}"
-        );
+        assert!(heading.contains("_q_w") && heading.contains("_v_standard_error_w"), "{heading}");
         for (row, plain) in rows.iter().zip(&plain) {
             // The power as before, and no more polarised than it can be.
             let (places, power) = row.split_at(row.len() - 8);
@@ -291,9 +256,6 @@ fn stokes_parameters_are_read_where_the_design_asks_for_them() {
         ),
     ] {
         let error = run(folder, light, keys, "bad", &[]).expect_err("refused");
-        assert!(
-            error.contains(said) && error.matches("batwing:").count() == 1,
-            "{error}"
-        );
+        assert!(error.contains(said) && error.matches("batwing:").count() == 1, "{error}");
     }
 }

@@ -13,17 +13,10 @@ use serde_json::Value;
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let before = contents(folder);
     let mut command = batwing(folder);
-    let output = command
-        .arg("report")
-        .args(arguments)
-        .output()
-        .expect("it runs");
+    let output = command.arg("report").args(arguments).output().expect("it runs");
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{arguments:?}: {stderr}");
-    assert!(
-        output.stdout.is_empty() && !stderr.contains("panicked"),
-        "{stderr}"
-    );
+    assert!(output.stdout.is_empty() && !stderr.contains("panicked"), "{stderr}");
     assert_eq!(stderr.lines().count(), 1, "{stderr}");
     assert!(contents(folder) == before, "{arguments:?}: files changed");
     stderr
@@ -35,10 +28,7 @@ fn report(folder: &Path, arguments: &[&str]) -> (Value, String) {
     let output = command.output().expect("it runs");
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{arguments:?}: {stderr}");
-    (
-        serde_json::from_slice(&output.stdout).expect("JSON"),
-        stderr,
-    )
+    (serde_json::from_slice(&output.stdout).expect("JSON"), stderr)
 }
 
 #[test]
@@ -48,10 +38,7 @@ fn a_run_becomes_a_page_and_a_folder_that_was_touched_does_not() {
     run_small(folder.path(), "run/out", &["--cache", "tables"]);
     let (said, warnings) = report(folder.path(), &["run/out", "--tables", "tables"]);
     assert_eq!(warnings, "");
-    assert_eq!(
-        (&said["tables"], &said["tables_listed"]),
-        (&2.into(), &2.into())
-    );
+    assert_eq!((&said["tables"], &said["tables_listed"]), (&2.into(), &2.into()));
     let page = std::fs::read_to_string(at("run/out/report.html")).expect("a page");
     assert_eq!(said["bytes"], page.len());
     assert!(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
@@ -60,47 +47,24 @@ fn a_run_becomes_a_page_and_a_folder_that_was_touched_does_not() {
             && page.contains("full run")
             && !page.contains("Quick run.")
     );
-    for model in [
-        "geometric, 100 µm",
-        "geometric, 10 µm",
-        "control, 10 µm",
-        "hybrid, 10 µm",
-    ] {
-        assert!(
-            page.contains(&format!("<th scope=\"row\">{model}</th>")),
-            "{model}"
-        );
+    for model in ["geometric, 100 µm", "geometric, 10 µm", "control, 10 µm", "hybrid, 10 µm"] {
+        assert!(page.contains(&format!("<th scope=\"row\">{model}</th>")), "{model}");
     }
-    report(
-        folder.path(),
-        &["run/out", "--tables", "tables", "--out", "again.html"],
-    );
-    assert!(
-        std::fs::read_to_string(at("again.html")).expect("a page") == page,
-        "the same bytes"
-    );
+    report(folder.path(), &["run/out", "--tables", "tables", "--out", "again.html"]);
+    assert!(std::fs::read_to_string(at("again.html")).expect("a page") == page, "the same bytes");
     // Without the tables it says how many are missing.
     let (said, warnings) = report(folder.path(), &["run/out", "--out", "without.html"]);
     assert_eq!(said["tables"], 0);
-    assert!(
-        warnings.contains("2 of 2 tables are not in `run/.batwing-cache`"),
-        "{warnings}"
-    );
+    assert!(warnings.contains("2 of 2 tables are not in `run/.batwing-cache`"), "{warnings}");
 
     refuses_what_is_none(folder.path());
 
     let results = at("run/out/results.json");
     let text = std::fs::read_to_string(&results).expect("readable");
-    std::fs::write(
-        &results,
-        text.replacen("\"schema_version\": 4", "\"schema_version\": 1", 1),
-    )
-    .expect("written");
+    std::fs::write(&results, text.replacen("\"schema_version\": 4", "\"schema_version\": 1", 1))
+        .expect("written");
     let old = refused(folder.path(), &["run/out"]);
-    assert!(
-        old.contains("`run/out/results.json`: schema_version: expected 4, got 1"),
-        "{old}"
-    );
+    assert!(old.contains("`run/out/results.json`: schema_version: expected 4, got 1"), "{old}");
     std::fs::write(&results, text.replacen("\"uniformity\"", "\"evenness\"", 1)).expect("written");
     let renamed = refused(folder.path(), &["run/out"]);
     assert!(
@@ -128,21 +92,12 @@ fn a_run_becomes_a_page_and_a_folder_that_was_touched_does_not() {
 /// Arguments that name no folder, no tables or no place for a page.
 fn refuses_what_is_none(folder: &Path) {
     for (arguments, words) in [
-        (
-            &["nowhere"][..],
-            &["`nowhere`: expected a directory of results"][..],
-        ),
+        (&["nowhere"][..], &["`nowhere`: expected a directory of results"][..]),
         (
             &["tables"],
-            &[
-                "`tables/results.json`",
-                "written by `reproduce`, `run`, `optimise` or `tolerance`",
-            ],
+            &["`tables/results.json`", "written by `reproduce`, `run`, `optimise` or `tolerance`"],
         ),
-        (
-            &["small.toml"],
-            &["`small.toml`: expected a directory of results, got a file"],
-        ),
+        (&["small.toml"], &["`small.toml`: expected a directory of results, got a file"]),
         (
             &["run/out", "--tables", "run/out"],
             &[
@@ -164,10 +119,7 @@ fn refuses_what_is_none(folder: &Path) {
     ] {
         let message = refused(folder, arguments);
         for word in words {
-            assert!(
-                message.contains(word),
-                "{arguments:?}: no `{word}` in: {message}"
-            );
+            assert!(message.contains(word), "{arguments:?}: no `{word}` in: {message}");
         }
     }
 }

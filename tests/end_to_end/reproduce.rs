@@ -20,19 +20,13 @@ use tempfile::tempdir;
 fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let folder = small();
     let at = |name: &str| folder.path().join(name);
-    let (first, _) = run_small(
-        folder.path(),
-        "one/out",
-        &["--threads", "1", "--seed", "5", "--json"],
-    );
+    let (first, _) =
+        run_small(folder.path(), "one/out", &["--threads", "1", "--seed", "5", "--json"]);
     run_small(folder.path(), "two/out", &["--threads", "2", "--seed", "5"]);
     let (one, two) = (contents(&at("one/out")), contents(&at("two/out")));
     assert!(one.keys().eq(two.keys()));
     assert!(
-        one.keys()
-            .filter(|p| p.extension().is_some_and(|e| e == "exr"))
-            .count()
-            >= 8,
+        one.keys().filter(|p| p.extension().is_some_and(|e| e == "exr")).count() >= 8,
         "{:?}",
         one.keys()
     );
@@ -40,10 +34,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         assert!(*bytes == two[path], "{} differs", path.display());
     }
     // Tables were solved anew in both, by one thread and by two.
-    let caches = [
-        contents(&at("one/.batwing-cache")),
-        contents(&at("two/.batwing-cache")),
-    ];
+    let caches = [contents(&at("one/.batwing-cache")), contents(&at("two/.batwing-cache"))];
     assert!(!caches[0].is_empty() && caches[0] == caches[1]);
     assert_eq!(
         first,
@@ -54,21 +45,13 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let json = results(&at("one/out"));
     check_files(&at("one/out"), &json);
     let models = json["designs"]["small"].as_object().expect("models");
-    assert!(
-        MODELS.iter().all(|m| models.contains_key(*m)),
-        "{:?}",
-        models.keys()
-    );
+    assert!(MODELS.iter().all(|m| models.contains_key(*m)), "{:?}", models.keys());
     for (name, model) in models {
         check_model(name, model);
     }
     // Models do not depend on one another; the seed is what the numbers depend on.
     for (out, seed) in [("one/same", "5"), ("one/other", "6")] {
-        run_small(
-            folder.path(),
-            out,
-            &["--model", "geometric", "--seed", seed],
-        );
+        run_small(folder.path(), out, &["--model", "geometric", "--seed", seed]);
         let same =
             results(&at(out))["designs"]["small"]["geometric_100um"] == models["geometric_100um"];
         assert_eq!(same, seed == "5", "seed {seed}");
@@ -86,20 +69,13 @@ fn tables_are_taken_from_the_cache_and_damaged_ones_computed_anew() {
     let times: Vec<SystemTime> = tables.iter().map(|t| changed(t)).collect();
     run_small(folder.path(), "second", &flags);
     assert!(
-        tables
-            .iter()
-            .zip(&times)
-            .all(|(t, time)| changed(t) == *time),
+        tables.iter().zip(&times).all(|(t, time)| changed(t) == *time),
         "tables were written again"
     );
     assert_eq!(contents(&at("first")), contents(&at("second")));
 
     let [whole, other] = [0, 1].map(|k| std::fs::read(&tables[k]).expect("readable"));
-    let name = tables[0]
-        .file_name()
-        .expect("a name")
-        .to_string_lossy()
-        .into_owned();
+    let name = tables[0].file_name().expect("a name").to_string_lossy().into_owned();
     for (out, bytes, why) in [
         ("third", &whole[..whole.len() / 2], "truncated"),
         ("fourth", &other[..], "expected the table of this key"),
@@ -109,10 +85,7 @@ fn tables_are_taken_from_the_cache_and_damaged_ones_computed_anew() {
         for word in ["warning", why, &name] {
             assert!(warnings.contains(word), "no `{word}` in: {warnings}");
         }
-        assert!(
-            std::fs::read(&tables[0]).expect("readable") == whole,
-            "the table is whole again"
-        );
+        assert!(std::fs::read(&tables[0]).expect("readable") == whole, "the table is whole again");
         assert_eq!(contents(&at("first")), contents(&at(out)));
     }
 }
@@ -121,16 +94,8 @@ fn tables_are_taken_from_the_cache_and_damaged_ones_computed_anew() {
 fn ctrl_c_stops_a_trace_and_leaves_nothing() {
     let folder = small();
     let out = folder.path().join("out");
-    let arguments = [
-        "run",
-        "small.toml",
-        "--model",
-        "geometric",
-        "--paths",
-        "2000000000",
-        "--out",
-        "out",
-    ];
+    let arguments =
+        ["run", "small.toml", "--model", "geometric", "--paths", "2000000000", "--out", "out"];
     let (code, stderr) = interrupted(folder.path(), &arguments, || out.exists());
     assert_eq!(code, Some(130), "{stderr}");
     assert_eq!(
@@ -150,22 +115,12 @@ fn ctrl_c_stops_the_writing_of_files() {
     let fine = "\n[far_field]\nbin_deg = 0.5\nazimuth_bin_deg = 1.0\n[receiver]\nbin_mm = 0.025\n";
     std::fs::write(&path, design + fine).expect("written");
     let out = folder.path().join("out");
-    let arguments = [
-        "run",
-        "small.toml",
-        "--paths",
-        "1024",
-        "--model",
-        "geometric",
-    ];
+    let arguments = ["run", "small.toml", "--paths", "1024", "--model", "geometric"];
     let arguments = [&arguments[..], &["--out", "out"]].concat();
     let first = out.join("small/geometric_100um/far_field.exr");
     let (code, stderr) = interrupted(folder.path(), &arguments, || first.exists());
     assert_eq!(code, Some(130), "{stderr}");
-    assert_eq!(
-        stderr,
-        "batwing: interrupted before results.json was written\n"
-    );
+    assert_eq!(stderr, "batwing: interrupted before results.json was written\n");
     assert!(!out.join("results.json").exists());
     assert!(partial(&out).is_empty(), "{:?}", partial(&out));
 }
@@ -181,10 +136,7 @@ fn ctrl_c_stops_a_grating_with_one_line() {
     let begin = Instant::now();
     let started = || begin.elapsed() > Duration::from_secs(2);
     let (code, stderr) = interrupted(folder.path(), &["grating", "metal.json"], started);
-    assert_eq!(
-        (code, stderr.as_str()),
-        (Some(130), "batwing: interrupted\n")
-    );
+    assert_eq!((code, stderr.as_str()), (Some(130), "batwing: interrupted\n"));
 }
 
 #[test]
@@ -206,43 +158,21 @@ fn reproduce_goes_on_after_ctrl_c_and_writes_what_it_must() {
         "{stderr}"
     );
     assert!(!out.join("results.json").exists());
-    assert!(
-        partial(folder.path()).is_empty(),
-        "{:?}",
-        partial(folder.path())
-    );
-    let kept: Vec<(PathBuf, SystemTime)> = whole(&cache)
-        .into_iter()
-        .map(|p| (p.clone(), changed(&p)))
-        .collect();
-    assert!(
-        !kept.is_empty() && kept.len() < 20,
-        "{} tables before the end",
-        kept.len()
-    );
+    assert!(partial(folder.path()).is_empty(), "{:?}", partial(folder.path()));
+    let kept: Vec<(PathBuf, SystemTime)> =
+        whole(&cache).into_iter().map(|p| (p.clone(), changed(&p))).collect();
+    assert!(!kept.is_empty() && kept.len() < 20, "{} tables before the end", kept.len());
     for (table, _) in &kept {
         native::read(std::fs::File::open(table).expect("a file"))
             .unwrap_or_else(|e| panic!("{}: {e}", table.display()));
     }
 
-    let output = batwing(folder.path())
-        .args(arguments)
-        .output()
-        .expect("it runs");
-    let (stdout, stderr) = (
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr),
-    );
+    let output = batwing(folder.path()).args(arguments).output().expect("it runs");
+    let (stdout, stderr) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{stderr}");
-    assert!(
-        kept.iter().all(|(table, time)| changed(table) == *time),
-        "finished tables were used"
-    );
-    assert!(
-        partial(folder.path()).is_empty(),
-        "{:?}",
-        partial(folder.path())
-    );
+    assert!(kept.iter().all(|(table, time)| changed(table) == *time), "finished tables were used");
+    assert!(partial(folder.path()).is_empty(), "{:?}", partial(folder.path()));
     // It says that it was quick, on the terminal and in the file.
     let json = results(&out);
     assert_eq!(json["quick"], Value::Bool(true));
@@ -266,11 +196,7 @@ fn check_reproduction(out: &Path, json: &Value) {
             let (between, error) = estimate(&design[model]["peak_angle_parabola_deg"]);
             assert!(error > 0.0 && (0.0..90.0).contains(&between), "{label}");
             let (extraction, error) = estimate(&design[model]["extraction_efficiency"]);
-            let low = if model.starts_with("hybrid") {
-                0.91
-            } else {
-                0.94
-            };
+            let low = if model.starts_with("hybrid") { 0.91 } else { 0.94 };
             assert!(
                 extraction > low - 3.0 * error && extraction < 0.97 + 3.0 * error,
                 "{label}: extraction {extraction}"
@@ -297,22 +223,13 @@ fn check_reproduction(out: &Path, json: &Value) {
             }
         }
         let published = &design["geometric_100um"]["uniformity"]["published"];
-        assert!(
-            published.as_f64().is_some_and(|u| (0.7..0.9).contains(&u)),
-            "{name}: {published}"
-        );
+        assert!(published.as_f64().is_some_and(|u| (0.7..0.9).contains(&u)), "{name}: {published}");
     }
     for name in ["bare-dome", "commercial-7p5"] {
-        assert!(
-            json["references"][name]["geometric"]["uniformity"]["value"].is_number(),
-            "{name}"
-        );
+        assert!(json["references"][name]["geometric"]["uniformity"]["value"].is_number(), "{name}");
     }
     for figure in ["figure_3", "figure_4", "figure_6"] {
         assert!(json["figures"][figure].is_object(), "{figure}");
-        assert!(
-            out.join("figures").join(format!("{figure}.png")).exists(),
-            "{figure}"
-        );
+        assert!(out.join("figures").join(format!("{figure}.png")).exists(), "{figure}");
     }
 }

@@ -52,16 +52,7 @@ fn an_interrupted_trace_goes_on_to_the_same_bytes() {
     for (out, threads, signal, exit_code) in
         [("first", "1", "-INT", 130), ("second", "2", "-TERM", 143)]
     {
-        let arguments = [
-            "run",
-            "pair.toml",
-            "--out",
-            out,
-            "--cache",
-            "cache",
-            "--threads",
-            "2",
-        ];
+        let arguments = ["run", "pair.toml", "--out", out, "--cache", "cache", "--threads", "2"];
         let ready = || groups(folder).len() > 4;
         let (code, said) = signalled(signal, folder, &arguments, ready);
         assert_eq!(code, Some(exit_code), "{said}");
@@ -86,24 +77,15 @@ fn an_interrupted_trace_goes_on_to_the_same_bytes() {
             std::fs::write(&kept[0], &bytes[..bytes.len() - 9]).expect("written");
             "is damaged"
         };
-        let warned = format!(
-            "batwing: warning: `{}` {why}; its paths are traced anew\n",
-            cache.display()
-        );
+        let warned =
+            format!("batwing: warning: `{}` {why}; its paths are traced anew\n", cache.display());
         let said = run(folder, out, &["--cache", "cache", "--threads", threads]);
         assert_eq!(said, warned);
         assert_eq!(contents(&folder.join(out)), whole, "{threads} threads");
-        assert!(
-            !folder.join("cache").exists(),
-            "{:?}",
-            files(&folder.join("cache"))
-        );
+        assert!(!folder.join("cache").exists(), "{:?}", files(&folder.join("cache")));
     }
     let other = contents(&folder.join("other"));
-    assert_ne!(
-        other[Path::new("results.json")],
-        whole[Path::new("results.json")]
-    );
+    assert_ne!(other[Path::new("results.json")], whole[Path::new("results.json")]);
 }
 
 /// Interrupts batches of `design`, each of fewer paths than a trace is kept in parts for, and lets
@@ -119,29 +101,20 @@ fn batches_go_on(folder: &Path, design: &str) {
         "cache",
     ];
     let whole = run(folder, "whole", &until);
-    assert!(
-        whole.contains("--most-paths allows no further batch"),
-        "{whole}"
-    );
+    assert!(whole.contains("--most-paths allows no further batch"), "{whole}");
     assert!(!folder.join("cache").exists());
 
     let mut arguments = vec!["run", "pair.toml", "--out", "again"];
     arguments.extend(until);
     let (code, said) = interrupted(folder, &arguments, || !groups(folder).is_empty());
     assert_eq!(code, Some(130), "{said}");
-    assert!(
-        said.contains("finished groups of paths stay in `cache`"),
-        "{said}"
-    );
+    assert!(said.contains("finished groups of paths stay in `cache`"), "{said}");
     // The sums of all wavelengths are kept in one file.
     let kept = groups(folder);
     assert_eq!(kept.len(), 1, "{kept:?}");
     assert!(std::fs::metadata(&kept[0]).is_ok_and(|file| file.len() > 1000));
     assert_eq!(run(folder, "again", &until), whole);
-    assert_eq!(
-        contents(&folder.join("again")),
-        contents(&folder.join("whole"))
-    );
+    assert_eq!(contents(&folder.join("again")), contents(&folder.join("whole")));
     assert!(!folder.join("cache").exists());
 }
 

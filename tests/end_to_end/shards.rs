@@ -49,11 +49,7 @@ fn doubling() -> String {
 
 /// Exit code and standard error.
 fn says(folder: &Path, words: &[&str]) -> (Option<i32>, String) {
-    let output = batwing(folder)
-        .args(words)
-        .arg("--quiet")
-        .output()
-        .expect("it runs");
+    let output = batwing(folder).args(words).arg("--quiet").output().expect("it runs");
     let said = String::from_utf8(output.stderr).expect("UTF-8");
     (output.status.code(), said)
 }
@@ -106,14 +102,7 @@ fn any_number_of_shards_leaves_what_one_command_leaves() {
     write("tolerance.toml", TOLERANCE);
     let commands: [&[&str]; 4] = [
         &RUN,
-        &[
-            "bsdf",
-            "small.toml",
-            "--rings",
-            "5,15",
-            "--tolerance",
-            "0.05",
-        ],
+        &["bsdf", "small.toml", "--rings", "5,15", "--tolerance", "0.05"],
         &["study", "study.toml"],
         &["tolerance", "tolerance.toml"],
     ];
@@ -124,10 +113,7 @@ fn any_number_of_shards_leaves_what_one_command_leaves() {
             shards(folder, command, "shared", count);
             // Repeated, a shard finds everything.
             let at = place("shared");
-            does(
-                folder,
-                &in_place(command, &at, &["--shard", &format!("0/{count}")]),
-            );
+            does(folder, &in_place(command, &at, &["--shard", &format!("0/{count}")]));
             assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
             let merged = contents(&folder.join("shared"));
             assert!(
@@ -207,10 +193,7 @@ fn an_interrupted_shard_is_worth_repeating() {
     let ready = || !files(&folder.join("shared/cache")).is_empty();
     let (code, said) = signalled("-TERM", folder, &words, ready);
     assert_eq!(code, Some(75), "{said}");
-    assert!(
-        said.contains("the same command goes on from there"),
-        "{said}"
-    );
+    assert!(said.contains("the same command goes on from there"), "{said}");
     does(folder, &words);
     assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
     assert!(contents(&folder.join("shared")) == expected);
@@ -240,23 +223,14 @@ fn another_job_is_refused_and_named() {
     refused(&RUN, &first, &["job.json", "command", line, "--model all"]);
     let seed = ["--shard", "0/2", "--seed", "7"];
     refused(&geometric, &seed, &[line, "--seed 7"]);
-    let elsewhere = [
-        &geometric[..],
-        &first,
-        &["--out", "shared/out", "--cache", "other"],
-    ]
-    .concat();
+    let elsewhere = [&geometric[..], &first, &["--out", "shared/out", "--cache", "other"]].concat();
     let (code, said) = says(folder, &elsewhere);
     assert_eq!(code, Some(1), "{said}");
     for part in ["job.json", "cache: expected", "shared/cache`", "other`"] {
         assert!(said.contains(part), "{part} in {said}");
     }
     let until = ["--until-error", "uniformity=1%", "--shard", "0/2"];
-    refused(
-        &geometric,
-        &until,
-        &["--until-error: expected a number of paths"],
-    );
+    refused(&geometric, &until, &["--until-error: expected a number of paths"]);
 }
 
 #[test]
@@ -270,20 +244,15 @@ fn another_design_program_or_solver_is_refused() {
     let record = std::fs::read_to_string(&path).expect("a record");
     let json: Value = serde_json::from_str(&record).expect("JSON");
     let refused = |expected: &str| {
-        for (code, said) in [
-            merge(folder, "shared"),
-            says(folder, &in_place(&geometric, &at, &["--shard", "0/2"])),
-        ] {
+        for (code, said) in
+            [merge(folder, "shared"), says(folder, &in_place(&geometric, &at, &["--shard", "0/2"]))]
+        {
             assert_eq!(code, Some(1), "{said}");
             assert!(said.contains(expected), "{expected} in {said}");
         }
     };
     for (key, value, expected) in [
-        (
-            "program_sha256",
-            "0".repeat(64).into(),
-            "program: expected batwing",
-        ),
+        ("program_sha256", "0".repeat(64).into(), "program: expected batwing"),
         ("solver_version", 8.into(), "solver: expected version 8, "),
     ] {
         let mut other = json.clone();
@@ -325,10 +294,7 @@ fn a_plan_notes_the_job_and_scripts_run_its_shards() {
     assert_eq!(pieces, tables.map(|tables| 4 * 64 + tables));
 
     let options = "--time=10 --partition=short";
-    does(
-        folder,
-        &["submit", "shared/out", "--slurm", "--sbatch", options],
-    );
+    does(folder, &["submit", "shared/out", "--slurm", "--sbatch", options]);
     let script = |name: &str| folder.join("shared/out/slurm").join(name);
     let text = std::fs::read_to_string(script("shards.sh")).expect("a script");
     assert!(text.contains("#SBATCH --array=0-2\n"), "{text}");
@@ -347,10 +313,7 @@ fn a_plan_notes_the_job_and_scripts_run_its_shards() {
     assert_eq!(run("shards.sh", "2"), (Some(0), String::new()));
     let (code, said) = run("merge.sh", "");
     assert_eq!(code, Some(75), "{said}");
-    assert!(
-        said.contains("`sbatch --array=1 shared/out/slurm/shards.sh`"),
-        "{said}"
-    );
+    assert!(said.contains("`sbatch --array=1 shared/out/slurm/shards.sh`"), "{said}");
     // A script of another number of shards would be refused.
     let three = text.replace("_ID/3", "_ID/4");
     std::fs::write(script("shards.sh"), three).expect("written");
@@ -454,14 +417,8 @@ fn shards_of_a_search_leave_what_one_search_leaves() {
         std::fs::remove_dir_all(folder.join("shared")).expect("removed");
     }
     for (more, expected) in [
-        (
-            ["--budget", "90s"],
-            "--budget: expected a number of evaluations",
-        ),
-        (
-            ["--resume", "--threads=1"],
-            "--resume, --evaluate: expected neither",
-        ),
+        (["--budget", "90s"], "--budget: expected a number of evaluations"),
+        (["--resume", "--threads=1"], "--resume, --evaluate: expected neither"),
     ] {
         let at = place("shared");
         let words = in_place(&SEARCH, &at, &more);
@@ -474,9 +431,7 @@ fn shards_of_a_search_leave_what_one_search_leaves() {
 #[test]
 fn a_killed_shard_of_a_search_costs_time_and_no_result() {
     // Long enough to be killed in the middle.
-    let long = doubling()
-        .replace("8192", "65536")
-        .replace("16384", "65536");
+    let long = doubling().replace("8192", "65536").replace("16384", "65536");
     let (folder, expected) = problem(&long);
     let folder = folder.path();
     let at = place("shared");
@@ -486,11 +441,7 @@ fn a_killed_shard_of_a_search_costs_time_and_no_result() {
             let words = in_place(&SEARCH, &at, &["--threads", "1", "--shard", "0/2"]);
             does(folder, &words);
         });
-        let words = in_place(
-            &SEARCH,
-            &at,
-            &["--threads", "1", "--quiet", "--shard", "1/2"],
-        );
+        let words = in_place(&SEARCH, &at, &["--threads", "1", "--quiet", "--shard", "1/2"]);
         let (code, said) = signalled("-KILL", folder, &words, || pieces() >= 8);
         assert_eq!(code, None, "{said}");
     });

@@ -22,11 +22,7 @@ fn domed(solids: &str) -> String {
     let (lists, tables): (Vec<&str>, Vec<&str>) = lines.partition(|line| line.contains(" = [{"));
     let lists = lists.join("\n") + "\n";
     let name = "name = \"bare-dome\"\n";
-    format!(
-        "{}\n{}\n",
-        DOMED.replacen(name, &format!("{name}{lists}"), 1),
-        tables.join("\n")
-    )
+    format!("{}\n{}\n", DOMED.replacen(name, &format!("{name}{lists}"), 1), tables.join("\n"))
 }
 
 #[test]
@@ -85,10 +81,8 @@ fn a_changed_mesh_makes_a_new_trace() {
     let study = "name = \"small\"\ndesigns = [\"design.toml\"]\nmodels = [\"geometric\"]\npaths = 20000\n[[factors]]\nname = \"box\"\nkey = \"led.reflectance\"\nvalues = [0.5]\n";
     std::fs::write(at.join("study.toml"), study).expect("written");
     let run = || {
-        let output = batwing(at)
-            .args(["study", "study.toml", "--out", "out"])
-            .output()
-            .expect("it runs");
+        let output =
+            batwing(at).args(["study", "study.toml", "--out", "out"]).output().expect("it runs");
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{said}");
         let text = std::fs::read_to_string(at.join("out/study.json")).expect("study.json");
@@ -121,18 +115,12 @@ fn can_be_run(name: &str) {
         &["rays", &path, "--count", "50", "--out", &out],
         &["run", &path, "--paths", "20000", "--out", &out],
     ] {
-        let output = batwing(folder.path())
-            .args(arguments)
-            .output()
-            .expect("it runs");
+        let output = batwing(folder.path()).args(arguments).output().expect("it runs");
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{arguments:?}: {said}");
     }
     let design = config::load(&example).expect("valid");
-    let files: Vec<_> = std::fs::read_dir(&out)
-        .expect("a folder")
-        .flatten()
-        .collect();
+    let files: Vec<_> = std::fs::read_dir(&out).expect("a folder").flatten().collect();
     let svg = files
         .iter()
         .map(std::fs::DirEntry::path)
@@ -140,11 +128,7 @@ fn can_be_run(name: &str) {
     let svg = std::fs::read_to_string(svg.expect("a picture")).expect("text");
     // The fence stands between the rows, beside the plane of the picture.
     for solid in design.solids.iter().filter(|s| s.name() != "fence") {
-        assert!(
-            svg.contains(&format!("<title>{}</title>", solid.name())),
-            "{}",
-            solid.name()
-        );
+        assert!(svg.contains(&format!("<title>{}</title>", solid.name())), "{}", solid.name());
     }
     let results = std::fs::read_to_string(Path::new(&out).join("results.json")).expect("results");
     let results: serde_json::Value = serde_json::from_str(&results).expect("JSON");
@@ -174,16 +158,8 @@ fn a_diffuser_is_described_and_varied() {
     assert!(checked.contains(expected), "{checked}");
 
     let results = ["1", "2"].map(|threads| {
-        let run = [
-            "run",
-            "design.toml",
-            "--paths",
-            "20000",
-            "--threads",
-            threads,
-            "--out",
-            threads,
-        ];
+        let run =
+            ["run", "design.toml", "--paths", "20000", "--threads", threads, "--out", threads];
         said(&run);
         let text = std::fs::read_to_string(at.join(threads).join("results.json"));
         let mut json: serde_json::Value =
@@ -198,14 +174,9 @@ fn a_diffuser_is_described_and_varied() {
     said(&["study", "study.toml", "--out", "out"]);
     let text = std::fs::read_to_string(at.join("out/study.json")).expect("study.json");
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let setups: Vec<String> = (0..4)
-        .map(|k| json["setups"][k]["figures"].to_string())
-        .collect();
+    let setups: Vec<String> = (0..4).map(|k| json["setups"][k]["figures"].to_string()).collect();
     for (number, one) in setups.iter().enumerate() {
-        assert!(
-            one != "null" && !setups[..number].contains(one),
-            "{setups:?}"
-        );
+        assert!(one != "null" && !setups[..number].contains(one), "{setups:?}");
     }
 }
 
@@ -229,10 +200,7 @@ fn gaps_and_contacts_are_stated() {
     };
     let [dry, wet] = [
         ("dry", "slab stands above a gap of air"),
-        (
-            "wet",
-            "slab is in optical contact with ground mirror and floor",
-        ),
+        ("wet", "slab is in optical contact with ground mirror and floor"),
     ]
     .map(|(name, words)| {
         let design = format!("{name}.toml");

@@ -68,9 +68,7 @@ fn seen(text: &str, at: &Path, seed: u64) -> Observation {
 }
 
 fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("no number: {value}"))
+    value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
 }
 
 #[test]
@@ -96,10 +94,7 @@ fn two_colours_are_the_sum_of_two_runs() {
         o.powers.total()[place]
     };
     let absorbed = [&both, &blue, &red].map(|o| account(o, "absorbed_in_silicone"));
-    assert!(
-        absorbed[1] > 2.0 * absorbed[2] && absorbed[1] > absorbed[0],
-        "{absorbed:?}"
-    );
+    assert!(absorbed[1] > 2.0 * absorbed[2] && absorbed[1] > absorbed[0], "{absorbed:?}");
 }
 
 #[test]
@@ -109,11 +104,7 @@ fn a_wavelength_of_the_only_source_is_that_of_the_design() {
     // With a film, whose phase goes with the wavelength.
     let coated = "width_mm = 4.0, coating = [{ index = 1.2, thickness_nm = 95.0 }] }";
     let dome = DOME.replace("width_mm = 4.0 }", coated);
-    let own = seen(
-        &format!("{GREEN}{dome}{LEFT}wavelength_nm = 450.0\n"),
-        at,
-        5,
-    );
+    let own = seen(&format!("{GREEN}{dome}{LEFT}wavelength_nm = 450.0\n"), at, 5);
     let of_design = format!("light = {{ wavelength_nm = 450.0 }}\n{dome}{LEFT}");
     let of_design = seen(&of_design, at, 5);
     // To the last bit, and so is a source that says what holds anyway.
@@ -149,10 +140,7 @@ fn tables_of_orders_are_those_of_the_colour() {
     let own = ran("own", &format!("{design}wavelength_nm = 500.0\n"));
     let plain = "light = { wavelength_nm = 550.0 }";
     assert_eq!(design.matches(plain).count(), 1);
-    let of_design = ran(
-        "design",
-        &design.replace(plain, "light = { wavelength_nm = 500.0 }"),
-    );
+    let of_design = ran("design", &design.replace(plain, "light = { wavelength_nm = 500.0 }"));
     // One table, of 500 nm.
     assert_eq!(files(&folder.path().join("cache")).len(), 1);
     let model = |r: &Value| r["designs"]["bad"]["hybrid_10um"].clone();
@@ -167,10 +155,7 @@ fn tables_of_orders_are_those_of_the_colour() {
         "{design}spectrum = {{ kind = \"lines\", wavelength_nm = [{}], power = [{power}] }}\n",
         many.join(", ")
     );
-    let lines = lines.replace(
-        "array = {",
-        "far_field = { azimuth_bin_deg = 45.0 }\narray = {",
-    );
+    let lines = lines.replace("array = {", "far_field = { azimuth_bin_deg = 45.0 }\narray = {");
     let refused = run_text(folder.path(), "many", &lines, "many", &flags[..2]);
     let said = refused.expect_err("refused");
     assert!(
@@ -217,11 +202,8 @@ fn lumens_are_watts_times_v_source_by_source() {
     let watts = text.replace(", weighting = \"photometric\"", "");
     let radiant = run_text(folder.path(), "watts", &watts, "w", &[]).expect("it runs");
     let [lm, w] = [&run, &radiant].map(|r| &r["designs"]["bare"]["geometric"]);
-    let lumens: Vec<f64> = sources
-        .iter()
-        .zip(V)
-        .map(|((_, power), (_, v))| power / 8.0 * 683.0 * v)
-        .collect();
+    let lumens: Vec<f64> =
+        sources.iter().zip(V).map(|((_, power), (_, v))| power / 8.0 * 683.0 * v).collect();
     let all: f64 = lumens.iter().sum();
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b.abs(), "{a} for {b}");
     near(number(&lm["spectrum"]["emitted"]["emitted_lm"]), all);
@@ -232,10 +214,7 @@ fn lumens_are_watts_times_v_source_by_source() {
         near(of(lm), lumens[k]);
         near(of(w), power / 8.0);
         assert_eq!(lm["receivers"][format!("of-{name}")]["flux_unit"], "lm");
-        assert_eq!(
-            lm["receivers"][format!("of-{name}")]["quantity"],
-            "illuminance"
-        );
+        assert_eq!(lm["receivers"][format!("of-{name}")]["quantity"], "illuminance");
         let listed = &lm["spectrum"]["light"]["sources"][k];
         assert_eq!(listed["sources"], serde_json::json!([name]));
         near(number(&listed["emitted_lm"]), lumens[k]);
@@ -244,30 +223,19 @@ fn lumens_are_watts_times_v_source_by_source() {
     assert_eq!(lm["units"]["power_ledger"], "lm/lm");
     assert_eq!(w["units"]["power_ledger"], "W/W");
     // Far field: Lambert's law at θ = 22.5°, I = Φ cos θ / π, in cd and in W/sr.
-    for (run, flux, unit) in [
-        ("lm", all, "luminous_intensity_cd"),
-        ("w", 1.0, "intensity_w_per_sr"),
-    ] {
+    for (run, flux, unit) in
+        [("lm", all, "luminous_intensity_cd"), ("w", 1.0, "intensity_w_per_sr")]
+    {
         let csv = folder.path().join(run).join("bare/geometric/far_field.csv");
         let csv = std::fs::read_to_string(csv).expect("readable");
         let mut lines = csv.lines();
-        assert!(
-            lines.next().is_some_and(|heading| heading.contains(unit)),
-            "{csv}"
-        );
+        assert!(lines.next().is_some_and(|heading| heading.contains(unit)), "{csv}");
         let row: Vec<f64> = lines
-            .map(|line| {
-                line.split(',')
-                    .map(|v| v.parse().expect("a number"))
-                    .collect()
-            })
+            .map(|line| line.split(',').map(|v| v.parse().expect("a number")).collect())
             .find(|row: &Vec<f64>| (row[0] - 23.0).abs() < 1e-9)
             .expect("23 degrees");
         let expected = flux * row[0].to_radians().cos() / std::f64::consts::PI;
-        assert!(
-            (row[1] - expected).abs() < 5.0 * row[2] + 1e-3 * expected,
-            "{row:?} {expected}"
-        );
+        assert!((row[1] - expected).abs() < 5.0 * row[2] + 1e-3 * expected, "{row:?} {expected}");
     }
 }
 
@@ -289,17 +257,10 @@ fn efficiencies_and_ledgers_are_those_of_the_sources() {
         let of = |name: &str| estimate(&ledger[name]).0;
         let ends: f64 = ledger
             .iter()
-            .filter(|(name, _)| {
-                ["escaped", "absorbed", "lost"]
-                    .iter()
-                    .any(|w| name.starts_with(w))
-            })
+            .filter(|(name, _)| ["escaped", "absorbed", "lost"].iter().any(|w| name.starts_with(w)))
             .map(|(_, value)| estimate(value).0)
             .sum();
-        assert!(
-            (of("emitted") - 1.0).abs() < 1e-12 && (ends - 1.0).abs() < 1e-9,
-            "{ends}"
-        );
+        assert!((of("emitted") - 1.0).abs() < 1e-12 && (ends - 1.0).abs() < 1e-9, "{ends}");
         let out = of("out_of_domes") - of("back_into_domes");
         for (k, key) in ["emitted_w", "emitted_lm"].into_iter().enumerate() {
             sums[k][0] += number(&light[key]) * out;
@@ -313,10 +274,7 @@ fn efficiencies_and_ledgers_are_those_of_the_sources() {
     let in_watts = &in_watts["designs"]["two"]["geometric"];
     for (a, b) in [
         (watts, &in_watts["extraction_efficiency"]),
-        (
-            &in_watts["spectrum"]["efficiency"]["photometric"],
-            &model["extraction_efficiency"],
-        ),
+        (&in_watts["spectrum"]["efficiency"]["photometric"], &model["extraction_efficiency"]),
     ] {
         let (a, b) = (estimate(&a["extraction_efficiency"]), estimate(b));
         assert!((a.0 - b.0).abs() < 5.0 * a.1.hypot(b.1), "{a:?} {b:?}");
@@ -324,10 +282,7 @@ fn efficiencies_and_ledgers_are_those_of_the_sources() {
     assert!((estimate(&lumens["extraction_efficiency"]).0 - sums[1][0] / sums[1][1]).abs() < 1e-12);
     let [a, b] = [lumens, model].map(|of| estimate(&of["extraction_efficiency"]));
     assert_eq!(a, b);
-    assert_eq!(
-        (&watts["unit"], &lumens["unit"]),
-        (&"W/W".into(), &"lm/lm".into())
-    );
+    assert_eq!((&watts["unit"], &lumens["unit"]), (&"W/W".into(), &"lm/lm".into()));
     // Blue, which has most of the watts and few of the lumens, is held back.
     let both = [watts, lumens].map(|e| estimate(&e["extraction_efficiency"]).0);
     assert!(both[0] < both[1] - 0.02, "{both:?}");
@@ -360,19 +315,10 @@ fn stopped_runs_of_two_colours_go_on_to_the_same_bytes() {
     let text = text.replace("paths = 200_000", "paths = 4_000_000, sampling = \"sobol\"");
     std::fs::write(at.join("two.toml"), text).expect("written");
     let run = |out: &str, threads: &str| {
-        let arguments = [
-            "run", "two.toml", "--out", out, "--cache", "cache", "--quiet",
-        ];
-        let output = batwing(at)
-            .args(arguments)
-            .args(["--threads", threads])
-            .output();
+        let arguments = ["run", "two.toml", "--out", out, "--cache", "cache", "--quiet"];
+        let output = batwing(at).args(arguments).args(["--threads", threads]).output();
         let output = output.expect("it runs");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     };
     run("whole", "2");
     assert!(!at.join("cache").exists());
@@ -441,14 +387,8 @@ fn solids_are_of_the_colour_of_each_source() {
         rho * rho * (2.0 + 2.0 * w.cos()) / below
     };
     let closed = [
-        (
-            &flint,
-            [through(fresnel(1.62), alpha), through(fresnel(1.48), 0.0)],
-        ),
-        (
-            &coated,
-            [through(layered(450.0), 0.0), through(layered(650.0), 0.0)],
-        ),
+        (&flint, [through(fresnel(1.62), alpha), through(fresnel(1.48), 0.0)]),
+        (&coated, [through(layered(450.0), 0.0), through(layered(650.0), 0.0)]),
     ];
     for (k, (solid, of)) in closed.iter().enumerate() {
         let text = format!("{GREEN}{bare}{beams}{solid}");
@@ -468,10 +408,7 @@ fn solids_are_of_the_colour_of_each_source() {
         let ledger = &run["designs"]["bare"]["geometric"]["power_ledger"];
         let (up, error) = estimate(&ledger["escaped_up"]);
         let expected = 0.25 * of[0] + 0.75 * of[1];
-        assert!(
-            (up - expected).abs() < 4.5 * error,
-            "{k}: {up} +- {error} for {expected}"
-        );
+        assert!((up - expected).abs() < 4.5 * error, "{k}: {up} +- {error} for {expected}");
     }
     let beyond = beams.replace("650.0", "900.0");
     let beyond = config::parse("bad.toml", &format!("{GREEN}{bare}{beyond}{flint}"), at);
@@ -521,9 +458,7 @@ fn two_colours_differ_over_the_cell_as_lamberts_law_says() {
             batwing_tests::workspace().join(format!("data/spectra/{file}.csv")),
         );
         let text = text.expect("a table");
-        let line = text
-            .lines()
-            .find(|line| line.starts_with(&format!("{nm},")));
+        let line = text.lines().find(|line| line.starts_with(&format!("{nm},")));
         let value = line.and_then(|line| line.split(',').next_back());
         value.expect("a row").parse().expect("a number")
     };
@@ -545,20 +480,12 @@ fn two_colours_differ_over_the_cell_as_lamberts_law_says() {
             [4.0 * xyz[0] / all, 9.0 * xyz[1] / all]
         })
         .collect();
-    let pairs = colours
-        .iter()
-        .flat_map(|a| colours.iter().map(move |b| [a, b]));
+    let pairs = colours.iter().flat_map(|a| colours.iter().map(move |b| [a, b]));
     let distances = pairs.map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]));
     let expected = distances.fold(0.0, f64::max);
     let (value, error) = estimate(figure);
     let bias = number(&figure["bias_bound"]);
-    assert!(
-        expected > 0.05 && error + bias < 0.05 * expected,
-        "{figure}, {expected}"
-    );
+    assert!(expected > 0.05 && error + bias < 0.05 * expected, "{figure}, {expected}");
     let off = (value - expected).abs();
-    assert!(
-        off <= 4.0 * error + bias + 5e-3 * expected,
-        "{figure}, not {expected}"
-    );
+    assert!(off <= 4.0 * error + bias + 5e-3 * expected, "{figure}, not {expected}");
 }

@@ -69,9 +69,7 @@ fn table() -> Distribution {
         .iter()
         .flat_map(|p| {
             let p = p.to_radians();
-            thetas
-                .iter()
-                .map(move |t| 500.0 * intensity(t.to_radians(), p))
+            thetas.iter().map(move |t| 500.0 * intensity(t.to_radians(), p))
         })
         .collect();
     Distribution::new(&thetas, &phis, values).expect("a far field")
@@ -87,11 +85,7 @@ fn write_light(at: &Path, name: &str) {
             std::fs::write(path, ies::write(&file)).expect("written");
         }
         "ldt" => {
-            let lamps = eulumdat::Lamps {
-                count: -1,
-                flux: table().flux(),
-                watts: 1.0,
-            };
+            let lamps = eulumdat::Lamps { count: -1, flux: table().flux(), watts: 1.0 };
             let file = eulumdat::Ldt::from_distribution(&table(), Default::default(), lamps);
             std::fs::write(path, eulumdat::write(&file)).expect("written");
         }
@@ -136,10 +130,7 @@ fn the_far_field_of_a_bare_box_is_that_of_its_file() {
         let ledger = &said["designs"]["commercial-7p5"]["geometric"]["power_ledger"];
         let value = |key: &str| ledger[key]["value"].as_f64().expect("a number");
         assert!((value("emitted") - 1.0).abs() < 1e-12, "{name}");
-        assert!(
-            (value("escaped_up") - 1.0).abs() < 1e-12,
-            "{name}: {ledger}"
-        );
+        assert!((value("escaped_up") - 1.0).abs() < 1e-12, "{name}: {ledger}");
 
         let bytes = std::fs::read(at.join("r/commercial-7p5/geometric/far_field.npy"));
         let (shape, values) = npy::read::<f64>(&bytes.expect("a far field")).expect("valid");
@@ -161,11 +152,7 @@ fn the_far_field_of_a_bare_box_is_that_of_its_file() {
                 // carry unlike flux.
                 let (t, p) = (0.5 * (theta[0] + theta[1]), 0.5 * (phi[0] + phi[1]));
                 let flux = intensity(t, p) * PI / t.cos();
-                let both = if name.contains("ray") {
-                    1.0 + flux
-                } else {
-                    1.0
-                };
+                let both = if name.contains("ray") { 1.0 + flux } else { 1.0 };
                 let error = (both * expected / 400_000.0).sqrt();
                 // Between angles of the table its interpolation is off by 2e-4 of the peak at most.
                 let off = (got - expected).abs() - 2e-4 * expected;
@@ -175,10 +162,7 @@ fn the_far_field_of_a_bare_box_is_that_of_its_file() {
             }
         }
         let per_bin = chi / f64::from(bins);
-        assert!(
-            per_bin < 1.12 && per_bin > 0.5,
-            "{name}: chi² per bin {per_bin}"
-        );
+        assert!(per_bin < 1.12 && per_bin > 0.5, "{name}: chi² per bin {per_bin}");
         assert!(worst < 5.5, "{name}: {worst} standard errors");
 
         let checked = json(&at, &["check", "lit.toml"]);
@@ -246,11 +230,7 @@ fn a_specular_table_from_a_zemax_file_is_the_mirror() {
         let ledger = model["power_ledger"].as_object().expect("a ledger");
         let fates: f64 = ledger
             .iter()
-            .filter(|(k, _)| {
-                ["escaped", "absorbed", "lost"]
-                    .iter()
-                    .any(|f| k.starts_with(f))
-            })
+            .filter(|(k, _)| ["escaped", "absorbed", "lost"].iter().any(|f| k.starts_with(f)))
             .map(|(_, v)| figure(v)[0])
             .sum();
         assert!((fates - 1.0).abs() < 1e-9, "{design}: {fates}");
@@ -264,10 +244,7 @@ fn a_specular_table_from_a_zemax_file_is_the_mirror() {
     let (table, own) = (run("table"), run("own"));
     assert_eq!(table.len(), own.len());
     for ((key, [a, ea]), (_, [b, eb])) in table.into_iter().zip(own) {
-        assert!(
-            (a - b).abs() < 5.0 * ea.hypot(eb) + 1e-9,
-            "{key}: {a} ± {ea}, {b} ± {eb}"
-        );
+        assert!((a - b).abs() < 5.0 * ea.hypot(eb) + 1e-9, "{key}: {a} ± {ea}, {b} ± {eb}");
     }
 }
 
@@ -289,9 +266,7 @@ fn bands_from_zemax_and_lighttools_files_of_a_smooth_surface_are_the_bare_dome()
     let run = |name: &str, text: &str, model: &str| {
         std::fs::write(at.join(format!("{name}.toml")), text).expect("written");
         let file = format!("{name}.toml");
-        let line = [
-            "run", &file, "--model", model, "--paths", "200000", "--out", "r",
-        ];
+        let line = ["run", &file, "--model", model, "--paths", "200000", "--out", "r"];
         let said = json(&at, &line);
         let models = said["designs"][name].as_object().expect("models").clone();
         let one = models.values().next().expect("a model").clone();
@@ -300,15 +275,10 @@ fn bands_from_zemax_and_lighttools_files_of_a_smooth_surface_are_the_bare_dome()
         };
         ["extraction_efficiency", "uniformity"].map(figure)
     };
-    let bare = run(
-        "bare-dome",
-        &read("data/designs/bare-dome.toml"),
-        "geometric",
-    );
-    for (name, files) in [
-        ("zemax", sides.concat()),
-        ("lighttools", "file = \"l.bsdf\"\n".to_owned()),
-    ] {
+    let bare = run("bare-dome", &read("data/designs/bare-dome.toml"), "geometric");
+    for (name, files) in
+        [("zemax", sides.concat()), ("lighttools", "file = \"l.bsdf\"\n".to_owned())]
+    {
         let bands = format!("[[files.bands]]\nfrom = 1\nto = 17\nbetween = \"shifted\"\n{files}");
         let design = d1.replace("name = \"D1\"", &format!("name = \"{name}\""));
         let got = run(name, &format!("{design}\n{bands}"), "hybrid");
@@ -318,10 +288,7 @@ fn bands_from_zemax_and_lighttools_files_of_a_smooth_surface_are_the_bare_dome()
         // steps of 5 degrees 0.6 % of the light is lost there.
         let more = if name == "zemax" { 1e-2 } else { 3e-3 };
         for ([a, ea], [b, eb]) in got.into_iter().zip(bare) {
-            assert!(
-                (a - b).abs() < 5.0 * ea.hypot(eb) + more,
-                "{name}: {a} ± {ea}, {b} ± {eb}"
-            );
+            assert!((a - b).abs() < 5.0 * ea.hypot(eb) + more, "{name}: {a} ± {ea}, {b} ± {eb}");
         }
     }
 }

@@ -45,11 +45,7 @@ fn run_paths(folder: &Path, name: &str, paths: &str, flags: &[&str]) {
         .args(["--cache", "cache"])
         .args(flags);
     let output = command.output().expect("it runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 fn model<'a>(results: &'a Value, key: &str) -> &'a Value {
@@ -61,9 +57,7 @@ fn wavelengths(model: &Value) -> &[Value] {
 }
 
 fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("no number: {value}"))
+    value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
 }
 
 /// The numbers at the end of an `.npy` file of f64.
@@ -71,9 +65,7 @@ fn numbers(path: &Path) -> Vec<f64> {
     let bytes = std::fs::read(path).expect("readable");
     let header = u16::from_le_bytes([bytes[8], bytes[9]]) as usize;
     let chunks = bytes[10 + header..].chunks_exact(8);
-    chunks
-        .map(|c| f64::from_le_bytes(c.try_into().expect("eight bytes")))
-        .collect()
+    chunks.map(|c| f64::from_le_bytes(c.try_into().expect("eight bytes"))).collect()
 }
 
 const FIGURES: [&str; 6] = [
@@ -101,11 +93,7 @@ fn a_single_line_is_the_monochromatic_run() {
     for name in ["plain", "watts", "lumens"] {
         run(folder.path(), name, &["--model", "hybrid", "--seed", "3"]);
     }
-    assert_eq!(
-        files(&folder.path().join("cache")).len(),
-        1,
-        "a table of 550 nm only"
-    );
+    assert_eq!(files(&folder.path().join("cache")).len(), 1, "a table of 550 nm only");
     let [plain, watts, lumens] =
         ["plain", "watts", "lumens"].map(|n| results(&folder.path().join(n)));
     let [plain, watts, lumens] = [&plain, &watts, &lumens].map(|r| model(r, "hybrid_10um"));
@@ -124,18 +112,9 @@ fn a_single_line_is_the_monochromatic_run() {
     for (file, unit) in [("far_field.npy", 1.0), ("illuminance.npy", 1e6)] {
         let [plain, watts, lumens] = ["plain", "watts", "lumens"].map(|n| data(n, file));
         assert!(plain.len() > 1000 && plain.iter().any(|&v| v > 0.0));
-        assert!(
-            plain
-                .iter()
-                .zip(&watts)
-                .all(|(a, b)| a.to_bits() == b.to_bits()),
-            "{file}"
-        );
+        assert!(plain.iter().zip(&watts).all(|(a, b)| a.to_bits() == b.to_bits()), "{file}");
         for (a, b) in plain.iter().zip(&lumens) {
-            assert!(
-                (a * efficacy * unit - b).abs() <= 1e-12 * b.abs(),
-                "{file}: {a} W and {b} lm"
-            );
+            assert!((a * efficacy * unit - b).abs() <= 1e-12 * b.abs(), "{file}: {a} W and {b} lm");
         }
     }
     assert_eq!(lumens["spectrum"]["units"]["intensity"], "cd");
@@ -151,10 +130,8 @@ fn sums_follow_from_their_wavelengths_in_any_company() {
             "light.spectrum = {{ kind = \"lines\", wavelength_nm = {nm}, power = {power}, weighting = \"radiometric\" }}"
         )
     };
-    let (two, three) = (
-        lines("[500.0, 600.0]", "[1.0, 3.0]"),
-        lines("[500.0, 550.0, 600.0]", "[2.0, 5.0, 1.0]"),
-    );
+    let (two, three) =
+        (lines("[500.0, 600.0]", "[1.0, 3.0]"), lines("[500.0, 550.0, 600.0]", "[2.0, 5.0, 1.0]"));
     let folder = lit(&[("two", &two), ("three", &three)]);
     for name in ["two", "three"] {
         run(folder.path(), name, &["--model", "hybrid"]);
@@ -181,11 +158,7 @@ fn sums_follow_from_their_wavelengths_in_any_company() {
         let (value, error) = estimate(&model["extraction_efficiency"]);
         assert!((value - mean).abs() < 1e-12, "{value} and {mean}");
         // An error from 64 groups is itself known to 9 %.
-        assert!(
-            (error / variance.sqrt() - 1.0).abs() < 0.36,
-            "{error} and {}",
-            variance.sqrt()
-        );
+        assert!((error / variance.sqrt() - 1.0).abs() < 0.36, "{error} and {}", variance.sqrt());
         let emitted = estimate(&model["power_ledger"]["emitted"]);
         assert!((emitted.0 - 1.0).abs() < 1e-12);
         // Every share is rounded up to whole paths in every group.
@@ -201,11 +174,7 @@ fn white_light_gives_the_same_bytes_on_any_number_of_threads_and_after_a_stop() 
     let folder = lit(&[("white", WHITE)]);
     let out = folder.path().join("white");
     let flags = ["--model", "hybrid", "--seed", "5"];
-    run(
-        folder.path(),
-        "white",
-        &[&flags[..], &["--threads", "2"]].concat(),
-    );
+    run(folder.path(), "white", &[&flags[..], &["--threads", "2"]].concat());
     let first = contents(&out);
     let json = results(&out);
     let white = model(&json, "hybrid_10um");
@@ -215,16 +184,10 @@ fn white_light_gives_the_same_bytes_on_any_number_of_threads_and_after_a_stop() 
         let error = estimate(&white[figure]["wavelength_error"]);
         assert!(error.0 >= 0.0 && error.1 > 0.0, "{figure}");
     }
-    let weights: f64 = wavelengths(white)
-        .iter()
-        .map(|w| number(&w["weight"]))
-        .sum();
+    let weights: f64 = wavelengths(white).iter().map(|w| number(&w["weight"])).sum();
     assert!((weights - 1.0).abs() < 1e-14);
     for file in ["far_field_by_wavelength.csv", "far_field_by_wavelength.png"] {
-        assert!(
-            first.contains_key(&Path::new("lit/hybrid_10um").join(file)),
-            "{file}"
-        );
+        assert!(first.contains_key(&Path::new("lit/hybrid_10um").join(file)), "{file}");
     }
 
     // As after Ctrl-C: some tables are there, others are not.
@@ -233,29 +196,16 @@ fn white_light_gives_the_same_bytes_on_any_number_of_threads_and_after_a_stop() 
     assert_eq!(tables.len(), 3);
     let (kept, lost) = tables.split_at(1);
     let times: Vec<_> = kept.iter().map(|t| changed(t)).collect();
-    let before: Vec<_> = lost
-        .iter()
-        .map(|t| std::fs::read(t).expect("readable"))
-        .collect();
+    let before: Vec<_> = lost.iter().map(|t| std::fs::read(t).expect("readable")).collect();
     for table in lost {
         std::fs::remove_file(table).expect("removed");
     }
     std::fs::remove_dir_all(&out).expect("removed");
-    run(
-        folder.path(),
-        "white",
-        &[&flags[..], &["--threads", "1"]].concat(),
-    );
+    run(folder.path(), "white", &[&flags[..], &["--threads", "1"]].concat());
     assert!(contents(&out) == first, "other bytes");
-    assert!(
-        kept.iter().zip(times).all(|(t, time)| changed(t) == time),
-        "tables were solved again"
-    );
+    assert!(kept.iter().zip(times).all(|(t, time)| changed(t) == time), "tables were solved again");
     for (table, bytes) in lost.iter().zip(before) {
-        assert!(
-            std::fs::read(table).expect("readable") == bytes,
-            "another table"
-        );
+        assert!(std::fs::read(table).expect("readable") == bytes, "another table");
     }
 }
 
@@ -267,40 +217,27 @@ fn rays_disperse_only_in_materials_that_do() {
     let white = results(&path.join("white"));
     let white = model(&white, "geometric_100um");
     assert_eq!(white["spectrum"]["stopped_by"], "no_dispersion");
-    assert_eq!(
-        (wavelengths(white).len(), number(&white["paths"])),
-        (1, 32000.0)
-    );
-    assert_eq!(
-        estimate(&white["uniformity"]["wavelength_error"]),
-        (0.0, 0.0)
-    );
+    assert_eq!((wavelengths(white).len(), number(&white["paths"])), (1, 32000.0));
+    assert_eq!(estimate(&white["uniformity"]["wavelength_error"]), (0.0, 0.0));
 
     // An index of 1.41 written as a table is no dispersion either; 1.5 in the blue and 1.3 in the
     // red is.
     let text = std::fs::read_to_string(path.join("white.toml")).expect("readable");
     assert_eq!(text.matches("index = 1.41").count(), 1);
-    for (name, rows) in [
-        ("even", "0.3 1.41\n        1.1 1.41"),
-        ("steep", "0.4 1.5\n        0.8 1.3"),
-    ] {
+    for (name, rows) in
+        [("even", "0.3 1.41\n        1.1 1.41"), ("steep", "0.4 1.5\n        0.8 1.3")]
+    {
         let yaml = format!("DATA:\n  - type: tabulated n\n    data: |\n        {rows}\n");
         std::fs::write(path.join(format!("{name}.yml")), yaml).expect("written");
         let file = format!("material_file = \"{name}.yml\"");
-        std::fs::write(
-            path.join(format!("{name}.toml")),
-            text.replace("index = 1.41", &file),
-        )
-        .expect("written");
+        std::fs::write(path.join(format!("{name}.toml")), text.replace("index = 1.41", &file))
+            .expect("written");
         run(path, name, &["--model", "geometric"]);
     }
     let even = results(&path.join("even"));
     let even = model(&even, "geometric_100um");
     assert_eq!(even["spectrum"]["stopped_by"], "no_dispersion");
-    assert_eq!(
-        even["extraction_efficiency"],
-        white["extraction_efficiency"]
-    );
+    assert_eq!(even["extraction_efficiency"], white["extraction_efficiency"]);
     let steep = results(&path.join("steep"));
     let steep = model(&steep, "geometric_100um");
     assert_eq!(steep["spectrum"]["stopped_by"], "samples");
@@ -311,9 +248,7 @@ fn rays_disperse_only_in_materials_that_do() {
         extracted.push(estimate(&part["extraction_efficiency"]));
     }
     // A lower index lets more out: red more than blue, by more than five standard errors.
-    let [blue, _, red] = extracted[..] else {
-        panic!("three wavelengths")
-    };
+    let [blue, _, red] = extracted[..] else { panic!("three wavelengths") };
     assert!(red.0 - blue.0 > 5.0 * red.1.hypot(blue.1), "{extracted:?}");
 }
 
@@ -367,10 +302,7 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
     // Nodes of three: quantiles (1 ± √½)/2 and ½ of a flat spectrum.
     let three = (of(443.934) + of(550.0) + of(656.066)) / 3.0;
     let (error, noise) = estimate(&grown["extraction_efficiency"]["wavelength_error"]);
-    assert!(
-        (three - of(550.0)).abs() > 10.0 * (error + noise),
-        "{three}, {error}"
-    );
+    assert!((three - of(550.0)).abs() > 10.0 * (error + noise), "{three}, {error}");
     for figure in ["uniformity", "centre_to_peak", "extraction_efficiency"] {
         let (a, b) = (estimate(&grown[figure]), estimate(&fine[figure]));
         let sampling = estimate(&grown[figure]["wavelength_error"]).0;
@@ -385,10 +317,7 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
 fn a_study_sees_what_a_run_sees() {
     let two = "{ kind = \"lines\", wavelength_nm = [500.0, 600.0], power = [1.0, 3.0], weighting = \"radiometric\" }";
     let lines = format!("light.spectrum = {two}");
-    let folder = lit(&[
-        ("mono", "light = { wavelength_nm = 550.0 }"),
-        ("lines", &lines),
-    ]);
+    let folder = lit(&[("mono", "light = { wavelength_nm = 550.0 }"), ("lines", &lines)]);
     let study = format!(
         "name = \"colour\"\ndesigns = [\"mono.toml\"]\nmodels = [\"hybrid\"]\n[[factors]]\nname = \"light\"\n[[factors.levels]]\nname = \"two lines\"\nset = {{ \"light.wavelength_nm\" = \"\", \"light.spectrum\" = {two} }}\n"
     );
@@ -398,11 +327,7 @@ fn a_study_sees_what_a_run_sees() {
         .args(["--cache", "cache"])
         .output()
         .expect("it runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     run(folder.path(), "lines", &["--model", "hybrid"]);
     let text = std::fs::read(folder.path().join("study/study.json")).expect("study.json");
     let study: Value = serde_json::from_slice(&text).expect("JSON");
@@ -412,10 +337,7 @@ fn a_study_sees_what_a_run_sees() {
     for key in ["extraction_efficiency", "centre_to_peak", "peak_angle_deg"] {
         let of_study = seen.iter().find(|f| f["figure"] == key).expect(key);
         assert_eq!(of_study["value"], run[key]["value"], "{key}");
-        assert_eq!(
-            of_study["standard_error"], run[key]["standard_error"],
-            "{key}"
-        );
+        assert_eq!(of_study["standard_error"], run[key]["standard_error"], "{key}");
         // Other wavelengths than the base's, so something must have moved.
         assert_ne!(of_study["change"]["value"], 0.0, "{key}");
     }
@@ -431,24 +353,15 @@ fn what_a_spectrum_cannot_do_is_refused_before_any_work() {
     for (arguments, words) in [
         (
             "export white.toml --format ies --model geometric --out white.ies",
-            [
-                "white.toml: light.spectrum: expected light.wavelength_nm",
-                "batwing run",
-            ],
+            ["white.toml: light.spectrum: expected light.wavelength_nm", "batwing run"],
         ),
         (
             "run fine.toml --model hybrid --out fine",
-            [
-                "fine.toml: ",
-                "bins at 31 wavelengths: expected at most 2 GiB",
-            ],
+            ["fine.toml: ", "bins at 31 wavelengths: expected at most 2 GiB"],
         ),
     ] {
         let mut command = batwing(path);
-        let output = command
-            .args(arguments.split(' '))
-            .output()
-            .expect("it runs");
+        let output = command.args(arguments.split(' ')).output().expect("it runs");
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success(), "{arguments}");
         assert_eq!(message.lines().count(), 1, "{message}");
@@ -463,10 +376,8 @@ fn what_a_spectrum_cannot_do_is_refused_before_any_work() {
 fn the_white_design_is_d1_in_other_light() {
     let white = batwing_tests::read("data/designs/d1-white.toml");
     let parsed = |text: &str| -> toml::Table { text.parse().expect("valid TOML") };
-    let (mut white, mut d1) = (
-        parsed(&white),
-        parsed(&batwing_tests::read("data/designs/d1.toml")),
-    );
+    let (mut white, mut d1) =
+        (parsed(&white), parsed(&batwing_tests::read("data/designs/d1.toml")));
     for design in [&mut white, &mut d1] {
         for key in ["name", "description", "light"] {
             assert!(design.remove(key).is_some());
@@ -474,18 +385,10 @@ fn the_white_design_is_d1_in_other_light() {
     }
     assert_eq!(white, d1);
     let mut command = batwing(batwing_tests::workspace());
-    let output = command
-        .args(["check", "data/designs/d1-white.toml"])
-        .output()
-        .expect("it runs");
+    let output = command.args(["check", "data/designs/d1-white.toml"]).output().expect("it runs");
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success());
-    for word in [
-        "white LED, 25 % at 450 nm",
-        "photometric",
-        "lm/W",
-        "tolerance of 0.005",
-    ] {
+    for word in ["white LED, 25 % at 450 nm", "photometric", "lm/W", "tolerance of 0.005"] {
         assert!(text.contains(word), "no `{word}` in: {text}");
     }
 }

@@ -25,27 +25,16 @@ fn paths_are_added_until_the_figure_is_known() {
     let designs = batwing_tests::workspace().join("data/designs");
     std::fs::copy(designs.join("d1.toml"), folder.path().join("d1.toml")).expect("copied");
     for (out, threads) in [("one", "1"), ("two", "2")] {
-        let flags = [
-            "--until-error",
-            "extraction_efficiency=0.05%",
-            "--out",
-            out,
-            "--threads",
-            threads,
-        ];
+        let flags =
+            ["--until-error", "extraction_efficiency=0.05%", "--out", out, "--threads", threads];
         let (good, said) = run(folder.path(), &flags);
         assert!(good, "{said}");
     }
-    assert_eq!(
-        contents(&folder.path().join("one")),
-        contents(&folder.path().join("two"))
-    );
+    assert_eq!(contents(&folder.path().join("one")), contents(&folder.path().join("two")));
     let text = std::fs::read(folder.path().join("one/results.json")).expect("results.json");
     let results: Value = serde_json::from_slice(&text).expect("JSON");
     let model = &results["designs"]["D1"]["geometric_100um"];
-    let error = model["extraction_efficiency"]["standard_error"]
-        .as_f64()
-        .expect("a number");
+    let error = model["extraction_efficiency"]["standard_error"].as_f64().expect("a number");
     assert!(error <= 5e-4, "{error}");
     let until = &model["until_error"];
     assert_eq!(
@@ -54,21 +43,11 @@ fn paths_are_added_until_the_figure_is_known() {
     );
     let batches = until["batches"].as_u64().expect("a number");
     // 64 groups of 469 paths a batch.
-    assert!(
-        batches > 1 && model["paths"].as_u64() == Some(batches * 64 * 469),
-        "{model}"
-    );
+    assert!(batches > 1 && model["paths"].as_u64() == Some(batches * 64 * 469), "{model}");
 
     let (good, said) = run(
         folder.path(),
-        &[
-            "--until-error",
-            "uniformity=1e-6",
-            "--most-paths",
-            "70000",
-            "--out",
-            "few",
-        ],
+        &["--until-error", "uniformity=1e-6", "--most-paths", "70000", "--out", "few"],
     );
     assert!(
         good && said.contains("uniformity is known to") && said.contains("--most-paths"),
@@ -76,10 +55,7 @@ fn paths_are_added_until_the_figure_is_known() {
     );
 
     for (flags, word) in [
-        (
-            &["--until-error", "brightness=1"][..],
-            "expected FIGURE=ERROR",
-        ),
+        (&["--until-error", "brightness=1"][..], "expected FIGURE=ERROR"),
         (&["--until-error", "uniformity=0"], "above 0"),
         (&["--most-paths", "5000"], "--until-error"),
     ] {
@@ -92,16 +68,7 @@ fn paths_are_added_until_the_figure_is_known() {
 /// Figure and number of batches of the only model of a run.
 fn known(folder: &Path, design: &str, flags: &[&str]) -> (Value, Value) {
     let output = batwing(folder)
-        .args([
-            "run",
-            design,
-            "--model",
-            "geometric",
-            "--paths",
-            "20000",
-            "--out",
-            "out",
-        ])
+        .args(["run", design, "--model", "geometric", "--paths", "20000", "--out", "out"])
         .args(flags)
         .output()
         .expect("it runs");
@@ -132,50 +99,30 @@ fn the_light_of_a_spectrum_is_traced_until_a_figure_is_known() {
             1,
         )
         .replacen("[light.spectrum]", "[light.spectrum]\nsamples = 3", 1);
-    let coated: Vec<&str> = coated
-        .lines()
-        .filter(|l| !l.starts_with("tolerance"))
-        .collect();
+    let coated: Vec<&str> = coated.lines().filter(|l| !l.starts_with("tolerance")).collect();
     std::fs::write(at.join("white.toml"), white).expect("written");
     std::fs::write(at.join("coated.toml"), coated.join("\n")).expect("written");
     for design in ["white.toml", "coated.toml"] {
-        let (model, until) = known(
-            at,
-            design,
-            &["--until-error", "extraction_efficiency=0.08%"],
-        );
+        let (model, until) = known(at, design, &["--until-error", "extraction_efficiency=0.08%"]);
         let extraction = &model["extraction_efficiency"];
         let error = extraction["standard_error"].as_f64().expect("a number");
         let batches = until["batches"].as_u64().expect("a number");
-        assert!(
-            error > 0.0 && error <= 8e-4 && batches > 1,
-            "{design}: {until} {extraction}"
-        );
+        assert!(error > 0.0 && error <= 8e-4 && batches > 1, "{design}: {until} {extraction}");
         // Every wavelength has as many batches.
         let wavelengths = model["spectrum"]["wavelengths"].as_array().expect("a list");
-        let paths = wavelengths
-            .iter()
-            .map(|w| w["paths"].as_u64().expect("a number"));
+        let paths = wavelengths.iter().map(|w| w["paths"].as_u64().expect("a number"));
         let (total, paths) = (model["paths"].as_u64(), paths.collect::<Vec<_>>());
         assert_eq!(total, Some(paths.iter().sum()), "{design}");
-        assert!(
-            paths.iter().all(|p| p % (64 * batches) == 0),
-            "{design}: {paths:?}"
-        );
-        let emitted = model["power_ledger"]["emitted"]["value"]
-            .as_f64()
-            .expect("a number");
+        assert!(paths.iter().all(|p| p % (64 * batches) == 0), "{design}: {paths:?}");
+        let emitted = model["power_ledger"]["emitted"]["value"].as_f64().expect("a number");
         assert!((emitted - 1.0).abs() < 1e-12, "{design}: {emitted}");
         // One batch is the run without any of this.
         let (once, _) = known(at, design, &["--until-error", "extraction_efficiency=50%"]);
         let (plain, none) = known(at, design, &[]);
         assert_eq!(once["power_ledger"], plain["power_ledger"], "{design}");
         assert_eq!(none, Value::Null);
-        let off = |model: &Value| {
-            model["extraction_efficiency"]["value"]
-                .as_f64()
-                .expect("a number")
-        };
+        let off =
+            |model: &Value| model["extraction_efficiency"]["value"].as_f64().expect("a number");
         assert!((off(&plain) - off(&model)).abs() < 5.0 * 4e-3, "{design}");
     }
 }
@@ -198,10 +145,7 @@ fn the_flux_of_a_receiver_is_a_figure_too() {
     );
     // A surface has several fluxes, some of which hold others.
     for name in ["ground", "silver"] {
-        let (good, said) = run(
-            at,
-            &["--until-error", &format!("flux.{name}=1%"), "--out", "none"],
-        );
+        let (good, said) = run(at, &["--until-error", &format!("flux.{name}=1%"), "--out", "none"]);
         let words =
             format!("expected one of the receivers [\"sky\"] that have one flux, got \"{name}\"");
         assert!(!good && said.contains(&words), "{said}");

@@ -71,15 +71,9 @@ fn run(folder: &Path, flags: &[&str]) -> (Value, String) {
 /// Figures of a set-up by name.
 fn figures(study: &Value, setup: &str) -> BTreeMap<String, Value> {
     let setups = study["setups"].as_array().expect("set-ups");
-    let setup = setups
-        .iter()
-        .find(|s| s["name"] == setup)
-        .expect("the set-up");
+    let setup = setups.iter().find(|s| s["name"] == setup).expect("the set-up");
     let figures = setup["figures"].as_array().expect("figures");
-    figures
-        .iter()
-        .map(|f| (f["figure"].as_str().expect("a name").to_owned(), f.clone()))
-        .collect()
+    figures.iter().map(|f| (f["figure"].as_str().expect("a name").to_owned(), f.clone())).collect()
 }
 
 #[test]
@@ -93,15 +87,9 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
     let (again, said) = run(folder.path(), &["--threads", "2"]);
     assert_eq!(said.matches("traces").count(), 0, "{said}");
     assert_eq!(first, again);
-    assert_eq!(
-        bytes,
-        std::fs::read(folder.path().join("out/study.csv")).expect("study.csv")
-    );
+    assert_eq!(bytes, std::fs::read(folder.path().join("out/study.csv")).expect("study.csv"));
     for picture in ["misfit.png", "change-uniformity.png"] {
-        assert!(
-            folder.path().join("out").join(picture).exists(),
-            "{picture}"
-        );
+        assert!(folder.path().join("out").join(picture).exists(), "{picture}");
     }
     // A table that cannot be replaced leaves none that lists the one before.
     let table = folder.path().join("out/study.csv");
@@ -112,10 +100,7 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
         .output()
         .expect("it runs");
     let said = String::from_utf8_lossy(&failed.stderr);
-    assert!(
-        !failed.status.success() && said.contains("study.csv"),
-        "{said}"
-    );
+    assert!(!failed.status.success() && said.contains("study.csv"), "{said}");
     assert!(!folder.path().join("out/study.json").exists());
 
     let (base, wide) = (figures(&first, "base"), figures(&first, "centre = 12.5"));
@@ -146,16 +131,10 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
     assert!((number(&slope["change_per_unit"], "value") - expected).abs() < 1e-12);
 
     let ranking = first["ranking"].as_array().expect("a ranking");
-    let misfits: Vec<f64> = ranking
-        .iter()
-        .map(|r| number(&r["misfit"], "value"))
-        .collect();
+    let misfits: Vec<f64> = ranking.iter().map(|r| number(&r["misfit"], "value")).collect();
     assert!(misfits.is_sorted() && misfits.len() == 4, "{misfits:?}");
     let miss = (extraction(&base) - 0.95).abs() / 0.01;
-    let of_base = ranking
-        .iter()
-        .find(|r| r["setup"] == "base")
-        .expect("the base");
+    let of_base = ranking.iter().find(|r| r["setup"] == "base").expect("the base");
     let missing = (1.0 - lobes) / 0.25;
     let both = (0.5 * (miss * miss + missing * missing)).sqrt();
     assert!((number(&of_base["misfit"], "value") - both).abs() < 1e-12);
@@ -173,17 +152,10 @@ fn bins_that_are_read_take_no_trace_of_their_own() {
             "[[factors.levels]]\nname = \"{width}\"\nset = {{ \"far_field.read_bin_deg\" = {width}, \"far_field.read_bins\" = \"between\", \"far_field.centre_deg\" = {width}, \"far_field.peak\" = \"parabola\", \"far_field.peak_fit_deg\" = 10.0 }}\n"
         )
     };
-    let bins = format!(
-        "[[factors]]\nname = \"bins\"\n{}{}",
-        level("5.0"),
-        level("10.0")
-    );
+    let bins = format!("[[factors]]\nname = \"bins\"\n{}{}", level("5.0"), level("10.0"));
     assert!(STUDY.contains(factor));
-    std::fs::write(
-        folder.path().join("study.toml"),
-        STUDY.replace(factor, &bins),
-    )
-    .expect("written");
+    std::fs::write(folder.path().join("study.toml"), STUDY.replace(factor, &bins))
+        .expect("written");
     let (read, said) = run(folder.path(), &[]);
     assert_eq!(said.matches("traces").count(), 6, "{said}");
     let text = std::fs::read_to_string(folder.path().join("d1.toml")).expect("the design");
@@ -234,16 +206,10 @@ fn what_is_no_toml_is_said_in_one_line_with_its_place() {
     };
     for (name, begins) in [
         ("study.toml", "batwing: study.toml: line 2, column 9: "),
-        (
-            "d1.toml",
-            "batwing: study.toml: designs: `d1.toml`: line 2, column 9: ",
-        ),
+        ("d1.toml", "batwing: study.toml: designs: `d1.toml`: line 2, column 9: "),
     ] {
         let said = said(name, "name = \"a\"\nother = = 3\n");
-        assert!(
-            said.starts_with(begins) && said.contains("expected"),
-            "{said}"
-        );
+        assert!(said.starts_with(begins) && said.contains("expected"), "{said}");
         assert_eq!(said.trim_end().lines().count(), 1, "{said}");
     }
 }
@@ -276,10 +242,7 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     let values = short["values"].as_array().expect("values");
     assert!(values[..16] != values[16..]);
     // Peaks are middles of bins about multiples of 5 degrees.
-    for angle in of("peak_angle_deg", 12_500.0)["values"]
-        .as_array()
-        .expect("values")
-    {
+    for angle in of("peak_angle_deg", 12_500.0)["values"].as_array().expect("values") {
         let bins = angle.as_f64().expect("a number") / 5.0;
         assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
     }
@@ -289,10 +252,7 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     let compared = study["setups"][0]["targets_as_single_runs"].as_array();
     let compared = compared.expect("comparisons");
     assert_eq!(compared.len(), 1, "{compared:?}");
-    assert_eq!(
-        (&compared[0]["runs"], &compared[0]["figures"]),
-        (&32.into(), &1.into())
-    );
+    assert_eq!((&compared[0]["runs"], &compared[0]["figures"]), (&32.into(), &1.into()));
     assert!((number(&compared[0], "p") - 1.0 / 33.0).abs() < 1e-12);
     assert!(number(&compared[0], "chi_square") > 10.0 * number(&compared[0], "expected"));
     let by_figure = compared[0]["by_figure"].as_array().expect("figures");
@@ -327,16 +287,10 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
             &["study.toml", "box = 0.5", "colour"][..],
         ),
         (
-            STUDY.replace(
-                "extraction_efficiency = 0.95",
-                "extraction_efficiency = \"high\"",
-            ),
+            STUDY.replace("extraction_efficiency = 0.95", "extraction_efficiency = \"high\""),
             &["targets.D1.geometric_100um", "number"],
         ),
-        (
-            STUDY.replace("[targets", "[tragets"),
-            &["study.toml", "tragets"],
-        ),
+        (STUDY.replace("[targets", "[tragets"), &["study.toml", "tragets"]),
         (STUDY.replace("d1.toml", "d9.toml"), &["designs", "d9.toml"]),
         (
             STUDY.replace("paths = 20000", "paths = 20000\nshort_runs = [10]"),
@@ -344,10 +298,8 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
         ),
     ] {
         std::fs::write(folder.path().join("study.toml"), wrong).expect("written");
-        let output = batwing(folder.path())
-            .args(["study", "study.toml"])
-            .output()
-            .expect("it runs");
+        let output =
+            batwing(folder.path()).args(["study", "study.toml"]).output().expect("it runs");
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{said}");
         for word in words {
@@ -366,10 +318,7 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
     for (bytes, why) in [(&b"{"[..], "EOF"), (&other, "expected the trace of key")] {
         std::fs::write(&traces[0], bytes).expect("written");
         let (again, said) = run(folder.path(), &[]);
-        assert!(
-            said.contains("no usable trace") && said.contains(why),
-            "{said}"
-        );
+        assert!(said.contains("no usable trace") && said.contains(why), "{said}");
         assert_eq!(first, again);
     }
 }

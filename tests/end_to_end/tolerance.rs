@@ -48,9 +48,7 @@ fn tolerance(folder: &Path, flags: &[&str]) -> [Vec<u8>; 2] {
 }
 
 fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("no number: {value}"))
+    value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
 }
 
 #[test]
@@ -74,10 +72,7 @@ fn a_straight_dependence_has_the_scatter_of_its_slope() {
     assert!(folder.path().join("out/distribution.png").exists());
     let figure = &json["figures"]["extraction_efficiency"];
     let shift = &figure["shift"];
-    assert!(
-        number(&shift["value"]).abs() < 3.0 * number(&shift["standard_error"]),
-        "{shift}"
-    );
+    assert!(number(&shift["value"]).abs() < 3.0 * number(&shift["standard_error"]), "{shift}");
 
     // The slope out of two designs of other reflectances.
     let text = std::fs::read_to_string(folder.path().join("bare-dome.toml")).expect("a design");
@@ -88,14 +83,7 @@ fn a_straight_dependence_has_the_scatter_of_its_slope() {
         let path = folder.path().join("changed.toml");
         std::fs::write(path, changed).expect("written");
         let output = batwing(folder.path())
-            .args([
-                "run",
-                "changed.toml",
-                "--quiet",
-                "--json",
-                "--paths",
-                "262144",
-            ])
+            .args(["run", "changed.toml", "--quiet", "--json", "--paths", "262144"])
             .output()
             .expect("it runs");
         let said = String::from_utf8_lossy(&output.stderr);
@@ -125,10 +113,7 @@ fn a_straight_dependence_has_the_scatter_of_its_slope() {
     let good = good.count();
     let yielded = &json["yield"];
     assert!(0 < good && good < 64, "{good}");
-    assert_eq!(
-        (&yielded["good"], &yielded["of"]),
-        (&good.into(), &64.into())
-    );
+    assert_eq!((&yielded["good"], &yielded["of"]), (&good.into(), &64.into()));
     let [low, high] = [0, 1].map(|k| number(&yielded["interval_95"][k]));
     assert!(low < number(&yielded["share"]) && number(&yielded["share"]) < high);
 }
@@ -168,83 +153,39 @@ const ALONE: &str = "[[correlations]]\n\
 
 /// What is written in place of what, and words of the message.
 const BAD: &[(&str, &str, &[&str])] = &[
-    (
-        "half_width = 0.04",
-        "half_width = 0.0",
-        &["tolerances[1]: half_width", "got 0"],
-    ),
+    ("half_width = 0.04", "half_width = 0.0", &["tolerances[1]: half_width", "got 0"]),
     (
         "half_width = 0.04",
         "half_width = 4.0",
         &["tolerances", "without a design", "mirror.reflectance"],
     ),
-    (
-        "half_width = 0.04",
-        "half_width = 0.04\ndeviation = 0.1",
-        &["tolerances[1]: deviation"],
-    ),
-    (
-        "\"uniform\"",
-        "\"flat\"",
-        &["tolerances[1].distribution", "flat"],
-    ),
-    (
-        "mirror.reflectance",
-        "mirror.reflection",
-        &["mirror.reflection", "nominal"],
-    ),
-    (
-        "mirror.reflectance",
-        "mirror.kind",
-        &["mirror.kind", "specular"],
-    ),
-    (
-        "mirror.reflectance",
-        "mirror.*.x",
-        &["tolerances[1]: mirror.*.x", "a list at mirror"],
-    ),
+    ("half_width = 0.04", "half_width = 0.04\ndeviation = 0.1", &["tolerances[1]: deviation"]),
+    ("\"uniform\"", "\"flat\"", &["tolerances[1].distribution", "flat"]),
+    ("mirror.reflectance", "mirror.reflection", &["mirror.reflection", "nominal"]),
+    ("mirror.reflectance", "mirror.kind", &["mirror.kind", "specular"]),
+    ("mirror.reflectance", "mirror.*.x", &["tolerances[1]: mirror.*.x", "a list at mirror"]),
     (
         "key = \"mirror.reflectance\"",
         "profile = \"inner_slope_deg\"",
         &["tolerances[1]", "[elements]"],
     ),
     ("[[constraints]]", SECOND, &["tolerances[2].name", "twice"]),
-    (
-        "[[constraints]]",
-        ALONE,
-        &["correlations[1].between", "\"x\""],
-    ),
-    (
-        "[[constraints]]",
-        IMPOSSIBLE,
-        &["correlations", "positive definite"],
-    ),
+    ("[[constraints]]", ALONE, &["correlations[1].between", "\"x\""]),
+    ("[[constraints]]", IMPOSSIBLE, &["correlations", "positive definite"]),
     (
         "figure = \"extraction_efficiency\"",
         "figure = \"uniformity\"",
         &["constraints[1]: figure", "uniformity"],
     ),
-    (
-        "[[constraints]]",
-        "[[limits]]",
-        &["limits: expected it to be called `constraints`"],
-    ),
+    ("[[constraints]]", "[[limits]]", &["limits: expected it to be called `constraints`"]),
     ("at_least = 0.99", "", &["constraints[1]", "got neither"]),
     (
         "at_least = 0.99",
         "at_least = 0.9\nat_most = 0.8",
         &["constraints[1]: at_least, at_most", "got 0.9 and 0.8"],
     ),
-    (
-        "[\"extraction_efficiency\"]",
-        "[\"extraction\"]",
-        &["figures", "\"extraction\""],
-    ),
-    (
-        "[\"extraction_efficiency\"]",
-        "[]",
-        &["figures: expected at least one"],
-    ),
+    ("[\"extraction_efficiency\"]", "[\"extraction\"]", &["figures", "\"extraction\""]),
+    ("[\"extraction_efficiency\"]", "[]", &["figures: expected at least one"]),
     ("samples", "sample", &["line 4, column 1: sample"]),
     ("samples = 64", "samples = 2", &["samples", "got 2"]),
     ("paths = 8192", "paths = 2", &["paths", "got 2"]),
@@ -270,10 +211,7 @@ fn bad_files_end_in_one_message_and_write_nothing() {
         for word in *words {
             assert!(said.contains(word), "no `{word}` in: {said}");
         }
-        assert!(
-            !folder.path().join("out/tolerance.json").exists(),
-            "{after}"
-        );
+        assert!(!folder.path().join("out/tolerance.json").exists(), "{after}");
         assert!(!folder.path().join("out/samples.csv").exists(), "{after}");
     }
 }
@@ -284,20 +222,15 @@ fn bad_files_end_in_one_message_and_write_nothing() {
 fn broken_symmetries_shift_no_figure_by_themselves() {
     let folder = folder();
     let text = TOLERANCE
-        .replace(
-            "\"extraction_efficiency\"]",
-            "\"illuminance_valley_to_peak\"]",
-        )
+        .replace("\"extraction_efficiency\"]", "\"illuminance_valley_to_peak\"]")
         .replace(
             "figure = \"extraction_efficiency\"\nat_least = 0.99",
             "figure = \"illuminance_valley_to_peak\"\nat_least = 0.0",
         )
         .replace("key = \"mirror.reflectance\"", "key = \"led.offset_mm.*\"")
         .replace("half_width = 0.04", "half_width = 1e-6");
-    let text = text.replace(
-        "samples = 64",
-        "samples = 64\nset = { \"led.offset_mm\" = [0.0, 0.0] }",
-    );
+    let text =
+        text.replace("samples = 64", "samples = 64\nset = { \"led.offset_mm\" = [0.0, 0.0] }");
     let analysed = |text: &str| {
         std::fs::write(folder.path().join("tolerance.toml"), text).expect("written");
         let [json, _] = tolerance(folder.path(), &["--paths", "65536"]);
@@ -309,23 +242,13 @@ fn broken_symmetries_shift_no_figure_by_themselves() {
     let [(averaged, _), (shift, error)] = analysed(&text);
     assert!(shift.abs() < 4.0 * error, "{shift} ± {error}");
     // Without averages the design itself reads lower by far more.
-    let without = text.replace(
-        "[0.0, 0.0] }",
-        "[0.0, 0.0], \"receiver.average\" = \"none\" }",
-    );
+    let without = text.replace("[0.0, 0.0] }", "[0.0, 0.0], \"receiver.average\" = \"none\" }");
     let [(plain, _), _] = analysed(&without);
-    assert!(
-        averaged - plain > 4.0 * error,
-        "{averaged} {plain} ± {error}"
-    );
+    assert!(averaged - plain > 4.0 * error, "{averaged} {plain} ± {error}");
 }
 
 fn report(folder: &Path, arguments: &[&str]) -> (bool, String) {
-    let output = batwing(folder)
-        .arg("report")
-        .args(arguments)
-        .output()
-        .expect("it runs");
+    let output = batwing(folder).arg("report").args(arguments).output().expect("it runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     (output.status.success(), said)
 }
@@ -393,15 +316,9 @@ fn an_analysis_becomes_a_page_alone_or_beside_a_run() {
     assert_ne!(text, touched);
     std::fs::write(&path, touched).expect("written");
     let (done, said) = report(folder.path(), &["out"]);
-    assert!(
-        !done && said.contains("content_sha256: it was altered after the analysis"),
-        "{said}"
-    );
+    assert!(!done && said.contains("content_sha256: it was altered after the analysis"), "{said}");
     let old = text.replacen("\"schema_version\": 2", "\"schema_version\": 1", 1);
     std::fs::write(&path, old).expect("written");
     let (done, said) = report(folder.path(), &["out"]);
-    assert!(
-        !done && said.contains("tolerance.json`: schema_version: expected 2, got 1"),
-        "{said}"
-    );
+    assert!(!done && said.contains("tolerance.json`: schema_version: expected 2, got 1"), "{said}");
 }

@@ -25,10 +25,7 @@ enum Step {
 
 /// The last file that a text names: `` `NAME.toml` ``.
 fn named(text: &str) -> String {
-    let is_file = |word: &&str| {
-        word.strip_suffix(".toml")
-            .is_some_and(|name| !name.contains(' '))
-    };
+    let is_file = |word: &&str| word.strip_suffix(".toml").is_some_and(|name| !name.contains(' '));
     let name = text.split('`').rev().find(is_file);
     name.expect("a name of a file").to_owned()
 }
@@ -69,21 +66,15 @@ fn quoted(text: &str) -> BTreeSet<String> {
     let words: Vec<&str> = text.split([' ', '\n', '|', '(', ')', ',']).collect();
     let end = |word: &str| word.trim_end_matches(['.', ';', '%']).to_owned();
     let is_number = |word: &str| word.parse::<f64>().is_ok();
-    let numbers = words
-        .windows(3)
-        .filter(|three| three[1] == "±" && is_number(three[0]));
-    numbers
-        .map(|three| format!("{} ± {}", three[0], end(three[2])))
-        .collect()
+    let numbers = words.windows(3).filter(|three| three[1] == "±" && is_number(three[0]));
+    numbers.map(|three| format!("{} ± {}", three[0], end(three[2]))).collect()
 }
 
 /// All figures of a study as the program writes numbers.
 fn of_study(file: &Path) -> BTreeSet<String> {
     let study: Value = serde_json::from_str(&read(file)).expect("JSON");
     let setups = study["setups"].as_array().expect("set-ups");
-    let figures = setups
-        .iter()
-        .flat_map(|setup| setup["figures"].as_array().expect("figures"));
+    let figures = setups.iter().flat_map(|setup| setup["figures"].as_array().expect("figures"));
     let number = |figure: &Value, key: &str| figure[key].as_f64().expect("a number");
     let shown = |figure: &Value| {
         let [value, error] = ["value", "standard_error"].map(|key| number(figure, key));
@@ -131,8 +122,5 @@ fn every_command_of_the_tutorial_runs_and_gives_the_quoted_figures() {
     printed.extend(of_study(&at.join("study/study.json")));
     assert!(ran >= 8, "{ran} commands");
     let unknown: Vec<String> = quoted(&page).difference(&printed).cloned().collect();
-    assert!(
-        unknown.is_empty(),
-        "{unknown:?} of the page are not among {printed:?}"
-    );
+    assert!(unknown.is_empty(), "{unknown:?} of the page are not among {printed:?}");
 }

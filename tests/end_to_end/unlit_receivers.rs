@@ -55,14 +55,7 @@ fn a_map_without_light_leaves_uniformity_out_and_warns() {
     let warned = "batwing: warning: dark.toml: receiver.plane_height_mm = 3: no light of 64000 paths goes up through the map there";
     for flags in [
         &["--out", "r"][..],
-        &[
-            "--out",
-            "u",
-            "--until-error",
-            "flux.wall=1%",
-            "--most-paths",
-            "128000",
-        ],
+        &["--out", "u", "--until-error", "flux.wall=1%", "--most-paths", "128000"],
     ] {
         let (good, said) = said(at, &text, flags);
         assert!(good && said.contains(&warned[..80]), "{said}");
@@ -71,24 +64,14 @@ fn a_map_without_light_leaves_uniformity_out_and_warns() {
     assert!(said.starts_with(warned), "{said}");
     let run = run_text(at, "dark", &text, "r2", &[]).expect("it runs");
     let model = &run["designs"]["dark"]["geometric"];
-    for absent in [
-        "uniformity",
-        "uniformity_diagonal",
-        "illuminance_valley_to_peak",
-    ] {
+    for absent in ["uniformity", "uniformity_diagonal", "illuminance_valley_to_peak"] {
         assert!(model.get(absent).is_none(), "{absent}");
     }
     let (flux, error) = estimate(&model["receivers"]["wall"]["flux"]);
-    assert!(
-        (flux - 0.5).abs() < 5.0 * error && error < 0.01,
-        "{flux} ± {error}"
-    );
+    assert!((flux - 0.5).abs() < 5.0 * error && error < 0.01, "{flux} ± {error}");
     assert!(estimate(&model["peak_angle_deg"]).0 > 80.0);
     assert!(at.join("r2/dark/geometric/illuminance.png").exists());
-    let report = batwing(at)
-        .args(["report", "r2"])
-        .output()
-        .expect("it runs");
+    let report = batwing(at).args(["report", "r2"]).output().expect("it runs");
     let wrong = String::from_utf8_lossy(&report.stderr);
     assert!(report.status.success(), "{wrong}");
     // That uniformity was asked for.
@@ -130,9 +113,7 @@ fn bins_too_wide_for_the_valley_are_told_with_those_that_are_not() {
     let read = |out: &str| {
         let text = std::fs::read_to_string(at.join(out).join("results.json")).expect("results");
         let all: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-        all["designs"]["dark"]["geometric"]
-            .get("uniformity")
-            .is_some()
+        all["designs"]["dark"]["geometric"].get("uniformity").is_some()
     };
     assert!(read("narrow") && !read("wide"));
 }

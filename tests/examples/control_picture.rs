@@ -17,19 +17,14 @@ use pipeline::stages::model::Model;
 const PATHS: u64 = 20_000_000;
 
 fn main() -> Result<()> {
-    let file = std::env::args_os()
-        .nth(1)
-        .map_or_else(|| "control-d1.png".into(), PathBuf::from);
+    let file = std::env::args_os().nth(1).map_or_else(|| "control-d1.png".into(), PathBuf::from);
     let (bands, rings) = (design("d1.toml"), every_ring("d1.toml"));
     let curves = [
         trace(&bands, Model::Fine, PATHS, 1).azimuthal_mean("170 steps, rays")?,
         trace(&rings, Model::Control, PATHS, 2).azimuthal_mean("control, 170 cells")?,
         trace(&bands, Model::Control, PATHS, 3).azimuthal_mean("control, 17 cells")?,
     ];
-    let heading = Heading::new(
-        "What 17 representatives do",
-        "D1, far field averaged over azimuth",
-    );
+    let heading = Heading::new("What 17 representatives do", "D1, far field averaged over azimuth");
     let quantity = Quantity::new("intensity", Unit::WattPerSteradian);
     let picture = FarField {
         heading: &heading,

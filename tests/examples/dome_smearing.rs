@@ -5,10 +5,7 @@
 //! `cargo run --release -p batwing-tests --example dome_smearing TABLES [PATHS]`, where TABLES
 //! holds `band-1.bworders` to `band-17.bworders`.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "the table is what the program is run for"
-)]
+#![expect(clippy::print_stdout, reason = "the table is what the program is run for")]
 
 use std::path::Path;
 use std::sync::Arc;
@@ -25,9 +22,7 @@ use pipeline::stages::trace::observe;
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let folder = arguments.next().expect("the folder of the tables");
-    let paths: u64 = arguments
-        .next()
-        .map_or(2_000_000, |n| n.parse().expect("a number of paths"));
+    let paths: u64 = arguments.next().map_or(2_000_000, |n| n.parse().expect("a number of paths"));
     let design = config::embedded("d1.toml").expect("valid");
     let dome = *design.sphere().expect("a sphere");
     let tables: Vec<Arc<dyn Bsdf>> = (1..=17)
@@ -55,10 +50,7 @@ fn main() {
             .iter()
             .filter(|f| ["uniformity", "centre_to_peak", "extraction_efficiency"].contains(&f.key))
             .map(|f| {
-                format!(
-                    "{} {:.4} ± {:.4}",
-                    f.key, f.estimate.value, f.estimate.standard_error
-                )
+                format!("{} {:.4} ± {:.4}", f.key, f.estimate.value, f.estimate.standard_error)
             })
             .collect();
         println!("cells of {step} degrees: {}", figures.join(", "));

@@ -2,10 +2,7 @@
 //! Time and memory of ray files: `cargo run --release -p batwing-tests --example ray_files [RAYS]
 //! [FOLDER]` writes and reads ten million rays in each format.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "the table is what the program is run for"
-)]
+#![expect(clippy::print_stdout, reason = "the table is what the program is run for")]
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -28,12 +25,8 @@ fn rays(count: u64) -> impl Iterator<Item = RayRecord> {
 
 fn main() -> Result<(), RayFileError> {
     let mut arguments = std::env::args().skip(1);
-    let count: u64 = arguments
-        .next()
-        .map_or(10_000_000, |n| n.parse().expect("a number of rays"));
-    let folder = arguments
-        .next()
-        .map_or_else(std::env::temp_dir, PathBuf::from);
+    let count: u64 = arguments.next().map_or(10_000_000, |n| n.parse().expect("a number of rays"));
+    let folder = arguments.next().map_or_else(std::env::temp_dir, PathBuf::from);
     let report = |what: &str, begin: Instant, flux: f64, stated: f64| {
         println!(
             "{what}: {:.2} s, flux {flux:.6} W, header {stated:.6} W, peak {:.0} MB",

@@ -4,10 +4,7 @@
 //!
 //! `cargo run --release -p batwing-tests --example second_opinion`, several minutes of CPU.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "a table on the terminal is what it is for"
-)]
+#![expect(clippy::print_stdout, reason = "a table on the terminal is what it is for")]
 
 use anyhow::Result;
 use batwing_tests::solver_comparison::{
@@ -35,12 +32,8 @@ fn main() -> Result<()> {
             let approximate = by_rcwa(&interface, KX0, &resolution)?;
             let (orders, slices) = (resolution.truncation.highest(), resolution.plan.count());
             for (name, pol) in [("TE", Pol::S), ("TM", Pol::P)] {
-                let Difference {
-                    order,
-                    mean_square,
-                    transmitted,
-                    of_tables,
-                } = difference(&exact, &approximate, pol);
+                let Difference { order, mean_square, transmitted, of_tables } =
+                    difference(&exact, &approximate, pol);
                 println!(
                     "| {file} {ring} | {nodes} | {moved:.0e} | {balance:.0e} | ±{orders}, {slices} | {name} \
                      | {order:.1e} | {mean_square:.1e} | {transmitted:.1e} | {of_tables:.1e} |"

@@ -6,10 +6,7 @@
 //! `cargo run --release -p batwing-tests --example single_ring [RING]...`, minutes of CPU; without
 //! rings, all of [`CASES`].
 
-#![expect(
-    clippy::print_stdout,
-    reason = "a table on the terminal is what it is for"
-)]
+#![expect(clippy::print_stdout, reason = "a table on the terminal is what it is for")]
 
 use anyhow::{Context, Result};
 use batwing_tests::supercell::effect::{Effect, Gathered, effect};
@@ -29,13 +26,7 @@ struct Case {
 }
 
 const fn case(file: &'static str, ring: usize, more: [&'static [usize]; 2]) -> Case {
-    Case {
-        file,
-        ring,
-        in_line: &[3],
-        among: more[0],
-        on_plane: more[1],
-    }
+    Case { file, ring, in_line: &[3], among: more[0], on_plane: more[1] }
 }
 
 /// What is computed.
@@ -95,12 +86,7 @@ impl Solver {
     }
 
     fn solved(&self, surface: &Surface, plan: &SlicePlan) -> Result<Vec<Wave>> {
-        supercell(
-            &surface.stack(plan)?,
-            surface.teeth,
-            self.highest,
-            &self.lines,
-        )
+        supercell(&surface.stack(plan)?, surface.teeth, self.highest, &self.lines)
     }
 
     /// The ring's endless grating, at the height and with the slices of `beside`.
@@ -114,20 +100,13 @@ impl Solver {
             let of = |how| effect(first, second, side, how);
             let (all, range) = (of(Gathered::Diffuse), of(Gathered::Ranges(RANGE_DEG)));
             let single = of(Gathered::Single);
-            println!(
-                "| {} | {what} | {name} | {} |",
-                self.name,
-                cells(&all, &range, &single)
-            );
+            println!("| {} | {what} | {name} | {} |", self.name, cells(&all, &range, &single));
         }
     }
 
     fn among_neighbours(&self, teeth: usize, neighbours: Neighbours) -> Result<()> {
         let (surface, plan) = self.surface(teeth, neighbours)?;
-        let (together, alone) = (
-            self.solved(&surface, &plan)?,
-            self.grating(&surface, &plan)?,
-        );
+        let (together, alone) = (self.solved(&surface, &plan)?, self.grating(&surface, &plan)?);
         self.print(&format!("{neighbours:?} {teeth}"), &alone, &together);
         Ok(())
     }
@@ -143,11 +122,7 @@ impl Solver {
                 waves.retain(|w| w.angle_deg.abs() < STEEP_DEG);
                 waves
             });
-            self.print(
-                &format!("one tooth {teeth}, within {STEEP_DEG} deg"),
-                &alone,
-                &tooth,
-            );
+            self.print(&format!("one tooth {teeth}, within {STEEP_DEG} deg"), &alone, &tooth);
         }
         Ok(())
     }
@@ -179,14 +154,7 @@ fn main() -> Result<()> {
     println!(
         "| ring | what | from | diffuse: grating | this | moved | turn | ranges: total | worst | moved | turn | waves: total | worst |"
     );
-    for Case {
-        file,
-        ring,
-        in_line,
-        among,
-        on_plane,
-    } in CASES
-    {
+    for Case { file, ring, in_line, among, on_plane } in CASES {
         if !chosen.is_empty() && !chosen.contains(&ring) {
             continue;
         }

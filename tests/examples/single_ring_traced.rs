@@ -7,10 +7,7 @@
 //! wavevector and slices of the same thickness. `cargo run --release -p batwing-tests --example
 //! single_ring_traced [PATHS]`, minutes of CPU.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "figures on the terminal are what it is for"
-)]
+#![expect(clippy::print_stdout, reason = "figures on the terminal are what it is for")]
 
 use std::sync::Arc;
 
@@ -82,13 +79,7 @@ fn main() -> Result<()> {
         if let Some((relief, teeth)) = of {
             bands[BAND.0 - 1] = Some(Arc::new(table(relief, teeth)?) as Arc<dyn Bsdf>);
         }
-        let seen = observe(
-            &design,
-            &DomeSurface::Banded(meridian, bands),
-            paths,
-            what,
-            env,
-        )?;
+        let seen = observe(&design, &DomeSurface::Banded(meridian, bands), paths, what, env)?;
         traced.push(seen.figures(&design));
     }
     for ((rays, grating), neighbours) in traced[0].iter().zip(&traced[1]).zip(&traced[2]) {

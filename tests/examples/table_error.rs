@@ -5,10 +5,7 @@
 //!
 //! `cargo run --release -p batwing-tests --example table_error -- 2e-3 1e-3`
 
-#![expect(
-    clippy::print_stdout,
-    reason = "a table on the terminal is what it is for"
-)]
+#![expect(clippy::print_stdout, reason = "a table on the terminal is what it is for")]
 
 use anyhow::{Context as _, Result};
 use batwing_tests::solver_comparison::{RINGS, ring};
@@ -23,10 +20,7 @@ const KY: [f64; 5] = [0.09, 0.37, 0.71, 0.96, 1.23];
 fn main() -> Result<()> {
     let tolerances = std::env::args()
         .skip(1)
-        .map(|t| {
-            t.parse::<f64>()
-                .with_context(|| format!("tolerance: expected a number, got {t}"))
-        })
+        .map(|t| t.parse::<f64>().with_context(|| format!("tolerance: expected a number, got {t}")))
         .collect::<Result<Vec<_>>>()?;
     println!(
         "| ring | asked | M | slices | stated | mean | 99 % | largest | of any order, r.m.s. |"
@@ -58,16 +52,8 @@ fn main() -> Result<()> {
 }
 
 fn shares(interface: &Interface, resolution: &Resolution) -> Result<Hemisphere> {
-    let directions = Directions {
-        kx_per_zone: 2,
-        ky: KY.to_vec(),
-    };
-    Ok(hemisphere(
-        interface,
-        &directions,
-        resolution,
-        &no_progress,
-    )?)
+    let directions = Directions { kx_per_zone: 2, ky: KY.to_vec() };
+    Ok(hemisphere(interface, &directions, resolution, &no_progress)?)
 }
 
 /// Departures of what each wave has transmitted, over all waves, which weighs them as diffuse light
@@ -90,10 +76,7 @@ fn errors(table: &Hemisphere, finer: &Hemisphere) -> Errors {
     for (a, b) in waves {
         totals.push((transmitted(&a.shares) - transmitted(&b.shares)).abs());
         let orders = a.shares.iter().zip(&b.shares);
-        squares += orders
-            .map(|(a, b)| (a.2 - b.2).abs())
-            .fold(0.0_f64, f64::max)
-            .powi(2);
+        squares += orders.map(|(a, b)| (a.2 - b.2).abs()).fold(0.0_f64, f64::max).powi(2);
     }
     totals.sort_by(f64::total_cmp);
     let count = totals.len();

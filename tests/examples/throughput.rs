@@ -29,10 +29,7 @@
 //!
 //! CPU time is that of this thread where Linux tells it, else the clock's.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "the line is what the program is run for"
-)]
+#![expect(clippy::print_stdout, reason = "the line is what the program is run for")]
 
 #[path = "../../tracer/tests/common/mod.rs"]
 mod common;
@@ -80,25 +77,18 @@ fn hybrid(folder: &Path) -> Result<Dome, Box<dyn std::error::Error>> {
 }
 
 fn scene(name: &str, tables: &str) -> Result<Scene, Box<dyn std::error::Error>> {
-    let package = |dome| {
-        common::single(
-            common::package(N, dome, 0.95, 0.86)
-                .prototype()
-                .expect("a package"),
-        )
-    };
+    let package =
+        |dome| common::single(common::package(N, dome, 0.95, 0.86).prototype().expect("a package"));
     Ok(match name {
         "smooth" => common::single(common::mirrored_cap(Emission::LAMBERTIAN)),
         "mesh" => common::single(common::meshed_cap(200_000, Emission::LAMBERTIAN)),
         "stepped-17" => package(Dome::relief(staircase(17))),
         "stepped-170" => package(Dome::relief(staircase(170))),
         "hybrid" => package(hybrid(Path::new(tables))?),
-        "array" => common::array(
-            &common::package(N, Dome::relief(staircase(17)), 0.95, 0.86),
-            2,
-            8.3,
-        )
-        .build()?,
+        "array" => {
+            common::array(&common::package(N, Dome::relief(staircase(17)), 0.95, 0.86), 2, 8.3)
+                .build()?
+        }
         "walled" => walled()?,
         "nested" => nested()?,
         _ => return Err(format!("no scene '{name}'").into()),
@@ -134,13 +124,8 @@ fn nested() -> Result<Scene, tracer::Error> {
         Surface::new("ball", ball, outer, Region::World, &SurfaceModel::Interface),
         Surface::new("core", core, inner, outer, &SurfaceModel::Interface),
     ];
-    let source = Source::new(
-        "LED",
-        DVec3::new(0.3, 0.0, 0.6),
-        inner,
-        Emitter::Point,
-        Emission::Isotropic,
-    );
+    let source =
+        Source::new("LED", DVec3::new(0.3, 0.0, 0.6), inner, Emitter::Point, Emission::Isotropic);
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(Prototype {
         media: vec![
@@ -197,10 +182,7 @@ impl Others {
         (name, tables): (&str, &str),
         paths: u64,
     ) -> Result<Self, Box<dyn std::error::Error>> {
-        let mut others = Self {
-            children: Vec::new(),
-            answers: Vec::new(),
-        };
+        let mut others = Self { children: Vec::new(), answers: Vec::new() };
         for number in 0..count {
             let mut child = Command::new(std::env::current_exe()?)
                 .args([name, &paths.div_ceil(count as u64).to_string(), tables])
@@ -313,9 +295,7 @@ fn flag(
     let Some(place) = arguments.iter().position(|argument| argument == name) else {
         return Ok(None);
     };
-    let number = arguments
-        .drain(place..(place + 2).min(arguments.len()))
-        .nth(1);
+    let number = arguments.drain(place..(place + 2).min(arguments.len())).nth(1);
     let number = number.ok_or_else(|| format!("{name} takes a number"))?;
     Ok(Some(number.parse()?))
 }
@@ -330,11 +310,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let far = FarField::default();
     let plane = PlaneMap::centred(3.0, 0.1, 240, 240)?;
     let both: [&dyn Receiver; 2] = [&far, &plane];
-    let receivers = if name == "array" {
-        &both[..]
-    } else {
-        &both[..1]
-    };
+    let receivers = if name == "array" { &both[..] } else { &both[..1] };
     if let Some(seed) = turns {
         return take_turns(&scene, receivers, &Settings::new(paths, seed as u64));
     }
@@ -342,10 +318,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let others = Others::start(threads, (&name, &tables), paths)?;
         return compare(&scene, receivers, &Settings::new(paths, 1), threads, others);
     }
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .use_current_thread()
-        .build()?;
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build()?;
     let clock = Instant::now();
     let begin = cpu_seconds(clock);
     let outcome = one.install(|| run(&scene, receivers, &Settings::new(paths, 1)))?;

@@ -19,27 +19,17 @@ fn real(n: f64) -> Complex64 {
 
 fn case(id: &str) -> Value {
     let found = cases("published.json", id);
-    found
-        .into_iter()
-        .find(|c| c["id"] == id)
-        .expect("a case of this name")
+    found.into_iter().find(|c| c["id"] == id).expect("a case of this name")
 }
 
 fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
 /// The members of an object, keys as orders.
 fn entries(value: &Value) -> Vec<(i32, Value)> {
-    let object = value
-        .as_object()
-        .unwrap_or_else(|| panic!("{value} is no object"));
-    object
-        .iter()
-        .map(|(k, v)| (k.parse().unwrap(), v.clone()))
-        .collect()
+    let object = value.as_object().unwrap_or_else(|| panic!("{value} is no object"));
+    object.iter().map(|(k, v)| (k.parse().unwrap(), v.clone())).collect()
 }
 
 #[track_caller]
@@ -78,9 +68,7 @@ fn largest_difference(
 ) -> f64 {
     let all = waves(solution);
     let pairs = all.iter().flat_map(|&from| {
-        all.iter()
-            .filter(move |to| to.2 == from.2)
-            .map(move |to| (from, (to.0, to.1)))
+        all.iter().filter(move |to| to.2 == from.2).map(move |to| (from, (to.0, to.1)))
     });
     pairs
         .map(|(from, to)| (solution.efficiency(from, to) - other(from, to)).abs())
@@ -99,14 +87,8 @@ fn extrapolated(
     let plan = relief.slice_plan(slices);
     let run = |plan| -> Scattering {
         let layers = relief.layers(plan);
-        let stack = Stack::new(
-            wavelength,
-            relief.period(),
-            real(SILICONE),
-            real(1.0),
-            layers,
-        )
-        .unwrap();
+        let stack =
+            Stack::new(wavelength, relief.period(), real(SILICONE), real(1.0), layers).unwrap();
         solve(&stack, Bloch::new(kx0, 0.0), highest)
     };
     let (coarse, fine) = (run(&plan), run(&plan.refined(2)));
@@ -128,21 +110,12 @@ fn a_plane_reflects_as_fresnel_says_also_beyond_the_critical_angle() {
         let plane = Outline::fourier(period, Vec::new()).unwrap();
         let solution = integral(plane, 0.55, [SILICONE, 1.0], kx0);
         for (side, order, pol) in waves(&solution) {
-            let [a, b] = if side == Side::Top {
-                [SILICONE, 1.0]
-            } else {
-                [1.0, SILICONE]
-            };
+            let [a, b] = if side == Side::Top { [SILICONE, 1.0] } else { [1.0, SILICONE] };
             let kx = kx0 + f64::from(order) * 0.55 / period;
             let expected = fresnel(a, b, kx, pol);
             total += i32::from(expected > 1.0 - 1e-12);
             let got = solution.efficiency((side, order, pol), (side, order));
-            assert_near(
-                &format!("period {period}, kx {kx}, {pol:?}"),
-                got,
-                expected,
-                1e-10,
-            );
+            assert_near(&format!("period {period}, kx {kx}, {pol:?}"), got, expected, 1e-10);
         }
         assert!(solution.worst_balance() < 1e-10);
     }
@@ -153,12 +126,7 @@ fn a_plane_reflects_as_fresnel_says_also_beyond_the_critical_angle() {
 fn smooth_sinusoid_by_the_c_method() {
     let case = case("derived/sinusoid_n1.41_inside");
     let surface = Outline::fourier(0.8, vec![[-0.05, 0.0]]).unwrap();
-    let solution = integral(
-        surface,
-        0.55,
-        [SILICONE, 1.0],
-        SILICONE * 20f64.to_radians().sin(),
-    );
+    let solution = integral(surface, 0.55, [SILICONE, 1.0], SILICONE * 20f64.to_radians().sin());
     let outputs = &case["outputs"]["theta20_phi0"];
     let mut compared = 0;
     for (pol, key) in [(Pol::S, "s"), (Pol::P, "p")] {
@@ -178,39 +146,22 @@ fn smooth_sinusoid_by_the_c_method() {
 /// adaptive spatial resolution.
 #[test]
 fn deep_lamellae_by_adaptive_rcwa() {
-    for (id, pol) in [
-        ("ex1-s-40", Pol::S),
-        ("ex1-p-40", Pol::P),
-        ("ex6-15", Pol::P),
-        ("ex6-80", Pol::P),
-    ] {
+    for (id, pol) in
+        [("ex1-s-40", Pol::S), ("ex1-p-40", Pol::P), ("ex6-15", Pol::P), ("ex6-80", Pol::P)]
+    {
         let case = case(&format!("reticolo/{id}"));
         let input = |key: &str| number(&case["inputs"][key]);
         let (period, theta) = (input("period"), input("theta_deg"));
         let ridge = Outline::corners(
             period,
-            &[
-                [0.4 * period, 20.0],
-                [0.4 * period, 0.0],
-                [0.6 * period, 0.0],
-                [0.6 * period, 20.0],
-            ],
+            &[[0.4 * period, 20.0], [0.4 * period, 0.0], [0.6 * period, 0.0], [0.6 * period, 20.0]],
         );
-        let solution = integral(
-            ridge.unwrap(),
-            input("wavelength"),
-            [1.0, 1.5],
-            theta.to_radians().sin(),
-        );
+        let solution =
+            integral(ridge.unwrap(), input("wavelength"), [1.0, 1.5], theta.to_radians().sin());
         for (side, name) in [(Side::Top, "R"), (Side::Bottom, "T")] {
             for (order, parts) in entries(&case["converged"][name]) {
                 let got = solution.efficiency((Side::Top, 0, pol), (side, order));
-                assert_near(
-                    &format!("{id} {name} {order}"),
-                    got,
-                    number(&parts[0]),
-                    2e-7,
-                );
+                assert_near(&format!("{id} {name} {order}"), got, number(&parts[0]), 2e-7);
             }
         }
         assert!(solution.worst_balance() < 1e-8);
@@ -219,10 +170,7 @@ fn deep_lamellae_by_adaptive_rcwa() {
 
 fn triangle(period: f64, apex: [f64; 2]) -> Relief {
     let points = vec![[0.0, 0.0], apex, [period, 0.0]];
-    let silicone = Polygon {
-        index: real(SILICONE),
-        points,
-    };
+    let silicone = Polygon { index: real(SILICONE), points };
     Relief::new(period, apex[1], real(1.0), vec![silicone]).unwrap()
 }
 
@@ -238,11 +186,7 @@ fn difference_of(
     other: impl Fn((Side, i32, Pol), (Side, i32)) -> f64,
 ) -> f64 {
     let of_other = |from: (Side, i32, Pol), to| {
-        if from.2 == pol {
-            other(from, to)
-        } else {
-            solution.efficiency(from, to)
-        }
+        if from.2 == pol { other(from, to) } else { solution.efficiency(from, to) }
     };
     largest_difference(solution, of_other)
 }
@@ -255,24 +199,14 @@ fn the_rcwa_approaches_the_same_efficiencies() {
     for apex in [[1.2, 0.6], [0.6, 0.7], [1.8, 0.5]] {
         let relief = triangle(1.5, apex);
         let exact = by_integrals(&relief, 0.17);
-        assert!(
-            exact.worst_balance() < 1e-9,
-            "{:.1e}",
-            exact.worst_balance()
-        );
+        assert!(exact.worst_balance() < 1e-9, "{:.1e}", exact.worst_balance());
         let steps = [(12, 12), (24, 24), (48, 48)];
         let runs =
             steps.map(|(highest, slices)| extrapolated((&relief, 0.55), 0.17, highest, slices));
         let te = [0, 1, 2].map(|i| difference_of(Pol::S, &exact, &runs[i]));
         let tm = [0, 1, 2].map(|i| difference_of(Pol::P, &exact, &runs[i]));
-        assert!(
-            te.is_sorted_by(|a, b| a > b) && te[2] < 2e-6,
-            "{apex:?}: {te:?}"
-        );
-        assert!(
-            tm.is_sorted_by(|a, b| a > b) && tm[2] < 2e-3,
-            "{apex:?}: {tm:?}"
-        );
+        assert!(te.is_sorted_by(|a, b| a > b) && te[2] < 2e-6, "{apex:?}: {te:?}");
+        assert!(tm.is_sorted_by(|a, b| a > b) && tm[2] < 2e-3, "{apex:?}: {tm:?}");
     }
 }
 
@@ -283,12 +217,8 @@ fn slices_that_follow_the_sides_reach_the_same_efficiencies_in_both_polarisation
     for apex in [[1.2, 0.6], [0.6, 0.7], [1.8, 0.5]] {
         let relief = triangle(1.5, apex);
         let exact = by_integrals(&relief, 0.17);
-        let interface = Interface {
-            relief,
-            wavelength: 0.55,
-            n_top: real(SILICONE),
-            n_bottom: real(1.0),
-        };
+        let interface =
+            Interface { relief, wavelength: 0.55, n_top: real(SILICONE), n_bottom: real(1.0) };
         let errors = [(10, 10), (20, 20), (40, 40)].map(|(highest, slices)| {
             let resolution = Resolution {
                 truncation: Truncation::new(highest).unwrap(),
@@ -303,16 +233,10 @@ fn slices_that_follow_the_sides_reach_the_same_efficiencies_in_both_polarisation
         });
         let stairs = extrapolated((&interface.relief, 0.55), 0.17, 40, 40);
         let by_stairs = difference_of(Pol::P, &exact, &stairs);
-        assert!(
-            errors[2][1] < 0.3 * by_stairs,
-            "{apex:?}: {errors:?}, {by_stairs:.1e}"
-        );
+        assert!(errors[2][1] < 0.3 * by_stairs, "{apex:?}: {errors:?}, {by_stairs:.1e}");
         for (pol, most) in [(0, 1e-5), (1, 5e-4)] {
             let of = errors.map(|e| e[pol]);
-            assert!(
-                of.is_sorted_by(|a, b| a > b) && of[2] < most,
-                "{apex:?}: {errors:?}"
-            );
+            assert!(of.is_sorted_by(|a, b| a > b) && of[2] < most, "{apex:?}: {errors:?}");
         }
     }
 }
@@ -324,25 +248,15 @@ fn the_rcwa_approaches_a_smooth_sinusoid() {
     // height shifts phases only.
     let surface = Outline::fourier(period, vec![[-0.5 * depth, 0.0]]).unwrap();
     let exact = integral(surface, 0.55, [SILICONE, 1.0], kx0);
-    assert!(
-        exact.worst_balance() < 1e-9,
-        "{:.1e}",
-        exact.worst_balance()
-    );
+    assert!(exact.worst_balance() < 1e-9, "{:.1e}", exact.worst_balance());
     let sided = |sides: usize| {
         let relief = sinusoid(period, depth, sides, Materials::lossless(SILICONE, 1.0)).unwrap();
         let run = extrapolated((&relief, 0.55), kx0, 30, sides);
         Pol::BOTH.map(|pol| difference_of(pol, &exact, &run))
     };
     let (coarse, fine) = (sided(20), sided(60));
-    assert!(
-        fine[0] < coarse[0] / 5.0 && fine[0] < 1e-3,
-        "TE: {coarse:?}, {fine:?}"
-    );
-    assert!(
-        fine[1] < coarse[1] && fine[1] < 3e-3,
-        "TM: {coarse:?}, {fine:?}"
-    );
+    assert!(fine[0] < coarse[0] / 5.0 && fine[0] < 1e-3, "TE: {coarse:?}, {fine:?}");
+    assert!(fine[1] < coarse[1] && fine[1] < 3e-3, "TM: {coarse:?}, {fine:?}");
 }
 
 #[test]
@@ -350,11 +264,7 @@ fn energy_reciprocity_and_mirrors() {
     let relief = triangle(3.0, [2.1, 1.1]);
     let kx0 = 0.0613;
     let solution = by_integrals(&relief, kx0);
-    assert!(
-        solution.worst_balance() < 1e-10,
-        "{:.1e}",
-        solution.worst_balance()
-    );
+    assert!(solution.worst_balance() < 1e-10, "{:.1e}", solution.worst_balance());
     let reversed = by_integrals(&relief, -kx0);
     let back = |from: (Side, i32, Pol), to: (Side, i32)| {
         reversed.efficiency((to.0, -to.1, from.2), (from.0, -from.1))
@@ -372,33 +282,20 @@ fn energy_reciprocity_and_mirrors() {
 #[test]
 fn finer_nodes_change_what_they_are_said_to_change() {
     let grating = Grating::of_relief(&triangle(3.0, [2.1, 1.1]), 0.55, SILICONE, 1.0).unwrap();
-    let fineness = Fineness {
-        per_wavelength: 4.5,
-        at_corners: 24,
-        grading: 6,
-    };
+    let fineness = Fineness { per_wavelength: 4.5, at_corners: 24, grading: 6 };
     let (solution, estimate) = grating.solve_twice(0.0613, fineness).unwrap();
     let exact = by_integrals(&triangle(3.0, [2.1, 1.1]), 0.0613);
     let error = largest_difference(&solution, |from, to| exact.efficiency(from, to));
-    assert!(
-        error < estimate && estimate < 1e-4,
-        "{error:.1e}, estimated {estimate:.1e}"
-    );
+    assert!(error < estimate && estimate < 1e-4, "{error:.1e}, estimated {estimate:.1e}");
     assert!(error > 1e-12, "coarse enough to show an error: {error:.1e}");
 }
 
 #[test]
 fn what_cannot_be_solved_is_refused() {
     let plane = || Outline::fourier(1.0, Vec::new()).unwrap();
-    assert_eq!(
-        Grating::new(plane(), 0.5, 1.5, 1.5),
-        Err(IntegralError::NoSurface { index: 1.5 })
-    );
+    assert_eq!(Grating::new(plane(), 0.5, 1.5, 1.5), Err(IntegralError::NoSurface { index: 1.5 }));
     let positive = |what, got| Err(IntegralError::Positive { what, got });
-    assert_eq!(
-        Grating::new(plane(), -0.5, 1.5, 1.0),
-        positive("the wavelength", -0.5)
-    );
+    assert_eq!(Grating::new(plane(), -0.5, 1.5, 1.0), positive("the wavelength", -0.5));
     assert_eq!(
         Grating::new(plane(), 0.5, 0.0, 1.0),
         positive("the index of the top half-space", 0.0)
@@ -412,21 +309,9 @@ fn what_cannot_be_solved_is_refused() {
         cut_off.starts_with("order 1 in the Bottom half-space is too near its cut-off"),
         "{cut_off}"
     );
-    assert_eq!(
-        refused(f64::INFINITY, usual),
-        "kx0: expected a finite number, got inf"
-    );
-    let few = Fineness {
-        per_wavelength: 3.0,
-        ..usual
-    };
-    assert_eq!(
-        refused(0.1, few),
-        "nodes per wavelength: expected above 4 and finite, got 3"
-    );
+    assert_eq!(refused(f64::INFINITY, usual), "kx0: expected a finite number, got inf");
+    let few = Fineness { per_wavelength: 3.0, ..usual };
+    assert_eq!(refused(0.1, few), "nodes per wavelength: expected above 4 and finite, got 3");
     let many = refused(0.1, usual.refined(1e3));
-    assert!(
-        many.contains("nodes on the surface are more than 6000"),
-        "{many}"
-    );
+    assert!(many.contains("nodes on the surface are more than 6000"), "{many}");
 }

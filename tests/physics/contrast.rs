@@ -15,10 +15,7 @@ const WAVELENGTH: f64 = 0.55;
 /// Triangles of index `above` over `below`.
 fn triangle(period: f64, apex: [f64; 2], [above, below]: [Complex64; 2]) -> Interface {
     let points = vec![[0.0, 0.0], apex, [period, 0.0]];
-    let ridge = Polygon {
-        index: above,
-        points,
-    };
+    let ridge = Polygon { index: above, points };
     Interface {
         relief: Relief::new(period, apex[1], below, vec![ridge]).unwrap(),
         wavelength: WAVELENGTH,
@@ -77,10 +74,9 @@ fn dielectrics_of_any_contrast_keep_their_tolerance() {
 /// Into an absorbing half-space every order kept carries power, more of them the more are kept.
 #[test]
 fn absorbing_reliefs_keep_their_tolerance() {
-    for (index, period, apex) in [
-        (Complex64::new(1.5, 0.2), 1.2, [0.9, 0.5]),
-        (Complex64::new(3.0, 0.05), 0.8, [0.6, 0.4]),
-    ] {
+    for (index, period, apex) in
+        [(Complex64::new(1.5, 0.2), 1.2, [0.9, 0.5]), (Complex64::new(3.0, 0.05), 0.8, [0.6, 0.4])]
+    {
         let interface = triangle(period, apex, [1.5.into(), index]);
         let ky = vec![0.0, 0.5];
         let reflected = |resolution: &Resolution| -> Vec<f64> {

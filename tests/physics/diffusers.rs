@@ -108,10 +108,7 @@ fn reflections_within_a_ball_add_up_to_a_geometric_series() {
         ("kind = \"lambertian\"", 1.0),
         ("kind = \"lambertian\"", 1.6),
         ("kind = \"gaussian\", width_deg = 35.0", 1.0),
-        (
-            "kind = \"gaussian\", width_deg = 35.0, reflected_width_deg = 0.001",
-            1.0,
-        ),
+        ("kind = \"gaussian\", width_deg = 35.0, reflected_width_deg = 0.001", 1.0),
     ] {
         let ball = format!(
             "solids = [{{ name = \"ball\", kind = \"sphere\", position_mm = [0.0, 0.0, 5.0], radius_mm = 1.0, medium = {{ index = {index:?} }}, scatter = {{ {law}, transmitted = 0.4, reflected = 0.5 }} }}]\n"
@@ -139,9 +136,7 @@ solids = [
 "#;
     let carried = "light = { wavelength_nm = 550.0, polarization = \"carried\" }\n";
     let [plain, polarised] = [LIGHT, carried].map(|light| {
-        let seen = trace(&format!(
-            "{light}{white}trace = {{ max_interactions = 100000 }}\n"
-        ));
+        let seen = trace(&format!("{light}{white}trace = {{ max_interactions = 100000 }}\n"));
         close("up", account(&seen, "escaped_up"), 1.0);
         for name in ["plate", "block", "ball"] {
             let absorbed = account(&seen, &format!("absorbed_by_{name}"));

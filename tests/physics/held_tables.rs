@@ -35,9 +35,7 @@ fn held_tables_are_those_of_the_design_and_are_solved_once() {
     traces.observe(&d2, context).expect("a trace");
     assert_eq!(traces.tables_solved(), 23);
 
-    let own = tables(&[&d1], None, None, context)
-        .expect("tables")
-        .remove(0);
+    let own = tables(&[&d1], None, None, context).expect("tables").remove(0);
     let surface = dome_surface(&d1, Model::Hybrid, Some(&own)).expect("a surface");
     let single = observe(&d1, &surface, d1.trace.paths, "", context).expect("a trace");
     // The same paths; their groups are merged for the search.

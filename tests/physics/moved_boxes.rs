@@ -48,10 +48,7 @@ fn to_the_right(seen: &Observation) -> Estimate {
         let upper = powers.chunks(azimuths).take(seen.sphere.polar / 2);
         let right = |ring: &[f64]| {
             let quarter = azimuths / 4;
-            ring[..quarter]
-                .iter()
-                .chain(&ring[3 * quarter..])
-                .sum::<f64>()
+            ring[..quarter].iter().chain(&ring[3 * quarter..]).sum::<f64>()
         };
         upper.map(right).sum()
     })
@@ -64,9 +61,7 @@ fn an_offset_in_air_is_a_package_elsewhere() {
     let text = format!("{BARE}{plane}");
     let moved = parsed(&text.replace("MOVED", "offset_mm = [1.3, -0.7]"));
     let mut elsewhere = parsed(&text.replace("MOVED", ""));
-    elsewhere.array.positions = PackagePositions::List {
-        positions_mm: vec![[1.3, -0.7]],
-    };
+    elsewhere.array.positions = PackagePositions::List { positions_mm: vec![[1.3, -0.7]] };
     let [a, b] = [&moved, &elsewhere].map(seen);
     let bins = a.receivers[0].total().iter().zip(b.receivers[0].total());
     let differ: f64 = bins.map(|(a, b)| (a - b).abs()).sum();
@@ -82,8 +77,7 @@ fn moved_map(seen: &Observation) -> [f64; 2] {
     let all: f64 = map.iter().sum();
     [0, 1].map(|axis| {
         let bins = map.iter().enumerate();
-        bins.map(|(k, value)| seen.grid.middle_mm(k)[axis] * value / all)
-            .sum()
+        bins.map(|(k, value)| seen.grid.middle_mm(k)[axis] * value / all).sum()
     })
 }
 
@@ -137,10 +131,7 @@ fn a_tilted_box_in_a_dome_is_the_same_solid_with_a_source_on_it() {
         account(&b, "absorbed_by_chip").value,
     ];
     let error = account(&b, "absorbed_by_chip").standard_error;
-    assert!(
-        (box_and_chip[0] - box_and_chip[1]).abs() < 6.5 * error,
-        "{box_and_chip:?} {error}"
-    );
+    assert!((box_and_chip[0] - box_and_chip[1]).abs() < 6.5 * error, "{box_and_chip:?} {error}");
 }
 
 #[test]
@@ -166,39 +157,23 @@ fn offsets_of_packages_are_those_of_single_ones() {
              reflectance = 0.8, {moved} }}\n"
         )))
     };
-    let tilted = of(
-        2,
-        "tilt_deg = [0.0, 2.0], tilts_deg = [[0.0, 4.0], [0.0, -8.0]]",
-    );
+    let tilted = of(2, "tilt_deg = [0.0, 2.0], tilts_deg = [[0.0, 4.0], [0.0, -8.0]]");
     // Mirrored in x = 0, a box tilted by -6° is one tilted by 6°.
     let [right, left] = ["[0.0, 6.0]", "[0.0, -6.0]"]
         .map(|tilt| to_the_right(&of(1, &format!("tilt_deg = {tilt}"))));
-    close(
-        "tilts",
-        to_the_right(&tilted),
-        0.5 * (right.value + left.value),
-    );
+    close("tilts", to_the_right(&tilted), 0.5 * (right.value + left.value));
     assert!(right.value - left.value > 6.0 * right.standard_error.hypot(left.standard_error));
     let same = of(2, "offsets_mm = [[0.3, 0.1], [0.3, 0.1]]");
     let all = of(2, "offset_mm = [0.3, 0.1]");
     assert_eq!(same.far_field.total(), all.far_field.total());
-    let added = of(
-        2,
-        "offset_mm = [0.2, 0.0], offsets_mm = [[0.1, 0.1], [0.1, 0.1]]",
-    );
-    alike(
-        "sum",
-        account(&added, "escaped_up"),
-        account(&all, "escaped_up"),
-    );
+    let added = of(2, "offset_mm = [0.2, 0.0], offsets_mm = [[0.1, 0.1], [0.1, 0.1]]");
+    alike("sum", account(&added, "escaped_up"), account(&all, "escaped_up"));
     // Mirrored in x = 0, two packages are one; a box in a corner sends out another share.
     let mirrored = of(2, "offsets_mm = [[0.5, 0.0], [-0.5, 0.0]]");
     let [single, centred] = ["offset_mm = [0.5, 0.0]", ""].map(|moved| of(1, moved));
     let up = |seen: &Observation| account(seen, "escaped_up");
     alike("mirrored", up(&mirrored), up(&single));
-    let error = up(&single)
-        .standard_error
-        .hypot(up(&centred).standard_error);
+    let error = up(&single).standard_error.hypot(up(&centred).standard_error);
     let change = (up(&single).value - up(&centred).value).abs();
     assert!(change > 6.0 * error, "{change} {error}");
     // Half of the light goes to either side, where one box sends more to one.

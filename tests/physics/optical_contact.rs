@@ -124,11 +124,7 @@ fn a_black_bottom_takes_what_a_gap_reflects() {
         face(c, [foot, top, across])
     });
     close("up across", account(&apart, "escaped_up"), 0.5 * up);
-    close(
-        "down across",
-        account(&apart, "absorbed_by_floor"),
-        0.5 * down,
-    );
+    close("down across", account(&apart, "absorbed_by_floor"), 0.5 * down);
     assert!(account(&apart, "absorbed_in_slab").value > 0.7);
 }
 
@@ -140,11 +136,7 @@ fn a_paint_below_a_layer_reflects_as_saunderson_says() {
     let text = |more: &str| {
         let beam = "[[sources]]\nname = \"beam\"\nkind = \"cosine\"\nexponent = 1e6\nnormal = [0.0, 0.0, -1.0]\nposition_mm = [30.0, 0.0, 1.0]\ninside = \"air\"\n";
         let paint = format!("kind = \"lambertian\", reflectance = {PAINT:?}");
-        format!(
-            "{}{beam}{}",
-            bare(&paint, 120.0),
-            slab([30.0, 50.0, 0.1, 0.0], more)
-        )
+        format!("{}{beam}{}", bare(&paint, 120.0), slab([30.0, 50.0, 0.1, 0.0], more))
     };
     let straight = fresnel(1.0, INDEX, 1.0);
     let diffuse = |f: &dyn Fn(f64) -> f64| mean(|c| 2.0 * c * f(c));
@@ -175,11 +167,8 @@ fn metal_reflects_by_the_index_of_what_touches_it() {
     let beam = "[[sources]]\nname = \"beam\"\nkind = \"cosine\"\nexponent = 1e6\nnormal = [0.0, 0.0, -1.0]\nposition_mm = [30.0, 0.0, 1.0]\ninside = \"air\"\n";
     let r = fresnel(1.0, INDEX, 1.0);
     for (more, before) in [(CONTACT, INDEX), ("", 1.0)] {
-        let seen = trace(&format!(
-            "{}{beam}{}",
-            bare(metal, 120.0),
-            slab([30.0, 50.0, 0.1, 0.0], more)
-        ));
+        let seen =
+            trace(&format!("{}{beam}{}", bare(metal, 120.0), slab([30.0, 50.0, 0.1, 0.0], more)));
         let m = ((before - 0.6).powi(2) + 6.25) / ((before + 0.6).powi(2) + 6.25);
         // Across the gap the slab has two faces.
         let [r, t] = if more.is_empty() {
@@ -223,10 +212,7 @@ light = { wavelength_nm = 550.0 }
     let below = account(&dome, "absorbed_by_bottom").value
         + account(&dome, "absorbed_by_ground_mirror").value;
     let all = account(&touching, "absorbed_by_ground_mirror");
-    assert!(
-        (all.value - below).abs() < 6.0 * all.standard_error,
-        "{all:?} {below}"
-    );
+    assert!((all.value - below).abs() < 6.0 * all.standard_error, "{all:?} {below}");
     // A gap holds light back, which this would show.
     let apart = trace(&format!("{common}{solid}"));
     let [a, b] = [&touching, &apart].map(|seen| account(seen, "absorbed_by_ground_mirror"));
@@ -244,10 +230,7 @@ fn mirror_and_floor_each_take_their_part() {
     let wide = slab([0.0, 12.0, 1.0, 0.0], "");
     let round = wide
         .replace("kind = \"box\"", "kind = \"cylinder\"")
-        .replace(
-            "size_mm = [12.0, 12.0, 1.0]",
-            "radius_mm = 6.0\nheight_mm = 1.0",
-        );
+        .replace("size_mm = [12.0, 12.0, 1.0]", "radius_mm = 6.0\nheight_mm = 1.0");
     let [a, b] = [&wide, &round].map(|slab| trace(&text(slab)));
     let of = |seen: &Observation| account(seen, "absorbed_by_ground_mirror");
     alike("mirror", of(&a), of(&b));

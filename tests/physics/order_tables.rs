@@ -53,23 +53,14 @@ type Totals = BTreeMap<(bool, i64, usize, bool), [f64; 2]>;
 fn shares(interface: &Interface, directions: &Directions, resolution: &Resolution) -> Totals {
     let solved = hemisphere(interface, directions, resolution, &no_progress).expect("solved");
     let of = |i: &rcwa::hemisphere::Incidence, same: bool| {
-        i.shares
-            .iter()
-            .filter(|s| (s.0 == i.side) == same)
-            .map(|s| s.2)
-            .sum()
+        i.shares.iter().filter(|s| (s.0 == i.side) == same).map(|s| s.2).sum()
     };
     solved
         .incidences
         .iter()
         .map(|i| {
             (
-                (
-                    i.side == rcwa::Side::Top,
-                    i.kx_index,
-                    i.ky_index,
-                    i.pol == Pol::S,
-                ),
+                (i.side == rcwa::Side::Top, i.kx_index, i.ky_index, i.pol == Pol::S),
                 [of(i, true), of(i, false)],
             )
         })
@@ -79,14 +70,9 @@ fn shares(interface: &Interface, directions: &Directions, resolution: &Resolutio
 /// Largest change of R or T, and how many directions change by more than the claim.
 fn change(a: &Totals, b: &Totals) -> (f64, usize) {
     assert!(a.keys().eq(b.keys()));
-    let moved: Vec<f64> = a
-        .iter()
-        .map(|(k, [r, t])| (r - b[k][0]).abs().max((t - b[k][1]).abs()))
-        .collect();
-    (
-        moved.iter().copied().fold(0.0, f64::max),
-        moved.iter().filter(|m| **m > CONVERGED).count(),
-    )
+    let moved: Vec<f64> =
+        a.iter().map(|(k, [r, t])| (r - b[k][0]).abs().max((t - b[k][1]).abs())).collect();
+    (moved.iter().copied().fold(0.0, f64::max), moved.iter().filter(|m| **m > CONVERGED).count())
 }
 
 #[test]
@@ -103,10 +89,7 @@ fn no_direction_moves_when_slices_are_halved_or_orders_added() {
         // Bloch vectors other than those the resolution was judged at.
         let directions = Directions { kx_per_zone, ky };
         let table = shares(&interface, &directions, &resolution);
-        let halved = Resolution {
-            plan: resolution.plan.refined(2),
-            ..resolution.clone()
-        };
+        let halved = Resolution { plan: resolution.plan.refined(2), ..resolution.clone() };
         let wider = Resolution {
             truncation: Truncation::new(highest + highest.div_ceil(3)).expect("orders"),
             ..resolution.clone()
@@ -142,11 +125,7 @@ fn table() -> &'static (Interface, Resolution, OrderTable) {
 #[test]
 fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
     let (_, _, table) = table();
-    assert!(
-        table.header().energy_residual < 1e-10,
-        "{}",
-        table.header().energy_residual
-    );
+    assert!(table.header().energy_residual < 1e-10, "{}", table.header().energy_residual);
     // Shares are stored as f32: sums of some hundred are right to 1e-6.
     let energy = validate::energy(table);
     assert!(energy.deviation.worst < 2e-6, "{energy:?}");
@@ -203,24 +182,14 @@ fn interpolated_shares_are_those_of_direct_solves() {
                 _ => direct(interface, solver_side(side), (k.kx, k.ky), resolution)?,
             };
             let chosen = &solved[usize::from(polarization == Polarization::P)];
-            let shares = chosen
-                .iter()
-                .map(|s| OrderEfficiency::new(scatter_side(s.0), s.1, s.2))
-                .collect();
+            let shares =
+                chosen.iter().map(|s| OrderEfficiency::new(scatter_side(s.0), s.1, s.2)).collect();
             last = Some((k, solved));
             Ok::<Vec<OrderEfficiency>, anyhow::Error>(shares)
         };
         let report = validate::interpolation(table, side, count, &mut rng, solve).expect("solved");
-        let InterpolationReport {
-            reflected,
-            transmitted,
-            orders,
-            order_means,
-        } = &report;
-        let worst_mean = order_means
-            .iter()
-            .map(|m| m.efficiency.abs())
-            .fold(0.0, f64::max);
+        let InterpolationReport { reflected, transmitted, orders, order_means } = &report;
+        let worst_mean = order_means.iter().map(|m| m.efficiency.abs()).fold(0.0, f64::max);
         println!(
             "{side}: R off by {:.1e} rms, {:.1e} worst, mean {:+.1e} +- {:.1e}; T {:.1e} rms; single orders {:.1e} rms, {:.1e} worst; means over diffuse light {worst_mean:.1e} worst",
             reflected.rms,
@@ -250,10 +219,7 @@ fn interpolated_shares_are_those_of_direct_solves() {
             (0.4..most).contains(&(stated / reflected.rms)),
             "{side}: {stated:.1e} stated, {reflected:?}"
         );
-        assert!(
-            reflected.rms < 0.05 && orders.rms < 0.02,
-            "{side}: {reflected:?} {orders:?}"
-        );
+        assert!(reflected.rms < 0.05 && orders.rms < 0.02, "{side}: {reflected:?} {orders:?}");
     }
 }
 
@@ -268,16 +234,10 @@ fn tables_with_too_few_orders_are_refused() {
             truncation: Truncation::new(highest).expect("a truncation"),
             plan: interface.relief.slice_plan(1),
         };
-        let directions = Directions {
-            kx_per_zone: 2,
-            ky: vec![0.1],
-        };
+        let directions = Directions { kx_per_zone: 2, ky: vec![0.1] };
         hemisphere(&interface, &directions, &resolution, &no_progress)
     };
     let message = solve(4).expect_err("too few").to_string();
-    assert!(
-        message.contains("orders -4..4 are kept, but orders up to ±5 propagate"),
-        "{message}"
-    );
+    assert!(message.contains("orders -4..4 are kept, but orders up to ±5 propagate"), "{message}");
     assert!(solve(5).is_ok());
 }

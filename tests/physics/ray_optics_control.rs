@@ -39,10 +39,7 @@ fn truth(k: usize) -> &'static Observation {
 /// Value and standard error of a figure.
 fn figure(of: &Observation, design: &Design, key: &str) -> (f64, f64) {
     let figures = of.figures(design);
-    let figure = figures
-        .iter()
-        .find(|f| f.key == key)
-        .unwrap_or_else(|| panic!("no {key}"));
+    let figure = figures.iter().find(|f| f.key == key).unwrap_or_else(|| panic!("no {key}"));
     (figure.estimate.value, figure.estimate.standard_error)
 }
 
@@ -52,22 +49,14 @@ fn excess(truth: &Observation, other: &Observation) -> (f64, f64) {
     let profile = |o: &Observation| o.far_field.map(|p| o.sphere.profile(p));
     let (truth_profile, other_profile) = (profile(truth), profile(other));
     let (a, b) = (truth_profile.total(), other_profile.total());
-    let (ea, eb) = (
-        truth_profile.standard_errors(),
-        other_profile.standard_errors(),
-    );
+    let (ea, eb) = (truth_profile.standard_errors(), other_profile.standard_errors());
     let bins = (0..a.len()).filter(|&i| truth.sphere.centre_deg(i) < UP_DEG);
     let peak = bins.clone().map(|i| a[i]).fold(0.0, f64::max);
     bins.map(|i| {
         let beyond = (a[i] - b[i]).abs() - 3.0 * ea[i].hypot(eb[i]);
         (beyond / peak, truth.sphere.centre_deg(i))
     })
-    .fold(
-        (0.0, 0.0),
-        |worst, here| {
-            if here.0 > worst.0 { here } else { worst }
-        },
-    )
+    .fold((0.0, 0.0), |worst, here| if here.0 > worst.0 { here } else { worst })
 }
 
 #[test]

@@ -20,15 +20,8 @@ fn both_solvers_agree_on_the_rings() {
         let grating = Grating::of_relief(&interface.relief, interface.wavelength, top, bottom)
             .expect("a surface");
         let exact = grating.solve(KX0, Fineness::default()).expect("a solution");
-        assert!(
-            exact.worst_balance() < 1e-9,
-            "{file} {ring}: {:.1e}",
-            exact.worst_balance()
-        );
-        assert!(
-            reflected_totally(&exact) > 5,
-            "{file} {ring}: waves beyond the critical angle"
-        );
+        assert!(exact.worst_balance() < 1e-9, "{file} {ring}: {:.1e}", exact.worst_balance());
+        assert!(reflected_totally(&exact) > 5, "{file} {ring}: waves beyond the critical angle");
         let resolution = resolution(&interface, 20, 96).expect("a resolution");
         let approximate = by_rcwa(&interface, KX0, &resolution).expect("efficiencies");
         for (pol, order, mean_square, transmitted) in
@@ -45,11 +38,7 @@ fn both_solvers_agree_on_the_rings() {
 
 /// Incident waves from the silicone whose own angle is beyond the critical one.
 fn reflected_totally(solution: &batwing_tests::boundary_integral::Solution) -> usize {
-    solution
-        .orders(Side::Top)
-        .iter()
-        .filter(|o| o.kx.abs() > 1.0)
-        .count()
+    solution.orders(Side::Top).iter().filter(|o| o.kx.abs() > 1.0).count()
 }
 
 #[test]

@@ -36,11 +36,7 @@ fn silicone() -> Medium {
 
 /// The stepped dome on a mirror.
 fn stepped() -> Prototype {
-    let cap = Cap {
-        radius: 2.0,
-        apex: 1.0,
-        rim: 1.7,
-    };
+    let cap = Cap { radius: 2.0, apex: 1.0, rim: 1.7 };
     let package = Package {
         cap,
         silicone: silicone(),
@@ -60,10 +56,7 @@ fn freeform() -> Prototype {
         size: 2.0,
         silicone: silicone(),
         side: SurfaceModel::Interface,
-        bottom: SurfaceModel::Mixed(Mixed {
-            reflectance: 0.9,
-            specular: 0.4,
-        }),
+        bottom: SurfaceModel::Mixed(Mixed { reflectance: 0.9, specular: 0.4 }),
         led: led(),
     };
     let mut prototype = interior.prototype().expect("a package");
@@ -119,10 +112,7 @@ fn source_and_receiver_may_be_exchanged() {
     let patch = DetectorRectangle::new(Facing::Z(Sense::Plus), at, FACE, [1, 1]).expect("a face");
     let above = Detector::new("A", Measurement::Plane(patch));
     let below = Detector::new("B", Measurement::Flux("box top".to_owned()));
-    let emitter = Emitter::Rectangle {
-        half_x: 0.5 * FACE[0],
-        half_y: 0.5 * FACE[1],
-    };
+    let emitter = Emitter::Rectangle { half_x: 0.5 * FACE[0], half_y: 0.5 * FACE[1] };
     let face = Source::new("A", at, Region::World, emitter, Emission::LAMBERTIAN);
     let face = face.facing(-DVec3::Z);
     for (name, package, polarization) in [
@@ -130,10 +120,7 @@ fn source_and_receiver_may_be_exchanged() {
         ("stepped, polarised", stepped(), Polarization::Carried),
         ("freeform", freeform(), Polarization::Unpolarised),
     ] {
-        let settings = |seed: u64| Settings {
-            polarization,
-            ..Settings::new(PATHS, seed)
-        };
+        let settings = |seed: u64| Settings { polarization, ..Settings::new(PATHS, seed) };
         let up = share(&scene(&package, None), (&above, 0), &settings(1));
         // What comes to the top from outside of the box.
         let down = share(&scene(&package, Some(&face)), (&below, 3), &settings(2));

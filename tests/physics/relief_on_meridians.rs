@@ -36,10 +36,7 @@ fn parse(dome: &str, elements: &str) -> Design {
 fn sphere_by_rows() -> String {
     let height = |r: f64| (4.0 - r * r).sqrt() - 1.0;
     let rows = [0.5, 1.13, 1.7].map(|r| format!("[{r:?}, {:?}, 0.0, -1.0]", height(r)));
-    format!(
-        "dome = {{ meridian_mm = [[0, 1], {}, [1.7, 0]] }}\n",
-        rows.join(", ")
-    )
+    format!("dome = {{ meridian_mm = [[0, 1], {}, [1.7, 0]] }}\n", rows.join(", "))
 }
 
 fn rings(seen: &Observation) -> Grouped {
@@ -114,12 +111,7 @@ fn bands_on_a_curve_scatter_like_its_relief() {
     // Bands differ from the relief by its height, a hundredth of the dome.
     let off = (out(&steps).value - out(&bands).value).abs();
     let error = out(&steps).standard_error.hypot(out(&bands).standard_error);
-    assert!(
-        off < 3e-3 + 4.5 * error,
-        "{:?} {:?}",
-        out(&steps),
-        out(&bands)
-    );
+    assert!(off < 3e-3 + 4.5 * error, "{:?} {:?}", out(&steps), out(&bands));
     let (a, b) = (rings(&steps), rings(&bands));
     let most = a.total().iter().copied().fold(0.0, f64::max);
     let errors = a.standard_errors().into_iter().zip(b.standard_errors());

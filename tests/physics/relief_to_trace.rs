@@ -28,11 +28,7 @@ use tracer::{
 };
 
 const N: f64 = 1.41;
-const CAP: Cap = Cap {
-    radius: 2.0,
-    apex: 1.0,
-    rim: 1.7,
-};
+const CAP: Cap = Cap { radius: 2.0, apex: 1.0, rim: 1.7 };
 const BANDS: usize = 17;
 
 fn real(n: f64) -> Complex64 {
@@ -58,13 +54,7 @@ fn two_ridges(period: f64) -> Interface {
 
 fn table(interface: &Interface, kx_per_zone: usize, ky: usize) -> OrderTable {
     let resolution = resolution(interface, 8, 1).expect("a resolution");
-    order_table(
-        interface,
-        kx_per_zone,
-        Grid::ky_nodes(N, 1.0, ky),
-        &resolution,
-    )
-    .expect("a table")
+    order_table(interface, kx_per_zone, Grid::ky_nodes(N, 1.0, ky), &resolution).expect("a table")
 }
 
 /// Two of the paper's packages with `dome` as their surface, close together on a mirror, so that
@@ -77,11 +67,7 @@ fn package(dome: Dome) -> Scene {
         dome,
         side: SurfaceModel::Interface,
         bottom: mirror(0.95),
-        led: LedBox {
-            size: DVec3::new(1.0, 1.0, 0.35),
-            side: mirror(0.86),
-            top: mirror(0.86),
-        },
+        led: LedBox { size: DVec3::new(1.0, 1.0, 0.35), side: mirror(0.86), top: mirror(0.86) },
     };
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(package.prototype().expect("a package"));
@@ -93,10 +79,7 @@ fn banded(tables: &[Arc<OrderTable>]) -> Scene {
     let zones = (1..=BANDS).map(|k| {
         let outer = CAP.rim * k as f64 / BANDS as f64;
         let optics = SurfaceModel::Scatter(tables[k % tables.len()].clone());
-        (
-            if k == BANDS { CAP.rim } else { outer },
-            Patch::new("dome", optics),
-        )
+        (if k == BANDS { CAP.rim } else { outer }, Patch::new("dome", optics))
     });
     package(Dome::Zones(zones.collect()))
 }
@@ -104,11 +87,7 @@ fn banded(tables: &[Arc<OrderTable>]) -> Scene {
 fn trace(scene: &Scene, receivers: &[&dyn Receiver], paths: u64, seed: u64) -> Outcome {
     let outcome = run(scene, receivers, &Settings::new(paths, seed)).expect("a trace");
     let ledger = &outcome.total.ledger;
-    assert!(
-        ledger.imbalance().abs() < 1e-11,
-        "imbalance {}",
-        ledger.imbalance()
-    );
+    assert!(ledger.imbalance().abs() < 1e-11, "imbalance {}", ledger.imbalance());
     assert!((ledger.emitted - 1.0).abs() < 1e-12);
     assert!(ledger.lost_total() < 1e-4, "lost {:?}", ledger.lost);
     outcome
@@ -119,9 +98,8 @@ fn dome_of_reliefs_without_contrast_is_the_smooth_dome() {
     // Tables of two periods take turns, since a period without contrast means nothing. Nodes are
     // close enough that what linear interpolation leaves of the square roots at the critical angle
     // stays below the noise of these paths.
-    let tables: Vec<Arc<OrderTable>> = [1.0, 1.7]
-        .map(|period| Arc::new(table(&without_contrast(period), 64, 96)))
-        .to_vec();
+    let tables: Vec<Arc<OrderTable>> =
+        [1.0, 1.7].map(|period| Arc::new(table(&without_contrast(period), 64, 96))).to_vec();
     let far = FarField::new(3.0, 30.0).expect("bins");
     let paths = 600_000;
     let bands = trace(&banded(&tables), &[&far], paths, 11);
@@ -129,10 +107,7 @@ fn dome_of_reliefs_without_contrast_is_the_smooth_dome() {
 
     let [a, b] = [&bands, &smooth].map(|o| o.jackknife(|t| t.ledger.extraction()));
     let error = a.standard_error.hypot(b.standard_error);
-    println!(
-        "extraction {:.5} by tables, {:.5} by Fresnel, +- {error:.5}",
-        a.value, b.value
-    );
+    println!("extraction {:.5} by tables, {:.5} by Fresnel, +- {error:.5}", a.value, b.value);
     assert!((a.value - b.value).abs() < SIGMAS * error, "{a:?} {b:?}");
 
     let [a, b] = [&bands, &smooth].map(|o| o.jackknife_many(|t| far.azimuth_mean(&t.readings[0])));
@@ -140,19 +115,12 @@ fn dome_of_reliefs_without_contrast_is_the_smooth_dome() {
     for (i, (a, b)) in a.iter().zip(&b).enumerate() {
         let error = a.standard_error.hypot(b.standard_error);
         let off = (a.value - b.value).abs();
-        assert!(
-            off <= SIGMAS * error,
-            "{} degrees: {a:?} {b:?}",
-            far.theta_deg(i)
-        );
+        assert!(off <= SIGMAS * error, "{} degrees: {a:?} {b:?}", far.theta_deg(i));
         if error > 0.0 && off / error > worst.0 {
             worst = (off / error, far.theta_deg(i));
         }
     }
-    println!(
-        "far field: {:.2} standard errors at worst, at {} degrees",
-        worst.0, worst.1
-    );
+    println!("far field: {:.2} standard errors at worst, at {} degrees", worst.0, worst.1);
 }
 
 #[test]
@@ -178,10 +146,7 @@ impl Receiver for Directions {
         if length < f64::INFINITY {
             return None;
         }
-        let found = self
-            .0
-            .iter()
-            .position(|d| (*d - ray.direction).length() < 1e-6);
+        let found = self.0.iter().position(|d| (*d - ray.direction).length() < 1e-6);
         Some(found.unwrap_or(self.0.len()))
     }
 }
@@ -194,44 +159,19 @@ fn drum(table: &Arc<OrderTable>, from: Side, kx: f64, ky: f64) -> Scene {
     let lid = Shape::annulus(1.0, 0.0, 1.0).expect("a disc");
     let wall = Shape::cylinder(1.0, -1e-9, 1.0 + 1e-9).expect("a cylinder");
     let floor = Shape::annulus(0.0, 0.0, 1.0 + 1e-9).expect("a disc");
-    let (n, up) = if from == Side::Top {
-        (N, 1.0)
-    } else {
-        (1.0, -1.0)
-    };
+    let (n, up) = if from == Side::Top { (N, 1.0) } else { (1.0, -1.0) };
     let direction = DVec3::new(kx, ky, up * (n * n - kx * kx - ky * ky).sqrt()) / n;
     let position = DVec3::new(0.5, 0.0, 1.0) - 0.3 * direction;
-    let region = if from == Side::Top {
-        body
-    } else {
-        Region::World
-    };
-    let source = Source::new(
-        "beam",
-        position,
-        region,
-        Emitter::Point,
-        Emission::Beam { direction },
-    );
+    let region = if from == Side::Top { body } else { Region::World };
+    let source =
+        Source::new("beam", position, region, Emitter::Point, Emission::Beam { direction });
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(Prototype {
         media: vec![Medium::clear("silicone", N)],
         surfaces: vec![
-            Surface::new(
-                "lid",
-                lid,
-                body,
-                Region::World,
-                &SurfaceModel::Scatter(table.clone()),
-            ),
+            Surface::new("lid", lid, body, Region::World, &SurfaceModel::Scatter(table.clone())),
             Surface::new("wall", wall, body, Region::Opaque, &SurfaceModel::Absorber),
-            Surface::new(
-                "floor",
-                floor,
-                Region::Opaque,
-                body,
-                &SurfaceModel::Absorber,
-            ),
+            Surface::new("floor", floor, Region::Opaque, body, &SurfaceModel::Absorber),
         ],
         sources: vec![source],
     });
@@ -265,23 +205,12 @@ fn beam_on_a_grating_goes_into_its_orders_with_their_efficiencies() {
         };
         let directions = Directions(outside.iter().map(|(_, m, _)| leaving(*m)).collect());
         let paths = 200_000;
-        let outcome = trace(
-            &drum(&table, from, kx, ky),
-            &[&directions],
-            paths,
-            20 + seed as u64,
-        );
+        let outcome = trace(&drum(&table, from, kx, ky), &[&directions], paths, 20 + seed as u64);
 
         let count = |watts: f64| (watts * outcome.paths as f64).round();
-        let mut counts: Vec<f64> = outcome.total.readings[0]
-            .iter()
-            .map(|&w| count(w))
-            .collect();
+        let mut counts: Vec<f64> = outcome.total.readings[0].iter().map(|&w| count(w)).collect();
         let elsewhere = counts.pop().expect("the bin of the rest");
-        assert!(
-            elsewhere.abs() < 0.5,
-            "{elsewhere} rays in no direction of an order"
-        );
+        assert!(elsewhere.abs() < 0.5, "{elsewhere} rays in no direction of an order");
         // What goes into the drum, its black walls take.
         counts.push(count(outcome.total.ledger.absorbed()));
         let mut expected: Vec<f64> = outside.iter().map(|o| o.2).collect();

@@ -39,11 +39,7 @@ fn relief(shape: Shape, width_mm: f64, [tip_mm, valley_mm]: [f64; 2]) -> Element
 fn area(cell: &Cell, level_um: f64) -> f64 {
     let points = &cell.polygons[0].points_um;
     let next = points.iter().cycle().skip(1);
-    let twice: f64 = points
-        .iter()
-        .zip(next)
-        .map(|(p, q)| p[0] * q[1] - p[1] * q[0])
-        .sum();
+    let twice: f64 = points.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum();
     0.5 * twice.abs() + level_um * cell.period_um
 }
 
@@ -56,16 +52,11 @@ fn arcs_change_the_area_of_a_cell_by_the_closed_form() {
     let design = parse("");
     let sphere = design.sphere().expect("a sphere");
     let (inner, apex) = (50f64, 70f64);
-    let shape = Shape::Triangle {
-        inner_base_deg: inner,
-        apex_deg: apex,
-        reference: Reference::Chord,
-    };
+    let shape =
+        Shape::Triangle { inner_base_deg: inner, apex_deg: apex, reference: Reference::Chord };
     let cell = |radii: [f64; 2]| {
         let rings = relief(shape.clone(), 0.02, radii);
-        ring_cell(sphere, &rings, 30, 1.41)
-            .expect("they fit")
-            .expect("relief")
+        ring_cell(sphere, &rings, 30, 1.41).expect("they fit").expect("relief")
     };
     let sharp = area(&cell([0.0; 2]), 0.0);
     // The opening of the valley between two triangles is that of the apex: their sides are
@@ -77,24 +68,13 @@ fn arcs_change_the_area_of_a_cell_by_the_closed_form() {
     for (radii, change, level) in [
         ([tip, 0.0], -covered(tip, opening), 0.0),
         ([0.0, valley], covered(valley, opening), level),
-        (
-            [tip, valley],
-            covered(valley, opening) - covered(tip, opening),
-            level,
-        ),
+        ([tip, valley], covered(valley, opening) - covered(tip, opening), level),
     ] {
         let rounded = cell(radii.map(|um| 1e-3 * um));
         let found = area(&rounded, level) - sharp;
         // Within 5 nm of arcs of some 6 µm, and of the lowest point over a period.
-        assert!(
-            (found - change).abs() < 0.15,
-            "{radii:?}: {found} for {change}"
-        );
-        let lowest = rounded.polygons[0]
-            .points_um
-            .iter()
-            .map(|p| p[1])
-            .fold(9.0, f64::min);
+        assert!((found - change).abs() < 0.15, "{radii:?}: {found} for {change}");
+        let lowest = rounded.polygons[0].points_um.iter().map(|p| p[1]).fold(9.0, f64::min);
         assert!(lowest.abs() < 1e-12);
         interface(&rounded, 0.55).expect("a relief that is solved");
     }
@@ -114,12 +94,7 @@ fn corners_of_steps_are_quarter_circles() {
     }
     let [mut tips, mut valleys] = [0.0; 2];
     for piece in &meridian.pieces {
-        if let Curve::Bend {
-            radius_mm,
-            clockwise,
-            ..
-        } = piece.curve
-        {
+        if let Curve::Bend { radius_mm, clockwise, .. } = piece.curve {
             let expected = radii[usize::from(!clockwise)];
             assert!((radius_mm - expected).abs() < 1e-15);
             *if clockwise { &mut tips } else { &mut valleys } += piece.sweep();

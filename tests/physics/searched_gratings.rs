@@ -31,11 +31,7 @@ fn case(interface: &Interface, angles: [f64; 2], polarization: Polarization) -> 
 fn solved(case: &Case, what: &str) -> Efficiencies {
     let found = solve(case, &no_progress).unwrap_or_else(|e| panic!("{what}: {e}"));
     assert!(found.missed.is_none(), "{what}: {:?}", found.missed);
-    assert!(
-        found.estimated_error <= TOLERANCE,
-        "{what}: {:.1e}",
-        found.estimated_error
-    );
+    assert!(found.estimated_error <= TOLERANCE, "{what}: {:.1e}", found.estimated_error);
     found
 }
 
@@ -62,20 +58,14 @@ fn estimates_bound_the_departure_from_boundary_integrals() {
         let order = &incident[share * incident.len() / 4];
         let theta = (order.kx / top).asin().to_degrees();
         let what = format!("{file} ring {number}, {theta:.1} degrees, unpolarised");
-        let found = solved(
-            &case(&interface, [theta, 0.0], Polarization::Unpolarised),
-            &what,
-        );
+        let found = solved(&case(&interface, [theta, 0.0], Polarization::Unpolarised), &what);
         let of = |pol, to| exact.efficiency((Side::Top, order.order, pol), to);
         let off = departure(&found, |side, m| {
             let to = (side, order.order + m);
             0.5 * (of(Pol::S, to) + of(Pol::P, to))
         });
         let estimated = found.estimated_error;
-        assert!(
-            off <= estimated,
-            "{what}: off by {off:.1e}, estimated {estimated:.1e}"
-        );
+        assert!(off <= estimated, "{what}: off by {off:.1e}, estimated {estimated:.1e}");
     }
 }
 
@@ -94,20 +84,9 @@ fn estimates_bound_the_departure_from_a_finer_run_in_conical_mount() {
     let (stack, _) = interface.stacks(&fine).expect("a stack");
     let [theta, phi] = angles.map(f64::to_radians);
     let bloch = Bloch::from_angles(&stack, Side::Top, theta, phi);
-    let all = solve_line(
-        &stack,
-        bloch.kx0,
-        &[bloch.ky],
-        fine.truncation,
-        &no_progress,
-    );
+    let all = solve_line(&stack, bloch.kx0, &[bloch.ky], fine.truncation, &no_progress);
     let exact = all.expect("efficiencies").remove(0);
-    let off = departure(&found, |side, m| {
-        exact.efficiency((Side::Top, 0, Pol::S), (side, m))
-    });
+    let off = departure(&found, |side, m| exact.efficiency((Side::Top, 0, Pol::S), (side, m)));
     let estimated = found.estimated_error;
-    assert!(
-        off <= estimated,
-        "{what}: off by {off:.1e}, estimated {estimated:.1e}"
-    );
+    assert!(off <= estimated, "{what}: off by {off:.1e}, estimated {estimated:.1e}");
 }

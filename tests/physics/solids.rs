@@ -83,10 +83,7 @@ fn plate(name: &str, thickness: f64, tilt_deg: f64, medium: &str) -> String {
 fn a_plate_transmits_as_both_faces_and_all_inner_reflections_say() {
     let n = 1.52;
     let glass = format!("{{ index = {n} }}");
-    let upright = trace(&format!(
-        "{LIGHT}{BARE}{BEAM}{}",
-        plate("plate", 2.0, 0.0, &glass)
-    ));
+    let upright = trace(&format!("{LIGHT}{BARE}{BEAM}{}", plate("plate", 2.0, 0.0, &glass)));
     let closed = 2.0 * n / (n * n + 1.0);
     close("upright", account(&upright, "escaped_up"), closed);
     // What comes back is absorbed by the floor and by the box.
@@ -95,11 +92,7 @@ fn a_plate_transmits_as_both_faces_and_all_inner_reflections_say() {
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     let tilted = plate("plate", 2.0, tilt, &glass);
     let unpolarised = trace(&format!("{LIGHT}{BARE}{BEAM}{tilted}"));
-    close(
-        "tilted",
-        account(&unpolarised, "escaped_up"),
-        through(0.5 * (s + p)),
-    );
+    close("tilted", account(&unpolarised, "escaped_up"), through(0.5 * (s + p)));
     let carried = "light = { wavelength_nm = 550.0, polarization = \"carried\" }\n";
     let polarised = trace(&format!("{carried}{BARE}{BEAM}{tilted}"));
     let both = 0.5 * (through(s) + through(p));
@@ -108,34 +101,20 @@ fn a_plate_transmits_as_both_faces_and_all_inner_reflections_say() {
     // Two plates with a gap, the faces of which all reflect into each other, by the sums of
     // incoherent stacks: n R/(1 + (2 n - 1) R) of 2 n faces.
     let second = plate("other", 1.0, 0.0, &glass).replace("25.0", "24.0");
-    let pair = format!(
-        "{LIGHT}{BARE}{BEAM}{}{second}",
-        plate("plate", 1.0, 0.0, &glass)
-    );
+    let pair = format!("{LIGHT}{BARE}{BEAM}{}{second}", plate("plate", 1.0, 0.0, &glass));
     let pair = trace(&pair);
     let r = ((n - 1.0) / (n + 1.0)).powi(2);
-    close(
-        "pair",
-        account(&pair, "escaped_up"),
-        (1.0 - r) / (1.0 + 3.0 * r),
-    );
+    close("pair", account(&pair, "escaped_up"), (1.0 - r) / (1.0 + 3.0 * r));
 }
 
 #[test]
 fn a_slab_absorbs_as_beer_and_lambert_say() {
     let (alpha, thickness, tilt) = (0.3, 2.0, 35.0_f64);
     let gas = format!("{{ index = 1.0, absorption_per_mm = {alpha} }}");
-    let seen = trace(&format!(
-        "{LIGHT}{BARE}{BEAM}{}",
-        plate("gas", thickness, tilt, &gas)
-    ));
+    let seen = trace(&format!("{LIGHT}{BARE}{BEAM}{}", plate("gas", thickness, tilt, &gas)));
     let expected = (-alpha * thickness / tilt.to_radians().cos()).exp();
     close("through", account(&seen, "escaped_up"), expected);
-    close(
-        "absorbed",
-        account(&seen, "absorbed_in_gas"),
-        1.0 - expected,
-    );
+    close("absorbed", account(&seen, "absorbed_in_gas"), 1.0 - expected);
     assert!(account(&seen, "absorbed_by_gas").value <= 0.0);
 }
 
@@ -180,12 +159,7 @@ fn domed(more: &str) -> String {
 #[test]
 fn solids_of_the_index_of_what_they_lie_in_change_nothing() {
     let (plain, grains) = (trace(&domed("")), trace(&domed(GRAINS)));
-    for name in [
-        "escaped_up",
-        "absorbed_by_bottom",
-        "absorbed_by_box_top",
-        "out_of_domes",
-    ] {
+    for name in ["escaped_up", "absorbed_by_bottom", "absorbed_by_box_top", "out_of_domes"] {
         alike(name, account(&plain, name), account(&grains, name));
     }
     assert!(plain.far_field != grains.far_field, "the same draws");
@@ -195,10 +169,7 @@ fn solids_of_the_index_of_what_they_lie_in_change_nothing() {
     // Another index does change something.
     let other = trace(&domed(&GRAINS.replace("1.41", "1.9")));
     let [a, b] = [&plain, &other].map(|o| account(o, "escaped_up"));
-    assert!(
-        (a.value - b.value).abs() > 10.0 * a.standard_error,
-        "{a:?} {b:?}"
-    );
+    assert!((a.value - b.value).abs() > 10.0 * a.standard_error, "{a:?} {b:?}");
 }
 
 /// A layer on the LED that holds a grain and an air bubble, a lens around the dome, a plate above
@@ -271,27 +242,16 @@ fn nested_solids_without_loss_lose_nothing_in_whatever_order_they_stand() {
         .replace("reflectance = 0.86", "reflectance = 1.0");
     let text = |solids: &str| format!("{clear}\n{solids}");
     let there = trace(&text(MANY));
-    for name in [
-        "lens", "phosphor", "bubble", "grain", "plate", "rod", "fence",
-    ] {
-        assert!(
-            account(&there, &format!("absorbed_by_{name}")).value.abs() < 1e-12,
-            "{name}"
-        );
+    for name in ["lens", "phosphor", "bubble", "grain", "plate", "rod", "fence"] {
+        assert!(account(&there, &format!("absorbed_by_{name}")).value.abs() < 1e-12, "{name}");
     }
     let out = account(&there, "escaped_up").value + account(&there, "absorbed_by_floor").value;
-    let lost: f64 = [
-        "leaked_out_of_a_closed_body",
-        "not_finite_or_on_the_wrong_side",
-    ]
-    .iter()
-    .map(|cause| account(&there, &format!("lost_{cause}")).value)
-    .sum();
+    let lost: f64 = ["leaked_out_of_a_closed_body", "not_finite_or_on_the_wrong_side"]
+        .iter()
+        .map(|cause| account(&there, &format!("lost_{cause}")).value)
+        .sum();
     let trapped = account(&there, "lost_too_many_bounces").value;
-    assert!(
-        (out + trapped - 1.0).abs() < 1e-9 && lost < 1e-9,
-        "{out} {lost}"
-    );
+    assert!((out + trapped - 1.0).abs() < 1e-9 && lost < 1e-9, "{out} {lost}");
     assert!(trapped < 1e-3, "{trapped}");
     let back = trace(&text(&backwards(MANY)));
     assert_eq!(there.far_field, back.far_field);
@@ -347,16 +307,10 @@ surface = { kind = "absorbing" }
         )
     };
     let bare = BARE.replace("bin_mm = 0.5", "bin_mm = 0.5, plane_height_mm = 6.0");
-    let up = trace(&format!(
-        "{LIGHT}{bare}{}{}{solids}",
-        light(a, of_a, 1.0),
-        patch(b, of_b, "+z")
-    ));
-    let down = trace(&format!(
-        "{LIGHT}{bare}{}{}{solids}",
-        light(b, of_b, -1.0),
-        patch(a, of_a, "-z")
-    ));
+    let up =
+        trace(&format!("{LIGHT}{bare}{}{}{solids}", light(a, of_a, 1.0), patch(b, of_b, "+z")));
+    let down =
+        trace(&format!("{LIGHT}{bare}{}{}{solids}", light(b, of_b, -1.0), patch(a, of_a, "-z")));
     let area = |size: [f64; 2]| size[0] * size[1];
     let times = |e: Estimate, by: f64| Estimate {
         value: e.value * by,
@@ -364,10 +318,7 @@ surface = { kind = "absorbing" }
         ..e
     };
     let (there, back) = (reading(&up, 0, 1), reading(&down, 0, 1));
-    assert!(
-        there.value > 0.01 && there.standard_error < 0.02 * there.value,
-        "{there:?}"
-    );
+    assert!(there.value > 0.01 && there.standard_error < 0.02 * there.value, "{there:?}");
     alike("étendue", times(there, area(of_a)), times(back, area(of_b)));
 }
 
@@ -386,11 +337,7 @@ fn a_box_and_its_mesh_are_one_solid() {
         seen(&design)
     });
     let [a, b] = &both;
-    for name in [
-        "escaped_up",
-        "absorbed_by_floor",
-        "absorbed_by_ground_mirror",
-    ] {
+    for name in ["escaped_up", "absorbed_by_floor", "absorbed_by_ground_mirror"] {
         alike(name, account(a, name), account(b, name));
     }
     // Rays meet the same faces, and what leaves from them last goes into the same directions.
@@ -417,15 +364,7 @@ fn fluxes_and_filters_know_solids_by_their_names() {
     };
     let flux = "[[receivers]]\nname = \"through\"\nkind = \"surface\"\nsurface = \"plate\"\n";
     let lossy = MANY.replace("reflectance = 1.0 }", "reflectance = 0.5 }");
-    let of = [
-        "plate",
-        "dome",
-        "fence",
-        "wall",
-        "lens",
-        "ground mirror",
-        "floor",
-    ];
+    let of = ["plate", "dome", "fence", "wall", "lens", "ground mirror", "floor"];
     let known: Vec<&str> = of.into_iter().filter(|name| *name != "wall").collect();
     let filters: Vec<String> = known
         .iter()
@@ -451,10 +390,7 @@ fn fluxes_and_filters_know_solids_by_their_names() {
 /// from the side and to the side of `direction`.
 fn cosine_law(share: f64, direction: &str) -> String {
     let tree = batwing_tests::read("tests/formats/corpus/small.isotropic.xml");
-    let (start, end) = (
-        tree.find('{').expect("a tree"),
-        tree.rfind('}').expect("a tree"),
-    );
+    let (start, end) = (tree.find('{').expect("a tree"), tree.rfind('}').expect("a tree"));
     let value = share / std::f64::consts::PI;
     let text = format!("{}{{ {value} }}{}", &tree[..start], &tree[end + 1..]);
     text.replace("Reflection Front", direction)
@@ -483,24 +419,12 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
         .replace("500.0", "5.0");
     let design = parse(&by_file, at);
     assert_eq!(design.solids[0].files.len(), 1);
-    assert!(
-        design
-            .provenance
-            .named
-            .iter()
-            .any(|i| i.file.ends_with("paint.xml"))
-    );
-    let by_law = by_file.replace(
-        "{ file = \"paint.xml\" }",
-        "{ kind = \"lambertian\", reflectance = 0.5 }",
-    );
+    assert!(design.provenance.named.iter().any(|i| i.file.ends_with("paint.xml")));
+    let by_law =
+        by_file.replace("{ file = \"paint.xml\" }", "{ kind = \"lambertian\", reflectance = 0.5 }");
     let (by_file, by_law) = (seen(&design), trace_here(&by_law));
     close("paint", account(&by_file, "absorbed_by_target"), 0.5);
-    alike(
-        "box",
-        account(&by_file, "absorbed_by_box_top"),
-        account(&by_law, "absorbed_by_box_top"),
-    );
+    alike("box", account(&by_file, "absorbed_by_box_top"), account(&by_law, "absorbed_by_box_top"));
 
     // A film in the air that light passes.
     let film = trace_here(&target("scatter = { file = \"film.xml\" }"));
@@ -513,22 +437,13 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
     let ball = format!("{LIGHT}{BARE}{light}[[solids]]\nname = \"ball\"\n{ball}");
     let (by_law, by_table) = (
         trace_here(&ball),
-        trace_here(&format!(
-            "{ball}scatter = {{ file = \"smooth.bworders\" }}\n"
-        )),
+        trace_here(&format!("{ball}scatter = {{ file = \"smooth.bworders\" }}\n")),
     );
-    alike(
-        "ball",
-        account(&by_law, "escaped_up"),
-        account(&by_table, "escaped_up"),
-    );
+    alike("ball", account(&by_law, "escaped_up"), account(&by_table, "escaped_up"));
     let wrong = ball.replace("index = 1.41", "index = 1.5");
     let wrong = format!("{wrong}scatter = {{ file = \"smooth.bworders\" }}\n");
     let wrong = config::parse("solids.toml", &wrong, at).expect("valid by itself");
-    let said = format!(
-        "{:#}",
-        scene_check::check(&wrong).expect_err("another index")
-    );
+    let said = format!("{:#}", scene_check::check(&wrong).expect_err("another index"));
     assert!(
         said.contains("solids.toml: solids[1].scatter") && said.contains("index 1.5"),
         "{said}"
@@ -565,9 +480,5 @@ fn a_source_may_stand_in_a_solid() {
         "{LIGHT}{BARE}[[solids]]\nname = \"ball\"\nkind = \"sphere\"\nposition_mm = [0.0, 0.0, 1.5]\nradius_mm = 1.0\nmedium = {{ index = 1.0, absorption_per_mm = 0.7 }}\n[[sources]]\nname = \"s\"\nkind = \"isotropic\"\nposition_mm = [0.0, 0.0, 1.5]\ninside = \"ball\"\n"
     );
     let seen = trace(&text);
-    close(
-        "ball",
-        account(&seen, "absorbed_in_ball"),
-        1.0 - (-0.7_f64).exp(),
-    );
+    close("ball", account(&seen, "absorbed_in_ball"), 1.0 - (-0.7_f64).exp());
 }

@@ -58,16 +58,10 @@ fn the_box_shines_in_every_spectral_table_of_its_file() {
         .replace("\"of ", "\"of")
         .replace(", 2\"", "-2\"")
     });
-    let text = format!(
-        "{two}{}{}",
-        receivers.concat(),
-        led("both.tm25ray", "samples = 1")
-    );
+    let text = format!("{two}{}{}", receivers.concat(), led("both.tm25ray", "samples = 1"));
     let design = parse(&text, at);
     let flux = |number: f32| -> f64 {
-        let own = rays
-            .iter()
-            .filter(|ray| ray.colour.to_bits() == number.to_bits());
+        let own = rays.iter().filter(|ray| ray.colour.to_bits() == number.to_bits());
         own.map(|ray| f64::from(ray.flux)).sum()
     };
     let lights = &design.lights.as_ref().expect("lights").lights;
@@ -106,21 +100,9 @@ fn light_that_the_file_of_the_box_has_not_is_refused_by_its_key() {
             "light = \"file\"",
             "files.source.light = \"file\": expected \"design\": \"none.tm25ray\" says nothing of wavelengths",
         ),
-        (
-            "far.ies",
-            "light = \"file\"",
-            "files.source.file = \"far.ies\": expected a file of rays",
-        ),
-        (
-            "far.ies",
-            "samples = 3",
-            "files.source.file = \"far.ies\": expected a file of rays",
-        ),
-        (
-            "good.ray",
-            "samples = 4",
-            "files.source.samples = 4: expected one of 1, 3, 7",
-        ),
+        ("far.ies", "light = \"file\"", "files.source.file = \"far.ies\": expected a file of rays"),
+        ("far.ies", "samples = 3", "files.source.file = \"far.ies\": expected a file of rays"),
+        ("good.ray", "samples = 4", "files.source.samples = 4: expected one of 1, 3, 7"),
         (
             "good.ray",
             "samples = 3\nlight = \"design\"",
@@ -138,19 +120,15 @@ fn light_that_the_file_of_the_box_has_not_is_refused_by_its_key() {
         ),
     ] {
         let text = format!("{DOME}{}", led(file, keys));
-        let message = config::parse("bad.toml", &text, at)
-            .expect_err(words)
-            .to_string();
+        let message = config::parse("bad.toml", &text, at).expect_err(words).to_string();
         assert!(
             message.starts_with("bad.toml: ") && message.contains(words) && !message.contains('\n'),
             "{message}"
         );
     }
-    for (file, keys) in [
-        ("far.ies", ""),
-        ("far.ies", "light = \"design\""),
-        ("bad.ray", "light = \"design\""),
-    ] {
+    for (file, keys) in
+        [("far.ies", ""), ("far.ies", "light = \"design\""), ("bad.ray", "light = \"design\"")]
+    {
         let design = parse(&format!("{DOME}{}", led(file, keys)), at);
         assert!(design.lights.is_none(), "{file} {keys}");
     }

@@ -84,12 +84,7 @@ normal = [0.0, 0.0, 2.0]
 ",
         plane("a", [2.0, 1.0, 3.0], 2.0, "{ sources = [\"all around\"] }"),
         plane("b", [-2.0, 0.0, 3.5], 6.0, "{ sources = [\"beam\"] }"),
-        plane(
-            "c",
-            [0.0, 0.0, 5.0],
-            400.0,
-            "{ sources = [\"beam\", \"all around\"] }"
-        ),
+        plane("c", [0.0, 0.0, 5.0], 400.0, "{ sources = [\"beam\", \"all around\"] }"),
     );
     let design = parse(&text);
     scene_check::check(&design).expect("sources in air");
@@ -175,10 +170,7 @@ fn in_the_plane_of_the_mirror_only_what_faces_up_may_lie() {
         &format!("{rectangle}\nnormal = [0, 0, -1]"),
     ] {
         let error = check(source).expect_err(source).to_string();
-        assert!(
-            error.contains("sources[1].position_mm = [1.5, 0.0, 0.0]"),
-            "{error}"
-        );
+        assert!(error.contains("sources[1].position_mm = [1.5, 0.0, 0.0]"), "{error}");
         assert!(
             error.contains("lies in the surface of") && error.contains("emits into it"),
             "{error}"
@@ -189,22 +181,14 @@ fn in_the_plane_of_the_mirror_only_what_faces_up_may_lie() {
         "{BARE}\n[[sources]]\nname = \"a\"\nposition_mm = [1.5, 0, 0]\n{rectangle}\n"
     ));
     let ledger = seen(&design).ledger();
-    let up = ledger
-        .accounts
-        .iter()
-        .find(|(name, _)| name == "escaped_up")
-        .expect("an account")
-        .1;
+    let up = ledger.accounts.iter().find(|(name, _)| name == "escaped_up").expect("an account").1;
     let box_side = ledger
         .accounts
         .iter()
         .filter(|(name, _)| name.starts_with("absorbed_by_box"))
         .map(|(_, e)| e.value)
         .sum::<f64>();
-    assert!(
-        (up.value + box_side - 1.0).abs() < 1e-9 && up.value > 0.9,
-        "{ledger:?}"
-    );
+    assert!((up.value + box_side - 1.0).abs() < 1e-9 && up.value > 0.9, "{ledger:?}");
 }
 
 #[test]
@@ -247,10 +231,7 @@ power = 0.5
         far("all", ""),
         far("chip", "only = { sources = [\"chip\"] }"),
         far("glow", "only = { sources = [\"glow\"] }"),
-        far(
-            "second",
-            "only = { sources = [\"chip\", \"glow\"], packages = [2] }"
-        ),
+        far("second", "only = { sources = [\"chip\", \"glow\"], packages = [2] }"),
         far("rest", "only = { packages = [1, 3, 4] }"),
     );
     let design = parse(&text);
@@ -262,15 +243,9 @@ power = 0.5
         let sum = |number: usize| seen.receivers[number].total().iter().sum::<f64>();
         assert!((sum(0) - sum(1) - sum(2)).abs() < 1e-12, "{crossing}");
         assert!((sum(0) - sum(3) - sum(4)).abs() < 1e-12, "{crossing}");
-        assert!(
-            sum(2) > 0.2 && sum(1) > 1.5 * sum(2) && sum(3) > 0.2,
-            "{crossing}"
-        );
+        assert!(sum(2) > 0.2 && sum(1) > 1.5 * sum(2) && sum(3) > 0.2, "{crossing}");
         for (account, value) in seen.ledger().accounts {
-            assert!(
-                !account.starts_with("lost") || value.value < 1e-6,
-                "{account}"
-            );
+            assert!(!account.starts_with("lost") || value.value < 1e-6, "{account}");
         }
     }
 }
@@ -286,12 +261,7 @@ fn a_file_of_rays_belongs_to_the_design_by_its_content() {
     let with = |direction: [f32; 3]| {
         let file = File::create(folder.path().join("up.ray")).expect("created");
         let mut writer = lighttools_rays::LightToolsWriter::new(file).expect("begun");
-        let ray = RayRecord {
-            position: [0.0; 3],
-            direction,
-            flux: 1.0,
-            wavelength: 550.0,
-        };
+        let ray = RayRecord { position: [0.0; 3], direction, flux: 1.0, wavelength: 550.0 };
         writer.write(&ray).expect("written");
         writer.finish().expect("finished");
         let design = config::parse("lamps.toml", &text, folder.path()).expect("a design");

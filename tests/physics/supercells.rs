@@ -13,10 +13,7 @@ const FEW: usize = 5;
 
 fn lines() -> Lines {
     let passing = Lines::passing();
-    Lines {
-        ky: passing.ky[..2].to_vec(),
-        weight: passing.weight[..2].to_vec(),
-    }
+    Lines { ky: passing.ky[..2].to_vec(), weight: passing.weight[..2].to_vec() }
 }
 
 fn largest_difference(a: &[Wave], b: &[Wave]) -> f64 {
@@ -24,9 +21,7 @@ fn largest_difference(a: &[Wave], b: &[Wave]) -> f64 {
     let of = |(x, y): (&Wave, &Wave)| {
         assert_eq!((x.side, x.line, x.node), (y.side, y.line, y.node));
         let pairs = x.transmitted.iter().zip(&y.transmitted);
-        pairs
-            .map(|(p, q)| (p - q).abs())
-            .fold((x.reflected - y.reflected).abs(), f64::max)
+        pairs.map(|(p, q)| (p - q).abs()).fold((x.reflected - y.reflected).abs(), f64::max)
     };
     a.iter().zip(b).map(of).fold(0.0, f64::max)
 }
@@ -46,10 +41,7 @@ fn equal_teeth_are_the_grating_of_one() {
             let alone = grating(&alone, teeth, FEW, &lines()).expect("waves");
             assert!(together.len() > 20 * teeth, "{}", together.len());
             let difference = largest_difference(&together, &alone);
-            assert!(
-                difference < 1e-9,
-                "{file} {number}, {teeth}: {difference:.1e}"
-            );
+            assert!(difference < 1e-9, "{file} {number}, {teeth}: {difference:.1e}");
         }
     }
 }
@@ -74,10 +66,7 @@ fn one_tooth_and_a_plane_share_all_power() {
     let tooth = of_one_tooth(&with_plane, &plane, 3);
     assert_eq!(tooth.len(), with_plane.len());
     for wave in &tooth {
-        assert!(
-            (wave.passes() + wave.reflected - 1.0).abs() < 1e-9,
-            "{wave:?}"
-        );
+        assert!((wave.passes() + wave.reflected - 1.0).abs() < 1e-9, "{wave:?}");
     }
     // A plane is not a tooth.
     assert!(largest_difference(&tooth, &plane) > 0.1);
@@ -106,9 +95,7 @@ fn true_neighbours_stand_on_the_sphere() {
             );
         }
         assert!(surface.stretched.abs() < 1e-3 && surface.mismatch_um.abs() < 0.01);
-        let flat = ring
-            .supercell(teeth, Neighbours::InLine)
-            .expect("a surface");
+        let flat = ring.supercell(teeth, Neighbours::InLine).expect("a surface");
         let outline = &flat.relief.polygons()[0].points;
         for corner in outline[..=2 * teeth].iter().step_by(2) {
             assert!((corner[1] - flat.level_um).abs() < 1e-12);

@@ -108,12 +108,9 @@ fn a_dome_of_the_index_of_the_slab_is_not_seen() {
         trace(&high)
     };
     let (low, high) = (of("1.0"), of("1.4"));
-    for name in [
-        "escaped_up",
-        "absorbed_by_bottom",
-        "absorbed_by_box_top",
-        "absorbed_by_ground_mirror",
-    ] {
+    for name in
+        ["escaped_up", "absorbed_by_bottom", "absorbed_by_box_top", "absorbed_by_ground_mirror"]
+    {
         alike(name, account(&low, name), account(&high, name));
     }
     assert!(low.far_field != high.far_field, "the same draws");
@@ -141,18 +138,10 @@ fn what_leaves_a_slab_follows_its_index_at_every_wavelength() {
         close("down", account(&seen, "absorbed_by_floor"), r / (1.0 + r));
     }
     // In a package that stands beside the slab the source does not lie in it.
-    let beside = text.replace(
-        "position_mm = [0.0, 0.0, 1.0]",
-        "position_mm = [30.0, 0.0, 1.0]",
-    );
+    let beside = text.replace("position_mm = [0.0, 0.0, 1.0]", "position_mm = [30.0, 0.0, 1.0]");
     let beside = config::parse("slab.toml", &beside, folder.path()).expect("valid by itself");
-    let said = scene_check::check(&beside)
-        .expect_err("not in the slab")
-        .to_string();
-    assert!(
-        said.contains("sources[1].inside = \"slab\"") && said.contains("\"air\""),
-        "{said}"
-    );
+    let said = scene_check::check(&beside).expect_err("not in the slab").to_string();
+    assert!(said.contains("sources[1].inside = \"slab\"") && said.contains("\"air\""), "{said}");
 }
 
 #[test]
@@ -174,11 +163,8 @@ fn an_array_in_a_slab_keeps_all_power_and_adds_up_over_packages() {
         last("ground", "ground mirror"),
         last("dome", "dome")
     );
-    let seen = trace(&domed(
-        2,
-        2,
-        &format!("{}{receivers}", slab("array", [0.0, 13.0, 1.6], GLASS)),
-    ));
+    let seen =
+        trace(&domed(2, 2, &format!("{}{receivers}", slab("array", [0.0, 13.0, 1.6], GLASS))));
     assert!(seen.ledger().surplus().abs() < 1e-9);
     let sum = |number: usize| jackknife(&seen.receivers[number], |all| all[..2].iter().sum());
     let up = account(&seen, "escaped_up");
@@ -194,12 +180,8 @@ fn an_array_in_a_slab_keeps_all_power_and_adds_up_over_packages() {
     // Light goes into the domes of neighbours within the slab: more comes back than in one alone.
     let into = |seen: &Observation| account(seen, "back_into_domes");
     let alone = trace(
-        &domed(
-            2,
-            2,
-            &format!("{}\n", slab("array", [0.0, 13.0, 1.6], GLASS)),
-        )
-        .replace("pitch_mm", "crossing = false\npitch_mm"),
+        &domed(2, 2, &format!("{}\n", slab("array", [0.0, 13.0, 1.6], GLASS)))
+            .replace("pitch_mm", "crossing = false\npitch_mm"),
     );
     assert!(alone.ledger().surplus().abs() < 1e-9);
     assert!(into(&seen).value > into(&alone).value + 10.0 * into(&seen).standard_error);
@@ -217,12 +199,7 @@ fn packages_apart_see_the_slab_and_not_each_other() {
     // One of two, and the same one by itself at the end of the slab.
     let two = apart(&domed(2, 1, &slab("array", [0.0, 18.0, 1.6], GLASS)));
     let one = apart(&domed(1, 1, &slab("array", [4.15, 18.0, 1.6], GLASS)));
-    for name in [
-        "escaped_up",
-        "absorbed_by_bottom",
-        "absorbed_in_slab",
-        "back_into_domes",
-    ] {
+    for name in ["escaped_up", "absorbed_by_bottom", "absorbed_in_slab", "back_into_domes"] {
         alike(name, account(&two, name), account(&one, name));
     }
 }
@@ -249,9 +226,7 @@ fn some_packages_may_stand_in_the_slab_and_others_in_the_air() {
 /// Relief in a solid around each package, or around all of them.
 fn relief(solid: &str) -> String {
     let open = ["kx_per_zone", "ky_count", "tolerance"];
-    let stated = RELIEF
-        .lines()
-        .filter(|line| !open.iter().any(|key| line.starts_with(key)));
+    let stated = RELIEF.lines().filter(|line| !open.iter().any(|key| line.starts_with(key)));
     format!("{}\n{solid}", stated.collect::<Vec<_>>().join("\n"))
 }
 
@@ -307,10 +282,7 @@ fn relief_has_tables_for_what_it_stands_in() {
     let same = slab("array", [0.0, 30.0, 1.6], "{ index = 1.41 }");
     let quick = relief(&same)
         .replace("rings_per_band = 10", "rings_per_band = 34")
-        .replace(
-            "[hybrid]",
-            "[hybrid]\nky_count = 6\nkx_per_zone = 2\ntolerance = 0.02",
-        );
+        .replace("[hybrid]", "[hybrid]\nky_count = 6\nkx_per_zone = 2\ntolerance = 0.02");
     let same = parse(&quick, Path::new(""));
     let [hybrid, smooth] = [Model::Hybrid, Model::Control].map(|m| traced(&same, m, PATHS));
     for name in ["escaped_up", "absorbed_by_bottom", "out_of_domes"] {
@@ -320,9 +292,7 @@ fn relief_has_tables_for_what_it_stands_in() {
     // Tables of files are for air, and all packages stand in one medium.
     let refused = |text: &str| {
         let design = config::parse("d1.toml", text, Path::new("")).expect("valid by itself");
-        scene_check::check(&design)
-            .expect_err("refused")
-            .to_string()
+        scene_check::check(&design).expect_err("refused").to_string()
     };
     let half =
         slab("array", [-8.0, 14.0, 1.6], "{ index = 1.2 }").replace("14.0, 14.0", "14.0, 30.0");

@@ -13,10 +13,9 @@ const WAVELENGTH_UM: f64 = 0.55;
 type Layers = [(f64, f64, f64)];
 
 fn film(layers: &Layers) -> Film {
-    let layers = layers.iter().map(|&(n, k, thickness_nm)| Layer {
-        index: Complex64::new(n, k),
-        thickness_nm,
-    });
+    let layers = layers
+        .iter()
+        .map(|&(n, k, thickness_nm)| Layer { index: Complex64::new(n, k), thickness_nm });
     Film::new(1e3 * WAVELENGTH_UM, layers.collect()).expect("valid")
 }
 

@@ -11,18 +11,10 @@ use batwing_tests::fuzz::{bombard, peak_megabytes, targets};
 fn readers_survive_altered_files() {
     for target in targets() {
         for (number, file) in target.corpus.iter().enumerate() {
-            assert!(
-                (target.read)(file),
-                "{}: file {number} of the corpus",
-                target.name
-            );
+            assert!((target.read)(file), "{}: file {number} of the corpus", target.name);
         }
         let report = bombard(&target, 0..10_000);
-        assert!(
-            report.slowest < Duration::from_secs(5),
-            "{}: {report:?}",
-            target.name
-        );
+        assert!(report.slowest < Duration::from_secs(5), "{}: {report:?}", target.name);
         // Some alterations do no harm, most do.
         let share = report.accepted as f64 / 10_000.0;
         assert!(share > 0.0 && share < 0.9, "{}: {report:?}", target.name);

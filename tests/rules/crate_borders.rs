@@ -50,16 +50,9 @@ fn forbidden_arrows_are_found() {
             "[package]\nname = 'batwing'\n[dependencies]\nx = { path = '../tests/' }",
             "batwing: dependencies must not name batwing-tests",
         ),
-        (
-            "[package]\nname = 'batwing-new'",
-            "batwing-new: is in no row of the table of crates",
-        ),
+        ("[package]\nname = 'batwing-new'", "batwing-new: is in no row of the table of crates"),
     ] {
-        assert_eq!(
-            crate_dependencies::forbidden(&made_up(text), &workspace),
-            [offence],
-            "{text}"
-        );
+        assert_eq!(crate_dependencies::forbidden(&made_up(text), &workspace), [offence], "{text}");
     }
     let allowed = "[package]\nname = 'batwing-tracer'\n[dependencies]\nbsdf.workspace = true\nglam.workspace = true";
     assert!(crate_dependencies::forbidden(&made_up(allowed), &workspace).is_empty());
@@ -70,9 +63,7 @@ fn forbidden_arrows_are_found() {
 #[test]
 fn dependency_arrows_keep_to_the_table() {
     let workspace = manifest("Cargo.toml");
-    let listed = workspace["workspace"]["members"]
-        .as_array()
-        .expect("a list of members");
+    let listed = workspace["workspace"]["members"].as_array().expect("a list of members");
     assert_eq!(
         listed.len(),
         crate_dependencies::ALLOWED.len(),
@@ -82,17 +73,11 @@ fn dependency_arrows_keep_to_the_table() {
     for ((folder, package, ..), member) in crate_dependencies::ALLOWED.iter().zip(&members) {
         assert_eq!(crate_dependencies::name(member), *package, "{folder}");
         let lib = member["lib"]["name"].as_str().expect("a library");
-        let expected = if *folder == crate_dependencies::PYTHON {
-            "native"
-        } else {
-            folder
-        };
+        let expected = if *folder == crate_dependencies::PYTHON { "native" } else { folder };
         assert_eq!(lib.trim_start_matches("batwing_"), expected);
     }
-    let broken: Vec<String> = members
-        .iter()
-        .flat_map(|m| crate_dependencies::forbidden(m, &workspace))
-        .collect();
+    let broken: Vec<String> =
+        members.iter().flat_map(|m| crate_dependencies::forbidden(m, &workspace)).collect();
     assert!(broken.is_empty(), "{broken:#?}");
 }
 
@@ -130,27 +115,17 @@ fn versions_are_pinned_and_lints_shared() {
     let loose = crate_dependencies::unpinned(&workspace, &manifest("Cargo.lock"));
     assert!(loose.is_empty(), "{loose:#?}");
     let ignored = read(".gitignore");
-    assert!(
-        !ignored.lines().any(|l| l.contains("Cargo.lock")),
-        "the lock file is kept"
-    );
-    let own: Vec<String> = members()
-        .iter()
-        .flat_map(|m| crate_dependencies::not_inherited(m, &workspace))
-        .collect();
+    assert!(!ignored.lines().any(|l| l.contains("Cargo.lock")), "the lock file is kept");
+    let own: Vec<String> =
+        members().iter().flat_map(|m| crate_dependencies::not_inherited(m, &workspace)).collect();
     assert!(own.is_empty(), "{own:#?}");
     let unsafe_code = workspace["workspace"]["lints"]["rust"]["unsafe_code"].as_str();
     assert!(matches!(unsafe_code, Some("deny" | "forbid")));
     // Plain `cargo test` and `cargo run` select every member that needs no Python.
     let list = |key: &str| {
         let list = workspace["workspace"][key].as_array();
-        let names = list
-            .expect("a list")
-            .iter()
-            .filter_map(|name| name.as_str());
-        names
-            .filter(|name| *name != crate_dependencies::PYTHON)
-            .collect::<Vec<_>>()
+        let names = list.expect("a list").iter().filter_map(|name| name.as_str());
+        names.filter(|name| *name != crate_dependencies::PYTHON).collect::<Vec<_>>()
     };
     assert_eq!(list("default-members"), list("members"));
 }
@@ -159,10 +134,7 @@ fn versions_are_pinned_and_lints_shared() {
 fn offending_lines_are_found() {
     let text = "use std::fs;\nlet t = Instant::now(); // fine\n// println!\nlet x = Fingerprint!(1);\nprint!(\"x\");\n\
                 #[cfg(test)]\nmod tests {\n    println!();\n}\n";
-    assert_eq!(
-        source_scan::forbidden(text),
-        [(1, "std::fs"), (2, "Instant"), (5, "print!")]
-    );
+    assert_eq!(source_scan::forbidden(text), [(1, "std::fs"), (2, "Instant"), (5, "print!")]);
     // A test module in a file of its own does not hide what follows.
     let apart = "#[cfg(test)]\nmod testing;\npub fn f() { println!(); }\n";
     assert_eq!(source_scan::forbidden(apart), [(3, "println!")]);
@@ -220,16 +192,10 @@ fn every_file_of_tests_belongs_to_a_program() {
             .collect();
         assert!(files.len() > roots.len(), "{}: {files:?}", folder.display());
         let idle = source_scan::idle(&files, roots);
-        assert!(
-            idle.is_empty(),
-            "{}: in no program: {idle:?}",
-            folder.display()
-        );
+        assert!(idle.is_empty(), "{}: in no program: {idle:?}", folder.display());
     }
     for program in ["end_to_end", "physics", "rules"] {
-        let found = roots
-            .keys()
-            .any(|at| at.ends_with(Path::new("tests").join(program)));
+        let found = roots.keys().any(|at| at.ends_with(Path::new("tests").join(program)));
         assert!(found, "no manifest declares tests/{program}");
     }
 }
@@ -274,8 +240,6 @@ fn the_top_holds_the_agreed_folders() {
     folders.sort();
     assert_eq!(
         folders,
-        [
-            ".ci", ".github", "bsdf", "data", "docs", "pipeline", "rcwa", "tests", "tracer"
-        ]
+        [".ci", ".github", "bsdf", "data", "docs", "pipeline", "rcwa", "tests", "tracer"]
     );
 }

@@ -154,14 +154,9 @@ fn uncommented(text: &str) -> String {
 
 fn case<D: Document>(good: &str, part: &str) -> Case {
     let head: Vec<&str> = part.lines().take_while(|l| l.starts_with('#')).collect();
-    let title = head
-        .first()
-        .map_or("", |l| l.trim_start_matches('#').trim());
-    let words: Vec<String> = head
-        .iter()
-        .filter_map(|l| l.strip_prefix("#^"))
-        .map(|l| l.trim().to_owned())
-        .collect();
+    let title = head.first().map_or("", |l| l.trim_start_matches('#').trim());
+    let words: Vec<String> =
+        head.iter().filter_map(|l| l.strip_prefix("#^")).map(|l| l.trim().to_owned()).collect();
     assert!(!words.is_empty(), "`{title}` expects no message");
     let body = uncommented(part);
     let text = if head.iter().any(|l| l.starts_with("#= as it is")) {
@@ -170,11 +165,7 @@ fn case<D: Document>(good: &str, part: &str) -> Case {
         let read = |text: &str| D::parse(text).unwrap_or_else(|e| panic!("{title}: {e}"));
         read(good).under(read(&body)).print()
     };
-    Case {
-        title: title.to_owned(),
-        words,
-        text,
-    }
+    Case { title: title.to_owned(), words, text }
 }
 
 #[cfg(test)]
@@ -188,10 +179,7 @@ mod tests {
         assert_eq!(good, "a = 1\n[b]\nc = 2\nd = 3\n");
         assert_eq!(
             (cases[0].title.as_str(), &cases[0].words[..]),
-            (
-                "too much",
-                &["b.c = 9".to_owned(), "expected".to_owned()][..]
-            )
+            ("too much", &["b.c = 9".to_owned(), "expected".to_owned()][..])
         );
         let table = |text: &str| text.parse::<toml::Table>().expect("TOML");
         assert_eq!(table(&cases[0].text), table("a = 1\n[b]\nc = 9\nd = 3"));

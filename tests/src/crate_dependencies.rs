@@ -15,21 +15,9 @@ pub const ALLOWED: [(&str, &str, &[&str]); 6] = [
     ("rcwa", "batwing-rcwa", &[]),
     ("bsdf", "batwing-bsdf", &[]),
     ("tracer", "batwing-tracer", &["batwing-bsdf"]),
-    (
-        "pipeline",
-        "batwing",
-        &["batwing-rcwa", "batwing-bsdf", "batwing-tracer"],
-    ),
-    (
-        PYTHON,
-        "batwing-python",
-        &["batwing-rcwa", "batwing-bsdf", "batwing-tracer", "batwing"],
-    ),
-    (
-        "tests",
-        "batwing-tests",
-        &["batwing-rcwa", "batwing-bsdf", "batwing-tracer", "batwing"],
-    ),
+    ("pipeline", "batwing", &["batwing-rcwa", "batwing-bsdf", "batwing-tracer"]),
+    (PYTHON, "batwing-python", &["batwing-rcwa", "batwing-bsdf", "batwing-tracer", "batwing"]),
+    ("tests", "batwing-tests", &["batwing-rcwa", "batwing-bsdf", "batwing-tracer", "batwing"]),
 ];
 
 /// The one further dependency that is allowed to tests: package, section, what it may use. Only
@@ -52,12 +40,7 @@ pub struct Dependency {
 /// All dependencies of a manifest: normal, dev, build, and those of single targets.
 pub fn dependencies(manifest: &Table, workspace: &Table) -> Vec<Dependency> {
     let mut found = sections("", manifest, workspace);
-    for (target, table) in manifest
-        .get("target")
-        .and_then(Value::as_table)
-        .into_iter()
-        .flatten()
-    {
+    for (target, table) in manifest.get("target").and_then(Value::as_table).into_iter().flatten() {
         if let Some(table) = table.as_table() {
             found.extend(sections(&format!("target.{target}."), table, workspace));
         }
@@ -68,12 +51,7 @@ pub fn dependencies(manifest: &Table, workspace: &Table) -> Vec<Dependency> {
 fn sections(prefix: &str, table: &Table, workspace: &Table) -> Vec<Dependency> {
     let mut found = Vec::new();
     for section in ["dependencies", "dev-dependencies", "build-dependencies"] {
-        for (key, value) in table
-            .get(section)
-            .and_then(Value::as_table)
-            .into_iter()
-            .flatten()
-        {
+        for (key, value) in table.get(section).and_then(Value::as_table).into_iter().flatten() {
             let from_workspace = value.get("workspace").and_then(Value::as_bool) == Some(true);
             let definition = if from_workspace {
                 shared(workspace).and_then(|list| list.get(key))
@@ -94,30 +72,19 @@ fn sections(prefix: &str, table: &Table, workspace: &Table) -> Vec<Dependency> {
 /// The name of the package that a dependency called `key` means.
 fn package(key: &str, definition: Option<&Value>) -> String {
     let text = |name: &str| {
-        definition
-            .and_then(|d| d.get(name))
-            .and_then(Value::as_str)
-            .map(str::to_owned)
+        definition.and_then(|d| d.get(name)).and_then(Value::as_str).map(str::to_owned)
     };
     let by_path = || {
         let path = text("path")?;
         let folder = path.trim_end_matches('/').rsplit('/').next()?;
-        ALLOWED
-            .iter()
-            .find(|member| member.0 == folder)
-            .map(|member| member.1.to_owned())
+        ALLOWED.iter().find(|member| member.0 == folder).map(|member| member.1.to_owned())
     };
-    text("package")
-        .or_else(by_path)
-        .unwrap_or_else(|| key.to_owned())
+    text("package").or_else(by_path).unwrap_or_else(|| key.to_owned())
 }
 
 /// The workspace's list of dependencies.
 pub fn shared(workspace: &Table) -> Option<&Table> {
-    workspace
-        .get("workspace")?
-        .get("dependencies")
-        .and_then(Value::as_table)
+    workspace.get("workspace")?.get("dependencies").and_then(Value::as_table)
 }
 
 /// Arrows that break the table.
@@ -143,10 +110,7 @@ pub fn not_inherited(manifest: &Table, workspace: &Table) -> Vec<String> {
         .filter(|d| !d.from_workspace)
         .map(|d| format!("{name}: {} of {} is not the workspace's", d.section, d.key))
         .collect();
-    let lints = manifest
-        .get("lints")
-        .and_then(|l| l.get("workspace"))
-        .and_then(Value::as_bool);
+    let lints = manifest.get("lints").and_then(|l| l.get("workspace")).and_then(Value::as_bool);
     if lints != Some(true) {
         found.push(format!("{name}: lints are not the workspace's"));
     }
@@ -169,9 +133,7 @@ pub fn unpinned(workspace: &Table, lock: &Table) -> Vec<String> {
         if value.get("path").is_some() {
             continue;
         }
-        let version = value
-            .as_str()
-            .or_else(|| value.get("version").and_then(Value::as_str));
+        let version = value.as_str().or_else(|| value.get("version").and_then(Value::as_str));
         let Some(version) = version else {
             found.push(format!("{key}: has no version"));
             continue;
@@ -190,7 +152,5 @@ pub fn unpinned(workspace: &Table, lock: &Table) -> Vec<String> {
 /// The name of the package of a manifest.
 pub fn name(manifest: &Table) -> String {
     let name = manifest.get("package").and_then(|p| p.get("name"));
-    name.and_then(Value::as_str)
-        .unwrap_or("(a manifest without a name)")
-        .to_owned()
+    name.and_then(Value::as_str).unwrap_or("(a manifest without a name)").to_owned()
 }

@@ -88,10 +88,8 @@ fn corpus(ending: &str) -> Vec<Vec<u8>> {
         .filter(|path| path.to_string_lossy().ends_with(ending))
         .collect();
     paths.sort();
-    let files: Vec<_> = paths
-        .iter()
-        .map(|p| std::fs::read(p).expect("a file of the corpus"))
-        .collect();
+    let files: Vec<_> =
+        paths.iter().map(|p| std::fs::read(p).expect("a file of the corpus")).collect();
     assert!(!files.is_empty(), "no file of the corpus ends in {ending}");
     files
 }
@@ -137,11 +135,7 @@ fn rays(mut next: impl FnMut() -> Option<RayRecord>) -> bool {
 fn read_speos(bytes: &[u8]) -> bool {
     speos::read(bytes).is_ok_and(|file| {
         let files = [(Side::Outer, &file)];
-        used(convert::from_speos(
-            &files,
-            [1.41, 1.0],
-            LobeMotion::Shifted,
-        ))
+        used(convert::from_speos(&files, [1.41, 1.0], LobeMotion::Shifted))
     })
 }
 
@@ -150,12 +144,7 @@ fn read_speos(bytes: &[u8]) -> bool {
 /// # Panics
 /// If the corpus cannot be read.
 pub fn targets() -> Vec<Target> {
-    let target = |name, corpus, read| Target {
-        name,
-        corpus,
-        read,
-        mend: nothing,
-    };
+    let target = |name, corpus, read| Target { name, corpus, read, mend: nothing };
     vec![
         target("zemax", corpus(".zemax.bsdf"), |bytes| {
             utf8(bytes).is_ok_and(|text| {
@@ -171,11 +160,7 @@ pub fn targets() -> Vec<Target> {
         target("lighttools", corpus(".lighttools.bsdf"), |bytes| {
             utf8(bytes).is_ok_and(|text| {
                 lighttools::read(text).is_ok_and(|file| {
-                    used(convert::from_lighttools(
-                        &file,
-                        [1.41, 1.0],
-                        LobeMotion::Shifted,
-                    ))
+                    used(convert::from_lighttools(&file, [1.41, 1.0], LobeMotion::Shifted))
                 })
             })
         }),
@@ -197,9 +182,7 @@ pub fn targets() -> Vec<Target> {
         }),
         Target {
             mend: mend_archive,
-            ..target("orders npz", corpus(".npz"), |bytes| {
-                npz::read(Cursor::new(bytes)).is_ok()
-            })
+            ..target("orders npz", corpus(".npz"), |bytes| npz::read(Cursor::new(bytes)).is_ok())
         },
         target("npy", corpus(".npy"), |bytes| {
             npy::read::<f64>(bytes).is_ok_and(|(shape, values)| {
@@ -225,25 +208,17 @@ pub fn targets() -> Vec<Target> {
             speos_rays::SpeosReader::new(bytes, bytes.len() as u64)
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
-        target(
-            "zemax rays",
-            [corpus(".sdf"), corpus(".dat")].concat(),
-            |bytes| {
-                zemax_rays::ZemaxReader::new(bytes, None)
-                    .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
-            },
-        ),
+        target("zemax rays", [corpus(".sdf"), corpus(".dat")].concat(), |bytes| {
+            zemax_rays::ZemaxReader::new(bytes, None)
+                .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
+        }),
         target("sniff", every_file(), |bytes| {
             pipeline::formats::sniff::guess(bytes, bytes.len() as u64).is_some()
         }),
-        target(
-            "lighttools_rays",
-            [corpus("plain.ray"), corpus("colour.ray")].concat(),
-            |bytes| {
-                lighttools_rays::LightToolsReader::new(bytes)
-                    .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
-            },
-        ),
+        target("lighttools_rays", [corpus("plain.ray"), corpus("colour.ray")].concat(), |bytes| {
+            lighttools_rays::LightToolsReader::new(bytes)
+                .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
+        }),
     ]
 }
 
@@ -287,11 +262,7 @@ pub fn altered(corpus: &[Vec<u8>], number: u64) -> Vec<u8> {
             break;
         }
         // Half of the places in the first kilobyte, where headers stand.
-        let reach = if draw(2) == 0 {
-            bytes.len().min(1024)
-        } else {
-            bytes.len()
-        };
+        let reach = if draw(2) == 0 { bytes.len().min(1024) } else { bytes.len() };
         let at = draw(reach);
         let most = if draw(4) == 0 { 4096 } else { 12 };
         let end = (at + 1 + draw(most)).min(bytes.len());
@@ -350,11 +321,7 @@ pub fn bombard(target: &Target, numbers: std::ops::Range<u64>) -> Report {
         let begin = Instant::now();
         let outcome = std::panic::catch_unwind(|| (target.read)(&bytes));
         report.slowest = report.slowest.max(begin.elapsed());
-        assert!(
-            outcome.is_ok(),
-            "reader {} panicked at input {number}",
-            target.name
-        );
+        assert!(outcome.is_ok(), "reader {} panicked at input {number}", target.name);
         report.accepted += u64::from(outcome.is_ok_and(|accepted| accepted));
     }
     report

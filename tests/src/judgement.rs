@@ -33,12 +33,6 @@ pub fn close(what: &str, found: Estimate, expected: f64) {
 /// # Panics
 /// If they are farther apart than 4.5 standard errors.
 pub fn alike(what: &str, a: Estimate, b: Estimate) {
-    let error = a
-        .standard_error
-        .hypot(b.standard_error)
-        .max(2.0 / PATHS as f64);
-    assert!(
-        (a.value - b.value).abs() < 4.5 * error,
-        "{what}: {a:?} {b:?}"
-    );
+    let error = a.standard_error.hypot(b.standard_error).max(2.0 / PATHS as f64);
+    assert!((a.value - b.value).abs() < 4.5 * error, "{what}: {a:?} {b:?}");
 }

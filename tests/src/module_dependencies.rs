@@ -153,9 +153,8 @@ impl Crate {
                     at += 2;
                 }
                 TokenTree::Ident(word) => {
-                    const DEFINING: [&str; 8] = [
-                        "struct", "enum", "trait", "fn", "type", "const", "static", "union",
-                    ];
+                    const DEFINING: [&str; 8] =
+                        ["struct", "enum", "trait", "fn", "type", "const", "static", "union"];
                     if let (true, Some(TokenTree::Ident(name))) =
                         (DEFINING.contains(&&*word.to_string()), tokens.get(at + 1))
                     {
@@ -216,9 +215,7 @@ impl Crate {
         // More re-exports in a row than any crate has.
         for _ in 0..16 {
             let depth = (0..=path.len()).rev();
-            let known = depth
-                .map(|n| &path[..n])
-                .find(|p| self.modules.contains_key(*p));
+            let known = depth.map(|n| &path[..n]).find(|p| self.modules.contains_key(*p));
             let at = known.unwrap_or_default().to_vec();
             let module = &self.modules[&at];
             let Some(name) = path.get(at.len()) else {
@@ -245,14 +242,12 @@ impl Crate {
     /// The absolute path of `name` where a glob import of module `at` brings it in.
     fn by_glob(&self, at: &[String], name: &str) -> Option<Vec<String>> {
         let globs = self.modules[at].globs.iter();
-        globs
-            .filter_map(|glob| self.absolute(at, glob))
-            .find_map(|mut base| {
-                let module = self.modules.get(&base)?;
-                let has = module.items.contains(name) || module.names.contains_key(name);
-                base.push(name.to_owned());
-                has.then_some(base)
-            })
+        globs.filter_map(|glob| self.absolute(at, glob)).find_map(|mut base| {
+            let module = self.modules.get(&base)?;
+            let has = module.items.contains(name) || module.names.contains_key(name);
+            base.push(name.to_owned());
+            has.then_some(base)
+        })
     }
 
     /// Every import between modules neither of which contains the other, once for each pair.
@@ -319,10 +314,7 @@ impl Crate {
             .extend(absent.map(|m| format!("{m}: stands on a floor, but there is no such module")));
         let missing = there.difference(&listed);
         messages.extend(missing.map(|m| format!("{m}: stands on no floor")));
-        let none = |message| Violation {
-            place: None,
-            message,
-        };
+        let none = |message| Violation { place: None, message };
         messages.into_iter().map(none).collect()
     }
 }
@@ -367,8 +359,7 @@ impl Module {
             path.pop();
         }
         if let Some(last) = path.last() {
-            self.names
-                .insert(name.unwrap_or_else(|| last.clone()), path.clone());
+            self.names.insert(name.unwrap_or_else(|| last.clone()), path.clone());
             self.mentions.push((line, path));
         }
     }

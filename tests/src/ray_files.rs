@@ -61,16 +61,7 @@ pub fn write(path: &Path, says: &Says, radiant: bool, rays: &[Ray]) {
     put(60, kind.to_le_bytes());
     put(64, one.to_le_bytes());
     put(76, (tables.len() as u32).to_le_bytes());
-    let flags = [
-        true,
-        true,
-        radiant,
-        kind == 2,
-        !radiant,
-        false,
-        false,
-        kind == 4,
-    ];
+    let flags = [true, true, radiant, kind == 2, !radiant, false, false, kind == 4];
     for (k, flag) in flags.into_iter().enumerate() {
         put(256 + 4 * k, u32::from(flag).to_le_bytes());
     }

@@ -16,12 +16,8 @@ use crate::tables::WAVELENGTH_UM;
 use crate::traces::design;
 
 /// Designs and bands (from 1) compared: shallow, middling and steep OS1, and OS2.
-pub const RINGS: [(&str, usize); 4] = [
-    ("d1.toml", 1),
-    ("d1.toml", 8),
-    ("d1.toml", 17),
-    ("d2.toml", 3),
-];
+pub const RINGS: [(&str, usize); 4] =
+    [("d1.toml", 1), ("d1.toml", 8), ("d1.toml", 17), ("d2.toml", 3)];
 /// Bloch wavevector, near normal incidence; the other waves lie λ/Λ apart up to grazing incidence.
 pub const KX0: f64 = 0.0123;
 
@@ -68,15 +64,8 @@ pub fn by_integrals(interface: &Interface, kx0: f64) -> Result<(Solution, f64)> 
 /// Those of the solver.
 pub fn by_rcwa(interface: &Interface, kx0: f64, resolution: &Resolution) -> Result<Scattering> {
     let (stack, other) = interface.stacks(resolution)?;
-    anyhow::ensure!(
-        other.is_none(),
-        "expected a relief whose sides are followed"
-    );
-    Ok(rcwa::solve(
-        &stack,
-        Bloch::new(kx0, 0.0),
-        resolution.truncation,
-    )?)
+    anyhow::ensure!(other.is_none(), "expected a relief whose sides are followed");
+    Ok(rcwa::solve(&stack, Bloch::new(kx0, 0.0), resolution.truncation)?)
 }
 
 /// How far the RCWA is from the integral equations.

@@ -45,17 +45,12 @@ pub fn agree(what: &str, a: &Grouped, b: &Grouped, least: f64) {
     let errors = a.standard_errors().into_iter().zip(b.standard_errors());
     let errors: Vec<f64> = errors.map(|(a, b)| a.hypot(b)).collect();
     let bins = a.total().iter().zip(b.total()).zip(&errors);
-    let off: Vec<f64> = bins
-        .filter(|(_, error)| **error > least)
-        .map(|((a, b), error)| (a - b) / error)
-        .collect();
+    let off: Vec<f64> =
+        bins.filter(|(_, error)| **error > least).map(|((a, b), error)| (a - b) / error).collect();
     let mean = off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64;
     let most = off.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let bound = 1.0 + 5.0 * (2.0 / off.len() as f64).sqrt();
-    assert!(
-        off.len() >= 5 && mean < bound && most < 6.0,
-        "{what}: {mean} of {bound}, {most}"
-    );
+    assert!(off.len() >= 5 && mean < bound && most < 6.0, "{what}: {mean} of {bound}, {most}");
 }
 
 #[cfg(test)]

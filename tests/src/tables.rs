@@ -46,10 +46,7 @@ pub fn order_table(
     ky: Vec<f64>,
     resolution: &Resolution,
 ) -> Result<OrderTable> {
-    let directions = Directions {
-        kx_per_zone,
-        ky: ky.clone(),
-    };
+    let directions = Directions { kx_per_zone, ky: ky.clone() };
     let solved = hemisphere(interface, &directions, resolution, &no_progress)?;
     let grid = Grid {
         period: interface.relief.period(),
@@ -67,16 +64,8 @@ pub fn order_table(
         ..TableHeader::default()
     };
     let rows = solved.incidences.into_iter().map(|i| EfficiencyRow {
-        node: NodeId {
-            side: scatter_side(i.side),
-            kx_index: i.kx_index,
-            ky_index: i.ky_index,
-        },
-        polarization: if i.pol == Pol::S {
-            Polarization::S
-        } else {
-            Polarization::P
-        },
+        node: NodeId { side: scatter_side(i.side), kx_index: i.kx_index, ky_index: i.ky_index },
+        polarization: if i.pol == Pol::S { Polarization::S } else { Polarization::P },
         orders: i
             .shares
             .into_iter()
@@ -112,10 +101,7 @@ pub fn smooth(period_um: f64, kx_per_zone: usize, ky: Vec<f64>) -> OrderTable {
             orders
         })
         .collect();
-    let header = TableHeader {
-        length_unit: "um".to_owned(),
-        ..TableHeader::default()
-    };
+    let header = TableHeader { length_unit: "um".to_owned(), ..TableHeader::default() };
     OrderTable::build(header, grid, rows).expect("a valid table")
 }
 

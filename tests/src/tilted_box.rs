@@ -15,32 +15,14 @@ pub fn write_box(path: &Path, half: [f64; 3]) {
     let mut text = String::new();
     for k in 0..8 {
         let pick = |axis: usize| {
-            if k >> axis & 1 == 0 {
-                -half[axis]
-            } else {
-                half[axis]
-            }
+            if k >> axis & 1 == 0 { -half[axis] } else { half[axis] }
         };
         let _ = writeln!(text, "v {} {} {}", pick(0), pick(1), pick(2));
     }
-    for [a, b, c, d] in [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ] {
-        let _ = writeln!(
-            text,
-            "f {} {} {}\nf {} {} {}",
-            a + 1,
-            b + 1,
-            c + 1,
-            a + 1,
-            c + 1,
-            d + 1
-        );
+    for [a, b, c, d] in
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    {
+        let _ = writeln!(text, "f {} {} {}\nf {} {} {}", a + 1, b + 1, c + 1, a + 1, c + 1, d + 1);
     }
     std::fs::write(path, text).expect("written");
 }

@@ -21,10 +21,7 @@ fn measure(bencher: Bencher, side: usize, search: InstanceSearch, apart: bool) {
     let mut scene = common::array(&package, side, 4.0);
     scene.search(search).isolated(apart);
     let scene = scene.build().unwrap();
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let mut settings = Settings::new(PATHS, 1);
     settings.groups = 4;
     bencher

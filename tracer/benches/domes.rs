@@ -21,10 +21,7 @@ fn scene(dome: Dome) -> Scene {
 
 fn measure(bencher: Bencher, scene: &Scene, seed: u64) {
     const PATHS: u64 = 100_032;
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let far = FarField::default();
     let plane = PlaneMap::centred(3.0, 0.1, 240, 240).unwrap();
     let mut settings = Settings::new(PATHS, seed);

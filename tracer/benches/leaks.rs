@@ -6,10 +6,7 @@
 //! A ray that meets nothing inside of a body is lost by a leak and booked so; anything lost makes
 //! the program fail. Prints paths, surfaces met and the power lost of each body.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "the lines are what the program is run for"
-)]
+#![expect(clippy::print_stdout, reason = "the lines are what the program is run for")]
 
 #[path = "../tests/common/closed.rs"]
 mod closed;
@@ -21,10 +18,8 @@ use tracer::{Control, Settings, run, run_rays};
 
 fn main() {
     // The harness of cargo adds flags of its own.
-    let words: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|word| !word.starts_with('-'))
-        .collect();
+    let words: Vec<String> =
+        std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     let paths = words.first().and_then(|word| word.parse().ok());
     let settings = Settings::new(paths.unwrap_or(1_000_000), 1);
     let asked = |name: &str| words.get(1).is_none_or(|word| name.contains(word.as_str()));

@@ -63,11 +63,7 @@ fn numbers(totals: &Totals) -> Vec<f64> {
 /// Where the numbers of totals stand.
 fn places(totals: &mut Totals) -> Vec<&mut f64> {
     let ledger = &mut totals.ledger;
-    let mut places = vec![
-        &mut ledger.emitted,
-        &mut ledger.escaped_up,
-        &mut ledger.escaped_down,
-    ];
+    let mut places = vec![&mut ledger.emitted, &mut ledger.escaped_up, &mut ledger.escaped_down];
     places.extend(&mut ledger.lost);
     for line in &mut ledger.surfaces {
         places.extend([&mut line.absorbed, &mut line.outward, &mut line.inward]);

@@ -5,10 +5,7 @@
 //! whole loop narrow. Sums with 2⁵² do it for many at once: a real of [2⁵², 2⁵³) holds a whole
 //! number in the low bits of its mantissa.
 
-#![expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loops over many paths"
-)]
+#![expect(clippy::inline_always, reason = "compiled into the wide loops over many paths")]
 
 /// 2⁵² and its bits.
 const WHOLE: f64 = 4_503_599_627_370_496.0;
@@ -46,20 +43,8 @@ mod tests {
 
     #[test]
     fn whole_parts_are_those_of_the_library() {
-        let ends = [
-            0.0,
-            0.5,
-            1.0,
-            1.5,
-            2.5,
-            4095.0,
-            4e8 + 0.5,
-            2_251_799_813_685_248.0,
-        ];
-        for x in ends
-            .into_iter()
-            .flat_map(|x: f64| [x, x.next_up(), x.next_down()])
-        {
+        let ends = [0.0, 0.5, 1.0, 1.5, 2.5, 4095.0, 4e8 + 0.5, 2_251_799_813_685_248.0];
+        for x in ends.into_iter().flat_map(|x: f64| [x, x.next_up(), x.next_down()]) {
             let x = x.max(0.0);
             assert_eq!(floor(x).to_bits(), x.floor().to_bits(), "{x}");
             assert_eq!(whole(x), x as i64, "{x}");
@@ -69,12 +54,7 @@ mod tests {
     #[test]
     fn words_of_53_bits_convert_exactly() {
         for shift in 11..64 {
-            for word in [
-                u64::MAX,
-                0x9e37_79b9_7f4a_7c15,
-                1 << 63,
-                0x8000_0000_0000_0801,
-            ] {
+            for word in [u64::MAX, 0x9e37_79b9_7f4a_7c15, 1 << 63, 0x8000_0000_0000_0801] {
                 let word = word >> shift;
                 assert_eq!(real(word).to_bits(), (word as f64).to_bits(), "{word}");
             }

@@ -53,18 +53,9 @@ impl Housing {
         let bottom = |name: &str, low: [f64; 2], high: [f64; 2], optics: &SurfaceModel| {
             let half = |axis: usize| 0.5 * (high[axis] - low[axis]) + reach;
             let point = DVec3::new(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.0);
-            let extent = Extent::Rectangle {
-                half_u: half(0),
-                half_v: half(1),
-            };
+            let extent = Extent::Rectangle { half_u: half(0), half_v: half(1) };
             let shape = Shape::Plane(Plane::new(point, DVec3::Z, extent)?);
-            Ok::<_, Error>(Surface::new(
-                name,
-                shape,
-                Region::Opaque,
-                Region::World,
-                optics,
-            ))
+            Ok::<_, Error>(Surface::new(name, shape, Region::Opaque, Region::World, optics))
         };
         // Coplanar pieces overlap by the reach; the first one counts there.
         let (mut a, mut b) = (0.0, 0.0);
@@ -72,12 +63,8 @@ impl Housing {
             (a, b) = (half[0].min(x), half[1].min(y));
             surfaces.push(bottom("ground mirror", [-a, -b], [a, b], optics)?);
         }
-        let strips = [
-            ([-x, b], [x, y]),
-            ([-x, -y], [x, -b]),
-            ([a, -b], [x, b]),
-            ([-x, -b], [-a, b]),
-        ];
+        let strips =
+            [([-x, b], [x, y]), ([-x, -y], [x, -b]), ([a, -b], [x, b]), ([-x, -b], [-a, b])];
         for (low, high) in strips {
             if high[0] > low[0] && high[1] > low[1] {
                 surfaces.push(bottom("housing floor", low, high, &self.floor)?);
@@ -97,13 +84,7 @@ impl Housing {
                 DVec3::new(low[0], low[1], -2.0 * reach),
                 DVec3::new(high[0], high[1], self.height),
             )?;
-            surfaces.push(Surface::new(
-                "wall",
-                solid,
-                Region::Opaque,
-                Region::World,
-                &self.walls,
-            ));
+            surfaces.push(Surface::new("wall", solid, Region::Opaque, Region::World, &self.walls));
         }
         surfaces.push(Surface::new(
             "floor",

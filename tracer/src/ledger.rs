@@ -106,20 +106,12 @@ impl Ledger {
 
     /// All surface lines with their names.
     pub fn named_surfaces(&self) -> impl Iterator<Item = (&str, &SurfaceLine)> {
-        self.lines
-            .surfaces
-            .iter()
-            .map(String::as_str)
-            .zip(&self.surfaces)
+        self.lines.surfaces.iter().map(String::as_str).zip(&self.surfaces)
     }
 
     /// Power absorbed in each medium, with its name, W.
     pub fn named_media(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.lines
-            .media
-            .iter()
-            .map(String::as_str)
-            .zip(self.media.iter().copied())
+        self.lines.media.iter().map(String::as_str).zip(self.media.iter().copied())
     }
 
     /// Power given up, with the cause in words, W.
@@ -151,13 +143,7 @@ impl Ledger {
     /// power. What is absorbed outside afterwards counts as extracted. Meaningful where all sources
     /// lie inside bodies.
     pub fn extraction(&self) -> f64 {
-        let skin = self
-            .surfaces
-            .iter()
-            .zip(&self.lines.skin)
-            .filter(|(_, skin)| **skin);
-        skin.map(|(line, _)| line.outward - line.inward)
-            .sum::<f64>()
-            / self.emitted
+        let skin = self.surfaces.iter().zip(&self.lines.skin).filter(|(_, skin)| **skin);
+        skin.map(|(line, _)| line.outward - line.inward).sum::<f64>() / self.emitted
     }
 }

@@ -75,12 +75,7 @@ impl Outcome {
                 }
             });
         }
-        Self {
-            paths,
-            hits,
-            groups,
-            total,
-        }
+        Self { paths, hits, groups, total }
     }
 
     /// The same with groups next to each other merged, so that `count` are left.
@@ -129,11 +124,7 @@ impl Outcome {
                 values.push(value);
             }
         }
-        whole
-            .iter()
-            .zip(&left_out)
-            .map(|(&value, left_out)| jackknife(value, left_out))
-            .collect()
+        whole.iter().zip(&left_out).map(|(&value, left_out)| jackknife(value, left_out)).collect()
     }
 
     /// Power in every bin of a receiver (W), with its standard error from the scatter of the
@@ -153,10 +144,6 @@ impl Outcome {
 
     /// Mean over the groups of a number that is linear in the power (W), with its standard error.
     pub fn mean(&self, quantity: impl Fn(&Totals) -> f64) -> Estimate {
-        self.groups
-            .iter()
-            .map(quantity)
-            .collect::<Moments>()
-            .estimate()
+        self.groups.iter().map(quantity).collect::<Moments>().estimate()
     }
 }

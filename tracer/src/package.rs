@@ -150,13 +150,7 @@ impl Package {
     fn dome_surface(&self) -> Result<(Surface, f64), Error> {
         let cap = &self.cap;
         let at_rim = |what: &str, r: f64| {
-            check(
-                what,
-                r,
-                "the rim of the dome",
-                (r - cap.rim).abs() <= 1e-9 * cap.rim,
-            )
-            .map(|_| ())
+            check(what, r, "the rim of the dome", (r - cap.rim).abs() <= 1e-9 * cap.rim).map(|_| ())
         };
         match &self.dome {
             Dome::Zones(zones) => {
@@ -180,32 +174,16 @@ impl Package {
                 bounds.push(foot);
                 let shape = Shape::sphere_zones(cap.centre_z(), cap.radius, &bounds)?;
                 let patches = zones.iter().map(|(_, patch)| patch.clone()).collect();
-                Ok((
-                    Surface::zoned(shape, SILICONE, Region::World, patches),
-                    foot,
-                ))
+                Ok((Surface::zoned(shape, SILICONE, Region::World, patches), foot))
             }
             Dome::Relief(meridian, patches) => {
                 let [r, foot] = meridian.end();
                 at_rim("radius at which the relief ends, mm", r)?;
-                check(
-                    "height at which the relief ends, mm",
-                    foot,
-                    "0 or more",
-                    foot >= 0.0,
-                )?;
+                check("height at which the relief ends, mm", foot, "0 or more", foot >= 0.0)?;
                 let start = meridian.frusta()[0].0.ends()[0][0];
-                check(
-                    "radius at which the relief begins, mm",
-                    start,
-                    "0",
-                    start == 0.0,
-                )?;
+                check("radius at which the relief begins, mm", start, "0", start == 0.0)?;
                 let shape = Shape::revolution(meridian);
-                Ok((
-                    Surface::zoned(shape, SILICONE, Region::World, patches.clone()),
-                    foot,
-                ))
+                Ok((Surface::zoned(shape, SILICONE, Region::World, patches.clone()), foot))
             }
         }
     }
@@ -243,42 +221,21 @@ impl Interior {
         let reach = REACH * self.size;
         if self.foot > reach {
             let side = Shape::cylinder(self.rim, -reach, self.foot)?;
-            surfaces.push(Surface::new(
-                "side",
-                side,
-                SILICONE,
-                Region::World,
-                &self.side,
-            ));
+            surfaces.push(Surface::new("side", side, SILICONE, Region::World, &self.side));
         }
         let bottom = Shape::annulus(0.0, 0.0, self.rim + reach)?;
-        surfaces.push(Surface::new(
-            "bottom",
-            bottom,
-            Region::Opaque,
-            SILICONE,
-            &self.bottom,
-        ));
+        surfaces.push(Surface::new("bottom", bottom, Region::Opaque, SILICONE, &self.bottom));
         let half = DVec3::new(0.5 * led.size.x, 0.5 * led.size.y, 0.0);
-        let solid = Shape::cuboid(
-            DVec3::new(-half.x, -half.y, -reach),
-            half + DVec3::Z * led.size.z,
-        )?;
+        let solid =
+            Shape::cuboid(DVec3::new(-half.x, -half.y, -reach), half + DVec3::Z * led.size.z)?;
         let side = Patch::new("box side", led.side.clone());
         let patches = vec![side.clone(), Patch::new("box top", led.top.clone()), side];
         surfaces.push(Surface::zoned(solid, Region::Opaque, SILICONE, patches));
 
-        let emitter = Emitter::Rectangle {
-            half_x: half.x,
-            half_y: half.y,
-        };
+        let emitter = Emitter::Rectangle { half_x: half.x, half_y: half.y };
         let position = DVec3::new(0.0, 0.0, led.size.z);
         let source = Source::new("LED", position, SILICONE, emitter, Emission::LAMBERTIAN);
-        Ok(Prototype {
-            media: vec![self.silicone.clone()],
-            surfaces,
-            sources: vec![source],
-        })
+        Ok(Prototype { media: vec![self.silicone.clone()], surfaces, sources: vec![source] })
     }
 }
 
@@ -290,14 +247,6 @@ pub fn ground(
     mirror: SurfaceModel,
     floor: SurfaceModel,
 ) -> Result<Surface, Error> {
-    let patches = vec![
-        Patch::new("ground mirror", mirror),
-        Patch::new("floor", floor),
-    ];
-    Ok(Surface::zoned(
-        Shape::ground(0.0, half_x, half_y)?,
-        Region::Opaque,
-        Region::World,
-        patches,
-    ))
+    let patches = vec![Patch::new("ground mirror", mirror), Patch::new("floor", floor)];
+    Ok(Surface::zoned(Shape::ground(0.0, half_x, half_y)?, Region::Opaque, Region::World, patches))
 }

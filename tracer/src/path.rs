@@ -66,15 +66,7 @@ impl Impact<'_> {
         rng: &mut impl Rng,
     ) -> ScatterEvent {
         let optics = &self.patch.optics;
-        scatter(
-            &self.hit,
-            optics,
-            direction,
-            self.point,
-            self.normal,
-            light,
-            rng,
-        )
+        scatter(&self.hit, optics, direction, self.point, self.normal, light, rng)
     }
 }
 
@@ -168,13 +160,9 @@ impl<'a> Tracer<'a> {
     #[expect(clippy::inline_always, reason = "part of the loop over a path")]
     #[inline(always)]
     pub fn intersect(&self, state: &PathState) -> Option<Hit<'a>> {
-        let candidates = Candidates {
-            except: state.left,
-            only: state.own,
-        };
+        let candidates = Candidates { except: state.left, only: state.own };
         if self.scene.has_nested() {
-            self.scene
-                .nearest_anywhere(&state.ray, state.location, candidates)
+            self.scene.nearest_anywhere(&state.ray, state.location, candidates)
         } else {
             self.scene.nearest(&state.ray, state.location, candidates)
         }
@@ -246,16 +234,9 @@ impl<'a> Tracer<'a> {
 
         // Settle the point exactly on the surface, in the frame of its body.
         let patch = &hit.surface.patches[hit.surface.shape.patch(hit.primitive) as usize];
-        let at = self
-            .scene
-            .in_frame(ray.at(hit.distance), location, hit.instance);
+        let at = self.scene.in_frame(ray.at(hit.distance), location, hit.instance);
         let (point, normal) = hit.surface.shape.settle(at, hit.primitive);
-        Some(Impact {
-            hit,
-            patch,
-            point,
-            normal,
-        })
+        Some(Impact { hit, patch, point, normal })
     }
 
     /// Sends a path on from where it has met a surface; whether it goes on.
@@ -270,12 +251,7 @@ impl<'a> Tracer<'a> {
         tally: &mut Tally<'_>,
         observer: &mut impl Observer,
     ) -> bool {
-        let Impact {
-            hit,
-            patch,
-            point,
-            normal,
-        } = *impact;
+        let Impact { hit, patch, point, normal } = *impact;
         let (ray, location) = (state.ray, state.location);
 
         // The surface absorbs what it does not send on.
@@ -337,11 +313,7 @@ impl<'a> Tracer<'a> {
     /// Ends a path that has met as many surfaces as it may.
     pub fn give_up(&self, state: &PathState, tally: &mut Tally<'_>, observer: &mut impl Observer) {
         let fate = tally.lose(Loss::Bounces, state.weight);
-        observer.ends(
-            &self.in_world(&state.ray, state.location),
-            fate,
-            state.weight,
-        );
+        observer.ends(&self.in_world(&state.ray, state.location), fate, state.weight);
     }
 
     /// A ray in the frame of the world.
@@ -351,10 +323,7 @@ impl<'a> Tracer<'a> {
             Location::World => DVec3::ZERO,
             Location::Inside { instance, .. } => self.scene.position(Some(instance)),
         };
-        Ray {
-            origin: ray.origin + position,
-            direction: ray.direction,
-        }
+        Ray { origin: ray.origin + position, direction: ray.direction }
     }
 
     /// Keeps `share` of the weight and returns what is absorbed. Below the threshold of the

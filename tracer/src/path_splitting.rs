@@ -70,13 +70,7 @@ impl<'a> Tracer<'a> {
             }
             return Some(more);
         }
-        let ways = both_ways(
-            &impact.hit,
-            &impact.patch.optics,
-            direction,
-            impact.normal,
-            light,
-        )?;
+        let ways = both_ways(&impact.hit, &impact.patch.optics, direction, impact.normal, light)?;
         let small = |part: f64| self.plays_roulette(state.weight * part);
         if ways.iter().any(|way| small(way.part)) {
             return None;

@@ -40,22 +40,15 @@ impl Streams {
     pub fn new(rng: &mut impl Rng) -> Self {
         // One even, one odd: with the same multiple of an odd number added to both they never are 0
         // together.
-        Self {
-            keys: [rng.next_u64() & !1, rng.next_u64() | 1],
-        }
+        Self { keys: [rng.next_u64() & !1, rng.next_u64() | 1] }
     }
 
     /// The stream of path `number`: two SplitMix64 sequences side by side give the state.
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub fn path(&self, number: u64) -> PathStream {
         let far = number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        PathStream {
-            state: self.keys.map(|key| mix(key.wrapping_add(far))),
-        }
+        PathStream { state: self.keys.map(|key| mix(key.wrapping_add(far))) }
     }
 }
 
@@ -68,10 +61,7 @@ pub struct PathStream {
 
 impl PathStream {
     /// The next number of a state, and the state after it.
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub(crate) fn step([a, b]: [u64; 2]) -> (u64, [u64; 2]) {
         let out = a.wrapping_add(b).rotate_left(17).wrapping_add(a);
@@ -124,10 +114,7 @@ pub fn unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
 }
 
 /// A random word as a number on [0, 1) in steps of 2^-53.
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over many paths"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
 #[inline(always)]
 pub(crate) fn share(word: u64) -> f64 {
     conversion::real(word >> 11) * STEP

@@ -55,10 +55,7 @@ impl Ray {
         lane: usize,
     ) -> Self {
         let at = |list: &[[f64; N]; 3]| DVec3::new(list[0][lane], list[1][lane], list[2][lane]);
-        Self {
-            origin: at(origin),
-            direction: at(direction),
-        }
+        Self { origin: at(origin), direction: at(direction) }
     }
 
     /// Puts the ray in a lane of many that lie coordinate by coordinate.

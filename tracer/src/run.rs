@@ -185,10 +185,7 @@ pub fn run_rays(
         let batch: Vec<(Totals, u64, Leaving)> = (begin..(begin + AT_ONCE).min(count))
             .into_par_iter()
             .map(|group| {
-                let mut escapes = Escapes {
-                    rays: Vec::new(),
-                    scale,
-                };
+                let mut escapes = Escapes { rays: Vec::new(), scale };
                 let (totals, hits) = trace_group(
                     &tracer,
                     &Strategy::PathByPath,
@@ -254,25 +251,15 @@ fn trace_group(
             }
             reported = done;
         }
-        !control
-            .cancel
-            .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
+        !control.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
     let hits = match many {
-        Strategy::BatchTracer(batch) => batch.trace(
-            tracer,
-            paths,
-            (streams, picker),
-            &mut tally,
-            &mut keep_going,
-        ),
-        Strategy::MeshPackets(mesh_packets) => mesh_packets.trace(
-            tracer,
-            paths,
-            (streams, picker),
-            &mut tally,
-            &mut keep_going,
-        ),
+        Strategy::BatchTracer(batch) => {
+            batch.trace(tracer, paths, (streams, picker), &mut tally, &mut keep_going)
+        }
+        Strategy::MeshPackets(mesh_packets) => {
+            mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, &mut keep_going)
+        }
         Strategy::PathByPath => {
             let begun = (streams, picker);
             let (tally, keep_going) = (&mut tally, &mut keep_going);

@@ -51,11 +51,7 @@ pub(crate) fn scatter<L: Light>(
     rng: &mut impl Rng,
 ) -> ScatterEvent {
     let facing = normal * hit.side.sign();
-    let back = |direction: DVec3, share: f64| ScatterEvent {
-        direction,
-        side: hit.side,
-        share,
-    };
+    let back = |direction: DVec3, share: f64| ScatterEvent { direction, side: hit.side, share };
     match optics {
         SurfaceModel::Interface if L::CARRIED => {
             through(hit, &Film::bare(), direction, facing, light, rng)
@@ -86,15 +82,11 @@ pub(crate) fn scatter<L: Light>(
         }
         SurfaceModel::Lambertian { reflectance } => {
             light.depolarise();
-            back(
-                random::about(facing, random::cosine(rng, 1.0)),
-                *reflectance,
-            )
+            back(random::about(facing, random::cosine(rng, 1.0)), *reflectance)
         }
-        SurfaceModel::Mixed(mixed) => back(
-            mixed_direction(*mixed, direction, facing, light, rng),
-            mixed.reflectance,
-        ),
+        SurfaceModel::Mixed(mixed) => {
+            back(mixed_direction(*mixed, direction, facing, light, rng), mixed.reflectance)
+        }
         SurfaceModel::Absorber => back(direction, 0.0),
         SurfaceModel::Coating(table) => {
             light.depolarise();
@@ -201,11 +193,7 @@ pub(crate) fn both_ways<L: Light>(
 ) -> Option<[Way<L>; 2]> {
     let facing = normal * hit.side.sign();
     let (n1, n2) = indices(hit);
-    let Refraction::Partial {
-        reflectance,
-        refracted,
-    } = refract(direction, facing, n1, n2)
-    else {
+    let Refraction::Partial { reflectance, refracted } = refract(direction, facing, n1, n2) else {
         return None;
     };
     let (lights, part, share) = match optics {
@@ -215,11 +203,7 @@ pub(crate) fn both_ways<L: Light>(
         _ => return None,
     };
     let way = |direction, side, light, part| Way {
-        event: ScatterEvent {
-            direction,
-            side,
-            share,
-        },
+        event: ScatterEvent { direction, side, share },
         light,
         part,
     };
@@ -249,10 +233,7 @@ fn divided<L: Light>(
 
 /// Refractive indices of the side from which light comes and of the other.
 fn indices(hit: &Hit<'_>) -> (f64, f64) {
-    (
-        hit.surface.index(hit.side),
-        hit.surface.index(hit.side.opposite()),
-    )
+    (hit.surface.index(hit.side), hit.surface.index(hit.side.opposite()))
 }
 
 /// What a perfect mirror makes of E_s and E_p.
@@ -272,9 +253,7 @@ fn mirrored<L: Light>(
 ) -> f64 {
     let cos_theta = -direction.dot(facing);
     let index = hit.surface.index(hit.side);
-    let met = mirror
-        .film
-        .amplitudes(End::First, index, mirror.substrate, cos_theta);
+    let met = mirror.film.amplitudes(End::First, index, mirror.substrate, cos_theta);
     light.meet(direction, facing);
     (mirror.factor * light.pass(met.reflected)).min(1.0)
 }
@@ -316,11 +295,7 @@ impl FilmIncidence {
     #[inline]
     fn share(&self) -> f64 {
         let whole = self.reflected + self.transmitted;
-        if (whole - 1.0).abs() < WHOLE {
-            1.0
-        } else {
-            whole.min(1.0)
-        }
+        if (whole - 1.0).abs() < WHOLE { 1.0 } else { whole.min(1.0) }
     }
 }
 
@@ -341,18 +316,10 @@ fn through<L: Light>(
         && let Refraction::Partial { refracted, .. } = refract(direction, facing, n1, n2)
     {
         light.pass(met.amplitudes.transmitted);
-        return ScatterEvent {
-            direction: refracted,
-            side: hit.side.opposite(),
-            share,
-        };
+        return ScatterEvent { direction: refracted, side: hit.side.opposite(), share };
     }
     light.pass(met.amplitudes.reflected);
-    ScatterEvent {
-        direction: reflect(direction, facing),
-        side: hit.side,
-        share,
-    }
+    ScatterEvent { direction: reflect(direction, facing), side: hit.side, share }
 }
 
 #[cfg(test)]
@@ -366,16 +333,8 @@ mod tests {
     fn a_mixed_reflector_depolarises_its_diffuse_part_alone() {
         let mut rng = random::stream(11, 0);
         let (direction, normal) = (DVec3::new(0.6, 0.0, -0.8), DVec3::Z);
-        let mixed = Mixed {
-            reflectance: 0.9,
-            specular: 0.3,
-        };
-        let before = Stokes {
-            q: 0.5,
-            u: 0.5,
-            v: 0.5f64.sqrt(),
-            s: DVec3::Y,
-        };
+        let mixed = Mixed { reflectance: 0.9, specular: 0.3 };
+        let before = Stokes { q: 0.5, u: 0.5, v: 0.5f64.sqrt(), s: DVec3::Y };
         let (mut mirrored, draws) = (0u32, 40_000);
         for _ in 0..draws {
             let mut light = before;

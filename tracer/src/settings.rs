@@ -59,11 +59,7 @@ impl Settings {
     /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), Error> {
         if self.groups < 2 {
-            return Err(Error::TooFew {
-                what: "groups of paths",
-                expected: 2,
-                got: self.groups,
-            });
+            return Err(Error::TooFew { what: "groups of paths", expected: 2, got: self.groups });
         }
         for (what, value) in [
             ("paths", self.paths as f64),

@@ -23,11 +23,7 @@ impl Estimate {
     /// Distance from `expected` in standard errors (0/0 counts as 0).
     pub fn deviations_from(&self, expected: f64) -> f64 {
         let difference = (self.value - expected).abs();
-        if difference == 0.0 {
-            0.0
-        } else {
-            difference / self.standard_error
-        }
+        if difference == 0.0 { 0.0 } else { difference / self.standard_error }
     }
 }
 
@@ -72,11 +68,7 @@ impl Moments {
 
     /// Unbiased variance of one value, 0 for fewer than two.
     pub fn variance(&self) -> f64 {
-        if self.count < 2 {
-            0.0
-        } else {
-            self.squares / (self.count - 1) as f64
-        }
+        if self.count < 2 { 0.0 } else { self.squares / (self.count - 1) as f64 }
     }
 
     /// Standard error of the mean.
@@ -86,11 +78,7 @@ impl Moments {
 
     /// Mean and standard error together.
     pub fn estimate(&self) -> Estimate {
-        Estimate {
-            value: self.mean,
-            standard_error: self.standard_error(),
-            bias: 0.0,
-        }
+        Estimate { value: self.mean, standard_error: self.standard_error(), bias: 0.0 }
     }
 }
 

@@ -106,14 +106,8 @@ impl SurfaceModel {
     /// The simplest equivalent model: a mixed reflector with one part only becomes pure.
     pub(crate) fn plain(&self) -> Self {
         match *self {
-            Self::Mixed(Mixed {
-                reflectance,
-                specular: 1.0,
-            }) => Self::Mirror { reflectance },
-            Self::Mixed(Mixed {
-                reflectance,
-                specular: 0.0,
-            }) => Self::Lambertian { reflectance },
+            Self::Mixed(Mixed { reflectance, specular: 1.0 }) => Self::Mirror { reflectance },
+            Self::Mixed(Mixed { reflectance, specular: 0.0 }) => Self::Lambertian { reflectance },
             _ => self.clone(),
         }
     }
@@ -139,10 +133,9 @@ impl fmt::Debug for SurfaceModel {
             Self::Mirror { reflectance } | Self::Lambertian { reflectance } => {
                 write!(f, "{}({reflectance})", self.kind())
             }
-            Self::Mixed(Mixed {
-                reflectance,
-                specular,
-            }) => write!(f, "{}({reflectance}, {specular} specular)", self.kind()),
+            Self::Mixed(Mixed { reflectance, specular }) => {
+                write!(f, "{}({reflectance}, {specular} specular)", self.kind())
+            }
             _ => f.write_str(self.kind()),
         }
     }
@@ -161,10 +154,7 @@ pub struct Patch {
 impl Patch {
     /// A named patch.
     pub fn new(name: impl Into<String>, optics: SurfaceModel) -> Self {
-        Self {
-            name: name.into(),
-            optics,
-        }
+        Self { name: name.into(), optics }
     }
 }
 
@@ -191,29 +181,17 @@ impl Surface {
         optics: &SurfaceModel,
     ) -> Self {
         let patches = vec![Patch::new(name, optics.clone()); shape.patches()];
-        Self {
-            shape,
-            inner,
-            outer,
-            patches,
-        }
+        Self { shape, inner, outer, patches }
     }
 
     /// A surface with a surface model for each patch.
     pub fn zoned(shape: Shape, inner: Region, outer: Region, patches: Vec<Patch>) -> Self {
-        Self {
-            shape,
-            inner,
-            outer,
-            patches,
-        }
+        Self { shape, inner, outer, patches }
     }
 
     /// Name of its first patch.
     pub fn name(&self) -> &str {
-        self.patches
-            .first()
-            .map_or("(no parts)", |patch| &patch.name)
+        self.patches.first().map_or("(no parts)", |patch| &patch.name)
     }
 
     /// Checks every patch. `inner` and `outer` are the refractive indices, `None` where opaque.
@@ -236,10 +214,7 @@ impl Surface {
                 }
                 SurfaceModel::LayeredMirror(mirror) => {
                     fraction(&format!("reflectance of '{name}'"), mirror.factor)?;
-                    check_index(
-                        &format!("refractive index under '{name}'"),
-                        mirror.substrate,
-                    )?;
+                    check_index(&format!("refractive index under '{name}'"), mirror.substrate)?;
                 }
                 SurfaceModel::Absorber | SurfaceModel::Coating(_) => {}
                 SurfaceModel::Interface | SurfaceModel::Layered(_) | SurfaceModel::Scatter(_) => {
@@ -264,10 +239,5 @@ fn check_table(surface: &str, side: &'static str, table: f64, medium: f64) -> Re
     if (table / medium - 1.0).abs() < 1e-6 {
         return Ok(());
     }
-    Err(Error::IndexMismatch {
-        surface: surface.to_owned(),
-        side,
-        table,
-        medium,
-    })
+    Err(Error::IndexMismatch { surface: surface.to_owned(), side, table, medium })
 }

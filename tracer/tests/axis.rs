@@ -26,17 +26,13 @@ const OFFSET: f64 = 4e-12;
 fn walk(pieces: &[Shape], ray: &Ray) -> Vec<(f64, Side)> {
     let mut all: Vec<(f64, Side)> = Vec::new();
     loop {
-        let (from, side) = all.last().map_or((0.0, Side::Outer), |(t, side)| {
-            (t - 4.0 * OFFSET, side.opposite())
-        });
+        let (from, side) =
+            all.last().map_or((0.0, Side::Outer), |(t, side)| (t - 4.0 * OFFSET, side.opposite()));
         let sides = match side {
             Side::Inner => Sides::Inner,
             Side::Outer => Sides::Outer,
         };
-        let mut reach = Reach {
-            from,
-            to: f64::INFINITY,
-        };
+        let mut reach = Reach { from, to: f64::INFINITY };
         for piece in pieces {
             if let Some(hit) = piece.intersect(ray, reach, sides) {
                 assert_eq!(hit.side, side);
@@ -68,11 +64,7 @@ fn stretch(from: [f64; 2], to: [f64; 2], rng: &mut Pcg64) -> (Shape, bool) {
         _ => -0.5 * along[1] / along[0],
     };
     let centre = [middle[0] - aside * along[1], middle[1] + aside * along[0]];
-    let bend = if unit(rng) < 0.5 {
-        Bend::Clockwise
-    } else {
-        Bend::Counterclockwise
-    };
+    let bend = if unit(rng) < 0.5 { Bend::Clockwise } else { Bend::Counterclockwise };
     if !centre[0].is_finite() || centre[0].abs() > 100.0 || centre[1].abs() > 100.0 {
         return straight();
     }
@@ -100,26 +92,18 @@ fn rays_on_the_axis_meet_every_end_on_it_and_nothing_else() {
         // The lower one first.
         let poles = [points[points.len() - 1][1], points[0][1]];
 
-        let mixed: Vec<(Shape, bool)> = points
-            .windows(2)
-            .map(|pair| stretch(pair[0], pair[1], &mut rng))
-            .collect();
+        let mixed: Vec<(Shape, bool)> =
+            points.windows(2).map(|pair| stretch(pair[0], pair[1], &mut rng)).collect();
         arcs += mixed.iter().filter(|(_, arc)| *arc).count();
         let mixed: Vec<Shape> = mixed.into_iter().map(|(shape, _)| shape).collect();
         let whole = Shape::revolution(&Meridian::new(&[Element { points }]).unwrap());
         for pieces in [&mixed[..], &[whole]] {
             let start = 10.0 * unit(&mut rng);
             for (z, dz) in [(-8.0 - start, 1.0), (8.0 + start, -1.0)] {
-                let ray = Ray {
-                    origin: DVec3::new(0.0, 0.0, z),
-                    direction: DVec3::new(0.0, -0.0, dz),
-                };
+                let ray =
+                    Ray { origin: DVec3::new(0.0, 0.0, z), direction: DVec3::new(0.0, -0.0, dz) };
                 let found = walk(pieces, &ray);
-                assert_eq!(
-                    found.len(),
-                    poles.len(),
-                    "{number}: {found:?} {poles:?} {pieces:?}"
-                );
+                assert_eq!(found.len(), poles.len(), "{number}: {found:?} {poles:?} {pieces:?}");
                 let mut heights: Vec<f64> = found.iter().map(|(t, _)| z + dz * t).collect();
                 heights.sort_by(f64::total_cmp);
                 for (height, pole) in heights.iter().zip(&poles) {
@@ -150,10 +134,8 @@ fn hat(rng: &mut Pcg64) -> (Vec<Shape>, Vec<[f64; 2]>) {
     points.push([r, 0.5]);
     points.push([0.0, 0.5]);
     let corners = points.clone();
-    let pieces: Vec<Shape> = points
-        .windows(2)
-        .map(|pair| Shape::frustum(pair[0], pair[1]).unwrap())
-        .collect();
+    let pieces: Vec<Shape> =
+        points.windows(2).map(|pair| Shape::frustum(pair[0], pair[1]).unwrap()).collect();
     (pieces, corners)
 }
 
@@ -163,12 +145,8 @@ fn upright_rays_through_vertices_go_in_once_and_come_out_once() {
     let mut rays = 0;
     for number in 0..3000 {
         let (pieces, corners) = hat(&mut rng);
-        let whole = [Shape::revolution(
-            &Meridian::new(&[Element {
-                points: corners.clone(),
-            }])
-            .unwrap(),
-        )];
+        let whole =
+            [Shape::revolution(&Meridian::new(&[Element { points: corners.clone() }]).unwrap())];
         let rim = corners[corners.len() - 2][0];
         let mut radii: Vec<f64> = corners.iter().map(|p| p[0]).filter(|r| *r < rim).collect();
         // Near the axis too, where the two roots of a cone are one but for rounding.
@@ -177,10 +155,7 @@ fn upright_rays_through_vertices_go_in_once_and_come_out_once() {
         for radius in radii {
             for (x, y) in [(radius, 0.0), (0.0, -radius), (0.6 * radius, 0.8 * radius)] {
                 for (z, dz) in [(-1.0, 1.0), (5.0, -1.0)] {
-                    let ray = Ray {
-                        origin: DVec3::new(x, y, z),
-                        direction: DVec3::Z * dz,
-                    };
+                    let ray = Ray { origin: DVec3::new(x, y, z), direction: DVec3::Z * dz };
                     for pieces in [&pieces[..], &whole] {
                         let found = walk(pieces, &ray);
                         let sides: Vec<Side> = found.iter().map(|(_, side)| *side).collect();
@@ -213,18 +188,12 @@ fn rays_through_a_tip_from_within_leave() {
         let tip = DVec3::Z * height;
         let direction = (tip - DVec3::new(r * cos, r * sin, 0.0)).normalize();
         for direction in [direction, -direction] {
-            let ray = Ray {
-                origin: tip - direction * 5.0,
-                direction,
-            };
+            let ray = Ray { origin: tip - direction * 5.0, direction };
             let sides: Vec<Side> = walk(&pieces, &ray).iter().map(|(_, side)| *side).collect();
             assert_eq!(sides, [Side::Outer, Side::Inner], "{number}: {ray:?}");
         }
         // The middle of the floor, from anywhere.
-        let ray = Ray {
-            origin: DVec3::ZERO - direction * 5.0,
-            direction,
-        };
+        let ray = Ray { origin: DVec3::ZERO - direction * 5.0, direction };
         assert!(!walk(&pieces, &ray).is_empty(), "{number}: {ray:?}");
     }
 }
@@ -244,10 +213,8 @@ fn rays_that_only_touch_meet_nothing() {
     ];
     for (shape, origin, direction) in touching {
         let ray = Ray { origin, direction };
-        let sides: Vec<Side> = walk(std::slice::from_ref(shape), &ray)
-            .iter()
-            .map(|(_, side)| *side)
-            .collect();
+        let sides: Vec<Side> =
+            walk(std::slice::from_ref(shape), &ray).iter().map(|(_, side)| *side).collect();
         // Rounding may let it in for the width of an atom, but then out again.
         assert!(sides.len().is_multiple_of(2), "{ray:?} {sides:?}");
     }
@@ -258,12 +225,7 @@ fn rays_that_only_touch_meet_nothing() {
 fn file(radii: &[f32], height: f32) -> RaySet {
     let mut records = Vec::new();
     let mut add = |position: [f32; 3], direction: [f32; 3]| {
-        records.push(RayRecord {
-            position,
-            direction,
-            flux: 1.0,
-            wavelength: 550.0,
-        });
+        records.push(RayRecord { position, direction, flux: 1.0, wavelength: 550.0 });
     };
     for zero in [0.0, -0.0] {
         for dz in [1.0, -1.0] {
@@ -313,15 +275,8 @@ fn files_of_upright_rays_lose_none_in_any_dome() {
     let of_package = |dome: Dome| package(1.41, dome, 0.9, 0.9).prototype().unwrap();
     let arcs = |arcs: Vec<Shape>, rim: f64| {
         let mut body = interior(rim).prototype().unwrap();
-        let dome = |arc| {
-            Surface::new(
-                "dome",
-                arc,
-                BODY,
-                tracer::Region::World,
-                &SurfaceModel::Interface,
-            )
-        };
+        let dome =
+            |arc| Surface::new("dome", arc, BODY, tracer::Region::World, &SurfaceModel::Interface);
         body.surfaces.extend(arcs.into_iter().map(dome));
         body
     };
@@ -330,14 +285,8 @@ fn files_of_upright_rays_lose_none_in_any_dome() {
         ("smooth", of_package(Dome::smooth(&CAP))),
         ("17 steps", of_package(Dome::relief(staircase(17)))),
         ("teeth", of_package(Dome::relief(teeth(17, 50.0, 40.0)))),
-        (
-            "blunt teeth",
-            of_package(Dome::relief(teeth(17, 1e-4, 40.0))),
-        ),
-        (
-            "overhanging",
-            of_package(Dome::relief(teeth(60, 45.0, 10.0))),
-        ),
+        ("blunt teeth", of_package(Dome::relief(teeth(17, 1e-4, 40.0)))),
+        ("overhanging", of_package(Dome::relief(teeth(60, 45.0, 10.0)))),
         (
             "ball",
             arcs(
@@ -374,11 +323,7 @@ fn files_of_upright_rays_lose_none_in_any_dome() {
     ];
     for (name, body) in bodies {
         for radii in [&radii, &exact] {
-            let few: Vec<f32> = if name == "cusp" {
-                vec![]
-            } else {
-                radii.clone()
-            };
+            let few: Vec<f32> = if name == "cusp" { vec![] } else { radii.clone() };
             let scene = single(lit_by(body.clone(), file(&few, 0.5)));
             let settings = Settings::new(100_000, 8);
             let together = run(&scene, &[], &settings).unwrap();

@@ -37,10 +37,7 @@ fn error(result: Result<Scene, Error>) -> Error {
 
 fn assert_says(error: &Error, words: &str) {
     let message = error.to_string();
-    assert!(
-        message.contains(words),
-        "'{message}' does not say '{words}'"
-    );
+    assert!(message.contains(words), "'{message}' does not say '{words}'");
 }
 
 #[test]
@@ -53,10 +50,7 @@ fn numbers_out_of_range() {
     for reflectance in [-0.1, 1.1, f64::NAN] {
         let mut bad = smooth();
         bad.bottom = SurfaceModel::Mirror { reflectance };
-        assert_says(
-            &refused(&bad),
-            "reflectance of 'bottom': expected a number from 0 to 1",
-        );
+        assert_says(&refused(&bad), "reflectance of 'bottom': expected a number from 0 to 1");
     }
     let mut bad = smooth();
     bad.silicone.absorption_per_mm = -1.0;
@@ -111,40 +105,18 @@ fn overlapping_packages() {
 #[test]
 fn overlapping_boxes_are_judged_by_their_sides() {
     let cube = Shape::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
-    let cube = Surface::new(
-        "cube",
-        cube,
-        Region::Opaque,
-        Region::World,
-        &SurfaceModel::Absorber,
-    );
+    let cube = Surface::new("cube", cube, Region::Opaque, Region::World, &SurfaceModel::Absorber);
     let mut scene = SceneBuilder::new(Medium::air());
-    let id = scene.prototype(Prototype {
-        surfaces: vec![cube],
-        ..Prototype::default()
-    });
+    let id = scene.prototype(Prototype { surfaces: vec![cube], ..Prototype::default() });
     let sky = DVec3::new(0.0, 0.0, 9.0);
-    scene.source(Source::new(
-        "sky",
-        sky,
-        Region::World,
-        Emitter::Point,
-        Emission::Isotropic,
-    ));
+    scene.source(Source::new("sky", sky, Region::World, Emitter::Point, Emission::Isotropic));
     scene
         .place(id, DVec3::ZERO)
         .place(id, DVec3::new(1.0, 0.9, 0.0))
         .place(id, DVec3::new(0.5, 0.5, 1.0));
     assert!(scene.build().is_ok());
     scene.place(id, DVec3::new(-0.9, -0.9, 0.0));
-    assert!(matches!(
-        error(scene.build()),
-        Error::Overlap {
-            first: 0,
-            second: 3,
-            ..
-        }
-    ));
+    assert!(matches!(error(scene.build()), Error::Overlap { first: 0, second: 3, .. }));
 }
 
 #[test]
@@ -193,10 +165,7 @@ fn sources_in_a_surface_emit_away_from_it_or_are_refused() {
         });
         let at = DVec3::new(0.1, 0.2, height);
         let lamp = Source::new("lamp", at, Region::World, Emitter::Point, emission);
-        scene
-            .place(id, DVec3::ZERO)
-            .source(lamp.facing(normal))
-            .build()
+        scene.place(id, DVec3::ZERO).source(lamp.facing(normal)).build()
     };
     let (up, tilted) = (DVec3::Z, DVec3::new(0.3, 0.0, 1.0));
     for (height, normal, emission, good) in [
@@ -209,11 +178,7 @@ fn sources_in_a_surface_emit_away_from_it_or_are_refused() {
     ] {
         let built = build(height, normal, emission);
         let in_surface = matches!(built, Err(Error::SourceInSurface { .. }));
-        assert_eq!(
-            (built.is_ok(), in_surface),
-            (good, !good),
-            "{height} {normal}"
-        );
+        assert_eq!((built.is_ok(), in_surface), (good, !good), "{height} {normal}");
     }
     assert_says(
         &error(build(0.0, up, Emission::Isotropic)),
@@ -223,35 +188,14 @@ fn sources_in_a_surface_emit_away_from_it_or_are_refused() {
 
 #[test]
 fn open_bodies_and_opaque_interfaces() {
-    let source = || {
-        inside(
-            DVec3::new(0.0, 0.0, 0.5),
-            Emitter::Point,
-            Emission::Isotropic,
-        )
-    };
+    let source = || inside(DVec3::new(0.0, 0.0, 0.5), Emitter::Point, Emission::Isotropic);
     let dome = Shape::sphere_zones(0.0, 2.0, &[2.0, 0.0]).unwrap();
-    let open = Surface::new(
-        "dome",
-        dome.clone(),
-        BODY,
-        Region::World,
-        &SurfaceModel::Interface,
-    );
+    let open = Surface::new("dome", dome.clone(), BODY, Region::World, &SurfaceModel::Interface);
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(lamp(N, vec![open], source()));
-    assert!(matches!(
-        error(scene.place(id, DVec3::ZERO).build()),
-        Error::OpenBody { .. }
-    ));
+    assert!(matches!(error(scene.place(id, DVec3::ZERO).build()), Error::OpenBody { .. }));
 
-    let opaque = Surface::new(
-        "dome",
-        dome.clone(),
-        BODY,
-        Region::Opaque,
-        &SurfaceModel::Interface,
-    );
+    let opaque = Surface::new("dome", dome.clone(), BODY, Region::Opaque, &SurfaceModel::Interface);
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(lamp(N, vec![opaque], source()));
     assert_says(
@@ -259,16 +203,11 @@ fn open_bodies_and_opaque_interfaces() {
         "'interface' needs a medium on both sides",
     );
 
-    let parts = vec![
-        Patch::new("a", SurfaceModel::Absorber),
-        Patch::new("b", SurfaceModel::Absorber),
-    ];
+    let parts =
+        vec![Patch::new("a", SurfaceModel::Absorber), Patch::new("b", SurfaceModel::Absorber)];
     let mut scene = SceneBuilder::new(Medium::air());
-    let id = scene.prototype(lamp(
-        N,
-        vec![Surface::zoned(dome, BODY, Region::World, parts)],
-        source(),
-    ));
+    let id =
+        scene.prototype(lamp(N, vec![Surface::zoned(dome, BODY, Region::World, parts)], source()));
     assert_says(
         &error(scene.place(id, DVec3::ZERO).build()),
         "its shape has 1 parts, got optics for 2",
@@ -277,16 +216,8 @@ fn open_bodies_and_opaque_interfaces() {
 
 #[test]
 fn tables_for_another_index() {
-    let other = SurfaceModel::Scatter(Arc::new(NoFresnel {
-        inner: 1.5,
-        outer: 1.0,
-    }));
-    let bad = package(
-        N,
-        Dome::Zones(vec![(CAP.rim, Patch::new("band 1", other))]),
-        0.95,
-        0.86,
-    );
+    let other = SurfaceModel::Scatter(Arc::new(NoFresnel { inner: 1.5, outer: 1.0 }));
+    let bad = package(N, Dome::Zones(vec![(CAP.rim, Patch::new("band 1", other))]), 0.95, 0.86);
     assert_says(
         &refused(&bad),
         "surface 'band 1': the scattering table is for index 1.5 on the inner side",
@@ -298,30 +229,19 @@ fn bodies_below_the_ground() {
     let mut scene = array(&smooth(), 1, 8.3);
     let id = scene.prototype(smooth().prototype().unwrap());
     scene.place(id, DVec3::new(20.0, 0.0, -0.1));
-    assert!(matches!(
-        error(scene.build()),
-        Error::BelowGround { instance: 1, .. }
-    ));
+    assert!(matches!(error(scene.build()), Error::BelowGround { instance: 1, .. }));
 }
 
 #[test]
 fn broken_meridians() {
-    let line = |points: &[[f64; 2]]| Element {
-        points: points.to_vec(),
-    };
+    let line = |points: &[[f64; 2]]| Element { points: points.to_vec() };
     assert!(Meridian::new(&[]).is_err());
     assert!(Meridian::new(&[line(&[[0.0, 1.0]])]).is_err());
-    let gap = Meridian::new(&[
-        line(&[[0.0, 1.0], [1.0, 1.0]]),
-        line(&[[1.1, 1.0], [1.7, 0.0]]),
-    ]);
+    let gap = Meridian::new(&[line(&[[0.0, 1.0], [1.0, 1.0]]), line(&[[1.1, 1.0], [1.7, 0.0]])]);
     assert_says(&gap.unwrap_err(), "element 1 begins at r = 1.1");
     let short = Meridian::staircase(-1.0, 2.0, 1.6, 16).unwrap();
     let bad = package(N, Dome::relief(short), 0.95, 0.86);
-    assert_says(
-        &bad.prototype().unwrap_err(),
-        "radius at which the relief ends",
-    );
+    assert_says(&bad.prototype().unwrap_err(), "radius at which the relief ends");
     let bad = package(N, Dome::Zones(vec![]), 0.95, 0.86);
     assert_says(&bad.prototype().unwrap_err(), "zones of the dome");
 }
@@ -355,22 +275,10 @@ fn receivers_and_settings() {
     assert!(PlaneMap::centred(3.0, 0.1, 0, 10).is_err());
     assert_says(&FarField::new(0.7, 5.0).unwrap_err(), "divides 180 degrees");
     for settings in [
-        Settings {
-            paths: 0,
-            ..Settings::new(1, 1)
-        },
-        Settings {
-            groups: 1,
-            ..Settings::new(100, 1)
-        },
-        Settings {
-            max_bounces: 0,
-            ..Settings::new(100, 1)
-        },
-        Settings {
-            roulette_below: f64::NAN,
-            ..Settings::new(100, 1)
-        },
+        Settings { paths: 0, ..Settings::new(1, 1) },
+        Settings { groups: 1, ..Settings::new(100, 1) },
+        Settings { max_bounces: 0, ..Settings::new(100, 1) },
+        Settings { roulette_below: f64::NAN, ..Settings::new(100, 1) },
     ] {
         assert!(run(&scene, &[], &settings).is_err(), "{settings:?}");
     }

@@ -56,17 +56,11 @@ fn agree(what: &str, scene: &Scene) {
 }
 
 fn domes() -> Vec<(&'static str, Dome)> {
-    let bent: Arc<dyn bsdf::Bsdf> = Arc::new(NoFresnel {
-        inner: N,
-        outer: 1.0,
-    });
+    let bent: Arc<dyn bsdf::Bsdf> = Arc::new(NoFresnel { inner: N, outer: 1.0 });
     let zones = vec![
         (0.5, Patch::new("a", SurfaceModel::Interface)),
         (1.1, Patch::new("b", SurfaceModel::Scatter(bent))),
-        (
-            CAP.rim,
-            Patch::new("c", SurfaceModel::Mirror { reflectance: 0.4 }),
-        ),
+        (CAP.rim, Patch::new("c", SurfaceModel::Mirror { reflectance: 0.4 })),
     ];
     vec![
         ("smooth", Dome::smooth(&CAP)),
@@ -108,10 +102,7 @@ fn gratings() -> Dome {
             .collect();
         let table = OrderTable::build(TableHeader::default(), grid.clone(), rows).unwrap();
         let optics = SurfaceModel::Scatter(Arc::new(table));
-        (
-            CAP.rim * f64::from(zone) / 5.0,
-            Patch::new(format!("band {zone}"), optics),
-        )
+        (CAP.rim * f64::from(zone) / 5.0, Patch::new(format!("band {zone}"), optics))
     });
     Dome::Zones(zones.collect())
 }
@@ -131,10 +122,7 @@ fn variants(dome: Dome) -> Vec<Package> {
 fn a_path_goes_as_it_goes_alone() {
     for (name, dome) in domes() {
         for (number, package) in variants(dome).into_iter().enumerate() {
-            agree(
-                &format!("{name} {number}"),
-                &single(package.prototype().unwrap()),
-            );
+            agree(&format!("{name} {number}"), &single(package.prototype().unwrap()));
         }
     }
 }
@@ -158,14 +146,9 @@ fn freeform(mut package: Package) -> Prototype {
         Shape::frustum(edge, belt),
         Shape::sphere_zones(sphere, radius, &[belt[1], 0.3, rim[1]]),
     ];
-    let bent: Arc<dyn bsdf::Bsdf> = Arc::new(NoFresnel {
-        inner: N,
-        outer: 1.0,
-    });
+    let bent: Arc<dyn bsdf::Bsdf> = Arc::new(NoFresnel { inner: N, outer: 1.0 });
     let mut prototype = package.prototype().unwrap();
-    prototype
-        .surfaces
-        .retain(|surface| surface.name() != "dome");
+    prototype.surfaces.retain(|surface| surface.name() != "dome");
     for (number, shape) in shapes.into_iter().enumerate() {
         let shape = shape.unwrap();
         let patches = (0..shape.patches()).map(|k| match (number, k) {
@@ -190,9 +173,7 @@ fn a_path_through_lines_and_arcs_goes_as_it_goes_alone() {
 /// A smooth dome over a mirror with nothing else, lit in three ways; few surfaces are allowed too.
 #[test]
 fn a_path_through_a_lens_goes_as_it_goes_alone() {
-    let narrow = Emission::Lambertian {
-        half_angle_deg: 50.0,
-    };
+    let narrow = Emission::Lambertian { half_angle_deg: 50.0 };
     for emission in [Emission::Isotropic, narrow] {
         agree("lens", &single(mirrored_cap(emission)));
     }
@@ -205,10 +186,7 @@ fn a_path_through_a_lens_goes_as_it_goes_alone() {
         let alone = run_rays(&scene, &settings, Control::default(), |_, _| Ok(())).unwrap();
         assert_eq!(many.hits, alone.hits);
         let [a, b] = [&many, &alone].map(|outcome| &outcome.total.ledger);
-        assert!(
-            a.lost_total() > 0.0 && a.imbalance().abs() < 1e-11,
-            "{most}"
-        );
+        assert!(a.lost_total() > 0.0 && a.imbalance().abs() < 1e-11, "{most}");
         let pairs = [
             (a.lost_total(), b.lost_total()),
             (a.escaped_up, b.escaped_up),
@@ -223,9 +201,7 @@ fn a_path_through_a_lens_goes_as_it_goes_alone() {
 #[test]
 fn a_path_through_many_packages_goes_as_it_goes_alone() {
     for (name, dome) in domes() {
-        let scene = array(&package(N, dome, 0.95, 0.86), 3, 4.0)
-            .build()
-            .unwrap();
+        let scene = array(&package(N, dome, 0.95, 0.86), 3, 4.0).build().unwrap();
         agree(name, &scene);
     }
 }
@@ -253,27 +229,19 @@ fn a_path_within_walls_and_one_apart_go_as_they_go_alone() {
                 }
             }
         }
-        agree(
-            &format!("walls {walled}, apart {apart}"),
-            &scene.build().unwrap(),
-        );
+        agree(&format!("walls {walled}, apart {apart}"), &scene.build().unwrap());
     }
 }
 
 #[test]
 fn a_mesh_is_traced_in_another_order_only() {
-    agree(
-        "mesh",
-        &single(common::meshed_cap(3_000, Emission::LAMBERTIAN)),
-    );
+    agree("mesh", &single(common::meshed_cap(3_000, Emission::LAMBERTIAN)));
 }
 
 #[test]
 fn receivers_see_the_same() {
     // With a floor far below, light that has left the package may meet something else.
-    let prototype = package(N, Dome::relief(staircase(17)), 0.95, 0.86)
-        .prototype()
-        .unwrap();
+    let prototype = package(N, Dome::relief(staircase(17)), 0.95, 0.86).prototype().unwrap();
     let alone = single(prototype.clone());
     let mut above = tracer::SceneBuilder::new(tracer::Medium::air());
     let id = above.prototype(prototype);
@@ -285,24 +253,14 @@ fn receivers_see_the_same() {
         &SurfaceModel::Absorber,
     ));
     let above = above.place(id, tracer::glam::DVec3::ZERO).build().unwrap();
-    let (far, plane) = (
-        FarField::new(3.0, 30.0).unwrap(),
-        PlaneMap::centred(2.0, 0.5, 24, 24).unwrap(),
-    );
+    let (far, plane) =
+        (FarField::new(3.0, 30.0).unwrap(), PlaneMap::centred(2.0, 0.5, 24, 24).unwrap());
     let settings = Settings::new(100_000, 5);
     let [a, b] = [&alone, &above].map(|scene| trace(scene, &[&far, &plane], &settings));
     let up = 30 * far.phis();
-    for (a, b, bins) in [(&a, &b, 0..up), (&a, &b, 0..576)]
-        .into_iter()
-        .enumerate()
-        .map(|(receiver, (a, b, bins))| {
-            (
-                &a.total.readings[receiver],
-                &b.total.readings[receiver],
-                bins,
-            )
-        })
-    {
+    for (a, b, bins) in [(&a, &b, 0..up), (&a, &b, 0..576)].into_iter().enumerate().map(
+        |(receiver, (a, b, bins))| (&a.total.readings[receiver], &b.total.readings[receiver], bins),
+    ) {
         for bin in bins {
             assert!((a[bin] - b[bin]).abs() < 3.0 / 100_000.0, "{bin}");
         }
@@ -311,11 +269,7 @@ fn receivers_see_the_same() {
 
 #[test]
 fn paths_are_given_up_and_roulette_is_played_as_alone() {
-    let scene = single(
-        package(N, Dome::relief(staircase(17)), 0.95, 0.86)
-            .prototype()
-            .unwrap(),
-    );
+    let scene = single(package(N, Dome::relief(staircase(17)), 0.95, 0.86).prototype().unwrap());
     let mut settings = Settings::new(IN_GROUP * GROUPS as u64, 3);
     settings.groups = GROUPS;
     settings.max_bounces = 3;
@@ -342,10 +296,8 @@ fn comparing_levels_finds_what_testing_all_segments_finds() {
             // A point within the height of the relief, near to it or anywhere; its side from the
             // height of the tread above or below it.
             let width = CAP.rim / steps as f64;
-            let (r, phi) = (
-                1.2 * CAP.rim * unit(&mut rng).sqrt(),
-                std::f64::consts::TAU * unit(&mut rng),
-            );
+            let (r, phi) =
+                (1.2 * CAP.rim * unit(&mut rng).sqrt(), std::f64::consts::TAU * unit(&mut rng));
             let top = if r < CAP.rim {
                 CAP.height((r / width).floor() * width)
             } else {
@@ -361,19 +313,10 @@ fn comparing_levels_finds_what_testing_all_segments_finds() {
                 origin: tracer::glam::DVec3::new(r * phi.cos(), r * phi.sin(), z),
                 direction: isotropic(&mut rng),
             };
-            let reach = Reach {
-                from: 0.0,
-                to: f64::INFINITY,
-            };
-            let sides = if side == Side::Inner {
-                Sides::Inner
-            } else {
-                Sides::Outer
-            };
-            let (fast, slow) = (
-                shape.intersect_from(&ray, reach, side),
-                shape.intersect_all(&ray, reach, sides),
-            );
+            let reach = Reach { from: 0.0, to: f64::INFINITY };
+            let sides = if side == Side::Inner { Sides::Inner } else { Sides::Outer };
+            let (fast, slow) =
+                (shape.intersect_from(&ray, reach, side), shape.intersect_all(&ray, reach, sides));
             // Light that leaves the relief through its open lower end may come back from below: not
             // from this side.
             let foot = CAP.height(CAP.rim);
@@ -387,14 +330,8 @@ fn comparing_levels_finds_what_testing_all_segments_finds() {
             }
             match (fast, slow) {
                 (Some(a), Some(b)) => {
-                    assert!(
-                        (a.distance - b.distance).abs() < 1e-9,
-                        "{ray:?} {a:?} {b:?}"
-                    );
-                    assert!(
-                        a.primitive == b.primitive && a.side == b.side,
-                        "{ray:?} {a:?} {b:?}"
-                    );
+                    assert!((a.distance - b.distance).abs() < 1e-9, "{ray:?} {a:?} {b:?}");
+                    assert!(a.primitive == b.primitive && a.side == b.side, "{ray:?} {a:?} {b:?}");
                     hits[side.index()] += 1;
                 }
                 (a, b) => assert!(a.is_none() && b.is_none(), "{ray:?} {a:?} {b:?}"),
@@ -423,15 +360,9 @@ fn no_path_is_lost_in_a_package() {
 
 #[test]
 fn the_emission_of_the_source_does_not_matter() {
-    for emission in [
-        Emission::Isotropic,
-        Emission::Lambertian {
-            half_angle_deg: 30.0,
-        },
-    ] {
-        let mut prototype = package(N, Dome::relief(staircase(17)), 0.95, 0.86)
-            .prototype()
-            .unwrap();
+    for emission in [Emission::Isotropic, Emission::Lambertian { half_angle_deg: 30.0 }] {
+        let mut prototype =
+            package(N, Dome::relief(staircase(17)), 0.95, 0.86).prototype().unwrap();
         prototype.sources[0].emission = emission;
         prototype.sources[0].position.z = 0.5;
         agree("emission", &single(prototype));

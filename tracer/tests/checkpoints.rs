@@ -22,12 +22,7 @@ struct Shelf {
 
 impl Shelf {
     fn new(given: Groups, enough: usize) -> Self {
-        Self {
-            given,
-            taken: Mutex::default(),
-            enough,
-            cancel: AtomicBool::new(false),
-        }
+        Self { given, taken: Mutex::default(), enough, cancel: AtomicBool::new(false) }
     }
 
     fn taken(self) -> Groups {
@@ -58,14 +53,10 @@ fn a_stopped_run_goes_on_to_the_same_bits() {
     let settings = Settings::new(64_000, 5);
     let whole = run(&scene, &[&far, &plane], &settings).unwrap();
     let trace = |shelf: &Shelf, threads: usize| -> Result<Outcome, Error> {
-        let control = Control {
-            cancel: Some(&shelf.cancel),
-            checkpoints: Some(shelf),
-            ..Control::default()
-        };
+        let control =
+            Control { cancel: Some(&shelf.cancel), checkpoints: Some(shelf), ..Control::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap()
-            .install(|| run_with(&scene, &[&far, &plane], &settings, control))
+        pool.unwrap().install(|| run_with(&scene, &[&far, &plane], &settings, control))
     };
     for (before, after) in [(1, 3), (3, 1)] {
         let shelf = Shelf::new(Groups::new(), 7);

@@ -41,11 +41,9 @@ fn diffuse_fresnel_formula_has_its_known_values() {
 #[test]
 fn index_matched_dome_changes_nothing() {
     let far = FarField::default();
-    for dome in [
-        Dome::smooth(&CAP),
-        Dome::relief(staircase(17)),
-        Dome::relief(teeth(17, 45.0, 10.0)),
-    ] {
+    for dome in
+        [Dome::smooth(&CAP), Dome::relief(staircase(17)), Dome::relief(teeth(17, 45.0, 10.0))]
+    {
         let mut scene = SceneBuilder::new(Medium::air());
         let id = scene.prototype(package(1.0, dome, 0.95, 0.86).prototype().unwrap());
         let scene = scene.place(id, DVec3::ZERO).build().unwrap();
@@ -58,13 +56,7 @@ fn index_matched_dome_changes_nothing() {
             let row = &outcome.total.readings[0][theta * far.phis()..(theta + 1) * far.phis()];
             let edge = |k: usize| (k as f64).to_radians().sin().powi(2);
             let expected = edge(theta + 1) - edge(theta);
-            assert_share(
-                "power in a ring",
-                row.iter().sum(),
-                expected,
-                outcome.paths,
-                0.0,
-            );
+            assert_share("power in a ring", row.iter().sum(), expected, outcome.paths, 0.0);
         }
     }
 }
@@ -73,29 +65,12 @@ fn index_matched_dome_changes_nothing() {
 #[ignore = "slow: ten million paths (15 s)"]
 fn centred_point_source_leaves_a_sphere_undeviated() {
     let sphere = Shape::sphere(0.3, 2.0).unwrap();
-    let sphere = Surface::new(
-        "sphere",
-        sphere,
-        BODY,
-        Region::World,
-        &SurfaceModel::Interface,
-    );
-    let source = inside(
-        DVec3::new(0.0, 0.0, 0.3),
-        Emitter::Point,
-        Emission::Isotropic,
-    );
+    let sphere = Surface::new("sphere", sphere, BODY, Region::World, &SurfaceModel::Interface);
+    let source = inside(DVec3::new(0.0, 0.0, 0.3), Emitter::Point, Emission::Isotropic);
     let scene = single(lamp(N, vec![sphere], source));
 
     // One flight is the first pass: T = 4n/(n + 1)².
-    let first = trace(
-        &scene,
-        &[],
-        &Settings {
-            max_bounces: 1,
-            ..Settings::new(many(), 42)
-        },
-    );
+    let first = trace(&scene, &[], &Settings { max_bounces: 1, ..Settings::new(many(), 42) });
     assert_share(
         "first pass",
         first.total.ledger.surfaces[0].outward,
@@ -121,15 +96,7 @@ fn hemisphere(dome: &SurfaceModel, disc: f64) -> Prototype {
         Surface::new("dome", shape, BODY, Region::World, dome),
         Surface::new("base", base, Region::Opaque, BODY, &SurfaceModel::Absorber),
     ];
-    lamp(
-        N,
-        surfaces,
-        inside(
-            DVec3::ZERO,
-            Emitter::Disc { radius: disc },
-            Emission::LAMBERTIAN,
-        ),
-    )
+    lamp(N, surfaces, inside(DVec3::ZERO, Emitter::Disc { radius: disc }, Emission::LAMBERTIAN))
 }
 
 #[test]
@@ -143,14 +110,7 @@ fn lambertian_disc_under_a_hemisphere_passes_as_by_quadrature() {
         (0.9, 0.741_591),
     ] {
         let scene = single(hemisphere(&SurfaceModel::Interface, radius));
-        let outcome = trace(
-            &scene,
-            &[],
-            &Settings {
-                max_bounces: 1,
-                ..Settings::new(many(), 44)
-            },
-        );
+        let outcome = trace(&scene, &[], &Settings { max_bounces: 1, ..Settings::new(many(), 44) });
         assert_share(
             "first pass",
             outcome.total.ledger.surface("dome").unwrap().outward,
@@ -163,47 +123,19 @@ fn lambertian_disc_under_a_hemisphere_passes_as_by_quadrature() {
 
 #[test]
 fn total_reflection_under_a_hemisphere_starts_at_radius_over_n() {
-    let critical = SurfaceModel::Scatter(Arc::new(NoFresnel {
-        inner: N,
-        outer: 1.0,
-    }));
-    let below = trace(
-        &single(hemisphere(&critical, 1.0 / N - 1e-9)),
-        &[],
-        &Settings::new(many() / 4, 45),
-    );
+    let critical = SurfaceModel::Scatter(Arc::new(NoFresnel { inner: N, outer: 1.0 }));
+    let below =
+        trace(&single(hemisphere(&critical, 1.0 / N - 1e-9)), &[], &Settings::new(many() / 4, 45));
     assert!((below.total.ledger.escaped() - 1.0).abs() < 1e-12);
-    let beyond = trace(
-        &single(hemisphere(&critical, 0.9)),
-        &[],
-        &Settings::new(many(), 46),
-    );
-    assert_share(
-        "totally reflected",
-        beyond.total.ledger.absorbed(),
-        0.206_71,
-        beyond.paths,
-        2e-5,
-    );
+    let beyond = trace(&single(hemisphere(&critical, 0.9)), &[], &Settings::new(many(), 46));
+    assert_share("totally reflected", beyond.total.ledger.absorbed(), 0.206_71, beyond.paths, 2e-5);
 }
 
 /// Silicone between a back at z = -1 and a plane interface at z = 0.
 fn half_space(n: f64, top: &SurfaceModel, back: &SurfaceModel, source: Source) -> Prototype {
     let surfaces = vec![
-        Surface::new(
-            "top",
-            Shape::horizontal(0.0).unwrap(),
-            BODY,
-            Region::World,
-            top,
-        ),
-        Surface::new(
-            "back",
-            Shape::horizontal(-1.0).unwrap(),
-            Region::Opaque,
-            BODY,
-            back,
-        ),
+        Surface::new("top", Shape::horizontal(0.0).unwrap(), BODY, Region::World, top),
+        Surface::new("back", Shape::horizontal(-1.0).unwrap(), Region::Opaque, BODY, back),
     ];
     lamp(n, surfaces, source)
 }
@@ -211,32 +143,12 @@ fn half_space(n: f64, top: &SurfaceModel, back: &SurfaceModel, source: Source) -
 #[test]
 #[ignore = "slow: ten million paths (25 s)"]
 fn plane_escape_has_its_closed_forms() {
-    let point = || {
-        inside(
-            DVec3::new(0.0, 0.0, -0.5),
-            Emitter::Point,
-            Emission::Isotropic,
-        )
-    };
-    let paint = || {
-        inside(
-            DVec3::new(0.0, 0.0, -1.0),
-            Emitter::Point,
-            Emission::LAMBERTIAN,
-        )
-    };
+    let point = || inside(DVec3::new(0.0, 0.0, -0.5), Emitter::Point, Emission::Isotropic);
+    let paint = || inside(DVec3::new(0.0, 0.0, -1.0), Emitter::Point, Emission::LAMBERTIAN);
     for n in [1.33, N, 1.5] {
-        let bare = SurfaceModel::Scatter(Arc::new(NoFresnel {
-            inner: n,
-            outer: 1.0,
-        }));
+        let bare = SurfaceModel::Scatter(Arc::new(NoFresnel { inner: n, outer: 1.0 }));
         let mut cases = vec![
-            (
-                "isotropic",
-                point(),
-                bare.clone(),
-                0.5 * (1.0 - (1.0 - 1.0 / (n * n)).sqrt()),
-            ),
+            ("isotropic", point(), bare.clone(), 0.5 * (1.0 - (1.0 - 1.0 / (n * n)).sqrt())),
             ("Lambertian", paint(), bare, 1.0 / (n * n)),
             (
                 "Lambertian with Fresnel",
@@ -246,23 +158,12 @@ fn plane_escape_has_its_closed_forms() {
             ),
         ];
         if n == N {
-            cases.push((
-                "isotropic with Fresnel",
-                point(),
-                SurfaceModel::Interface,
-                0.134_861_922,
-            ));
+            cases.push(("isotropic with Fresnel", point(), SurfaceModel::Interface, 0.134_861_922));
         }
         for (what, source, top, expected) in cases {
             let scene = single(half_space(n, &top, &SurfaceModel::Absorber, source));
             let outcome = trace(&scene, &[], &Settings::new(many(), 47));
-            assert_share(
-                what,
-                outcome.total.ledger.extraction(),
-                expected,
-                outcome.paths,
-                1e-9,
-            );
+            assert_share(what, outcome.total.ledger.extraction(), expected, outcome.paths, 1e-9);
         }
     }
 }
@@ -294,13 +195,7 @@ fn diffuse_light_from_air_enters_as_its_closed_form() {
     });
     scene.place(id, DVec3::ZERO);
     let below = DVec3::new(0.0, 0.0, -1.0);
-    scene.source(Source::new(
-        "sky",
-        below,
-        Region::World,
-        Emitter::Point,
-        Emission::LAMBERTIAN,
-    ));
+    scene.source(Source::new("sky", below, Region::World, Emitter::Point, Emission::LAMBERTIAN));
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many(), 48));
     assert_share(
         "reflected",
@@ -316,11 +211,7 @@ fn diffuse_light_from_air_enters_as_its_closed_form() {
 fn diffuse_back_recycles() {
     let f = diffuse_internal(N);
     for (reflectance, seed) in [(0.0, 49), (0.5, 50), (0.9, 51), (1.0, 52)] {
-        let source = inside(
-            DVec3::new(0.0, 0.0, -1.0),
-            Emitter::Point,
-            Emission::LAMBERTIAN,
-        );
+        let source = inside(DVec3::new(0.0, 0.0, -1.0), Emitter::Point, Emission::LAMBERTIAN);
         let scene = single(half_space(
             N,
             &SurfaceModel::Interface,
@@ -329,13 +220,7 @@ fn diffuse_back_recycles() {
         ));
         let outcome = trace(&scene, &[], &Settings::new(many(), seed));
         let expected = (1.0 - f) / (1.0 - reflectance * f);
-        assert_share(
-            "escape",
-            outcome.total.ledger.extraction(),
-            expected,
-            outcome.paths,
-            0.0,
-        );
+        assert_share("escape", outcome.total.ledger.extraction(), expected, outcome.paths, 0.0);
     }
 }
 
@@ -358,37 +243,14 @@ fn slab_emits_two_cones() {
             &SurfaceModel::Interface,
         ),
     ];
-    let scene = single(lamp(
-        N,
-        surfaces,
-        inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic),
-    ));
-    let outcome = trace(
-        &scene,
-        &[],
-        &Settings {
-            max_bounces: 40,
-            ..Settings::new(many(), 53)
-        },
-    );
+    let scene = single(lamp(N, surfaces, inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic)));
+    let outcome = trace(&scene, &[], &Settings { max_bounces: 40, ..Settings::new(many(), 53) });
     let cones = 1.0 - (1.0 - 1.0 / (N * N)).sqrt();
     // Just inside of the critical angle more than 40 reflections are needed; that is 4e-5 of the
     // sphere.
-    assert_share(
-        "two cones",
-        outcome.total.ledger.escaped(),
-        cones,
-        outcome.paths,
-        4e-5,
-    );
+    assert_share("two cones", outcome.total.ledger.escaped(), cones, outcome.paths, 4e-5);
     // The rest is trapped, and said to be.
-    assert_share(
-        "trapped",
-        outcome.total.ledger.lost[0],
-        1.0 - cones,
-        outcome.paths,
-        4e-5,
-    );
+    assert_share("trapped", outcome.total.ledger.lost[0], 1.0 - cones, outcome.paths, 4e-5);
 }
 
 #[test]
@@ -396,19 +258,9 @@ fn slab_emits_two_cones() {
 fn cube_emits_the_union_of_six_cones() {
     let cube = Shape::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)).unwrap();
     let cube = Surface::new("cube", cube, BODY, Region::World, &SurfaceModel::Interface);
-    let scene = single(lamp(
-        N,
-        vec![cube],
-        inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic),
-    ));
-    let outcome = trace(
-        &scene,
-        &[],
-        &Settings {
-            max_bounces: 150,
-            ..Settings::new(many(), 54)
-        },
-    );
+    let scene =
+        single(lamp(N, vec![cube], inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic)));
+    let outcome = trace(&scene, &[], &Settings { max_bounces: 150, ..Settings::new(many(), 54) });
     assert_share(
         "union of cones",
         outcome.total.ledger.escaped(),
@@ -454,28 +306,13 @@ fn weierstrass_sphere_is_aplanatic() {
         let u = angle.to_radians();
         assert!(((u.sin() / N).asin().to_degrees() - out).abs() < 1e-8);
         let sphere = Shape::sphere(0.0, radius).unwrap();
-        let sphere = Surface::new(
-            "sphere",
-            sphere,
-            BODY,
-            Region::World,
-            &SurfaceModel::Interface,
-        );
+        let sphere = Surface::new("sphere", sphere, BODY, Region::World, &SurfaceModel::Interface);
         let direction = DVec3::new(u.sin(), 0.0, u.cos());
-        let source = inside(
-            DVec3::new(0.0, 0.0, -radius / N),
-            Emitter::Point,
-            Emission::Beam { direction },
-        );
+        let source =
+            inside(DVec3::new(0.0, 0.0, -radius / N), Emitter::Point, Emission::Beam { direction });
         let scene = single(lamp(N, vec![sphere], source));
-        let receiver = Aplanatic {
-            sin_out: u.sin() / N,
-            image: DVec3::new(0.0, 0.0, -radius * N),
-        };
-        let settings = Settings {
-            max_bounces: 2,
-            ..Settings::new(many() / 10, 55)
-        };
+        let receiver = Aplanatic { sin_out: u.sin() / N, image: DVec3::new(0.0, 0.0, -radius * N) };
+        let settings = Settings { max_bounces: 2, ..Settings::new(many() / 10, 55) };
         let outcome = trace(&scene, &[&receiver], &settings);
         // Incidence has the sine of the exit angle, sin U/n, so there is no total reflection at any
         // U.
@@ -514,15 +351,9 @@ fn incoherent_plate_reflects_and_absorbs() {
         ];
         let glass = Medium::clear("glass", N).absorbing(absorption);
         let mut scene = SceneBuilder::new(Medium::air());
-        let id = scene.prototype(Prototype {
-            media: vec![glass],
-            surfaces,
-            sources: vec![],
-        });
+        let id = scene.prototype(Prototype { media: vec![glass], surfaces, sources: vec![] });
         scene.place(id, DVec3::ZERO);
-        let beam = Emission::Beam {
-            direction: DVec3::Z,
-        };
+        let beam = Emission::Beam { direction: DVec3::Z };
         scene.source(Source::new(
             "beam",
             DVec3::new(0.0, 0.0, -1.0),
@@ -532,33 +363,11 @@ fn incoherent_plate_reflects_and_absorbs() {
         ));
         let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many(), 56));
         let ledger = &outcome.total.ledger;
-        assert_share(
-            "transmitted",
-            ledger.escaped_up,
-            transmitted,
-            outcome.paths,
-            1e-10,
-        );
-        assert_share(
-            "reflected",
-            ledger.escaped_down,
-            reflected,
-            outcome.paths,
-            1e-10,
-        );
-        let glass = ledger.media[ledger
-            .lines
-            .media
-            .iter()
-            .position(|name| name == "glass")
-            .unwrap()];
-        assert_share(
-            "absorbed",
-            glass,
-            1.0 - transmitted - reflected,
-            outcome.paths,
-            1e-9,
-        );
+        assert_share("transmitted", ledger.escaped_up, transmitted, outcome.paths, 1e-10);
+        assert_share("reflected", ledger.escaped_down, reflected, outcome.paths, 1e-10);
+        let glass =
+            ledger.media[ledger.lines.media.iter().position(|name| name == "glass").unwrap()];
+        assert_share("absorbed", glass, 1.0 - transmitted - reflected, outcome.paths, 1e-9);
     }
 }
 

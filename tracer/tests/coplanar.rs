@@ -49,10 +49,7 @@ fn detector(facing: Facing, centre: [f64; 3], size: [f64; 2]) -> Detector {
 
 /// A rectangle of 4 × 4 mm as a sheet, upright across x for a turn of a quarter about y.
 fn sheet(turn: f64) -> Shape {
-    let extent = Extent::Rectangle {
-        half_u: 2.0,
-        half_v: 2.0,
-    };
+    let extent = Extent::Rectangle { half_u: 2.0, half_v: 2.0 };
     let plane = Plane::new(DVec3::ZERO, DVec3::Z, extent).unwrap();
     let placement = at([0.0, 0.0, 5.0], DMat3::from_rotation_y(turn), 1e-8);
     Shape::placed(vec![Shape::Plane(plane)], Closing::Open, &placement).unwrap()
@@ -112,10 +109,7 @@ fn rectangles_in_other_faces_are_refused() {
         (Facing::Y(Sense::Minus), [0.0, -1.0, 5.5]),
     ] {
         let error = detector(facing, centre, [1.0, 1.0]).check(&walled);
-        assert!(
-            matches!(error, Err(Error::ReceiverInFace { .. })),
-            "{centre:?} {error:?}"
-        );
+        assert!(matches!(error, Err(Error::ReceiverInFace { .. })), "{centre:?} {error:?}");
     }
     // The floor.
     let error = detector(UP, [0.0, 0.0, 1e-13], [1.0, 1.0]).check(&walled);
@@ -130,10 +124,7 @@ fn rectangles_in_other_faces_are_refused() {
     let shape = Shape::placed(vec![Shape::mesh(mesh)], Closing::Closed, &placement).unwrap();
     let meshed = scene(shape, Region::Opaque, &SurfaceModel::Absorber);
     let error = detector(UP, [0.1, 0.0, 5.0], [0.2, 0.2]).check(&meshed);
-    assert!(
-        matches!(error, Err(Error::ReceiverInFace { .. })),
-        "{error:?}"
-    );
+    assert!(matches!(error, Err(Error::ReceiverInFace { .. })), "{error:?}");
 }
 
 #[test]
@@ -150,10 +141,7 @@ fn rectangles_in_what_emits_are_refused() {
         scene.source(source.facing(normal));
         scene.build().unwrap()
     };
-    let chip = Emitter::Rectangle {
-        half_x: 0.5,
-        half_y: 0.5,
-    };
+    let chip = Emitter::Rectangle { half_x: 0.5, half_y: 0.5 };
     for (emitter, normal, facing) in [
         (chip, DVec3::Z, UP),
         (chip, DVec3::X, Facing::X(Sense::Plus)),

@@ -25,18 +25,8 @@ fn chip(low: DVec3, high: DVec3) -> Surface {
 }
 
 fn assert_crossing(result: Result<Scene, Error>, names: [&str; 2], within: impl Fn(DVec3) -> bool) {
-    let Err(error) = result else {
-        panic!("accepted: {names:?}")
-    };
-    let Error::Crossing {
-        first,
-        second,
-        at_mm,
-        ..
-    } = &error
-    else {
-        panic!("{error}")
-    };
+    let Err(error) = result else { panic!("accepted: {names:?}") };
+    let Error::Crossing { first, second, at_mm, .. } = &error else { panic!("{error}") };
     let mut found = [first.as_str(), second.as_str()];
     found.sort_unstable();
     assert_eq!(found, names, "{error}");
@@ -52,10 +42,7 @@ fn a_box_through_a_dome_is_refused() {
         prototype.surfaces.push(chip(low, high));
         build(prototype)
     };
-    for prototype in [
-        meshed_cap(2000, Emission::Isotropic),
-        mirrored_cap(Emission::Isotropic),
-    ] {
+    for prototype in [meshed_cap(2000, Emission::Isotropic), mirrored_cap(Emission::Isotropic)] {
         let with = |low, high| with(prototype.clone(), low, high);
         let low = DVec3::new(-0.5, -0.5, -2e-9);
         assert!(with(low, DVec3::new(0.5, 0.5, 0.35)).is_ok());
@@ -64,9 +51,7 @@ fn a_box_through_a_dome_is_refused() {
         assert_crossing(with(low, DVec3::new(0.5, 0.5, 1.3)), ["chip", "dome"], out);
         assert_crossing(with(low, DVec3::new(2.2, 0.5, 0.35)), ["chip", "dome"], out);
         let corner = DVec3::new(0.86, 0.86, 0.64);
-        assert_crossing(with(low, corner), ["chip", "dome"], |at| {
-            at.distance(corner) < 0.2
-        });
+        assert_crossing(with(low, corner), ["chip", "dome"], |at| at.distance(corner) < 0.2);
     }
 }
 
@@ -74,9 +59,7 @@ fn a_box_through_a_dome_is_refused() {
 fn solids_within_a_dome_may_touch_but_not_cut() {
     let glass = Region::Body(1);
     let with = |solids: Vec<(&str, Shape)>| {
-        let mut prototype = package(N, Dome::smooth(&CAP), 0.95, 0.86)
-            .prototype()
-            .unwrap();
+        let mut prototype = package(N, Dome::smooth(&CAP), 0.95, 0.86).prototype().unwrap();
         prototype.media.push(Medium::clear("glass", 1.6));
         for (name, shape) in solids {
             let solid = Surface::new(name, shape, glass, BODY, &SurfaceModel::Interface);
@@ -90,45 +73,23 @@ fn solids_within_a_dome_may_touch_but_not_cut() {
     };
     let ball = |z: f64, radius: f64| Shape::sphere(z, radius).unwrap();
     assert!(with(vec![("ball", ball(0.65, 0.2))]).is_ok());
-    assert!(
-        with(vec![
-            ("cube", cube(0.9, 0.3, 0.1)),
-            ("ball", ball(0.65, 0.2))
-        ])
-        .is_ok()
-    );
+    assert!(with(vec![("cube", cube(0.9, 0.3, 0.1)), ("ball", ball(0.65, 0.2))]).is_ok());
     // On the mirror and against the side of the box, face on face.
     assert!(with(vec![("cube", cube(0.6, 0.1, 0.1))]).is_ok());
-    assert_crossing(
-        with(vec![("ball", ball(0.8, 0.3))]),
-        ["ball", "dome"],
-        |at| at.z > 0.9,
-    );
-    assert_crossing(
-        with(vec![("ball", ball(0.45, 0.2))]),
-        ["ball", "box top"],
-        |at| at.z <= 0.36 && at.truncate().length() < 0.2,
-    );
+    assert_crossing(with(vec![("ball", ball(0.8, 0.3))]), ["ball", "dome"], |at| at.z > 0.9);
+    assert_crossing(with(vec![("ball", ball(0.45, 0.2))]), ["ball", "box top"], |at| {
+        at.z <= 0.36 && at.truncate().length() < 0.2
+    });
     // Two kinds of glass that share a sliver of a twentieth of a millimetre.
     let sliver = vec![("ball", ball(0.65, 0.2)), ("cube", cube(0.24, 0.65, 0.05))];
     let other = |mut prototype: Prototype| {
         prototype.media.push(Medium::clear("other", 1.7));
         prototype
     };
-    let mut prototype = other(
-        package(N, Dome::smooth(&CAP), 0.95, 0.86)
-            .prototype()
-            .unwrap(),
-    );
+    let mut prototype = other(package(N, Dome::smooth(&CAP), 0.95, 0.86).prototype().unwrap());
     prototype.media.push(Medium::clear("glass", 1.6));
     for ((name, shape), region) in sliver.into_iter().zip([Region::Body(1), Region::Body(2)]) {
-        prototype.surfaces.push(Surface::new(
-            name,
-            shape,
-            region,
-            BODY,
-            &SurfaceModel::Interface,
-        ));
+        prototype.surfaces.push(Surface::new(name, shape, region, BODY, &SurfaceModel::Interface));
     }
     assert_crossing(build(prototype), ["ball", "cube"], |at| {
         at.x > 0.15 && at.x < 0.22 && (at.z - 0.65).abs() < 0.06
@@ -136,27 +97,15 @@ fn solids_within_a_dome_may_touch_but_not_cut() {
 }
 
 fn ray(position: [f32; 3], direction: [f32; 3], flux: f32) -> RayRecord {
-    RayRecord {
-        position,
-        direction,
-        flux,
-        wavelength: f32::NAN,
-    }
+    RayRecord { position, direction, flux, wavelength: f32::NAN }
 }
 
 /// A package whose LED emits these rays, positions from the middle of the bottom.
 fn lit(records: Vec<RayRecord>) -> Result<Scene, Error> {
-    let mut prototype = package(N, Dome::relief(staircase(17)), 0.95, 0.86)
-        .prototype()
-        .unwrap();
+    let mut prototype = package(N, Dome::relief(staircase(17)), 0.95, 0.86).prototype().unwrap();
     let rays = Arc::new(RaySet::new(records).unwrap());
-    prototype.sources = vec![Source::new(
-        "LED",
-        DVec3::ZERO,
-        BODY,
-        Emitter::Point,
-        Emission::Rays(rays),
-    )];
+    prototype.sources =
+        vec![Source::new("LED", DVec3::ZERO, BODY, Emitter::Point, Emission::Rays(rays))];
     build(prototype)
 }
 
@@ -164,13 +113,7 @@ fn lit(records: Vec<RayRecord>) -> Result<Scene, Error> {
 fn every_ray_of_a_set_is_judged_by_its_start() {
     let up = [0.0, 0.0, 1.0];
     let good = || {
-        let place = |k: u32| {
-            [
-                0.4 * (k as f32 * 0.1).cos(),
-                0.4 * (k as f32 * 0.1).sin(),
-                0.36,
-            ]
-        };
+        let place = |k: u32| [0.4 * (k as f32 * 0.1).cos(), 0.4 * (k as f32 * 0.1).sin(), 0.36];
         (0..5000).map(move |k| ray(place(k), up, 1.0))
     };
     assert!(lit(good().collect()).is_ok());
@@ -178,29 +121,15 @@ fn every_ray_of_a_set_is_judged_by_its_start() {
     // the package. A ray without flux is none, but counts.
     for (position, direction, sees) in [
         ([0.0, 0.0, 1.4], up, "no surface is seen"),
-        (
-            [0.0, 0.0, 1.4],
-            [0.0, 0.0, -1.0],
-            "is seen first, facing it with air",
-        ),
-        (
-            [0.1, 0.1, 0.1],
-            up,
-            "'box top' is seen first, facing it with something opaque",
-        ),
-        (
-            [1.0, 0.0, -0.1],
-            up,
-            "'bottom' is seen first, facing it with something opaque",
-        ),
+        ([0.0, 0.0, 1.4], [0.0, 0.0, -1.0], "is seen first, facing it with air"),
+        ([0.1, 0.1, 0.1], up, "'box top' is seen first, facing it with something opaque"),
+        ([1.0, 0.0, -0.1], up, "'bottom' is seen first, facing it with something opaque"),
         ([2.5, 0.0, 0.1], up, "no surface is seen"),
     ] {
         let mut records: Vec<RayRecord> = good().collect();
         records[100].flux = 0.0;
         records[3210] = ray(position, direction, 1e-6);
-        let Err(error) = lit(records) else {
-            panic!("{position:?} was accepted")
-        };
+        let Err(error) = lit(records) else { panic!("{position:?} was accepted") };
         let text = error.to_string();
         let begins = "source 'LED': ray 3211 starts at [";
         assert!(text.starts_with(begins) && text.contains(sees), "{text}");
@@ -241,8 +170,5 @@ fn rays_in_the_air_are_judged_beside_every_body() {
     assert_eq!(scene(2.0, 1), Ok(()));
     // The second ray starts in the box beside it.
     let error = scene(2.0, 400).unwrap_err();
-    assert!(
-        matches!(&error, Error::RayOutside { ray: 2, .. }),
-        "{error}"
-    );
+    assert!(matches!(&error, Error::RayOutside { ray: 2, .. }), "{error}");
 }

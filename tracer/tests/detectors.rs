@@ -34,13 +34,7 @@ fn disc(radius: f64) -> Scene {
     let mut scene = SceneBuilder::new(Medium::air());
     let emitter = Emitter::Disc { radius };
     let position = DVec3::ZERO;
-    scene.source(Source::new(
-        "disc",
-        position,
-        Region::World,
-        emitter,
-        Emission::LAMBERTIAN,
-    ));
+    scene.source(Source::new("disc", position, Region::World, emitter, Emission::LAMBERTIAN));
     scene.build().unwrap()
 }
 
@@ -94,12 +88,7 @@ fn a_lambertian_disc_looks_equally_bright_from_everywhere() {
     // Nothing passes downwards.
     let level = Detector::new(
         "down",
-        Measurement::Plane(rectangle(
-            Facing::Z(Sense::Minus),
-            [0.0, 0.0, 1.0],
-            [9.0, 9.0],
-            [1, 1],
-        )),
+        Measurement::Plane(rectangle(Facing::Z(Sense::Minus), [0.0, 0.0, 1.0], [9.0, 9.0], [1, 1])),
     );
     let outcome = seen(&disc(radius), &[level], 10_000, 1);
     assert!(outcome.bins(0)[0].value.abs() < 1e-300);
@@ -133,10 +122,7 @@ fn illuminance_above_a_disc_is_that_of_the_closed_form() {
         (Facing::Y(Sense::Minus), [0.0, -far, 50.0], [100.0, 100.0]),
     ];
     let sides = sides.map(|(facing, centre, size)| {
-        Detector::new(
-            "side",
-            Measurement::Plane(rectangle(facing, centre, size, [3, 3])),
-        )
+        Detector::new("side", Measurement::Plane(rectangle(facing, centre, size, [3, 3])))
     });
     let outcome = seen(&disc(radius), &sides, 64_000, 3);
     let all: f64 = outcome.total.readings.iter().flatten().sum();
@@ -150,21 +136,13 @@ fn far_fields_between_and_about_planes_show_the_cosine() {
             "far",
             Measurement::FarField(Angles::sphere(layout, 10.0, 90.0).unwrap()),
         );
-        let Measurement::FarField(angles) = &far.measurement else {
-            unreachable!()
-        };
+        let Measurement::FarField(angles) = &far.measurement else { unreachable!() };
         let outcome = seen(&disc(0.1), std::slice::from_ref(&far), many() / 10, 4);
         let edges = angles.theta_edges_deg();
         let sin2 = |deg: f64| deg.min(90.0).to_radians().sin().powi(2);
         for (row, pair) in edges.windows(2).enumerate() {
             let share: f64 = outcome.total.readings[0][4 * row..4 * row + 4].iter().sum();
-            assert_share(
-                "row",
-                share,
-                sin2(pair[1]) - sin2(pair[0]),
-                outcome.paths,
-                0.0,
-            );
+            assert_share("row", share, sin2(pair[1]) - sin2(pair[0]), outcome.paths, 0.0);
         }
     }
 }
@@ -210,30 +188,17 @@ fn measurements_of_each_kind() -> Vec<Measurement> {
 #[test]
 fn filters_divide_the_light() {
     let scene = packages();
-    let bounces = [[0, 3], [4, 4], [5, 30], [31, u32::MAX]].map(|bounces| Filter {
-        bounces,
-        ..Filter::default()
-    });
-    let sources = [0, 1].map(|source| Filter {
-        sources: Some(vec![source]),
-        ..Filter::default()
-    });
-    let radii = [[-1.0, 0.3], [0.3, 1.1], [1.1, f64::INFINITY]].map(|radii| Filter {
-        last_radii_mm: Some(radii),
-        ..Filter::default()
-    });
+    let bounces = [[0, 3], [4, 4], [5, 30], [31, u32::MAX]]
+        .map(|bounces| Filter { bounces, ..Filter::default() });
+    let sources = [0, 1].map(|source| Filter { sources: Some(vec![source]), ..Filter::default() });
+    let radii = [[-1.0, 0.3], [0.3, 1.1], [1.1, f64::INFINITY]]
+        .map(|radii| Filter { last_radii_mm: Some(radii), ..Filter::default() });
     let (names, none) = (scene.lines().surfaces.clone(), [0, 0]);
     let mut surfaces: Vec<Filter> = names
         .iter()
-        .map(|name| Filter {
-            last_surface: Some(name.clone()),
-            ..Filter::default()
-        })
+        .map(|name| Filter { last_surface: Some(name.clone()), ..Filter::default() })
         .collect();
-    surfaces.push(Filter {
-        bounces: none,
-        ..Filter::default()
-    });
+    surfaces.push(Filter { bounces: none, ..Filter::default() });
     for measurement in measurements_of_each_kind() {
         for filters in [&bounces[..], &sources, &surfaces, &radii] {
             let mut detectors = vec![Detector::new("all", measurement.clone())];
@@ -263,30 +228,19 @@ fn filters_divide_the_light() {
 /// few paths that run within rounding of its edge.
 #[test]
 fn receivers_read_the_same_in_batches_and_path_by_path() {
-    let mut prototype = package(N, Dome::relief(staircase(17)), 0.9, 0.8)
-        .prototype()
-        .unwrap();
+    let mut prototype = package(N, Dome::relief(staircase(17)), 0.9, 0.8).prototype().unwrap();
     prototype.media.push(Medium::clear("unused", 1.7));
     let (batched, walked) = (packages(), between_walls(prototype));
     let filters = [
         Filter::default(),
-        Filter {
-            bounces: [2, 5],
-            ..Filter::default()
-        },
+        Filter { bounces: [2, 5], ..Filter::default() },
         Filter {
             // Between the risers: on one, rounding decides.
             last_radii_mm: Some([0.25, 1.15]),
             ..Filter::default()
         },
-        Filter {
-            last_surface: Some("element_9".to_owned()),
-            ..Filter::default()
-        },
-        Filter {
-            sources: Some(vec![1]),
-            ..Filter::default()
-        },
+        Filter { last_surface: Some("element_9".to_owned()), ..Filter::default() },
+        Filter { sources: Some(vec![1]), ..Filter::default() },
     ];
     let mut measurements = measurements_of_each_kind();
     measurements.push(Measurement::Flux("element_9".to_owned()));
@@ -300,20 +254,14 @@ fn receivers_read_the_same_in_batches_and_path_by_path() {
         .collect();
     let paths = 64_000;
     for sampling in [Sampling::Random, Sampling::Sobol] {
-        let settings = Settings {
-            sampling,
-            ..Settings::new(paths, 8)
-        };
+        let settings = Settings { sampling, ..Settings::new(paths, 8) };
         let [a, b] =
             [&batched, &walked].map(|scene| run(scene, &receivers(&detectors), &settings).unwrap());
         let pairs = a.total.readings.iter().zip(&b.total.readings);
         for (detector, (a, b)) in detectors.iter().zip(pairs) {
             let sum: f64 = b.iter().sum();
             assert!(sum > 0.0, "{detector:?}");
-            assert!(
-                (a.iter().sum::<f64>() - sum).abs() <= 1e-9 * sum,
-                "{detector:?}"
-            );
+            assert!((a.iter().sum::<f64>() - sum).abs() <= 1e-9 * sum, "{detector:?}");
             for (a, b) in a.iter().zip(b) {
                 assert!((a - b).abs() <= 3.0 / paths as f64, "{detector:?}: {a} {b}");
             }
@@ -324,10 +272,8 @@ fn receivers_read_the_same_in_batches_and_path_by_path() {
 #[test]
 fn detectors_see_what_receivers_and_the_ledger_see() {
     let scene = packages();
-    let (far, plane) = (
-        FarField::new(10.0, 30.0).unwrap(),
-        PlaneMap::centred(2.5, 2.0, 4, 3).unwrap(),
-    );
+    let (far, plane) =
+        (FarField::new(10.0, 30.0).unwrap(), PlaneMap::centred(2.5, 2.0, 4, 3).unwrap());
     let detectors: Vec<Detector> = measurements_of_each_kind()
         .into_iter()
         .map(|measurement| Detector::new("all", measurement))
@@ -340,27 +286,14 @@ fn detectors_see_what_receivers_and_the_ledger_see() {
     let outcome = run(&scene, &all, &settings).unwrap();
     let total = &outcome.total;
     // Receivers read and draw nothing.
-    for (a, b) in total.readings[..2]
-        .iter()
-        .flatten()
-        .zip(plain.total.readings.iter().flatten())
-    {
+    for (a, b) in total.readings[..2].iter().flatten().zip(plain.total.readings.iter().flatten()) {
         assert!((a - b).abs() <= 1e-12, "{a} {b}");
     }
-    for ((name, a), (_, b)) in total
-        .ledger
-        .named_surfaces()
-        .zip(plain.total.ledger.named_surfaces())
+    for ((name, a), (_, b)) in
+        total.ledger.named_surfaces().zip(plain.total.ledger.named_surfaces())
     {
-        let differences = [
-            a.absorbed - b.absorbed,
-            a.outward - b.outward,
-            a.inward - b.inward,
-        ];
-        assert!(
-            differences.iter().all(|d| d.abs() <= 1e-12),
-            "{name}: {a:?} {b:?}"
-        );
+        let differences = [a.absorbed - b.absorbed, a.outward - b.outward, a.inward - b.inward];
+        assert!(differences.iter().all(|d| d.abs() <= 1e-12), "{name}: {a:?} {b:?}");
     }
     for (ours, theirs) in [(2, 0), (3, 1)] {
         for (a, b) in total.readings[ours].iter().zip(&total.readings[theirs]) {
@@ -369,10 +302,8 @@ fn detectors_see_what_receivers_and_the_ledger_see() {
     }
     // Radiance over all directions is irradiance.
     for (column, radiance) in total.readings[4].chunks(12).enumerate() {
-        let halves: f64 = (0..12)
-            .filter(|bin| bin % 4 / 2 == column)
-            .map(|bin| total.readings[3][bin])
-            .sum();
+        let halves: f64 =
+            (0..12).filter(|bin| bin % 4 / 2 == column).map(|bin| total.readings[3][bin]).sum();
         assert!((radiance.iter().sum::<f64>() - halves).abs() < 1e-12);
     }
     let flux = |name: &str| {
@@ -408,9 +339,7 @@ fn beam_in_a_slab() -> Scene {
         Surface::new("base", base, Region::Opaque, BODY, &SurfaceModel::Absorber),
         Surface::new("side", side, BODY, Region::World, &SurfaceModel::Absorber),
     ];
-    let beam = Emission::Beam {
-        direction: DVec3::Z,
-    };
+    let beam = Emission::Beam { direction: DVec3::Z };
     let source = inside(DVec3::Z * 0.5, Emitter::Point, beam);
     single(lamp(1.5, surfaces, source))
 }
@@ -423,10 +352,7 @@ fn what_does_not_fit_the_scene_is_refused() {
         run(&scene, &[&detector], &settings).unwrap_err()
     };
     let cut = |centre, size| {
-        Detector::new(
-            "cut",
-            Measurement::Plane(rectangle(UP, centre, size, [1, 1])),
-        )
+        Detector::new("cut", Measurement::Plane(rectangle(UP, centre, size, [1, 1])))
     };
     // Through a dome, and through a wall.
     let error = refused(cut([0.0, 0.0, 0.5], [2.0, 2.0]));
@@ -436,24 +362,17 @@ fn what_does_not_fit_the_scene_is_refused() {
     let error = refused(Detector::new("x", Measurement::Flux("roof".to_owned())));
     assert!(error.to_string().contains("'roof'") && error.to_string().contains("wall"));
     let error = refused(
-        Detector::new("x", Measurement::Flux("wall".to_owned())).filtered(Filter {
-            sources: Some(vec![2]),
-            ..Filter::default()
-        }),
+        Detector::new("x", Measurement::Flux("wall".to_owned()))
+            .filtered(Filter { sources: Some(vec![2]), ..Filter::default() }),
     );
-    assert_eq!(
-        error.to_string(),
-        "receiver 'x': expected a source from 1 to 2, got 3"
-    );
+    assert_eq!(error.to_string(), "receiver 'x': expected a source from 1 to 2, got 3");
 }
 
 #[test]
 fn dark_sources_keep_their_numbers_and_change_nothing() {
     let beam = |name: &str, x: f64, weight: f64| {
         let position = DVec3::new(x, 0.0, 0.0);
-        let emission = Emission::Lambertian {
-            half_angle_deg: 60.0,
-        };
+        let emission = Emission::Lambertian { half_angle_deg: 60.0 };
         Source::new(name, position, Region::World, Emitter::Point, emission).weighing(weight)
     };
     let of = |weights: &[f64]| {
@@ -470,19 +389,13 @@ fn dark_sources_keep_their_numbers_and_change_nothing() {
         detector
     };
     for sampling in [Sampling::Random, Sampling::Sobol] {
-        let settings = Settings {
-            sampling,
-            ..Settings::new(64_000, 9)
-        };
+        let settings = Settings { sampling, ..Settings::new(64_000, 9) };
         let lit = |weights: &[f64], detectors: &[Detector]| {
             let scene = of(weights).unwrap();
             run(&scene, &receivers(detectors), &settings).unwrap()
         };
         // Sources 1 and 3 of five are those that stand alone, moved there.
-        let all = lit(
-            &[0.0, 1.0, 0.0, 3.0, 0.0],
-            &[0, 1, 2, 3, 4].map(|k| plane(k, k as f64)),
-        );
+        let all = lit(&[0.0, 1.0, 0.0, 3.0, 0.0], &[0, 1, 2, 3, 4].map(|k| plane(k, k as f64)));
         let readings = |o: &Outcome, k: usize| o.total.readings[k].iter().sum::<f64>();
         assert!([0, 2, 4].iter().all(|k| readings(&all, *k) <= 0.0));
         assert!((3.0 * readings(&all, 1) / readings(&all, 3) - 1.0).abs() < 0.02);

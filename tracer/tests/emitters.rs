@@ -11,19 +11,10 @@ use tracer::{
     SurfaceModel,
 };
 
-const FACE: Emitter = Emitter::Rectangle {
-    half_x: 0.25,
-    half_y: 0.25,
-};
+const FACE: Emitter = Emitter::Rectangle { half_x: 0.25, half_y: 0.25 };
 
 fn opaque(name: &str, shape: Shape) -> Surface {
-    Surface::new(
-        name,
-        shape,
-        Region::Opaque,
-        Region::World,
-        &SurfaceModel::Absorber,
-    )
+    Surface::new(name, shape, Region::Opaque, Region::World, &SurfaceModel::Absorber)
 }
 
 /// Whether a source of the world is accepted beside surfaces, of the world or of a package.
@@ -32,10 +23,8 @@ fn accepted(surfaces: &[Surface], source: &Source) -> bool {
     for of_package in [false, true] {
         let mut scene = SceneBuilder::new(Medium::air());
         if of_package {
-            let id = scene.prototype(Prototype {
-                surfaces: surfaces.to_vec(),
-                ..Prototype::default()
-            });
+            let id =
+                scene.prototype(Prototype { surfaces: surfaces.to_vec(), ..Prototype::default() });
             scene.place(id, DVec3::ZERO);
         } else {
             for surface in surfaces {
@@ -98,9 +87,7 @@ fn in_a_mirror_every_tilt_is_refused() {
 fn what_reaches_below_a_mirror_is_refused_by_any_depth() {
     let emissions = [
         Emission::LAMBERTIAN,
-        Emission::Lambertian {
-            half_angle_deg: 10.0,
-        },
+        Emission::Lambertian { half_angle_deg: 10.0 },
         Emission::CosinePower { exponent: 50.0 },
         Emission::Isotropic,
     ];
@@ -126,20 +113,14 @@ fn what_reaches_below_a_mirror_is_refused_by_any_depth() {
 fn what_shares_a_corner_with_a_face_that_it_lies_in_faces_away_from_it() {
     let half = DVec3::new(0.5, 0.5, 0.5);
     for rotation in [DMat3::IDENTITY, turned()] {
-        let block = opaque(
-            "block",
-            brick(half.to_array(), &at([0.0; 3], rotation, 0.0)),
-        );
+        let block = opaque("block", brick(half.to_array(), &at([0.0; 3], rotation, 0.0)));
         let up = rotation.z_axis;
         // The axes of the emitter are its own: a disc has none.
         let emitter = Emitter::Disc { radius: 0.25 };
         let place = |off: f64| rotation * DVec3::new(0.5 + off, 0.0, 0.5);
-        for (off, towards, good) in [
-            (0.0, up, true),
-            (0.249, up, true),
-            (0.249, -up, false),
-            (0.26, -up, true),
-        ] {
+        for (off, towards, good) in
+            [(0.0, up, true), (0.249, up, true), (0.249, -up, false), (0.26, -up, true)]
+        {
             let source = lamp(place(off), emitter, Emission::LAMBERTIAN, towards);
             let found = accepted(std::slice::from_ref(&block), &source);
             assert_eq!(found, good, "{off} {towards}");
@@ -148,21 +129,14 @@ fn what_shares_a_corner_with_a_face_that_it_lies_in_faces_away_from_it() {
         for (tilt, good) in [(1e-3, true), (-1e-3, false)] {
             let direction = rotation.x_axis + up * tilt;
             let source = lamp(place(-0.3), emitter, Emission::Beam { direction }, up);
-            assert_eq!(
-                accepted(std::slice::from_ref(&block), &source),
-                good,
-                "{tilt}"
-            );
+            assert_eq!(accepted(std::slice::from_ref(&block), &source), good, "{tilt}");
         }
     }
 }
 
 #[test]
 fn a_pin_through_an_emitter_is_refused_and_one_that_ends_in_its_plane_is_not() {
-    let wide = Emitter::Rectangle {
-        half_x: 2.0,
-        half_y: 2.0,
-    };
+    let wide = Emitter::Rectangle { half_x: 2.0, half_y: 2.0 };
     for (top, good) in [(0.9, true), (1.0, true), (1.1, false)] {
         let low = DVec3::new(0.31, 0.42, 0.0);
         let high = DVec3::new(0.32, 0.43, top);

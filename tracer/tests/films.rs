@@ -16,27 +16,15 @@ use tracer::{
 fn pile(surfaces: &[(f64, SurfaceModel)], theta: f64) -> Scene {
     let count = surfaces.len();
     let region = |k: usize| {
-        if k == 0 || k == count {
-            Region::World
-        } else {
-            Region::Body(k as u8 - 1)
-        }
+        if k == 0 || k == count { Region::World } else { Region::Body(k as u8 - 1) }
     };
     let planes = surfaces.iter().enumerate().map(|(k, (_, optics))| {
         let shape = Shape::horizontal(-(k as f64)).unwrap();
-        Surface::new(
-            &format!("plane {k}"),
-            shape,
-            region(k + 1),
-            region(k),
-            optics,
-        )
+        Surface::new(&format!("plane {k}"), shape, region(k + 1), region(k), optics)
     });
     let media = surfaces[..count - 1].iter().enumerate();
     let prototype = Prototype {
-        media: media
-            .map(|(k, (index, _))| Medium::clear(format!("medium {k}"), *index))
-            .collect(),
+        media: media.map(|(k, (index, _))| Medium::clear(format!("medium {k}"), *index)).collect(),
         surfaces: planes.collect(),
         sources: Vec::new(),
     };
@@ -45,29 +33,19 @@ fn pile(surfaces: &[(f64, SurfaceModel)], theta: f64) -> Scene {
     scene.place(id, DVec3::ZERO);
     let direction = DVec3::new(theta.sin() * 0.6, theta.sin() * 0.8, -theta.cos());
     let beam = Emission::Beam { direction };
-    scene.source(Source::new(
-        "lamp",
-        DVec3::Z,
-        Region::World,
-        Emitter::Point,
-        beam,
-    ));
+    scene.source(Source::new("lamp", DVec3::Z, Region::World, Emitter::Point, beam));
     scene.build().unwrap()
 }
 
 fn traced(scene: &Scene, polarization: Polarization, paths: u64, seed: u64) -> Outcome {
-    let settings = Settings {
-        polarization,
-        ..Settings::new(paths, seed)
-    };
+    let settings = Settings { polarization, ..Settings::new(paths, seed) };
     trace(scene, &[], &settings)
 }
 
 /// R of s and p of a surface between air and glass.
 fn fresnel(n: f64, theta: f64) -> [f64; 2] {
     let film = Film::new(550.0, Vec::new()).unwrap();
-    film.amplitudes(End::First, 1.0, n.into(), theta.cos())
-        .reflectances()
+    film.amplitudes(End::First, 1.0, n.into(), theta.cos()).reflectances()
 }
 
 /// m plates let (1 - R)/(1 + (2m - 1) R) of each polarisation pass [Born, Wolf 1999, section 1.5]:
@@ -84,43 +62,24 @@ fn a_pile_of_plates_polarises_by_the_closed_form() {
         let scene = pile(&surfaces, theta);
         let carried = traced(&scene, Polarization::Carried, many() / 50, 1);
         let expected = 0.5 * (passed(s) + passed(p));
-        assert_share(
-            "carried",
-            carried.total.ledger.escaped_down,
-            expected,
-            carried.paths,
-            0.0,
-        );
+        assert_share("carried", carried.total.ledger.escaped_down, expected, carried.paths, 0.0);
 
         // Where every surface sees unpolarised light it is another number.
         let mean = passed(0.5 * (s + p));
         let plain = traced(&scene, Polarization::Unpolarised, many() / 50, 2);
-        assert_share(
-            "unpolarised",
-            plain.total.ledger.escaped_down,
-            mean,
-            plain.paths,
-            0.0,
-        );
+        assert_share("unpolarised", plain.total.ledger.escaped_down, mean, plain.paths, 0.0);
         assert!(theta < 0.5 || expected - mean > 0.02, "{expected} {mean}");
     }
 }
 
 /// Index of fused silica, silver and two coatings.
 fn layer(n: f64, k: f64, thickness_nm: f64) -> Layer {
-    Layer {
-        index: Complex64::new(n, k),
-        thickness_nm,
-    }
+    Layer { index: Complex64::new(n, k), thickness_nm }
 }
 
 #[test]
 fn films_pass_reflect_and_absorb_what_their_matrix_says() {
-    let layers = vec![
-        layer(1.45, 0.0, 60.0),
-        layer(0.06, 3.6, 12.0),
-        layer(2.1, 0.02, 45.0),
-    ];
+    let layers = vec![layer(1.45, 0.0, 60.0), layer(0.06, 3.6, 12.0), layer(2.1, 0.02, 45.0)];
     let film = Film::new(550.0, layers).unwrap();
     let n = 1.41;
     for theta in [0.0, 0.7, 1.3] {
@@ -128,10 +87,8 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
         let met = film.amplitudes(End::Last, 1.0, n.into(), f64::cos(theta));
         let half = |[s, p]: [f64; 2]| 0.5 * (s + p);
         let (r, t) = (half(met.reflectances()), half(met.transmittances()));
-        let surfaces = [
-            (n, SurfaceModel::Layered(Arc::new(film.clone()))),
-            (n, SurfaceModel::Absorber),
-        ];
+        let surfaces =
+            [(n, SurfaceModel::Layered(Arc::new(film.clone()))), (n, SurfaceModel::Absorber)];
         for polarization in [Polarization::Unpolarised, Polarization::Carried] {
             let outcome = traced(&pile(&surfaces, theta), polarization, many() / 50, 3);
             let ledger = &outcome.total.ledger;
@@ -148,9 +105,7 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
         substrate: Complex64::new(0.06, 3.6),
         factor: 0.9,
     };
-    let met = mirror
-        .film
-        .amplitudes(End::First, 1.0, mirror.substrate, f64::cos(0.7));
+    let met = mirror.film.amplitudes(End::First, 1.0, mirror.substrate, f64::cos(0.7));
     let [s, p] = met.reflectances();
     let surfaces = [(1.0, SurfaceModel::LayeredMirror(Arc::new(mirror)))];
     let outcome = traced(&pile(&surfaces, 0.7), Polarization::Carried, 6400, 4);
@@ -163,9 +118,7 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
 #[test]
 fn a_coated_dome_extracts_more() {
     let extraction = |optics: SurfaceModel| {
-        let mut prototype = package(N, Dome::smooth(&CAP), 0.95, 0.5)
-            .prototype()
-            .unwrap();
+        let mut prototype = package(N, Dome::smooth(&CAP), 0.95, 0.5).prototype().unwrap();
         for surface in &mut prototype.surfaces {
             for part in &mut surface.patches {
                 if matches!(part.optics, SurfaceModel::Interface) {
@@ -181,19 +134,11 @@ fn a_coated_dome_extracts_more() {
         SurfaceModel::Layered(Arc::new(Film::new(550.0, layers).unwrap()))
     };
     let bare = extraction(SurfaceModel::Interface);
-    let none = extraction(SurfaceModel::Layered(Arc::new(
-        Film::new(550.0, Vec::new()).unwrap(),
-    )));
+    let none = extraction(SurfaceModel::Layered(Arc::new(Film::new(550.0, Vec::new()).unwrap())));
     let coated = extraction(film(N.sqrt(), 1.0));
     let error = |a: tracer::Estimate, b: tracer::Estimate| a.standard_error.hypot(b.standard_error);
-    assert!(
-        (bare.value - none.value).abs() < 5.0 * error(bare, none),
-        "{bare:?} {none:?}"
-    );
-    assert!(
-        coated.value - bare.value > 5.0 * error(bare, coated),
-        "{bare:?} {coated:?}"
-    );
+    assert!((bare.value - none.value).abs() < 5.0 * error(bare, none), "{bare:?} {none:?}");
+    assert!(coated.value - bare.value > 5.0 * error(bare, coated), "{bare:?} {coated:?}");
 }
 
 #[test]
@@ -202,8 +147,7 @@ fn the_same_bits_on_any_number_of_threads_and_nothing_lost() {
     let scene = array(&package, 2, 8.3).build().unwrap();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap()
-            .install(|| traced(&scene, Polarization::Carried, 128_000, 6))
+        pool.unwrap().install(|| traced(&scene, Polarization::Carried, 128_000, 6))
     };
     let one = run(1);
     assert_eq!(one, run(3));
@@ -227,20 +171,9 @@ fn bad_films_are_refused() {
         let mut scene = SceneBuilder::new(Medium::air());
         let optics = SurfaceModel::LayeredMirror(Arc::new(mirror));
         let shape = Shape::horizontal(0.0).unwrap();
-        scene.surface(Surface::new(
-            "silver",
-            shape,
-            Region::Opaque,
-            Region::World,
-            &optics,
-        ));
-        let lamp = Source::new(
-            "lamp",
-            DVec3::Z,
-            Region::World,
-            Emitter::Point,
-            Emission::Isotropic,
-        );
+        scene.surface(Surface::new("silver", shape, Region::Opaque, Region::World, &optics));
+        let lamp =
+            Source::new("lamp", DVec3::Z, Region::World, Emitter::Point, Emission::Isotropic);
         scene.source(lamp);
         scene.build().map(|_| ())
     };
@@ -252,15 +185,6 @@ fn bad_films_are_refused() {
     let mut scene = SceneBuilder::new(Medium::air());
     let film = SurfaceModel::Layered(Arc::new(Film::new(550.0, Vec::new()).unwrap()));
     let shape = Shape::horizontal(0.0).unwrap();
-    scene.surface(Surface::new(
-        "film",
-        shape,
-        Region::Opaque,
-        Region::World,
-        &film,
-    ));
-    assert!(matches!(
-        scene.build().map(|_| ()),
-        Err(Error::OpaqueSide { .. })
-    ));
+    scene.surface(Surface::new("film", shape, Region::Opaque, Region::World, &film));
+    assert!(matches!(scene.build().map(|_| ()), Err(Error::OpaqueSide { .. })));
 }

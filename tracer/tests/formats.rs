@@ -24,10 +24,7 @@ fn table() -> Distribution {
         let i = 100.0 * (1.0 + t.cos()) * (1.0 + 0.3 * (p - 0.5).cos() * t.sin());
         (i * 1e3).round() / 1e3
     };
-    let values = phis
-        .iter()
-        .flat_map(|p| thetas.iter().map(move |t| value(*t, *p)))
-        .collect();
+    let values = phis.iter().flat_map(|p| thetas.iter().map(move |t| value(*t, *p))).collect();
     Distribution::new(&thetas, &phis, values).unwrap()
 }
 
@@ -60,18 +57,11 @@ fn an_ldt_file_comes_back_relative_and_absolute() {
         let written = eulumdat::Ldt::from_distribution(&table(), texts, of(lamps, 2000.0, 3.5));
         let text = eulumdat::write(&written);
         let read = eulumdat::read(&text).unwrap();
-        assert_eq!(
-            (read.is_absolute(), eulumdat::write(&read)),
-            (absolute, text)
-        );
+        assert_eq!((read.is_absolute(), eulumdat::write(&read)), (absolute, text));
         let back = read.distribution().unwrap();
         assert!(differ(&back, &table()) < 1e-4);
         let ratio = 100.0 * table().flux() / 2000.0;
-        assert!(
-            (read.ratios[1] / ratio - 1.0).abs() < 1e-4,
-            "{:?}",
-            read.ratios
-        );
+        assert!((read.ratios[1] / ratio - 1.0).abs() < 1e-4, "{:?}", read.ratios);
     }
 }
 
@@ -101,13 +91,7 @@ fn symmetries_are_unfolded() {
         (1, vec![0]),
     ] {
         let mut lines: Vec<String> = ["x", "1"].map(str::to_owned).to_vec();
-        lines.extend([
-            symmetry.to_string(),
-            "8".into(),
-            "45".into(),
-            "2".into(),
-            "90".into(),
-        ]);
+        lines.extend([symmetry.to_string(), "8".into(), "45".into(), "2".into(), "90".into()]);
         lines.extend(["r", "n", "1", "f", "d"].map(str::to_owned));
         lines.extend(vec!["0".to_owned(); 9]);
         lines.extend(
@@ -129,61 +113,25 @@ fn symmetries_are_unfolded() {
                 3 => (180 - plane + 360) % 360,
                 _ => plane.min(360 - plane).min((180 - plane).abs()),
             };
-            let image = if symmetry == 3 && stored.contains(&plane) {
-                plane
-            } else {
-                image
-            };
+            let image = if symmetry == 3 && stored.contains(&plane) { plane } else { image };
             let p = f64::from(plane).to_radians();
             let d = DVec3::new(p.cos(), p.sin(), 0.0);
             let got = table.intensity(d);
-            assert!(
-                (got - f64::from(10 + image)).abs() < 1e-6,
-                "{symmetry} {plane}: {got}"
-            );
+            assert!((got - f64::from(10 + image)).abs() < 1e-6, "{symmetry} {plane}: {got}");
         }
     }
 }
 
 #[test]
 fn photometric_files_that_are_wrong_are_named() {
-    let good = ies::write(&ies::Ies::from_distribution(
-        &table(),
-        Vec::new(),
-        1500.0,
-        1.0,
-    ));
+    let good = ies::write(&ies::Ies::from_distribution(&table(), Vec::new(), 1500.0, 1.0));
     for (from, to, message) in [
-        (
-            "TILT=NONE",
-            "TILT=lamp.tlt",
-            "TILT=INCLUDE, got `TILT=lamp.tlt`",
-        ),
-        (
-            "TILT=NONE",
-            "",
-            "expected a line TILT=NONE, got the end of the file",
-        ),
-        (
-            "1 1500 1",
-            "1 1500,5 1",
-            "a number with a decimal point, got `1500,5`, with a comma",
-        ),
-        (
-            "1 1500 1",
-            "1 nan 1",
-            "lumens per lamp: a finite number, got `nan`",
-        ),
-        (
-            "0 10 20",
-            "0 20 10",
-            "a vertical angle: above 20, at most 180 degrees, got `10`",
-        ),
-        (
-            "\r\n200 ",
-            "\r\n-200 ",
-            "a candela value: 0 or more, up to 1e30, got `-200`",
-        ),
+        ("TILT=NONE", "TILT=lamp.tlt", "TILT=INCLUDE, got `TILT=lamp.tlt`"),
+        ("TILT=NONE", "", "expected a line TILT=NONE, got the end of the file"),
+        ("1 1500 1", "1 1500,5 1", "a number with a decimal point, got `1500,5`, with a comma"),
+        ("1 1500 1", "1 nan 1", "lumens per lamp: a finite number, got `nan`"),
+        ("0 10 20", "0 20 10", "a vertical angle: above 20, at most 180 degrees, got `10`"),
+        ("\r\n200 ", "\r\n-200 ", "a candela value: 0 or more, up to 1e30, got `-200`"),
         ("\r\n200 ", "\r\n", "candela values (13 x 19), got 246"),
         (
             " 19 13 ",
@@ -192,47 +140,27 @@ fn photometric_files_that_are_wrong_are_named() {
         ),
     ] {
         assert!(good.contains(from), "{from}");
-        let got = ies::read(&good.replacen(from, to, 1))
-            .unwrap_err()
-            .to_string();
-        assert!(
-            got.contains(message) && got.starts_with("line "),
-            "{from}: {got}"
-        );
+        let got = ies::read(&good.replacen(from, to, 1)).unwrap_err().to_string();
+        assert!(got.contains(message) && got.starts_with("line "), "{from}: {got}");
     }
     let texts = Default::default();
-    let good = eulumdat::write(&eulumdat::Ldt::from_distribution(
-        &table(),
-        texts,
-        of(1, 1000.0, 1.0),
-    ));
+    let good =
+        eulumdat::write(&eulumdat::Ldt::from_distribution(&table(), texts, of(1, 1000.0, 1.0)));
     for (from, to, message) in [
         (
             "\r\n1000\r\n",
             "\r\n1000,0\r\n",
             "line 29: expected flux of the lamps: a number with a decimal point",
         ),
-        (
-            "\r\n30\r\n60\r\n",
-            "\r\n60\r\n30\r\n",
-            "a C angle: above 60",
-        ),
+        ("\r\n30\r\n60\r\n", "\r\n60\r\n30\r\n", "a C angle: above 60"),
         (
             "\r\n30\r\n60\r\n",
             "\n30\r\n60\r\n",
             "line 43: expected every line to end in CR LF, as line 1 does, got LF",
         ),
-        (
-            "\r\n200\r\n",
-            "\r\ninf\r\n",
-            "an intensity: a finite number, got `inf`",
-        ),
+        ("\r\n200\r\n", "\r\ninf\r\n", "an intensity: a finite number, got `inf`"),
         ("\r\n200\r\n", "\r\n", "an intensity: a number, got ``"),
-        (
-            "\r\n200\r\n",
-            "\r\n200\r\n7\r\n",
-            "the end of the file after 228 intensities",
-        ),
+        ("\r\n200\r\n", "\r\n200\r\n7\r\n", "the end of the file after 228 intensities"),
     ] {
         assert!(good.contains(from), "{from}");
         let bad = good.replacen(from, to, 1);
@@ -247,36 +175,20 @@ fn photometric_files_that_are_wrong_are_named() {
 #[test]
 fn far_fields_that_no_lamp_or_symmetry_makes_are_named() {
     for (from, to, expected) in [
-        (
-            "3 3 1 2",
-            "3 3 2 2",
-            "line 9: expected photometric type: 1 (C",
-        ),
+        ("3 3 1 2", "3 3 2 2", "line 9: expected photometric type: 1 (C"),
         (
             "\r\n0 45 90\r\n",
             "\r\n0 45 80\r\n",
             "line 13: expected horizontal angles: one alone, or 0 to 90, 180 or 360, or 90 to 270 degrees, got 0 to 80",
         ),
-        (
-            "\r\n0 45 90\r\n",
-            "\r\n0 1e-7 90\r\n",
-            "line 13: expected a horizontal angle: above 0",
-        ),
+        ("\r\n0 45 90\r\n", "\r\n0 1e-7 90\r\n", "line 13: expected a horizontal angle: above 0"),
         (
             "\r\n100 80 0\r\n100 60\r\n0\r\n100 40 10\r\n",
             "\r\n0 0 0\r\n0 0\r\n0\r\n0 0 0\r\n",
             "line 17: expected intensities of a far field",
         ),
-        (
-            "100 40 10",
-            "100 1e308 10",
-            "line 17: expected a candela value: 0 or more, up to 1e30",
-        ),
-        (
-            "TEST] 1\r\n",
-            "TEST] 1\n",
-            "line 2: expected every line to end in CR LF",
-        ),
+        ("100 40 10", "100 1e308 10", "line 17: expected a candela value: 0 or more, up to 1e30"),
+        ("TEST] 1\r\n", "TEST] 1\n", "line 2: expected every line to end in CR LF"),
     ] {
         assert!(QUADRANTS.contains(from), "{from}");
         let bad = QUADRANTS.replacen(from, to, 1);
@@ -298,17 +210,10 @@ fn what_is_odd_and_usable_is_a_warning() {
         dim.warnings
     );
     let texts = Default::default();
-    let good = eulumdat::write(&eulumdat::Ldt::from_distribution(
-        &table(),
-        texts,
-        of(1, 1000.0, 1.0),
-    ));
+    let good =
+        eulumdat::write(&eulumdat::Ldt::from_distribution(&table(), texts, of(1, 1000.0, 1.0)));
     let dim = eulumdat::read(&good).unwrap();
-    assert!(
-        dim.warnings[0].contains("more than the 1000 lm"),
-        "{:?}",
-        dim.warnings
-    );
+    assert!(dim.warnings[0].contains("more than the 1000 lm"), "{:?}", dim.warnings);
     // Absolute photometry has no lamps to compare with.
     let absolute = eulumdat::read(&good.replacen("\r\n1\r\nLED", "\r\n-1\r\nLED", 1));
     assert!(absolute.unwrap().warnings.is_empty());
@@ -344,24 +249,14 @@ fn one_of_several_sets_of_lamps_is_read() {
     }
     assert_eq!(eulumdat::read(&two).unwrap().lamps, 1);
     for number in [0, 3] {
-        let got = eulumdat::read_lamp_set(&two, number)
-            .unwrap_err()
-            .to_string();
-        assert!(
-            got.starts_with("line 26: expected a set of lamps from 1 to 2"),
-            "{got}"
-        );
+        let got = eulumdat::read_lamp_set(&two, number).unwrap_err().to_string();
+        assert!(got.starts_with("line 26: expected a set of lamps from 1 to 2"), "{got}");
     }
 }
 
 #[test]
 fn a_source_emits_what_its_file_says() {
-    let text = ies::write(&ies::Ies::from_distribution(
-        &table(),
-        Vec::new(),
-        1500.0,
-        1.0,
-    ));
+    let text = ies::write(&ies::Ies::from_distribution(&table(), Vec::new(), 1500.0, 1.0));
     let read = ies::read(&text).unwrap().distribution().unwrap();
     let watts = source_power_by_direction(Emission::Table(Arc::new(read.clone())));
     let far = FarField::new(10.0, 30.0).unwrap();
@@ -372,19 +267,12 @@ fn a_source_emits_what_its_file_says() {
             for j in 0..8 {
                 let theta = (far.theta_deg(bin / 12) + (f64::from(i) - 3.5) * 1.25).to_radians();
                 let phi = (far.phi_deg(bin % 12) + (f64::from(j) - 3.5) * 3.75).to_radians();
-                let d = DVec3::new(
-                    theta.sin() * phi.cos(),
-                    theta.sin() * phi.sin(),
-                    theta.cos(),
-                );
+                let d = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
                 expected += read.intensity(d) * theta.sin();
             }
         }
         expected *= 1.25_f64.to_radians() * 3.75_f64.to_radians() / read.flux();
         let error = (expected / 200_000.0).sqrt().max(5e-6);
-        assert!(
-            (got - expected).abs() < 5.0 * error + 1e-3 * expected,
-            "{bin}: {got} {expected}"
-        );
+        assert!((got - expected).abs() < 5.0 * error + 1e-3 * expected, "{bin}: {got} {expected}");
     }
 }

@@ -11,10 +11,7 @@ use tracer::shape::{
 };
 use tracer::{Dome, FarField, Meridian, Patch, PlaneMap, Ray, Settings, Shape, SurfaceModel};
 
-const EVERYWHERE: Reach = Reach {
-    from: 0.0,
-    to: f64::INFINITY,
-};
+const EVERYWHERE: Reach = Reach { from: 0.0, to: f64::INFINITY };
 
 fn scaled(meridian: &Meridian, scale: f64) -> Meridian {
     let elements: Vec<Element> = meridian
@@ -38,31 +35,13 @@ fn shapes(scale: f64) -> Vec<(Shape, bool)> {
     vec![
         (plane(Extent::Infinite), true),
         (plane(Extent::Half), true),
-        (
-            plane(Extent::Rectangle {
-                half_u: scale,
-                half_v: 2.0 * scale,
-            }),
-            true,
-        ),
+        (plane(Extent::Rectangle { half_u: scale, half_v: 2.0 * scale }), true),
         (Shape::ground(0.2 * scale, scale, scale).unwrap(), true),
-        (
-            Shape::annulus(0.3 * scale, 0.5 * scale, 2.0 * scale).unwrap(),
-            true,
-        ),
-        (
-            Shape::cylinder(1.7 * scale, -scale, 0.7 * scale).unwrap(),
-            true,
-        ),
+        (Shape::annulus(0.3 * scale, 0.5 * scale, 2.0 * scale).unwrap(), true),
+        (Shape::cylinder(1.7 * scale, -scale, 0.7 * scale).unwrap(), true),
         (Shape::frustum(at(0.0, 1.0), at(2.0, -0.5)).unwrap(), true),
-        (
-            Shape::frustum(at(0.4, 0.3), at(1.9, 0.3001)).unwrap(),
-            false,
-        ),
-        (
-            Shape::frustum(at(1.0, 1.0), at(1.0001, -1.0)).unwrap(),
-            true,
-        ),
+        (Shape::frustum(at(0.4, 0.3), at(1.9, 0.3001)).unwrap(), false),
+        (Shape::frustum(at(1.0, 1.0), at(1.0001, -1.0)).unwrap(), true),
         (Shape::frustum(at(1.0, 1.0), at(0.7, -1.0)).unwrap(), true),
         (Shape::sphere(-0.4 * scale, 2.0 * scale).unwrap(), true),
         (
@@ -70,36 +49,18 @@ fn shapes(scale: f64) -> Vec<(Shape, bool)> {
             true,
         ),
         (
-            Shape::cuboid(
-                DVec3::new(-1.0, -2.0, 0.1) * scale,
-                DVec3::new(0.5, 2.0, 1.0) * scale,
-            )
-            .unwrap(),
+            Shape::cuboid(DVec3::new(-1.0, -2.0, 0.1) * scale, DVec3::new(0.5, 2.0, 1.0) * scale)
+                .unwrap(),
             true,
         ),
+        (Shape::arc(at(0.0, 1.0), at(1.0, 0.0), at(-1.0, -1.0), Bend::Clockwise).unwrap(), true),
+        (Shape::arc(at(1.4, 0.5), at(1.4, -0.5), at(1.4, 0.0), Bend::Clockwise).unwrap(), false),
         (
-            Shape::arc(at(0.0, 1.0), at(1.0, 0.0), at(-1.0, -1.0), Bend::Clockwise).unwrap(),
-            true,
-        ),
-        (
-            Shape::arc(at(1.4, 0.5), at(1.4, -0.5), at(1.4, 0.0), Bend::Clockwise).unwrap(),
-            false,
-        ),
-        (
-            Shape::arc(
-                at(0.2, 0.8),
-                at(1.7, -0.7),
-                at(1.7, 0.8),
-                Bend::Counterclockwise,
-            )
-            .unwrap(),
+            Shape::arc(at(0.2, 0.8), at(1.7, -0.7), at(1.7, 0.8), Bend::Counterclockwise).unwrap(),
             false,
         ),
         (Shape::revolution(&scaled(&staircase(17), scale)), false),
-        (
-            Shape::revolution(&scaled(&teeth(17, 45.0, 10.0), scale)),
-            false,
-        ),
+        (Shape::revolution(&scaled(&teeth(17, 45.0, 10.0), scale)), false),
     ]
 }
 
@@ -107,10 +68,7 @@ fn random_ray(rng: &mut rand_pcg::Pcg64, scale: f64) -> Ray {
     // Aimed at a point near the shapes, from a distance of up to 20 units, at all angles.
     let target = DVec3::new(unit(rng) - 0.5, unit(rng) - 0.5, unit(rng) - 0.5) * (4.0 * scale);
     let direction = isotropic(rng);
-    Ray {
-        origin: target - direction * (scale * 20.0 * unit(rng).powi(3)),
-        direction,
-    }
+    Ray { origin: target - direction * (scale * 20.0 * unit(rng).powi(3)), direction }
 }
 
 #[test]
@@ -140,23 +98,13 @@ fn a_ray_that_leaves_a_surface_does_not_meet_it_again() {
                         origin: point + away * offset,
                         direction: about(away, local).normalize(),
                     };
-                    let sides = if side == Side::Inner {
-                        Sides::Inner
-                    } else {
-                        Sides::Outer
-                    };
-                    let reach = Reach {
-                        from: -4.0 * offset,
-                        to: f64::INFINITY,
-                    };
+                    let sides = if side == Side::Inner { Sides::Inner } else { Sides::Outer };
+                    let reach = Reach { from: -4.0 * offset, to: f64::INFINITY };
                     let again = shape.intersect(&next, reach, sides);
                     tested += 1;
                     let Some(again) = again else { continue };
                     let leaves = convex && side == Side::Outer;
-                    assert!(
-                        !leaves,
-                        "scale {scale:e}, {shape:?}: {again:?} after {hit:?}"
-                    );
+                    assert!(!leaves, "scale {scale:e}, {shape:?}: {again:?} after {hit:?}");
                     // On a hollow side the same piece may be met far away, never at once: a chord
                     // grows with the angle to the surface, at least as 2 · (smallest radius of
                     // curvature) · cos θ.
@@ -180,21 +128,13 @@ fn chord_of_a_sphere_and_a_cylinder_is_exact() {
     for _ in 0..10_000 {
         let local = cosine(&mut rng, 1.0);
         let out = isotropic(&mut rng);
-        let ray = Ray {
-            origin: DVec3::new(0.0, 0.0, 0.3) + out * 2.0,
-            direction: about(-out, local),
-        };
-        let reach = Reach {
-            from: -1e-12,
-            to: f64::INFINITY,
-        };
+        let ray =
+            Ray { origin: DVec3::new(0.0, 0.0, 0.3) + out * 2.0, direction: about(-out, local) };
+        let reach = Reach { from: -1e-12, to: f64::INFINITY };
         let hit = sphere.intersect(&ray, reach, Sides::Inner).unwrap();
         assert!((hit.distance - 4.0 * local.z).abs() < 1e-13);
         let flat = DVec3::new(out.x, out.y, 0.0).normalize();
-        let ray = Ray {
-            origin: flat * 1.7,
-            direction: about(-flat, local),
-        };
+        let ray = Ray { origin: flat * 1.7, direction: about(-flat, local) };
         let across = ray.direction.x.hypot(ray.direction.y);
         let hit = cylinder.intersect(&ray, reach, Sides::Inner).unwrap();
         assert!((hit.distance * across * across - 3.4 * local.z).abs() < 1e-12);
@@ -206,10 +146,7 @@ fn check_hit(shape: &Shape, ray: &Ray, hit: &Intersection) {
     let (point, normal) = shape.settle(ray.at(hit.distance), hit.primitive);
     assert!((normal.length() - 1.0).abs() < 1e-12);
     assert!((point - ray.at(hit.distance)).length() < 1e-9);
-    assert!(
-        ray.direction.dot(normal) * hit.side.sign() < 1e-9,
-        "{hit:?}"
-    );
+    assert!(ray.direction.dot(normal) * hit.side.sign() < 1e-9, "{hit:?}");
 }
 
 #[test]
@@ -269,29 +206,17 @@ fn marching_through_a_relief_finds_what_testing_all_segments_finds() {
             if unit(&mut rng) < 0.3
                 && let Some(hit) = shape.intersect_all(&ray, EVERYWHERE, Sides::Both)
             {
-                ray = Ray {
-                    origin: ray.at(hit.distance),
-                    direction: isotropic(&mut rng),
-                };
+                ray = Ray { origin: ray.at(hit.distance), direction: isotropic(&mut rng) };
             }
             for sides in [Sides::Inner, Sides::Outer, Sides::Both] {
                 let from = if unit(&mut rng) < 0.5 { 0.0 } else { -4e-12 };
-                let to = if unit(&mut rng) < 0.5 {
-                    f64::INFINITY
-                } else {
-                    3.0 * unit(&mut rng)
-                };
+                let to = if unit(&mut rng) < 0.5 { f64::INFINITY } else { 3.0 * unit(&mut rng) };
                 let reach = Reach { from, to };
-                let (fast, slow) = (
-                    shape.intersect(&ray, reach, sides),
-                    shape.intersect_all(&ray, reach, sides),
-                );
+                let (fast, slow) =
+                    (shape.intersect(&ray, reach, sides), shape.intersect_all(&ray, reach, sides));
                 match (fast, slow) {
                     (Some(a), Some(b)) => {
-                        assert!(
-                            a == b || (a.distance - b.distance).abs() <= 0.0,
-                            "{a:?} {b:?}"
-                        );
+                        assert!(a == b || (a.distance - b.distance).abs() <= 0.0, "{a:?} {b:?}");
                     }
                     (a, b) => assert_eq!(a, b),
                 }
@@ -304,11 +229,7 @@ fn marching_through_a_relief_finds_what_testing_all_segments_finds() {
 
 #[test]
 fn closed_bodies_do_not_leak() {
-    let paths = if cfg!(debug_assertions) {
-        20_000
-    } else {
-        1_000_000
-    };
+    let paths = if cfg!(debug_assertions) { 20_000 } else { 1_000_000 };
     let domes = [
         Dome::smooth(&CAP),
         Dome::relief(staircase(17)),
@@ -320,15 +241,10 @@ fn closed_bodies_do_not_leak() {
         // With little absorption inside, rays make many bounces each. (Without any, 2e-5 of them
         // circle in a staircase for ever: level treads and upright risers keep |d_z|, and both
         // reflect totally.)
-        let scene = array(&package(N, dome, 0.99, 0.99), 2, 4.0)
-            .build()
-            .unwrap();
+        let scene = array(&package(N, dome, 0.99, 0.99), 2, 4.0).build().unwrap();
         let outcome = trace(&scene, &[], &Settings::new(paths, seed as u64));
         let lost = outcome.total.ledger.lost;
-        assert!(
-            lost.iter().all(|&power| power <= 0.0),
-            "dome {seed}: {lost:?}"
-        );
+        assert!(lost.iter().all(|&power| power <= 0.0), "dome {seed}: {lost:?}");
         assert!(outcome.hits > outcome.paths);
     }
 }
@@ -341,11 +257,8 @@ fn rays_at_seams_do_not_leak() {
     let dome = Shape::revolution(&meridian);
     let side = Shape::cylinder(CAP.rim, -2e-9, meridian.end()[1]).unwrap();
     let bottom = Shape::annulus(0.0, 0.0, CAP.rim + 2e-9).unwrap();
-    let mut corners: Vec<[f64; 2]> = meridian
-        .frusta()
-        .iter()
-        .map(|(edge, _)| edge.ends()[1])
-        .collect();
+    let mut corners: Vec<[f64; 2]> =
+        meridian.frusta().iter().map(|(edge, _)| edge.ends()[1]).collect();
     corners.push([CAP.rim, 0.0]);
     let mut rng = stream(104, 0);
     for round in 0..200_000 {
@@ -353,11 +266,8 @@ fn rays_at_seams_do_not_leak() {
         let phi = std::f64::consts::TAU * unit(&mut rng);
         let target = DVec3::new(r * phi.cos(), r * phi.sin(), z);
         let shake = 10f64.powf(-9.0 - 8.0 * unit(&mut rng));
-        let origin = DVec3::new(
-            unit(&mut rng) - 0.5,
-            unit(&mut rng) - 0.5,
-            0.3 * unit(&mut rng) + 0.01,
-        );
+        let origin =
+            DVec3::new(unit(&mut rng) - 0.5, unit(&mut rng) - 0.5, 0.3 * unit(&mut rng) + 0.01);
         let direction = (target + isotropic(&mut rng) * shake - origin).normalize();
         let ray = Ray { origin, direction };
         let met = dome.intersect(&ray, EVERYWHERE, Sides::Inner).is_some()
@@ -372,21 +282,14 @@ fn elements_carry_their_own_optics() {
     // Only element 6 is an interface, all others absorb: what leaves, leaves there.
     let parts = (1..=17)
         .map(|k| {
-            let optics = if k == 6 {
-                SurfaceModel::Interface
-            } else {
-                SurfaceModel::Absorber
-            };
+            let optics = if k == 6 { SurfaceModel::Interface } else { SurfaceModel::Absorber };
             Patch::new(format!("element {k}"), optics)
         })
         .collect();
     let mut package = package(N, Dome::Relief(staircase(17), parts), 0.95, 0.86);
     package.side = SurfaceModel::Absorber;
-    let outcome = trace(
-        &array(&package, 1, 8.3).build().unwrap(),
-        &[],
-        &Settings::new(many() / 20, 105),
-    );
+    let outcome =
+        trace(&array(&package, 1, 8.3).build().unwrap(), &[], &Settings::new(many() / 20, 105));
     let ledger = &outcome.total.ledger;
     for (name, line) in ledger.named_surfaces() {
         assert_eq!(line.outward > 0.0, name == "element 6", "{name}");
@@ -398,31 +301,15 @@ fn elements_carry_their_own_optics() {
 #[test]
 fn zones_of_a_smooth_dome_split_its_power() {
     // The same dome in one piece and in 17: the same rays, the same power, now told apart.
-    let whole = array(&package(N, Dome::smooth(&CAP), 0.95, 0.86), 2, 8.3)
-        .build()
-        .unwrap();
+    let whole = array(&package(N, Dome::smooth(&CAP), 0.95, 0.86), 2, 8.3).build().unwrap();
     let zones = (1..=17)
-        .map(|k| {
-            (
-                0.1 * f64::from(k),
-                Patch::new(format!("band {k}"), SurfaceModel::Interface),
-            )
-        })
+        .map(|k| (0.1 * f64::from(k), Patch::new(format!("band {k}"), SurfaceModel::Interface)))
         .collect();
-    let split = array(&package(N, Dome::Zones(zones), 0.95, 0.86), 2, 8.3)
-        .build()
-        .unwrap();
+    let split = array(&package(N, Dome::Zones(zones), 0.95, 0.86), 2, 8.3).build().unwrap();
     let settings = Settings::new(many() / 20, 106);
     let (whole, split) = (trace(&whole, &[], &settings), trace(&split, &[], &settings));
     let bands: Vec<f64> = (1..=17)
-        .map(|k| {
-            split
-                .total
-                .ledger
-                .surface(&format!("band {k}"))
-                .unwrap()
-                .outward
-        })
+        .map(|k| split.total.ledger.surface(&format!("band {k}")).unwrap().outward)
         .collect();
     assert!(bands.iter().all(|&power| power > 1e-3));
     let sum: f64 = bands.iter().sum();
@@ -432,10 +319,7 @@ fn zones_of_a_smooth_dome_split_its_power() {
 
 #[test]
 fn hierarchy_and_list_of_instances_give_the_same_bits() {
-    let (far, plane) = (
-        FarField::default(),
-        PlaneMap::centred(3.0, 0.5, 60, 60).unwrap(),
-    );
+    let (far, plane) = (FarField::default(), PlaneMap::centred(3.0, 0.5, 60, 60).unwrap());
     for (dome, side, pitch) in [
         (Dome::smooth(&CAP), 7, 3.4),
         (Dome::smooth(&CAP), 1, 8.3),
@@ -445,17 +329,10 @@ fn hierarchy_and_list_of_instances_give_the_same_bits() {
         let mut scene = array(&package(N, dome, 0.95, 0.86), side, pitch);
         let settings = Settings::new(many() / 100, 107);
         let mut outcome = |search: InstanceSearch| {
-            trace(
-                &scene.search(search).build().unwrap(),
-                &[&far, &plane],
-                &settings,
-            )
+            trace(&scene.search(search).build().unwrap(), &[&far, &plane], &settings)
         };
         let linear = outcome(InstanceSearch::Linear);
-        assert!(
-            linear == outcome(InstanceSearch::Hierarchy),
-            "{side} × {side}"
-        );
+        assert!(linear == outcome(InstanceSearch::Hierarchy), "{side} × {side}");
         assert!(linear == outcome(InstanceSearch::Automatic));
     }
 }

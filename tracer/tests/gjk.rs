@@ -75,20 +75,11 @@ fn hexagonal(pitch: f64, count: usize) -> Vec<(usize, DVec3)> {
 fn slanted_rods_may_stand_as_near_as_they_do_not_cut() {
     let kinds = [of(rod(0.4, 2.0, &leaning()))];
     let touch = 0.8 / 30f64.to_radians().cos();
-    for (pitch, good) in [
-        (1.0, true),
-        (touch, true),
-        (touch - 1e-6, false),
-        (0.85, false),
-    ] {
+    for (pitch, good) in [(1.0, true), (touch, true), (touch - 1e-6, false), (0.85, false)] {
         assert_eq!(fits(&kinds, &hexagonal(pitch, 4)), good, "{pitch}");
     }
-    let Err(Error::Overlap {
-        first,
-        second,
-        distance_mm,
-        needed_mm,
-    }) = built(&kinds, &hexagonal(0.85, 4))
+    let Err(Error::Overlap { first, second, distance_mm, needed_mm }) =
+        built(&kinds, &hexagonal(0.85, 4))
     else {
         panic!("refused");
     };
@@ -130,27 +121,13 @@ fn what_lies_within_another_is_refused() {
     // Within the walls of six sheets, whose hulls hold nothing.
     let walls = (0..6).map(|face| {
         let normal = turned() * DVec3::AXES[face / 2] * if face % 2 == 0 { 1.0 } else { -1.0 };
-        let extent = tracer::shape::Extent::Rectangle {
-            half_u: 1.0,
-            half_v: 1.0,
-        };
-        let placed = at((normal).to_array(), DMat3::IDENTITY, 0.0)
-            .along(normal)
-            .unwrap();
+        let extent = tracer::shape::Extent::Rectangle { half_u: 1.0, half_v: 1.0 };
+        let placed = at((normal).to_array(), DMat3::IDENTITY, 0.0).along(normal).unwrap();
         let sheet = Shape::Plane(tracer::shape::Plane::new(DVec3::ZERO, DVec3::Z, extent).unwrap());
         let wall = Shape::placed(vec![sheet], Closing::Open, &placed).unwrap();
-        Surface::new(
-            "wall",
-            wall,
-            Region::Opaque,
-            Region::World,
-            &SurfaceModel::Absorber,
-        )
+        Surface::new("wall", wall, Region::Opaque, Region::World, &SurfaceModel::Absorber)
     });
-    let room = Prototype {
-        surfaces: walls.collect(),
-        ..Prototype::default()
-    };
+    let room = Prototype { surfaces: walls.collect(), ..Prototype::default() };
     let kinds = [room, kinds[1].clone()];
     assert!(!fits(&kinds, &[(0, DVec3::ZERO), (1, DVec3::ZERO)]));
     assert!(!fits(&kinds, &[(1, DVec3::ZERO), (0, DVec3::ZERO)]));
@@ -164,9 +141,7 @@ fn overlap(half: [DVec3; 2], axes: [DMat3; 2], apart: DVec3) -> f64 {
     let all = a.into_iter().chain(b).chain(crossed);
     let reach = |n: DVec3, k: usize| {
         let of = [a, b][k];
-        (0..3)
-            .map(|axis| half[k][axis] * of[axis].dot(n).abs())
-            .sum::<f64>()
+        (0..3).map(|axis| half[k][axis] * of[axis].dot(n).abs()).sum::<f64>()
     };
     all.map(DVec3::normalize_or_zero)
         .filter(|n| *n != DVec3::ZERO)
@@ -248,17 +223,11 @@ fn rods_cones_and_balls_at_random_that_share_a_point_are_refused() {
 fn sheets_in_one_plane_may_touch_but_not_overlap() {
     for rotation in [DMat3::IDENTITY, turned()] {
         let place = at([0.0; 3], rotation, 0.0);
-        let extent = tracer::shape::Extent::Rectangle {
-            half_u: 1.5,
-            half_v: 0.5,
-        };
+        let extent = tracer::shape::Extent::Rectangle { half_u: 1.5, half_v: 0.5 };
         let sheet = tracer::shape::Plane::new(DVec3::ZERO, DVec3::Z, extent).unwrap();
         let sheet = Shape::placed(vec![Shape::Plane(sheet)], Closing::Open, &place).unwrap();
         // Something that stands on it, so that boxes tell nothing.
-        let post = brick(
-            [0.1, 0.1, 0.5],
-            &at((rotation.z_axis * 0.8).to_array(), rotation, 0.0),
-        );
+        let post = brick([0.1, 0.1, 0.5], &at((rotation.z_axis * 0.8).to_array(), rotation, 0.0));
         let mut kind = of(post);
         kind.surfaces.push(Surface::new(
             "sheet",

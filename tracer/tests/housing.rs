@@ -29,13 +29,7 @@ fn well(housing: &Housing, source: DVec3, emission: Emission) -> SceneBuilder {
     for surface in housing.surfaces().unwrap() {
         scene.surface(surface);
     }
-    scene.source(Source::new(
-        "LED",
-        source,
-        Region::World,
-        Emitter::Point,
-        emission,
-    ));
+    scene.source(Source::new("LED", source, Region::World, Emitter::Point, emission));
     scene
 }
 
@@ -43,17 +37,10 @@ fn well(housing: &Housing, source: DVec3, emission: Emission) -> SceneBuilder {
 fn upright_mirrors_let_everything_out_and_keep_polar_angles() {
     let perfect = SurfaceModel::Mirror { reflectance: 1.0 };
     let off_axis = DVec3::new(0.7, -1.1, 0.4);
-    let scene = well(
-        &housing([2.0, 1.5], 3.0, &perfect, &perfect),
-        off_axis,
-        Emission::Isotropic,
-    );
+    let scene = well(&housing([2.0, 1.5], 3.0, &perfect, &perfect), off_axis, Emission::Isotropic);
     let far = FarField::new(10.0, 90.0).unwrap();
     // Level light takes as many mirrors as it likes.
-    let settings = Settings {
-        max_bounces: u32::MAX,
-        ..Settings::new(many() / 20, 3)
-    };
+    let settings = Settings { max_bounces: u32::MAX, ..Settings::new(many() / 20, 3) };
     let outcome = trace(&scene.build().unwrap(), &[&far], &settings);
     assert!((outcome.total.ledger.escaped_up - 1.0).abs() < 1e-12);
 
@@ -81,18 +68,12 @@ fn between_black_walls_a_view_factor_leaves() {
     let black = SurfaceModel::Absorber;
     let [x, y] = [3.0, 2.0];
     let (source, height) = (DVec3::new(1.0, -0.5, 0.25), 4.0);
-    let scene = well(
-        &housing([x, y], height, &black, &black),
-        source,
-        Emission::LAMBERTIAN,
-    );
+    let scene = well(&housing([x, y], height, &black, &black), source, Emission::LAMBERTIAN);
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many() / 10, 4));
     let h = height - source.z;
     let sides = [x - source.x, x + source.x];
-    let expected: f64 = sides
-        .iter()
-        .flat_map(|a| [y - source.y, y + source.y].map(|b| corner(*a, b, h)))
-        .sum();
+    let expected: f64 =
+        sides.iter().flat_map(|a| [y - source.y, y + source.y].map(|b| corner(*a, b, h))).sum();
     let ledger = &outcome.total.ledger;
     assert_share("escaped", ledger.escaped_up, expected, outcome.paths, 0.0);
     let walls = ledger.surface("wall").unwrap().absorbed;
@@ -128,20 +109,14 @@ fn trench(depth: f64, reflectance: f64) -> f64 {
     for _ in 0..60 {
         arrives = (0..NODES)
             .map(|i| {
-                let from: f64 = (0..NODES)
-                    .map(|k| weight(k) * kernel(i, k) * arrives[k])
-                    .sum();
+                let from: f64 = (0..NODES).map(|k| weight(k) * kernel(i, k) * arrives[k]).sum();
                 first(i) + reflectance * from
             })
             .collect();
     }
     // The direct light, and that of both walls.
     let direct = 0.5 / (0.25 + depth * depth).sqrt();
-    direct
-        + 2.0
-            * (0..NODES)
-                .map(|i| weight(i) * reflectance * arrives[i] * out(i))
-                .sum::<f64>()
+    direct + 2.0 * (0..NODES).map(|i| weight(i) * reflectance * arrives[i] * out(i)).sum::<f64>()
 }
 
 #[test]
@@ -153,43 +128,21 @@ fn grey_walls_send_out_what_radiosity_says() {
     let scene = well(&long, DVec3::new(0.0, 0.0, 1e-9), Emission::LAMBERTIAN);
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many() / 10, 5));
     let expected = trench(depth, reflectance);
-    assert_share(
-        "escaped",
-        outcome.total.ledger.escaped_up,
-        expected,
-        outcome.paths,
-        1e-5,
-    );
+    assert_share("escaped", outcome.total.ledger.escaped_up, expected, outcome.paths, 1e-5);
 }
 
 #[test]
 fn a_mirror_ends_where_the_floor_begins() {
-    let mut housing = housing(
-        [4.0, 3.0],
-        1.0,
-        &SurfaceModel::Absorber,
-        &SurfaceModel::Absorber,
-    );
+    let mut housing = housing([4.0, 3.0], 1.0, &SurfaceModel::Absorber, &SurfaceModel::Absorber);
     housing.mirror = Some(([2.0, 1.0], SurfaceModel::Absorber));
     // A lamp that shines straight down on points all over the bottom.
     let mut scene = SceneBuilder::new(Medium::air());
     for surface in housing.surfaces().unwrap() {
         scene.surface(surface);
     }
-    let emitter = Emitter::Rectangle {
-        half_x: 5.0,
-        half_y: 4.0,
-    };
-    let down = Emission::Beam {
-        direction: -DVec3::Z,
-    };
-    scene.source(Source::new(
-        "lamp",
-        DVec3::Z * 9.0,
-        Region::World,
-        emitter,
-        down,
-    ));
+    let emitter = Emitter::Rectangle { half_x: 5.0, half_y: 4.0 };
+    let down = Emission::Beam { direction: -DVec3::Z };
+    scene.source(Source::new("lamp", DVec3::Z * 9.0, Region::World, emitter, down));
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many() / 20, 6));
     let (ledger, whole) = (&outcome.total.ledger, 10.0 * 8.0);
     let rim = 9.0 * 7.0 - 8.0 * 6.0;
@@ -205,12 +158,8 @@ fn a_mirror_ends_where_the_floor_begins() {
 
     // Walls inside of the mirror cut it, and there is no floor.
     housing.half = [1.0, 0.5];
-    let names: Vec<String> = housing
-        .surfaces()
-        .unwrap()
-        .iter()
-        .map(|s| s.name().to_owned())
-        .collect();
+    let names: Vec<String> =
+        housing.surfaces().unwrap().iter().map(|s| s.name().to_owned()).collect();
     assert_eq!(names[0], "ground mirror");
     assert!(!names.contains(&"housing floor".to_owned()));
 }
@@ -233,9 +182,6 @@ fn what_stands_in_a_wall_is_refused() {
     let error = built(3.6).unwrap_err();
     assert!(matches!(error, Error::IntoWall { .. }), "{error}");
     assert!(error.to_string().contains("'wall'"), "{error}");
-    let thin = Housing {
-        thickness: 0.0,
-        ..housing([1.0, 1.0], 1.0, &grey, &grey)
-    };
+    let thin = Housing { thickness: 0.0, ..housing([1.0, 1.0], 1.0, &grey, &grey) };
     assert!(thin.surfaces().is_err());
 }

@@ -30,10 +30,7 @@ fn no_ray_of_a_million_is_lost_in_any_closed_body() {
         let absorbed = |o: &tracer::Outcome| o.mean(|t| t.ledger.absorbed());
         let (a, b) = (absorbed(&together), absorbed(&alone));
         let error = a.standard_error.hypot(b.standard_error) + 1e-12;
-        assert!(
-            (a.value - b.value).abs() < 5.0 * error,
-            "{name}: {a:?} {b:?}"
-        );
+        assert!((a.value - b.value).abs() < 5.0 * error, "{name}: {a:?} {b:?}");
         let closed =
             name.contains("planes") || name.contains("rectangles") || name.contains("shells");
         assert_eq!(closed, left == 0, "{name}: {left} rays left");

@@ -36,10 +36,7 @@ fn cases(scale: f64) -> Vec<Case> {
         let point = DVec3::new(0.1, 0.2, 0.37) * scale;
         Shape::Plane(Plane::new(point, DVec3::new(1.0, 2.0, 3.0), extent).unwrap())
     };
-    let rectangle = Extent::Rectangle {
-        half_u: scale,
-        half_v: 2.0 * scale,
-    };
+    let rectangle = Extent::Rectangle { half_u: scale, half_v: 2.0 * scale };
     let corners = [DVec3::new(-1.0, -2.0, 0.1), DVec3::new(0.5, 2.0, 1.0)].map(|c| c * scale);
     let (vertices, triangles) = cap_triangles(3, 8);
     let vertices: Vec<DVec3> = vertices.iter().map(|v| *v * scale).collect();
@@ -50,61 +47,17 @@ fn cases(scale: f64) -> Vec<Case> {
         ("half plane", plane(Extent::Half), NEVER),
         ("rectangle", plane(rectangle), NEVER),
         ("level", Shape::horizontal(0.3 * scale).unwrap(), NEVER),
-        (
-            "level at 0",
-            Shape::ground(0.0, scale, scale).unwrap(),
-            NEVER,
-        ),
-        (
-            "annulus",
-            Shape::annulus(0.3 * scale, 0.5 * scale, 2.0 * scale).unwrap(),
-            NEVER,
-        ),
-        (
-            "cylinder",
-            Shape::cylinder(1.7 * scale, -scale, 0.7 * scale).unwrap(),
-            INSIDE,
-        ),
-        (
-            "cone",
-            Shape::frustum(at(0.0, 1.0), at(2.0, -0.5)).unwrap(),
-            INSIDE,
-        ),
-        (
-            "shallow cone",
-            Shape::frustum(at(0.4, 0.3), at(1.9, 0.2999)).unwrap(),
-            INSIDE,
-        ),
-        (
-            "steep cone",
-            Shape::frustum(at(1.0, 1.0), at(1.0001, -1.0)).unwrap(),
-            INSIDE,
-        ),
-        (
-            "sphere",
-            Shape::sphere(-0.4 * scale, 2.0 * scale).unwrap(),
-            INSIDE,
-        ),
-        (
-            "zones",
-            Shape::sphere_zones(-scale, 2.0 * scale, &zones).unwrap(),
-            INSIDE,
-        ),
-        (
-            "box",
-            Shape::cuboid(corners[0], corners[1]).unwrap(),
-            INSIDE,
-        ),
-        (
-            "steps",
-            Shape::revolution(&scaled(&staircase(17), scale)),
-            BOTH,
-        ),
-        (
-            "teeth",
-            Shape::revolution(&scaled(&teeth(17, 45.0, 10.0), scale)),
-            BOTH,
-        ),
+        ("level at 0", Shape::ground(0.0, scale, scale).unwrap(), NEVER),
+        ("annulus", Shape::annulus(0.3 * scale, 0.5 * scale, 2.0 * scale).unwrap(), NEVER),
+        ("cylinder", Shape::cylinder(1.7 * scale, -scale, 0.7 * scale).unwrap(), INSIDE),
+        ("cone", Shape::frustum(at(0.0, 1.0), at(2.0, -0.5)).unwrap(), INSIDE),
+        ("shallow cone", Shape::frustum(at(0.4, 0.3), at(1.9, 0.2999)).unwrap(), INSIDE),
+        ("steep cone", Shape::frustum(at(1.0, 1.0), at(1.0001, -1.0)).unwrap(), INSIDE),
+        ("sphere", Shape::sphere(-0.4 * scale, 2.0 * scale).unwrap(), INSIDE),
+        ("zones", Shape::sphere_zones(-scale, 2.0 * scale, &zones).unwrap(), INSIDE),
+        ("box", Shape::cuboid(corners[0], corners[1]).unwrap(), INSIDE),
+        ("steps", Shape::revolution(&scaled(&staircase(17), scale)), BOTH),
+        ("teeth", Shape::revolution(&scaled(&teeth(17, 45.0, 10.0), scale)), BOTH),
         ("mesh", Shape::mesh(mesh), INSIDE),
     ]
 }
@@ -139,10 +92,9 @@ fn scene(shape: &Shape, around: Around, scale: f64) -> Scene {
     // Half of the light that a reflector returns is diffuse; interfaces, films and reflectors all
     // leave a surface at all angles.
     let optics = match around {
-        Around::Air | Around::Solid | Around::Ball => SurfaceModel::Mixed(Mixed {
-            reflectance: 1.0,
-            specular: 0.5,
-        }),
+        Around::Air | Around::Solid | Around::Ball => {
+            SurfaceModel::Mixed(Mixed { reflectance: 1.0, specular: 0.5 })
+        }
         Around::Glass | Around::Nested => SurfaceModel::Interface,
     };
     let what = Surface::new("it", shape.clone(), regions[0], regions[1], &optics);
@@ -162,9 +114,7 @@ fn scene(shape: &Shape, around: Around, scale: f64) -> Scene {
             DVec3::new(0.0, 0.0, 20.0 * scale),
             around,
             Emitter::Point,
-            Emission::Lambertian {
-                half_angle_deg: 0.1,
-            },
+            Emission::Lambertian { half_angle_deg: 0.1 },
         )],
     });
     // Off the origin, so that positions are rounded.
@@ -233,10 +183,7 @@ fn no_surface_is_met_again_at_any_scale() {
                 last: None,
                 left: 0,
             };
-            let settings = Settings {
-                max_bounces: 40,
-                ..Settings::new(6, round as u64)
-            };
+            let settings = Settings { max_bounces: 40, ..Settings::new(6, round as u64) };
             let aim = |ray: Ray| {
                 let at = DVec3::new(unit(&mut rng), unit(&mut rng), unit(&mut rng)) - 0.5;
                 let direction = isotropic(&mut rng);
@@ -247,10 +194,7 @@ fn no_surface_is_met_again_at_any_scale() {
                 } else {
                     ray.origin - DVec3::Z * 20.0 * scale
                 };
-                Ray {
-                    origin: place + (at * 4.0 - direction * 15.0) * scale,
-                    direction,
-                }
+                Ray { origin: place + (at * 4.0 - direction * 15.0) * scale, direction }
             };
             trace_observed(&scene, &settings, aim, &mut judge).unwrap();
             left[number] += judge.left;

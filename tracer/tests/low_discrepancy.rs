@@ -16,10 +16,7 @@ use tracer::{
 /// A Lambertian rectangle in the open.
 fn lamp_in_air() -> Scene {
     let mut scene = SceneBuilder::new(Medium::air());
-    let face = Emitter::Rectangle {
-        half_x: 0.5,
-        half_y: 0.3,
-    };
+    let face = Emitter::Rectangle { half_x: 0.5, half_y: 0.3 };
     scene
         .source(Source::new(
             "LED",
@@ -33,10 +30,7 @@ fn lamp_in_air() -> Scene {
 }
 
 fn settings(paths: u64, seed: u64, sampling: Sampling) -> Settings {
-    Settings {
-        sampling,
-        ..Settings::new(paths, seed)
-    }
+    Settings { sampling, ..Settings::new(paths, seed) }
 }
 
 #[test]
@@ -50,11 +44,7 @@ fn errors_are_as_large_as_they_say() {
     let expected = |bin: usize| {
         let ring = (bin / 9) as f64 * 10.0;
         let sin2 = |deg: f64| deg.to_radians().sin().powi(2);
-        if ring < 90.0 {
-            (sin2(ring + 10.0) - sin2(ring)) / 9.0
-        } else {
-            0.0
-        }
+        if ring < 90.0 { (sin2(ring + 10.0) - sin2(ring)) / 9.0 } else { 0.0 }
     };
     let lit = 9 * 9;
     let mut squares = vec![0.0; lit];
@@ -78,10 +68,7 @@ fn errors_are_as_large_as_they_say() {
     assert!((mean - 63.0 / 61.0).abs() < 0.05, "{mean}");
     assert!((beyond - 0.0498).abs() < 0.006, "{beyond}");
     for (bin, square) in squares.iter().enumerate() {
-        assert!(
-            (square - 63.0 / 61.0).abs() < 5.0 * 0.08,
-            "bin {bin}: {square}"
-        );
+        assert!((square - 63.0 / 61.0).abs() < 5.0 * 0.08, "bin {bin}: {square}");
     }
 }
 
@@ -94,10 +81,7 @@ fn scatter_is_less_where_the_beginning_decides() {
         let of = |seed| {
             let outcome = run(&scene, &[&far], &settings(64 << 10, seed, sampling)).unwrap();
             let bins = outcome.bins(0);
-            bins[30..50]
-                .iter()
-                .map(|b| b.standard_error.powi(2))
-                .sum::<f64>()
+            bins[30..50].iter().map(|b| b.standard_error.powi(2)).sum::<f64>()
         };
         (0..20).map(of).sum()
     };
@@ -110,12 +94,7 @@ fn scatter_is_less_where_the_beginning_decides() {
 fn chi_square(a: &Outcome, b: &Outcome) -> (f64, usize) {
     let mut all: Vec<[tracer::Estimate; 2]> = Vec::new();
     for receiver in 0..a.total.readings.len() {
-        all.extend(
-            a.bins(receiver)
-                .into_iter()
-                .zip(b.bins(receiver))
-                .map(|(a, b)| [a, b]),
-        );
+        all.extend(a.bins(receiver).into_iter().zip(b.bins(receiver)).map(|(a, b)| [a, b]));
     }
     let lines = a.total.ledger.surfaces.len();
     for line in 0..lines {
@@ -138,12 +117,8 @@ fn means_are_those_of_random_paths() {
     let steps = || Dome::relief(staircase(17));
     let scenes = [
         // One package and many, 64 paths at a time; the smooth dome without a box; path by path.
-        array(&package(N, steps(), 0.95, 0.86), 1, 8.0)
-            .build()
-            .unwrap(),
-        array(&package(N, steps(), 0.95, 0.86), 3, 4.0)
-            .build()
-            .unwrap(),
+        array(&package(N, steps(), 0.95, 0.86), 1, 8.0).build().unwrap(),
+        array(&package(N, steps(), 0.95, 0.86), 3, 4.0).build().unwrap(),
         single(mirrored_cap(Emission::LAMBERTIAN)),
         single(mirrored_cap(Emission::Isotropic)),
         lamp_in_air(),
@@ -154,10 +129,7 @@ fn means_are_those_of_random_paths() {
         let (chi2, count) = chi_square(&net, &chance);
         // Bins are nearly independent; five deviations of chi-square.
         let bound = count as f64 * 63.0 / 61.0 + 5.0 * (2.2 * count as f64).sqrt();
-        assert!(
-            count > 100 && chi2 < bound,
-            "scene {number}: {chi2} of {count}"
-        );
+        assert!(count > 100 && chi2 < bound, "scene {number}: {chi2} of {count}");
     }
 }
 
@@ -187,10 +159,8 @@ fn many_at_once_go_as_one_by_one() {
     for (side, dome) in [(1, 0), (2, 1), (1, 1)] {
         let package = package(N, domes[dome].clone(), 0.95, 0.86);
         let scene = array(&package, side, 8.0).build().unwrap();
-        let settings = Settings {
-            groups: GROUPS,
-            ..settings((GROUPS as u64) << 14, 7, Sampling::Sobol)
-        };
+        let settings =
+            Settings { groups: GROUPS, ..settings((GROUPS as u64) << 14, 7, Sampling::Sobol) };
         let many = run(&scene, &[], &settings).unwrap();
         let one = run_rays(&scene, &settings, Control::default(), |_, _| Ok(())).unwrap();
         let difference = |of: &dyn Fn(&tracer::Ledger) -> f64| {
@@ -198,12 +168,7 @@ fn many_at_once_go_as_one_by_one() {
         };
         assert!(difference(&|l| l.escaped_up) < 4.0);
         assert!(difference(&|l| l.absorbed()) < 4.0);
-        assert!(
-            many.hits.abs_diff(one.hits) < 100,
-            "{} {}",
-            many.hits,
-            one.hits
-        );
+        assert!(many.hits.abs_diff(one.hits) < 100, "{} {}", many.hits, one.hits);
     }
 }
 
@@ -214,9 +179,7 @@ struct Shelf(Mutex<BTreeMap<u64, Vec<u8>>>);
 impl CheckpointStore for Shelf {
     fn find(&self, group: u64) -> Option<Vec<u8>> {
         let kept = self.0.lock().unwrap();
-        kept.get(&group)
-            .filter(|_| group.is_multiple_of(2))
-            .cloned()
+        kept.get(&group).filter(|_| group.is_multiple_of(2)).cloned()
     }
 
     fn keep(&self, group: u64, bytes: &[u8]) {
@@ -244,16 +207,10 @@ fn bits_depend_neither_on_threads_nor_on_interruptions() {
         let whole = on(1, Control::default());
         assert_eq!(whole, on(3, Control::default()));
         let shelf = Shelf::default();
-        let keeping = Control {
-            checkpoints: Some(&shelf),
-            ..Control::default()
-        };
+        let keeping = Control { checkpoints: Some(&shelf), ..Control::default() };
         assert_eq!(whole, on(2, keeping));
         assert_eq!(whole, on(2, keeping));
-        let other = Settings {
-            seed: 6,
-            ..settings
-        };
+        let other = Settings { seed: 6, ..settings };
         assert_ne!(whole, run(scene, &receivers, &other).unwrap());
     }
 }

@@ -55,16 +55,8 @@ fn smooth(inner: f64, outer: f64, fine: usize) -> OrderTable {
         JonesRow {
             node: id,
             orders: vec![
-                OrderJones {
-                    to: id.side,
-                    order: 0,
-                    jones: diagonal(met.reflected),
-                },
-                OrderJones {
-                    to: id.side.opposite(),
-                    order: 0,
-                    jones: diagonal(through),
-                },
+                OrderJones { to: id.side, order: 0, jones: diagonal(met.reflected) },
+                OrderJones { to: id.side.opposite(), order: 0, jones: diagonal(through) },
             ],
         }
     });
@@ -76,10 +68,7 @@ fn scattering(inner: f64, outer: f64, fine: usize) -> SurfaceModel {
 }
 
 fn traced(scene: &Scene, polarization: Polarization, paths: u64, seed: u64) -> Outcome {
-    let settings = Settings {
-        polarization,
-        ..Settings::new(paths, seed)
-    };
+    let settings = Settings { polarization, ..Settings::new(paths, seed) };
     trace(scene, &[], &settings)
 }
 
@@ -92,11 +81,7 @@ fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {
     let tables = [scattering(n, 1.0, 120), scattering(1.0, n, 120)];
     let count = 2 * plates;
     let region = |k: i32| {
-        if k == 0 || k == count {
-            Region::World
-        } else {
-            Region::Body(k as u8 - 1)
-        }
+        if k == 0 || k == count { Region::World } else { Region::Body(k as u8 - 1) }
     };
     for theta in [f64::atan(n), 1.2] {
         let planes = (0..count).map(|k| {
@@ -106,9 +91,7 @@ fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {
             Surface::new(&name, shape, inner, outer, &tables[(k % 2) as usize])
         });
         let prototype = Prototype {
-            media: (0..count - 1)
-                .map(|k| Medium::clear(format!("medium {k}"), below(k)))
-                .collect(),
+            media: (0..count - 1).map(|k| Medium::clear(format!("medium {k}"), below(k))).collect(),
             surfaces: planes.collect(),
             sources: Vec::new(),
         };
@@ -128,9 +111,7 @@ fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {
         assert!(scene.scattering_surfaces().is_empty());
 
         let film = Film::new(550.0, Vec::new()).unwrap();
-        let [s, p] = film
-            .amplitudes(End::First, 1.0, n.into(), theta.cos())
-            .reflectances();
+        let [s, p] = film.amplitudes(End::First, 1.0, n.into(), theta.cos()).reflectances();
         let passed = |r: f64| (1.0 - r) / (1.0 + f64::from(2 * plates - 1) * r);
         let expected = 0.5 * (passed(s) + passed(p));
         let mean = passed(0.5 * (s + p));
@@ -162,19 +143,14 @@ fn a_block_of_tables_is_the_smooth_block() {
                 DVec3::new(-0.3, 0.1, 0.2),
                 BODY,
                 Emitter::Point,
-                Emission::Beam {
-                    direction: DVec3::new(0.8, 0.45, 0.397).normalize(),
-                },
+                Emission::Beam { direction: DVec3::new(0.8, 0.45, 0.397).normalize() },
             )],
         };
         single(prototype)
     };
     let far = FarField::new(90.0, 90.0).unwrap();
     let outcome = |optics: &SurfaceModel, polarization, seed| {
-        let settings = Settings {
-            polarization,
-            ..Settings::new(many() / 25, seed)
-        };
+        let settings = Settings { polarization, ..Settings::new(many() / 25, seed) };
         trace(&scene(optics), &[&far], &settings)
     };
     let tables = scattering(n, 1.0, 120);
@@ -193,11 +169,7 @@ fn a_block_of_tables_is_the_smooth_block() {
             })
             .collect()
     };
-    let (a, b, c) = (
-        accounts(&by_tables),
-        accounts(&by_formulas),
-        accounts(&without),
-    );
+    let (a, b, c) = (accounts(&by_tables), accounts(&by_formulas), accounts(&without));
     for (a, b) in a.iter().zip(&b) {
         // The grid of the tables is good for a fiftieth of a reading.
         let allowed = 0.02 * b.0 + 4.5 * a.1.hypot(b.1);

@@ -9,10 +9,7 @@ use tracer::random::{isotropic, stream, unit};
 use tracer::shape::{Mesh, MeshError, Reach, Sides};
 use tracer::{Emission, Error, FarField, Ray, Settings, Shape};
 
-const OPEN: Reach = Reach {
-    from: 0.0,
-    to: f64::INFINITY,
-};
+const OPEN: Reach = Reach { from: 0.0, to: f64::INFINITY };
 
 fn cap(rings: usize, sides: usize, scale: f64) -> Mesh {
     let (vertices, triangles) = cap_triangles(rings, sides);
@@ -31,12 +28,7 @@ fn the_far_field_is_that_of_the_exact_cap() {
         [0, 1].map(|k| trace(&scenes[k], &[&far], &Settings::new(300_000, 3 + k as u64)));
     assert!(mesh.total.ledger.lost_total() <= 0.0);
     let mut chi2 = 0.0;
-    let rows: Vec<_> = mesh
-        .bins(0)
-        .into_iter()
-        .zip(exact.bins(0))
-        .take(15)
-        .collect();
+    let rows: Vec<_> = mesh.bins(0).into_iter().zip(exact.bins(0)).take(15).collect();
     for (a, b) in &rows {
         chi2 += ((a.value - b.value) / a.standard_error.hypot(b.standard_error)).powi(2);
     }
@@ -63,11 +55,8 @@ fn the_hierarchy_finds_what_all_triangles_hold() {
     let mesh = cap(7, 24, 1.0);
     let mut rng = stream(21, 0);
     for number in 0..20_000 {
-        let origin = DVec3::new(
-            unit(&mut rng) - 0.5,
-            unit(&mut rng) - 0.5,
-            0.05 + 0.5 * unit(&mut rng),
-        );
+        let origin =
+            DVec3::new(unit(&mut rng) - 0.5, unit(&mut rng) - 0.5, 0.05 + 0.5 * unit(&mut rng));
         let [a, b, c] =
             triangles[rng.next_u64() as usize % triangles.len()].map(|k| vertices[k as usize]);
         let direction = match number % 4 {
@@ -78,21 +67,11 @@ fn the_hierarchy_finds_what_all_triangles_hold() {
         };
         let ray = Ray { origin, direction };
         let shape = Shape::mesh(mesh.clone());
-        let hit = shape
-            .intersect(&ray, OPEN, Sides::Inner)
-            .expect("a hit from inside");
-        let all = mesh
-            .intersect_all(&ray, OPEN, Sides::Inner)
-            .expect("a hit from inside");
-        assert!(
-            (hit.distance - all.distance).abs() < 1e-13,
-            "{hit:?} {all:?}"
-        );
+        let hit = shape.intersect(&ray, OPEN, Sides::Inner).expect("a hit from inside");
+        let all = mesh.intersect_all(&ray, OPEN, Sides::Inner).expect("a hit from inside");
+        assert!((hit.distance - all.distance).abs() < 1e-13, "{hit:?} {all:?}");
         // From far outside it is met on the way in.
-        let outside = Ray {
-            origin: origin - direction * 1e4,
-            direction,
-        };
+        let outside = Ray { origin: origin - direction * 1e4, direction };
         let entry = shape.intersect(&outside, OPEN, Sides::Outer);
         assert!(entry.is_some_and(|hit| hit.distance < 1e4), "{outside:?}");
     }
@@ -109,24 +88,16 @@ fn a_triangle_just_left_is_not_met_again() {
         let origin = DVec3::new(0.1, 0.05, 0.3) * scale;
         let direction = isotropic(&mut rng);
         let ray = Ray { origin, direction };
-        let hit = shape
-            .intersect(&ray, OPEN, Sides::Inner)
-            .expect("a hit from inside");
+        let hit = shape.intersect(&ray, OPEN, Sides::Inner).expect("a hit from inside");
         let (point, normal) = shape.settle(ray.at(hit.distance), hit.primitive);
         let offset = 1e-12 * 2.0 * scale;
-        let reach = Reach {
-            from: -4.0 * offset,
-            to: f64::INFINITY,
-        };
+        let reach = Reach { from: -4.0 * offset, to: f64::INFINITY };
         for (side, sides) in [(-1.0, Sides::Inner), (1.0, Sides::Outer)] {
             let mut away = isotropic(&mut rng);
             if away.dot(normal) * side < 0.0 {
                 away = -away;
             }
-            let start = Ray {
-                origin: point + normal * (side * offset),
-                direction: away,
-            };
+            let start = Ray { origin: point + normal * (side * offset), direction: away };
             let again = shape.intersect(&start, reach, sides);
             assert!(
                 again.is_none_or(|again| again.primitive != hit.primitive),
@@ -148,10 +119,7 @@ fn what_is_no_solid_is_refused_by_name() {
 
     let mut open = triangles.clone();
     open.remove(5);
-    assert!(matches!(
-        build(&vertices, &open),
-        Err(MeshError::Open { open: 3, .. })
-    ));
+    assert!(matches!(build(&vertices, &open), Err(MeshError::Open { open: 3, .. })));
 
     let mut turned = triangles.clone();
     turned[4].swap(0, 1);
@@ -163,49 +131,27 @@ fn what_is_no_solid_is_refused_by_name() {
 
     let all_turned: Vec<[u32; 3]> = triangles.iter().map(|[a, b, c]| [*b, *a, *c]).collect();
     let error = build(&vertices, &all_turned).unwrap_err();
-    assert!(
-        matches!(error, MeshError::InsideOut { volume } if volume < -1.0),
-        "{error}"
-    );
+    assert!(matches!(error, MeshError::InsideOut { volume } if volume < -1.0), "{error}");
 
     let mut doubled = triangles.clone();
     doubled.push(triangles[0]);
     let error = build(&vertices, &doubled).unwrap_err();
-    assert!(
-        matches!(error, MeshError::NonManifold { count: 3, .. }),
-        "{error}"
-    );
+    assert!(matches!(error, MeshError::NonManifold { count: 3, .. }), "{error}");
 
     let mut flat = triangles.clone();
     flat[7][1] = flat[7][0];
     let error = build(&vertices, &flat).unwrap_err();
-    assert!(
-        matches!(error, MeshError::Degenerate { triangle: 7, .. }),
-        "{error}"
-    );
+    assert!(matches!(error, MeshError::Degenerate { triangle: 7, .. }), "{error}");
 
     let mut far = vertices.clone();
     far[6].x = f64::NAN;
     let error = build(&far, &triangles).unwrap_err();
-    assert!(
-        matches!(error, MeshError::NotFinite { vertex: 6, .. }),
-        "{error}"
-    );
+    assert!(matches!(error, MeshError::NotFinite { vertex: 6, .. }), "{error}");
 
     let mut missing = triangles.clone();
     missing[2][2] = 999;
     let error = build(&vertices, &missing).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            MeshError::NoVertex {
-                triangle: 2,
-                vertex: 999,
-                ..
-            }
-        ),
-        "{error}"
-    );
+    assert!(matches!(error, MeshError::NoVertex { triangle: 2, vertex: 999, .. }), "{error}");
     assert!(build(&vertices, &triangles[..3]).is_err());
     assert!(Mesh::new(&vertices, &triangles, &[0]).is_err());
 
@@ -218,10 +164,7 @@ fn what_is_no_solid_is_refused_by_name() {
 #[test]
 fn corners_without_numbers_are_welded() {
     let (vertices, triangles) = cap_triangles(4, 9);
-    let soup: Vec<[DVec3; 3]> = triangles
-        .iter()
-        .map(|t| t.map(|k| vertices[k as usize]))
-        .collect();
+    let soup: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|k| vertices[k as usize])).collect();
     let welded = Mesh::welded(&soup, &vec![0; soup.len()]).unwrap();
     assert!(welded.triangles() == soup.len() && welded.convex());
     // Two caps apart from each other are no convex solid.
@@ -250,14 +193,9 @@ fn meshes_that_cut_themselves_are_refused_with_a_place() {
     for free in [4.0, 2.0 * rim, 2.0 * rim + 1e-6] {
         assert_eq!(pair(DVec3::X * free), Ok(2 * triangles.len()));
     }
-    for cut in [
-        DVec3::new(2.0 * rim - 1e-3, 0.0, 0.0),
-        DVec3::new(1.0, 0.4, 0.3),
-    ] {
+    for cut in [DVec3::new(2.0 * rim - 1e-3, 0.0, 0.0), DVec3::new(1.0, 0.4, 0.3)] {
         let error = pair(cut).unwrap_err();
-        let MeshError::CutsItself { first, second, at } = error else {
-            panic!("{error}")
-        };
+        let MeshError::CutsItself { first, second, at } = error else { panic!("{error}") };
         let half = triangles.len();
         assert!((first < half) != (second < half), "{first} {second}");
         let place = DVec3::from_array(at);
@@ -267,9 +205,7 @@ fn meshes_that_cut_themselves_are_refused_with_a_place() {
 
     // A single corner pushed through the wall on the other side.
     let mut folded = vertices.clone();
-    let near = (0..folded.len())
-        .find(|k| folded[*k].x > 1.0 && folded[*k].z > 0.3)
-        .unwrap();
+    let near = (0..folded.len()).find(|k| folded[*k].x > 1.0 && folded[*k].z > 0.3).unwrap();
     folded[near] = DVec3::new(-2.5, 0.1, 0.5);
     let error = build(&folded, &triangles).unwrap_err();
     assert!(matches!(error, MeshError::CutsItself { .. }), "{error}");
@@ -278,9 +214,7 @@ fn meshes_that_cut_themselves_are_refused_with_a_place() {
     let count = vertices.len() as u32;
     let within = vertices.iter().map(|v| *v * 0.5 + DVec3::Z * 0.2);
     let both: Vec<DVec3> = vertices.iter().copied().chain(within).collect();
-    let turned = triangles
-        .iter()
-        .map(|[a, b, c]| [b + count, a + count, c + count]);
+    let turned = triangles.iter().map(|[a, b, c]| [b + count, a + count, c + count]);
     let all: Vec<[u32; 3]> = triangles.iter().copied().chain(turned).collect();
     assert_eq!(build(&both, &all), Ok(2 * triangles.len()));
 }
@@ -292,9 +226,7 @@ fn a_section_is_closed_and_has_the_area_of_the_solid() {
     let mesh = cap(20, 60, 1.0);
     let area = |line: &[DVec3]| -> f64 {
         let ends = line.iter().zip(line.iter().cycle().skip(1));
-        ends.map(|(a, b)| 0.5 * (a.x * b.z - b.x * a.z))
-            .sum::<f64>()
-            .abs()
+        ends.map(|(a, b)| 0.5 * (a.x * b.z - b.x * a.z)).sum::<f64>().abs()
     };
     // A segment of the circle of radius 2 with a half angle of 60 degrees.
     let exact = 0.5 * 4.0 * (2.0 * std::f64::consts::FRAC_PI_3 - 0.75_f64.sqrt());

@@ -10,50 +10,29 @@ use tracer::{
 };
 
 fn mixed(reflectance: f64, specular: f64) -> SurfaceModel {
-    SurfaceModel::Mixed(Mixed {
-        reflectance,
-        specular,
-    })
+    SurfaceModel::Mixed(Mixed { reflectance, specular })
 }
 
 /// A point over an endless floor.
 fn over(floor: &SurfaceModel, emission: Emission) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(Medium::air());
     let plane = Shape::horizontal(0.0)?;
-    scene.surface(Surface::new(
-        "floor",
-        plane,
-        Region::Opaque,
-        Region::World,
-        floor,
-    ));
+    scene.surface(Surface::new("floor", plane, Region::Opaque, Region::World, floor));
     let at = DVec3::new(0.2, -0.1, 0.5);
-    scene.source(Source::new(
-        "LED",
-        at,
-        Region::World,
-        Emitter::Point,
-        emission,
-    ));
+    scene.source(Source::new("LED", at, Region::World, Emitter::Point, emission));
     scene.build()
 }
 
 /// Every path ends whole, so that readings times paths are counts.
 fn whole(paths: u64, seed: u64) -> Settings {
-    Settings {
-        roulette_below: 1.0,
-        ..Settings::new(paths, seed)
-    }
+    Settings { roulette_below: 1.0, ..Settings::new(paths, seed) }
 }
 
 /// Chi-square of counts of paths against probabilities, as a normal deviate [Wilson, Hilferty
 /// 1931].
 fn deviate(outcome: &Outcome, cells: &[(f64, f64)]) -> f64 {
     let paths = outcome.paths as f64;
-    let chi2: f64 = cells
-        .iter()
-        .map(|(share, p)| paths * (share - p).powi(2) / p)
-        .sum();
+    let chi2: f64 = cells.iter().map(|(share, p)| paths * (share - p).powi(2) / p).sum();
     let k = (cells.len() - 1) as f64;
     ((chi2 / k).cbrt() - (1.0 - 2.0 / (9.0 * k))) / (2.0 / (9.0 * k)).sqrt()
 }
@@ -61,9 +40,8 @@ fn deviate(outcome: &Outcome, cells: &[(f64, f64)]) -> f64 {
 #[test]
 fn light_divides_as_stated_and_each_part_keeps_its_law() {
     let far = FarField::new(5.0, 30.0).unwrap();
-    for (seed, (reflectance, specular)) in [(0.9, 0.7), (0.6, 0.25), (1.0, 0.5), (0.8, 0.999)]
-        .into_iter()
-        .enumerate()
+    for (seed, (reflectance, specular)) in
+        [(0.9, 0.7), (0.6, 0.25), (1.0, 0.5), (0.8, 0.999)].into_iter().enumerate()
     {
         let scene = over(&mixed(reflectance, specular), Emission::Isotropic).unwrap();
         let outcome = trace(&scene, &[&far], &whole(many() / 4, 41 + seed as u64));
@@ -109,9 +87,7 @@ fn light_divides_as_stated_and_each_part_keeps_its_law() {
 fn parts_of_a_mixture_are_weighed_by_the_fraction() {
     // A beam of 8° about the axis from below against a ceiling: what comes back within 8° of the
     // nadir is the mirror's part and sin² 8° of the rest.
-    let cone = Emission::Lambertian {
-        half_angle_deg: 8.0,
-    };
+    let cone = Emission::Lambertian { half_angle_deg: 8.0 };
     let mut scene = SceneBuilder::new(Medium::air());
     let ceiling = Shape::annulus(1.0, 0.0, 1e4).unwrap();
     scene.surface(Surface::new(
@@ -121,13 +97,7 @@ fn parts_of_a_mixture_are_weighed_by_the_fraction() {
         Region::Opaque,
         &mixed(0.85, 0.4),
     ));
-    scene.source(Source::new(
-        "beam",
-        DVec3::ZERO,
-        Region::World,
-        Emitter::Point,
-        cone,
-    ));
+    scene.source(Source::new("beam", DVec3::ZERO, Region::World, Emitter::Point, cone));
     let far = FarField::new(4.0, 90.0).unwrap();
     let outcome = trace(&scene.build().unwrap(), &[&far], &whole(many() / 10, 47));
     let bins = outcome.bins(0);
@@ -150,10 +120,7 @@ fn fractions_of_none_and_one_are_the_pure_kinds_to_the_last_bit() {
     let far = FarField::new(5.0, 30.0).unwrap();
     for polarization in [Polarization::Unpolarised, Polarization::Carried] {
         let outcome = |optics: SurfaceModel| {
-            let settings = Settings {
-                polarization,
-                ..Settings::new(200_000, 5)
-            };
+            let settings = Settings { polarization, ..Settings::new(200_000, 5) };
             trace(&package(optics), &[&far], &settings)
         };
         for (fraction, pure) in [

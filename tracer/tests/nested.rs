@@ -123,19 +123,11 @@ fn light_of_a_enclosed_bead_leaves_the_slab_as_fresnel_says() {
     // A small ball of another index in the middle of a wide slab with black edges: what its surface
     // sends back goes out by its other side.
     let (n, of_bead) = (1.5, 2.5);
-    let shape = Shape::cuboid(
-        DVec3::new(-100.0, -100.0, -1.0),
-        DVec3::new(100.0, 100.0, 1.0),
-    );
+    let shape = Shape::cuboid(DVec3::new(-100.0, -100.0, -1.0), DVec3::new(100.0, 100.0, 1.0));
     let parts = [SurfaceModel::Absorber, CLEAR, CLEAR].map(|optics| Patch::new("slab", optics));
     let slab = Prototype {
         media: vec![Medium::clear("glass", n)],
-        surfaces: vec![Surface::zoned(
-            shape.unwrap(),
-            BODY,
-            Region::World,
-            parts.to_vec(),
-        )],
+        surfaces: vec![Surface::zoned(shape.unwrap(), BODY, Region::World, parts.to_vec())],
         sources: Vec::new(),
     };
     let package = bead(1e-3, Medium::clear("gem", of_bead), Emission::LAMBERTIAN);
@@ -143,14 +135,8 @@ fn light_of_a_enclosed_bead_leaves_the_slab_as_fresnel_says() {
     let r = ((of_bead - n) / (of_bead + n)).powi(2);
     let (there, back) = (1.0 / (1.0 + r), r / (1.0 + r));
     let plain = Settings::new(many() / 20, 3);
-    let carried = Settings {
-        polarization: Polarization::Carried,
-        ..plain
-    };
-    let split = Settings {
-        path_splitting: 4,
-        ..plain
-    };
+    let carried = Settings { polarization: Polarization::Carried, ..plain };
+    let split = Settings { path_splitting: 4, ..plain };
     for settings in [plain, carried, split] {
         let is_carried = settings.polarization == Polarization::Carried;
         let [up, down] = out_of_slab(n, is_carried);
@@ -180,13 +166,7 @@ fn media_absorb_as_beer_and_lambert_say() {
     let expected = passed * (1.0 - (-alpha * (1.0 - radius)).exp());
     let paths = outcome.paths;
     assert_share("slab", absorbed_in(&outcome, "slab"), expected, paths, 0.0);
-    assert_share(
-        "inner",
-        absorbed_in(&outcome, "inner"),
-        1.0 - passed,
-        paths,
-        0.0,
-    );
+    assert_share("inner", absorbed_in(&outcome, "inner"), 1.0 - passed, paths, 0.0);
 }
 
 #[test]
@@ -214,9 +194,7 @@ fn packages_meet_their_neighbours_within_the_slab_unless_they_stand_apart() {
 fn light_that_a_face_sends_back_meets_its_package_again() {
     // Straight up out of a ball, back from the mirror, through the ball and into the bottom.
     let (alpha, radius) = (0.8, 0.3);
-    let beam = Emission::Beam {
-        direction: DVec3::Z,
-    };
+    let beam = Emission::Beam { direction: DVec3::Z };
     let medium = Medium::clear("inner", 1.0).absorbing(alpha);
     let shape = Shape::cuboid(DVec3::splat(-1.0), DVec3::ONE).unwrap();
     let mirror = SurfaceModel::Mirror { reflectance: 1.0 };
@@ -229,13 +207,7 @@ fn light_that_a_face_sends_back_meets_its_package_again() {
     let scene = enclosed(vec![(bead(radius, medium, beam), [0.1, 0.0, 0.0])], slab);
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(20_000, 8));
     let expected = 1.0 - (-3.0 * alpha * radius).exp();
-    assert_share(
-        "inner",
-        absorbed_in(&outcome, "inner"),
-        expected,
-        outcome.paths,
-        0.0,
-    );
+    assert_share("inner", absorbed_in(&outcome, "inner"), expected, outcome.paths, 0.0);
     assert!((line(&outcome, "slab") + absorbed_in(&outcome, "inner") - 1.0).abs() < 1e-9);
 }
 
@@ -253,19 +225,10 @@ fn a_white_furnace_stays_white_around_a_slab_with_packages() {
     );
     // A smaller solid within the slab, which holds one of the grains.
     let drop = Shape::sphere(0.0, 0.7).unwrap();
-    let drop = Shape::placed(
-        vec![drop],
-        Closing::Closed,
-        &Placement::at(DVec3::new(0.1, 0.0, 0.2)),
-    );
+    let drop =
+        Shape::placed(vec![drop], Closing::Closed, &Placement::at(DVec3::new(0.1, 0.0, 0.2)));
     solids.media.push(Medium::clear("drop", 1.2));
-    solids.surfaces.push(Surface::new(
-        "drop",
-        drop.unwrap(),
-        Region::Body(1),
-        BODY,
-        &CLEAR,
-    ));
+    solids.surfaces.push(Surface::new("drop", drop.unwrap(), Region::Body(1), BODY, &CLEAR));
     let along = |by: f64| (DVec3::new(0.1, 0.0, 0.2) + turned() * DVec3::X * by).to_array();
     let packages = vec![
         (grain(1.9), [0.1, 0.0, 0.2]),
@@ -322,19 +285,15 @@ fn a_dome_of_the_index_of_the_slab_is_not_seen_whatever_it_is_made_of() {
         let scene = domes(dome, N);
         let outcome = trace(&scene, &[&far], &Settings::new(many() / 40, seed));
         assert!(outcome.total.ledger.lost_total() < 1e-3);
-        (0..24)
-            .map(|bin| outcome.mean(|t| t.readings[0][bin]))
-            .collect::<Vec<_>>()
+        (0..24).map(|bin| outcome.mean(|t| t.readings[0][bin])).collect::<Vec<_>>()
     };
     let [a, b] = [seen(&same[0], 1), seen(&same[1], 2)];
     for (a, b) in a.iter().zip(&b) {
         let error = a.standard_error.hypot(b.standard_error).max(1e-6);
         assert!((a.value - b.value).abs() < 5.0 * error, "{a:?} {b:?}");
     }
-    let [ball, mesh] = [
-        mirrored_cap(Emission::LAMBERTIAN),
-        meshed_cap(4_000, Emission::LAMBERTIAN),
-    ];
+    let [ball, mesh] =
+        [mirrored_cap(Emission::LAMBERTIAN), meshed_cap(4_000, Emission::LAMBERTIAN)];
     for (a, b) in seen(&ball, 3).iter().zip(&seen(&mesh, 4)) {
         let error = a.standard_error.hypot(b.standard_error).max(1e-6);
         assert!((a.value - b.value).abs() < 5.0 * error, "{a:?} {b:?}");
@@ -344,10 +303,7 @@ fn a_dome_of_the_index_of_the_slab_is_not_seen_whatever_it_is_made_of() {
 #[test]
 fn light_between_two_patches_above_enclosed_domes_is_the_same_both_ways() {
     let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86);
-    let dark = Prototype {
-        sources: Vec::new(),
-        ..dome.prototype().unwrap()
-    };
+    let dark = Prototype { sources: Vec::new(), ..dome.prototype().unwrap() };
     let there = |[from, to]: [([f64; 3], [f64; 2]); 2], seed: u64| {
         let glass = Medium::clear("slab", 1.6).absorbing(0.05);
         let shape = brick([4.5, 4.2, 0.7], &at([0.2, 0.1, 0.7], DMat3::IDENTITY, 1e-8));
@@ -357,23 +313,13 @@ fn light_between_two_patches_above_enclosed_domes_is_the_same_both_ways() {
         let white = SurfaceModel::Lambertian { reflectance: 0.9 };
         scene.surface(tracer::package::ground(9.0, 9.0, white, SurfaceModel::Absorber).unwrap());
         let ([x, y, z], [along_x, along_y]) = from;
-        let emitter = Emitter::Rectangle {
-            half_x: 0.5 * along_x,
-            half_y: 0.5 * along_y,
-        };
+        let emitter = Emitter::Rectangle { half_x: 0.5 * along_x, half_y: 0.5 * along_y };
         let place = DVec3::new(x, y, z);
         let lamp = Source::new("lamp", place, Region::World, emitter, Emission::LAMBERTIAN);
         scene.source(lamp.facing(-DVec3::Z));
-        let rectangle = DetectorRectangle::new(
-            Facing::Z(Sense::Plus),
-            DVec3::from_array(to.0),
-            to.1,
-            [1, 1],
-        );
-        let seen = [Detector::new(
-            "rectangle",
-            Measurement::Plane(rectangle.unwrap()),
-        )];
+        let rectangle =
+            DetectorRectangle::new(Facing::Z(Sense::Plus), DVec3::from_array(to.0), to.1, [1, 1]);
+        let seen = [Detector::new("rectangle", Measurement::Plane(rectangle.unwrap()))];
         let settings = Settings::new(many() / 20, seed);
         let scene = scene.build().unwrap();
         let outcome = run(&scene, &receivers(&seen), &settings).unwrap();
@@ -382,24 +328,16 @@ fn light_between_two_patches_above_enclosed_domes_is_the_same_both_ways() {
         let area = along_x * along_y;
         [share.value * area, share.standard_error * area]
     };
-    let (a, b) = (
-        ([-2.0, 0.5, 1.8], [1.4, 1.4]),
-        ([1.5, -1.0, 2.6], [2.0, 2.0]),
-    );
+    let (a, b) = (([-2.0, 0.5, 1.8], [1.4, 1.4]), ([1.5, -1.0, 2.6], [2.0, 2.0]));
     let (forth, back) = (there([a, b], 41), there([b, a], 43));
     let error = forth[1].hypot(back[1]);
     assert!(forth[0] > 0.01 && error < 0.05 * forth[0], "{forth:?}");
-    assert!(
-        (forth[0] - back[0]).abs() < 5.0 * error,
-        "{forth:?} {back:?}"
-    );
+    assert!((forth[0] - back[0]).abs() < 5.0 * error, "{forth:?} {back:?}");
 }
 
 #[test]
 fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
-    let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86)
-        .prototype()
-        .unwrap();
+    let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86).prototype().unwrap();
     let scene = domes(&dome, 1.5);
     let plane = PlaneMap::centred(3.0, 0.5, 8, 8).unwrap();
     let of = |threads: usize| {
@@ -417,9 +355,7 @@ fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
 fn what_stands_in_a_solid_in_part_is_refused_with_names_and_place() {
     let with = |shape: Shape| {
         let slab = holder(Medium::clear("slab", 1.5), shape, &CLEAR);
-        let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86)
-            .prototype()
-            .unwrap();
+        let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86).prototype().unwrap();
         let mut scene = enclosed(vec![(dome, [0.0; 3])], slab);
         let mirror = SurfaceModel::Mirror { reflectance: 0.95 };
         let ground = tracer::package::ground(8.0, 8.0, mirror, SurfaceModel::Absorber);
@@ -441,21 +377,11 @@ fn what_stands_in_a_solid_in_part_is_refused_with_names_and_place() {
     ] {
         let error = with(slab(half, x)).err().expect("refused");
         let said = error.to_string();
-        assert!(
-            matches!(error, Error::Crossing { .. } | Error::Straddles { .. }),
-            "{said}"
-        );
+        assert!(matches!(error, Error::Crossing { .. } | Error::Straddles { .. }), "{said}");
         assert!(said.contains("slab") && said.contains("mm"), "{said}");
     }
     // A hollow that holds the dome is part of the world.
-    let points = vec![
-        [0.0, 2.0],
-        [3.0, 2.0],
-        [3.0, 0.1],
-        [2.5, 0.1],
-        [2.5, 1.5],
-        [0.0, 1.5],
-    ];
+    let points = vec![[0.0, 2.0], [3.0, 2.0], [3.0, 0.1], [2.5, 0.1], [2.5, 1.5], [0.0, 1.5]];
     let bell = Shape::revolution(&Meridian::new(&[Element { points }]).unwrap());
     assert!(with(bell).is_ok());
     // Stone all around.
@@ -495,25 +421,13 @@ fn tables_and_sources_are_judged_by_what_a_package_stands_in() {
         Emitter::Point,
         Emission::Isotropic,
     ));
-    let of = |z: f64| {
-        enclosed(
-            vec![(lamp.clone(), [0.0, 0.0, z])],
-            air_ball("slab", 3.0, 0.5),
-        )
-    };
-    let outcome = trace(
-        &of(0.0).build().unwrap(),
-        &[],
-        &Settings::new(many() / 20, 9),
-    );
+    let of = |z: f64| enclosed(vec![(lamp.clone(), [0.0, 0.0, z])], air_ball("slab", 3.0, 0.5));
+    let outcome = trace(&of(0.0).build().unwrap(), &[], &Settings::new(many() / 20, 9));
     let seen = 0.5 * (1.0 - (1.0f64 - 0.2 * 0.2).sqrt());
     // Less what the way takes: 0.8 to 0.98 mm.
     let coal = line(&outcome, "coal");
     assert!(coal < seen * (-0.4f64).exp() && coal > seen * (-0.49f64).exp());
     // Beyond the slab it does not stand where its package does.
     let error = of(2.5).build().err().expect("refused");
-    assert!(
-        matches!(error, Error::SourceOutside { .. } | Error::OpenBody { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, Error::SourceOutside { .. } | Error::OpenBody { .. }), "{error}");
 }

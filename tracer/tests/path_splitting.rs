@@ -16,11 +16,7 @@ use tracer::{
 
 /// Divided at every interface, however weak the reflection.
 fn dividing(paths: u64, seed: u64, path_splitting: u32) -> Settings {
-    Settings {
-        path_splitting,
-        roulette_below: 1e-3,
-        ..Settings::new(paths, seed)
-    }
+    Settings { path_splitting, roulette_below: 1e-3, ..Settings::new(paths, seed) }
 }
 
 /// A point in the middle of a hemisphere on a black floor, all of whose light meets the dome
@@ -55,10 +51,7 @@ fn what_is_divided_needs_no_chance() {
 fn weak_parts_are_drawn_for() {
     // 3 % are reflected: below the threshold of 0.1, all goes one way.
     let scene = hemisphere();
-    let settings = Settings {
-        path_splitting: 2,
-        ..Settings::new(20_000, 1)
-    };
+    let settings = Settings { path_splitting: 2, ..Settings::new(20_000, 1) };
     // Path by path, from the same draws.
     let rays = |settings: &Settings| {
         let mut rays = Vec::new();
@@ -71,10 +64,7 @@ fn weak_parts_are_drawn_for() {
     };
     assert!(rays(&settings) == rays(&Settings::new(20_000, 1)));
     // The threshold decides.
-    let lower = Settings {
-        roulette_below: 0.02,
-        ..settings
-    };
+    let lower = Settings { roulette_below: 0.02, ..settings };
     assert_eq!(rays(&lower).len(), 20_000);
 }
 
@@ -103,10 +93,8 @@ fn chi_square(a: &Outcome, b: &Outcome) -> (f64, f64) {
 
 /// A film that reflects a good part and absorbs some.
 fn coated() -> Package {
-    let layer = |n: f64, k: f64, thickness_nm: f64| Layer {
-        index: Complex64::new(n, k),
-        thickness_nm,
-    };
+    let layer =
+        |n: f64, k: f64, thickness_nm: f64| Layer { index: Complex64::new(n, k), thickness_nm };
     let film = Film::new(550.0, vec![layer(2.3, 0.02, 60.0), layer(1.38, 0.0, 100.0)]).unwrap();
     let optics = SurfaceModel::Layered(Arc::new(film));
     let part = Patch::new("dome", optics.clone());
@@ -132,10 +120,7 @@ fn means_are_those_of_whole_paths() {
     for (number, package) in packages.iter().enumerate() {
         let scene = array(package, 2, 4.0).build().unwrap();
         for polarization in [Polarization::Unpolarised, Polarization::Carried] {
-            let with = |settings: Settings| Settings {
-                polarization,
-                ..settings
-            };
+            let with = |settings: Settings| Settings { polarization, ..settings };
             let whole = trace(&scene, &receivers, &with(Settings::new(300_000, 5)));
             let parts = trace(&scene, &receivers, &with(dividing(150_000, 6, 3)));
             let (chi2, count) = chi_square(&parts, &whole);
@@ -169,9 +154,7 @@ fn errors_are_as_large_as_they_say() {
 fn detectors_read_every_part_once() {
     let far = FarField::new(10.0, 45.0).unwrap();
     let plane = PlaneMap::centred(3.0, 2.0, 6, 6).unwrap();
-    let scene = array(&package(N, Dome::smooth(&CAP), 0.95, 0.86), 2, 4.0)
-        .build()
-        .unwrap();
+    let scene = array(&package(N, Dome::smooth(&CAP), 0.95, 0.86), 2, 4.0).build().unwrap();
     let rectangle = |z: f64| {
         let centre = DVec3::new(0.0, 0.0, z);
         DetectorRectangle::new(Facing::Z(Sense::Plus), centre, [12.0, 12.0], [6, 6]).unwrap()

@@ -17,10 +17,7 @@ use tracer::{
     Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
 };
 
-const WHOLE: Reach = Reach {
-    from: 0.0,
-    to: f64::INFINITY,
-};
+const WHOLE: Reach = Reach { from: 0.0, to: f64::INFINITY };
 
 fn ball(radius: f64, placement: &Placement) -> Shape {
     let sphere = Shape::sphere(0.0, radius).unwrap();
@@ -40,10 +37,7 @@ fn rays(count: usize) -> impl Iterator<Item = Ray> {
     (0..count).map(move |_| {
         let origin = random::isotropic(&mut rng) * (3.0 * random::unit(&mut rng));
         let target = random::isotropic(&mut rng) * random::unit(&mut rng);
-        Ray {
-            origin,
-            direction: (target - origin).normalize(),
-        }
+        Ray { origin, direction: (target - origin).normalize() }
     })
 }
 
@@ -51,13 +45,7 @@ fn rays(count: usize) -> impl Iterator<Item = Ray> {
 fn a_placed_shape_is_met_where_the_shape_at_home_is() {
     let rotation = turned();
     let origin = DVec3::new(0.3, -0.2, 0.5);
-    let points = vec![
-        [0.0, 0.9],
-        [0.6, 0.5],
-        [0.5, -0.1],
-        [0.8, -0.6],
-        [0.0, -0.7],
-    ];
+    let points = vec![[0.0, 0.9], [0.6, 0.5], [0.5, -0.1], [0.8, -0.6], [0.0, -0.7]];
     let vase = Shape::revolution(&Meridian::new(&[Element { points }]).unwrap());
     let homes = [
         Shape::sphere(0.2, 0.8).unwrap(),
@@ -66,22 +54,15 @@ fn a_placed_shape_is_met_where_the_shape_at_home_is() {
         Shape::annulus(0.1, 0.2, 0.9).unwrap(),
     ];
     for home in homes {
-        let placement = Placement {
-            rotation,
-            ..Placement::at(origin)
-        };
+        let placement = Placement { rotation, ..Placement::at(origin) };
         let away = Shape::placed(vec![home.clone()], Closing::Open, &placement).unwrap();
         let mut met = 0;
         for ray in rays(20_000) {
-            let there = Ray {
-                origin: origin + rotation * ray.origin,
-                direction: rotation * ray.direction,
-            };
+            let there =
+                Ray { origin: origin + rotation * ray.origin, direction: rotation * ray.direction };
             for sides in [Sides::Inner, Sides::Outer, Sides::Both] {
-                let (a, b) = (
-                    home.intersect(&ray, WHOLE, sides),
-                    away.intersect(&there, WHOLE, sides),
-                );
+                let (a, b) =
+                    (home.intersect(&ray, WHOLE, sides), away.intersect(&there, WHOLE, sides));
                 let (Some(a), Some(b)) = (a, b) else {
                     // What one meets by its edge the other may miss by rounding.
                     assert_eq!(a.is_some(), b.is_some(), "{ray:?}");
@@ -111,17 +92,11 @@ fn a_placed_shape_is_met_where_the_shape_at_home_is() {
 #[test]
 fn an_inset_draws_outer_faces_in_and_nothing_else() {
     let inset = 1e-3;
-    let shape = brick(
-        [0.5, 1.0, 0.25],
-        &at([1.0, 0.0, 2.0], DMat3::IDENTITY, inset),
-    );
+    let shape = brick([0.5, 1.0, 0.25], &at([1.0, 0.0, 2.0], DMat3::IDENTITY, inset));
     let Bounds { low, high } = shape.bounds();
     assert!((low - DVec3::new(0.501, -0.999, 1.751)).length() < 1e-12);
     assert!((high - DVec3::new(1.499, 0.999, 2.249)).length() < 1e-12);
-    let down = Ray {
-        origin: DVec3::new(1.2, 0.3, 5.0),
-        direction: -DVec3::Z,
-    };
+    let down = Ray { origin: DVec3::new(1.2, 0.3, 5.0), direction: -DVec3::Z };
     let hit = shape.intersect(&down, WHOLE, Sides::Both).unwrap();
     assert!((hit.distance - 2.751).abs() < 1e-12 && hit.side == Side::Outer);
     // A ball becomes a smaller ball.
@@ -142,10 +117,7 @@ fn a_foot_is_sunk_by_the_inset() {
     let quarter = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
     for rotation in [DMat3::IDENTITY, quarter] {
         let raised = at([1.0, 0.0, 2.0], rotation, inset);
-        let sunk = Placement {
-            foot: Foot::Sunk,
-            ..raised
-        };
+        let sunk = Placement { foot: Foot::Sunk, ..raised };
         let [before, after] = [raised, sunk].map(|p| brick([0.5, 1.0, 0.25], &p).bounds());
         assert!((after.high - before.high).length() < 1e-12);
         assert!((after.low - before.low + DVec3::Z * (2.0 * inset)).length() < 1e-12);
@@ -158,25 +130,16 @@ fn what_is_no_placement_is_refused() {
     let build = |placement: &Placement| Shape::placed(sphere(), Closing::Closed, placement);
     let stretched = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 1.1));
     for (placement, word) in [
-        (
-            at([0.0, f64::NAN, 0.0], DMat3::IDENTITY, 0.0),
-            "place of a shape",
-        ),
+        (at([0.0, f64::NAN, 0.0], DMat3::IDENTITY, 0.0), "place of a shape"),
         (at([0.0; 3], stretched, 0.0), "rotation"),
-        (
-            at([0.0; 3], DMat3::from_diagonal(-DVec3::ONE), 0.0),
-            "rotation",
-        ),
+        (at([0.0; 3], DMat3::from_diagonal(-DVec3::ONE), 0.0), "rotation"),
         (at([0.0; 3], DMat3::IDENTITY, 1.0), "inset"),
         (at([0.0; 3], DMat3::IDENTITY, -1e-6), "inset"),
     ] {
         let said = build(&placement).expect_err(word).to_string();
         assert!(said.contains(word), "{said}");
     }
-    let leaning = Placement {
-        foot: Foot::Sunk,
-        ..at([0.0; 3], turned(), 0.0)
-    };
+    let leaning = Placement { foot: Foot::Sunk, ..at([0.0; 3], turned(), 0.0) };
     let said = build(&leaning).expect_err("leans").to_string();
     assert!(said.contains("expected one axis upright"), "{said}");
     assert!(Shape::placed(Vec::new(), Closing::Closed, &Placement::at(DVec3::ZERO)).is_err());
@@ -232,13 +195,7 @@ fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
     let id = scene.prototype(lens);
     scene.place(id, DVec3::ZERO);
     let far = DVec3::new(0.7, -0.3, -5.0);
-    scene.source(Source::new(
-        "lamp",
-        far,
-        Region::World,
-        Emitter::Point,
-        Emission::Isotropic,
-    ));
+    scene.source(Source::new("lamp", far, Region::World, Emitter::Point, Emission::Isotropic));
     let scene = scene.build().unwrap();
     let mut through = Through::default();
     let mut number = 0;
@@ -246,10 +203,7 @@ fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
     let aim = |ray: Ray| {
         number += 1;
         let height = 0.9 * radius * f64::from(number % 100) / 100.0;
-        Ray {
-            origin: ray.origin + DVec3::new(0.6, 0.8, 0.0) * height,
-            direction: DVec3::Z,
-        }
+        Ray { origin: ray.origin + DVec3::new(0.6, 0.8, 0.0) * height, direction: DVec3::Z }
     };
     trace_observed(&scene, &Settings::new(2000, 3), aim, &mut through).unwrap();
     assert!(through.seen.len() > 1000);
@@ -284,20 +238,8 @@ fn nested() -> Prototype {
             Medium::clear("gel", 1.2),
         ],
         surfaces: vec![
-            solid(
-                "rod",
-                rod(0.8, 1.0, &at([0.0; 3], rotation, 0.0)),
-                glass,
-                Region::World,
-                &clear,
-            ),
-            solid(
-                "ball",
-                ball(0.5, &at(along(0.4), DMat3::IDENTITY, 0.0)),
-                ruby,
-                glass,
-                &clear,
-            ),
+            solid("rod", rod(0.8, 1.0, &at([0.0; 3], rotation, 0.0)), glass, Region::World, &clear),
+            solid("ball", ball(0.5, &at(along(0.4), DMat3::IDENTITY, 0.0)), ruby, glass, &clear),
             solid(
                 "brick",
                 brick([0.1, 0.2, 0.3], &at(along(0.4), rotation.transpose(), 0.0)),
@@ -305,13 +247,7 @@ fn nested() -> Prototype {
                 ruby,
                 &clear,
             ),
-            solid(
-                "sheet",
-                disc(0.5, &at(along(-0.3), rotation, 0.0)),
-                glass,
-                glass,
-                &mirror,
-            ),
+            solid("sheet", disc(0.5, &at(along(-0.3), rotation, 0.0)), glass, glass, &mirror),
             solid(
                 "grain",
                 ball(0.2, &at(along(-0.6), DMat3::IDENTITY, 0.0)),
@@ -353,15 +289,10 @@ fn a_white_furnace_stays_white_around_nested_solids() {
 #[test]
 fn packages_apart_all_see_what_stands_among_them() {
     // A black lid over two packages takes the same from either, whether they see each other or not.
-    let lid = brick(
-        [20.0, 20.0, 0.1],
-        &at([0.0, 0.0, 2.0], DMat3::IDENTITY, 0.0),
-    );
+    let lid = brick([20.0, 20.0, 0.1], &at([0.0, 0.0, 2.0], DMat3::IDENTITY, 0.0));
     let absorbed = |apart: bool| {
         let mut scene = SceneBuilder::new(Medium::air());
-        let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86)
-            .prototype()
-            .unwrap();
+        let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86).prototype().unwrap();
         let id = scene.prototype(dome);
         scene.place_array(id, 2, 1, 8.0).isolated(apart);
         let among = scene.prototype(Prototype {
@@ -380,10 +311,7 @@ fn packages_apart_all_see_what_stands_among_them() {
         outcome.mean(|t| t.ledger.surface("lid").unwrap().absorbed)
     };
     let (apart, together) = (absorbed(true), absorbed(false));
-    assert!(
-        apart.value > 0.8 && together.value > 0.8,
-        "{apart:?} {together:?}"
-    );
+    assert!(apart.value > 0.8 && together.value > 0.8, "{apart:?} {together:?}");
     // The neighbour turns a little of the light away, no more.
     assert!((apart.value - together.value).abs() < 0.02);
 }
@@ -392,10 +320,7 @@ fn packages_apart_all_see_what_stands_among_them() {
 fn a_sheet_reflects_from_both_sides_and_lets_nothing_through() {
     // An isotropic point above a large white sheet, tilted: half of the light meets it and comes
     // back.
-    let rectangle = Extent::Rectangle {
-        half_u: 300.0,
-        half_v: 300.0,
-    };
+    let rectangle = Extent::Rectangle { half_u: 300.0, half_v: 300.0 };
     let plane = Shape::Plane(Plane::new(DVec3::ZERO, DVec3::Z, rectangle).unwrap());
     let place = at([0.0; 3], DMat3::from_rotation_x(0.5 * PI - 0.2), 0.0);
     let sheet = Shape::placed(vec![plane], Closing::Open, &place).unwrap();
@@ -424,10 +349,7 @@ fn a_sheet_reflects_from_both_sides_and_lets_nothing_through() {
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many() / 10, 5));
     let absorbed = outcome.mean(|t| t.ledger.surface("sheet").unwrap().absorbed);
     // But for the 0.1 % that pass by its edges.
-    assert!(
-        (absorbed.value - 0.15).abs() < 5.0 * absorbed.standard_error + 3e-4,
-        "{absorbed:?}"
-    );
+    assert!((absorbed.value - 0.15).abs() < 5.0 * absorbed.standard_error + 3e-4, "{absorbed:?}");
     let line = outcome.total.ledger.surface("sheet").unwrap();
     assert!(line.inward == 0.0 && line.outward == 0.0, "{line:?}");
 }

@@ -18,9 +18,7 @@ fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &Surfac
 fn lit(surfaces: Vec<Surface>, media: usize) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(Prototype {
-        media: (0..media)
-            .map(|k| Medium::clear(format!("glass {k}"), 1.5))
-            .collect(),
+        media: (0..media).map(|k| Medium::clear(format!("glass {k}"), 1.5)).collect(),
         surfaces,
         sources: Vec::new(),
     });
@@ -41,10 +39,7 @@ fn solids_that_cut_or_share_a_face_are_refused_and_those_with_an_inset_are_not()
     let clear = SurfaceModel::Interface;
     let pair = |inset: f64, apart: f64| {
         let lower = brick([0.5, 0.5, 0.5], &at([0.0; 3], DMat3::IDENTITY, inset));
-        let upper = brick(
-            [0.5, 0.5, 0.5],
-            &at([0.0, 0.0, apart], DMat3::IDENTITY, inset),
-        );
+        let upper = brick([0.5, 0.5, 0.5], &at([0.0, 0.0, apart], DMat3::IDENTITY, inset));
         lit(
             vec![
                 solid("lower", lower, one, Region::World, &clear),
@@ -58,10 +53,7 @@ fn solids_that_cut_or_share_a_face_are_refused_and_those_with_an_inset_are_not()
         let error = pair(inset, apart).err().expect("refused");
         assert!(matches!(&error, Error::Crossing { .. }), "{error}");
         let said = error.to_string();
-        assert!(
-            said.contains("'lower'") && said.contains("'upper'"),
-            "{said}"
-        );
+        assert!(said.contains("'lower'") && said.contains("'upper'"), "{said}");
     }
     // A sheet whose edge leaves the solid that it claims to lie in.
     let sheet = |radius: f64| {
@@ -70,23 +62,14 @@ fn solids_that_cut_or_share_a_face_are_refused_and_those_with_an_inset_are_not()
         lit(
             vec![
                 solid("block", block, one, Region::World, &clear),
-                solid(
-                    "sheet",
-                    disc(radius, &place),
-                    one,
-                    one,
-                    &SurfaceModel::Absorber,
-                ),
+                solid("sheet", disc(radius, &place), one, one, &SurfaceModel::Absorber),
             ],
             1,
         )
     };
     assert!(sheet(0.45).is_ok());
     let said = sheet(0.75).err().expect("refused").to_string();
-    assert!(
-        said.contains("'sheet'") && said.contains("'block'"),
-        "{said}"
-    );
+    assert!(said.contains("'sheet'") && said.contains("'block'"), "{said}");
     assert!(said.contains("air") && said.contains("glass 0"), "{said}");
 }
 
@@ -110,13 +93,7 @@ fn balls_that_cut_each_other_a_little_are_refused_and_those_that_touch_are_not()
                     Region::World,
                     &SurfaceModel::Interface,
                 ),
-                solid(
-                    "small",
-                    second,
-                    two,
-                    Region::World,
-                    &SurfaceModel::Interface,
-                ),
+                solid("small", second, two, Region::World, &SurfaceModel::Interface),
             ],
             2,
         );
@@ -160,31 +137,18 @@ fn a_cone_above_a_ball_and_a_brick_is_no_cut() {
 /// A package with what stands among all.
 fn with_among(shape: Shape, wall: Option<Shape>, place: [f64; 3]) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(Medium::air());
-    let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86)
-        .prototype()
-        .unwrap();
+    let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86).prototype().unwrap();
     let id = scene.prototype(dome);
     scene.place(id, DVec3::from_array(place));
     let among = scene.prototype(Prototype {
         media: vec![Medium::clear("lens", 1.5)],
-        surfaces: vec![solid(
-            "lens",
-            shape,
-            BODY,
-            Region::World,
-            &SurfaceModel::Interface,
-        )],
+        surfaces: vec![solid("lens", shape, BODY, Region::World, &SurfaceModel::Interface)],
         sources: Vec::new(),
     });
     scene.array_solids(among);
     if let Some(wall) = wall {
-        let wall = Surface::new(
-            "wall",
-            wall,
-            Region::Opaque,
-            Region::World,
-            &SurfaceModel::Absorber,
-        );
+        let wall =
+            Surface::new("wall", wall, Region::Opaque, Region::World, &SurfaceModel::Absorber);
         scene.surface(wall);
     }
     scene.build()
@@ -196,41 +160,21 @@ fn what_stands_among_packages_cuts_neither_them_nor_walls() {
     let wall = Shape::cuboid(DVec3::new(5.0, -5.0, 0.0), DVec3::new(5.5, 5.0, 2.0)).unwrap();
     assert!(with_among(plate(3.0), Some(wall.clone()), [0.5, 0.0, 0.0]).is_ok());
     // A bowl over the dome: in the box around it, and free of it.
-    let points = vec![
-        [0.0, 2.5],
-        [2.5, 2.5],
-        [2.5, 0.2],
-        [2.2, 0.2],
-        [2.2, 2.2],
-        [0.0, 2.2],
-    ];
+    let points = vec![[0.0, 2.5], [2.5, 2.5], [2.5, 0.2], [2.2, 0.2], [2.2, 2.2], [0.0, 2.2]];
     let bowl = Shape::revolution(&Meridian::new(&[Element { points }]).unwrap());
     let bowl = |by: f64| {
         let place = at([by, 0.0, 0.0], DMat3::IDENTITY, 0.0);
         Shape::placed(vec![bowl.clone()], Closing::Closed, &place).unwrap()
     };
     assert!(with_among(bowl(0.0), None, [0.0; 3]).is_ok());
-    for (shape, wall) in [
-        (plate(1.0), None),
-        (plate(1.5), Some(wall)),
-        (bowl(0.8), None),
-    ] {
+    for (shape, wall) in [(plate(1.0), None), (plate(1.5), Some(wall)), (bowl(0.8), None)] {
         let walled = wall.is_some();
         let error = with_among(shape, wall, [0.0; 3]).err().expect("refused");
         let said = error.to_string();
         assert!(matches!(error, Error::Crossing { .. }), "{said}");
-        let dome = ["'dome'", "'side'", "'bottom'"]
-            .iter()
-            .any(|n| said.contains(n));
+        let dome = ["'dome'", "'side'", "'bottom'"].iter().any(|n| said.contains(n));
         assert!(said.contains("'lens'"), "{said}");
-        assert!(
-            if walled {
-                said.contains("'wall'")
-            } else {
-                dome
-            },
-            "{said}"
-        );
+        assert!(if walled { said.contains("'wall'") } else { dome }, "{said}");
     }
 }
 
@@ -241,9 +185,7 @@ fn a_plane_through_what_stands_among_packages_is_refused() {
     let plane = |height: f64, columns: usize| PlaneMap::centred(height, 0.1, columns, 20).unwrap();
     assert!(scene.admits(&plane(2.5, 100)).is_ok() && scene.admits(&plane(3.5, 100)).is_ok());
     assert!(scene.admits(&plane(3.0, 30)).is_ok());
-    let error = scene
-        .admits(&plane(3.0, 100))
-        .expect_err("through the plate");
+    let error = scene.admits(&plane(3.0, 100)).expect_err("through the plate");
     assert!(matches!(error, Error::ReceiverCuts { .. }), "{error}");
     assert!(scene.admits(&plane(0.5, 10)).is_err());
     assert!((scene.top_mm() - 1.0).abs() < 1e-9 && scene.instances() == 1);

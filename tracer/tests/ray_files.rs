@@ -80,10 +80,7 @@ fn ray_files_come_back_and_their_flux_is_that_of_the_header() {
     assert_eq!(bytes.len(), 36_288 + 28 * rays.len());
     let mut reader = tm25::Tm25Reader::new(&bytes[..], Some(bytes.len() as u64)).unwrap();
     let header = reader.header().clone();
-    assert_eq!(
-        (header.rays, header.spectrum),
-        (50_000, tm25::Spectrum::Single(550.0))
-    );
+    assert_eq!((header.rays, header.spectrum), (50_000, tm25::Spectrum::Single(550.0)));
     assert_eq!(header.descriptions[0], "dome µ");
     assert!((header.luminous_flux / header.radiant_flux - 680.0).abs() < 1e-3);
     for ray in &rays {
@@ -193,22 +190,13 @@ fn speos_and_zemax_files_that_are_wrong_are_named() {
     };
     for (bad, message) in [
         (with(0, 7), "offset 0: expected 1010 or 8675309"),
-        (
-            with(4, 11),
-            "offset 208: expected 516 bytes in all (11 rays of 28), got 488",
-        ),
+        (with(4, 11), "offset 208: expected 516 bytes in all (11 rays of 28), got 488"),
         (with(4, u32::MAX), "(4294967295 rays of 28), got 488"),
         (with(136, 9), "offset 136: expected a unit of length"),
         (with(192, 1), "offset 192: expected ray format 0"),
         (with(196, 2), "offset 196: expected flux type 0"),
-        (
-            with(208, f32::NAN.to_bits()),
-            "offset 208: expected a finite position",
-        ),
-        (
-            with(232, (-1.0_f32).to_bits()),
-            "offset 232: expected a flux of 0 or more",
-        ),
+        (with(208, f32::NAN.to_bits()), "offset 208: expected a finite position"),
+        (with(232, (-1.0_f32).to_bits()), "offset 232: expected a flux of 0 or more"),
         (good[..100].to_vec(), "offset 0: expected 208 bytes"),
     ] {
         let length = Some(bad.len() as u64);
@@ -223,10 +211,7 @@ fn speos_and_zemax_files_that_are_wrong_are_named() {
     let got = speos_rays::SpeosReader::new(&short[..], 32).err().unwrap();
     assert!(got.to_string().contains("whole rays of 32 bytes"), "{got}");
     let mut writer = speos_rays::SpeosWriter::new(Cursor::new(Vec::new())).unwrap();
-    let unknown = RayRecord {
-        wavelength: f32::NAN,
-        ..records(1)[0]
-    };
+    let unknown = RayRecord { wavelength: f32::NAN, ..records(1)[0] };
     let got = writer.write(&unknown, 0.0).unwrap_err().to_string();
     assert!(got.contains("a wavelength for every ray, got NaN"), "{got}");
 }
@@ -256,54 +241,24 @@ fn ray_files_that_are_wrong_are_named() {
         bad
     };
     for (bad, message) in [
-        (
-            with(0, *b"TM26"),
-            "offset 0: expected \"TM25\", got \"TM26\"",
-        ),
-        (
-            with(4, 2020_u32.to_le_bytes()),
-            "offset 4: expected version 2013, got 2020",
-        ),
-        (
-            with(60, 9_u32.to_le_bytes()),
-            "offset 60: expected spectral identifier: 0 to 4, got 9",
-        ),
-        (
-            with(256, 0_u32.to_le_bytes()),
-            "offset 256: expected flag of the position: 1, got 0",
-        ),
-        (
-            with(264, 0_u32.to_le_bytes()),
-            "offset 264: expected radiant or luminous flux",
-        ),
-        (
-            with(60, 2_u32.to_le_bytes()),
-            "offset 60: expected a column for the spectrum",
-        ),
+        (with(0, *b"TM26"), "offset 0: expected \"TM25\", got \"TM26\""),
+        (with(4, 2020_u32.to_le_bytes()), "offset 4: expected version 2013, got 2020"),
+        (with(60, 9_u32.to_le_bytes()), "offset 60: expected spectral identifier: 0 to 4, got 9"),
+        (with(256, 0_u32.to_le_bytes()), "offset 256: expected flag of the position: 1, got 0"),
+        (with(264, 0_u32.to_le_bytes()), "offset 264: expected radiant or luminous flux"),
+        (with(60, 2_u32.to_le_bytes()), "offset 60: expected a column for the spectrum"),
         (
             with(76, (-1_i32).to_le_bytes()),
             "offset 76: expected number of spectral tables: 0 to 65536, got -1",
         ),
-        (
-            with(36_288, f32::NAN.to_le_bytes()),
-            "offset 36288: expected a finite position",
-        ),
-        (
-            with(36_288 + 28 + 12, 3_f32.to_le_bytes()),
-            "offset 36328: expected a unit vector",
-        ),
+        (with(36_288, f32::NAN.to_le_bytes()), "offset 36288: expected a finite position"),
+        (with(36_288 + 28 + 12, 3_f32.to_le_bytes()), "offset 36328: expected a unit vector"),
         (
             with(36_288 + 24, (-1_f32).to_le_bytes()),
             "offset 36312: expected a flux of 0 or more, got -1",
         ),
-        (
-            good[..36_288 + 100].to_vec(),
-            "expected 10 rays of 28 bytes, got the end after 3 rays",
-        ),
-        (
-            good[..200].to_vec(),
-            "offset 4: expected 36284 bytes of a TM-25 header, got 196",
-        ),
+        (good[..36_288 + 100].to_vec(), "expected 10 rays of 28 bytes, got the end after 3 rays"),
+        (good[..200].to_vec(), "offset 4: expected 36284 bytes of a TM-25 header, got 196"),
         (
             [good.clone(), vec![0]].concat(),
             "offset 36568: expected the end after 10 rays, got more bytes",
@@ -313,10 +268,7 @@ fn ray_files_that_are_wrong_are_named() {
         assert!(got.contains(message), "{message}: {got}");
     }
     let got = tm25_error(&good, Some(good.len() as u64 + 4));
-    assert!(
-        got.contains("expected 36568 bytes in all (10 rays of 28), got 36572"),
-        "{got}"
-    );
+    assert!(got.contains("expected 36568 bytes in all (10 rays of 28), got 36572"), "{got}");
 }
 
 #[test]
@@ -329,34 +281,19 @@ fn lighttools_ray_files_that_are_wrong_are_named() {
     };
     for (bad, message) in [
         (with(0, *b"LTRX"), "offset 0: expected \"LTRF\""),
-        (
-            with(4, 3_u32.to_le_bytes()),
-            "offset 4: expected major version 2, got 3",
-        ),
+        (with(4, 3_u32.to_le_bytes()), "offset 4: expected major version 2, got 3"),
         (
             with(16, 1_u32.to_le_bytes()),
             "offset 16: expected far field 0 (rays with their starts), got 1",
         ),
-        (
-            with(24, 2_u32.to_le_bytes()),
-            "offset 24: expected length unit 1 (millimetres), got 2",
-        ),
-        (
-            with(40, f32::INFINITY.to_le_bytes()),
-            "offset 40: expected a flux of 0 or more, got inf",
-        ),
+        (with(24, 2_u32.to_le_bytes()), "offset 24: expected length unit 1 (millimetres), got 2"),
+        (with(40, f32::INFINITY.to_le_bytes()), "offset 40: expected a flux of 0 or more, got inf"),
         (
             with(44 + 28 + 24, f32::NAN.to_le_bytes()),
             "offset 96: expected a flux of 0 or more, got NaN",
         ),
-        (
-            good[..good.len() - 9].to_vec(),
-            "\"LTRFEND\" after whole rays of 28 bytes",
-        ),
-        (
-            [good.clone(), vec![0; 40]].concat(),
-            "offset 336: expected a unit vector",
-        ),
+        (good[..good.len() - 9].to_vec(), "\"LTRFEND\" after whole rays of 28 bytes"),
+        ([good.clone(), vec![0; 40]].concat(), "offset 336: expected a unit vector"),
     ] {
         let got = lighttools_error(&bad);
         assert!(got.contains(message), "{message}: {got}");
@@ -375,10 +312,7 @@ fn rays_that_leave_a_scene_carry_its_power_and_can_be_its_source_again() {
     );
     let scene = scene.source(source).power(2.0).build().unwrap();
     let collect = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut rays = Vec::new();
             let settings = Settings::new(60_000, 9);
@@ -410,10 +344,7 @@ fn rays_that_leave_a_scene_carry_its_power_and_can_be_its_source_again() {
         let (got, expected) = (row.iter().sum::<f64>(), edge(ring + 1) - edge(ring));
         // Drawn from 60 000 rays by 200 000 paths.
         let error = (expected / 46_000.0).sqrt();
-        assert!(
-            (got - expected).abs() < 5.0 * error + 1e-9,
-            "{ring}: {got} {expected}"
-        );
+        assert!((got - expected).abs() < 5.0 * error + 1e-9, "{ring}: {got} {expected}");
     }
     let none: [RayRecord; 0] = [];
     assert!(RaySet::new(none).is_err());

@@ -59,13 +59,7 @@ fn turn(x: f64, y: f64) -> f64 {
 }
 
 fn source(emitter: Emitter, emission: Emission) -> Source {
-    Source::new(
-        "s",
-        DVec3::new(0.3, -0.2, 0.1),
-        Region::World,
-        emitter,
-        emission,
-    )
+    Source::new("s", DVec3::new(0.3, -0.2, 0.1), Region::World, emitter, emission)
 }
 
 #[test]
@@ -100,11 +94,7 @@ fn rays_of_a_set_are_drawn_by_their_flux() {
         counts[(ray.origin.x - 0.3).round() as usize] += 1;
     }
     let lit = |k: &usize| fluxes[*k] > 0.0;
-    assert!(
-        (0..fluxes.len())
-            .filter(|k| !lit(k))
-            .all(|k| counts[k] == 0)
-    );
+    assert!((0..fluxes.len()).filter(|k| !lit(k)).all(|k| counts[k] == 0));
     let kept: Vec<usize> = (0..fluxes.len()).filter(lit).collect();
     let got: Vec<u64> = kept.iter().map(|k| counts[*k]).collect();
     let flux: Vec<f64> = kept.iter().map(|k| f64::from(fluxes[*k])).collect();
@@ -172,10 +162,7 @@ fn enclosures_shine_inward_evenly_by_the_cosine_law() {
 fn discs_and_cones_are_even() {
     let even = [1.0; 900];
     let half_angle_deg = 35.0;
-    let lamp = source(
-        Emitter::Disc { radius: 0.7 },
-        Emission::Lambertian { half_angle_deg },
-    );
+    let lamp = source(Emitter::Disc { radius: 0.7 }, Emission::Lambertian { half_angle_deg });
     let places = square(46, |rng| {
         let at = (lamp.sample(0.0, rng).origin - lamp.position) / 0.7;
         [at.x * at.x + at.y * at.y, turn(at.x, at.y)]

@@ -19,10 +19,7 @@ fn deviate(counts: &[u64]) -> f64 {
     let total: u64 = counts.iter().sum();
     let expected = total as f64 / counts.len() as f64;
     assert!(expected > 5.0);
-    let chi2: f64 = counts
-        .iter()
-        .map(|&count| (count as f64 - expected).powi(2) / expected)
-        .sum();
+    let chi2: f64 = counts.iter().map(|&count| (count as f64 - expected).powi(2) / expected).sum();
     let k = (counts.len() - 1) as f64;
     ((chi2 / k).cbrt() - (1.0 - 2.0 / (9.0 * k))) / (2.0 / (9.0 * k)).sqrt()
 }
@@ -33,10 +30,7 @@ fn histogram(seed: u64, mut draw: impl FnMut(&mut rand_pcg::Pcg64) -> (f64, f64)
     let mut counts = vec![0; 1600];
     for _ in 0..1_000_000 {
         let (u, v) = draw(&mut rng);
-        assert!(
-            (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v),
-            "{u} {v}"
-        );
+        assert!((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v), "{u} {v}");
         let cell = |x: f64| ((x * 40.0) as usize).min(39);
         counts[cell(u) * 40 + cell(v)] += 1;
     }
@@ -95,10 +89,7 @@ fn chi_square_notices_a_wrong_density() {
 fn sources_emit_from_where_they_are() {
     let at = DVec3::new(1.0, -2.0, 0.5);
     let source = |emitter| Source::new("s", at, Region::World, emitter, Emission::LAMBERTIAN);
-    let rectangle = source(Emitter::Rectangle {
-        half_x: 0.5,
-        half_y: 2.0,
-    });
+    let rectangle = source(Emitter::Rectangle { half_x: 0.5, half_y: 2.0 });
     let counts = histogram(7, |rng| {
         let ray = rectangle.sample(0.0, rng);
         assert!((ray.origin.z - 0.5).abs() <= 0.0);
@@ -129,10 +120,7 @@ fn sources_that_face_anywhere_pass_chi_square() {
     ];
     for (number, normal) in (0..).zip(directions) {
         let exponent = [0.0, 0.5, 1.0, 2.0, 7.5, 80.0][number as usize];
-        let emitter = Emitter::Rectangle {
-            half_x: 0.5,
-            half_y: 2.0,
-        };
+        let emitter = Emitter::Rectangle { half_x: 0.5, half_y: 2.0 };
         let emission = Emission::CosinePower { exponent };
         let at = DVec3::new(1.0, -2.0, 0.5);
         let source = Source::new("s", at, Region::World, emitter, emission).facing(normal);
@@ -165,24 +153,14 @@ fn tilted_faces_and_lobes_send_what_geometry_says() {
         let mut scene = SceneBuilder::new(Medium::air());
         scene
             .source(Source::new("s", DVec3::ZERO, Region::World, emitter, emission).facing(normal));
-        let sampling = if net {
-            Sampling::Sobol
-        } else {
-            Sampling::Random
-        };
-        let settings = Settings {
-            sampling,
-            ..Settings::new(640_000, 31)
-        };
+        let sampling = if net { Sampling::Sobol } else { Sampling::Random };
+        let settings = Settings { sampling, ..Settings::new(640_000, 31) };
         let outcome = run(&scene.build().unwrap(), &[&far], &settings).unwrap();
         let up = outcome.jackknife(|t| t.ledger.escaped_up);
         let cap: f64 = outcome.total.readings[0][..36].iter().sum();
         (up, cap)
     };
-    let face = Emitter::Rectangle {
-        half_x: 0.1,
-        half_y: 0.4,
-    };
+    let face = Emitter::Rectangle { half_x: 0.1, half_y: 0.4 };
     for tilt_deg in [0.0f64, 30.0, 90.0, 120.0, 180.0] {
         let (sin, cos) = tilt_deg.to_radians().sin_cos();
         for net in [false, true] {
@@ -198,17 +176,9 @@ fn tilted_faces_and_lobes_send_what_geometry_says() {
         // What lies within 30 degrees of the axis: 1 - cos^(m + 1).
         let expected = 1.0 - 30f64.to_radians().cos().powf(exponent + 1.0);
         for net in [false, true] {
-            let (_, cap) = share(
-                Emitter::Point,
-                Emission::CosinePower { exponent },
-                DVec3::Z,
-                net,
-            );
+            let (_, cap) = share(Emitter::Point, Emission::CosinePower { exponent }, DVec3::Z, net);
             let error = (expected * (1.0 - expected) / 640_000.0).sqrt();
-            assert!(
-                (cap - expected).abs() < 4.5 * error,
-                "{exponent} {net}: {cap}"
-            );
+            assert!((cap - expected).abs() < 4.5 * error, "{exponent} {net}: {cap}");
         }
     }
 }
@@ -248,11 +218,7 @@ fn streams_of_paths_pass_chi_square_within_and_across() {
                 number += 1 + next;
                 pair(number, next)
             });
-            assert!(
-                deviate(&counts).abs() < 4.5,
-                "{place} {next}: {}",
-                deviate(&counts)
-            );
+            assert!(deviate(&counts).abs() < 4.5, "{place} {next}: {}", deviate(&counts));
         }
     }
 }
@@ -309,17 +275,13 @@ fn scenes_that_hardly_differ_see_the_same_paths() {
     // Standard error of the difference in extraction, from the groups of both runs pair by pair.
     let spread = |a: &Outcome, b: &Outcome| {
         let pairs = a.groups.iter().zip(&b.groups);
-        let all: Vec<f64> = pairs
-            .map(|(a, b)| a.ledger.extraction() - b.ledger.extraction())
-            .collect();
+        let all: Vec<f64> =
+            pairs.map(|(a, b)| a.ledger.extraction() - b.ledger.extraction()).collect();
         let (n, mean) = (all.len() as f64, all.iter().sum::<f64>() / all.len() as f64);
         (all.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
     };
     let base = outcome(0.86, 5);
-    let (paired, apart) = (
-        spread(&base, &outcome(0.85, 5)),
-        spread(&base, &outcome(0.85, 6)),
-    );
+    let (paired, apart) = (spread(&base, &outcome(0.85, 5)), spread(&base, &outcome(0.85, 6)));
     // One reflection off the box in a hundred ends otherwise: far fewer paths than those that
     // decide the error of either run.
     assert!(paired < 0.5 * apart, "{paired:e} {apart:e}");
@@ -327,50 +289,26 @@ fn scenes_that_hardly_differ_see_the_same_paths() {
 
 #[test]
 fn same_seed_same_bits_on_any_number_of_threads() {
-    let scene = array(&package(N, Dome::relief(staircase(17)), 0.95, 0.86), 2, 8.3)
-        .build()
-        .unwrap();
-    let (far, plane) = (
-        FarField::default(),
-        PlaneMap::centred(3.0, 0.2, 100, 100).unwrap(),
-    );
+    let scene =
+        array(&package(N, Dome::relief(staircase(17)), 0.95, 0.86), 2, 8.3).build().unwrap();
+    let (far, plane) = (FarField::default(), PlaneMap::centred(3.0, 0.2, 100, 100).unwrap());
     let settings = Settings::new(200_000, 10);
     let outcome = |threads: usize, settings: &Settings| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| run(&scene, &[&far, &plane], settings).unwrap())
     };
     let one = outcome(1, &settings);
     assert!(one == outcome(2, &settings));
     assert!(one == outcome(3, &settings));
     // Other seeds and other groups are other paths.
-    assert!(
-        one != outcome(
-            2,
-            &Settings {
-                seed: 11,
-                ..settings
-            }
-        )
-    );
+    assert!(one != outcome(2, &Settings { seed: 11, ..settings }));
     assert!(one.groups[0] != one.groups[1]);
 }
 
 /// A Lambertian point in empty space.
 fn lone_source() -> Scene {
-    let source = Source::new(
-        "s",
-        DVec3::ZERO,
-        Region::World,
-        Emitter::Point,
-        Emission::LAMBERTIAN,
-    );
-    SceneBuilder::new(Medium::air())
-        .source(source)
-        .build()
-        .unwrap()
+    let source = Source::new("s", DVec3::ZERO, Region::World, Emitter::Point, Emission::LAMBERTIAN);
+    SceneBuilder::new(Medium::air()).source(source).build().unwrap()
 }
 
 #[test]
@@ -389,10 +327,7 @@ fn errors_are_as_large_as_they_say() {
         squares += direct.deviations_from(truth).powi(2);
     }
     let mean = squares / 200.0;
-    assert!(
-        (mean - 1.0).abs() < 5.0 * (2.0f64 / 200.0).sqrt() * 1.05,
-        "{mean}"
-    );
+    assert!((mean - 1.0).abs() < 5.0 * (2.0f64 / 200.0).sqrt() * 1.05, "{mean}");
 }
 
 #[test]
@@ -402,17 +337,11 @@ fn progress_adds_up_and_cancellation_stops() {
     let progress = |paths: u64| {
         done.fetch_add(paths, Ordering::Relaxed);
     };
-    let control = Control {
-        progress: Some(&progress),
-        cancel: Some(&cancel),
-        ..Control::default()
-    };
+    let control =
+        Control { progress: Some(&progress), cancel: Some(&cancel), ..Control::default() };
     let settings = Settings::new(1_000_000, 12);
     let outcome = run_with(&scene, &[], &settings, control).unwrap();
     assert_eq!(done.load(Ordering::Relaxed), outcome.paths);
     cancel.store(true, Ordering::Relaxed);
-    assert_eq!(
-        run_with(&scene, &[], &settings, control),
-        Err(Error::Cancelled)
-    );
+    assert_eq!(run_with(&scene, &[], &settings, control), Err(Error::Cancelled));
 }

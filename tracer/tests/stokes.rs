@@ -26,10 +26,7 @@ fn detected(scene: &Scene, detectors: &[Detector], settings: &Settings) -> Outco
 }
 
 fn carried(paths: u64, seed: u64) -> Settings {
-    Settings {
-        polarization: Polarization::Carried,
-        ..Settings::new(paths, seed)
-    }
+    Settings { polarization: Polarization::Carried, ..Settings::new(paths, seed) }
 }
 
 /// Sums over all bins of a detector.
@@ -38,9 +35,7 @@ fn sums(outcome: &Outcome, detector: usize) -> Stokes {
         let of = outcome.jackknife(|totals| {
             let readings = &totals.readings[detector];
             let places = readings.len() / 4;
-            readings[parameter * places..(parameter + 1) * places]
-                .iter()
-                .sum()
+            readings[parameter * places..(parameter + 1) * places].iter().sum()
         });
         (of.value, of.standard_error)
     })
@@ -121,10 +116,7 @@ fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
         for detector in [0, 2] {
             let [_, q, u, v] = sums(&outcome, detector);
             assert!((q.0 / i - 1.0).abs() < 1e-12, "{q:?} of {i}");
-            assert!(
-                u.0.abs() < 1e-12 * i && v.0.abs() < 1e-12 * i,
-                "{u:?} {v:?}"
-            );
+            assert!(u.0.abs() < 1e-12 * i && v.0.abs() < 1e-12 * i, "{u:?} {v:?}");
         }
         // The rectangle has s = v × k with v = y. The field is along z × k.
         let k = across + DVec3::Z * theta.cos();
@@ -133,10 +125,7 @@ fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
         let chi = [field.dot(s), field.dot(s.cross(k))];
         let [of_plane, q, u, v] = sums(&outcome, 1);
         assert!((of_plane.0 / i - 1.0).abs() < 1e-12);
-        assert!(
-            (0.5 * (i + q.0) / i - chi[0] * chi[0]).abs() < 1e-12,
-            "{azimuth}"
-        );
+        assert!((0.5 * (i + q.0) / i - chi[0] * chi[0]).abs() < 1e-12, "{azimuth}");
         assert!((0.5 * (i + u.0) / i - 0.5 * (chi[0] + chi[1]).powi(2)).abs() < 1e-12);
         assert!(v.0.abs() < 1e-12 * i);
         // Reading more changes no path.
@@ -153,28 +142,16 @@ fn a_pile_of_plates_is_a_polariser() {
     let count = 2 * plates;
     let theta = 1.1f64;
     let region = |k: i32| {
-        if k == 0 || k == count {
-            Region::World
-        } else {
-            Region::Body(k as u8 - 1)
-        }
+        if k == 0 || k == count { Region::World } else { Region::Body(k as u8 - 1) }
     };
     let index = |k: i32| if k % 2 == 0 { GLASS } else { 1.0 };
     let pile = Prototype {
-        media: (0..count - 1)
-            .map(|k| Medium::clear(format!("medium {k}"), index(k)))
-            .collect(),
+        media: (0..count - 1).map(|k| Medium::clear(format!("medium {k}"), index(k))).collect(),
         surfaces: (0..count)
             .map(|k| {
                 let shape = Shape::horizontal(-f64::from(k)).unwrap();
                 let (inner, outer) = (region(k + 1), region(k));
-                Surface::new(
-                    &format!("plane {k}"),
-                    shape,
-                    inner,
-                    outer,
-                    &SurfaceModel::Interface,
-                )
+                Surface::new(&format!("plane {k}"), shape, inner, outer, &SurfaceModel::Interface)
             })
             .collect(),
         sources: Vec::new(),
@@ -193,16 +170,10 @@ fn a_pile_of_plates_is_a_polariser() {
     let scene = scene.build().unwrap();
     let cos_t = (1.0 - (theta.sin() / GLASS).powi(2)).sqrt();
     let (a, b) = (theta.cos(), cos_t);
-    let r = [
-        (a - GLASS * b) / (a + GLASS * b),
-        (GLASS * a - b) / (GLASS * a + b),
-    ];
+    let r = [(a - GLASS * b) / (a + GLASS * b), (GLASS * a - b) / (GLASS * a + b)];
     let passed = r.map(|r| (1.0 - r * r) / (1.0 + f64::from(2 * plates - 1) * r * r));
     for path_splitting in [1, 2] {
-        let settings = Settings {
-            path_splitting,
-            ..carried(many() / 40, 2)
-        };
+        let settings = Settings { path_splitting, ..carried(many() / 40, 2) };
         let outcome = detected(&scene, &[sphere()], &settings);
         // Downwards: the last three rows of six; upwards the first three.
         let part = |parameter: usize, below: bool| {
@@ -239,16 +210,8 @@ fn polariser() -> SurfaceModel {
     let rows = grid.nodes().map(|id| JonesRow {
         node: id,
         orders: vec![
-            OrderJones {
-                to: id.side,
-                order: 0,
-                jones: [[half, -half], [-half, half]],
-            },
-            OrderJones {
-                to: id.side.opposite(),
-                order: 0,
-                jones: [[half, half], [half, half]],
-            },
+            OrderJones { to: id.side, order: 0, jones: [[half, -half], [-half, half]] },
+            OrderJones { to: id.side.opposite(), order: 0, jones: [[half, half], [half, half]] },
         ],
     });
     SurfaceModel::Scatter(Arc::new(table.with_jones(rows).unwrap()))
@@ -297,46 +260,30 @@ fn fresnels_rhomb_gives_v() {
     scene.place(id, DVec3::ZERO);
     let scene = scene.build().unwrap();
     // Polariser, end, two total reflections, end.
-    let through = Filter {
-        bounces: [5, 5],
-        ..Filter::default()
-    };
-    let outcome = detected(
-        &scene,
-        &[sphere().filtered(through)],
-        &carried(many() / 100, 4),
-    );
+    let through = Filter { bounces: [5, 5], ..Filter::default() };
+    let outcome = detected(&scene, &[sphere().filtered(through)], &carried(many() / 100, 4));
     let [i, q, u, v] = sums(&outcome, 0);
 
     // Both ends: cosines to x outside and inside.
     let (c1, c2) = (direction.x, theta.sin());
     let end = |a: f64, b: f64, n1: f64, n2: f64| {
         let flux = (n2 * b / (n1 * a)).sqrt();
-        [
-            2.0 * n1 * a / (n1 * a + n2 * b),
-            2.0 * n1 * a / (n2 * a + n1 * b),
-        ]
-        .map(|t| t * flux)
+        [2.0 * n1 * a / (n1 * a + n2 * b), 2.0 * n1 * a / (n2 * a + n1 * b)].map(|t| t * flux)
     };
     let (enter, leave) = (end(c1, c2, 1.0, n), end(c2, c1, n, 1.0));
     // Total reflection, waves as exp(-iωt): beyond the surface kz = +i√(n² sin² θ - 1).
     let beyond = Complex64::new(0.0, ((n * theta.sin()).powi(2) - 1.0).sqrt());
     let (a, one) = (n * theta.cos(), Complex64::ONE);
-    let r = [
-        (a - beyond) / (a + beyond),
-        (one * a - n * n * beyond) / (a + n * n * beyond),
-    ];
+    let r = [(a - beyond) / (a + beyond), (one * a - n * n * beyond) / (a + n * n * beyond)];
     let field = [0, 1].map(|pol| FRAC_1_SQRT_2 * enter[pol] * r[pol] * r[pol] * leave[pol]);
     let w = field[0] * field[1].conj();
     let (s, p) = (field[0].norm_sqr(), field[1].norm_sqr());
     // The polariser passes half of unpolarised light.
     let expected = [s + p, s - p, 2.0 * w.re, -2.0 * w.im].map(|x| 0.5 * x);
     close("I", i, expected[0]);
-    for (what, got, expected) in [
-        ("Q", q, expected[1]),
-        ("U", u, expected[2]),
-        ("V", v, expected[3]),
-    ] {
+    for (what, got, expected) in
+        [("Q", q, expected[1]), ("U", u, expected[2]), ("V", v, expected[3])]
+    {
         let (got, expected) = (got.0 / i.0, expected / (s + p) * 2.0);
         assert!((got - expected).abs() < 1e-6, "{what}: {got} {expected}");
     }

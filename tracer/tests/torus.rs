@@ -13,18 +13,12 @@ use tracer::{
     Shape, Source, Surface, SurfaceModel,
 };
 
-const EVERYWHERE: Reach = Reach {
-    from: 0.0,
-    to: f64::INFINITY,
-};
+const EVERYWHERE: Reach = Reach { from: 0.0, to: f64::INFINITY };
 
 fn towards(rng: &mut rand_pcg::Pcg64, size: f64) -> Ray {
     let target = DVec3::new(unit(rng) - 0.5, unit(rng) - 0.5, unit(rng) - 0.5) * (2.0 * size);
     let direction = isotropic(rng);
-    Ray {
-        origin: target - direction * (size * 10.0 * unit(rng).powi(2)),
-        direction,
-    }
+    Ray { origin: target - direction * (size * 10.0 * unit(rng).powi(2)), direction }
 }
 
 #[test]
@@ -60,12 +54,7 @@ fn pairs() -> Vec<(Shape, Shape)> {
         ([1.5, 0.5], [1.5, -0.5], [1.5, 0.0], Bend::Clockwise),
         ([1.0, -0.3], [1.0, 0.3], [1.2, 0.0], Bend::Clockwise),
         ([0.2, 1.0], [1.2, 0.0], [1.2, 1.0], Bend::Counterclockwise),
-        (
-            [0.0, 1.0],
-            [std::f64::consts::SQRT_2 - 1.0, 0.0],
-            [-1.0, 0.0],
-            Bend::Clockwise,
-        ),
+        ([0.0, 1.0], [std::f64::consts::SQRT_2 - 1.0, 0.0], [-1.0, 0.0], Bend::Clockwise),
         ([1.0, 0.0], [1.5, -0.5], [1.5, 0.0], Bend::Clockwise),
     ];
     let turn = |from: f64, to: f64, bend: Bend| match bend {
@@ -79,14 +68,9 @@ fn pairs() -> Vec<(Shape, Shape)> {
             let by = turn(angle(start), angle(end), bend);
             let points = (0..=4000).map(|k| {
                 let (sin, cos) = (angle(start) + by * f64::from(k) / 4000.0).sin_cos();
-                [
-                    (centre[0] + radius * cos).max(0.0),
-                    centre[1] + radius * sin,
-                ]
+                [(centre[0] + radius * cos).max(0.0), centre[1] + radius * sin]
             });
-            let element = Element {
-                points: points.collect(),
-            };
+            let element = Element { points: points.collect() };
             let fine = Shape::revolution(&Meridian::new(&[element]).unwrap());
             (Shape::arc(start, end, centre, bend).unwrap(), fine)
         })
@@ -129,10 +113,7 @@ fn met_where_the_polyline_is(number: usize, arc: &Shape, fine: &Shape) {
     }
     assert!(hits.iter().all(|h| *h > 200), "{number}: {hits:?}");
     // Grazing rays meet one and miss the other.
-    assert!(
-        f64::from(unlike) < 3e-4 * 20_000.0,
-        "{number}: {unlike} of {hits:?}"
-    );
+    assert!(f64::from(unlike) < 3e-4 * 20_000.0, "{number}: {unlike} of {hits:?}");
 }
 
 /// A freeform dome of arcs: a hollow at the axis, a bead, a foot that draws in; the package of the
@@ -150,9 +131,7 @@ fn freeform(index: f64, bottom: f64) -> Prototype {
         size: 2.0,
         silicone: Medium::clear("silicone", index),
         side: SurfaceModel::Interface,
-        bottom: SurfaceModel::Mirror {
-            reflectance: bottom,
-        },
+        bottom: SurfaceModel::Mirror { reflectance: bottom },
         led: LedBox {
             size: DVec3::new(0.8, 0.8, 0.3),
             side: SurfaceModel::Lambertian { reflectance: 1.0 },
@@ -163,13 +142,7 @@ fn freeform(index: f64, bottom: f64) -> Prototype {
     .unwrap();
     for arc in arcs {
         let arc = arc.expect("ends as far from the centre");
-        prototype.surfaces.push(Surface::new(
-            "dome",
-            arc,
-            inside,
-            air,
-            &SurfaceModel::Interface,
-        ));
+        prototype.surfaces.push(Surface::new("dome", arc, inside, air, &SurfaceModel::Interface));
     }
     prototype
 }
@@ -181,11 +154,7 @@ fn domes_of_arcs_leak_nothing() {
     let ledger = &outcome.total.ledger;
     assert!(ledger.imbalance().abs() < 1e-9);
     assert!(ledger.lost[Loss::Leak as usize] == 0.0, "{:?}", ledger.lost);
-    assert!(
-        ledger.lost[Loss::Invalid as usize] == 0.0,
-        "{:?}",
-        ledger.lost
-    );
+    assert!(ledger.lost[Loss::Invalid as usize] == 0.0, "{:?}", ledger.lost);
     // Nothing absorbs: what does not get caught for ever comes out.
     let out = outcome.jackknife(|t| t.ledger.extraction());
     assert!(out.value > 0.999, "{out:?}");
@@ -200,21 +169,10 @@ fn a_closed_ring_keeps_what_starts_inside() {
     ];
     let surface = |arc: &Shape| {
         let optics = SurfaceModel::Lambertian { reflectance: 0.5 };
-        Surface::new(
-            "wall",
-            arc.clone(),
-            Region::Body(0),
-            Region::Opaque,
-            &optics,
-        )
+        Surface::new("wall", arc.clone(), Region::Body(0), Region::Opaque, &optics)
     };
-    let source = Source::new(
-        "lamp",
-        DVec3::X * 1.3,
-        Region::Body(0),
-        Emitter::Point,
-        Emission::Isotropic,
-    );
+    let source =
+        Source::new("lamp", DVec3::X * 1.3, Region::Body(0), Emitter::Point, Emission::Isotropic);
     let scene = single(lamp(1.0, arcs.iter().map(surface).collect(), source));
     let outcome = trace(&scene, &[], &Settings::new(many() / 20, 6));
     let ledger = &outcome.total.ledger;
@@ -239,28 +197,20 @@ fn a_hollow_just_left_is_not_met_again() {
         ),
     };
     for k in 0..4000 {
-        let reach = Reach {
-            from: -1e-15 * f64::from(5_200 + k),
-            to: f64::INFINITY,
-        };
+        let reach = Reach { from: -1e-15 * f64::from(5_200 + k), to: f64::INFINITY };
         assert_eq!(hollow.intersect(&ray, reach, Sides::Outer), None);
     }
 }
 
 #[test]
 fn curves_that_begin_away_from_the_axis_are_passed_inside() {
-    let element = Element {
-        points: vec![[1.8, 0.6], [1.7, 0.3], [1.6, 0.0]],
-    };
+    let element = Element { points: vec![[1.8, 0.6], [1.7, 0.3], [1.6, 0.0]] };
     let wall = Shape::revolution(&Meridian::new(&[element]).unwrap());
     let mut rng = stream(203, 0);
     let (mut out, mut past) = (0, 0);
     for _ in 0..10_000 {
         let direction = isotropic(&mut rng);
-        let ray = Ray {
-            origin: DVec3::new(0.1, 0.2, 0.3),
-            direction,
-        };
+        let ray = Ray { origin: DVec3::new(0.1, 0.2, 0.3), direction };
         match wall.intersect(&ray, EVERYWHERE, Sides::Both) {
             Some(hit) => {
                 let at = ray.at(hit.distance);

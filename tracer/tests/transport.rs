@@ -23,11 +23,8 @@ fn integrating_sphere_multiplies() {
         Patch::new("wall", SurfaceModel::Lambertian { reflectance: rho }),
     ];
     let wall = Surface::zoned(wall, BODY, Region::Opaque, parts);
-    let scene = single(lamp(
-        1.0,
-        vec![wall],
-        inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic),
-    ));
+    let scene =
+        single(lamp(1.0, vec![wall], inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic)));
     let outcome = trace(&scene, &[], &Settings::new(many(), 60));
     // The first strike meets the port itself with probability f, else the multiplied light exits
     // through it.
@@ -35,10 +32,7 @@ fn integrating_sphere_multiplies() {
     assert!((f * multiplier - 0.710_145).abs() < 1e-6);
     let exit = outcome.mean(|totals| totals.ledger.surface("port").unwrap().absorbed);
     let expected = f + (1.0 - f) * f * multiplier;
-    assert!(
-        exit.deviations_from(expected) < 5.0,
-        "{exit:?} instead of {expected}"
-    );
+    assert!(exit.deviations_from(expected) < 5.0, "{exit:?} instead of {expected}");
 }
 
 #[test]
@@ -52,23 +46,14 @@ fn sphere_of_albedo_one_half_is_met_twice() {
         Region::Opaque,
         &SurfaceModel::Lambertian { reflectance: 0.5 },
     );
-    let scene = single(lamp(
-        1.0,
-        vec![wall],
-        inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic),
-    ));
-    let settings = Settings {
-        roulette_below: 1.0,
-        ..Settings::new(many(), 61)
-    };
+    let scene =
+        single(lamp(1.0, vec![wall], inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic)));
+    let settings = Settings { roulette_below: 1.0, ..Settings::new(many(), 61) };
     let outcome = trace(&scene, &[], &settings);
     // All or nothing from the first strike on: the number of strikes is geometric, mean 2, variance
     // 2.
     let mean = outcome.hits as f64 / outcome.paths as f64;
-    assert!(
-        (mean - 2.0).abs() < 5.0 * (2.0 / outcome.paths as f64).sqrt(),
-        "{mean}"
-    );
+    assert!((mean - 2.0).abs() < 5.0 * (2.0 / outcome.paths as f64).sqrt(), "{mean}");
 }
 
 /// A body in the middle of a black sphere whose inside shines with one radiance everywhere:
@@ -84,13 +69,7 @@ fn furnace_of(prototype: Prototype, place: DVec3, settings: &Settings) {
     scene.place(id, place);
     scene.surface(furnace_wall(radius));
     let enclosure = Emitter::Enclosure { radius };
-    scene.source(Source::new(
-        "wall",
-        DVec3::ZERO,
-        Region::World,
-        enclosure,
-        Emission::LAMBERTIAN,
-    ));
+    scene.source(Source::new("wall", DVec3::ZERO, Region::World, enclosure, Emission::LAMBERTIAN));
     let outcome = trace(&scene.build().unwrap(), &[], settings);
     let ledger = &outcome.total.ledger;
     assert!(ledger.lost_total() < 1e-6, "{:?}", ledger.lost);
@@ -104,21 +83,11 @@ fn furnace_of(prototype: Prototype, place: DVec3, settings: &Settings) {
 fn closed_package(dome: Dome) -> Prototype {
     let mut prototype = package(N, dome, 1.0, 1.0).prototype().unwrap();
     let mirror = SurfaceModel::Mirror { reflectance: 1.0 };
-    let plinth = [
-        Shape::annulus(-0.01, 0.0, CAP.rim),
-        Shape::cylinder(CAP.rim, -0.01, 0.0),
-    ];
-    for (shape, (inner, outer)) in plinth.into_iter().zip([
-        (Region::World, Region::Opaque),
-        (Region::Opaque, Region::World),
-    ]) {
-        prototype.surfaces.push(Surface::new(
-            "plinth",
-            shape.unwrap(),
-            inner,
-            outer,
-            &mirror,
-        ));
+    let plinth = [Shape::annulus(-0.01, 0.0, CAP.rim), Shape::cylinder(CAP.rim, -0.01, 0.0)];
+    for (shape, (inner, outer)) in
+        plinth.into_iter().zip([(Region::World, Region::Opaque), (Region::Opaque, Region::World)])
+    {
+        prototype.surfaces.push(Surface::new("plinth", shape.unwrap(), inner, outer, &mirror));
     }
     prototype.sources.clear();
     prototype
@@ -126,25 +95,13 @@ fn closed_package(dome: Dome) -> Prototype {
 
 #[test]
 fn white_furnace_stays_white_around_a_smooth_dome() {
-    furnace(
-        closed_package(Dome::smooth(&CAP)),
-        DVec3::new(0.4, -0.3, 0.2),
-        62,
-    );
+    furnace(closed_package(Dome::smooth(&CAP)), DVec3::new(0.4, -0.3, 0.2), 62);
 }
 
 #[test]
 fn white_furnace_stays_white_around_stepped_domes() {
-    furnace(
-        closed_package(Dome::relief(staircase(17))),
-        DVec3::new(0.4, -0.3, 0.2),
-        63,
-    );
-    furnace(
-        closed_package(Dome::relief(teeth(17, 45.0, 10.0))),
-        DVec3::new(-0.4, 0.3, 0.2),
-        64,
-    );
+    furnace(closed_package(Dome::relief(staircase(17))), DVec3::new(0.4, -0.3, 0.2), 63);
+    furnace(closed_package(Dome::relief(teeth(17, 45.0, 10.0))), DVec3::new(-0.4, 0.3, 0.2), 64);
 }
 
 #[test]
@@ -154,18 +111,11 @@ fn white_furnace_stays_white_around_scattering_bands() {
         .map(|k| {
             (
                 0.1 * f64::from(k),
-                Patch::new(
-                    format!("band {k}"),
-                    SurfaceModel::Scatter(Arc::clone(&interface)),
-                ),
+                Patch::new(format!("band {k}"), SurfaceModel::Scatter(Arc::clone(&interface))),
             )
         })
         .collect();
-    furnace(
-        closed_package(Dome::Zones(zones)),
-        DVec3::new(0.4, -0.3, 0.2),
-        65,
-    );
+    furnace(closed_package(Dome::Zones(zones)), DVec3::new(0.4, -0.3, 0.2), 65);
 }
 
 #[test]
@@ -174,16 +124,10 @@ fn white_furnace_stays_white_around_mixed_reflectors_with_and_without_polarisati
         let mut prototype = closed_package(Dome::smooth(&CAP));
         for part in prototype.surfaces.iter_mut().flat_map(|s| &mut s.patches) {
             if let SurfaceModel::Mirror { reflectance } = part.optics {
-                part.optics = SurfaceModel::Mixed(Mixed {
-                    reflectance,
-                    specular: 0.6,
-                });
+                part.optics = SurfaceModel::Mixed(Mixed { reflectance, specular: 0.6 });
             }
         }
-        let settings = Settings {
-            polarization,
-            ..Settings::new(many() / 5, seed)
-        };
+        let settings = Settings { polarization, ..Settings::new(many() / 5, seed) };
         furnace_of(prototype, DVec3::new(0.4, -0.3, 0.2), &settings);
     }
 }
@@ -197,11 +141,7 @@ fn uniform_light_enters_a_sphere_by_the_diffuse_transmittance() {
     let ball = Surface::new("ball", ball, BODY, Region::World, &SurfaceModel::Interface);
     let mut scene = SceneBuilder::new(Medium::air());
     let media = vec![Medium::clear("silicone", N)];
-    let id = scene.prototype(Prototype {
-        media,
-        surfaces: vec![ball],
-        sources: vec![],
-    });
+    let id = scene.prototype(Prototype { media, surfaces: vec![ball], sources: vec![] });
     scene.place(id, DVec3::ZERO);
     scene.surface(Surface::new(
         "wall",
@@ -211,13 +151,7 @@ fn uniform_light_enters_a_sphere_by_the_diffuse_transmittance() {
         &SurfaceModel::Absorber,
     ));
     let emitter = Emitter::Enclosure { radius: 2.0 };
-    scene.source(Source::new(
-        "wall",
-        DVec3::ZERO,
-        Region::World,
-        emitter,
-        Emission::LAMBERTIAN,
-    ));
+    scene.source(Source::new("wall", DVec3::ZERO, Region::World, emitter, Emission::LAMBERTIAN));
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many(), 66));
     let ball = outcome.total.ledger.surface("ball").unwrap();
     let expected = 0.25 * (1.0 - 0.078_335_481_6);
@@ -230,18 +164,9 @@ fn refraction_of_a_full_lambertian_fills_the_critical_cone() {
     // From a body of index 1 into a world of index n: radiance is uniform up to the critical angle
     // and 0 beyond.
     for (half_angle_deg, edge_deg) in [(90.0f64, 45.171_476_246f64), (30.0, 20.769_539_735)] {
-        let bare = SurfaceModel::Scatter(Arc::new(NoFresnel {
-            inner: 1.0,
-            outer: N,
-        }));
+        let bare = SurfaceModel::Scatter(Arc::new(NoFresnel { inner: 1.0, outer: N }));
         let surfaces = vec![
-            Surface::new(
-                "face",
-                Shape::horizontal(0.0).unwrap(),
-                BODY,
-                Region::World,
-                &bare,
-            ),
+            Surface::new("face", Shape::horizontal(0.0).unwrap(), BODY, Region::World, &bare),
             Surface::new(
                 "back",
                 Shape::horizontal(-1.0).unwrap(),
@@ -271,13 +196,7 @@ fn refraction_of_a_full_lambertian_fills_the_critical_cone() {
 /// Power on an absorbing surface from a Lambertian source about the origin.
 fn view_factor(emitter: Emitter, at: DVec3, receiver: Shape, seed: u64) -> (f64, u64) {
     let mut scene = SceneBuilder::new(Medium::air());
-    scene.source(Source::new(
-        "rectangle",
-        at,
-        Region::World,
-        emitter,
-        Emission::LAMBERTIAN,
-    ));
+    scene.source(Source::new("rectangle", at, Region::World, emitter, Emission::LAMBERTIAN));
     scene.surface(Surface::new(
         "receiver",
         receiver,
@@ -286,10 +205,7 @@ fn view_factor(emitter: Emitter, at: DVec3, receiver: Shape, seed: u64) -> (f64,
         &SurfaceModel::Absorber,
     ));
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many(), seed));
-    (
-        outcome.total.ledger.surface("receiver").unwrap().absorbed,
-        outcome.paths,
-    )
+    (outcome.total.ledger.surface("receiver").unwrap().absorbed, outcome.paths)
 }
 
 #[test]
@@ -327,15 +243,8 @@ fn view_factors_of_rectangles() {
         let (power, paths) = view_factor(Emitter::Point, DVec3::ZERO, shape, 72);
         assert_share("element to rectangle", power, expected, paths, 1e-9);
     }
-    for (h, expected) in [
-        (1.0, 0.199_824_896),
-        (0.5, 0.415_253_284),
-        (2.0, 0.068_589_589),
-    ] {
-        let emitter = Emitter::Rectangle {
-            half_x: 0.5,
-            half_y: 0.5,
-        };
+    for (h, expected) in [(1.0, 0.199_824_896), (0.5, 0.415_253_284), (2.0, 0.068_589_589)] {
+        let emitter = Emitter::Rectangle { half_x: 0.5, half_y: 0.5 };
         let shape = rectangle(DVec3::new(0.0, 0.0, h), 0.5, 0.5);
         let (power, paths) = view_factor(emitter, DVec3::ZERO, shape, 73);
         assert_share("parallel squares", power, expected, paths, 1e-9);
@@ -360,11 +269,7 @@ fn plane_receiver_follows_the_cosine_to_the_fourth() {
         Emission::LAMBERTIAN,
     ));
     let plane = PlaneMap::centred(1.0, 0.1, 60, 40).unwrap();
-    let outcome = trace(
-        &scene.build().unwrap(),
-        &[&plane],
-        &Settings::new(many(), 74),
-    );
+    let outcome = trace(&scene.build().unwrap(), &[&plane], &Settings::new(many(), 74));
     let (mut chi2, bins) = (0.0, plane.columns() * plane.rows());
     for row in 0..plane.rows() {
         for column in 0..plane.columns() {
@@ -382,18 +287,13 @@ fn plane_receiver_follows_the_cosine_to_the_fourth() {
         }
     }
     let spread = (2.0 * bins as f64).sqrt();
-    assert!(
-        (chi2 - bins as f64).abs() < 5.0 * spread,
-        "chi² {chi2} for {bins} bins"
-    );
+    assert!((chi2 - bins as f64).abs() < 5.0 * spread, "chi² {chi2} for {bins} bins");
     // The same from the groups: errors of bins as estimated are right on average.
     let estimates = outcome.bins(0);
-    let mean2: f64 = estimates
-        .iter()
-        .map(|bin| bin.standard_error.powi(2) / bin.value.max(1e-12))
-        .sum::<f64>()
-        / bins as f64
-        * outcome.paths as f64;
+    let mean2: f64 =
+        estimates.iter().map(|bin| bin.standard_error.powi(2) / bin.value.max(1e-12)).sum::<f64>()
+            / bins as f64
+            * outcome.paths as f64;
     assert!((mean2 - 1.0).abs() < 0.05, "{mean2}");
 }
 
@@ -407,14 +307,7 @@ fn books_balance_in_the_full_array() {
         let paths = many().max(1_000_000) / 10;
         let outcome = trace(&scene, &[&far], &Settings::new(paths, seed));
         let ledger = &outcome.total.ledger;
-        for name in [
-            "bottom",
-            "box side",
-            "box top",
-            "ground mirror",
-            "floor",
-            "side",
-        ] {
+        for name in ["bottom", "box side", "box top", "ground mirror", "floor", "side"] {
             let line = ledger.surface(name).unwrap();
             assert_eq!(line.absorbed > 0.0, name != "side", "{name}");
         }
@@ -432,22 +325,14 @@ fn books_balance_in_the_full_array() {
 
 #[test]
 fn the_roulette_changes_no_mean() {
-    let scene = array(&package(N, Dome::relief(staircase(17)), 0.8, 0.5), 2, 8.3)
-        .build()
-        .unwrap();
+    let scene = array(&package(N, Dome::relief(staircase(17)), 0.8, 0.5), 2, 8.3).build().unwrap();
     let extraction = |roulette_below: f64, seed: u64| {
-        let settings = Settings {
-            roulette_below,
-            ..Settings::new(many() / 10, seed)
-        };
+        let settings = Settings { roulette_below, ..Settings::new(many() / 10, seed) };
         trace(&scene, &[], &settings).jackknife(|totals| totals.ledger.extraction())
     };
     let (always, seldom) = (extraction(1.0, 82), extraction(0.001, 83));
     let error = always.standard_error.hypot(seldom.standard_error);
-    assert!(
-        (always.value - seldom.value).abs() < 5.0 * error,
-        "{always:?} {seldom:?}"
-    );
+    assert!((always.value - seldom.value).abs() < 5.0 * error, "{always:?} {seldom:?}");
     assert!(seldom.standard_error < always.standard_error);
 }
 
@@ -462,9 +347,7 @@ fn bands_that_scatter_like_an_interface_are_an_interface() {
         .collect();
     let far = FarField::new(2.0, 45.0).unwrap();
     let rings = |dome: Dome, seed: u64| {
-        let scene = array(&package(N, dome, 0.95, 0.86), 2, 8.3)
-            .build()
-            .unwrap();
+        let scene = array(&package(N, dome, 0.95, 0.86), 2, 8.3).build().unwrap();
         let outcome = trace(&scene, &[&far], &Settings::new(many() / 5, seed));
         outcome.jackknife_many(|totals| {
             let mut values = far.azimuth_mean(&totals.readings[0]);
@@ -490,24 +373,14 @@ fn a_beam_enters_and_leaves_every_package_on_its_way() {
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(prototype);
     scene.place_array(id, 3, 1, 4.0);
-    let beam = Emission::Beam {
-        direction: DVec3::X,
-    };
+    let beam = Emission::Beam { direction: DVec3::X };
     let start = DVec3::new(-9.0, 0.3, 0.2);
-    scene.source(Source::new(
-        "beam",
-        start,
-        Region::World,
-        Emitter::Point,
-        beam,
-    ));
+    scene.source(Source::new("beam", start, Region::World, Emitter::Point, beam));
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(6400, 86));
     let ledger = &outcome.total.ledger;
     let passed = |inward: bool| -> f64 {
         let lines = ledger.surfaces.iter();
-        lines
-            .map(|line| if inward { line.inward } else { line.outward })
-            .sum()
+        lines.map(|line| if inward { line.inward } else { line.outward }).sum()
     };
     assert!((passed(true) - 3.0).abs() < 1e-12 && (passed(false) - 3.0).abs() < 1e-12);
     assert!((ledger.escaped_up - 1.0).abs() < 1e-12 && ledger.extraction().abs() < 1e-12);

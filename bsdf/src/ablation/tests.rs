@@ -18,11 +18,7 @@ struct AlongX;
 impl Bsdf for AlongX {
     fn sample(&self, wi: DVec3, _: &mut dyn rand::Rng) -> Option<BsdfSample> {
         let lobe = self.lobes(wi, Polarization::Unpolarized)[0];
-        Some(BsdfSample {
-            wo: lobe.wo,
-            weight: 1.0,
-            lobe: lobe.lobe,
-        })
+        Some(BsdfSample { wo: lobe.wo, weight: 1.0, lobe: lobe.lobe })
     }
 
     fn pdf(&self, _: DVec3, _: &BsdfSample) -> Option<f64> {
@@ -31,20 +27,10 @@ impl Bsdf for AlongX {
 
     fn lobes(&self, wi: DVec3, _: Polarization) -> Vec<OutgoingLobe> {
         let kx = -wi.x + 0.2;
-        let wo = DVec3::new(
-            kx,
-            -wi.y,
-            (1.0 - kx * kx - wi.y * wi.y).sqrt().copysign(wi.z),
-        );
-        let lobe = crate::Lobe {
-            transport: crate::Transport::Reflection,
-            kind: LobeKind::Order(1),
-        };
-        vec![OutgoingLobe {
-            wo,
-            power: 1.0,
-            lobe,
-        }]
+        let wo = DVec3::new(kx, -wi.y, (1.0 - kx * kx - wi.y * wi.y).sqrt().copysign(wi.z));
+        let lobe =
+            crate::Lobe { transport: crate::Transport::Reflection, kind: LobeKind::Order(1) };
+        vec![OutgoingLobe { wo, power: 1.0, lobe }]
     }
 
     fn index(&self, _: Side) -> f64 {
@@ -126,15 +112,9 @@ fn the_mean_over_azimuths_goes_all_ways_alike() {
     assert!((share - 1.0).abs() < 1e-12);
     // Steps of 0.2 in all directions about what a mirror does.
     let step = |wo: DVec3| (wo + wi).truncate();
-    let mean = lobes
-        .iter()
-        .fold(glam::DVec2::ZERO, |sum, l| sum + l.power * step(l.wo));
+    let mean = lobes.iter().fold(glam::DVec2::ZERO, |sum, l| sum + l.power * step(l.wo));
     assert!(mean.length() < 1e-12, "{mean}");
-    assert!(
-        lobes
-            .iter()
-            .all(|l| (step(l.wo).length() - 0.2).abs() < 1e-12)
-    );
+    assert!(lobes.iter().all(|l| (step(l.wo).length() - 0.2).abs() < 1e-12));
     // What is drawn is one of them, each as often as any: variance of the mean of n steps is 0.02 /
     // n in either component.
     let mut rng = rand_pcg::Pcg64::seed_from_u64(9);
@@ -151,10 +131,7 @@ fn the_mean_over_azimuths_goes_all_ways_alike() {
 #[test]
 fn a_part_is_what_remains_when_the_rest_is_absorbed() {
     let whole = interface();
-    let of = |part| Masked {
-        bsdf: interface(),
-        mask: part,
-    };
+    let of = |part| Masked { bsdf: interface(), mask: part };
     for theta in [0.4, 1.1, 2.2, 2.9] {
         let wi = spherical(theta, 0.7);
         let all = whole.lobes(wi, Polarization::S);
@@ -180,17 +157,11 @@ fn a_part_is_what_remains_when_the_rest_is_absorbed() {
 fn drawn_parts_have_the_power_of_their_lobes() {
     // A relief that sends what it reflects elsewhere.
     let wi = spherical(0.5, 0.3);
-    let specular = Masked {
-        bsdf: Arc::new(AlongX),
-        mask: Mask::SpecularReflection,
-    };
+    let specular = Masked { bsdf: Arc::new(AlongX), mask: Mask::SpecularReflection };
     let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
     let wo = specular.sample(wi, &mut rng).expect("all is kept").wo;
     assert!((wo - DVec3::new(-wi.x, -wi.y, wi.z)).length() < 1e-15);
-    let transmission = Masked {
-        bsdf: interface(),
-        mask: Mask::Transmission,
-    };
+    let transmission = Masked { bsdf: interface(), mask: Mask::Transmission };
     let wi = spherical(2.5, 0.3);
     let lobes = transmission.lobes(wi, Polarization::Unpolarized);
     let share: f64 = lobes.iter().map(|l| l.power).sum();
@@ -200,10 +171,7 @@ fn drawn_parts_have_the_power_of_their_lobes() {
     let drawn = kept.count() as f64 / f64::from(count);
     let error = (share * (1.0 - share) / f64::from(count)).sqrt();
     assert!((drawn - share).abs() < 4.0 * error, "{drawn} {share}");
-    let inside = Masked {
-        bsdf: interface(),
-        mask: Mask::FromInside,
-    };
+    let inside = Masked { bsdf: interface(), mask: Mask::FromInside };
     assert!(inside.sample(spherical(0.5, 0.3), &mut rng).is_none());
     assert!(inside.sample(wi, &mut rng).is_some());
 }

@@ -72,18 +72,11 @@ impl GaussianLobe {
     pub fn new(width_deg: f64) -> Result<Self, Error> {
         let [least, most] = Self::WIDTHS_DEG;
         if !(least..=most).contains(&width_deg) {
-            return Err(Error::Width {
-                least,
-                most,
-                value: width_deg,
-            });
+            return Err(Error::Width { least, most, value: width_deg });
         }
         let sigma = 0.5 * width_deg.to_radians() / (2.0 * LN_2).sqrt();
         let variance = sigma * sigma;
-        Ok(Self {
-            variance,
-            below_zero: (-2.0 / variance).exp_m1(),
-        })
+        Ok(Self { variance, below_zero: (-2.0 / variance).exp_m1() })
     }
 
     /// Standard deviation σ, radians.
@@ -111,11 +104,7 @@ impl GaussianLobe {
             }
         }
         // With a probability below 1e-28.
-        if axis.z * side.sign() > 0.0 {
-            axis
-        } else {
-            DVec3::Z * side.sign()
-        }
+        if axis.z * side.sign() > 0.0 { axis } else { DVec3::Z * side.sign() }
     }
 
     /// Density of [`GaussianLobe::sample`] in the direction `wo`, 1/sr; 0 below the surface.
@@ -252,11 +241,7 @@ impl Diffuser {
                 transmitted: transmission.share,
             });
         }
-        Ok(Self {
-            reflection,
-            transmission,
-            smooth: SmoothInterface::new(inner, outer)?,
-        })
+        Ok(Self { reflection, transmission, smooth: SmoothInterface::new(inner, outer)? })
     }
 
     /// Share of the incident power that is not absorbed.
@@ -302,41 +287,23 @@ impl Bsdf for Diffuser {
         }
         let [reflection, transmission] = self.lobes_at(wi);
         let sum = reflection.share + transmission.share;
-        let part = if rng.random::<f64>() * sum < reflection.share {
-            reflection
-        } else {
-            transmission
-        };
-        Some(BsdfSample {
-            wo: part.sample(rng),
-            weight: kept,
-            lobe: part.lobe(),
-        })
+        let part =
+            if rng.random::<f64>() * sum < reflection.share { reflection } else { transmission };
+        Some(BsdfSample { wo: part.sample(rng), weight: kept, lobe: part.lobe() })
     }
 
     fn pdf(&self, wi: DVec3, sample: &BsdfSample) -> Option<f64> {
         let parts = self.lobes_at(wi);
         let sum: f64 = parts.iter().map(|part| part.share).sum();
-        let of_transport = parts
-            .iter()
-            .filter(|part| part.transport == sample.lobe.transport && part.share > 0.0);
-        Some(
-            of_transport
-                .map(|part| part.share / sum * part.pdf(sample.wo))
-                .sum(),
-        )
+        let of_transport =
+            parts.iter().filter(|part| part.transport == sample.lobe.transport && part.share > 0.0);
+        Some(of_transport.map(|part| part.share / sum * part.pdf(sample.wo)).sum())
     }
 
     fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
-        let parts = self
-            .lobes_at(wi)
-            .into_iter()
-            .filter(|part| part.share > 0.0);
-        let lobes = parts.map(|part| OutgoingLobe {
-            wo: part.axis,
-            power: part.share,
-            lobe: part.lobe(),
-        });
+        let parts = self.lobes_at(wi).into_iter().filter(|part| part.share > 0.0);
+        let lobes =
+            parts.map(|part| OutgoingLobe { wo: part.axis, power: part.share, lobe: part.lobe() });
         lobes.collect()
     }
 

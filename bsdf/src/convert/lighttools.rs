@@ -116,10 +116,7 @@ fn scatter_table(
         list.dedup();
         list
     };
-    let (thetas, phis) = (
-        distinct(|b| b.incidence),
-        distinct(|b| b.plane.rem_euclid(360.0)),
-    );
+    let (thetas, phis) = (distinct(|b| b.incidence), distinct(|b| b.plane.rem_euclid(360.0)));
     if thetas.len() * phis.len() != blocks.len() {
         return Err(Error::Measured(format!(
             "{} {}: expected one block for each of {} AOI x {} POI, got {}",
@@ -152,11 +149,7 @@ fn scatter_table(
     let radians = |list: &[f64]| list.iter().map(|d| d.to_radians()).collect();
     Ok(ScatterTable::Grid {
         thetas: radians(&thetas),
-        phis: if phis.len() == 1 {
-            vec![origin.to_radians()]
-        } else {
-            radians(&phis)
-        },
+        phis: if phis.len() == 1 { vec![origin.to_radians()] } else { radians(&phis) },
         nodes,
         end: FRAC_PI_2,
     })

@@ -131,19 +131,12 @@ fn node(table: &SpeosTable, values: Values) -> Result<IncidentNode, Error> {
             // The power of a cell is its intensity times its solid angle.
             Values::Intensity => {
                 let projected = cells.projected_solid_angle(cell);
-                if projected > 0.0 {
-                    value * cells.solid_angle(cell) / projected
-                } else {
-                    0.0
-                }
+                if projected > 0.0 { value * cells.solid_angle(cell) / projected } else { 0.0 }
             }
         }
     });
     Ok(IncidentNode {
-        wi: spherical(
-            table.incidence.to_radians(),
-            azimuth(table.rotation).to_radians(),
-        ),
+        wi: spherical(table.incidence.to_radians(), azimuth(table.rotation).to_radians()),
         distribution: CellDistribution::new(
             OrientedBasis::about_normal(&cells),
             bsdf.collect::<Vec<f64>>(),
@@ -195,14 +188,8 @@ pub fn to_speos(
                 let loss = balance.at_angles(side, transport, angles);
                 smearing.incidences.push(loss);
                 let table = closed(&azimuths, &thetas, &values);
-                tables[transport.index()].push((
-                    SpeosTable {
-                        rotation,
-                        incidence: *incidence,
-                        ..table
-                    },
-                    balance,
-                ));
+                tables[transport.index()]
+                    .push((SpeosTable { rotation, incidence: *incidence, ..table }, balance));
             }
         }
     }
@@ -211,12 +198,8 @@ pub fn to_speos(
         .zip(tables)
         .filter_map(|(transport, tables)| part(transport, tables))
         .collect();
-    let bsdf = SpeosBsdf {
-        comment: String::new(),
-        values: Values::Bsdf,
-        parts,
-        warnings: Vec::new(),
-    };
+    let bsdf =
+        SpeosBsdf { comment: String::new(), values: Values::Bsdf, parts, warnings: Vec::new() };
     Ok((bsdf, smearing))
 }
 
@@ -224,11 +207,8 @@ pub fn to_speos(
 fn closed(azimuths: &[f64], thetas: &[f64], values: &[f64]) -> SpeosTable {
     let rows = thetas.len();
     let columns = (0..azimuths.len()).chain([0]);
-    let all = (0..rows).flat_map(|row| {
-        columns
-            .clone()
-            .map(move |column| values[column * rows + row])
-    });
+    let all =
+        (0..rows).flat_map(|row| columns.clone().map(move |column| values[column * rows + row]));
     SpeosTable {
         rotation: 0.0,
         incidence: 0.0,

@@ -42,12 +42,7 @@ fn table() -> OrderTable {
 }
 
 fn coarse() -> Resolution {
-    Resolution {
-        incidence_deg: 22.5,
-        azimuth_deg: 45.0,
-        scatter_deg: 2.0,
-        samples: 1,
-    }
+    Resolution { incidence_deg: 22.5, azimuth_deg: 45.0, scatter_deg: 2.0, samples: 1 }
 }
 
 /// Text of what `write` writes.
@@ -63,9 +58,7 @@ fn mean(surface: &dyn Bsdf, wi: DVec3, transport: Transport) -> (DVec3, f64) {
     lobes
         .iter()
         .filter(|l| l.lobe.transport == transport)
-        .fold((DVec3::ZERO, 0.0), |(sum, power), l| {
-            (sum + l.wo * l.power, power + l.power)
-        })
+        .fold((DVec3::ZERO, 0.0), |(sum, power), l| (sum + l.wo * l.power, power + l.power))
 }
 
 /// Compares where light goes with the table, at incidences given in degrees, for one side and type.
@@ -82,10 +75,7 @@ fn agrees(back: &MeasuredBsdf, side: Side, transport: Transport, at: &[[f64; 2]]
             got.1
         );
         let distance = (expected.0 - got.0).length();
-        assert!(
-            distance < off,
-            "{side} {transport:?} at {theta}, {phi}: {distance}"
-        );
+        assert!(distance < off, "{side} {transport:?} at {theta}, {phi}: {distance}");
     }
 }
 
@@ -94,10 +84,7 @@ const BOTH: [Transport; 2] = [Transport::Reflection, Transport::Transmission];
 #[test]
 fn a_lighttools_file_holds_the_table() {
     let (content, smearing) = to_lighttools(&table(), 550.0, &coarse()).unwrap();
-    assert!(
-        smearing.worst_energy() < 1e-9 && smearing.mean_shift_deg < 1.5,
-        "{smearing:?}"
-    );
+    assert!(smearing.worst_energy() < 1e-9 && smearing.mean_shift_deg < 1.5, "{smearing:?}");
     assert!(smearing.width_deg >= 2.0 && smearing.width_deg < 2.1);
     let written = text(|w| lighttools::write(&content, w));
     let read = lighttools::read(&written).unwrap();
@@ -120,10 +107,7 @@ fn a_speos_file_holds_the_table_of_its_side() {
     let mut files = Vec::new();
     for side in Side::BOTH {
         let (content, smearing) = to_speos(&table(), side, &coarse()).unwrap();
-        assert!(
-            smearing.worst_energy() < 1e-9 && smearing.mean_shift_deg < 1.5,
-            "{smearing:?}"
-        );
+        assert!(smearing.worst_energy() < 1e-9 && smearing.mean_shift_deg < 1.5, "{smearing:?}");
         let written = text(|w| speos::write(&content, w));
         let read = speos::read(written.as_bytes()).unwrap();
         assert_eq!(text(|w| speos::write(&read, w)), written);
@@ -153,10 +137,7 @@ fn speos_files_of_the_converter_are_normalised_as_the_help_says() {
     for incidence in [0.0, 30.0, 60.0] {
         let albedo = back.albedo(at(incidence), Polarization::Unpolarized);
         assert!((albedo.reflected - 0.3).abs() < 1e-9, "{albedo:?}");
-        assert!(
-            (albedo.transmitted - transmitted).abs() < 1e-9,
-            "{albedo:?}"
-        );
+        assert!((albedo.transmitted - transmitted).abs() < 1e-9, "{albedo:?}");
     }
     // The table for 560 nm, 40 %.
     let file = include_bytes!("../../../tests/formats/corpus/small.brdf");
@@ -188,43 +169,19 @@ fn speos_files_that_are_wrong_are_named() {
     let good = "OPTIS - brdf surface file v8.0\n0\nx\n0\n\n1\t0\n1\n1\t1\n0\n550\n40\n2 3\n\t0 120 240\n0 1 1 1\n90 1 1 1\n";
     assert!(speos::read(good.as_bytes()).is_ok());
     for (from, to, message) in [
-        (
-            "OPTIS - brdf",
-            "OPTIS - bsdf180",
-            "line 1: expected `OPTIS - Anisotropic BSDF",
-        ),
+        ("OPTIS - brdf", "OPTIS - bsdf180", "line 1: expected `OPTIS - Anisotropic BSDF"),
         (
             "\n0\nx",
             "\n1\nx",
             "line 2: expected 0 (text): the layout of mode 1 (binary) is not public",
         ),
-        (
-            "\n1\t0\n",
-            "\n0\t0\n",
-            "expected reflection or transmission or both, got neither",
-        ),
-        (
-            "\n40\n",
-            "\n140\n",
-            "line 11: expected a percentage: 0 to 100, got `140`",
-        ),
+        ("\n1\t0\n", "\n0\t0\n", "expected reflection or transmission or both, got neither"),
+        ("\n40\n", "\n140\n", "line 11: expected a percentage: 0 to 100, got `140`"),
         ("\n0\n\n1", "\n900\n\n1", "expected 900 characters of text"),
-        (
-            "90 1 1 1",
-            "90 1 -1 1",
-            "line 15: expected a value of the BSDF: 0 or more, got `-1`",
-        ),
-        (
-            "90 1 1 1",
-            "90 1 1",
-            "expected a value of the BSDF, got the end of the file",
-        ),
+        ("90 1 1 1", "90 1 -1 1", "line 15: expected a value of the BSDF: 0 or more, got `-1`"),
+        ("90 1 1 1", "90 1 1", "expected a value of the BSDF, got the end of the file"),
         ("90 1 1 1", "0 1 1 1", "line 15: expected theta: ascending"),
-        (
-            "2 3\n",
-            "2 3000000000\n",
-            "number of phi angles: a whole number from 1 to",
-        ),
+        ("2 3\n", "2 3000000000\n", "number of phi angles: a whole number from 1 to"),
         (
             "90 1 1 1\n",
             "90 1 1 1\n7\n",
@@ -238,21 +195,13 @@ fn speos_files_that_are_wrong_are_named() {
     let half = good.replace("0 120 240", "0 90 180");
     let file = speos::read(half.as_bytes()).unwrap();
     let got = from_speos(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Fixed).unwrap_err();
-    assert!(
-        got.to_string()
-            .contains("around the whole circle, got 0 to 180"),
-        "{got}"
-    );
+    assert!(got.to_string().contains("around the whole circle, got 0 to 180"), "{got}");
 }
 
 #[test]
 fn shifting_between_nodes_finds_the_orders_that_fixed_lobes_miss() {
-    let finer = Resolution {
-        incidence_deg: 11.25,
-        azimuth_deg: 22.5,
-        scatter_deg: 3.0,
-        samples: 1,
-    };
+    let finer =
+        Resolution { incidence_deg: 11.25, azimuth_deg: 22.5, scatter_deg: 3.0, samples: 1 };
     let (content, _) = to_lighttools(&table(), 550.0, &finer).unwrap();
     let table = table();
     let incidences = [0.1, 0.3, 0.5, 0.6, 0.8, 0.9].map(|polar| spherical(polar, 0.2));
@@ -275,11 +224,7 @@ fn zemax_files_hold_the_table_where_they_can() {
     for side in Side::BOTH {
         for scatter in [Transport::Reflection, Transport::Transmission] {
             let (content, smearing) = to_zemax(&table, side, scatter, &coarse()).unwrap();
-            assert!(
-                smearing.worst_energy() < 1e-3,
-                "{}",
-                smearing.worst_energy()
-            );
+            assert!(smearing.worst_energy() < 1e-3, "{}", smearing.worst_energy());
             let written = text(|w| zemax::write(&content, w));
             let read = zemax::read(&written).unwrap();
             assert_eq!(text(|w| zemax::write(&read, w)), written);
@@ -315,33 +260,21 @@ fn zemax_files_hold_the_table_where_they_can() {
     assert!(all.largest_power() > 1.0 && albedo.total() <= 1.0 + 1e-12);
     // From air, a specular ray in silicone at 45 degrees comes from 85.6 degrees; that at 67.5 from
     // nowhere.
-    let outer = contents
-        .iter()
-        .find(|(s, b)| *s == Side::Outer && b.transport == Transport::Transmission);
-    assert_eq!(
-        outer.map(|(_, b)| b.incidences.clone()),
-        Some(vec![0.0, 22.5, 45.0])
-    );
+    let outer =
+        contents.iter().find(|(s, b)| *s == Side::Outer && b.transport == Transport::Transmission);
+    assert_eq!(outer.map(|(_, b)| b.incidences.clone()), Some(vec![0.0, 22.5, 45.0]));
 }
 
 #[test]
 fn klems_matrices_and_trees_keep_the_energy_of_every_incidence() {
     let table = table();
     for (content, smearing) in [to_klems(&table, 9).unwrap(), to_tree(&table, 4, 4).unwrap()] {
-        assert!(
-            smearing.worst_energy() < 1e-6,
-            "{}",
-            smearing.worst_energy()
-        );
+        assert!(smearing.worst_energy() < 1e-6, "{}", smearing.worst_energy());
         let written = text(|w| window::write(&content, w));
         let read = window::read(&written).unwrap();
         assert_eq!(text(|w| window::write(&read, w)), written);
         let back = from_window(&read, INDICES, LobeMotion::Fixed).unwrap();
-        assert!(
-            (back.largest_power() - 1.0).abs() < 1e-5,
-            "{}",
-            back.largest_power()
-        );
+        assert!((back.largest_power() - 1.0).abs() < 1e-5, "{}", back.largest_power());
         // Sums over whole cells of incidence, which are 10 degrees and more wide.
         for side in Side::BOTH {
             for transport in BOTH {
@@ -387,24 +320,10 @@ fn isotropic_files_turn_with_the_light() {
 fn resolutions_that_are_none_and_diffuse_surfaces_are_refused() {
     let table = table();
     for bad in [
-        Resolution {
-            scatter_deg: 0.7,
-            ..coarse()
-        },
-        Resolution {
-            incidence_deg: 0.0,
-            ..coarse()
-        },
-        Resolution {
-            azimuth_deg: f64::NAN,
-            ..coarse()
-        },
-        Resolution {
-            incidence_deg: 0.1,
-            azimuth_deg: 0.1,
-            scatter_deg: 0.1,
-            samples: 1,
-        },
+        Resolution { scatter_deg: 0.7, ..coarse() },
+        Resolution { incidence_deg: 0.0, ..coarse() },
+        Resolution { azimuth_deg: f64::NAN, ..coarse() },
+        Resolution { incidence_deg: 0.1, azimuth_deg: 0.1, scatter_deg: 0.1, samples: 1 },
     ] {
         assert!(to_lighttools(&table, 550.0, &bad).is_err(), "{bad:?}");
         assert!(to_zemax(&table, Side::Inner, Transport::Reflection, &bad).is_err());
@@ -417,10 +336,7 @@ fn resolutions_that_are_none_and_diffuse_surfaces_are_refused() {
 #[test]
 fn averaging_moves_orders_to_the_node_and_keeps_power() {
     let table = table();
-    let averaged = Resolution {
-        samples: 24,
-        ..coarse()
-    };
+    let averaged = Resolution { samples: 24, ..coarse() };
     let (content, smearing) = to_lighttools(&table, 550.0, &averaged).unwrap();
     assert!(smearing.worst_energy() < 1e-9 && smearing.mean_shift_deg < 1.5);
     let back = from_lighttools(&content, INDICES, LobeMotion::Fixed).unwrap();
@@ -431,10 +347,7 @@ fn averaging_moves_orders_to_the_node_and_keeps_power() {
     for (a, b) in content.blocks.iter().zip(&alone.blocks) {
         let strong = |block: &lighttools::LightToolsBlock| {
             let values = block.values.iter().enumerate();
-            values
-                .filter(|v| *v.1 > 1e-3)
-                .map(|v| v.0)
-                .collect::<Vec<_>>()
+            values.filter(|v| *v.1 > 1e-3).map(|v| v.0).collect::<Vec<_>>()
         };
         let missing = strong(b).iter().filter(|c| a.values[**c] == 0.0).count();
         assert!(missing <= 1, "{missing} at {} {}", b.incidence, b.plane);

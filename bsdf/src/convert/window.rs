@@ -73,8 +73,7 @@ pub fn to_klems(surface: &dyn Bsdf, samples: usize) -> Result<(WindowBsdf, Smear
 /// Indices and transports of the blocks for light from `side`.
 fn directions(side: Side) -> impl Iterator<Item = (usize, Transport)> {
     let all = DIRECTIONS.iter().enumerate();
-    all.filter(move |(_, d)| d.1.from == side)
-        .map(|(number, d)| (number, d.1.transport))
+    all.filter(move |(_, d)| d.1.from == side).map(|(number, d)| (number, d.1.transport))
 }
 
 /// Calls `take` with the index and the lobes of each block for each of `samples` incidences on
@@ -115,10 +114,7 @@ fn unnamed(data: impl IntoIterator<Item = ScatteringData>) -> WindowBsdf {
         name: String::new(),
         manufacturer: String::new(),
         blocks: blocks
-            .map(|((_, direction), data)| WindowBlock {
-                direction: *direction,
-                data,
-            })
+            .map(|((_, direction), data)| WindowBlock { direction: *direction, data })
             .collect(),
     }
 }

@@ -80,16 +80,10 @@ pub fn to_zemax(
         radials: steps(180.0, step, 0.0),
         channels: Vec::new(),
     };
-    let cells = Arc::new(AngularBasis::around_points(
-        &bsdf.azimuths,
-        &bsdf.radials,
-        180.0,
-    ));
+    let cells = Arc::new(AngularBasis::around_points(&bsdf.azimuths, &bsdf.radials, 180.0));
     let mut smearing = Smearing::new(cells.widest());
-    let mut channel = Channel {
-        tis: Vec::new(),
-        values: Vec::with_capacity(bsdf.values_per_channel()),
-    };
+    let mut channel =
+        Channel { tis: Vec::new(), values: Vec::with_capacity(bsdf.values_per_channel()) };
     let angles: Vec<f64> = bsdf
         .incidences
         .iter()
@@ -162,11 +156,8 @@ fn scatter_table(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
     // Azimuths with the index of the row of their values.
     let mut rows: Vec<(f64, usize)> = bsdf.azimuths.iter().copied().zip(0..).collect();
     if mirrored {
-        let others = rows
-            .iter()
-            .rev()
-            .filter(|r| r.0 > 0.0 && r.0 < 180.0)
-            .map(|r| (360.0 - r.0, r.1));
+        let others =
+            rows.iter().rev().filter(|r| r.0 > 0.0 && r.0 < 180.0).map(|r| (360.0 - r.0, r.1));
         let others: Vec<_> = others.collect();
         rows.extend(others);
     }
@@ -202,10 +193,8 @@ fn scatter_table(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
                 .copied();
             let basis = about_specular(&cells, wi, specular, *rotation);
             let tis = Some(channel.tis[number]);
-            nodes.push(IncidentNode {
-                wi,
-                distribution: CellDistribution::new(basis, spread, tis),
-            });
+            nodes
+                .push(IncidentNode { wi, distribution: CellDistribution::new(basis, spread, tis) });
         }
     }
     if thetas.is_empty() {
@@ -216,10 +205,7 @@ fn scatter_table(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
     }
     Ok(ScatterTable::Grid {
         thetas,
-        phis: rotations
-            .iter()
-            .map(|r| azimuth(r.0).to_radians())
-            .collect(),
+        phis: rotations.iter().map(|r| azimuth(r.0).to_radians()).collect(),
         nodes,
         end: ratio.min(1.0).asin(),
     })

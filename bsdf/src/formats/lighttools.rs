@@ -36,11 +36,8 @@ pub enum Tristimulus {
     Z,
 }
 
-const TRISTIMULUS: [(&str, Tristimulus); 3] = [
-    ("TrisX", Tristimulus::X),
-    ("TrisY", Tristimulus::Y),
-    ("TrisZ", Tristimulus::Z),
-];
+const TRISTIMULUS: [(&str, Tristimulus); 3] =
+    [("TrisX", Tristimulus::X), ("TrisY", Tristimulus::Y), ("TrisZ", Tristimulus::Z)];
 
 /// Scatter values of one incidence.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,13 +87,8 @@ pub fn read(text: &str) -> Result<LightToolsBsdf, FormatError> {
     let (mut symmetry, mut content) = (None, None);
     let [mut azimuths, mut radials] = [const { Vec::new() }; 2];
     loop {
-        let keywords = [
-            "Symmetry",
-            "SpectralContent",
-            "ScatterAzimuth",
-            "ScatterRadial",
-            "DataBegin",
-        ];
+        let keywords =
+            ["Symmetry", "SpectralContent", "ScatterAzimuth", "ScatterRadial", "DataBegin"];
         match words.one_of(&keywords)? {
             0 => symmetry = Some(words.one_of(&["PlaneSymmetrical", "Asymmetric"])?),
             1 => content = Some(words.one_of(&["Monochrome", "XYZ"])?),
@@ -115,13 +107,8 @@ pub fn read(text: &str) -> Result<LightToolsBsdf, FormatError> {
     if radials.is_empty() {
         return Err(missing("ScatterRadial"));
     }
-    let mut bsdf = LightToolsBsdf {
-        comments,
-        plane_symmetrical,
-        azimuths,
-        radials,
-        blocks: Vec::new(),
-    };
+    let mut bsdf =
+        LightToolsBsdf { comments, plane_symmetrical, azimuths, radials, blocks: Vec::new() };
     let mut lines = Vec::new();
     loop {
         let line = words.line();
@@ -134,11 +121,7 @@ pub fn read(text: &str) -> Result<LightToolsBsdf, FormatError> {
     complete(&bsdf.blocks, &lines)?;
     let line = words.line();
     if bsdf.blocks.is_empty() {
-        return Err(FormatError::line(
-            line,
-            "at least one block of data",
-            "none",
-        ));
+        return Err(FormatError::line(line, "at least one block of data", "none"));
     }
     words.end("the end of the file after DataEnd")?;
     Ok(bsdf)
@@ -152,11 +135,7 @@ fn complete(blocks: &[LightToolsBlock], lines: &[usize]) -> Result<(), FormatErr
         let wavelength = blocks[0].wavelength;
         if (block.wavelength - wavelength).abs() > 1e-9 {
             let expected = format!("one wavelength in the whole file, {wavelength} nm");
-            return Err(FormatError::line(
-                *line,
-                expected,
-                block.wavelength.to_string(),
-            ));
+            return Err(FormatError::line(*line, expected, block.wavelength.to_string()));
         }
         let group = (block.side, block.transport, block.tristimulus);
         let at = seen.iter().position(|s| s.0 == group).unwrap_or(seen.len());
@@ -173,13 +152,8 @@ fn complete(blocks: &[LightToolsBlock], lines: &[usize]) -> Result<(), FormatErr
         }
     }
     for (_, found) in &seen {
-        let [incidences, planes] = [0, 1].map(|k| {
-            found
-                .keys()
-                .map(|key| key[k])
-                .collect::<BTreeSet<_>>()
-                .len()
-        });
+        let [incidences, planes] =
+            [0, 1].map(|k| found.keys().map(|key| key[k]).collect::<BTreeSet<_>>().len());
         if incidences * planes != found.len() {
             let last = found.values().copied().max().unwrap_or(1);
             let at = lines.iter().position(|l| *l == last).unwrap_or(0);
@@ -278,11 +252,7 @@ pub fn write(bsdf: &LightToolsBsdf, writer: &mut impl Write) -> io::Result<()> {
     let _ = writeln!(
         text,
         "Symmetry {}\nSpectralContent {}",
-        if bsdf.plane_symmetrical {
-            "PlaneSymmetrical"
-        } else {
-            "Asymmetric"
-        },
+        if bsdf.plane_symmetrical { "PlaneSymmetrical" } else { "Asymmetric" },
         if coloured { "XYZ" } else { "Monochrome" }
     );
     push_angles(&mut text, "ScatterAzimuth", &bsdf.azimuths);

@@ -75,11 +75,7 @@ struct ArrayInfo {
 const JONES: &str = "jones";
 
 fn version(with_jones: bool) -> u32 {
-    if with_jones {
-        VERSION_WITH_JONES
-    } else {
-        VERSION
-    }
+    if with_jones { VERSION_WITH_JONES } else { VERSION }
 }
 
 /// Arrays and their bytes, in the order of the payload.
@@ -98,27 +94,18 @@ fn pack(table: &OrderTable) -> (Vec<ArrayInfo>, Vec<u8>) {
     let nodes = &table.layout().nodes;
     let ids: Vec<_> = table.grid().nodes().collect();
     let count = nodes.len();
-    add(
-        "node_side",
-        "u1",
-        vec![count],
-        ids.iter().map(|id| id.side.index() as u8).collect(),
-    );
+    add("node_side", "u1", vec![count], ids.iter().map(|id| id.side.index() as u8).collect());
     add(
         "node_ky",
         "<u2",
         vec![count],
-        ids.iter()
-            .flat_map(|id| (id.ky_index as u16).to_le_bytes())
-            .collect(),
+        ids.iter().flat_map(|id| (id.ky_index as u16).to_le_bytes()).collect(),
     );
     add(
         "node_kx",
         "<i4",
         vec![count],
-        ids.iter()
-            .flat_map(|id| (id.kx_index as i32).to_le_bytes())
-            .collect(),
+        ids.iter().flat_map(|id| (id.kx_index as i32).to_le_bytes()).collect(),
     );
     add(
         "node_first",
@@ -126,23 +113,12 @@ fn pack(table: &OrderTable) -> (Vec<ArrayInfo>, Vec<u8>) {
         vec![count],
         nodes.iter().flat_map(|n| n.first.to_le_bytes()).collect(),
     );
-    let lowest = nodes
-        .iter()
-        .flat_map(|n| n.lowest)
-        .flat_map(i16::to_le_bytes);
+    let lowest = nodes.iter().flat_map(|n| n.lowest).flat_map(i16::to_le_bytes);
     add("node_lowest", "<i2", vec![count, 2], lowest.collect());
-    let counts = nodes
-        .iter()
-        .flat_map(|n| n.count)
-        .flat_map(u16::to_le_bytes);
+    let counts = nodes.iter().flat_map(|n| n.count).flat_map(u16::to_le_bytes);
     add("node_count", "<u2", vec![count, 2], counts.collect());
     for (name, array) in ["s", "p"].into_iter().zip(table.arrays()) {
-        add(
-            name,
-            "<f4",
-            vec![array.len()],
-            array.iter().flat_map(|v| v.to_le_bytes()).collect(),
-        );
+        add(name, "<f4", vec![array.len()], array.iter().flat_map(|v| v.to_le_bytes()).collect());
     }
     if let Some(jones) = table.packed_jones() {
         let numbers = jones.as_flattened();
@@ -162,11 +138,7 @@ fn pack(table: &OrderTable) -> (Vec<ArrayInfo>, Vec<u8>) {
 /// If the writer fails.
 pub fn write(table: &OrderTable, mut writer: impl Write) -> Result<(), Error> {
     let (arrays, payload) = pack(table);
-    let header = FileHeader {
-        table: table.header().clone(),
-        grid: table.grid().clone(),
-        arrays,
-    };
+    let header = FileHeader { table: table.header().clone(), grid: table.grid().clone(), arrays };
     let mut header = serde_json::to_vec(&header)?;
     // Blanks, which JSON ignores, align the payload to eight bytes.
     header.resize(header.len().next_multiple_of(8), b' ');
@@ -194,17 +166,11 @@ pub fn read(mut reader: impl Read) -> Result<OrderTable, Error> {
     let prelude = read_part(&mut reader, "first bytes", PRELUDE as u64)?;
     if !prelude.starts_with(MAGIC) {
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        return Err(Error::Magic {
-            expected: text(MAGIC),
-            got: text(&prelude[..8]),
-        });
+        return Err(Error::Magic { expected: text(MAGIC), got: text(&prelude[..8]) });
     }
     let [version, header_length] = [8, 12].map(|at| u32::from_le_bytes(four(&prelude[at..])));
     if version != VERSION && version != VERSION_WITH_JONES {
-        return Err(Error::Version {
-            expected: VERSION,
-            got: version,
-        });
+        return Err(Error::Version { expected: VERSION, got: version });
     }
     let [low, high] = [16, 20].map(|at| u64::from(u32::from_le_bytes(four(&prelude[at..]))));
     let payload_length = low | high << 32;
@@ -222,19 +188,13 @@ pub fn read(mut reader: impl Read) -> Result<OrderTable, Error> {
     }
     let computed = hasher.finalize();
     if computed[..] != stored[..] {
-        return Err(Error::Checksum {
-            expected: hex(&stored),
-            got: hex(&computed),
-        });
+        return Err(Error::Checksum { expected: hex(&stored), got: hex(&computed) });
     }
     let header = json::parse(&header)?;
     let header: FileHeader = serde_json::from_value(header)?;
     let with_jones = header.arrays.iter().any(|array| array.name == JONES);
     if version != self::version(with_jones) {
-        return Err(Error::Version {
-            expected: self::version(with_jones),
-            got: version,
-        });
+        return Err(Error::Version { expected: self::version(with_jones), got: version });
     }
     unpack(&header, &payload)
 }
@@ -242,20 +202,12 @@ pub fn read(mut reader: impl Read) -> Result<OrderTable, Error> {
 /// Table from a header and a payload whose checksum is right.
 fn unpack(header: &FileHeader, payload: &[u8]) -> Result<OrderTable, Error> {
     header.grid.validate()?;
-    let contradiction = |part, expected: String, got: String| {
-        Err(Error::Inconsistent {
-            part,
-            expected,
-            got,
-        })
-    };
+    let contradiction =
+        |part, expected: String, got: String| Err(Error::Inconsistent { part, expected, got });
     // The payload must be large enough before anything is allocated for the grid.
     let nodes = header.grid.node_count() as u64;
     if (payload.len() as u64) < nodes * BYTES_PER_NODE {
-        let expected = format!(
-            "at least {} bytes for {nodes} nodes",
-            nodes * BYTES_PER_NODE
-        );
+        let expected = format!("at least {} bytes for {nodes} nodes", nodes * BYTES_PER_NODE);
         return contradiction("arrays", expected, format!("{} bytes", payload.len()));
     }
     let [s, p] = ["s", "p"].map(|name| floats(header, payload, name));
@@ -291,26 +243,16 @@ fn unpack(header: &FileHeader, payload: &[u8]) -> Result<OrderTable, Error> {
 
 /// The f32 array `name` of a payload.
 fn floats(header: &FileHeader, payload: &[u8], name: &'static str) -> Result<Vec<f32>, Error> {
-    let range = header
-        .arrays
-        .iter()
-        .find(|a| a.name == name)
-        .and_then(|array| {
-            let length = array
-                .shape
-                .iter()
-                .try_fold(4_usize, |product, n| product.checked_mul(*n))?;
-            payload.get(array.offset..array.offset.checked_add(length)?)
-        });
+    let range = header.arrays.iter().find(|a| a.name == name).and_then(|array| {
+        let length = array.shape.iter().try_fold(4_usize, |product, n| product.checked_mul(*n))?;
+        payload.get(array.offset..array.offset.checked_add(length)?)
+    });
     let bytes = range.ok_or_else(|| Error::Inconsistent {
         part: "list of arrays",
         expected: format!("an array {name:?} within {} bytes", payload.len()),
         got: format!("{:?}", header.arrays),
     })?;
-    Ok(bytes
-        .chunks_exact(4)
-        .map(|b| f32::from_le_bytes(four(b)))
-        .collect())
+    Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes(four(b))).collect())
 }
 
 /// Exactly `length` bytes; never allocates more than the reader holds.
@@ -318,15 +260,7 @@ fn read_part(reader: &mut impl Read, part: &'static str, length: u64) -> Result<
     let mut bytes = Vec::new();
     reader.take(length).read_to_end(&mut bytes)?;
     let got = bytes.len() as u64;
-    if got < length {
-        Err(Error::Truncated {
-            part,
-            expected: length,
-            got,
-        })
-    } else {
-        Ok(bytes)
-    }
+    if got < length { Err(Error::Truncated { part, expected: length, got }) } else { Ok(bytes) }
 }
 
 /// The first four bytes of at least four.

@@ -68,9 +68,7 @@ pub fn write(table: &OrderTable, writer: impl Write) -> Result<(), Error> {
         let orders = |polarization| -> Result<Vec<(Side, i32, f32)>, Error> {
             let orders = table.node_efficiencies(id, polarization)?.into_iter();
             // The table stores f32: nothing is lost.
-            Ok(orders
-                .map(|o| (o.to, o.order, o.efficiency as f32))
-                .collect())
+            Ok(orders.map(|o| (o.to, o.order, o.efficiency as f32)).collect())
         };
         nodes.push(NodeRecord {
             side: id.side,
@@ -107,10 +105,7 @@ pub fn read(text: &str) -> Result<OrderTable, Error> {
         });
     }
     if kind.version != VERSION {
-        return Err(Error::Version {
-            expected: VERSION,
-            got: kind.version,
-        });
+        return Err(Error::Version { expected: VERSION, got: kind.version });
     }
     let file: File = serde_json::from_str(text)?;
     file.grid.validate()?;
@@ -139,11 +134,7 @@ pub fn read(text: &str) -> Result<OrderTable, Error> {
     }
     let rows = file.nodes.into_iter().flat_map(|node| {
         let row = |polarization, orders: Vec<(Side, i32, f32)>| EfficiencyRow {
-            node: NodeId {
-                side: node.side,
-                kx_index: node.kx_index,
-                ky_index: node.ky_index,
-            },
+            node: NodeId { side: node.side, kx_index: node.kx_index, ky_index: node.ky_index },
             polarization,
             orders: orders
                 .into_iter()
@@ -172,10 +163,7 @@ mod tests {
     fn what_was_written_comes_back_to_the_bit() {
         let back = read(&text()).unwrap();
         assert_eq!(back.arrays(), table().arrays());
-        assert_eq!(
-            (back.header(), back.grid()),
-            (table().header(), table().grid())
-        );
+        assert_eq!((back.header(), back.grid()), (table().header(), table().grid()));
     }
 
     #[test]
@@ -186,11 +174,7 @@ mod tests {
             ("\"version\":2", "\"version\":3", "version 3, expected 2"),
             ("\"kx_index\":0", "\"kx_index\":1", "wavevector of a node"),
             ("\"period\":2.2", "\"period\":4.4", "number of nodes"),
-            (
-                "\"period\":2.2",
-                "\"period\":1e300",
-                "grid of incident wavevectors",
-            ),
+            ("\"period\":2.2", "\"period\":1e300", "grid of incident wavevectors"),
             ("\"side\":\"inner\"", "\"side\":\"left\"", "line 1 column"),
             ("\"format\"", "format", "line 1 column"),
         ] {
@@ -199,26 +183,15 @@ mod tests {
             assert!(message.contains(expected), "{from}: {message}");
         }
         for (more, expected) in [
-            (
-                r#"{"a": {"b": 1, "b": 1}}"#,
-                "more.a.b: expected this key once, got it twice",
-            ),
-            (
-                r#"{"a": 1, "c": 2, "a": 3}"#,
-                "more.a: expected this key once, got it twice",
-            ),
+            (r#"{"a": {"b": 1, "b": 1}}"#, "more.a.b: expected this key once, got it twice"),
+            (r#"{"a": 1, "c": 2, "a": 3}"#, "more.a: expected this key once, got it twice"),
             ("3", "more: expected an object, got 3"),
         ] {
             let written = "\"more\":{\"solver\":\"closed form\"}";
             assert!(text.contains(written));
             let more = format!("\"more\": {more}");
-            let message = read(&text.replacen(written, &more, 1))
-                .unwrap_err()
-                .to_string();
-            assert!(
-                message.contains(expected) && message.contains("line 1 column"),
-                "{message}"
-            );
+            let message = read(&text.replacen(written, &more, 1)).unwrap_err().to_string();
+            assert!(message.contains(expected) && message.contains("line 1 column"), "{message}");
         }
         assert!(read(&text[..text.len() / 2]).is_err() && read("").is_err());
     }

@@ -18,10 +18,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 /// First words of the two kinds of file.
-const HEADINGS: [&str; 2] = [
-    "OPTIS - Anisotropic BSDF surface file",
-    "OPTIS - brdf surface file",
-];
+const HEADINGS: [&str; 2] = ["OPTIS - Anisotropic BSDF surface file", "OPTIS - brdf surface file"];
 /// The version that is written.
 const VERSION: &str = "v8.0";
 /// Wavelength at which coefficients of a spectrum are taken, nm: middle of the visible.
@@ -111,12 +108,8 @@ pub fn read(bytes: &[u8]) -> Result<SpeosBsdf, FormatError> {
     words.text_line();
     words.characters(length)?;
     words.text_line();
-    let mut bsdf = SpeosBsdf {
-        comment,
-        values: Values::Bsdf,
-        parts: Vec::new(),
-        warnings: Vec::new(),
-    };
+    let mut bsdf =
+        SpeosBsdf { comment, values: Values::Bsdf, parts: Vec::new(), warnings: Vec::new() };
     if kind == 0 {
         anisotropic(&mut words, &mut bsdf)?;
     } else {
@@ -248,19 +241,11 @@ fn by_wavelength(words: &mut Tokens<'_>, bsdf: &mut SpeosBsdf) -> Result<(), For
                 let total = percentage(words)?;
                 let read = table(words, transport)?;
                 if number == chosen {
-                    tables.push(SpeosTable {
-                        incidence: *incidence,
-                        total: Some(total),
-                        ..read
-                    });
+                    tables.push(SpeosTable { incidence: *incidence, total: Some(total), ..read });
                 }
             }
         }
-        bsdf.parts.push(SpeosPart {
-            transport,
-            reference: None,
-            tables,
-        });
+        bsdf.parts.push(SpeosPart { transport, reference: None, tables });
     }
     Ok(())
 }
@@ -324,10 +309,7 @@ pub fn write(bsdf: &SpeosBsdf, writer: &mut impl Write) -> io::Result<()> {
         for rotation in rotations {
             let tables = part.tables.iter();
             let of_rotation = tables.filter(|t| t.rotation.to_bits() == rotation.to_bits());
-            push_list(
-                &mut text,
-                &of_rotation.map(|t| t.incidence).collect::<Vec<f64>>(),
-            );
+            push_list(&mut text, &of_rotation.map(|t| t.incidence).collect::<Vec<f64>>());
         }
     }
     for part in &bsdf.parts {
@@ -356,24 +338,11 @@ fn push_list(text: &mut String, angles: &[f64]) {
 fn push_table(text: &mut String, table: &SpeosTable, transport: Transport) {
     let columns = table.azimuths.len();
     let list: Vec<String> = table.azimuths.iter().map(ToString::to_string).collect();
-    let _ = writeln!(
-        text,
-        "{}\t{columns}\n\t{}",
-        table.thetas.len(),
-        list.join("\t")
-    );
-    let mut rows: Vec<(f64, &[f64])> = table
-        .thetas
-        .iter()
-        .copied()
-        .zip(table.values.chunks_exact(columns))
-        .collect();
+    let _ = writeln!(text, "{}\t{columns}\n\t{}", table.thetas.len(), list.join("\t"));
+    let mut rows: Vec<(f64, &[f64])> =
+        table.thetas.iter().copied().zip(table.values.chunks_exact(columns)).collect();
     if transport == Transport::Transmission {
-        rows = rows
-            .into_iter()
-            .rev()
-            .map(|(t, row)| (180.0 - t, row))
-            .collect();
+        rows = rows.into_iter().rev().map(|(t, row)| (180.0 - t, row)).collect();
     }
     for (theta, row) in rows {
         let _ = write!(text, "{theta}\t");

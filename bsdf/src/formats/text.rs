@@ -24,11 +24,7 @@ pub fn utf8(bytes: &[u8]) -> Result<&str, FormatError> {
     if let Some(at) = bytes.iter().position(|&b| b == 0) {
         return Err(FormatError::offset(at as u64, expected, "a zero byte"));
     }
-    let start = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) {
-        3
-    } else {
-        0
-    };
+    let start = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
     std::str::from_utf8(&bytes[start..]).map_err(|error| {
         let at = start + error.valid_up_to();
         let got = format!("byte 0x{:02X} of another encoding", bytes[at]);
@@ -69,16 +65,8 @@ pub fn check_line_ends(text: &str) -> Result<(), FormatError> {
 #[must_use]
 pub fn quoted(word: &str) -> String {
     let mut characters = word.chars();
-    let start: String = characters
-        .by_ref()
-        .take(40)
-        .flat_map(char::escape_debug)
-        .collect();
-    if characters.next().is_some() {
-        format!("`{start}...`")
-    } else {
-        format!("`{start}`")
-    }
+    let start: String = characters.by_ref().take(40).flat_map(char::escape_debug).collect();
+    if characters.next().is_some() { format!("`{start}...`") } else { format!("`{start}`") }
 }
 
 /// The comments in the first lines of a text, each without its `#`.
@@ -98,21 +86,13 @@ pub fn leading_comments(text: &str) -> Vec<String> {
 pub fn parse_number(word: &str, line: usize, what: &str) -> Result<f64, FormatError> {
     match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err(FormatError::line(
-            line,
-            format!("{what}: a finite number"),
-            quoted(word),
-        )),
+        Ok(_) => Err(FormatError::line(line, format!("{what}: a finite number"), quoted(word))),
         Err(_) if word.contains(',') => Err(FormatError::line(
             line,
             format!("{what}: a number with a decimal point"),
             format!("{}, with a comma", quoted(word)),
         )),
-        Err(_) => Err(FormatError::line(
-            line,
-            format!("{what}: a number"),
-            quoted(word),
-        )),
+        Err(_) => Err(FormatError::line(line, format!("{what}: a number"), quoted(word))),
     }
 }
 
@@ -142,10 +122,7 @@ impl<'a> Tokens<'a> {
     /// The tokens of a part of a file that begins at `line`, without comments.
     #[must_use]
     pub fn starting(text: &'a str, line: usize) -> Self {
-        Self {
-            line,
-            ..Self::new(text, false)
-        }
+        Self { line, ..Self::new(text, false) }
     }
 
     /// The line of the next token (or of the end).
@@ -176,11 +153,8 @@ impl<'a> Tokens<'a> {
     /// The next token, not consumed.
     pub fn peek(&mut self) -> Option<&'a str> {
         self.skip_blanks();
-        let end = self
-            .rest
-            .bytes()
-            .position(|b| b.is_ascii_whitespace())
-            .unwrap_or(self.rest.len());
+        let end =
+            self.rest.bytes().position(|b| b.is_ascii_whitespace()).unwrap_or(self.rest.len());
         (end > 0).then(|| &self.rest[..end])
     }
 
@@ -196,8 +170,7 @@ impl<'a> Tokens<'a> {
     /// # Errors
     /// At the end of the text.
     pub fn word(&mut self, what: &str) -> Result<&'a str, FormatError> {
-        self.take()
-            .ok_or_else(|| FormatError::line(self.line, what, "the end of the file"))
+        self.take().ok_or_else(|| FormatError::line(self.line, what, "the end of the file"))
     }
 
     /// Consumes one of `choices`, in upper or lower case, and returns its index.
@@ -239,11 +212,7 @@ impl<'a> Tokens<'a> {
         if holds(value) {
             Ok(value)
         } else {
-            Err(FormatError::line(
-                line,
-                format!("{what}: {expected}"),
-                quoted(word),
-            ))
+            Err(FormatError::line(line, format!("{what}: {expected}"), quoted(word)))
         }
     }
 
@@ -254,13 +223,10 @@ impl<'a> Tokens<'a> {
     pub fn count(&mut self, what: &str, low: usize, high: usize) -> Result<usize, FormatError> {
         let line = self.line();
         let word = self.word(what)?;
-        word.parse()
-            .ok()
-            .filter(|n| (low..=high).contains(n))
-            .ok_or_else(|| {
-                let expected = format!("{what}: a whole number from {low} to {high}");
-                FormatError::line(line, expected, quoted(word))
-            })
+        word.parse().ok().filter(|n| (low..=high).contains(n)).ok_or_else(|| {
+            let expected = format!("{what}: a whole number from {low} to {high}");
+            FormatError::line(line, expected, quoted(word))
+        })
     }
 
     /// Upper bound on the number of tokens left.
@@ -383,9 +349,7 @@ impl<'a> Tokens<'a> {
     /// If a token is left.
     pub(super) fn end(&mut self, expected: &str) -> Result<(), FormatError> {
         let line = self.line();
-        self.take().map_or(Ok(()), |word| {
-            Err(FormatError::line(line, expected, quoted(word)))
-        })
+        self.take().map_or(Ok(()), |word| Err(FormatError::line(line, expected, quoted(word))))
     }
 }
 
@@ -419,11 +383,7 @@ pub(super) fn push_rows(text: &mut String, values: &[f64], columns: usize) {
             if column > 0 {
                 text.push('\t');
             }
-            let _ = if *value == 0.0 {
-                write!(text, "0")
-            } else {
-                write!(text, "{value:.7e}")
-            };
+            let _ = if *value == 0.0 { write!(text, "0") } else { write!(text, "{value:.7e}") };
         }
         text.push('\n');
     }
@@ -435,12 +395,8 @@ mod tests {
 
     #[test]
     fn words_know_their_lines_whatever_ends_them() {
-        for text in [
-            "a\nb # c\n\nd",
-            "a\r\nb # c\r\n\r\nd",
-            "a\rb # c\r\rd",
-            "a\n\rb # c\n\r\n\rd",
-        ] {
+        for text in ["a\nb # c\n\nd", "a\r\nb # c\r\n\r\nd", "a\rb # c\r\rd", "a\n\rb # c\n\r\n\rd"]
+        {
             let mut words = Tokens::new(text, true);
             let mut found = Vec::new();
             loop {
@@ -451,10 +407,7 @@ mod tests {
             assert_eq!(found, [(1, "a"), (2, "b"), (4, "d")], "{text:?}");
         }
         let mut words = Tokens::new("a # no", false);
-        assert_eq!(
-            (words.take(), words.take(), words.take()),
-            (Some("a"), Some("#"), Some("no"))
-        );
+        assert_eq!((words.take(), words.take(), words.take()), (Some("a"), Some("#"), Some("no")));
     }
 
     #[test]
@@ -485,14 +438,8 @@ mod tests {
             message("0,5"),
             "line 7: expected TIS: a number with a decimal point, got `0,5`, with a comma"
         );
-        assert_eq!(
-            message("nan"),
-            "line 7: expected TIS: a finite number, got `nan`"
-        );
-        assert_eq!(
-            message("1e999"),
-            "line 7: expected TIS: a finite number, got `1e999`"
-        );
+        assert_eq!(message("nan"), "line 7: expected TIS: a finite number, got `nan`");
+        assert_eq!(message("1e999"), "line 7: expected TIS: a finite number, got `1e999`");
         assert_eq!(message("x"), "line 7: expected TIS: a number, got `x`");
     }
 
@@ -512,16 +459,10 @@ mod tests {
 
     #[test]
     fn a_count_beyond_the_text_is_refused_before_anything_is_allocated() {
-        let error = Tokens::new("4000000000 1 2 3", false)
-            .angles("incidence", 0.0, 90.0)
-            .unwrap_err();
-        assert!(
-            error.to_string().contains("a whole number from 1 to"),
-            "{error}"
-        );
-        let error = Tokens::new("3 1 2 2", false)
-            .angles("incidence", 0.0, 90.0)
-            .unwrap_err();
+        let error =
+            Tokens::new("4000000000 1 2 3", false).angles("incidence", 0.0, 90.0).unwrap_err();
+        assert!(error.to_string().contains("a whole number from 1 to"), "{error}");
+        let error = Tokens::new("3 1 2 2", false).angles("incidence", 0.0, 90.0).unwrap_err();
         assert!(error.to_string().contains("above 2"), "{error}");
     }
 }

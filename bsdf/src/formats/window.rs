@@ -41,14 +41,8 @@ pub const DIRECTIONS: [(&str, Direction); 4] = {
         Direction { from, transport }
     }
     [
-        (
-            "Transmission Front",
-            of(Side::Inner, Transport::Transmission),
-        ),
-        (
-            "Transmission Back",
-            of(Side::Outer, Transport::Transmission),
-        ),
+        ("Transmission Front", of(Side::Inner, Transport::Transmission)),
+        ("Transmission Back", of(Side::Outer, Transport::Transmission)),
         ("Reflection Front", of(Side::Inner, Transport::Reflection)),
         ("Reflection Back", of(Side::Outer, Transport::Reflection)),
     ]
@@ -93,12 +87,10 @@ fn wrong(node: Node<'_, '_>, expected: &str, got: impl Into<String>) -> FormatEr
 
 /// The child element `name` of an element.
 fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Result<Node<'a, 'input>, FormatError> {
-    node.children()
-        .find(|c| c.tag_name().name() == name)
-        .ok_or_else(|| {
-            let expected = format!("an element {name} in {}", node.tag_name().name());
-            wrong(node, &expected, "none")
-        })
+    node.children().find(|c| c.tag_name().name() == name).ok_or_else(|| {
+        let expected = format!("an element {name} in {}", node.tag_name().name());
+        wrong(node, &expected, "none")
+    })
 }
 
 /// The text of the child element `name` of an element.
@@ -119,16 +111,9 @@ fn child_text<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, FormatError
 pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
     check_line_ends(text)?;
     check_nesting(text)?;
-    let options = ParsingOptions {
-        nodes_limit: 100_000,
-        ..ParsingOptions::default()
-    };
+    let options = ParsingOptions { nodes_limit: 100_000, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| {
-        FormatError::line(
-            error.pos().row as usize,
-            "well-formed XML",
-            error.to_string(),
-        )
+        FormatError::line(error.pos().row as usize, "well-formed XML", error.to_string())
     })?;
     let root = document.root_element();
     versions(text, root)?;
@@ -147,27 +132,15 @@ pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
             wrong(definition, expected, quoted(structure))
         })?;
     let about = |name: &str| {
-        child(layer, "Material")
-            .and_then(|m| child_text(m, name))
-            .unwrap_or_default()
-            .to_owned()
+        child(layer, "Material").and_then(|m| child_text(m, name)).unwrap_or_default().to_owned()
     };
-    let mut bsdf = WindowBsdf {
-        name: about("Name"),
-        manufacturer: about("Manufacturer"),
-        blocks: Vec::new(),
-    };
-    for wavelength in layer
-        .children()
-        .filter(|n| n.tag_name().name() == "WavelengthData")
-    {
+    let mut bsdf =
+        WindowBsdf { name: about("Name"), manufacturer: about("Manufacturer"), blocks: Vec::new() };
+    for wavelength in layer.children().filter(|n| n.tag_name().name() == "WavelengthData") {
         if !child_text(wavelength, "Wavelength")?.eq_ignore_ascii_case("Visible") {
             continue;
         }
-        for node in wavelength
-            .children()
-            .filter(|n| n.tag_name().name() == "WavelengthDataBlock")
-        {
+        for node in wavelength.children().filter(|n| n.tag_name().name() == "WavelengthDataBlock") {
             let block = block(node, kind)?;
             if bsdf.blocks.iter().any(|b| b.direction == block.direction) {
                 return Err(wrong(node, "each WavelengthDataDirection once", "two"));
@@ -190,9 +163,9 @@ fn check_nesting(text: &str) -> Result<(), FormatError> {
         rest = &rest[at..];
         let markup = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
         let end = match markup.iter().find(|(start, _)| rest.starts_with(start)) {
-            Some((start, end)) => rest[start.len()..]
-                .find(end)
-                .map(|found| start.len() + found + end.len()),
+            Some((start, end)) => {
+                rest[start.len()..].find(end).map(|found| start.len() + found + end.len())
+            }
             None => tag_end(rest),
         };
         let Some(end) = end else { break };
@@ -252,10 +225,8 @@ fn versions(text: &str, root: Node<'_, '_>) -> Result<(), FormatError> {
 
 fn block(node: Node<'_, '_>, kind: usize) -> Result<WindowBlock, FormatError> {
     let name = child_text(node, "WavelengthDataDirection")?;
-    let (_, direction) = *DIRECTIONS
-        .iter()
-        .find(|d| d.0.eq_ignore_ascii_case(name))
-        .ok_or_else(|| {
+    let (_, direction) =
+        *DIRECTIONS.iter().find(|d| d.0.eq_ignore_ascii_case(name)).ok_or_else(|| {
             let expected = "Transmission or Reflection, Front or Back";
             wrong(node, expected, quoted(name))
         })?;
@@ -276,10 +247,7 @@ fn block(node: Node<'_, '_>, kind: usize) -> Result<WindowBlock, FormatError> {
     let data = if kind < 2 {
         ScatteringData::Klems(matrix(text, line, kind == 1)?)
     } else {
-        let spaced = text
-            .replace(',', " ")
-            .replace('{', " { ")
-            .replace('}', " } ");
+        let spaced = text.replace(',', " ").replace('{', " { ").replace('}', " } ");
         ScatteringData::Tree(tree(&mut Tokens::starting(&spaced, line), kind + 1)?)
     };
     Ok(WindowBlock { direction, data })
@@ -297,9 +265,7 @@ fn matrix(text: &str, line: usize, by_rows: bool) -> Result<Vec<f64>, FormatErro
 }
 
 fn transposed(values: &[f64]) -> Vec<f64> {
-    (0..KLEMS * KLEMS)
-        .map(|k| values[k % KLEMS * KLEMS + k / KLEMS])
-        .collect()
+    (0..KLEMS * KLEMS).map(|k| values[k % KLEMS * KLEMS + k / KLEMS]).collect()
 }
 
 /// Reads nested braces; `words` are those of a text with a blank around every brace.
@@ -315,14 +281,8 @@ fn brace(words: &mut Tokens<'_>, brace: &str) -> Result<(), FormatError> {
         words.take();
         return Ok(());
     }
-    let got = words
-        .peek()
-        .map_or("the end of the tree".to_owned(), quoted);
-    Err(FormatError::line(
-        line,
-        format!("`{brace}` of a tensor tree"),
-        got,
-    ))
+    let got = words.peek().map_or("the end of the tree".to_owned(), quoted);
+    Err(FormatError::line(line, format!("`{brace}` of a tensor tree"), got))
 }
 
 fn branch(words: &mut Tokens<'_>, rank: usize, depth: u32) -> Result<Branch, FormatError> {
@@ -356,9 +316,7 @@ fn branch(words: &mut Tokens<'_>, rank: usize, depth: u32) -> Result<Branch, For
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Writes a file; all blocks are of the kind of the first.
@@ -384,19 +342,14 @@ pub fn write(bsdf: &WindowBsdf, writer: &mut impl Write) -> io::Result<()> {
         escaped(&bsdf.manufacturer)
     );
     if let Some(rank) = tree_rank {
-        let _ = writeln!(
-            text,
-            "\t\t<IncidentDataStructure>TensorTree{rank}</IncidentDataStructure>"
-        );
+        let _ =
+            writeln!(text, "\t\t<IncidentDataStructure>TensorTree{rank}</IncidentDataStructure>");
     } else {
         push_klems(&mut text);
     }
     text.push_str("\t</DataDefinition>\n");
     for block in &bsdf.blocks {
-        let name = DIRECTIONS
-            .iter()
-            .find(|d| d.1 == block.direction)
-            .map_or("", |d| d.0);
+        let name = DIRECTIONS.iter().find(|d| d.1 == block.direction).map_or("", |d| d.0);
         let _ = write!(
             text,
             "\t<WavelengthData>\n\t\t<LayerNumber>System</LayerNumber>\n\t\t<Wavelength unit=\"Integral\">Visible</Wavelength>\n\

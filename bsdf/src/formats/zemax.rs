@@ -77,12 +77,7 @@ impl ZemaxBsdf {
     /// Number of values in one channel.
     #[must_use]
     pub fn values_per_channel(&self) -> usize {
-        let lists = [
-            &self.rotations,
-            &self.incidences,
-            &self.azimuths,
-            &self.radials,
-        ];
+        let lists = [&self.rotations, &self.incidences, &self.azimuths, &self.radials];
         lists.iter().fold(1, |n, l| n.saturating_mul(l.len()))
     }
 }
@@ -180,10 +175,7 @@ fn channel(bsdf: &ZemaxBsdf, words: &mut Tokens<'_>) -> Result<Channel, FormatEr
 pub fn write(bsdf: &ZemaxBsdf, writer: &mut impl Write) -> io::Result<()> {
     let mut text = String::new();
     push_comments(&mut text, &bsdf.comments);
-    let symmetry = SYMMETRIES
-        .iter()
-        .find(|s| s.1 == bsdf.symmetry)
-        .map_or("", |s| s.0);
+    let symmetry = SYMMETRIES.iter().find(|s| s.1 == bsdf.symmetry).map_or("", |s| s.0);
     let (content, names) = if bsdf.channels.len() == 3 {
         ("XYZ", &COLOURS[..])
     } else {

@@ -30,11 +30,7 @@ impl CellDistribution {
         values: impl IntoIterator<Item = f64>,
         total: Option<f64>,
     ) -> Self {
-        let mut distribution = Self {
-            basis,
-            entries: Vec::new(),
-            factor: 1.0,
-        };
+        let mut distribution = Self { basis, entries: Vec::new(), factor: 1.0 };
         let mut sum = 0.0;
         for (cell, value) in values.into_iter().enumerate() {
             if value > 0.0 {
@@ -77,20 +73,14 @@ impl CellDistribution {
     }
 
     fn power(&self, entry: usize) -> f64 {
-        let before = if entry == 0 {
-            0.0
-        } else {
-            self.entries[entry - 1].1
-        };
+        let before = if entry == 0 { 0.0 } else { self.entries[entry - 1].1 };
         self.entries[entry].1 - before
     }
 
     fn sample(&self, rng: &mut dyn rand::Rng) -> Option<DVec3> {
         let level = rng.random::<f64>() * self.total();
-        let entry = self
-            .entries
-            .partition_point(|e| e.1 <= level)
-            .min(self.entries.len().checked_sub(1)?);
+        let entry =
+            self.entries.partition_point(|e| e.1 <= level).min(self.entries.len().checked_sub(1)?);
         let cell = self.entries[entry].0 as usize;
         Some(self.basis.sample(cell, rng))
     }
@@ -192,10 +182,7 @@ impl ScatterTable {
                 };
                 tree.total(&incidence)
             });
-            IncidenceTotals {
-                side,
-                sums: sums.collect(),
-            }
+            IncidenceTotals { side, sums: sums.collect() }
         });
         Self::Tree(Arc::new(tree), totals)
     }
@@ -212,17 +199,9 @@ impl ScatterTable {
     }
 
     fn nearby(&self, wi: DVec3) -> WeightedNodes<'_> {
-        let mut nearby = WeightedNodes {
-            nodes: [(None, 0.0); 4],
-            rotation: 0.0,
-        };
+        let mut nearby = WeightedNodes { nodes: [(None, 0.0); 4], rotation: 0.0 };
         match self {
-            Self::Grid {
-                thetas,
-                phis,
-                nodes,
-                end,
-            } => {
+            Self::Grid { thetas, phis, nodes, end } => {
                 let theta = wi.z.clamp(-1.0, 1.0).acos();
                 if theta > *end {
                     return nearby;
@@ -254,11 +233,7 @@ impl ScatterTable {
 
     /// Coordinates of `wi` in a tree, and the rotation of its exit.
     fn tree_coordinates(tree: &TensorTree, wi: DVec3) -> (Vec<f64>, f64) {
-        let rotation = if tree.rank == 3 {
-            (-wi.y).atan2(-wi.x)
-        } else {
-            0.0
-        };
+        let rotation = if tree.rank == 3 { (-wi.y).atan2(-wi.x) } else { 0.0 };
         (tree.incidence([-wi.x, -wi.y]), rotation)
     }
 
@@ -315,10 +290,7 @@ impl ScatterTable {
         }
         let node = chosen?;
         let wo = node.distribution.sample(rng)?;
-        Some((
-            rotated(node.wi, nearby.rotation),
-            rotated(wo, nearby.rotation),
-        ))
+        Some((rotated(node.wi, nearby.rotation), rotated(wo, nearby.rotation)))
     }
 
     /// Density of [`ScatterTable::sample`] at `wo` times the total, 1/sr: BSDF times cosine.
@@ -404,12 +376,10 @@ impl ScatterTable {
             return None;
         };
         let factors = nodes.iter().filter(|n| n.distribution.total() > 0.0);
-        factors
-            .map(|n| n.distribution.factor())
-            .fold(None, |range, f| {
-                let [low, high] = range.unwrap_or([f, f]);
-                Some([low.min(f), high.max(f)])
-            })
+        factors.map(|n| n.distribution.factor()).fold(None, |range, f| {
+            let [low, high] = range.unwrap_or([f, f]);
+            Some([low.min(f), high.max(f)])
+        })
     }
 
     /// The incidences at which the table is given. For a tree, the centres of a grid over its

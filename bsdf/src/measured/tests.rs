@@ -42,28 +42,12 @@ fn draws_follow_the_listed_shares() {
         let reflected = one_lobe(40.0, phong(mirror), axis);
         let passed = one_lobe(40.0, |_| 1.0, None);
         // 0.6 and half of it: 0.1 are absorbed.
-        let ScatterTable::Grid {
-            thetas,
-            phis,
-            nodes,
-            end,
-        } = passed
-        else {
-            panic!("a grid")
-        };
+        let ScatterTable::Grid { thetas, phis, nodes, end } = passed else { panic!("a grid") };
         let nodes = nodes
             .into_iter()
-            .map(|n| IncidentNode {
-                distribution: n.distribution.scaled(0.5),
-                ..n
-            })
+            .map(|n| IncidentNode { distribution: n.distribution.scaled(0.5), ..n })
             .collect();
-        let passed = ScatterTable::Grid {
-            thetas,
-            phis,
-            nodes,
-            end,
-        };
+        let passed = ScatterTable::Grid { thetas, phis, nodes, end };
         let surface = MeasuredBsdf::new(
             [1.0, 1.0],
             LobeMotion::Fixed,
@@ -112,10 +96,7 @@ fn draws_follow_the_listed_shares() {
         assert!(squares.length() > 0.0);
         // The mean of 1/pdf over what is drawn is the solid angle it is drawn in; its variance is
         // large at the rim.
-        assert!(
-            (inverse_density / n / (2.0 * PI) - 1.0).abs() < 0.1,
-            "{inverse_density}"
-        );
+        assert!((inverse_density / n / (2.0 * PI) - 1.0).abs() < 0.1, "{inverse_density}");
     }
 }
 
@@ -131,44 +112,23 @@ fn a_shifted_mirror_lobe_follows_the_law_of_reflection() {
     let expected = DVec3::new(-wi.x, -wi.y, wi.z);
     let away = |between| {
         let lobes = surface(between).lobes(wi, Polarization::S);
-        let mean = lobes
-            .iter()
-            .fold(DVec3::ZERO, |sum, l| sum + l.wo * l.power);
+        let mean = lobes.iter().fold(DVec3::ZERO, |sum, l| sum + l.wo * l.power);
         mean.normalize().angle_between(expected)
     };
     // The table is 11.4 degrees from this incidence.
-    assert!(
-        away(LobeMotion::Fixed) > 0.15,
-        "{}",
-        away(LobeMotion::Fixed)
-    );
-    assert!(
-        away(LobeMotion::Shifted) < 0.03,
-        "{}",
-        away(LobeMotion::Shifted)
-    );
+    assert!(away(LobeMotion::Fixed) > 0.15, "{}", away(LobeMotion::Fixed));
+    assert!(away(LobeMotion::Shifted) < 0.03, "{}", away(LobeMotion::Shifted));
 }
 
 #[test]
 fn more_power_out_than_in_is_refused_and_twice_the_same_too() {
     let response = || one_lobe(40.0, |_| 1.0, None);
     let both = |first, second| {
-        let responses = [
-            (Side::Outer, first, response()),
-            (Side::Outer, second, response()),
-        ];
-        MeasuredBsdf::new([1.0, 1.0], LobeMotion::Fixed, responses)
-            .unwrap_err()
-            .to_string()
+        let responses = [(Side::Outer, first, response()), (Side::Outer, second, response())];
+        MeasuredBsdf::new([1.0, 1.0], LobeMotion::Fixed, responses).unwrap_err().to_string()
     };
     let message = both(Transport::Reflection, Transport::Transmission);
-    assert!(
-        message.contains("at 40.00 degrees") && message.contains("got 1.2"),
-        "{message}"
-    );
+    assert!(message.contains("at 40.00 degrees") && message.contains("got 1.2"), "{message}");
     let message = both(Transport::Reflection, Transport::Reflection);
-    assert!(
-        message.contains("one table for each side and type"),
-        "{message}"
-    );
+    assert!(message.contains("one table for each side and type"), "{message}");
 }

@@ -114,19 +114,15 @@ impl AliasTable {
     ) {
         let kx = layout.rows[side.index()][row].kx;
         let origin = layout.rows[side.index()][row].origin;
-        let nodes = (kx[0]..kx[1])
-            .filter(|i| i.rem_euclid(self.kx_per_zone) == place)
-            .map(|i| {
-                let node = layout.nodes[(origin as i32 + i) as usize];
-                (i.div_euclid(self.kx_per_zone), node)
-            });
+        let nodes = (kx[0]..kx[1]).filter(|i| i.rem_euclid(self.kx_per_zone) == place).map(|i| {
+            let node = layout.nodes[(origin as i32 + i) as usize];
+            (i.div_euclid(self.kx_per_zone), node)
+        });
         let Some((first_zone, first)) = nodes.clone().next() else {
             return self.bloch_nodes[side.index()].push(BlochNodes::default());
         };
         let sums = |node: NodeOrders| &cumulative[node.all()];
-        let lossy = nodes
-            .clone()
-            .any(|(_, node)| sums(node).last() != Some(&FULL));
+        let lossy = nodes.clone().any(|(_, node)| sums(node).last() != Some(&FULL));
         let [inner, outer] = first.count.map(u32::from);
         let count = inner + outer + u32::from(lossy);
         let mask = count.next_power_of_two() - 1;
@@ -135,9 +131,7 @@ impl AliasTable {
             bin_count: f64::from(count),
             inner_orders: f64::from(inner),
             orders: f64::from(inner + outer),
-            lowest: first
-                .lowest
-                .map(|lowest| f64::from(first_zone) + f64::from(lowest)),
+            lowest: first.lowest.map(|lowest| f64::from(first_zone) + f64::from(lowest)),
             mask: u64::from(mask),
         };
         for (_, node) in nodes {
@@ -205,10 +199,7 @@ fn ky_interval(
         end: ends[number],
         ky: low.1.ky,
         per_ky: if low.0 == high.0 { 0.0 } else { low.1.per_gap },
-        common_kx: [
-            f64::from(least[0].max(least[1])),
-            f64::from(most[0].min(most[1]) - 1),
-        ],
+        common_kx: [f64::from(least[0].max(least[1])), f64::from(most[0].min(most[1]) - 1)],
         bloch_nodes: [low.0, high.0].map(|row| (row * kx_per_zone) as f64),
     }
 }
@@ -289,10 +280,7 @@ mod tests {
                 let sum = sums.get(order).copied().unwrap_or(FULL);
                 let share = f64::from(sum - before) / f64::from(FULL);
                 let got = *often as f64 / whole;
-                assert!(
-                    (got - share).abs() < 5e-10,
-                    "{sums:?} {order}: {got} {share}"
-                );
+                assert!((got - share).abs() < 5e-10, "{sums:?} {order}: {got} {share}");
                 assert!(share > 0.0 || *often == 0, "{sums:?} {order}");
                 before = sum;
             }

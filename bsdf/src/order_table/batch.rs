@@ -85,9 +85,7 @@ impl<'a> OrderTableBatch<'a> {
                 return None;
             }
             // Tables of one design often share their rows.
-            let same = known
-                .iter()
-                .find(|(other, _)| *other == &alias.ky_lookup[..]);
+            let same = known.iter().find(|(other, _)| *other == &alias.ky_lookup[..]);
             let first_lookup = if let Some((_, first)) = same {
                 *first
             } else {
@@ -113,10 +111,7 @@ impl<'a> OrderTableBatch<'a> {
             for pair in alias.ky_intervals[0].iter().zip(&alias.ky_intervals[1]) {
                 for (interval, first) in <[&KyInterval; 2]>::from(pair).into_iter().zip(first) {
                     let bloch_nodes = interval.bloch_nodes.map(|own| first + own);
-                    intervals.push(KyInterval {
-                        bloch_nodes,
-                        ..*interval
-                    });
+                    intervals.push(KyInterval { bloch_nodes, ..*interval });
                 }
             }
         }
@@ -195,15 +190,7 @@ impl<'a> OrderTableBatch<'a> {
         kx: &Lane,
         sampled: &mut SampledOrders,
     ) {
-        orders(
-            &self.constants,
-            &self.bloch_nodes,
-            surface,
-            locations,
-            bins,
-            kx,
-            sampled,
-        );
+        orders(&self.constants, &self.bloch_nodes, surface, locations, bins, kx, sampled);
     }
 
     /// The table of a surface.
@@ -227,14 +214,7 @@ pub struct BinLocations {
 impl Default for BinLocations {
     fn default() -> Self {
         let zero = [0.0; LANES];
-        Self {
-            bin: zero,
-            own: zero,
-            fraction: zero,
-            bloch: zero,
-            zone: zero,
-            found: zero,
-        }
+        Self { bin: zero, own: zero, fraction: zero, bloch: zero, zone: zero, found: zero }
     }
 }
 
@@ -278,11 +258,7 @@ pub struct SampledOrders {
 impl Default for SampledOrders {
     fn default() -> Self {
         let zero = [0.0; LANES];
-        Self {
-            inner: zero,
-            absorbed: zero,
-            kx: zero,
-        }
+        Self { inner: zero, absorbed: zero, kx: zero }
     }
 }
 

@@ -17,10 +17,7 @@ pub(super) fn from_rows(
     grid.validate()?;
     let layout = Layout::new(&grid);
     let mut arrays = [vec![0.0_f32; layout.entries], vec![0.0_f32; layout.entries]];
-    let mut seen = [
-        vec![false; layout.nodes.len()],
-        vec![false; layout.nodes.len()],
-    ];
+    let mut seen = [vec![false; layout.nodes.len()], vec![false; layout.nodes.len()]];
     let mut filled = vec![false; layout.entries];
     for row in rows {
         let which = match row.polarization {
@@ -28,9 +25,8 @@ pub(super) fn from_rows(
             Polarization::P => 1,
             Polarization::Unpolarized => return Err(Error::UnpolarizedRow),
         };
-        let index = layout.find(row.node).ok_or(Error::NoSuchNode {
-            node: row.node.to_string(),
-        })?;
+        let index =
+            layout.find(row.node).ok_or(Error::NoSuchNode { node: row.node.to_string() })?;
         if std::mem::replace(&mut seen[which][index], true) {
             let row = described(row.node, row.polarization);
             return Err(Error::NodeTwice { row });
@@ -102,10 +98,7 @@ pub(super) fn from_parts(
     for (id, node) in grid.nodes().zip(&layout.nodes) {
         for (entry, to, order) in node.orders() {
             let range = 0.0..=1.0;
-            if let Some(value) = [s[entry], p[entry]]
-                .into_iter()
-                .find(|v| !range.contains(v))
-            {
+            if let Some(value) = [s[entry], p[entry]].into_iter().find(|v| !range.contains(v)) {
                 let expected = "an efficiency between 0 and 1";
                 return Err(invalid(id, to, order, expected, f64::from(value)));
             }
@@ -122,10 +115,9 @@ fn assemble(
     s: Vec<f32>,
     p: Vec<f32>,
 ) -> Result<OrderTable, Error> {
-    for (name, value) in [
-        ("estimated_error", header.estimated_error),
-        ("energy_residual", header.energy_residual),
-    ] {
+    for (name, value) in
+        [("estimated_error", header.estimated_error), ("energy_residual", header.energy_residual)]
+    {
         if !(value.is_finite() && value >= 0.0) {
             return Err(Error::Header { name, value });
         }
@@ -135,16 +127,7 @@ fn assemble(
         accumulate(id, *node, [&s, &p], &mut cumulative)?;
     }
     let alias_table = AliasTable::new(&grid, &layout, &cumulative);
-    Ok(OrderTable {
-        header,
-        grid,
-        layout,
-        s,
-        p,
-        cumulative,
-        alias_table,
-        jones: None,
-    })
+    Ok(OrderTable { header, grid, layout, s, p, cumulative, alias_table, jones: None })
 }
 
 /// Running sums of the unpolarised efficiencies of one node.

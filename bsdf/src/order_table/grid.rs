@@ -54,11 +54,7 @@ pub struct NodeId {
 
 impl std::fmt::Display for NodeId {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self {
-            side,
-            kx_index,
-            ky_index,
-        } = self;
+        let Self { side, kx_index, ky_index } = self;
         write!(f, "side {side}, kx index {kx_index}, ky index {ky_index}")
     }
 }
@@ -83,21 +79,13 @@ impl Grid {
     /// for an odd one.
     #[must_use]
     pub fn kx_offset(&self) -> f64 {
-        if self.kx_per_zone.is_multiple_of(2) {
-            0.0
-        } else {
-            0.5
-        }
+        if self.kx_per_zone.is_multiple_of(2) { 0.0 } else { 0.5 }
     }
 
     /// Index of the node at -kx.
     #[must_use]
     pub fn mirror(&self, kx_index: i64) -> i64 {
-        if self.kx_per_zone.is_multiple_of(2) {
-            -kx_index
-        } else {
-            -1 - kx_index
-        }
+        if self.kx_per_zone.is_multiple_of(2) { -kx_index } else { -1 - kx_index }
     }
 
     /// kx of the node index `kx_index`. Indices 0 to `kx_per_zone - 1` make up one zone, and order
@@ -131,28 +119,21 @@ impl Grid {
         while inside(end) {
             end += 1;
         }
-        if end == 0 {
-            0..0
-        } else {
-            self.mirror(end - 1)..end
-        }
+        if end == 0 { 0..0 } else { self.mirror(end - 1)..end }
     }
 
     /// Whether the node exists.
     #[must_use]
     pub fn exists(&self, node: NodeId) -> bool {
         node.ky_index < self.ky.len()
-            && self
-                .kx_indices(node.side, node.ky_index)
-                .contains(&node.kx_index)
+            && self.kx_indices(node.side, node.ky_index).contains(&node.kx_index)
     }
 
     /// Number of nodes, both sides together.
     #[must_use]
     pub fn node_count(&self) -> usize {
-        let rows = Side::BOTH
-            .into_iter()
-            .flat_map(|side| (0..self.ky.len()).map(move |j| (side, j)));
+        let rows =
+            Side::BOTH.into_iter().flat_map(|side| (0..self.ky.len()).map(move |j| (side, j)));
         rows.map(|(side, j)| self.kx_indices(side, j).count()).sum()
     }
 
@@ -161,11 +142,7 @@ impl Grid {
         Side::BOTH.into_iter().flat_map(move |side| {
             (0..self.ky.len()).flat_map(move |ky_index| {
                 let each = self.kx_indices(side, ky_index);
-                each.map(move |kx_index| NodeId {
-                    side,
-                    kx_index,
-                    ky_index,
-                })
+                each.map(move |kx_index| NodeId { side, kx_index, ky_index })
             })
         })
     }
@@ -177,16 +154,16 @@ impl Grid {
         F: FnMut(Side, f64, f64, Polarization) -> Vec<OrderEfficiency> + 'a,
     {
         let both = [Polarization::S, Polarization::P];
-        self.nodes()
-            .flat_map(move |node| both.map(|polarization| (node, polarization)))
-            .map(move |(node, polarization)| {
+        self.nodes().flat_map(move |node| both.map(|polarization| (node, polarization))).map(
+            move |(node, polarization)| {
                 let (kx, ky) = (self.kx(node.kx_index), self.ky[node.ky_index]);
                 EfficiencyRow {
                     node,
                     polarization,
                     orders: orders(node.side, kx, ky, polarization),
                 }
-            })
+            },
+        )
     }
 
     /// `count` ≥ 2 ky nodes from 0 on, distributed over the ranges below and above the critical ky.
@@ -227,11 +204,7 @@ impl Grid {
             return refuse("expected at least 1 kx node per zone, got 0".to_owned());
         }
         if self.ky.is_empty() || self.ky.len() > usize::from(u16::MAX) {
-            return refuse(format!(
-                "expected 1 to {} ky nodes, got {}",
-                u16::MAX,
-                self.ky.len()
-            ));
+            return refuse(format!("expected 1 to {} ky nodes, got {}", u16::MAX, self.ky.len()));
         }
         if !self.ky.iter().all(|ky| ky.is_finite() && *ky >= 0.0)
             || !self.ky.is_sorted_by(|a, b| a < b)

@@ -95,10 +95,8 @@ fn unpacked(packed: &Packed) -> Jones {
 /// Stokes parameters after a Jones matrix: J C J† with the coherency matrix C.
 fn pass(j: &Jones, [i, q, u, v]: [f64; 4]) -> [f64; 4] {
     let c = Complex64::new(0.5 * u, -0.5 * v);
-    let coherency = [
-        [Complex64::from(0.5 * (i + q)), c],
-        [c.conj(), Complex64::from(0.5 * (i - q))],
-    ];
+    let coherency =
+        [[Complex64::from(0.5 * (i + q)), c], [c.conj(), Complex64::from(0.5 * (i - q))]];
     let jc = j.map(|row| [0, 1].map(|k| row[0] * coherency[0][k] + row[1] * coherency[1][k]));
     let out = |a: usize, b: usize| jc[a][0] * j[b][0].conj() + jc[a][1] * j[b][1].conj();
     let (s, p, c) = (out(0, 0).re, out(1, 1).re, out(0, 1));
@@ -127,11 +125,7 @@ fn columns(map: impl Fn([f64; 4]) -> [f64; 4]) -> Mueller {
 /// Unit vector along k∥, or x.
 fn azimuth(k: Wavevector) -> [f64; 2] {
     let length = k.kx.hypot(k.ky);
-    if length > 0.0 {
-        [k.kx / length, k.ky / length]
-    } else {
-        [1.0, 0.0]
-    }
+    if length > 0.0 { [k.kx / length, k.ky / length] } else { [1.0, 0.0] }
 }
 
 /// Stokes parameters in the s and p of wavevector `from`, expressed in those of `to`, for the same
@@ -161,25 +155,14 @@ struct Query {
 
 impl Query {
     fn new(from: Side, k: Wavevector) -> Self {
-        Self {
-            from,
-            k: Wavevector {
-                kx: k.kx,
-                ky: k.ky.abs(),
-            },
-            mirrored: k.ky < 0.0,
-        }
+        Self { from, k: Wavevector { kx: k.kx, ky: k.ky.abs() }, mirrored: k.ky < 0.0 }
     }
 }
 
 /// The error of matrices that contradict their table.
 fn contradiction(node: NodeId, expected: &'static str, got: String) -> Error {
     let node = node.to_string();
-    Error::Matrices {
-        node,
-        expected,
-        got,
-    }
+    Error::Matrices { node, expected, got }
 }
 
 impl OrderTable {
@@ -201,12 +184,7 @@ impl OrderTable {
                 return refuse("one row a node", "another".to_owned());
             }
             let node = self.layout.nodes[index];
-            for OrderJones {
-                to,
-                order,
-                jones: matrix,
-            } in row.orders
-            {
+            for OrderJones { to, order, jones: matrix } in row.orders {
                 let power: f64 = matrix.as_flattened().iter().map(Complex64::norm_sqr).sum();
                 match node.entry(to, order) {
                     Some(entry) => jones[entry] = packed(&matrix),
@@ -234,9 +212,8 @@ impl OrderTable {
                 let first = mueller(&unpacked(&jones[entry]))[0];
                 let efficiencies = [first[0] + first[1], first[0] - first[1]];
                 let stored = [self.s[entry], self.p[entry]].map(f64::from);
-                let off = (efficiencies[0] - stored[0])
-                    .abs()
-                    .max((efficiencies[1] - stored[1]).abs());
+                let off =
+                    (efficiencies[0] - stored[0]).abs().max((efficiencies[1] - stored[1]).abs());
                 if off.is_nan() || off > LOSS_TOLERANCE {
                     let got = format!(
                         "{efficiencies:?} instead of {stored:?} in order {order} to the {to} side"
@@ -248,11 +225,7 @@ impl OrderTable {
             let off = [sum[0] - 1.0, sum[1], sum[2], sum[3]];
             if off.iter().any(|off| off.abs() > LOSS_TOLERANCE) {
                 let got = format!("{sum:?} in all orders");
-                return Err(contradiction(
-                    id,
-                    "all power of light of any polarisation",
-                    got,
-                ));
+                return Err(contradiction(id, "all power of light of any polarisation", got));
             }
         }
         self.jones = Some(jones);
@@ -335,11 +308,8 @@ impl OrderTable {
             let (own, other) = (to.index(), to.opposite().index());
             for (order, mut mueller) in (range[own].0..).zip(std::mem::take(&mut raw[own])) {
                 // Redistribution as in `gains`.
-                let own_part = if propagating[own] > 0.0 {
-                    mueller[0][0] / propagating[own]
-                } else {
-                    0.0
-                };
+                let own_part =
+                    if propagating[own] > 0.0 { mueller[0][0] / propagating[own] } else { 0.0 };
                 let nowhere = propagating[0] + propagating[1] <= 0.0 && to == side && order == 0;
                 let parts = match (nowhere, propagating[other] > 0.0) {
                     (true, _) => [1.0; 2],
@@ -366,11 +336,7 @@ impl OrderTable {
         light: [f64; 4],
     ) -> [f64; 4] {
         let mirror = |light| {
-            if query.mirrored {
-                mirrored(light)
-            } else {
-                light
-            }
+            if query.mirrored { mirrored(light) } else { light }
         };
         let (k, inwards) = (query.k, query.from == Side::Outer);
         let met = pass(matrix, turned(mirror(light), k, at, !inwards));
@@ -383,29 +349,17 @@ impl OrderTable {
         let rows = &self.layout.rows[side.index()];
         let first = |row: &super::layout::KyRow| i64::from(row.origin) + i64::from(row.kx[0]);
         let row = &rows[rows.partition_point(|row| first(row) <= index as i64) - 1];
-        Wavevector {
-            kx: self.grid.kx(index as i64 - i64::from(row.origin)),
-            ky: row.ky,
-        }
+        Wavevector { kx: self.grid.kx(index as i64 - i64::from(row.origin)), ky: row.ky }
     }
 
     /// NodeOrders and wavevector of a spot.
     fn node_of(&self, side: Side, location: &BinLocation) -> (NodeOrders, Wavevector) {
         let per_zone = self.alias_table.kx_per_zone as usize;
-        let (row, place) = (
-            location.bloch as usize / per_zone,
-            location.bloch as usize % per_zone,
-        );
+        let (row, place) = (location.bloch as usize / per_zone, location.bloch as usize % per_zone);
         let row = &self.layout.rows[side.index()][row];
         let kx = location.zone as i64 * per_zone as i64 + place as i64;
         let node = self.layout.nodes[(i64::from(row.origin) + kx) as usize];
-        (
-            node,
-            Wavevector {
-                kx: self.grid.kx(kx),
-                ky: row.ky,
-            },
-        )
+        (node, Wavevector { kx: self.grid.kx(kx), ky: row.ky })
     }
 }
 
@@ -429,12 +383,7 @@ impl PolarizedBsdf for OrderTable {
             let (to, order) = self.order(from, &location, self.bin(&location))?;
             let entry = node.entry(to, order)?;
             let matrix = unpacked(&jones[entry]);
-            let mean = 0.5
-                * matrix
-                    .as_flattened()
-                    .iter()
-                    .map(Complex64::norm_sqr)
-                    .sum::<f64>();
+            let mean = 0.5 * matrix.as_flattened().iter().map(Complex64::norm_sqr).sum::<f64>();
             let left = self.at_node(query, at, (to, order), &matrix, [1.0, q, u, v]);
             if degree > 0.0 && rng.random::<f64>() * mean * (1.0 + degree) > left[0] {
                 location = self.resample_bin(from, &location, rng.random());
@@ -444,11 +393,7 @@ impl PolarizedBsdf for OrderTable {
                 let sample = self.resample_propagating(from, to, k, rng)?;
                 return Some((sample, [0.0; 3]));
             };
-            let light = if left[0] > 0.0 {
-                [1, 2, 3].map(|n| left[n] / left[0])
-            } else {
-                [0.0; 3]
-            };
+            let light = if left[0] > 0.0 { [1, 2, 3].map(|n| left[n] / left[0]) } else { [0.0; 3] };
             return Some((sample, light));
         }
     }

@@ -49,9 +49,7 @@ impl NodeOrders {
     pub fn entry(&self, side: Side, order: i32) -> Option<usize> {
         let entries = self.entries(side);
         let k = i64::from(order) - i64::from(self.lowest[side.index()]);
-        (0..entries.len() as i64)
-            .contains(&k)
-            .then(|| entries.start + k as usize)
+        (0..entries.len() as i64).contains(&k).then(|| entries.start + k as usize)
     }
 }
 
@@ -95,11 +93,8 @@ impl Layout {
         let per_zone = grid.kx_per_zone as i64;
         let mut nodes = Vec::new();
         let mut entries = 0;
-        let indices: [Vec<Range<i64>>; 2] = Side::BOTH.map(|side| {
-            (0..grid.ky.len())
-                .map(|j| grid.kx_indices(side, j))
-                .collect()
-        });
+        let indices: [Vec<Range<i64>>; 2] =
+            Side::BOTH.map(|side| (0..grid.ky.len()).map(|j| grid.kx_indices(side, j)).collect());
         let below = grid.ky.partition_point(|ky| *ky < grid.critical_ky());
         let rows = Side::BOTH.map(|side| {
             (0..grid.ky.len())
@@ -123,11 +118,7 @@ impl Layout {
                         });
                         entries += (count[0] + count[1]) as usize;
                     }
-                    let next = if j + 1 == below {
-                        None
-                    } else {
-                        grid.ky.get(j + 1)
-                    };
+                    let next = if j + 1 == below { None } else { grid.ky.get(j + 1) };
                     KyRow {
                         ky: grid.ky[j],
                         per_gap: next.map_or(0.0, |next| 1.0 / (next - grid.ky[j])),

@@ -62,11 +62,7 @@ struct Balance {
 fn gains(balance: [Balance; 2]) -> Option<[f64; 2]> {
     let [a, b] = balance;
     let gain = |own: Balance, other: Balance| {
-        let from_other = if other.propagating > 0.0 {
-            0.0
-        } else {
-            other.evanescent
-        };
+        let from_other = if other.propagating > 0.0 { 0.0 } else { other.evanescent };
         if own.propagating > 0.0 {
             (own.propagating + own.evanescent + from_other) / own.propagating
         } else {
@@ -82,29 +78,21 @@ impl OrderTable {
         let (grid, layout) = (&self.grid, &self.layout);
         let rows = &layout.rows[side.index()];
         let (low, high) = layout.rows_around(ky);
-        let ky_weight = if low == high {
-            0.0
-        } else {
-            (ky - grid.ky[low]) / (grid.ky[high] - grid.ky[low])
-        };
+        let ky_weight =
+            if low == high { 0.0 } else { (ky - grid.ky[low]) / (grid.ky[high] - grid.ky[low]) };
 
         let position = kx * layout.nodes_per_kx - layout.kx_offset;
         let left = position.floor();
         let kx_weight = position - left;
         let left = left as i64;
 
-        let mut stencil = Stencil {
-            node: [0; 4],
-            weight: [0.0; 4],
-            count: 0,
-        };
+        let mut stencil = Stencil { node: [0; 4], weight: [0.0; 4], count: 0 };
         let mut total = 0.0;
         for (row, row_weight) in [(low, 1.0 - ky_weight), (high, ky_weight)] {
             let row = rows[row];
-            for (i, weight) in [
-                (left, row_weight * (1.0 - kx_weight)),
-                (left + 1, row_weight * kx_weight),
-            ] {
+            for (i, weight) in
+                [(left, row_weight * (1.0 - kx_weight)), (left + 1, row_weight * kx_weight)]
+            {
                 let [start, end] = row.kx.map(i64::from);
                 if weight > 0.0 && i >= start && i < end {
                     stencil.node[stencil.count] = (i64::from(row.origin) + i) as u32;
@@ -128,27 +116,16 @@ impl OrderTable {
     fn nearest(&self, side: Side, row: usize, position: f64) -> Stencil {
         let rows = &self.layout.rows[side.index()];
         // Row 0 has nodes on both sides in every valid grid.
-        let row = rows[..=row]
-            .iter()
-            .rev()
-            .find(|row| row.kx[1] > row.kx[0])
-            .unwrap_or(&rows[0]);
+        let row = rows[..=row].iter().rev().find(|row| row.kx[1] > row.kx[0]).unwrap_or(&rows[0]);
         let [start, end] = row.kx.map(f64::from);
         let i = position.round().clamp(start, end - 1.0) as i64;
         let node = (i64::from(row.origin) + i) as u32;
-        Stencil {
-            node: [node; 4],
-            weight: [1.0, 0.0, 0.0, 0.0],
-            count: 1,
-        }
+        Stencil { node: [node; 4], weight: [1.0, 0.0, 0.0, 0.0], count: 1 }
     }
 
     /// Wavevector of relative order `order`: the grating equation.
     pub(super) fn diffracted(&self, k: Wavevector, order: i32) -> Wavevector {
-        Wavevector {
-            kx: k.kx + f64::from(order) * self.layout.zone,
-            ky: k.ky,
-        }
+        Wavevector { kx: k.kx + f64::from(order) * self.layout.zone, ky: k.ky }
     }
 
     /// Lowest and highest relative order that propagates on `side` at the query; empty if low >
@@ -188,11 +165,7 @@ impl OrderTable {
     /// Running sum of a node before `entry`.
     #[inline]
     pub(super) fn running_sum(&self, node: NodeOrders, entry: usize) -> u32 {
-        if entry == node.first as usize {
-            0
-        } else {
-            self.cumulative[entry - 1]
-        }
+        if entry == node.first as usize { 0 } else { self.cumulative[entry - 1] }
     }
 
     /// Unpolarised power on each side.
@@ -274,15 +247,8 @@ impl OrderTable {
         k: Wavevector,
     ) -> Option<BsdfSample> {
         let wo = self.diffracted(k, order).leaving(to, self.grid.index(to))?;
-        let lobe = Lobe {
-            transport: Transport::between(from, to),
-            kind: LobeKind::Order(order),
-        };
-        Some(BsdfSample {
-            wo,
-            weight: 1.0,
-            lobe,
-        })
+        let lobe = Lobe { transport: Transport::between(from, to), kind: LobeKind::Order(order) };
+        Some(BsdfSample { wo, weight: 1.0, lobe })
     }
 
     /// Samples among the propagating orders, for power that fell into an evanescent order on side
@@ -361,11 +327,7 @@ impl OrderTable {
         let raw: f64 = stencil
             .iter()
             .map(|(node, weight)| {
-                weight
-                    * f64::from(
-                        self.range_sum(self.layout.nodes[node], to, (order, order))
-                            .1,
-                    )
+                weight * f64::from(self.range_sum(self.layout.nodes[node], to, (order, order)).1)
             })
             .sum();
         raw / f64::from(FULL) * gain[to.index()]
@@ -401,24 +363,12 @@ impl Bsdf for OrderTable {
         let k = Wavevector::incoming(wi, self.grid.index(from));
         self.efficiencies(from, k, polarization)
             .into_iter()
-            .filter_map(
-                |OrderEfficiency {
-                     to,
-                     order,
-                     efficiency,
-                 }| {
-                    let wo = self.diffracted(k, order).leaving(to, self.grid.index(to))?;
-                    let lobe = Lobe {
-                        transport: Transport::between(from, to),
-                        kind: LobeKind::Order(order),
-                    };
-                    Some(OutgoingLobe {
-                        wo,
-                        power: efficiency,
-                        lobe,
-                    })
-                },
-            )
+            .filter_map(|OrderEfficiency { to, order, efficiency }| {
+                let wo = self.diffracted(k, order).leaving(to, self.grid.index(to))?;
+                let lobe =
+                    Lobe { transport: Transport::between(from, to), kind: LobeKind::Order(order) };
+                Some(OutgoingLobe { wo, power: efficiency, lobe })
+            })
             .collect()
     }
 

@@ -55,10 +55,8 @@ impl KyInterval {
         let left = position.floor();
         // One number for both choices: first the row, then its remainder for the column.
         let upper = u < weight;
-        let (rest, all) = (
-            if upper { u } else { u - weight },
-            if upper { weight } else { 1.0 - weight },
-        );
+        let (rest, all) =
+            (if upper { u } else { u - weight }, if upper { weight } else { 1.0 - weight });
         let right = rest < (position - left) * all;
         let exist = (left >= self.common_kx[0]) & (left < self.common_kx[1]);
         (exist, upper, left + if right { 1.0 } else { 0.0 })
@@ -72,11 +70,7 @@ impl BlochNodes {
     pub fn sample_bin(&self, zone: f64, v: f64) -> [f64; 3] {
         let place = v * self.bin_count;
         let own = place.floor();
-        [
-            self.first_bin + zone * self.bin_count + own,
-            own,
-            place - own,
-        ]
+        [self.first_bin + zone * self.bin_count + own, own, place - own]
     }
 
     /// The order sampled from `bin`.
@@ -120,13 +114,7 @@ impl OrderTable {
         let bloch = first + node - zone * f64::from(table.kx_per_zone);
         let [bin, own, fraction] =
             table.bloch_nodes[side.index()][bloch as usize].sample_bin(zone, v);
-        BinLocation {
-            bin,
-            own,
-            fraction,
-            bloch,
-            zone,
-        }
+        BinLocation { bin, own, fraction, bloch, zone }
     }
 
     /// The first Bloch nodes of the row of a sampled node, and its index along kx, where not all
@@ -138,22 +126,14 @@ impl OrderTable {
         let first = |row: &super::layout::KyRow| i64::from(row.origin) + i64::from(row.kx[0]);
         let row = rows.partition_point(|row| first(row) <= node) - 1;
         let kx = node - i64::from(rows[row].origin);
-        (
-            (row as i64 * i64::from(self.alias_table.kx_per_zone)) as f64,
-            kx as f64,
-        )
+        ((row as i64 * i64::from(self.alias_table.kx_per_zone)) as f64, kx as f64)
     }
 
     /// Another bin of the same node, sampled with `v` uniform on 0..1.
     pub(super) fn resample_bin(&self, side: Side, location: &BinLocation, v: f64) -> BinLocation {
         let bloch = &self.alias_table.bloch_nodes[side.index()][location.bloch as usize];
         let [bin, own, fraction] = bloch.sample_bin(location.zone, v);
-        BinLocation {
-            bin,
-            own,
-            fraction,
-            ..*location
-        }
+        BinLocation { bin, own, fraction, ..*location }
     }
 
     /// Reads a bin.
@@ -169,11 +149,7 @@ impl OrderTable {
     pub fn order(&self, side: Side, location: &BinLocation, bin: u32) -> Option<(Side, i32)> {
         let sampled = self.alias_table.bloch_nodes[side.index()][location.bloch as usize]
             .order(location, bin);
-        let to = if sampled.inner {
-            Side::Inner
-        } else {
-            Side::Outer
-        };
+        let to = if sampled.inner { Side::Inner } else { Side::Outer };
         (!sampled.absorbed).then_some((to, sampled.order as i32))
     }
 

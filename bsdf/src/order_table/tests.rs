@@ -29,11 +29,7 @@ fn grid(kx_per_zone: usize, ky_count: usize) -> Grid {
 
 /// All power in order 0, by Fresnel.
 fn smooth(side: Side, kx: f64, ky: f64, polarization: Polarization) -> Vec<OrderEfficiency> {
-    let (n1, n2) = if side == Side::Inner {
-        (N, 1.0)
-    } else {
-        (1.0, N)
-    };
+    let (n1, n2) = if side == Side::Inner { (N, 1.0) } else { (1.0, N) };
     let cos = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).max(0.0).sqrt();
     let r = fresnel(n1, n2, cos).of(polarization);
     let mut orders = vec![OrderEfficiency::new(side, 0, r)];
@@ -48,11 +44,7 @@ fn smooth(side: Side, kx: f64, ky: f64, polarization: Polarization) -> Vec<Order
 fn blazed(loss: f64) -> impl Fn(Side, f64, f64, Polarization) -> Vec<OrderEfficiency> {
     move |side, kx, ky, polarization| {
         let blaze = 1.3 + 0.8 * kx + 0.3 * ky * ky;
-        let through = if polarization == Polarization::S {
-            0.7
-        } else {
-            0.8
-        };
+        let through = if polarization == Polarization::S { 0.7 } else { 0.8 };
         let mut orders = Vec::new();
         for (to, n) in [(Side::Inner, N), (Side::Outer, 1.0)] {
             let weight = if to == side { 1.0 - through } else { through };
@@ -85,10 +77,7 @@ pub(super) fn memory(table: &OrderTable) -> usize {
     let (layout, alias) = (&table.layout, &table.alias_table);
     let of_sides = |sides: [usize; 2], size: usize| size * (sides[0] + sides[1]);
     size_of_val(&layout.nodes[..])
-        + of_sides(
-            layout.rows.each_ref().map(Vec::len),
-            size_of_val(&layout.rows[0][0]),
-        )
+        + of_sides(layout.rows.each_ref().map(Vec::len), size_of_val(&layout.rows[0][0]))
         + 4 * (table.s.len() + table.p.len() + table.cumulative.len())
         + 4 * (alias.bins.len() + alias.ky_lookup.len())
         + of_sides(alias.bloch_nodes.each_ref().map(Vec::len), 64)
@@ -104,11 +93,7 @@ fn nodes_are_those_that_propagate_and_orders_are_those_of_the_grating_equation()
         for side in Side::BOTH {
             for (j, ky) in grid.ky.iter().enumerate() {
                 for i in -60 * per_zone as i64..60 * per_zone as i64 {
-                    let id = NodeId {
-                        side,
-                        kx_index: i,
-                        ky_index: j,
-                    };
+                    let id = NodeId { side, kx_index: i, ky_index: j };
                     let kx = grid.kx(i);
                     let exists = kx * kx + ky * ky < grid.index(side).powi(2);
                     assert_eq!(grid.exists(id), exists);
@@ -131,10 +116,7 @@ fn nodes_are_those_that_propagate_and_orders_are_those_of_the_grating_equation()
             }
         }
         assert_eq!(grid.node_count(), grid.nodes().count());
-        assert_eq!(
-            layout.nodes.iter().map(|n| n.all().len()).sum::<usize>(),
-            layout.entries
-        );
+        assert_eq!(layout.nodes.iter().map(|n| n.all().len()).sum::<usize>(), layout.entries);
     }
 }
 
@@ -165,24 +147,18 @@ fn a_table_for_one_polarisation_draws_by_its_shares() {
             assert_abs_diff_eq!(of(&one, p), of(&both, polarization), epsilon = 1e-6);
         }
     }
-    let (s, mut rng) = (
-        both.for_polarization(Polarization::S).expect("a table"),
-        Pcg64::seed_from_u64(8),
-    );
+    let (s, mut rng) =
+        (both.for_polarization(Polarization::S).expect("a table"), Pcg64::seed_from_u64(8));
     let draws = 40_000;
     let reflected = (0..draws)
         .filter(|_| {
-            s.sample(wi, &mut rng)
-                .is_some_and(|d| d.lobe.transport == Transport::Reflection)
+            s.sample(wi, &mut rng).is_some_and(|d| d.lobe.transport == Transport::Reflection)
         })
         .count() as f64
         / f64::from(draws);
     let expected = of(&both, Polarization::S);
     let error = (expected * (1.0 - expected) / f64::from(draws)).sqrt();
-    assert!(
-        (reflected - expected).abs() < 5.0 * error,
-        "{reflected} {expected} {error}"
-    );
+    assert!((reflected - expected).abs() < 5.0 * error, "{reflected} {expected} {error}");
 }
 
 #[test]
@@ -200,11 +176,7 @@ fn table_of_a_smooth_interface_is_fresnel() {
             assert!(deviation.rms < 0.05, "{side}: {deviation:?}");
             assert!(deviation.mean.abs() < 4e-3, "{side}: {deviation:?}");
         }
-        assert_abs_diff_eq!(
-            report.reflected.mean,
-            -report.transmitted.mean,
-            epsilon = 1e-9
-        );
+        assert_abs_diff_eq!(report.reflected.mean, -report.transmitted.mean, epsilon = 1e-9);
         // Away from both the error is that of linear interpolation, h² R''/8.
         for _ in 0..2000 {
             let k = validate::random_incidence(&table, side, &mut rng);
@@ -230,9 +202,7 @@ fn more_ky_nodes_make_the_critical_circle_sharper() {
     let [coarse, fine] = [24, 96].map(|count| {
         let mut rng = Pcg64::seed_from_u64(28);
         let table = table(&grid(8, count), smooth);
-        validate::interpolation(&table, Side::Inner, 8000, &mut rng, direct)
-            .unwrap()
-            .reflected
+        validate::interpolation(&table, Side::Inner, 8000, &mut rng, direct).unwrap().reflected
     });
     assert!(
         fine.rms < 0.5 * coarse.rms && fine.mean.abs() < 0.5 * coarse.mean.abs(),
@@ -245,15 +215,9 @@ fn interpolation_error_shrinks_with_the_square_of_the_spacing() {
     let mut rng = Pcg64::seed_from_u64(22);
     let mut rms = [2, 4].map(|refine| {
         let mut grid = grid(2 * refine, 2);
-        grid.ky = (0..6 * refine)
-            .map(|j| 0.9 * j as f64 / (6 * refine - 1) as f64)
-            .collect();
+        grid.ky = (0..6 * refine).map(|j| 0.9 * j as f64 / (6 * refine - 1) as f64).collect();
         let table = table(&grid, |side, kx, ky, _| {
-            vec![OrderEfficiency::new(
-                side,
-                0,
-                0.5 + 0.3 * (2.0 * kx + ky).cos() * ky * ky.cos(),
-            )]
+            vec![OrderEfficiency::new(side, 0, 0.5 + 0.3 * (2.0 * kx + ky).cos() * ky * ky.cos())]
         });
         let errors = (0..4000).filter_map(|_| {
             let k = validate::random_incidence(&table, Side::Inner, &mut rng);
@@ -277,23 +241,13 @@ fn interpolation_error_shrinks_with_the_square_of_the_spacing() {
 fn order_zero_alone_gives_mirror_and_snell_directions() {
     let table = table(&grid(4, 12), smooth);
     let interface = SmoothInterface::new(N, 1.0).unwrap();
-    for wi in [
-        spherical(PI - 0.3, 0.8),
-        spherical(0.9, 4.0),
-        spherical(PI - 1.3, 2.0),
-    ] {
-        let lobes: Vec<_> = table
-            .lobes(wi, Polarization::P)
-            .into_iter()
-            .filter(|l| l.power > 0.0)
-            .collect();
+    for wi in [spherical(PI - 0.3, 0.8), spherical(0.9, 4.0), spherical(PI - 1.3, 2.0)] {
+        let lobes: Vec<_> =
+            table.lobes(wi, Polarization::P).into_iter().filter(|l| l.power > 0.0).collect();
         let expected = interface.lobes(wi, Polarization::P);
         assert_eq!(lobes.len(), expected.len());
         for (a, transport) in lobes.iter().map(|l| (l, l.lobe.transport)) {
-            let b = expected
-                .iter()
-                .find(|b| b.lobe.transport == transport)
-                .unwrap();
+            let b = expected.iter().find(|b| b.lobe.transport == transport).unwrap();
             assert!((a.wo - b.wo).length() < 1e-14);
         }
     }
@@ -323,11 +277,8 @@ fn orders_stay_orders_between_nodes() {
     });
     let table = OrderTable::build(TableHeader::default(), grid.clone(), rows).unwrap();
     let wi = spherical(PI - 0.31, 0.4);
-    let lobes: Vec<_> = table
-        .lobes(wi, Polarization::S)
-        .into_iter()
-        .filter(|l| l.power > 0.0)
-        .collect();
+    let lobes: Vec<_> =
+        table.lobes(wi, Polarization::S).into_iter().filter(|l| l.power > 0.0).collect();
     assert_eq!(lobes.len(), 1);
     assert_abs_diff_eq!(lobes[0].power, 1.0, epsilon = 1e-12);
     let expected = DVec3::new(-N * wi.x - 0.25, -N * wi.y, 0.0);
@@ -357,17 +308,10 @@ fn light_beyond_the_critical_ky_is_never_transmitted() {
         let k = Wavevector { kx: 0.05, ky };
         let orders = table.efficiencies(Side::Inner, k, Polarization::Unpolarized);
         assert!(orders.iter().all(|o| o.to == Side::Inner));
-        assert_abs_diff_eq!(
-            orders.iter().map(|o| o.efficiency).sum::<f64>(),
-            1.0,
-            epsilon = 1e-9
-        );
+        assert_abs_diff_eq!(orders.iter().map(|o| o.efficiency).sum::<f64>(), 1.0, epsilon = 1e-9);
         let wi = k.arriving(Side::Inner, N).unwrap();
         for _ in 0..100 {
-            assert_eq!(
-                table.sample(wi, &mut rng).unwrap().lobe.transport,
-                Transport::Reflection
-            );
+            assert_eq!(table.sample(wi, &mut rng).unwrap().lobe.transport, Transport::Reflection);
         }
     }
     // Just below it only nodes below count: a table of order 0 that transmits all there still does
@@ -409,22 +353,12 @@ fn reciprocity_of_a_reciprocal_model_is_seen_and_its_breach_too() {
     // A smooth interface is reciprocal; a model that reflects by the side of incidence is not.
     let grid = grid(2, 9);
     let report = validate::reciprocity(&table(&grid, smooth));
-    assert!(
-        report.deviation.worst < 1e-7 && report.deviation.count > 1000,
-        "{report:?}"
-    );
+    assert!(report.deviation.worst < 1e-7 && report.deviation.count > 1000, "{report:?}");
     let one_way = |side: Side, _: f64, _: f64, _: Polarization| {
-        vec![OrderEfficiency::new(
-            side,
-            0,
-            if side == Side::Inner { 0.3 } else { 0.6 },
-        )]
+        vec![OrderEfficiency::new(side, 0, if side == Side::Inner { 0.3 } else { 0.6 })]
     };
     assert!(
-        validate::reciprocity(&table(&grid, one_way))
-            .deviation
-            .worst
-            < 1e-7,
+        validate::reciprocity(&table(&grid, one_way)).deviation.worst < 1e-7,
         "each side by itself is symmetric"
     );
     let tilted = |side: Side, kx: f64, _: f64, _: Polarization| {
@@ -439,19 +373,10 @@ fn reciprocity_of_a_reciprocal_model_is_seen_and_its_breach_too() {
 
 #[test]
 fn full_size_table_is_compact() {
-    let grid = Grid {
-        period: 10.78,
-        kx_per_zone: 4,
-        ky: Grid::ky_nodes(N, 1.0, 24),
-        ..grid(1, 2)
-    };
+    let grid = Grid { period: 10.78, kx_per_zone: 4, ky: Grid::ky_nodes(N, 1.0, 24), ..grid(1, 2) };
     let table = table(&grid, smooth);
     let bytes = memory(&table);
-    assert!(
-        bytes < 7_000_000,
-        "{bytes} bytes for {} orders",
-        table.entry_count()
-    );
+    assert!(bytes < 7_000_000, "{bytes} bytes for {} orders", table.entry_count());
 }
 
 #[test]
@@ -460,11 +385,7 @@ fn what_leaving_nodes_out_tells_is_known_for_a_parabola() {
     let spacing = grid.kx(1) - grid.kx(0);
     let between = |bend: f64, slope: f64| {
         let table = table(&grid, |side, kx, ky, _| {
-            vec![OrderEfficiency::new(
-                side,
-                0,
-                0.3 + bend * kx * kx + slope * ky,
-            )]
+            vec![OrderEfficiency::new(side, 0, 0.3 + bend * kx * kx + slope * ky)]
         });
         validate::leave_one_out(&table, Side::Inner)
     };

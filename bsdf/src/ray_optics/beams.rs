@@ -31,11 +31,7 @@ impl Beam {
     /// The ray that starts at parameter `s` (0 to 1) of the chord.
     fn ray_at(&self, s: f64) -> Ray {
         let [a, b] = self.chord;
-        Ray {
-            x: a.x + s * (b.x - a.x),
-            z: a.y + s * (b.y - a.y),
-            ..self.ray
-        }
+        Ray { x: a.x + s * (b.x - a.x), z: a.y + s * (b.y - a.y), ..self.ray }
     }
 
     /// Parameters of the chord, ascending from 0 to 1, at which corners lie, seen along the beam.
@@ -60,10 +56,8 @@ impl Beam {
 /// limits with its border.
 pub(super) fn corners(facets: &[Facet], period: f64, limits: [f64; 2]) -> Vec<DVec2> {
     let borders = [0.0, period];
-    let mut corners: Vec<DVec2> = borders
-        .iter()
-        .flat_map(|x| limits.map(|z| DVec2::new(*x, z)))
-        .collect();
+    let mut corners: Vec<DVec2> =
+        borders.iter().flat_map(|x| limits.map(|z| DVec2::new(*x, z))).collect();
     for facet in facets {
         let (a, b) = (facet.a, facet.b);
         corners.extend([a, b].into_iter().filter(|p| (0.0..=period).contains(&p.x)));
@@ -83,11 +77,7 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
     let mut out: Vec<(Ray, f64)> = Vec::new();
     let mut sequence = SplitMix64(0);
     let chord = [0.0, cell.period].map(|x| DVec2::new(x, start.z));
-    let mut beams = vec![Beam {
-        ray: start,
-        chord,
-        power: 1.0,
-    }];
+    let mut beams = vec![Beam { ray: start, chord, power: 1.0 }];
     while let Some(beam) = beams.pop() {
         let cuts = beam.cuts(cell);
         for pair in cuts.windows(2) {
@@ -127,17 +117,9 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
                         continue;
                     };
                     let reflected = power * hit.reflectance;
-                    beams.push(Beam {
-                        ray: hit.reflected,
-                        chord,
-                        power: reflected,
-                    });
+                    beams.push(Beam { ray: hit.reflected, chord, power: reflected });
                     if hit.reflectance < 1.0 {
-                        beams.push(Beam {
-                            ray: hit.refracted,
-                            chord,
-                            power: power - reflected,
-                        });
+                        beams.push(Beam { ray: hit.refracted, chord, power: power - reflected });
                     }
                 }
             }
@@ -158,11 +140,7 @@ fn trace(cell: &UnitCell, mut ray: Ray, sequence: &mut SplitMix64) -> Option<Ray
             Step::Hit { facet, t } => {
                 let hit = cell.interact(&ray, facet, t);
                 let reflect = sequence.next() < hit.reflectance;
-                ray = if reflect {
-                    hit.reflected
-                } else {
-                    hit.refracted
-                };
+                ray = if reflect { hit.reflected } else { hit.refracted };
             }
             Step::Wrap { t } => cell.wrap(&mut ray, t),
             Step::Leave => return Some(ray),
@@ -188,11 +166,7 @@ impl SplitMix64 {
 /// Sums the powers of equal directions.
 fn group(mut out: Vec<(Ray, f64)>) -> Vec<(DVec3, f64)> {
     let side = |ray: &Ray| {
-        if ray.kz < 0.0 {
-            Side::Inner
-        } else {
-            Side::Outer
-        }
+        if ray.kz < 0.0 { Side::Inner } else { Side::Outer }
     };
     out.sort_by(|(a, _), (b, _)| side(a).cmp(&side(b)).then(a.kx.total_cmp(&b.kx)));
     let mut groups: Vec<(Ray, f64)> = Vec::new();
@@ -204,8 +178,5 @@ fn group(mut out: Vec<(Ray, f64)>) -> Vec<(DVec3, f64)> {
             _ => groups.push((ray, power)),
         }
     }
-    groups
-        .into_iter()
-        .map(|(ray, power)| (ray.direction(), power))
-        .collect()
+    groups.into_iter().map(|(ray, power)| (ray.direction(), power)).collect()
 }

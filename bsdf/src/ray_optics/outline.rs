@@ -72,10 +72,7 @@ impl Outline {
     pub(super) fn validate(&self) -> Result<(), Error> {
         Error::check_length("period of a unit cell", self.period)?;
         if !(self.depth.is_finite() && self.depth >= 0.0) {
-            return Err(Error::Length {
-                name: "depth of a unit cell",
-                value: self.depth,
-            });
+            return Err(Error::Length { name: "depth of a unit cell", value: self.depth });
         }
         Error::check_index("inner side of a unit cell", self.index_inner)?;
         Error::check_index("outer side of a unit cell", self.index_outer)?;
@@ -101,17 +98,12 @@ impl Outline {
         }
         let [low, high] = x_range(points);
         if high - low > 2.0 * self.period + same {
-            return Err(format!(
-                "expected a width of at most two periods, got {}",
-                high - low
-            ));
+            return Err(format!("expected a width of at most two periods, got {}", high - low));
         }
         let sides: Vec<_> = sides(points).collect();
         if let Some((a, _)) = sides.iter().find(|(a, b)| (b - a).length() < same) {
             let a = a.to_array();
-            return Err(format!(
-                "expected corners apart from each other, got {a:?} twice"
-            ));
+            return Err(format!("expected corners apart from each other, got {a:?} twice"));
         }
         for (i, &(a, b)) in sides.iter().enumerate() {
             for (j, &(c, d)) in sides.iter().enumerate().skip(i + 1) {
@@ -157,18 +149,11 @@ impl Outline {
                 let offset = copy as f64 * self.period - shift;
                 let snap = |z: f64| {
                     let z = if z.abs() < same { 0.0 } else { z };
-                    if (z - self.depth).abs() < same {
-                        self.depth
-                    } else {
-                        z
-                    }
+                    if (z - self.depth).abs() < same { self.depth } else { z }
                 };
                 copies.push((
                     rank,
-                    points
-                        .iter()
-                        .map(|p| DVec2::new(p.x + offset, snap(p.y)))
-                        .collect(),
+                    points.iter().map(|p| DVec2::new(p.x + offset, snap(p.y))).collect(),
                 ));
             }
         }
@@ -186,9 +171,7 @@ impl Outline {
         corners.sort_by(f64::total_cmp);
         corners.push(corners.first().unwrap_or(&0.0) + self.period);
         let gaps = corners.windows(2).map(|w| (w[1] - w[0], w[0]));
-        let (gap, start) = gaps
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .unwrap_or((self.period, 0.0));
+        let (gap, start) = gaps.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((self.period, 0.0));
         (start + 0.618_033_988_75 * gap, 1e-3 * gap)
     }
 
@@ -209,11 +192,8 @@ impl Outline {
             // Rank of the topmost polygon on the left and right; none is the background.
             let mut top: [Option<usize>; 2] = [None, None];
             for (copy, (rank, points)) in copies.iter().enumerate() {
-                let own: Vec<[bool; 2]> = owners
-                    .iter()
-                    .filter(|o| o.copy == Some(copy))
-                    .map(|o| o.inside)
-                    .collect();
+                let own: Vec<[bool; 2]> =
+                    owners.iter().filter(|o| o.copy == Some(copy)).map(|o| o.inside).collect();
                 let inside = if own.is_empty() {
                     [contains(points, middle); 2]
                 } else {
@@ -248,18 +228,8 @@ impl Outline {
                     along.perp_dot(*p - f.a).abs() < self.same() * along.length()
                 })
             };
-            let line = facets
-                .iter()
-                .find(on_line)
-                .map_or(facets.len() as u32, |f| f.line);
-            facets.push(Facet {
-                a,
-                b,
-                left,
-                right,
-                line,
-                normal,
-            });
+            let line = facets.iter().find(on_line).map_or(facets.len() as u32, |f| f.line);
+            facets.push(Facet { a, b, left, right, line, normal });
         }
         facets
     }
@@ -290,10 +260,7 @@ impl Arrangement {
             let [left, right] = across.map(|x| DVec2::new(x, z));
             all.push((None, left, right));
         }
-        let mut cut = Self {
-            points: Vec::new(),
-            pieces: BTreeMap::new(),
-        };
+        let mut cut = Self { points: Vec::new(), pieces: BTreeMap::new() };
         for &(copy, a, b) in &all {
             let e = b - a;
             let mut stops = vec![0.0, 1.0];
@@ -302,10 +269,8 @@ impl Arrangement {
                 let f = d - c;
                 let denominator = e.perp_dot(f);
                 if denominator != 0.0 {
-                    let (t, u) = (
-                        (c - a).perp_dot(f) / denominator,
-                        (c - a).perp_dot(e) / denominator,
-                    );
+                    let (t, u) =
+                        ((c - a).perp_dot(f) / denominator, (c - a).perp_dot(e) / denominator);
                     let slack = same / f.length();
                     if (-slack..=1.0 + slack).contains(&u) {
                         stops.push(t);
@@ -321,10 +286,8 @@ impl Arrangement {
             }
             stops.retain(|t| (0.0..=1.0).contains(t));
             stops.sort_by(f64::total_cmp);
-            let numbers: Vec<usize> = stops
-                .iter()
-                .map(|&t| cut.number(along(a, b, t), same))
-                .collect();
+            let numbers: Vec<usize> =
+                stops.iter().map(|&t| cut.number(along(a, b, t), same)).collect();
             for pair in numbers.windows(2).filter(|pair| pair[0] != pair[1]) {
                 // The inside of a counter-clockwise polygon is on the left of its sides.
                 let (key, inside) = if pair[0] < pair[1] {
@@ -332,10 +295,7 @@ impl Arrangement {
                 } else {
                     ((pair[1], pair[0]), [false, true])
                 };
-                cut.pieces
-                    .entry(key)
-                    .or_default()
-                    .push(Owner { copy, inside });
+                cut.pieces.entry(key).or_default().push(Owner { copy, inside });
             }
         }
         cut
@@ -343,13 +303,10 @@ impl Arrangement {
 
     /// Index of the point at `p`, added if new.
     fn number(&mut self, p: DVec2, same: f64) -> usize {
-        self.points
-            .iter()
-            .position(|q| (p - q).length() < same)
-            .unwrap_or_else(|| {
-                self.points.push(p);
-                self.points.len() - 1
-            })
+        self.points.iter().position(|q| (p - q).length() < same).unwrap_or_else(|| {
+            self.points.push(p);
+            self.points.len() - 1
+        })
     }
 }
 
@@ -395,9 +352,7 @@ fn area(points: &[DVec2]) -> f64 {
 fn x_range(points: &[DVec2]) -> [f64; 2] {
     points
         .iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
-            [low.min(p.x), high.max(p.x)]
-        })
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p.x), high.max(p.x)])
 }
 
 /// Whether a point off all sides is inside: an odd number of sides lies to its right.

@@ -82,16 +82,9 @@ impl UnitCell {
         } else {
             f64::INFINITY
         };
-        let to = if ray.kz > 0.0 {
-            Side::Outer
-        } else {
-            Side::Inner
-        };
-        let exit = if ray.kz == 0.0 {
-            f64::INFINITY
-        } else {
-            (self.limits[to.index()] - ray.z) / ray.kz
-        };
+        let to = if ray.kz > 0.0 { Side::Outer } else { Side::Inner };
+        let exit =
+            if ray.kz == 0.0 { f64::INFINITY } else { (self.limits[to.index()] - ray.z) / ray.kz };
 
         let rounding = ROUNDING * self.period;
         let mut nearest = (wall.min(exit), None, false);
@@ -107,11 +100,7 @@ impl UnitCell {
             let expected = if b > a { facet.left } else { facet.right };
             let consistent = expected.to_bits() == ray.index.to_bits();
             // Within rounding of a corner only a consistent intersection counts.
-            let valid = if consistent {
-                t > -rounding
-            } else {
-                t > rounding
-            };
+            let valid = if consistent { t > -rounding } else { t > rounding };
             // A facet at the border of the period comes before the border.
             if valid && t <= nearest.0 {
                 nearest = (t, Some(k), !consistent);
@@ -138,9 +127,8 @@ impl UnitCell {
         ray.x = if ray.kx > 0.0 { 0.0 } else { self.period };
         // The next period holds another copy of a slanted facet; a level one continues as the same
         // line.
-        ray.last = ray
-            .last
-            .filter(|line| self.facets.iter().any(|f| f.line == *line && f.is_level()));
+        ray.last =
+            ray.last.filter(|line| self.facets.iter().any(|f| f.line == *line && f.is_level()));
     }
 
     /// Reflection and refraction of a ray at a facet that it hits at `t`.
@@ -150,30 +138,15 @@ impl UnitCell {
         let (nx, nz) = facet.normal().into();
         let normal = ray.kx * nx + ray.kz * nz;
         let tangent = ray.kx * nz - ray.kz * nx;
-        let (n1, n2) = if normal < 0.0 {
-            (facet.left, facet.right)
-        } else {
-            (facet.right, facet.left)
-        };
-        let start = Ray {
-            x,
-            z,
-            last: Some(facet.line),
-            ..*ray
-        };
-        let reflected = Ray {
-            kx: ray.kx - 2.0 * normal * nx,
-            kz: ray.kz - 2.0 * normal * nz,
-            ..start
-        };
+        let (n1, n2) =
+            if normal < 0.0 { (facet.left, facet.right) } else { (facet.right, facet.left) };
+        let start = Ray { x, z, last: Some(facet.line), ..*ray };
+        let reflected =
+            Ray { kx: ray.kx - 2.0 * normal * nx, kz: ray.kz - 2.0 * normal * nz, ..start };
         // The tangential wavevector is conserved along b and along the facet.
         let q2_squared = n2 * n2 - ray.ky * ray.ky - tangent * tangent;
         if q2_squared <= 0.0 {
-            return FacetInteraction {
-                reflectance: 1.0,
-                reflected,
-                refracted: reflected,
-            };
+            return FacetInteraction { reflectance: 1.0, reflected, refracted: reflected };
         }
         let q2 = q2_squared.sqrt();
         let along = q2.copysign(normal);
@@ -184,11 +157,7 @@ impl UnitCell {
             ..start
         };
         let reflectance = fresnel_normal(n1, n2, normal.abs(), q2).of(Polarization::Unpolarized);
-        FacetInteraction {
-            reflectance,
-            reflected,
-            refracted,
-        }
+        FacetInteraction { reflectance, reflected, refracted }
     }
 }
 

@@ -23,10 +23,7 @@ fn silicone(period: f64, depth: f64, points: &[&[[f64; 2]]]) -> Outline {
         background: 1.0,
         polygons: points
             .iter()
-            .map(|points| Polygon {
-                index: N,
-                points: points.to_vec(),
-            })
+            .map(|points| Polygon { index: N, points: points.to_vec() })
             .collect(),
     }
 }
@@ -37,36 +34,21 @@ fn os1() -> (Outline, f64) {
     let slope = ((height(0.74) - height(0.75)) / 0.01_f64).atan();
     let period = 10.0 / slope.cos();
     let apex = [10.0 * slope.cos(), 10.0 * slope.sin()];
-    (
-        silicone(period, apex[1], &[&[[0.0, 0.0], [period, 0.0], apex]]),
-        slope,
-    )
+    (silicone(period, apex[1], &[&[[0.0, 0.0], [period, 0.0], apex]]), slope)
 }
 
 /// Reliefs of all kinds: stairs, leaning triangle, two materials, lamellar, buried, wider than a
 /// period.
 fn zoo() -> Vec<Outline> {
-    let mut layered = silicone(
-        5.0,
-        3.0,
-        &[&[[0.0, 0.0], [5.0, 0.0], [5.0, 1.0], [0.0, 1.0]]],
-    );
-    layered.polygons.push(Polygon {
-        index: 1.6,
-        points: vec![[1.0, 0.5], [4.0, 0.5], [3.0, 2.5], [2.0, 3.0]],
-    });
-    layered.polygons.push(Polygon {
-        index: 1.0,
-        points: vec![[2.2, 1.2], [3.0, 1.4], [2.4, 2.0]],
-    });
+    let mut layered = silicone(5.0, 3.0, &[&[[0.0, 0.0], [5.0, 0.0], [5.0, 1.0], [0.0, 1.0]]]);
+    layered
+        .polygons
+        .push(Polygon { index: 1.6, points: vec![[1.0, 0.5], [4.0, 0.5], [3.0, 2.5], [2.0, 3.0]] });
+    layered.polygons.push(Polygon { index: 1.0, points: vec![[2.2, 1.2], [3.0, 1.4], [2.4, 2.0]] });
     vec![
         os1().0,
         silicone(10.0, 9.0, &[&[[0.0, 0.0], [10.0, 0.0], [14.0, 9.0]]]),
-        silicone(
-            10.0,
-            4.0,
-            &[&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]],
-        ),
+        silicone(10.0, 4.0, &[&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]),
         silicone(10.0, 6.0, &[&[[-4.0, 0.0], [13.0, 0.0], [5.0, 6.0]]]),
         layered,
     ]
@@ -76,19 +58,15 @@ fn zoo() -> Vec<Outline> {
 fn flat_cell_is_a_smooth_interface() {
     let interface = SmoothInterface::new(N, 1.0).unwrap();
     for depth in [0.0, 2.0] {
-        let cell = UnitCell::new(&silicone(10.0, depth, &[]))
-            .unwrap()
-            .with_power_cutoff(1e-14);
+        let cell = UnitCell::new(&silicone(10.0, depth, &[])).unwrap().with_power_cutoff(1e-14);
         for theta in [0.0, 0.3, 0.7, 0.8, 1.2, 1.9, 2.3, 2.8, PI] {
             let wi = spherical(theta, 0.9);
             let expected = interface.lobes(wi, Polarization::Unpolarized);
             let got = cell.lobes(wi, Polarization::Unpolarized);
             assert_eq!(got.len(), expected.len());
             for lobe in got {
-                let same = expected
-                    .iter()
-                    .find(|e| e.lobe.transport == lobe.lobe.transport)
-                    .unwrap();
+                let same =
+                    expected.iter().find(|e| e.lobe.transport == lobe.lobe.transport).unwrap();
                 assert!((same.wo - lobe.wo).length() < 1e-14);
                 assert_abs_diff_eq!(same.power, lobe.power, epsilon = 1e-14);
             }
@@ -133,10 +111,7 @@ fn right_angled_prism_sends_light_back() {
     // In the groove direction nothing is reversed: ky goes on.
     let wi = spherical(PI - 0.1, PI / 2.0);
     let back = cell.lobes(wi, Polarization::Unpolarized);
-    let retro = back
-        .iter()
-        .max_by(|a, b| a.power.total_cmp(&b.power))
-        .unwrap();
+    let retro = back.iter().max_by(|a, b| a.power.total_cmp(&b.power)).unwrap();
     assert!((retro.wo - DVec3::new(0.0, -wi.y, wi.z)).length() < 1e-12);
     assert_abs_diff_eq!(retro.power, 1.0, epsilon = 1e-13);
 }
@@ -145,26 +120,15 @@ fn right_angled_prism_sends_light_back() {
 fn roof_of_low_index_splits_by_two_fresnel_coefficients() {
     // At n = 1.41, 45° lies just inside the critical angle 45.17°: R at the first facet, then R
     // again at the second.
-    let cell = UnitCell::new(&silicone(
-        10.0,
-        5.0,
-        &[&[[0.0, 0.0], [10.0, 0.0], [5.0, 5.0]]],
-    ))
-    .unwrap();
+    let cell =
+        UnitCell::new(&silicone(10.0, 5.0, &[&[[0.0, 0.0], [10.0, 0.0], [5.0, 5.0]]])).unwrap();
     let r = fresnel(N, 1.0, FRAC_1_SQRT_2).of(Polarization::Unpolarized);
     let lobes = cell.lobes(-DVec3::Z, Polarization::Unpolarized);
-    let back = lobes
-        .iter()
-        .find(|l| (l.wo + DVec3::Z).length() < 1e-12)
-        .unwrap();
+    let back = lobes.iter().find(|l| (l.wo + DVec3::Z).length() < 1e-12).unwrap();
     assert!(back.power >= r * r - 1e-12);
     // Refracted at nearly grazing angle along the facet, it meets the next roof; what stays is
     // bounded by power.
-    assert_abs_diff_eq!(
-        lobes.iter().map(|l| l.power).sum::<f64>(),
-        1.0,
-        epsilon = 1e-12
-    );
+    assert_abs_diff_eq!(lobes.iter().map(|l| l.power).sum::<f64>(), 1.0, epsilon = 1e-12);
 }
 
 #[test]
@@ -174,10 +138,8 @@ fn stairs_refract_through_tread_and_riser() {
     assert_abs_diff_eq!(outline.depth, 3.73, epsilon = 0.01);
     let cell = UnitCell::new(&outline).unwrap();
     // In the frame of the world: e across (outward), u up. t falls by the slope.
-    let (e, u) = (
-        DVec3::new(slope.cos(), 0.0, slope.sin()),
-        DVec3::new(-slope.sin(), 0.0, slope.cos()),
-    );
+    let (e, u) =
+        (DVec3::new(slope.cos(), 0.0, slope.sin()), DVec3::new(-slope.sin(), 0.0, slope.cos()));
     for (alpha, ky) in [(0.35_f64, 0.0), (0.6, 0.0), (0.5, 0.35), (0.2, 0.2)] {
         // Light that rises at angle alpha from the axis, outward, with some motion along the
         // grooves.
@@ -193,29 +155,16 @@ fn stairs_refract_through_tread_and_riser() {
         assert!(ky * ky + up * up > 1.0 && (10.0 - rise * out / up) * up_in_air > rise * out);
         let share = |direction: DVec3| {
             let lobe = lobes.iter().find(|l| (l.wo - direction).length() < 1e-9);
-            lobe.expect("a lobe in the direction that Snell's law gives")
-                .power
+            lobe.expect("a lobe in the direction that Snell's law gives").power
         };
         let direct = share(u * up_in_air + e * out + DVec3::Y * ky);
         let by_riser = share(u * up_in_air - e * out + DVec3::Y * ky);
         // Across the beam the tread (10 µm level) and the riser (upright) share the period.
         let (level, upright) = (10.0 * up, rise * out);
         let transmitted = 1.0 - fresnel(N, 1.0, up / N).of(Polarization::Unpolarized);
-        assert_abs_diff_eq!(
-            direct,
-            transmitted * level / (level + upright),
-            epsilon = 1e-10
-        );
-        assert_abs_diff_eq!(
-            by_riser,
-            transmitted * upright / (level + upright),
-            epsilon = 1e-10
-        );
-        assert_abs_diff_eq!(
-            lobes.iter().map(|l| l.power).sum::<f64>(),
-            1.0,
-            epsilon = 1e-12
-        );
+        assert_abs_diff_eq!(direct, transmitted * level / (level + upright), epsilon = 1e-10);
+        assert_abs_diff_eq!(by_riser, transmitted * upright / (level + upright), epsilon = 1e-10);
+        assert_abs_diff_eq!(lobes.iter().map(|l| l.power).sum::<f64>(), 1.0, epsilon = 1e-12);
     }
 }
 
@@ -229,18 +178,10 @@ fn power_closes_for_every_relief_and_side() {
             let wi = crate::analytic::sample_cosine_hemisphere(&mut rng)
                 * DVec3::new(1.0, 1.0, side.sign());
             let lobes = cell.lobes(wi, Polarization::Unpolarized);
-            assert_abs_diff_eq!(
-                lobes.iter().map(|l| l.power).sum::<f64>(),
-                1.0,
-                epsilon = 1e-12
-            );
+            assert_abs_diff_eq!(lobes.iter().map(|l| l.power).sum::<f64>(), 1.0, epsilon = 1e-12);
             let ky = -cell.index(side) * wi.y;
             for lobe in &lobes {
-                assert_abs_diff_eq!(
-                    cell.index(Side::of(lobe.wo)) * lobe.wo.y,
-                    ky,
-                    epsilon = 1e-9
-                );
+                assert_abs_diff_eq!(cell.index(Side::of(lobe.wo)) * lobe.wo.y, ky, epsilon = 1e-9);
             }
         }
         assert_eq!(cell.lost(), 0);
@@ -268,11 +209,7 @@ fn draws_agree_with_listed_lobes() {
                 "relief {k}, wi {wi}: {} draws not listed",
                 drawn.unlisted
             );
-            assert!(
-                drawn.p_value > level,
-                "relief {k}, wi {wi}: p = {}",
-                drawn.p_value
-            );
+            assert!(drawn.p_value > level, "relief {k}, wi {wi}: p = {}", drawn.p_value);
         }
     }
 }
@@ -337,14 +274,8 @@ fn ways_of_writing_one_relief_are_one_relief() {
     let right: &[[f64; 2]] = &[[8.0, 0.0], [10.0, 0.0], [8.0, 4.0]];
     let level: &[[f64; 2]] = &[[0.0, 0.0], [10.0, 0.0], [10.0, 4.0], [0.0, 4.0]];
     let mut carved = silicone(10.0, 4.0, &[level]);
-    for air in [
-        [[0.0, 0.0], [8.0, 4.0], [0.0, 4.0]],
-        [[8.0, 4.0], [10.0, 0.0], [10.0, 4.0]],
-    ] {
-        carved.polygons.push(Polygon {
-            index: 1.0,
-            points: air.to_vec(),
-        });
+    for air in [[[0.0, 0.0], [8.0, 4.0], [0.0, 4.0]], [[8.0, 4.0], [10.0, 0.0], [10.0, 4.0]]] {
+        carved.polygons.push(Polygon { index: 1.0, points: air.to_vec() });
     }
     let others = [
         silicone(10.0, 4.0, &[shifted]),
@@ -370,20 +301,12 @@ fn bad_outlines_are_refused() {
     let bow: &[[f64; 2]] = &[[0.0, 0.0], [8.0, 4.0], [8.0, 0.0], [0.0, 4.0]];
     assert!(refuse(silicone(10.0, 4.0, &[bow])).contains("do not meet"));
     assert!(
-        refuse(silicone(
-            10.0,
-            4.0,
-            &[&[[0.0, 0.0], [21.0, 0.0], [8.0, 4.0]]]
-        ))
-        .contains("two periods")
+        refuse(silicone(10.0, 4.0, &[&[[0.0, 0.0], [21.0, 0.0], [8.0, 4.0]]]))
+            .contains("two periods")
     );
     assert!(
-        refuse(silicone(
-            10.0,
-            4.0,
-            &[&[[0.0, 0.0], [5.0, 0.0], [3.0, 5.0]]]
-        ))
-        .contains("0 <= z <= 4")
+        refuse(silicone(10.0, 4.0, &[&[[0.0, 0.0], [5.0, 0.0], [3.0, 5.0]]]))
+            .contains("0 <= z <= 4")
     );
     assert!(
         refuse(silicone(10.0, 4.0, &[&[[0.0, 0.0], [5.0, 0.0]]]))
@@ -416,12 +339,7 @@ fn coinciding_corners_and_sides_lose_no_ray() {
             let index = [1.0, N, 1.6][rng.random_range(0..3)];
             let corners = rng.random_range(3..6);
             let points = (0..corners)
-                .map(|_| {
-                    [
-                        f64::from(rng.random_range(-1..6)),
-                        f64::from(rng.random_range(0..4)),
-                    ]
-                })
+                .map(|_| [f64::from(rng.random_range(-1..6)), f64::from(rng.random_range(0..4))])
                 .collect();
             outline.polygons.push(Polygon { index, points });
         }
@@ -434,11 +352,8 @@ fn coinciding_corners_and_sides_lose_no_ray() {
             let side = Side::BOTH[k % 2];
             let theta = [0.0, 0.25 * PI, 0.3][k / 2];
             let wi = spherical(theta, 0.0) * DVec3::new(1.0, 1.0, side.sign());
-            let total: f64 = cell
-                .lobes(wi, Polarization::Unpolarized)
-                .iter()
-                .map(|l| l.power)
-                .sum();
+            let total: f64 =
+                cell.lobes(wi, Polarization::Unpolarized).iter().map(|l| l.power).sum();
             assert_abs_diff_eq!(total, 1.0, epsilon = 1e-9);
             for _ in 0..300 {
                 assert!(cell.sample(wi, &mut rng).is_some(), "{outline:?} {wi}");

@@ -53,9 +53,7 @@ pub(crate) fn test_lobes(
     for _ in 0..draws {
         let cell = surface.sample(wi, rng).map_or(Some(lobes.len()), |sample| {
             let side = Side::of(sample.wo);
-            lobes
-                .iter()
-                .position(|l| Side::of(l.wo) == side && (l.wo - sample.wo).length() < 1e-7)
+            lobes.iter().position(|l| Side::of(l.wo) == side && (l.wo - sample.wo).length() < 1e-7)
         });
         match cell {
             Some(cell) => counts[cell] += 1,
@@ -63,15 +61,8 @@ pub(crate) fn test_lobes(
         }
     }
     let absorbed = 1.0 - lobes.iter().map(|l| l.power).sum::<f64>();
-    let shares: Vec<f64> = lobes
-        .iter()
-        .map(|l| l.power)
-        .chain([absorbed.max(0.0)])
-        .collect();
-    LobeTest {
-        p_value: chi_square_p_value(&counts, unlisted, &shares, draws),
-        unlisted,
-    }
+    let shares: Vec<f64> = lobes.iter().map(|l| l.power).chain([absorbed.max(0.0)]).collect();
+    LobeTest { p_value: chi_square_p_value(&counts, unlisted, &shares, draws), unlisted }
 }
 
 /// p-value of [`Bsdf::sample`] against a density of directions, in 1/sr, over [`PATCHES`] of either
@@ -135,9 +126,7 @@ impl Bsdf for WithoutCosine {
         let mut sample = self.surface.sample(wi, rng)?;
         let upper = DVec3::new(sample.wo.x, sample.wo.y, sample.wo.z.abs());
         let cell = self.cells.locate(upper).expect("a cell of the hemisphere");
-        let moved = self
-            .cells
-            .sample_solid_angle(cell, rng.random(), rng.random());
+        let moved = self.cells.sample_solid_angle(cell, rng.random(), rng.random());
         sample.wo = DVec3::new(moved.x, moved.y, moved.z.copysign(sample.wo.z));
         Some(sample)
     }
@@ -177,11 +166,7 @@ fn chi_square_p_value(counts: &[u64], unlisted: u64, shares: &[f64], draws: usiz
     } else if pool.0 >= 10.0 {
         return 0.0;
     }
-    if cells < 2 {
-        1.0
-    } else {
-        upper_gamma(0.5 * f64::from(cells - 1), 0.5 * chi2)
-    }
+    if cells < 2 { 1.0 } else { upper_gamma(0.5 * f64::from(cells - 1), 0.5 * chi2) }
 }
 
 /// Regularised upper incomplete gamma function Q(a, x).
@@ -232,22 +217,14 @@ mod tests {
     fn tail_of_chi_square_agrees_with_closed_forms() {
         // Two degrees of freedom: exp(-x/2). Four: (1 + x/2) exp(-x/2).
         for x in [0.1_f64, 1.0, 5.0, 20.0, 60.0] {
-            assert_relative_eq!(
-                upper_gamma(1.0, 0.5 * x),
-                (-0.5 * x).exp(),
-                max_relative = 1e-12
-            );
+            assert_relative_eq!(upper_gamma(1.0, 0.5 * x), (-0.5 * x).exp(), max_relative = 1e-12);
             assert_relative_eq!(
                 upper_gamma(2.0, 0.5 * x),
                 (1.0 + 0.5 * x) * (-0.5 * x).exp(),
                 max_relative = 1e-11
             );
         }
-        assert_relative_eq!(
-            ln_gamma(0.5),
-            std::f64::consts::PI.sqrt().ln(),
-            max_relative = 1e-13
-        );
+        assert_relative_eq!(ln_gamma(0.5), std::f64::consts::PI.sqrt().ln(), max_relative = 1e-13);
     }
 
     #[test]

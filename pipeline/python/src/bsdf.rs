@@ -49,27 +49,14 @@ pub struct Surface {
 
 /// Lobes of many directions, those of one after another: number before each direction, then for
 /// every lobe its direction, powers in s and p, order and whether it is transmitted.
-type Lobes<'py> = (
-    Array<'py, i64>,
-    Array<'py, f64>,
-    Array<'py, f64>,
-    Array<'py, i32>,
-    Array<'py, bool>,
-);
+type Lobes<'py> =
+    (Array<'py, i64>, Array<'py, f64>, Array<'py, f64>, Array<'py, i32>, Array<'py, bool>);
 /// Directions, weights, orders, whether transmitted.
-type Samples<'py> = (
-    Array<'py, f64>,
-    Array<'py, f64>,
-    Array<'py, i32>,
-    Array<'py, bool>,
-);
+type Samples<'py> = (Array<'py, f64>, Array<'py, f64>, Array<'py, i32>, Array<'py, bool>);
 
 fn directions(wi: &PyReadonlyArray2<'_, f64>) -> Vec<DVec3> {
     let rows = wi.as_array();
-    rows.rows()
-        .into_iter()
-        .map(|row| DVec3::new(row[0], row[1], row[2]))
-        .collect()
+    rows.rows().into_iter().map(|row| DVec3::new(row[0], row[1], row[2])).collect()
 }
 
 fn order(kind: LobeKind) -> i32 {
@@ -95,10 +82,7 @@ fn cell_format(name: &str) -> anyhow::Result<CellFormat> {
 impl Surface {
     fn of_table(table: OrderTable) -> Self {
         let table = Arc::new(table);
-        Self {
-            bsdf: Arc::clone(&table) as Arc<dyn Bsdf>,
-            table: Some(table),
-        }
+        Self { bsdf: Arc::clone(&table) as Arc<dyn Bsdf>, table: Some(table) }
     }
 
     fn orders(&self) -> anyhow::Result<&Arc<OrderTable>> {
@@ -114,16 +98,9 @@ fn read(path: &Path, indices: [f64; 2], shifted: bool, inner: bool) -> anyhow::R
     }
     let content = content::read(path)?;
     if let content::Content::Orders(table) = content {
-        return Ok(Surface {
-            bsdf: Arc::clone(&table) as Arc<dyn Bsdf>,
-            table: Some(table),
-        });
+        return Ok(Surface { bsdf: Arc::clone(&table) as Arc<dyn Bsdf>, table: Some(table) });
     }
-    let between = if shifted {
-        LobeMotion::Shifted
-    } else {
-        LobeMotion::Fixed
-    };
+    let between = if shifted { LobeMotion::Shifted } else { LobeMotion::Fixed };
     let side = if inner { Side::Inner } else { Side::Outer };
     let bsdf = content.bsdf(&path.display().to_string(), indices, between, side)?;
     Ok(Surface { bsdf, table: None })
@@ -147,9 +124,7 @@ impl Surface {
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let table = native::read(bytes).context("bytes of a table");
-        Ok(Self::of_table(
-            table.map_err(|error| to_python(py, &error))?,
-        ))
+        Ok(Self::of_table(table.map_err(|error| to_python(py, &error))?))
     }
 
     /// The bytes of the native format.
@@ -207,9 +182,7 @@ impl Surface {
         let wo = lobes.iter().flat_map(|(s, _)| s.wo.to_array()).collect();
         let power = lobes.iter().flat_map(|(s, p)| [s.power, p.power]).collect();
         let orders = lobes.iter().map(|(s, _)| order(s.lobe.kind)).collect();
-        let through = lobes
-            .iter()
-            .map(|(s, _)| s.lobe.transport == Transport::Transmission);
+        let through = lobes.iter().map(|(s, _)| s.lobe.transport == Transport::Transmission);
         Ok((
             array(py, offsets, vec![starts])?,
             array(py, wo, vec![count, 3])?,
@@ -264,15 +237,9 @@ impl Surface {
             Ok(parts.concat())
         };
         let all = job::run(py, threads, work)?;
-        let wo = all
-            .iter()
-            .flat_map(|s| s.map_or([0.0; 3], |s| s.wo.to_array()))
-            .collect();
+        let wo = all.iter().flat_map(|s| s.map_or([0.0; 3], |s| s.wo.to_array())).collect();
         let weight = all.iter().map(|s| s.map_or(0.0, |s| s.weight)).collect();
-        let orders = all
-            .iter()
-            .map(|s| s.map_or(NO_ORDER, |s| order(s.lobe.kind)))
-            .collect();
+        let orders = all.iter().map(|s| s.map_or(NO_ORDER, |s| order(s.lobe.kind))).collect();
         let through = all
             .iter()
             .map(|s| s.is_some_and(|s| s.lobe.transport == Transport::Transmission))
@@ -302,12 +269,7 @@ impl Surface {
     ) -> PyResult<Vec<(PathBuf, String)>> {
         let (bsdf, table) = (Arc::clone(&self.bsdf), self.table.clone());
         let fineness = Fineness {
-            resolution: Resolution {
-                incidence_deg,
-                azimuth_deg,
-                scatter_deg,
-                samples,
-            },
+            resolution: Resolution { incidence_deg, azimuth_deg, scatter_deg, samples },
             tree_log2,
         };
         job::run(py, threads, move |_| {
@@ -333,9 +295,7 @@ impl Surface {
                         &path,
                     )?;
                     let files = written.iter();
-                    Ok(files
-                        .map(|w| (w.path.clone(), tables::describe(w).to_string()))
-                        .collect())
+                    Ok(files.map(|w| (w.path.clone(), tables::describe(w).to_string())).collect())
                 }
             }
         })
@@ -359,13 +319,8 @@ fn build(
     job: &Job,
 ) -> anyhow::Result<OrderTable> {
     let watch = job.watch();
-    let lossless = [interface.n_top, interface.n_bottom]
-        .iter()
-        .all(|n| n.im == 0.0);
-    anyhow::ensure!(
-        lossless,
-        "grating: expected half-spaces without loss, got an absorbing one"
-    );
+    let lossless = [interface.n_top, interface.n_bottom].iter().all(|n| n.im == 0.0);
+    anyhow::ensure!(lossless, "grating: expected half-spaces without loss, got an absorbing one");
     let (resolution, estimated_error) = match request.resolution {
         None => converge_hemisphere(interface, request.tolerance, &watch)?,
         Some((orders, slices)) => {
@@ -385,17 +340,11 @@ fn build(
     };
     let solved: Hemisphere = if let Some(ky) = &request.ky {
         grid.ky.clone_from(ky);
-        let directions = Directions {
-            kx_per_zone: grid.kx_per_zone,
-            ky: grid.ky.clone(),
-        };
+        let directions = Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() };
         memory::fits(&directions, &resolution)?;
         hemisphere(interface, &directions, &resolution, &watch)?
     } else {
-        let directions = Directions {
-            kx_per_zone: grid.kx_per_zone,
-            ky: grid.ky.clone(),
-        };
+        let directions = Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() };
         memory::fits(&directions, &resolution)?;
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
@@ -414,11 +363,7 @@ fn build(
         length_unit: "um".to_owned(),
         truncation: resolution.truncation.highest(),
         slices: resolution.plan.count(),
-        estimated_error: if estimated_error.is_nan() {
-            0.0
-        } else {
-            estimated_error
-        },
+        estimated_error: if estimated_error.is_nan() { 0.0 } else { estimated_error },
         energy_residual: solved.worst_balance,
         ..TableHeader::default()
     };
@@ -440,12 +385,7 @@ pub fn build_table(
 ) -> PyResult<Surface> {
     let interface = interface.inner().clone();
     let ky = ky.map(|ky| ky.as_array().to_vec());
-    let request = TableRequest {
-        tolerance,
-        resolution,
-        kx_per_zone,
-        ky,
-    };
+    let request = TableRequest { tolerance, resolution, kx_per_zone, ky };
     job::run(py, threads, move |job| build(&interface, &request, job)).map(Surface::of_table)
 }
 

@@ -67,10 +67,7 @@ fn class_of(error: &anyhow::Error, message: &str) -> (&'static str, Parts) {
             }
             _ => {}
         }
-        if let Some(ConfigError::Value {
-            key, got, expected, ..
-        }) = cause.downcast_ref()
-        {
+        if let Some(ConfigError::Value { key, got, expected, .. }) = cause.downcast_ref() {
             let [key, got, expected] = [key, got, expected].map(|text| Some(text.clone()));
             return ("InputError", Parts { key, got, expected });
         }

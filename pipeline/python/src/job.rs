@@ -112,10 +112,7 @@ fn pool(threads: usize) -> anyhow::Result<Arc<ThreadPool>> {
         // Dropping a pool waits for its threads, which a forked process does not have.
         std::mem::forget(pools.take());
     }
-    let pools = pools.get_or_insert_with(|| Pools {
-        process,
-        ..Pools::default()
-    });
+    let pools = pools.get_or_insert_with(|| Pools { process, ..Pools::default() });
     if let Some(pool) = pools.by_threads.get(&threads) {
         return Ok(Arc::clone(pool));
     }
@@ -179,11 +176,7 @@ pub fn run<T: Send + 'static>(
                 if began.elapsed() > SHORT {
                     reported = true;
                 }
-                let looked = if reported {
-                    job.report(py, false)
-                } else {
-                    Ok(())
-                };
+                let looked = if reported { job.report(py, false) } else { Ok(()) };
                 if let Err(signal) = py.check_signals().and(looked) {
                     job.interrupt.flag().store(true, Ordering::SeqCst);
                     stopped = Some((Instant::now(), signal));

@@ -26,12 +26,7 @@ fn set_threads(py: Python<'_>, threads: Option<usize>) -> PyResult<()> {
     match threads {
         Some(count) if !(1..=job::MOST_THREADS).contains(&count) => {
             let expected = format!("a whole number from 1 to {}", job::MOST_THREADS);
-            Err(errors::refused(
-                py,
-                "threads",
-                &expected,
-                &count.to_string(),
-            ))
+            Err(errors::refused(py, "threads", &expected, &count.to_string()))
         }
         _ => {
             job::set_threads(threads);

@@ -103,23 +103,11 @@ fn lines(directions: &[Incident], spacing: f64, fold: bool) -> Vec<Line> {
             let order = kx.round();
             let rest = kx - order;
             // Both ends of the zone are one wavevector.
-            let (order, rest) = if rest < -0.5 + SAME {
-                (order - 1.0, 0.5)
-            } else {
-                (order, rest)
-            };
+            let (order, rest) = if rest < -0.5 + SAME { (order - 1.0, 0.5) } else { (order, rest) };
             let mirrored = fold && rest < -SAME;
-            let (order, rest) = if mirrored {
-                (-order, -rest)
-            } else {
-                (order, rest)
-            };
-            let member = Member {
-                direction,
-                order: order as i32,
-                mirrored,
-                negative: incident.ky < 0.0,
-            };
+            let (order, rest) = if mirrored { (-order, -rest) } else { (order, rest) };
+            let member =
+                Member { direction, order: order as i32, mirrored, negative: incident.ky < 0.0 };
             (rest, incident.ky.abs(), member)
         })
         .collect();
@@ -190,13 +178,7 @@ pub fn solve_all(
     expect: &dyn Fn(usize),
     progress: &Progress<'_>,
 ) -> anyhow::Result<Solved> {
-    let Request {
-        stacks,
-        truncation,
-        side,
-        jones,
-        ..
-    } = request;
+    let Request { stacks, truncation, side, jones, .. } = request;
     let stack = &stacks.0;
     let spacing = stack.wavelength() / stack.period();
     let index = stack.index(side);
@@ -206,17 +188,12 @@ pub fn solve_all(
         index.re,
         index.im
     );
-    let lossless = [stack.index(Side::Top), stack.index(Side::Bottom)]
-        .iter()
-        .all(|n| n.im == 0.0);
+    let lossless = [stack.index(Side::Top), stack.index(Side::Bottom)].iter().all(|n| n.im == 0.0);
     let lines = lines(directions, spacing, lossless && !jones);
     for line in &lines {
         for (ky, members) in &line.ky {
             let needed = highest_order(stack, Bloch::new(line.kx * spacing, *ky));
-            let own = members
-                .iter()
-                .map(|m| m.order.unsigned_abs() as usize)
-                .max();
+            let own = members.iter().map(|m| m.order.unsigned_abs() as usize).max();
             let needed = needed.max(own.unwrap_or(0));
             if needed > truncation.highest() {
                 return Err(rcwa::Error::TooFewOrders {
@@ -249,11 +226,8 @@ pub fn solve_all(
         .into_par_iter()
         .map(|line| of_line(request, directions, line, at_once, progress))
         .collect::<Result<_, _>>()?;
-    let mut all = Solved {
-        orders: vec![Orders::default(); directions.len()],
-        balance: 0.0,
-        problems: 0,
-    };
+    let mut all =
+        Solved { orders: vec![Orders::default(); directions.len()], balance: 0.0, problems: 0 };
     for line in solved {
         all.balance = all.balance.max(line.balance);
         all.problems += line.problems;
@@ -277,25 +251,13 @@ fn of_line(
     at_once: usize,
     progress: &Progress<'_>,
 ) -> Result<LineSolution, rcwa::Error> {
-    let Request {
-        stacks,
-        truncation,
-        side,
-        jones,
-        ..
-    } = request;
-    let mut result = LineSolution {
-        orders: Vec::new(),
-        balance: 0.0,
-        problems: 0,
-    };
+    let Request { stacks, truncation, side, jones, .. } = request;
+    let mut result = LineSolution { orders: Vec::new(), balance: 0.0, problems: 0 };
     for part in line.ky.chunks(at_once) {
         let ky: Vec<f64> = part.iter().map(|(ky, _)| *ky).collect();
         let coarse = line.solve(&stacks.0, &ky, truncation, progress)?;
         let fine = stacks.1.as_ref();
-        let fine = fine
-            .map(|stack| line.solve(stack, &ky, truncation, progress))
-            .transpose()?;
+        let fine = fine.map(|stack| line.solve(stack, &ky, truncation, progress)).transpose()?;
         for run in coarse.iter().chain(fine.iter().flatten()) {
             let balance = run.worst_balance().map_or(0.0, |worst| worst.3.abs());
             result.balance = result.balance.max(balance);
@@ -339,9 +301,7 @@ fn read(
     coarse.source(side, m)?;
     let share = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
         let one = coarse.efficiency_in(from, to, pol);
-        fine.map_or(one, |fine| {
-            extrapolate(one, fine.efficiency_in(from, to, pol), 3.0)
-        })
+        fine.map_or(one, |fine| extrapolate(one, fine.efficiency_in(from, to, pol), 3.0))
     };
     let mut orders = Orders::default();
     for other in Side::BOTH {
@@ -369,9 +329,7 @@ fn read(
             // The mirror y -> -y turns s into -s.
             matrix[0][1] *= sign;
             matrix[1][0] *= sign;
-            orders
-                .jones
-                .push((side_number(found.side), found.order - m, matrix));
+            orders.jones.push((side_number(found.side), found.order - m, matrix));
         }
     }
     Some(orders)

@@ -11,9 +11,7 @@ const ASSUMED: f64 = 8.0 * 1024.0 * 1024.0 * 1024.0;
 /// Bytes that are free.
 pub fn free_bytes() -> f64 {
     let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let line = text
-        .lines()
-        .find_map(|line| line.strip_prefix("MemAvailable:"));
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"));
     let kib = line.and_then(|line| line.trim().split(' ').next()?.parse::<f64>().ok());
     kib.map_or(ASSUMED, |kib| kib * 1024.0)
 }

@@ -68,11 +68,7 @@ fn dense<T: Clone, V>(
         orders.filter(|o| o.0 == half_space).map(|o| o.1)
     };
     let (Some(first), Some(last)) = (there().min(), there().max()) else {
-        return Dense {
-            first: 0,
-            orders: 0,
-            values: Vec::new(),
-        };
+        return Dense { first: 0, orders: 0, values: Vec::new() };
     };
     let orders = (last - first + 1) as usize;
     let mut values = vec![zero; all.len() * orders * size];
@@ -84,11 +80,7 @@ fn dense<T: Clone, V>(
             }
         }
     }
-    Dense {
-        first,
-        orders,
-        values,
-    }
+    Dense { first, orders, values }
 }
 
 fn efficiencies(all: &[Orders], half_space: usize) -> Dense<f64> {
@@ -178,10 +170,8 @@ fn stacks(
     if let Some((_, stacks)) = locked().as_ref().filter(|(at, _)| *at == slices) {
         return Ok(Arc::clone(stacks));
     }
-    let resolution = Resolution {
-        truncation: Truncation::new(0)?,
-        plan: interface.relief.slice_plan(slices),
-    };
+    let resolution =
+        Resolution { truncation: Truncation::new(0)?, plan: interface.relief.slice_plan(slices) };
     let stacks = Arc::new(interface.stacks(&resolution)?);
     *locked() = Some((slices, Arc::clone(&stacks)));
     Ok(stacks)
@@ -210,16 +200,8 @@ impl Interface {
             let relief = Relief::new(period, depth, background, polygons.collect())?;
             // Checks the wavelength and the half-spaces.
             Stack::new(wavelength, period, n_top, n_bottom, Vec::new())?;
-            let inner = rcwa::hemisphere::Interface {
-                relief,
-                wavelength,
-                n_top,
-                n_bottom,
-            };
-            Ok(Self {
-                inner,
-                last: Arc::default(),
-            })
+            let inner = rcwa::hemisphere::Interface { relief, wavelength, n_top, n_bottom };
+            Ok(Self { inner, last: Arc::default() })
         };
         build().map_err(|error| to_python(py, &error))
     }
@@ -288,12 +270,7 @@ impl Interface {
                 "jones: expected a relief of upright walls or of dielectrics, got one that is extrapolated from two runs, whose phases differ"
             );
             let truncation = Truncation::new(orders)?;
-            let request = Request {
-                stacks: &stacks,
-                truncation,
-                side: side(top),
-                jones,
-            };
+            let request = Request { stacks: &stacks, truncation, side: side(top), jones };
             let steps = |count| job.expect(count);
             let solved = solve_all(request, &directions, &steps, &job.watch())?;
             let all = &solved.orders;
@@ -328,13 +305,8 @@ impl Interface {
     ) -> PyResult<Nodes<'py>> {
         let interface = self.inner.clone();
         let spacing = interface.order_spacing();
-        let directions = Directions {
-            kx_per_zone,
-            ky: views(&ky),
-        };
-        let resolution = self
-            .resolution(orders, slices)
-            .map_err(|e| to_python(py, &e.into()))?;
+        let directions = Directions { kx_per_zone, ky: views(&ky) };
+        let resolution = self.resolution(orders, slices).map_err(|e| to_python(py, &e.into()))?;
         let work = move |job: &Job| {
             memory::fits(&directions, &resolution)?;
             job.expect(rcwa::hemisphere::work(&interface, &directions, &resolution));
@@ -351,21 +323,12 @@ impl Interface {
                 let mut orders = Orders::default();
                 for (s, p) in pair[0].shares.iter().zip(&pair[1].shares) {
                     let number = usize::from(s.0 == Side::Bottom);
-                    orders
-                        .efficiencies
-                        .push((number, s.1, [[s.2, 0.0], [p.2, 0.0]]));
+                    orders.efficiencies.push((number, s.1, [[s.2, 0.0], [p.2, 0.0]]));
                 }
                 all.push(orders);
             }
             let halves = [0, 1].map(|half_space| efficiencies(&all, half_space));
-            Ok((
-                from_top,
-                kx,
-                ky,
-                halves,
-                solved.worst_balance,
-                solved.problems,
-            ))
+            Ok((from_top, kx, ky, halves, solved.worst_balance, solved.problems))
         };
         let (from_top, kx, ky, [upper, lower], balance, problems) = job::run(py, threads, work)?;
         let count = kx.len();
@@ -394,32 +357,15 @@ impl Interface {
         threads: Option<usize>,
     ) -> PyResult<Field<'py>> {
         let interface = self.inner.clone();
-        let grid = Grid {
-            x: views(&x),
-            z: views(&z),
-        };
+        let grid = Grid { x: views(&x), z: views(&z) };
         let shape = [grid.z.len(), grid.x.len()];
         let work = move |job: &Job| {
             let stack = interface.stack(&interface.relief.slice_plan(slices))?;
-            let bloch = Bloch {
-                kx0: wavevector[0],
-                ky: wavevector[1],
-                azimuth_at_normal: wavevector[2],
-            };
-            let incident = rcwa::field::Incident {
-                side: side(top),
-                order: 0,
-                amplitudes,
-            };
+            let bloch =
+                Bloch { kx0: wavevector[0], ky: wavevector[1], azimuth_at_normal: wavevector[2] };
+            let incident = rcwa::field::Incident { side: side(top), order: 0, amplitudes };
             let truncation = Truncation::new(orders)?;
-            Ok(field(
-                &stack,
-                bloch,
-                truncation,
-                &incident,
-                grid,
-                &job.watch(),
-            )?)
+            Ok(field(&stack, bloch, truncation, &incident, grid, &job.watch())?)
         };
         let found = job::run(py, threads, work)?;
         let vectors = |of: fn(&rcwa::field::Sample) -> [Complex64; 3]| {
@@ -471,9 +417,7 @@ pub fn material_indices(
 ) -> PyResult<Vec<Complex64>> {
     let read = || -> anyhow::Result<Vec<Complex64>> {
         let material = rcwa::material::Material::from_yaml(text)?;
-        let indices = wavelengths_um
-            .iter()
-            .map(|&w| Ok(material.index_at(w)?.complex()));
+        let indices = wavelengths_um.iter().map(|&w| Ok(material.index_at(w)?.complex()));
         indices.collect()
     };
     read().map_err(|error| to_python(py, &error))

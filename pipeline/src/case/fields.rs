@@ -34,11 +34,7 @@ impl<'a> Fields<'a> {
 
     /// The whole path of one of the keys.
     pub(super) fn path(&self, key: &str) -> String {
-        if self.path.is_empty() {
-            key.into()
-        } else {
-            format!("{}.{key}", self.path)
-        }
+        if self.path.is_empty() { key.into() } else { format!("{}.{key}", self.path) }
     }
 
     /// The refusal of a key's value.
@@ -81,10 +77,7 @@ impl<'a> Fields<'a> {
     pub(super) fn optional_text(&self, key: &str) -> Result<Option<&'a str>> {
         match self.map.get(key) {
             None => Ok(None),
-            Some(value) => value
-                .as_str()
-                .map(Some)
-                .ok_or_else(|| self.refuse(key, "a text")),
+            Some(value) => value.as_str().map(Some).ok_or_else(|| self.refuse(key, "a text")),
         }
     }
 
@@ -92,17 +85,13 @@ impl<'a> Fields<'a> {
     pub(super) fn flag(&self, key: &str) -> Result<bool> {
         match self.map.get(key) {
             None => Ok(false),
-            Some(value) => value
-                .as_bool()
-                .ok_or_else(|| self.refuse(key, "true or false")),
+            Some(value) => value.as_bool().ok_or_else(|| self.refuse(key, "true or false")),
         }
     }
 
     /// A finite number (JSON has no others).
     pub(super) fn number(&self, key: &str) -> Result<f64> {
-        self.required(key)?
-            .as_f64()
-            .ok_or_else(|| self.refuse(key, "a number"))
+        self.required(key)?.as_f64().ok_or_else(|| self.refuse(key, "a number"))
     }
 
     /// A number above 0, with room for its ratios to others.
@@ -137,23 +126,14 @@ impl<'a> Fields<'a> {
 
     /// A list of objects.
     pub(super) fn list(&self, key: &str) -> Result<Vec<Fields<'a>>> {
-        let list = self
-            .required(key)?
-            .as_array()
-            .ok_or_else(|| self.refuse(key, "a list"))?;
+        let list = self.required(key)?.as_array().ok_or_else(|| self.refuse(key, "a list"))?;
         let path = |i| format!("{}[{i}]", self.path(key));
-        list.iter()
-            .enumerate()
-            .map(|(i, value)| Fields::of(path(i), value))
-            .collect()
+        list.iter().enumerate().map(|(i, value)| Fields::of(path(i), value)).collect()
     }
 
     /// A list of pairs of numbers.
     pub(super) fn pairs(&self, key: &str) -> Result<Vec<[f64; 2]>> {
-        let list = self
-            .required(key)?
-            .as_array()
-            .ok_or_else(|| self.refuse(key, "a list"))?;
+        let list = self.required(key)?.as_array().ok_or_else(|| self.refuse(key, "a list"))?;
         let number = |(i, value)| {
             let path = || format!("{}[{i}]", self.path(key));
             pair(value).ok_or_else(|| wrong(path(), "a point [x, z]", shown(value)))

@@ -63,13 +63,9 @@ pub(super) fn paths(text: &str) -> Result<u64, String> {
         (number.fract() == 0.0 && (0.0..1e15).contains(&number)).then_some(number as u64)
     });
     let (low, high) = (PATHS.start(), PATHS.end());
-    whole
-        .filter(|number| PATHS.contains(number))
-        .ok_or_else(|| {
-            format!(
-                "expected a whole number from {low} to {high}, such as 1000000, 1_000_000 or 1e6"
-            )
-        })
+    whole.filter(|number| PATHS.contains(number)).ok_or_else(|| {
+        format!("expected a whole number from {low} to {high}, such as 1000000, 1_000_000 or 1e6")
+    })
 }
 
 /// A parser of whole numbers within `range`.
@@ -108,10 +104,7 @@ mod tests {
         }
         for text in ["", "0", "-5", "1.5", "1e300", "nan", "many", "1e-3", "0x10"] {
             let said = paths(text).expect_err(text);
-            assert!(
-                said.starts_with("expected a whole number from "),
-                "{text}: {said}"
-            );
+            assert!(said.starts_with("expected a whole number from "), "{text}: {said}");
         }
     }
 }

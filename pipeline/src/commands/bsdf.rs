@@ -27,12 +27,9 @@ use crate::stages::tables::labelled;
 /// A parser of tolerances that the solver accepts.
 fn tolerance(text: &str) -> Result<f64, String> {
     let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
-    text.parse()
-        .ok()
-        .filter(|t| range.contains(t))
-        .ok_or_else(|| {
-            format!("expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}")
-        })
+    text.parse().ok().filter(|t| range.contains(t)).ok_or_else(|| {
+        format!("expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}")
+    })
 }
 
 const HEADING: &str = "ring  period (um)  orders  slices  kx0 x ky  est. error  energy   seconds  operations     bytes  file";
@@ -45,11 +42,7 @@ pub struct BsdfArgs {
     pub design: PathBuf,
     /// Rings: numbers from 1, `representatives` (one for each band) or `all`, each from its own
     /// cell
-    #[arg(
-        long,
-        value_name = "75|5,75,165|representatives|all",
-        default_value = "representatives"
-    )]
+    #[arg(long, value_name = "75|5,75,165|representatives|all", default_value = "representatives")]
     pub rings: RingChoice,
     /// Largest error of a direction's R or T, instead of the design's hybrid.tolerance
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = tolerance)]
@@ -81,17 +74,10 @@ impl Shardable for BsdfArgs {
     }
 
     fn work(&self, _: RunContext) -> Result<Box<dyn SharedWork>> {
-        ensure!(
-            !self.no_cache,
-            "--no-cache: expected a cache, in which shards leave their tables"
-        );
+        ensure!(!self.no_cache, "--no-cache: expected a cache, in which shards leave their tables");
         let (design, rings) = self.rings()?;
         let inputs = design.provenance.inputs();
-        Ok(Box::new(Job::new(
-            rings::of(&design, &rings),
-            Vec::new(),
-            inputs,
-        )))
+        Ok(Box::new(Job::new(rings::of(&design, &rings), Vec::new(), inputs)))
     }
 
     fn run(&self, context: RunContext) -> Result<()> {
@@ -129,9 +115,7 @@ pub fn run(arguments: &BsdfArgs, context: RunContext) -> Result<()> {
     let begin = Instant::now();
     let mut rows = Vec::new();
     each(&design, &rings, cache.as_ref(), context, |ring| {
-        let file = arguments
-            .out
-            .join(format!("{}-ring-{:03}.{EXTENSION}", design.name, ring.ring));
+        let file = arguments.out.join(format!("{}-ring-{:03}.{EXTENSION}", design.name, ring.ring));
         let table = labelled(&ring.table, &design, ring.band, ring.ring)?;
         write_table(&file, &table)?;
         let bytes = std::fs::metadata(&file)

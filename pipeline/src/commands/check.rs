@@ -43,16 +43,11 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
 /// A scene that cannot be built.
 pub fn of_design(design: &Design, context: RunContext) -> Result<()> {
     let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
-    let models: Vec<String> = Model::all_of(design)
-        .into_iter()
-        .map(|m| m.key(design))
-        .collect();
+    let models: Vec<String> = Model::all_of(design).into_iter().map(|m| m.key(design)).collect();
     let surface = dome_surface(design, Model::Geometric, None)?;
     let on_bottom = scene::on_bottom(design, &surface)?;
     let json = json!({"file": design.provenance.file, "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": on_bottom});
-    context
-        .console
-        .result(&json, || describe(design, &models, &on_bottom))
+    context.console.result(&json, || describe(design, &models, &on_bottom))
 }
 
 fn describe(design: &Design, models: &[String], on_bottom: &[SolidOnBottom]) -> String {
@@ -70,10 +65,7 @@ fn describe(design: &Design, models: &[String], on_bottom: &[SolidOnBottom]) -> 
     line("paths", &thousands(design.trace.paths));
     for used in &design.files.used {
         let share = used.flux_used.map_or(String::new(), |share| {
-            format!(
-                ", {:.2} % of its flux leaves upwards and is used",
-                100.0 * share
-            )
+            format!(", {:.2} % of its flux leaves upwards and is used", 100.0 * share)
         });
         line("file", &format!("{}{share}", used.file));
     }

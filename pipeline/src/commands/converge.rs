@@ -29,20 +29,10 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub ring: usize,
     /// Highest orders to try, such as 30,40,60 [default: from what propagates to nearly twice that]
-    #[arg(
-        long,
-        value_name = "LIST",
-        allow_negative_numbers = true,
-        value_delimiter = ','
-    )]
+    #[arg(long, value_name = "LIST", allow_negative_numbers = true, value_delimiter = ',')]
     pub orders: Option<Vec<usize>>,
     /// Numbers of slices to try [default: from 1 to 14 per wavelength of depth]
-    #[arg(
-        long,
-        value_name = "LIST",
-        allow_negative_numbers = true,
-        value_delimiter = ','
-    )]
+    #[arg(long, value_name = "LIST", allow_negative_numbers = true, value_delimiter = ',')]
     pub slices: Option<Vec<usize>>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "convergence")]
@@ -82,13 +72,9 @@ pub fn run(arguments: &ConvergeArgs, context: RunContext) -> Result<()> {
         atomic_file::write_bytes(&path(".png"), &picture.png()?)?;
     }
     atomic_file::write_json(&path(".json"), &json)?;
-    context.console.result(&json, || {
-        format!(
-            "{}\nwritten to {}",
-            describe(&found),
-            arguments.out.display()
-        )
-    })
+    context
+        .console
+        .result(&json, || format!("{}\nwritten to {}", describe(&found), arguments.out.display()))
 }
 
 fn describe(study: &ConvergenceSweep) -> String {
@@ -117,18 +103,12 @@ fn describe(study: &ConvergenceSweep) -> String {
         }
     };
     table(
-        format!(
-            "Orders, against -{m}..{m} on as many slices:",
-            m = plan.reference_orders
-        ),
+        format!("Orders, against -{m}..{m} on as many slices:", m = plan.reference_orders),
         &study.by_orders,
     );
     if !study.by_slices.is_empty() {
         table(
-            format!(
-                "\nSlices, against {} with as many orders:",
-                plan.reference_slices
-            ),
+            format!("\nSlices, against {} with as many orders:", plan.reference_slices),
             &study.by_slices,
         );
     }

@@ -73,12 +73,7 @@ pub struct ExportArgs {
     #[arg(long)]
     pub absolute: bool,
     /// Largest distance of a mesh from the true surface, micrometres
-    #[arg(
-        long,
-        value_name = "UM",
-        default_value_t = 0.5,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "UM", default_value_t = 0.5, allow_negative_numbers = true)]
     pub chord_error: f64,
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the file written]
     #[arg(long, value_name = "DIR")]
@@ -158,11 +153,7 @@ fn of_table(arguments: &Export<'_>, context: RunContext) -> Result<()> {
         }
     };
     let out = &arguments.out;
-    let simple = |json: Value| {
-        context
-            .console
-            .result(&json, || format!("{}", out.display()))
-    };
+    let simple = |json: Value| context.console.result(&json, || format!("{}", out.display()));
     match arguments.format {
         FileFormat::Json => {
             tables::write_json(&table, out)?;
@@ -243,12 +234,7 @@ fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) ->
     );
     let out = &arguments.out;
     let about = format!("{}, batwing {}", design.name, env!("CARGO_PKG_VERSION"));
-    let geometry = [
-        FileFormat::Stl,
-        FileFormat::Obj,
-        FileFormat::Dxf,
-        FileFormat::Svg,
-    ];
+    let geometry = [FileFormat::Stl, FileFormat::Obj, FileFormat::Dxf, FileFormat::Svg];
     ensure!(
         design.solids.is_empty() || !geometry.contains(&arguments.format),
         "{}: expected a design without [[solids]], which these formats would leave out",
@@ -284,11 +270,7 @@ fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) ->
                         b.volume()
                     )
                 });
-                format!(
-                    "{}\n{}",
-                    out.display(),
-                    lines.collect::<Vec<_>>().join("\n")
-                )
+                format!("{}\n{}", out.display(), lines.collect::<Vec<_>>().join("\n"))
             })
         }
         FileFormat::Dxf | FileFormat::Svg => {
@@ -372,11 +354,7 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
             .or(design.emitted_lm())
             .map(|lumens| lumens / design.emitted_w()),
     };
-    let ExportedRays {
-        rays,
-        flux_w,
-        escaped_w,
-    } = export.write(out, context)?;
+    let ExportedRays { rays, flux_w, escaped_w } = export.write(out, context)?;
     let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux_w, "escaped_w": escaped_w});
     context.console.result(&json, || {
         format!(

@@ -99,11 +99,8 @@ impl FileFormat {
             );
             return Ok(format);
         }
-        let fitting: Vec<Self> = Self::value_variants()
-            .iter()
-            .copied()
-            .filter(|format| fits(format))
-            .collect();
+        let fitting: Vec<Self> =
+            Self::value_variants().iter().copied().filter(|format| fits(format)).collect();
         match fitting[..] {
             [] => bail!(
                 "--out: expected a file whose ending names a format that `--help` lists, or --format, got `{}`",
@@ -166,28 +163,13 @@ pub(super) fn not_over(input: &Path, out: &Path, format: FileFormat) -> Result<(
 #[derive(Debug, Clone, Copy, Args)]
 pub struct CellSteps {
     /// Step of the polar angle of incidence, degrees
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 10.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "DEG", default_value_t = 10.0, allow_negative_numbers = true)]
     pub incidence_step: f64,
     /// Step of the azimuth of incidence, degrees
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 30.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "DEG", default_value_t = 30.0, allow_negative_numbers = true)]
     pub azimuth_step: f64,
     /// Step of the angles of scatter, degrees: the width over which orders are spread
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 1.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "DEG", default_value_t = 1.0, allow_negative_numbers = true)]
     pub scatter_step: f64,
     /// Cells of a tensor tree along each coordinate: 2 to this power
     #[arg(
@@ -256,13 +238,8 @@ impl CellFile<'_> {
         context: RunContext,
     ) -> Result<()> {
         let fineness = self.steps.fineness();
-        let written = tables::write_cells(
-            surface,
-            self.format,
-            &fineness,
-            self.wavelength_nm,
-            self.out,
-        )?;
+        let written =
+            tables::write_cells(surface, self.format, &fineness, self.wavelength_nm, self.out)?;
         let json: Vec<Value> = written.iter().map(tables::describe).collect();
         let mut json = json!({"files": json});
         let mut lines: Vec<String> = written.iter().map(tables::summary).collect();

@@ -36,20 +36,10 @@ pub struct ImportArgs {
     #[command(flatten)]
     pub steps: CellSteps,
     /// Refractive index on the inner side, for scattering tables
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
     pub index_inner: f64,
     /// Refractive index on the outer side, for scattering tables
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
     pub index_outer: f64,
     /// Set of lamps of an EULUMDAT file, from 1 [default: 1]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=10_000_usize))]
@@ -72,16 +62,13 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
         None => None,
     };
     let content = content::read_lamp_set(file, arguments.lamp_set)?;
-    let (mut json, text) = content
-        .describe(arguments.lamp_set)
-        .with_context(|| file.display().to_string())?;
+    let (mut json, text) =
+        content.describe(arguments.lamp_set).with_context(|| file.display().to_string())?;
     json["file"] = file.display().to_string().into();
     if let Some((out, format)) = format {
         return convert(&content, (out, format), arguments, context);
     }
-    context
-        .console
-        .result(&json, || format!("{}: {text}", file.display()))
+    context.console.result(&json, || format!("{}: {text}", file.display()))
 }
 
 /// The formats in words that `content` goes into.
@@ -92,11 +79,7 @@ fn wanted(content: &Content, format: FileFormat) -> anyhow::Error {
         Content::Orders(_) => "zemax, lighttools, speos, klems, tensortree, json or npz",
         _ => "zemax, lighttools, speos, klems or tensortree",
     };
-    anyhow!(
-        "--format: expected {expected} for {}, got {}",
-        content.format(),
-        format.word()
-    )
+    anyhow!("--format: expected {expected} for {}, got {}", content.format(), format.word())
 }
 
 fn convert(
@@ -107,9 +90,7 @@ fn convert(
 ) -> Result<()> {
     let plain = |what: String| {
         let json = json!({"file": out.display().to_string(), "holds": what});
-        context
-            .console
-            .result(&json, || format!("{}: {what}", out.display()))
+        context.console.result(&json, || format!("{}: {what}", out.display()))
     };
     match content {
         Content::Rays(_) => {
@@ -119,10 +100,7 @@ fn convert(
             plain(format!("{}, {flux:.6} {unit}", count(written.rays, "ray")))
         }
         Content::Ies(_) | Content::Ldt(_) => {
-            ensure!(
-                matches!(format, FileFormat::Ies | FileFormat::Ldt),
-                wanted(content, format)
-            );
+            ensure!(matches!(format, FileFormat::Ies | FileFormat::Ldt), wanted(content, format));
             let table = content.distribution()?;
             let name = arguments.file.file_stem().unwrap_or_default();
             let name = name.to_string_lossy();
@@ -135,11 +113,7 @@ fn convert(
                 Content::Ldt(f) => (Labels::of_ldt(f, &name), f.flux, f.is_absolute(), f.watts),
                 _ => bail!("expected a far field"),
             };
-            let photometry = Photometry {
-                lumens,
-                absolute,
-                watts,
-            };
+            let photometry = Photometry { lumens, absolute, watts };
             let text = photometry::text(out, &labels, &table, photometry)?;
             write_bytes(out, text.as_bytes())?;
             plain(format!("{:.4} lm", table.flux()))
@@ -171,12 +145,7 @@ fn convert(
                 Content::Orders(table) => Some(nanometres(table)?),
                 _ => None,
             };
-            let file = CellFile {
-                format,
-                steps: &arguments.steps,
-                wavelength_nm: wavelength,
-                out,
-            };
+            let file = CellFile { format, steps: &arguments.steps, wavelength_nm: wavelength, out };
             file.write(surface.as_ref(), None, context)
         }
     }

@@ -189,31 +189,16 @@ impl JobRecord {
             )
         };
         let lines = [self, other].map(|job| format!("`{}`", job.line()));
-        ensure!(
-            lines[0] == lines[1],
-            differs("command", &lines[1], &lines[0])
-        );
+        ensure!(lines[0] == lines[1], differs("command", &lines[1], &lines[0]));
         let caches = [self, other].map(JobRecord::cache_place);
-        ensure!(
-            caches[0] == caches[1],
-            differs("cache", &caches[1], &caches[0])
-        );
+        ensure!(caches[0] == caches[1], differs("cache", &caches[1], &caches[0]));
         let programs = [self, other].map(|job| {
             let (version, hash) = (&job.program_version, &job.program_sha256);
-            format!(
-                "batwing {version} with SHA-256 {}",
-                hash.get(..16).unwrap_or(hash)
-            )
+            format!("batwing {version} with SHA-256 {}", hash.get(..16).unwrap_or(hash))
         });
-        ensure!(
-            programs[0] == programs[1],
-            differs("program", &programs[1], &programs[0])
-        );
+        ensure!(programs[0] == programs[1], differs("program", &programs[1], &programs[0]));
         let solvers = [self, other].map(|job| format!("version {}", job.solver_version));
-        ensure!(
-            solvers[0] == solvers[1],
-            differs("solver", &solvers[1], &solvers[0])
-        );
+        ensure!(solvers[0] == solvers[1], differs("solver", &solvers[1], &solvers[0]));
         for (own, of_job) in self.inputs.iter().zip(&other.inputs) {
             let said =
                 [own, of_job].map(|file| format!("{} with SHA-256 {}", file.file, file.sha256));

@@ -115,13 +115,7 @@ pub fn run(arguments: &NearFieldArgs, context: RunContext) -> Result<()> {
         slices: arguments.slices,
     };
     writable(&arguments.out)?;
-    let field = near_field(
-        &cell,
-        design.wavelength_nm * 1e-3,
-        &wave,
-        &settings,
-        context,
-    )?;
+    let field = near_field(&cell, design.wavelength_nm * 1e-3, &wave, &settings, context)?;
 
     let stem = format!(
         "{}-ring-{:03}-field-{}-{}-theta{}-phi{}",
@@ -175,11 +169,7 @@ fn side_name(side: Side) -> &'static str {
 
 /// The medium around the dome in words, by its index.
 fn around(index: f64) -> &'static str {
-    if (index - 1.0).abs() < 1e-12 {
-        "air"
-    } else {
-        "solid around the dome"
-    }
+    if (index - 1.0).abs() < 1e-12 { "air" } else { "solid around the dome" }
 }
 
 fn pol_name(pol: Pol) -> &'static str {
@@ -236,29 +226,15 @@ impl NearFieldOutput<'_> {
         const FLOW: &str = "incident Poynting vector";
         type Vector = fn(&Sample) -> [Complex64; 3];
         let samples = &self.field.field.samples;
-        let channel = |name, quantity, unit, values: Vec<f64>| Channel {
-            name,
-            quantity,
-            unit,
-            values,
-        };
+        let channel =
+            |name, quantity, unit, values: Vec<f64>| Channel { name, quantity, unit, values };
         let flow = |i: usize| self.poynting.iter().map(|s| s[i]).collect();
         let mut list = vec![
-            channel(
-                "intensity",
-                "|E|^2",
-                "incident |E|^2",
-                self.field.intensity(),
-            ),
+            channel("intensity", "|E|^2", "incident |E|^2", self.field.intensity()),
             channel("poynting_x", "time average of Sx", FLOW, flow(0)),
             channel("poynting_y", "time average of Sy", FLOW, flow(1)),
             channel("poynting_z", "time average of Sz", FLOW, flow(2)),
-            channel(
-                "index",
-                "refractive index",
-                "1",
-                samples.iter().map(|s| s.index.re).collect(),
-            ),
+            channel("index", "refractive index", "1", samples.iter().map(|s| s.index.re).collect()),
         ];
         let electric: Vector = |s| s.electric;
         let magnetic: Vector = |s| s.magnetic;
@@ -266,19 +242,13 @@ impl NearFieldOutput<'_> {
             (
                 electric,
                 [["ex_re", "ex_im"], ["ey_re", "ey_im"], ["ez_re", "ez_im"]],
-                [
-                    "real part of a component of E",
-                    "imaginary part of a component of E",
-                ],
+                ["real part of a component of E", "imaginary part of a component of E"],
                 AMPLITUDE,
             ),
             (
                 magnetic,
                 [["hx_re", "hx_im"], ["hy_re", "hy_im"], ["hz_re", "hz_im"]],
-                [
-                    "real part of a component of H",
-                    "imaginary part of a component of H",
-                ],
+                ["real part of a component of H", "imaginary part of a component of H"],
                 MAGNETIC,
             ),
         ] {
@@ -310,11 +280,7 @@ impl NearFieldOutput<'_> {
         );
         let media = [
             format!("silicone, n = {}", cell.inner_index),
-            format!(
-                "{}, n = {}",
-                around(cell.background_index),
-                cell.background_index
-            ),
+            format!("{}, n = {}", around(cell.background_index), cell.background_index),
         ];
         // The outline closes along the chord, where silicone meets silicone.
         let surface = &cell.polygons[0].points_um;
@@ -325,10 +291,8 @@ impl NearFieldOutput<'_> {
                 let errors = vec![0.0; values.len()];
                 let quantity = Quantity::new(quantity, Unit::Relative);
                 let map = Map::new(quantity, found.z.clone(), found.x.clone(), values, errors)?;
-                let heading = Heading::new(
-                    format!("{}, ring {}: {what}", design.name, cell.ring),
-                    &wave,
-                );
+                let heading =
+                    Heading::new(format!("{}, ring {}: {what}", design.name, cell.ring), &wave);
                 let picture = near_field_map(&NearFieldMap {
                     heading: &heading,
                     map: &map,

@@ -34,10 +34,7 @@ pub fn text(name: &str) -> Result<String> {
 
 /// Writes the design into the current directory, beside no file of that name.
 pub fn run(arguments: &NewArgs, context: RunContext) -> Result<()> {
-    let name = arguments
-        .name
-        .strip_suffix(".toml")
-        .unwrap_or(&arguments.name);
+    let name = arguments.name.strip_suffix(".toml").unwrap_or(&arguments.name);
     ensure!(
         !name.chars().any(char::is_control),
         "NAME: expected letters, digits, '-', '_' and '.', got {name:?}"
@@ -68,10 +65,7 @@ mod tests {
     fn the_design_is_valid_under_any_good_name() {
         let design = config::parse("a.toml", &DESIGN.replace("NAME", "my-own.2"), Path::new(""));
         let design = design.expect("a valid design");
-        assert_eq!(
-            (design.name.as_str(), design.trace.paths),
-            ("my-own.2", 2_000_000)
-        );
+        assert_eq!((design.name.as_str(), design.trace.paths), ("my-own.2", 2_000_000));
         assert!(config::parse("a.toml", &DESIGN.replace("NAME", "a/b"), Path::new("")).is_err());
     }
 }

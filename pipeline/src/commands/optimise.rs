@@ -113,17 +113,12 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
         let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
         return external_search::judge_lines(&problem, &cache, context, input, output);
     }
-    let folders = [&problem.design.name, &problem.name]
-        .into_iter()
-        .flat_map(|name| {
-            let design = Design {
-                name: name.clone(),
-                ..problem.design.clone()
-            };
-            let models = problem.models.iter();
-            let folders: Vec<PathBuf> = models.map(|&m| output::folder(&design, m)).collect();
-            folders
-        });
+    let folders = [&problem.design.name, &problem.name].into_iter().flat_map(|name| {
+        let design = Design { name: name.clone(), ..problem.design.clone() };
+        let models = problem.models.iter();
+        let folders: Vec<PathBuf> = models.map(|&m| output::folder(&design, m)).collect();
+        folders
+    });
     keeps_inputs(&problem, out)?;
     results_writable(out, folders, &[results::FILE, FILE], Some(&cache))?;
     writable(cache.directory())?;
@@ -145,9 +140,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let files = files.into_iter().map(|name| record(out, name));
     file.files = files.collect::<Result<Vec<_>>>()?;
     for missed in found.missed_constraints(&problem) {
-        context
-            .console
-            .warn(&format!("{}: {missed}", arguments.problem.display()));
+        context.console.warn(&format!("{}: {missed}", arguments.problem.display()));
     }
     let json = sealed(serde_json::to_value(&file)?)?;
     atomic_file::write_json(&out.join(FILE), &json)?;
@@ -224,10 +217,7 @@ fn verified(
     cache: &crate::cache::Cache,
     context: RunContext,
 ) -> Result<Results> {
-    let context = RunContext {
-        seed: VerificationRun::seed(context.seed),
-        ..context
-    };
+    let context = RunContext { seed: VerificationRun::seed(context.seed), ..context };
     let one = |design| VerificationRun::new(problem, design).results(out, cache, context);
     let designs = vec![one(&problem.design)?, one(&found.design)?];
     Ok(Results {

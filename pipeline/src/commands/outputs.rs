@@ -25,9 +25,7 @@ pub(super) fn note_interrupt(context: RunContext, cache: Option<&Cache>, what: &
         let (what, directory) = (what.join(" and "), cache.directory().display());
         format!("; finished {what} stay in `{directory}`, a new run goes on from there")
     });
-    context
-        .interrupt
-        .note(format!("before {} was written{kept}", results::FILE));
+    context.interrupt.note(format!("before {} was written{kept}", results::FILE));
 }
 
 /// The store of finished groups of paths in `cache`; none where a job has one already.
@@ -36,9 +34,7 @@ pub(super) fn checkpoints(
     context: RunContext,
 ) -> Result<Option<Checkpoints>> {
     let cache = cache.filter(|_| context.checkpoints.is_none());
-    cache
-        .map(|cache| Checkpoints::open(cache.directory(), context.console))
-        .transpose()
+    cache.map(|cache| Checkpoints::open(cache.directory(), context.console)).transpose()
 }
 
 /// Refuses a directory into which no file can be written, whether it exists or not. Leaves nothing
@@ -47,13 +43,7 @@ pub(super) fn writable(directory: &Path) -> Result<()> {
     let refused = || format!("cannot write into `{}`", directory.display());
     let there = directory
         .ancestors()
-        .map(|ancestor| {
-            if ancestor.as_os_str().is_empty() {
-                Path::new(".")
-            } else {
-                ancestor
-            }
-        })
+        .map(|ancestor| if ancestor.as_os_str().is_empty() { Path::new(".") } else { ancestor })
         .find(|ancestor| ancestor.symlink_metadata().is_ok())
         .unwrap_or(Path::new("."));
     let kind = there.metadata().with_context(refused)?;
@@ -63,9 +53,7 @@ pub(super) fn writable(directory: &Path) -> Result<()> {
         refused(),
         there.display()
     );
-    let probe = tempfile::Builder::new()
-        .prefix(".batwing-")
-        .tempfile_in(there);
+    let probe = tempfile::Builder::new().prefix(".batwing-").tempfile_in(there);
     probe.map(drop).with_context(refused)
 }
 

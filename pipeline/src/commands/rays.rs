@@ -89,12 +89,7 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     let stem = format!("{}-{}-rays", design.name, model.key(&design));
     let heading = Heading::new(
         "Paths in the plane y = 0",
-        format!(
-            "{}, {}, {}",
-            design.name,
-            model.label(&design),
-            count(found.len(), "path")
-        ),
+        format!("{}, {}, {}", design.name, model.label(&design), count(found.len(), "path")),
     );
     let drawing = package_drawing(&design, &meridian);
     let picture = path_picture(&drawing, &heading, &found);
@@ -106,11 +101,8 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     }
     let mut wavelengths: Vec<f64> = found.iter().filter_map(|path| path.wavelength_nm).collect();
     wavelengths.dedup();
-    let wavelength = if wavelengths.is_empty() {
-        json!(design.wavelength_nm)
-    } else {
-        json!(wavelengths)
-    };
+    let wavelength =
+        if wavelengths.is_empty() { json!(design.wavelength_nm) } else { json!(wavelengths) };
     let summary = json!({
         "design": design.name,
         "model": model.key(&design),

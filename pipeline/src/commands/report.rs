@@ -73,10 +73,7 @@ impl Contents {
 /// Checks the folder, makes the page and writes it.
 pub fn run(arguments: &ReportArgs, context: RunContext) -> Result<()> {
     let contents = Contents::open(&arguments.results)?;
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| arguments.results.join(PAGE));
+    let out = arguments.out.clone().unwrap_or_else(|| arguments.results.join(PAGE));
     ensure!(
         !out.is_dir(),
         "--out: expected the name of a file, got the directory `{}`",
@@ -87,9 +84,7 @@ pub fn run(arguments: &ReportArgs, context: RunContext) -> Result<()> {
         "--out: expected a file beside the results, got `{}`, which belongs to them",
         out.display()
     );
-    let is_page = out
-        .extension()
-        .is_some_and(|end| end == "html" || end == "htm");
+    let is_page = out.extension().is_some_and(|end| end == "html" || end == "htm");
     ensure!(
         is_page || !out.exists(),
         "--out: expected a new file or a page, got `{}`, which is something else",

@@ -86,10 +86,7 @@ impl ReproduceArgs {
     fn designs(&self) -> Result<(Vec<Design>, Vec<Design>)> {
         let load = |names: &[&str]| -> Result<Vec<Design>> {
             let quick = |d: Design| if self.quick { quick(d) } else { d };
-            names
-                .iter()
-                .map(|name| Ok(quick(config::embedded(name)?)))
-                .collect()
+            names.iter().map(|name| Ok(quick(config::embedded(name)?))).collect()
         };
         Ok((load(&COMPARED)?, load(&REFERENCES)?))
     }
@@ -122,12 +119,7 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     if arguments.quick {
         context.console.say(QUICK_NOTE);
     }
-    let all_tables = tables(
-        &compared.iter().collect::<Vec<_>>(),
-        Some(&cache),
-        None,
-        context,
-    )?;
+    let all_tables = tables(&compared.iter().collect::<Vec<_>>(), Some(&cache), None, context)?;
 
     let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
         let run = Run {
@@ -145,15 +137,10 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
             models: models.collect::<Result<_>>()?,
         })
     };
-    let designs: Vec<DesignResult> = compared
-        .iter()
-        .zip(&all_tables)
-        .map(|(d, t)| trace(d, Some(t)))
-        .collect::<Result<_>>()?;
-    let beside: Vec<DesignResult> = references
-        .iter()
-        .map(|d| trace(d, None))
-        .collect::<Result<_>>()?;
+    let designs: Vec<DesignResult> =
+        compared.iter().zip(&all_tables).map(|(d, t)| trace(d, Some(t))).collect::<Result<_>>()?;
+    let beside: Vec<DesignResult> =
+        references.iter().map(|d| trace(d, None)).collect::<Result<_>>()?;
     let figures = paper_figures::all(&compared, &all_tables[0], &arguments.out, context)?;
 
     let mut results = Results {
@@ -181,31 +168,15 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Checkpoints::finish);
     context.console.result(&results.to_json(&published)?, || {
-        let note = if arguments.quick {
-            format!("\n{QUICK_NOTE}\n")
-        } else {
-            String::new()
-        };
-        format!(
-            "{}{note}\nwritten to {}",
-            summary::plain_text(&rows),
-            arguments.out.display()
-        )
+        let note = if arguments.quick { format!("\n{QUICK_NOTE}\n") } else { String::new() };
+        format!("{}{note}\nwritten to {}", summary::plain_text(&rows), arguments.out.display())
     })
 }
 
 /// The picture of published and computed figures.
 fn comparison(rows: &[SummaryRow], quick: bool, out: &Path) -> Result<()> {
-    let rows: Vec<SummaryRow> = rows
-        .iter()
-        .filter(|r| r.published.is_some())
-        .cloned()
-        .collect();
-    let subtitle = if quick {
-        "quick run: coarse tables, few rays"
-    } else {
-        "Tables 1 and 2"
-    };
+    let rows: Vec<SummaryRow> = rows.iter().filter(|r| r.published.is_some()).cloned().collect();
+    let subtitle = if quick { "quick run: coarse tables, few rays" } else { "Tables 1 and 2" };
     atomic_file::write_bytes(
         &out.join(COMPARISON),
         &published_vs_computed(&Heading::new("Published and computed", subtitle), &rows)?.png()?,
@@ -213,11 +184,7 @@ fn comparison(rows: &[SummaryRow], quick: bool, out: &Path) -> Result<()> {
 }
 
 fn summary_file(rows: &[summary::SummaryRow], quick: bool) -> String {
-    let note = if quick {
-        format!("\n{QUICK_NOTE}\n")
-    } else {
-        String::new()
-    };
+    let note = if quick { format!("\n{QUICK_NOTE}\n") } else { String::new() };
     format!(
         "# Published and computed\n\nValue ± one standard error; differences of percentages are in points.\n{note}\n{}",
         summary::markdown(rows)

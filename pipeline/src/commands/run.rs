@@ -140,10 +140,10 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
 pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
     let mut design = arguments.with_paths(design);
-    let stopping_rule = arguments.until_error.clone().map(|target| StoppingRule {
-        target,
-        most_paths: arguments.most_paths,
-    });
+    let stopping_rule = arguments
+        .until_error
+        .clone()
+        .map(|target| StoppingRule { target, most_paths: arguments.most_paths });
     if let Some(rule) = &stopping_rule {
         rule.target.check(&design)?;
         design.trace.paths = rule.batch(design.trace.paths)?;
@@ -158,9 +158,9 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         design.spectrum.as_ref().is_none_or(Spectrum::is_line) && design.lights.is_none();
     if traced != design.trace.paths && one_trace {
         let [asked, traced] = [design.trace.paths, traced].map(thousands);
-        context.console.say(&format!(
-            "{asked} paths are traced as {traced}: {GROUPS} groups of equal size"
-        ));
+        context
+            .console
+            .say(&format!("{asked} paths are traced as {traced}: {GROUPS} groups of equal size"));
     }
     let needs_tables = models.contains(&Model::Hybrid);
     let stores_paths = stopping_rule.is_some() || design.trace.paths >= LEAST_PATHS;
@@ -177,10 +177,7 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
     run.check(&models, context)?;
     let folders = models.iter().map(|&m| output::folder(&design, m));
     results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
-    let stored = [
-        needs_tables.then_some(TABLES),
-        stores_paths.then_some(outputs::PATHS),
-    ];
+    let stored = [needs_tables.then_some(TABLES), stores_paths.then_some(outputs::PATHS)];
     note_interrupt(context, cache.as_ref(), &stored);
     let checkpoints = checkpoints(cache.as_ref().filter(|_| stores_paths), context)?;
     let models = run.models(&models, context.storing(checkpoints.as_ref()))?;

@@ -36,11 +36,7 @@ pub struct JobOptions<'a> {
 impl<'a> JobOptions<'a> {
     /// Those of a command with these arguments.
     pub fn new(out: &'a Path, cache_given: Option<&'a Path>, sharing: &'a Sharing) -> Self {
-        Self {
-            out,
-            cache_given,
-            shard: sharing.shard.as_ref(),
-        }
+        Self { out, cache_given, shard: sharing.shard.as_ref() }
     }
 
     /// The cache.

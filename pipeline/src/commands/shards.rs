@@ -90,15 +90,8 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
     let options = command.job_options();
     let (out, cache) = (options.out, options.cache());
     context.interrupt.exit_with(REPEAT);
-    if let Some(beyond) = choice
-        .numbers
-        .iter()
-        .find(|&&number| number >= choice.count)
-    {
-        bail!(
-            "--shard {choice}: expected shards from 0 to {}, got {beyond}",
-            choice.count - 1
-        );
+    if let Some(beyond) = choice.numbers.iter().find(|&&number| number >= choice.count) {
+        bail!("--shard {choice}: expected shards from 0 to {}, got {beyond}", choice.count - 1);
     }
     let work = command.work(context)?;
     writable(out)?;
@@ -171,19 +164,12 @@ pub fn plan(arguments: &PlanArgs, context: RunContext) -> Result<()> {
 pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
     context.interrupt.exit_with(REPEAT);
     let out = &arguments.directory;
-    let choice = JobChoice {
-        directory: Some(out.clone()),
-        shards: None,
-        command: Vec::new(),
-    };
+    let choice = JobChoice { directory: Some(out.clone()), shards: None, command: Vec::new() };
     let open = OpenJob::open(&choice, context)?;
     let (record, line) = (&open.record, &open.line);
     let command = line.command.get();
     let (cache, identity) = (command.job_options().cache(), record.identity());
-    let context = RunContext {
-        seed: line.seed,
-        ..context
-    };
+    let context = RunContext { seed: line.seed, ..context };
     let pieces = Checkpoints::of_job(cache.directory(), &identity, true, context.console);
     let context = context.storing(Some(&pieces));
     let merge = || -> Result<()> {
@@ -274,15 +260,9 @@ impl OpenJob {
         };
         let command = line.command.get();
         let options = command.job_options();
-        ensure!(
-            options.shard.is_none(),
-            "expected a command without --shard"
-        );
+        ensure!(options.shard.is_none(), "expected a command without --shard");
         let out = options.out.to_path_buf();
-        let context = RunContext {
-            seed: line.seed,
-            ..context
-        };
+        let context = RunContext { seed: line.seed, ..context };
         let work = command.work(context).with_context(|| match &started {
             Some(record) => format!("the job was started in `{}`", record.directory.display()),
             None => out.display().to_string(),
@@ -301,12 +281,7 @@ impl OpenJob {
             writable(&out)?;
             own.write(&out)?;
         }
-        Ok(Self {
-            record: own,
-            line,
-            work,
-            out,
-        })
+        Ok(Self { record: own, line, work, out })
     }
 }
 
@@ -320,15 +295,9 @@ fn usual(work: &dyn SharedWork) -> usize {
 /// The message of shards that are not done, with the command that repeats them.
 fn incomplete(record: &JobRecord, out: &Path, missing: &[MissingPieces]) -> Stopped {
     let numbers = missing.iter().map(|shard| shard.shard).collect();
-    let choice = ShardChoice {
-        numbers,
-        count: record.shards,
-    };
+    let choice = ShardChoice { numbers, count: record.shards };
     let all = missing.iter().take(SHOWN).map(|shard| {
-        let tables = shard
-            .tables
-            .iter()
-            .map(|ring| format!("the table of {ring}"));
+        let tables = shard.tables.iter().map(|ring| format!("the table of {ring}"));
         let tasks = shard.tasks.iter();
         let tasks = tasks.map(|(what, pieces)| format!("{pieces} of {what}"));
         let mut pieces: Vec<String> = tables.chain(tasks).collect();
@@ -382,11 +351,7 @@ fn worth_repeating(error: Error) -> Error {
         )
     };
     if atomic_file::file_errors(&error).any(passes) {
-        Stopped {
-            line: format!("{error:#}"),
-            exit_code: REPEAT,
-        }
-        .into()
+        Stopped { line: format!("{error:#}"), exit_code: REPEAT }.into()
     } else {
         error
     }

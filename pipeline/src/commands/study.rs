@@ -65,20 +65,14 @@ impl Shardable for StudyArgs {
     }
 
     fn words(&self) -> Vec<String> {
-        CommandLine::new("study", &self.study)
-            .option("--paths", self.paths)
-            .all()
+        CommandLine::new("study", &self.study).option("--paths", self.paths).all()
     }
 
     fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
         let study = Arc::new(study::load(&self.study, self.paths)?);
         let traces = shared_traces(&study, context.seed).into_iter();
         let tasks = traces.map(|trace| Box::new(trace) as Box<dyn Task>);
-        Ok(Box::new(Job::new(
-            Vec::new(),
-            tasks.collect(),
-            study.inputs.clone(),
-        )))
+        Ok(Box::new(Job::new(Vec::new(), tasks.collect(), study.inputs.clone())))
     }
 
     fn run(&self, context: RunContext) -> Result<()> {
@@ -97,11 +91,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         cache.directory().display()
     ));
     let found = compute(&study, &cache, context)?;
-    let outcome = StudyResults {
-        study: &study,
-        found,
-        seed: context.seed,
-    };
+    let outcome = StudyResults { study: &study, found, seed: context.seed };
     let path = |name: &str| arguments.out.join(name);
     atomic_file::supersede(&path(FILE))?;
     csv::write_text_csv(&path(TABLE), &HEADINGS, &rows(&outcome))?;
@@ -116,11 +106,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
             .take(SHOWN)
             .map(|ranked| MarkedLine {
                 label: study.setups[ranked.setup].0.name.clone(),
-                marks: vec![(
-                    String::new(),
-                    ranked.misfit.value,
-                    ranked.misfit.standard_error,
-                )],
+                marks: vec![(String::new(), ranked.misfit.value, ranked.misfit.standard_error)],
                 least: 0.0,
             })
             .collect();
@@ -133,13 +119,8 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         let heading = Heading::new(format!("{}: misfit to targets", study.name), subtitle);
         atomic_file::write_bytes(
             &path("misfit.png"),
-            &marked_lines(
-                &heading,
-                "misfit, in units of the scales",
-                Unit::Relative,
-                &bars,
-            )?
-            .png()?,
+            &marked_lines(&heading, "misfit, in units of the scales", Unit::Relative, &bars)?
+                .png()?,
         )?;
     }
     for figure in figures(&outcome) {
@@ -159,10 +140,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         let png = marked_lines(&heading, &quantity, unit, &spans)?.png()?;
         atomic_file::write_bytes(&path(&format!("change-{figure}.png")), &png)?;
     }
-    let tables = [
-        Some(TABLE),
-        (!study.short_runs.is_empty()).then_some(SHORT_RUNS),
-    ];
+    let tables = [Some(TABLE), (!study.short_runs.is_empty()).then_some(SHORT_RUNS)];
     let record = |name: &str| -> Result<FileRecord> {
         let bytes = std::fs::read(path(name))
             .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
@@ -194,19 +172,13 @@ const HEADINGS: [&str; 11] = [
     "scale",
 ];
 
-const SHORT_HEADINGS: [&str; 7] = [
-    "setup", "design", "model", "figure", "paths", "run", "value",
-];
+const SHORT_HEADINGS: [&str; 7] = ["setup", "design", "model", "figure", "paths", "run", "value"];
 
 fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
     let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
     let mut rows = Vec::new();
     for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
-        let levels: Vec<String> = setup
-            .levels
-            .iter()
-            .map(|(f, l)| format!("{f}={l}"))
-            .collect();
+        let levels: Vec<String> = setup.levels.iter().map(|(f, l)| format!("{f}={l}")).collect();
         for line in outcome.lines(i) {
             rows.push(vec![
                 line.setup.to_owned(),
@@ -278,12 +250,7 @@ fn describe_single_runs(outcome: &StudyResults) -> String {
 
 /// How many of the other set-ups of `ranking` may be better than the first.
 fn tied(ranking: &[Ranked]) -> String {
-    match ranking
-        .iter()
-        .skip(1)
-        .filter(|ranked| ranked.is_tied())
-        .count()
-    {
+    match ranking.iter().skip(1).filter(|ranked| ranked.is_tied()).count() {
         0 => format!("the first is ahead of the others by more than {DISTINCT} standard errors"),
         1 => "1 other cannot be told from the first".to_owned(),
         tied => format!("{tied} others cannot be told from the first"),
@@ -300,10 +267,7 @@ fn describe(study: &Study, ranking: &[Ranked]) -> String {
         return text;
     }
     // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
-        "; root mean square of misses in units of their scales:"
-    );
+    let _ = writeln!(text, "; root mean square of misses in units of their scales:");
     for ranked in ranking.iter().take(SHOWN) {
         let misfit = ranked.misfit;
         let number = format_value_with_error(misfit.value, misfit.standard_error);

@@ -51,18 +51,8 @@ pub fn write_scripts(record: &JobRecord, out: &Path, options: Option<&str>) -> R
     let shards = format!("{program} {words} {shard}");
     let array = format!("#SBATCH --array=0-{last}\n");
     let merge = format!("{program} merge {}", shell_line(&[out.into()]));
-    write(
-        &script_of_shards(out),
-        record,
-        out,
-        &[&array, options, "%A_%a", &shards],
-    )?;
-    write(
-        &script_of_merge(out),
-        record,
-        out,
-        &["", options, "merge_%j", &merge],
-    )
+    write(&script_of_shards(out), record, out, &[&array, options, "%A_%a", &shards])?;
+    write(&script_of_merge(out), record, out, &["", options, "merge_%j", &merge])
 }
 
 fn write(
@@ -72,11 +62,7 @@ fn write(
     [array, options, log, command]: &[&str; 4],
 ) -> Result<()> {
     let log = out.join(FOLDER).join(format!("{log}.log"));
-    let options = if options.is_empty() {
-        String::new()
-    } else {
-        format!("#SBATCH {options}\n")
-    };
+    let options = if options.is_empty() { String::new() } else { format!("#SBATCH {options}\n") };
     let text = format!(
         "#!/bin/sh\n#SBATCH --job-name=batwing\n{array}#SBATCH --output={}\n#SBATCH --chdir={}\n{options}\
          exec {command} --threads \"${{SLURM_CPUS_PER_TASK:-1}}\" --quiet\n",

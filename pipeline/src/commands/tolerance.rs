@@ -79,10 +79,7 @@ impl Shardable for ToleranceArgs {
 impl ToleranceArgs {
     /// The analysis with what the arguments replace in its file.
     fn analysis(&self) -> Result<ToleranceAnalysis> {
-        let overrides = Overrides {
-            samples: self.samples,
-            paths: self.paths,
-        };
+        let overrides = Overrides { samples: self.samples, paths: self.paths };
         definition::load(&self.file, overrides)
     }
 }

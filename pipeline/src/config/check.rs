@@ -20,11 +20,7 @@ const MOST_LETTERS: usize = 100;
 /// A limit as messages show it: `0.001`, `1e-12`, `1e9`.
 fn limit(number: f64) -> String {
     let plain = number == 0.0 || (1e-3..1e6).contains(&number.abs());
-    if plain {
-        number.to_string()
-    } else {
-        format!("{number:e}")
-    }
+    if plain { number.to_string() } else { format!("{number:e}") }
 }
 
 /// Names the file in every complaint.
@@ -44,10 +40,7 @@ impl Context<'_> {
 
     /// What is wrong with a file, after the key that names it.
     pub(super) fn of_files(&self, error: &anyhow::Error) -> ConfigError {
-        ConfigError::Files {
-            file: self.file.to_owned(),
-            message: format!("{error:#}"),
-        }
+        ConfigError::Files { file: self.file.to_owned(), message: format!("{error:#}") }
     }
 
     /// A length in mm.
@@ -112,9 +105,7 @@ impl Context<'_> {
     /// A name of output files and folders.
     pub(super) fn file_name(&self, key: &str, name: &str) -> Result<(), ConfigError> {
         let usable = (1..=MOST_LETTERS).contains(&name.len())
-            && name
-                .chars()
-                .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
             && !name.starts_with('.');
         if usable {
             return Ok(());

@@ -31,9 +31,7 @@ pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<
     let mut at = design;
     let mut steps = parts.into_iter();
     while let Some(part) = steps.next() {
-        let mut next = at
-            .entry(part)
-            .or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        let mut next = at.entry(part).or_insert_with(|| toml::Value::Table(toml::Table::new()));
         while let toml::Value::Array(list) = next {
             // The end of the path may be an entry itself.
             let (place, is_last) = steps.next().map_or((last, true), |place| (place, false));
@@ -99,12 +97,7 @@ mod tests {
         assert_eq!(design["led"]["rows"][1][0].as_integer(), Some(9));
         assert_eq!(design["led"]["height_mm"].as_float(), Some(0.5));
         assert_eq!(design["shapes"][1]["a"].as_integer(), Some(7));
-        set(
-            &mut design,
-            "shapes.0.a",
-            &toml::Value::String(String::new()),
-        )
-        .expect("removed");
+        set(&mut design, "shapes.0.a", &toml::Value::String(String::new())).expect("removed");
         assert!(design["shapes"][0].get("a").is_none());
         for (path, word) in [
             ("shapes.2.a", "from 0 to 1"),

@@ -46,9 +46,7 @@ impl ConfigError {
     /// What is wrong, without the name of the design's file.
     pub(in crate::config) fn without_file(&self) -> String {
         match self {
-            Self::Value {
-                key, got, expected, ..
-            } => format!("{key} = {got}: expected {expected}"),
+            Self::Value { key, got, expected, .. } => format!("{key} = {got}: expected {expected}"),
             Self::Syntax { message, .. } | Self::Files { message, .. } => message.clone(),
             Self::Read { source, .. } => source.to_string(),
         }

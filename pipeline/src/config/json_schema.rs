@@ -12,10 +12,7 @@ use super::schema;
 /// The schema, JSON Schema 2020-12.
 pub fn of_designs() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let mut schema = settings
-        .into_generator()
-        .into_root_schema_for::<schema::Design>()
-        .to_value();
+    let mut schema = settings.into_generator().into_root_schema_for::<schema::Design>().to_value();
     schema["title"] = "Design file of batwing".into();
     without_null(&mut schema);
     schema
@@ -56,21 +53,16 @@ mod tests {
     use super::*;
 
     fn at<'a>(schema: &'a Value, pointer: &str) -> &'a Value {
-        schema
-            .pointer(pointer)
-            .unwrap_or_else(|| panic!("no {pointer}"))
+        schema.pointer(pointer).unwrap_or_else(|| panic!("no {pointer}"))
     }
 
     #[test]
     fn keys_kinds_and_words_are_those_that_designs_take() {
         let schema = of_designs();
         assert_eq!(at(&schema, "/additionalProperties"), false);
-        let led = at(&schema, "/properties/led/oneOf")
-            .as_array()
-            .expect("kinds");
-        let specular = led
-            .iter()
-            .find(|kind| kind["properties"]["reflection"]["const"] == "specular");
+        let led = at(&schema, "/properties/led/oneOf").as_array().expect("kinds");
+        let specular =
+            led.iter().find(|kind| kind["properties"]["reflection"]["const"] == "specular");
         let specular = specular.expect("a specular box");
         let needed = specular["required"].as_array().expect("keys");
         assert!(
@@ -80,36 +72,20 @@ mod tests {
         );
         assert!(!needed.contains(&"power_lm".into()));
         let size = &specular["properties"]["size_mm"];
-        assert_eq!(
-            (&size["minItems"], &size["maxItems"]),
-            (&2.into(), &2.into())
-        );
+        assert_eq!((&size["minItems"], &size["maxItems"]), (&2.into(), &2.into()));
         let average = at(&schema, "/properties/receiver/properties/average").to_string();
-        assert!(
-            average.contains("symmetries") && average.contains("none"),
-            "{average}"
-        );
+        assert!(average.contains("symmetries") && average.contains("none"), "{average}");
         let text = schema.to_string();
-        assert!(
-            !text.contains("\"null\"") && !text.contains("(shared)"),
-            "{text}"
-        );
+        assert!(!text.contains("\"null\"") && !text.contains("(shared)"), "{text}");
     }
 
     #[test]
     fn a_table_that_its_keys_tell_needs_no_kind() {
         let schema = of_designs();
-        let surfaces = at(
-            &schema,
-            "/properties/solids/items/oneOf/0/properties/surface/oneOf",
-        );
+        let surfaces = at(&schema, "/properties/solids/items/oneOf/0/properties/surface/oneOf");
         let kinds = surfaces.as_array().expect("kinds").iter();
         let untold: Vec<&Value> = kinds
-            .filter(|kind| {
-                !kind["required"]
-                    .as_array()
-                    .is_some_and(|k| k.contains(&"kind".into()))
-            })
+            .filter(|kind| !kind["required"].as_array().is_some_and(|k| k.contains(&"kind".into())))
             .map(|kind| &kind["properties"]["kind"]["const"])
             .collect();
         assert_eq!(untold, ["file"]);

@@ -27,14 +27,8 @@ pub const EMBEDDED: [(&str, &str); 5] = [
     ("d1.toml", include_str!("../../../data/designs/d1.toml")),
     ("d2.toml", include_str!("../../../data/designs/d2.toml")),
     ("d3.toml", include_str!("../../../data/designs/d3.toml")),
-    (
-        "bare-dome.toml",
-        include_str!("../../../data/designs/bare-dome.toml"),
-    ),
-    (
-        "commercial-7p5.toml",
-        include_str!("../../../data/designs/commercial-7p5.toml"),
-    ),
+    ("bare-dome.toml", include_str!("../../../data/designs/bare-dome.toml")),
+    ("commercial-7p5.toml", include_str!("../../../data/designs/commercial-7p5.toml")),
 ];
 
 /// Largest design file: its reader takes some eighty times as much memory.
@@ -43,10 +37,7 @@ const MOST_BYTES: u64 = 4_000_000;
 /// Reads and checks the design file at `path`. Material files are looked for beside it.
 pub fn load(path: &Path) -> Result<design::Design, ConfigError> {
     let file = path.display().to_string();
-    let unreadable = |source| ConfigError::Read {
-        file: file.clone(),
-        source,
-    };
+    let unreadable = |source| ConfigError::Read { file: file.clone(), source };
     refuse_large(&file, std::fs::metadata(path).map_err(unreadable)?.len())?;
     let text = std::fs::read_to_string(path).map_err(unreadable)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
@@ -62,22 +53,14 @@ fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {
         MOST_BYTES / 1_000_000,
         bytes as f64 * 1e-6
     );
-    Err(ConfigError::Syntax {
-        file: file.to_owned(),
-        message,
-    })
+    Err(ConfigError::Syntax { file: file.to_owned(), message })
 }
 
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<design::Design, ConfigError> {
     refuse_large(file, text.len() as u64)?;
-    let mut raw: schema::Design =
-        toml_errors::read(text, &schema::tagged_tables()).map_err(|message| {
-            ConfigError::Syntax {
-                file: file.to_owned(),
-                message,
-            }
-        })?;
+    let mut raw: schema::Design = toml_errors::read(text, &schema::tagged_tables())
+        .map_err(|message| ConfigError::Syntax { file: file.to_owned(), message })?;
     let written: toml::Table = text.parse().unwrap_or_default();
     resolve::defaults::derive(&mut raw, &written);
     let asks_for_bands = written.contains_key("hybrid");
@@ -88,12 +71,9 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<design::Design, Co
 /// The embedded design called `name`, checked like any other.
 pub fn embedded(name: &str) -> Result<design::Design, ConfigError> {
     let (file, text) =
-        EMBEDDED
-            .iter()
-            .find(|(n, _)| *n == name)
-            .ok_or_else(|| ConfigError::Read {
-                file: name.to_owned(),
-                source: std::io::Error::from(std::io::ErrorKind::NotFound),
-            })?;
+        EMBEDDED.iter().find(|(n, _)| *n == name).ok_or_else(|| ConfigError::Read {
+            file: name.to_owned(),
+            source: std::io::Error::from(std::io::ErrorKind::NotFound),
+        })?;
     parse(file, text, Path::new(""))
 }

@@ -31,8 +31,7 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for List<T, N> {
         let got = list.len();
         let list = list.try_into();
         let expected = format!("a list of {N} numbers");
-        list.map(Self)
-            .map_err(|_| D::Error::invalid_length(got, &expected.as_str()))
+        list.map(Self).map_err(|_| D::Error::invalid_length(got, &expected.as_str()))
     }
 }
 

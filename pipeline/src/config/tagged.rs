@@ -62,9 +62,7 @@ impl<S: Serialize, K: Kinds> Serialize for Tagged<S, K> {
     fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
         let object = |value: Result<Value, serde_json::Error>| match value {
             Ok(Value::Object(object)) => Ok(object),
-            Ok(other) => Err(serde::ser::Error::custom(format!(
-                "expected a table, got {other}"
-            ))),
+            Ok(other) => Err(serde::ser::Error::custom(format!("expected a table, got {other}"))),
             Err(error) => Err(serde::ser::Error::custom(error)),
         };
         let mut all = object(serde_json::to_value(&self.shared))?;
@@ -99,13 +97,7 @@ pub(crate) struct TaggedTable {
 impl TaggedTable {
     /// Those at `path`, or in the list there.
     pub(super) fn new<S: DeserializeOwned, K: Kinds>(path: &'static [&'static str]) -> Self {
-        Self {
-            path,
-            tag: K::TAG,
-            shared: names::<S>(),
-            kinds: names::<K>(),
-            untagged: K::untagged,
-        }
+        Self { path, tag: K::TAG, shared: names::<S>(), kinds: names::<K>(), untagged: K::untagged }
     }
 
     /// Rearranges all of them in a file.

@@ -95,11 +95,7 @@ fn in_syntax(said: &str, text: &str, span: Range<usize>) -> String {
 /// The text of a place, to the end of its line; of an empty place, what follows it.
 fn found(text: &str, span: Range<usize>) -> String {
     let rest = text.get(span.start..).unwrap_or_default();
-    let length = if span.is_empty() {
-        rest.len()
-    } else {
-        span.len()
-    };
+    let length = if span.is_empty() { rest.len() } else { span.len() };
     let line = rest.get(..length).unwrap_or(rest).lines().next();
     let shown: String = line.unwrap_or_default().chars().take(MOST_SHOWN).collect();
     match shown.trim_end() {
@@ -150,22 +146,13 @@ mod tests {
                 "name = \"a\"\nwidth = 3",
                 "line 2, column 1: width: no such key, expected one of name, size, parts",
             ),
-            (
-                "size = [1.0, 2.0]",
-                "line 1, column 1: name: expected a value, got none",
-            ),
-            (
-                "name = \"a\"\nsize = [1.0]",
-                "line 2, column 8: size: expected a list of 2, got 1",
-            ),
+            ("size = [1.0, 2.0]", "line 1, column 1: name: expected a value, got none"),
+            ("name = \"a\"\nsize = [1.0]", "line 2, column 8: size: expected a list of 2, got 1"),
             (
                 "name = \"a\"\nsize = [1.0, \"b\"]",
                 "line 2, column 14: size[2]: expected a number, got \"b\"",
             ),
-            (
-                "name = \"a\"\nparts = 1.5",
-                "line 2, column 9: parts: expected a list, got 1.5",
-            ),
+            ("name = \"a\"\nparts = 1.5", "line 2, column 9: parts: expected a list, got 1.5"),
             (
                 "name = \"a\"\n[[parts]]\nheight = 1.0\nwidth = 1.0",
                 "line 4, column 1: parts[1].width: no such key, expected height or count",

@@ -18,21 +18,14 @@ pub fn polar_weights(low: f64, high: f64) -> Weights {
     // ∫ sin θ (b - θ)/(b - a) dθ = cos a - (sin b - sin a)/(b - a), and so the other way.
     let falling = |a: f64, b: f64| a.cos() - (b.sin() - a.sin()) / (b - a);
     let rising = |a: f64, b: f64| (b.sin() - a.sin()) / (b - a) - b.cos();
-    [
-        falling(low, middle),
-        rising(low, middle) + falling(middle, high),
-        rising(middle, high),
-    ]
+    [falling(low, middle), rising(low, middle) + falling(middle, high), rising(middle, high)]
 }
 
 /// Entries 0 to 2n of n bins in a row: the edges at even places, the middles at odd ones.
 pub fn in_a_row(contents: &[f64], weights: &[Weights]) -> Vec<f64> {
     let bins = contents.len();
     let edge = |k: usize| {
-        let sides = [
-            k.checked_sub(1).map(|below| (below, 2)),
-            (k < bins).then_some((k, 0)),
-        ];
+        let sides = [k.checked_sub(1).map(|below| (below, 2)), (k < bins).then_some((k, 0))];
         between(sides.into_iter().flatten(), contents, weights)
     };
     let edges: Vec<f64> = (0..=bins).map(edge).collect();
@@ -92,9 +85,7 @@ mod tests {
     fn bins_come_back_from_their_entries() {
         let contents = [0.0, 3.0, 1.0, 7.0, 0.0, 0.0, 2.0, 2.0];
         let edge = |k: usize| 0.3 * k as f64;
-        let weights: Vec<Weights> = (0..8)
-            .map(|k| polar_weights(edge(k), edge(k + 1)))
-            .collect();
+        let weights: Vec<Weights> = (0..8).map(|k| polar_weights(edge(k), edge(k + 1))).collect();
         let entries = in_a_row(&contents, &weights);
         let circle = around(&contents);
         assert!(entries.iter().chain(&circle).all(|e| *e >= 0.0));

@@ -241,10 +241,7 @@ impl Content {
         let mut warnings = value["warnings"].as_array().cloned().unwrap_or_default();
         warnings.extend(self.warnings(lamp_set).into_iter().map(Value::from));
         value["warnings"] = warnings.into();
-        Ok((
-            value,
-            format!("{}\n  {}", self.format(), lines.join("\n  ")),
-        ))
+        Ok((value, format!("{}\n  {}", self.format(), lines.join("\n  "))))
     }
 
     fn describe_scatter(&self) -> Result<(Value, Vec<String>)> {
@@ -256,11 +253,8 @@ impl Content {
             let totals: Vec<f64> = incidences.iter().map(|wi| table.total(*wi)).collect();
             let low = totals.iter().copied().fold(f64::INFINITY, f64::min);
             let high = totals.iter().copied().fold(0.0, f64::max);
-            let kind = if transport == bsdf::Transport::Reflection {
-                "reflected"
-            } else {
-                "transmitted"
-            };
+            let kind =
+                if transport == bsdf::Transport::Reflection { "reflected" } else { "transmitted" };
             let from = if matches!(self, Self::Zemax(_) | Self::Speos(_)) {
                 "one side".to_owned()
             } else {
@@ -311,10 +305,7 @@ impl Content {
         ];
         let mut value = json!({"photometry": kind, "polar_angles": polar, "planes": azimuths, "flux_lm": flux, "power_w": watts});
         if !absolute {
-            lines.push(format!(
-                "lamps {lumens} lm, light output ratio {:.4}",
-                flux / lumens
-            ));
+            lines.push(format!("lamps {lumens} lm, light output ratio {:.4}", flux / lumens));
             value["lamps_lm"] = lumens.into();
             value["light_output_ratio"] = (flux / lumens).into();
         }

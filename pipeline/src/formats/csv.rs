@@ -25,10 +25,7 @@ pub struct Column {
 impl Column {
     /// A column headed by the quantity's name and unit.
     pub fn new(quantity: &Quantity, values: impl Into<Vec<f64>>) -> Self {
-        Self {
-            name: quantity.key(),
-            values: values.into(),
-        }
+        Self { name: quantity.key(), values: values.into() }
     }
 
     /// A column of standard errors of `quantity`: `intensity_standard_error_w_per_sr`.
@@ -53,10 +50,7 @@ pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
             !name.is_empty() && !name.contains([',', '"', '\n', '\r']),
             "column {index}: expected a name without commas, quotes and line ends, got {name:?}"
         );
-        ensure!(
-            columns[..index].iter().all(|c| c.name != *name),
-            "column `{name}` appears twice"
-        );
+        ensure!(columns[..index].iter().all(|c| c.name != *name), "column `{name}` appears twice");
         ensure!(
             column.values.len() == first.values.len(),
             "column `{name}`: expected {} values as in `{}`, got {}",
@@ -135,10 +129,7 @@ pub fn write_curves_csv(
         let named = if curves.len() == 1 {
             quantity.clone()
         } else {
-            Quantity::new(
-                format!("{} {}", plain(curve.label()), quantity.name()),
-                quantity.unit(),
-            )
+            Quantity::new(format!("{} {}", plain(curve.label()), quantity.name()), quantity.unit())
         };
         columns.push(Column::new(&named, curve.value()));
         columns.push(Column::standard_error(&named, curve.standard_error()));
@@ -181,11 +172,7 @@ pub fn write_curve_npy(path: &Path, curve: &Curve) -> Result<()> {
 
 /// Shortest text that reads back to the same number; empty for NaN.
 fn shortest(value: f64) -> String {
-    if value.is_nan() {
-        String::new()
-    } else {
-        format!("{value:?}")
-    }
+    if value.is_nan() { String::new() } else { format!("{value:?}") }
 }
 
 /// How the columns of a curve with this label begin, by which [`write_curves_csv`] tells curves
@@ -250,10 +237,8 @@ mod tests {
     fn csv_refuses_ragged_doubled_and_infinite_columns() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("bad.csv");
-        let column = |name: &str, values: &[f64]| Column {
-            name: name.into(),
-            values: values.to_vec(),
-        };
+        let column =
+            |name: &str, values: &[f64]| Column { name: name.into(), values: values.to_vec() };
         let a = column("a", &[1.0, 2.0]);
         assert!(write_csv(&path, &[]).is_err());
         assert!(write_csv(&path, &[a.clone(), column("b", &[1.0])]).is_err());
@@ -270,10 +255,7 @@ mod tests {
         let curve = |label: &str, x: Vec<f64>| {
             Curve::new(label, x, vec![1.0, 2.0], vec![0.1, 0.2]).unwrap()
         };
-        let curves = [
-            curve("D1, 10 µm", vec![0.0, 1.0]),
-            curve("D2", vec![0.0, 1.0]),
-        ];
+        let curves = [curve("D1, 10 µm", vec![0.0, 1.0]), curve("D2", vec![0.0, 1.0])];
         write_curves_csv(&path, &theta(), &intensity(), &curves).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         assert_eq!(

@@ -44,22 +44,12 @@ pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized))
     for piece in &meridian.pieces {
         let ([centre_r, centre_z], radius_mm) = match piece.curve {
             Curve::Line => continue,
-            Curve::Arc {
-                radius_mm,
-                centre_mm,
-            } => ([0.0, centre_mm], radius_mm),
-            Curve::Bend {
-                radius_mm,
-                centre_mm,
-                ..
-            } => (centre_mm, radius_mm),
+            Curve::Arc { radius_mm, centre_mm } => ([0.0, centre_mm], radius_mm),
+            Curve::Bend { radius_mm, centre_mm, .. } => (centre_mm, radius_mm),
         };
         // Counter-clockwise: those that run clockwise from their end to their start.
-        let [from, to] = if piece.clockwise() {
-            [piece.end, piece.start]
-        } else {
-            [piece.start, piece.end]
-        };
+        let [from, to] =
+            if piece.clockwise() { [piece.end, piece.start] } else { [piece.start, piece.end] };
         let degrees = |p: [f64; 2]| (p[1] - centre_z).atan2(p[0] - centre_r).to_degrees();
         write!(
             file,

@@ -154,17 +154,10 @@ pub fn write_channels(
         "columns": AxisDescription::from(columns),
         "provenance": provenance,
     });
-    let samples = channels
-        .iter()
-        .map(|c| channel(c.name, &c.values))
-        .collect::<Result<Vec<_>>>()?;
+    let samples =
+        channels.iter().map(|c| channel(c.name, &c.values)).collect::<Result<Vec<_>>>()?;
     let size = [rows.bins(), columns.bins()];
-    write_image(
-        path,
-        size,
-        SmallVec::from_vec(samples),
-        &description.to_string(),
-    )
+    write_image(path, size, SmallVec::from_vec(samples), &description.to_string())
 }
 
 fn write_image(
@@ -175,10 +168,7 @@ fn write_image(
 ) -> Result<()> {
     let text = ascii(description);
     let mut attributes = LayerAttributes::default();
-    attributes.other.insert(
-        Text::from(ATTRIBUTE),
-        AttributeValue::Text(Text::from(text.as_str())),
-    );
+    attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(Text::from(text.as_str())));
     let size = Vec2(columns, rows);
     let image = Image::from_layer(Layer::new(
         size,
@@ -245,10 +235,7 @@ fn read_layer(path: &Path) -> Result<(Layer<AnyChannels<FlatSamples>>, String)> 
     let layer = image.layer_data;
     let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(ATTRIBUTE))
     else {
-        bail!(
-            "`{}`: expected the text attribute `{ATTRIBUTE}`",
-            path.display()
-        );
+        bail!("`{}`: expected the text attribute `{ATTRIBUTE}`", path.display());
     };
     let text = text.to_string();
     Ok((layer, text))
@@ -345,16 +332,11 @@ mod tests {
         let channels = [of("b", 10.0), of("a", 0.0)];
         write_channels(&path, [&z, &x], &channels, &provenance()).unwrap();
         let (layer, text) = read_layer(&path).unwrap();
-        for (channel, (name, start)) in layer
-            .channel_data
-            .list
-            .iter()
-            .zip([("a", 0.0), ("b", 10.0)])
+        for (channel, (name, start)) in
+            layer.channel_data.list.iter().zip([("a", 0.0), ("b", 10.0)])
         {
             assert!(channel.name == *name);
-            let FlatSamples::F32(samples) = &channel.sample_data else {
-                panic!("f32")
-            };
+            let FlatSamples::F32(samples) = &channel.sample_data else { panic!("f32") };
             assert_eq!(samples[0].to_bits(), f32::to_bits(start));
             assert_eq!(samples.len(), 6);
         }
@@ -381,10 +363,7 @@ mod tests {
         let value = vec![0.0, 1.0, 2.0, 10.0, 11.0, 12.0];
         let map = Map::new(quantity, axis("y", 2), axis("x", 3), value, vec![0.0; 6]).unwrap();
         write_map(&path, &map, &Value::Null).unwrap();
-        assert_eq!(
-            read_map(&path).unwrap().value,
-            [0.0, 1.0, 2.0, 10.0, 11.0, 12.0]
-        );
+        assert_eq!(read_map(&path).unwrap().value, [0.0, 1.0, 2.0, 10.0, 11.0, 12.0]);
     }
 
     #[test]

@@ -74,22 +74,13 @@ impl Layers<'_> {
         }
         // Layers run over the shorter pair of axes, images over the other.
         let of_directions = directions <= places;
-        let (layer, image) = if of_directions {
-            (direction, place)
-        } else {
-            (place, direction)
-        };
+        let (layer, image) = if of_directions { (direction, place) } else { (place, direction) };
         let of_parameter = Self::bins(layer);
         let pick = |values: &[f64], number: usize| -> Vec<f64> {
             let values = &values[number / of_parameter * each..][..each];
             let layer = number % of_parameter;
             if of_directions {
-                values
-                    .iter()
-                    .skip(layer)
-                    .step_by(directions)
-                    .copied()
-                    .collect()
+                values.iter().skip(layer).step_by(directions).copied().collect()
             } else {
                 values[layer * directions..(layer + 1) * directions].to_vec()
             }
@@ -112,31 +103,23 @@ impl Layers<'_> {
         let size = Vec2(image[1].bins(), image[0].bins());
         let of_layer = |number: usize| -> Result<Layer<AnyChannels<FlatSamples>>> {
             let mut attributes = LayerAttributes::named(
-                self.name(layer, number / of_parameter, number % of_parameter)
-                    .as_str(),
+                self.name(layer, number / of_parameter, number % of_parameter).as_str(),
             );
             if number == 0 {
                 let text = ascii(&description.to_string());
-                attributes.other.insert(
-                    Text::from(ATTRIBUTE),
-                    AttributeValue::Text(Text::from(text.as_str())),
-                );
+                attributes
+                    .other
+                    .insert(Text::from(ATTRIBUTE), AttributeValue::Text(Text::from(text.as_str())));
             }
             let channels = SmallVec::from_vec(vec![
                 channel(ERROR_CHANNEL, &pick(self.standard_error, number))?,
                 channel(VALUE_CHANNEL, &pick(self.value, number))?,
             ]);
             let channels = AnyChannels::sort(channels);
-            Ok(Layer::new(
-                size,
-                attributes,
-                Encoding::SMALL_LOSSLESS,
-                channels,
-            ))
+            Ok(Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels))
         };
-        let layers: SmallVec<[_; 2]> = (0..count * of_parameter)
-            .map(of_layer)
-            .collect::<Result<_>>()?;
+        let layers: SmallVec<[_; 2]> =
+            (0..count * of_parameter).map(of_layer).collect::<Result<_>>()?;
         let window = IntegerBounds::from_dimensions(size);
         let image = Image::from_layers(ImageAttributes::new(window), layers);
         write_atomic(path, |file| {
@@ -198,9 +181,7 @@ mod tests {
             value: &value,
             standard_error: &standard_error,
         };
-        layers
-            .write(&path, &json!({"design": "λ"}))
-            .expect("written");
+        layers.write(&path, &json!({"design": "λ"})).expect("written");
         let image = read()
             .no_deep_data()
             .largest_resolution_level()
@@ -229,11 +210,7 @@ mod tests {
                 assert!((0.5 * v - e).abs() < 1e-6);
             }
             let name = layer.attributes.layer_name.clone().expect("a name");
-            (
-                name.to_string(),
-                [layer.size.width(), layer.size.height()],
-                value,
-            )
+            (name.to_string(), [layer.size.width(), layer.size.height()], value)
         });
         let found = found.collect();
         (found, serde_json::from_str(&text).expect("JSON"))
@@ -269,20 +246,14 @@ mod tests {
         let names: Vec<&str> = layers.iter().map(|(name, ..)| name.as_str()).collect();
         assert_eq!(
             names,
-            [
-                "radiance_w_per_m2_sr_y_0_mm_x_-1.5_mm",
-                "radiance_w_per_m2_sr_y_0_mm_x_1.5_mm"
-            ]
+            ["radiance_w_per_m2_sr_y_0_mm_x_-1.5_mm", "radiance_w_per_m2_sr_y_0_mm_x_1.5_mm"]
         );
         for (number, (_, size, value)) in layers.iter().enumerate() {
             assert_eq!(*size, [4, 3]);
             let expected: Vec<f32> = (0..12).map(|k| (12 * number + k) as f32).collect();
             assert_eq!(*value, expected);
         }
-        assert_eq!(
-            described["columns"]["edges"].as_array().map(Vec::len),
-            Some(5)
-        );
+        assert_eq!(described["columns"]["edges"].as_array().map(Vec::len), Some(5));
     }
 
     #[test]
@@ -326,18 +297,9 @@ mod tests {
             assert_eq!(image.layer_data.len(), 4 * count / 6);
             // Directions are fewer than places: layers run over them, within each parameter.
             let third = &image.layer_data[2 * count / 6];
-            let name = third
-                .attributes
-                .layer_name
-                .as_ref()
-                .expect("a name")
-                .to_string();
+            let name = third.attributes.layer_name.as_ref().expect("a name").to_string();
             assert!(name.contains("_U"), "{name}");
-            let channel = third
-                .channel_data
-                .list
-                .iter()
-                .find(|c| c.name == *VALUE_CHANNEL);
+            let channel = third.channel_data.list.iter().find(|c| c.name == *VALUE_CHANNEL);
             let samples = &channel.expect("values").sample_data;
             let first = samples.value_by_flat_index(0).to_f32();
             assert!((first - 2.0 * count as f32).abs() < 1e-6, "{first}");

@@ -44,9 +44,7 @@ impl Mesh {
             .collect();
         edges.sort_unstable();
         let once = edges.windows(2).all(|w| w[0] != w[1]);
-        once && edges
-            .iter()
-            .all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
+        once && edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
     }
 }
 
@@ -64,10 +62,7 @@ fn points(meridian: &Meridian, error: f64) -> Vec<[f64; 2]> {
         }
         match piece.curve {
             Curve::Line => points.push(piece.end),
-            Curve::Arc {
-                radius_mm,
-                centre_mm,
-            } => {
+            Curve::Arc { radius_mm, centre_mm } => {
                 let angle = |p: [f64; 2]| p[0].atan2(p[1] - centre_mm);
                 let (from, to) = (angle(piece.start), angle(piece.end));
                 let count = ((to - from).abs() / (2.0 * half_angle(radius_mm, error))).ceil();
@@ -93,15 +88,10 @@ fn points(meridian: &Meridian, error: f64) -> Vec<[f64; 2]> {
 /// # Errors
 /// If the error is not positive, or so small that the mesh would have more than 2e7 triangles.
 pub fn revolved(name: &str, meridian: &Meridian, error_mm: f64) -> Result<Mesh> {
-    ensure!(
-        error_mm.is_finite() && error_mm > 0.0,
-        "expected a length above 0 mm, got {error_mm}"
-    );
+    ensure!(error_mm.is_finite() && error_mm > 0.0, "expected a length above 0 mm, got {error_mm}");
     let mut points = points(meridian, 0.5 * error_mm);
     let largest = points.iter().map(|p| p[0]).fold(0.0, f64::max);
-    let columns = (std::f64::consts::PI / half_angle(largest, 0.5 * error_mm))
-        .ceil()
-        .max(8.0);
+    let columns = (std::f64::consts::PI / half_angle(largest, 0.5 * error_mm)).ceil().max(8.0);
     let triangles = 2.0 * columns * points.len() as f64;
     ensure!(
         triangles < MOST,
@@ -112,11 +102,7 @@ pub fn revolved(name: &str, meridian: &Meridian, error_mm: f64) -> Result<Mesh> 
     if points.last().is_some_and(|p| p[0] > 1e-9) {
         points.push([0.0, 0.0]);
     }
-    let mut mesh = Mesh {
-        name: name.to_owned(),
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-    };
+    let mut mesh = Mesh { name: name.to_owned(), vertices: Vec::new(), triangles: Vec::new() };
     // First vertex of each ring, and whether it is a point on the axis.
     let mut rings = Vec::new();
     for [r, z] in &points {
@@ -150,14 +136,8 @@ pub fn revolved(name: &str, meridian: &Meridian, error_mm: f64) -> Result<Mesh> 
 
 /// Corners of each face of a box, counter-clockwise from outside; the bits of their numbers say low
 /// or high along x, y and z.
-pub const BOX_FACES: [[usize; 4]; 6] = [
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-];
+pub const BOX_FACES: [[usize; 4]; 6] =
+    [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 
 /// A box of these corners, the bits of their numbers low or high along its x, y and z.
 pub fn cuboid(name: &str, corners: [[f64; 3]; 8]) -> Mesh {
@@ -167,9 +147,5 @@ pub fn cuboid(name: &str, corners: [[f64; 3]; 8]) -> Mesh {
         .map(|face| face.map(|corner| corner as u32))
         .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]])
         .collect();
-    Mesh {
-        name: name.to_owned(),
-        vertices,
-        triangles,
-    }
+    Mesh { name: name.to_owned(), vertices, triangles }
 }

@@ -133,18 +133,10 @@ mod tests {
     fn arrays_of_the_writer_come_back() {
         let cube = Array3::from_shape_fn((2, 3, 4), |(i, j, k)| (100 * i + 10 * j + k) as f64);
         let (shape, values) = read::<f64>(&file(&cube)).expect("valid");
-        assert_eq!(
-            (shape, values),
-            (vec![2, 3, 4], cube.iter().copied().collect())
-        );
+        assert_eq!((shape, values), (vec![2, 3, 4], cube.iter().copied().collect()));
         let (shape, values) = read::<u8>(&file(&Array1::from(vec![7_u8, 8]))).expect("valid");
         assert_eq!((shape, values), (vec![2], vec![7, 8]));
-        assert!(
-            read::<i32>(&file(&Array1::from(Vec::<i32>::new())))
-                .expect("valid")
-                .1
-                .is_empty()
-        );
+        assert!(read::<i32>(&file(&Array1::from(Vec::<i32>::new()))).expect("valid").1.is_empty());
     }
 
     #[test]
@@ -168,17 +160,11 @@ mod tests {
                 "expected the values of the shape [1000000000000], 4 bytes each, got 8 bytes",
             ),
             (text("(2,)", "(4611686018427387904,)"), "got 8 bytes"),
-            (
-                text("(2,)", "(99999999999999999999,)"),
-                "expected a shape of whole numbers",
-            ),
+            (text("(2,)", "(99999999999999999999,)"), "expected a shape of whole numbers"),
             (text("(2,)", "(-2,)"), "expected a shape of whole numbers"),
             (text("(2,)", "(2,1,2)"), "[2, 1, 2]"),
             (text("<f4", ">f4"), "expected values of type <f4, got '>f4'"),
-            (
-                text("'shape'", "'shaped'"),
-                "expected 'shape' in the header, got none",
-            ),
+            (text("'shape'", "'shaped'"), "expected 'shape' in the header, got none"),
             (good[..good.len() - 1].to_vec(), "got 7 bytes"),
             (good[..40].to_vec(), "offset 40: expected"),
             (Vec::new(), "offset 0: expected 6 bytes"),
@@ -186,10 +172,7 @@ mod tests {
                 b"\x93NUMPY\x04\x00\x00\x00".to_vec(),
                 "offset 6: expected version 1, 2 or 3 of .npy, got 4",
             ),
-            (
-                b"PK\x03\x04aaaaaaaa".to_vec(),
-                "offset 0: expected a .npy file",
-            ),
+            (b"PK\x03\x04aaaaaaaa".to_vec(), "offset 0: expected a .npy file"),
         ] {
             let got = error(&bad);
             assert!(got.contains(expected), "{expected}: {got}");

@@ -120,10 +120,7 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
     let mut npz = Members(archive);
     let about: About = serde_json::from_slice(&npz.array::<u8>("header", MOST_TEXT)?)
         .context("array `header`: expected a JSON text")?;
-    let (name, version) = (
-        bsdf::formats::order_json::NAME,
-        bsdf::formats::order_json::VERSION,
-    );
+    let (name, version) = (bsdf::formats::order_json::NAME, bsdf::formats::order_json::VERSION);
     ensure!(
         about.format == name && about.version == version,
         "array `header`: expected {name} version {version}, got {} version {}",
@@ -149,12 +146,9 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
         ky.len(),
         sides.len()
     );
-    for (name, length) in [
-        ("order_side", to.len()),
-        ("order", order.len()),
-        ("s", s.len()),
-        ("p", p.len()),
-    ] {
+    for (name, length) in
+        [("order_side", to.len()), ("order", order.len()), ("s", s.len()), ("p", p.len())]
+    {
         ensure!(
             length == of_node.len(),
             "expected as many {name} as order_node ({}), got {length}",
@@ -183,10 +177,8 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
         rows.push(row(Polarization::P)?);
     }
     for (k, node) in of_node.iter().enumerate() {
-        let first = usize::try_from(*node)
-            .ok()
-            .filter(|n| *n < sides.len())
-            .with_context(|| {
+        let first =
+            usize::try_from(*node).ok().filter(|n| *n < sides.len()).with_context(|| {
                 let last = sides.len().saturating_sub(1);
                 format!("order_node[{k}]: expected 0 to {last}, got {node}")
             })?;

@@ -56,11 +56,7 @@ pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
 /// The vertex of `7`, `7/1`, `7//3` or `-1` (the last one so far).
 fn corner(word: &str, vertices: &[DVec3]) -> Option<DVec3> {
     let number: i64 = word.split('/').next()?.parse().ok()?;
-    let index = if number > 0 {
-        number - 1
-    } else {
-        vertices.len() as i64 + number
-    };
+    let index = if number > 0 { number - 1 } else { vertices.len() as i64 + number };
     vertices.get(usize::try_from(index).ok()?).copied()
 }
 

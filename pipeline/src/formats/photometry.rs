@@ -46,14 +46,7 @@ pub struct Labels {
 }
 
 /// Keywords of IES files that hold labels, in the order of [`Labels::all`].
-const KEYWORDS: [&str; 6] = [
-    "MANUFAC",
-    "TEST",
-    "LUMINAIRE",
-    "LUMCAT",
-    "ISSUEDATE",
-    "LAMP",
-];
+const KEYWORDS: [&str; 6] = ["MANUFAC", "TEST", "LUMINAIRE", "LUMCAT", "ISSUEDATE", "LAMP"];
 
 impl Labels {
     /// Those of a simulation.
@@ -74,29 +67,14 @@ impl Labels {
             let mut found = file.keywords.iter().filter(|(k, _)| k == keyword);
             found.next().map_or(String::new(), |(_, text)| text.clone())
         });
-        Self {
-            maker,
-            report,
-            luminaire,
-            number,
-            date,
-            lamp,
-        }
-        .named(fallback)
+        Self { maker, report, luminaire, number, date, lamp }.named(fallback)
     }
 
     /// Those of an EULUMDAT file; `fallback` is the luminaire where it is not named.
     pub fn of_ldt(file: &eulumdat::Ldt, fallback: &str) -> Self {
         let [maker, report, luminaire, number, _, date] = file.texts.clone();
-        Self {
-            maker,
-            report,
-            luminaire,
-            number,
-            date,
-            lamp: file.lamp_texts[0].clone(),
-        }
-        .named(fallback)
+        Self { maker, report, luminaire, number, date, lamp: file.lamp_texts[0].clone() }
+            .named(fallback)
     }
 
     fn named(mut self, fallback: &str) -> Self {
@@ -107,14 +85,7 @@ impl Labels {
     }
 
     fn all(&self) -> [&str; 6] {
-        [
-            &self.maker,
-            &self.report,
-            &self.luminaire,
-            &self.number,
-            &self.date,
-            &self.lamp,
-        ]
+        [&self.maker, &self.report, &self.luminaire, &self.number, &self.date, &self.lamp]
     }
 }
 
@@ -138,9 +109,7 @@ pub fn distribution(powers: &[f64], sphere: &AngularBins) -> Result<Distribution
         "far field: expected bins between multiples of their width, got bins about them"
     );
     let edge = |i: usize| (sphere.bin_deg * i as f64).to_radians();
-    let weights: Vec<Weights> = (0..polar)
-        .map(|i| polar_weights(edge(i), edge(i + 1)))
-        .collect();
+    let weights: Vec<Weights> = (0..polar).map(|i| polar_weights(edge(i), edge(i + 1))).collect();
     let step = std::f64::consts::TAU / azimuths as f64;
     // Power per radian of azimuth; about the axis its mean.
     let content = |i: usize, j: usize| {
@@ -157,15 +126,11 @@ pub fn distribution(powers: &[f64], sphere: &AngularBins) -> Result<Distribution
             bin_entries::in_a_row(&contents, &weights)
         })
         .collect();
-    let thetas: Vec<f64> = (0..=2 * polar)
-        .map(|k| 0.5 * sphere.bin_deg * k as f64)
-        .collect();
+    let thetas: Vec<f64> = (0..=2 * polar).map(|k| 0.5 * sphere.bin_deg * k as f64).collect();
     let rings: Vec<Vec<f64>> = (0..thetas.len())
         .map(|k| bin_entries::around(&profiles.iter().map(|p| p[k]).collect::<Vec<f64>>()))
         .collect();
-    let phis: Vec<f64> = (0..2 * azimuths)
-        .map(|k| 180.0 * k as f64 / azimuths as f64)
-        .collect();
+    let phis: Vec<f64> = (0..2 * azimuths).map(|k| 180.0 * k as f64 / azimuths as f64).collect();
     let planes = 0..phis.len();
     let values = planes.flat_map(|p| rings.iter().map(move |ring| ring[p]));
     Ok(Distribution::new(&thetas, &phis, values.collect())?)
@@ -194,11 +159,7 @@ pub fn text(
             keywords.push(("TESTLAB".to_owned(), program()));
             let axis = "vertical angle 0 is the axis of the source";
             keywords.push(("OTHER".to_owned(), axis.to_owned()));
-            let lumens = if photometry.absolute {
-                -1.0
-            } else {
-                photometry.lumens
-            };
+            let lumens = if photometry.absolute { -1.0 } else { photometry.lumens };
             let file = ies::Ies::from_distribution(table, keywords, lumens, photometry.watts);
             Ok(ies::write(&file))
         }
@@ -214,24 +175,14 @@ pub fn text(
             .map(str::to_owned);
             // Absolute photometry knows no lamps: the flux stated is that of the luminaire, its
             // light output ratio 100 %.
-            let (count, flux) = if photometry.absolute {
-                (-1, table.flux())
-            } else {
-                (1, photometry.lumens)
-            };
-            let lamps = eulumdat::Lamps {
-                count,
-                flux,
-                watts: photometry.watts,
-            };
+            let (count, flux) =
+                if photometry.absolute { (-1, table.flux()) } else { (1, photometry.lumens) };
+            let lamps = eulumdat::Lamps { count, flux, watts: photometry.watts };
             let mut file = eulumdat::Ldt::from_distribution(table, texts, lamps);
             labels.lamp.clone_into(&mut file.lamp_texts[0]);
             Ok(eulumdat::write(&file))
         }
-        _ => bail!(
-            "`{}`: expected a file ending in .ies or .ldt",
-            path.display()
-        ),
+        _ => bail!("`{}`: expected a file ending in .ies or .ldt", path.display()),
     }
 }
 
@@ -252,17 +203,10 @@ mod tests {
     /// Every file of `table`, read back.
     fn files(table: &Distribution) -> Vec<(String, Distribution)> {
         let mut found = Vec::new();
-        for (name, absolute) in [
-            ("a.ies", false),
-            ("a.ies", true),
-            ("a.LDT", false),
-            ("a.ldt", true),
-        ] {
-            let photometry = Photometry {
-                lumens: 250.0,
-                absolute,
-                watts: 1.0,
-            };
+        for (name, absolute) in
+            [("a.ies", false), ("a.ies", true), ("a.LDT", false), ("a.ldt", true)]
+        {
+            let photometry = Photometry { lumens: 250.0, absolute, watts: 1.0 };
             let table = table.clone().scaled(250.0);
             let labels = Labels::of_simulation("x");
             let text = text(Path::new(name), &labels, &table, photometry).expect("a text");
@@ -312,23 +256,16 @@ mod tests {
             let mut below = 0.0;
             for i in 0..sphere.polar {
                 let ring = &counts[i * 24..(i + 1) * 24];
-                let found: Vec<f64> = (0..24)
-                    .map(|j| flux_in(&back, &sphere, i, j) * whole / 250.0)
-                    .collect();
+                let found: Vec<f64> =
+                    (0..24).map(|j| flux_in(&back, &sphere, i, j) * whole / 250.0).collect();
                 if i >= 18 {
                     below += found.iter().sum::<f64>();
                     continue;
                 }
                 let [total, expected] = [&found[..], ring].map(|r| r.iter().sum::<f64>());
-                assert!(
-                    (total / expected - 1.0).abs() < 2e-3,
-                    "{name} {i}: {total} {expected}"
-                );
+                assert!((total / expected - 1.0).abs() < 2e-3, "{name} {i}: {total} {expected}");
                 for (got, expected) in found.iter().zip(ring).filter(|_| i > 0) {
-                    assert!(
-                        (got - expected).abs() < 5e-3,
-                        "{name} {i}: {got} {expected}"
-                    );
+                    assert!((got - expected).abs() < 5e-3, "{name} {i}: {got} {expected}");
                 }
             }
             assert!(below.abs() < f64::MIN_POSITIVE, "{name}: {below}");
@@ -339,9 +276,8 @@ mod tests {
     fn a_lambertian_far_field_keeps_its_shape() {
         let sphere = sphere(2.0, 36);
         let edge = |i: usize| (2.0 * i as f64).min(90.0).to_radians().sin().powi(2);
-        let powers: Vec<f64> = (0..90 * 36)
-            .map(|k| (edge(k / 36 + 1) - edge(k / 36)) / 36.0)
-            .collect();
+        let powers: Vec<f64> =
+            (0..90 * 36).map(|k| (edge(k / 36 + 1) - edge(k / 36)) / 36.0).collect();
         let table = distribution(&powers, &sphere).expect("a far field");
         assert!((table.flux() - 1.0).abs() < 1e-12);
         for theta in [0.0_f64, 10.0, 45.0, 80.0] {

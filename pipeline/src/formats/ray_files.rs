@@ -157,11 +157,7 @@ pub fn with_wavelengths(path: &Path) -> Result<RayLight> {
         },
         HeaderWavelengths::Tables(all, true) => StatedWavelengths::Spectra(all, tables),
     };
-    Ok(RayLight {
-        rays,
-        radiant: header.unit == "W",
-        stated,
-    })
+    Ok(RayLight { rays, radiant: header.unit == "W", stated })
 }
 
 /// What a header says of wavelengths.
@@ -303,11 +299,7 @@ fn scan_zemax(
 }
 
 fn per_ray(coloured: bool) -> HeaderWavelengths {
-    if coloured {
-        HeaderWavelengths::PerRay
-    } else {
-        HeaderWavelengths::Nothing
-    }
+    if coloured { HeaderWavelengths::PerRay } else { HeaderWavelengths::Nothing }
 }
 
 /// Looks through the file at `path`.
@@ -321,10 +313,7 @@ pub fn summary(path: &Path) -> Result<RaySummary> {
     let header = scan(path, |ray, _| {
         rays += 1;
         flux += f64::from(ray.flux);
-        wavelengths = [
-            wavelengths[0].min(ray.wavelength),
-            wavelengths[1].max(ray.wavelength),
-        ];
+        wavelengths = [wavelengths[0].min(ray.wavelength), wavelengths[1].max(ray.wavelength)];
         for (axis, value) in ray.position.into_iter().enumerate() {
             bounds[0][axis] = bounds[0][axis].min(value);
             bounds[1][axis] = bounds[1][axis].max(value);
@@ -376,11 +365,7 @@ impl RayMetadata {
 
     /// A ray with the wavelength of all, where rays have none of their own.
     fn coloured(&self, ray: &RayRecord) -> RayRecord {
-        let wavelength = if self.per_ray {
-            ray.wavelength
-        } else {
-            self.wavelength_nm as f32
-        };
+        let wavelength = if self.per_ray { ray.wavelength } else { self.wavelength_nm as f32 };
         RayRecord { wavelength, ..*ray }
     }
 
@@ -399,9 +384,7 @@ impl RayMetadata {
 
     /// For the file at `path`: an `.sdf` file has a wavelength for each ray where one is known.
     fn zemax(&self, path: &Path) -> zemax_rays::ZemaxMetadata {
-        let spectral = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("sdf"));
+        let spectral = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("sdf"));
         let known = spectral && self.radiant && self.wavelength_nm.is_finite();
         let program = format!("batwing {}", env!("CARGO_PKG_VERSION"));
         zemax_rays::ZemaxMetadata {
@@ -503,13 +486,7 @@ pub fn convert(from: &Path, to: &Path, format: RayFormat) -> Result<Converted> {
         lumens_per_watt: f64::NAN,
         radiant: header.unit == "W",
     };
-    let written = write(to, format, &about, |put| {
-        scan(from, |ray, _| put(&ray)).map(|_| ())
-    });
+    let written = write(to, format, &about, |put| scan(from, |ray, _| put(&ray)).map(|_| ()));
     let (rays, flux) = written.with_context(named)?;
-    Ok(Converted {
-        rays,
-        flux,
-        unit: header.unit,
-    })
+    Ok(Converted { rays, flux, unit: header.unit })
 }

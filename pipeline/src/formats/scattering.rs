@@ -53,9 +53,7 @@ fn of_sides(
 
 impl std::fmt::Debug for Scattering {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Scattering")
-            .field("files", &self.files)
-            .finish_non_exhaustive()
+        f.debug_struct("Scattering").field("files", &self.files).finish_non_exhaustive()
     }
 }
 
@@ -90,10 +88,7 @@ impl Scattering {
             );
             Held::Whole(Box::new(content), name.to_owned())
         } else {
-            ensure!(
-                !none,
-                "expected `file`, or `inner` and `outer`, got neither"
-            );
+            ensure!(!none, "expected `file`, or `inner` and `outer`, got neither");
             let mut contents = Vec::new();
             for (side, list) in Side::BOTH.into_iter().zip(sides) {
                 for name in list {
@@ -109,11 +104,7 @@ impl Scattering {
             }
             Held::Sides(contents)
         };
-        Ok(Self {
-            held,
-            between,
-            files,
-        })
+        Ok(Self { held, between, files })
     }
 
     /// As a surface between media of these indices, inner and outer.

@@ -133,9 +133,7 @@ pub fn kind(path: &Path) -> Result<Kind> {
         .context("expected a table, a far field, rays or scattering, cannot open it")?;
     let length = file.metadata().context("cannot look at it")?.len();
     let mut start = Vec::new();
-    file.take(START)
-        .read_to_end(&mut start)
-        .context("cannot read it")?;
+    file.take(START).read_to_end(&mut start).context("cannot read it")?;
     let kinds = by_ending(path);
     match (kinds.first(), guess(&start, length)) {
         (Some(_), Some(Guess::Format(found))) if kinds.contains(&found) => Ok(found),
@@ -203,10 +201,7 @@ fn speos_text(start: &[u8]) -> Option<Kind> {
     let line = start.split(|b| matches!(b, b'\r' | b'\n')).next()?;
     let line = String::from_utf8_lossy(line).to_ascii_lowercase();
     let known = ["optis - anisotropic bsdf", "optis - brdf"];
-    known
-        .iter()
-        .any(|mark| line.starts_with(mark))
-        .then_some(Kind::Speos)
+    known.iter().any(|mark| line.starts_with(mark)).then_some(Kind::Speos)
 }
 
 /// Photometric files: a line `TILT=`, or the numbers of the first lines of EULUMDAT.
@@ -279,16 +274,10 @@ mod tests {
             (ldt.as_bytes(), Some(Guess::Format(Kind::Ldt))),
             (b"IESNA91\n[TEST] x", Some(Guess::Format(Kind::Ies))),
             (b"x\nTILT=NONE\n", Some(Guess::Format(Kind::Ies))),
-            (
-                b"OPTIS - brdf surface file v8.0\n0",
-                Some(Guess::Format(Kind::Speos)),
-            ),
+            (b"OPTIS - brdf surface file v8.0\n0", Some(Guess::Format(Kind::Speos))),
             (b"<?xml?><WindowElement>", Some(Guess::Format(Kind::Window))),
             (b"<svg/>", Some(Guess::Other("an SVG picture"))),
-            (
-                b"ScatterAzimuth 2\n0 180",
-                Some(Guess::Format(Kind::LightTools)),
-            ),
+            (b"ScatterAzimuth 2\n0 180", Some(Guess::Format(Kind::LightTools))),
             (b"# x\nSource Measured", Some(Guess::Format(Kind::Zemax))),
             (b"\x89PNG\r\n", Some(Guess::Other("a PNG picture"))),
             (b"name = \"x\"\n", None),

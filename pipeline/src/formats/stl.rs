@@ -17,14 +17,9 @@ const RECORD: usize = 50;
 /// The triangles of a file, binary or text, corners times `unit_mm`; stated normals are not looked
 /// at, the order of the corners tells them.
 pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
-    let stated = bytes
-        .get(80..HEADER)
-        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
-    let whole = |count: usize| {
-        count
-            .checked_mul(RECORD)
-            .and_then(|n| n.checked_add(HEADER))
-    };
+    let stated =
+        bytes.get(80..HEADER).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
+    let whole = |count: usize| count.checked_mul(RECORD).and_then(|n| n.checked_add(HEADER));
     let corner = |record: &[u8], k: usize| {
         let value = |axis: usize| {
             let at = 12 + 12 * k + 4 * axis;
@@ -43,10 +38,7 @@ pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
         let records = bytes[HEADER..].chunks_exact(RECORD);
         return Ok(records.map(|r| [0, 1, 2].map(|k| corner(r, k))).collect());
     }
-    if bytes
-        .get(..5)
-        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
-    {
+    if bytes.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
         return text(bytes, unit_mm);
     }
     let expected = stated.and_then(whole).unwrap_or(HEADER);
@@ -86,24 +78,17 @@ fn text(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     let last = text.lines().map(str::trim).rfind(|line| !line.is_empty());
     let last = last.unwrap_or_default();
     ensure!(
-        last.split_whitespace()
-            .any(|word| word.eq_ignore_ascii_case("endsolid")),
+        last.split_whitespace().any(|word| word.eq_ignore_ascii_case("endsolid")),
         "STL: expected `endsolid` on the last line, got {last:?}: the file was cut off"
     );
-    Ok(corners
-        .chunks_exact(3)
-        .map(|c| [c[0], c[1], c[2]])
-        .collect())
+    Ok(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect())
 }
 
 /// Writes the triangles of all `bodies`.
 pub fn write(bodies: &[Mesh], about: &str, file: &mut (impl Write + ?Sized)) -> Result<()> {
     let mut header = [b' '; 80];
     // "solid" at the beginning would make some readers expect text.
-    for (slot, byte) in header
-        .iter_mut()
-        .zip(format!("binary STL, mm: {about}").bytes())
-    {
+    for (slot, byte) in header.iter_mut().zip(format!("binary STL, mm: {about}").bytes()) {
         *slot = byte;
     }
     file.write_all(&header)?;
@@ -112,9 +97,8 @@ pub fn write(bodies: &[Mesh], about: &str, file: &mut (impl Write + ?Sized)) -> 
     for body in bodies {
         for triangle in &body.triangles {
             let corners = triangle.map(|k| DVec3::from_array(body.vertices[k as usize]));
-            let normal = (corners[1] - corners[0])
-                .cross(corners[2] - corners[0])
-                .normalize_or_zero();
+            let normal =
+                (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
             let mut record = [0_u8; 50];
             let values = [normal, corners[0], corners[1], corners[2]];
             for (k, value) in values.iter().flat_map(DVec3::to_array).enumerate() {

@@ -15,10 +15,7 @@ const LAYERS: [&str; 4] = ["RELIEF", "SPHERE", "MERIDIAN", "CYLINDER"];
 /// Writes the pieces of `meridian`, and the bottom and the axis in groups of their own.
 pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized)) -> Result<()> {
     let (width, height) = (meridian.radius_mm(), meridian.top_mm());
-    let about = about
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;");
+    let about = about.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     // The group turns y upwards.
     write!(
         file,

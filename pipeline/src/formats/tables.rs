@@ -106,10 +106,7 @@ pub fn write_cells(
 }
 
 fn written(path: &Path, smearing: Smearing) -> Written {
-    Written {
-        path: path.to_path_buf(),
-        smearing,
-    }
+    Written { path: path.to_path_buf(), smearing }
 }
 
 /// A wavelength in words.
@@ -170,10 +167,7 @@ fn speos_files(
         write_atomic(&path, |mut sink| Ok(speos::write(&file, &mut sink)?))?;
         files.push(written(&path, smearing));
     }
-    ensure!(
-        !files.is_empty(),
-        "expected a surface that scatters light from some side, got none"
-    );
+    ensure!(!files.is_empty(), "expected a surface that scatters light from some side, got none");
     Ok(files)
 }
 

@@ -116,14 +116,11 @@ impl BaseSurface<'_> {
                 // Along an arc the direction turns one way.
                 let pieces = self.between([from, to], Role::Stated).into_iter();
                 let ends = pieces.flat_map(|piece| piece.directions());
-                ends.map(|[r, z]| (-z).atan2(r).min(FRAC_PI_2).to_degrees())
-                    .collect()
+                ends.map(|[r, z]| (-z).atan2(r).min(FRAC_PI_2).to_degrees()).collect()
             }
         };
         let start = [f64::INFINITY, f64::NEG_INFINITY];
-        falls.into_iter().fold(start, |[least, most], fall| {
-            [least.min(fall), most.max(fall)]
-        })
+        falls.into_iter().fold(start, |[least, most], fall| [least.min(fall), most.max(fall)])
     }
 }
 
@@ -137,11 +134,7 @@ fn reach(curve: &Meridian) -> (f64, usize) {
         let outermost = match piece.curve {
             Curve::Line => None,
             Curve::Arc { radius_mm, .. } => Some(radius_mm),
-            Curve::Bend {
-                radius_mm,
-                centre_mm,
-                ..
-            } => Some(centre_mm[0] + radius_mm),
+            Curve::Bend { radius_mm, centre_mm, .. } => Some(centre_mm[0] + radius_mm),
         };
         let radii = piece.extremes().into_iter().map(|[r, _]| r);
         (reached, last) = (radii.fold(0.0, f64::max), k);
@@ -176,32 +169,19 @@ impl CurveBase<'_> {
         };
         let z = match piece.curve {
             Curve::Line => start[1] + (r - start[0]) / (end[0] - start[0]) * (end[1] - start[1]),
-            Curve::Arc {
-                radius_mm,
-                centre_mm,
-            } => circle([0.0, centre_mm], radius_mm, 1.0),
+            Curve::Arc { radius_mm, centre_mm } => circle([0.0, centre_mm], radius_mm, 1.0),
             // Outwards a clockwise way runs over its circle, another one under it.
-            Curve::Bend {
-                radius_mm,
-                centre_mm,
-                clockwise,
-            } => circle(centre_mm, radius_mm, if clockwise { 1.0 } else { -1.0 }),
+            Curve::Bend { radius_mm, centre_mm, clockwise } => {
+                circle(centre_mm, radius_mm, if clockwise { 1.0 } else { -1.0 })
+            }
         };
         (at, [r, z])
     }
 }
 
 fn arc(sphere: &SphericalDome, start: [f64; 2], end: [f64; 2], role: Role) -> Piece {
-    let curve = Curve::Arc {
-        radius_mm: sphere.sphere_radius_mm,
-        centre_mm: sphere.centre_mm(),
-    };
-    Piece {
-        start,
-        end,
-        curve,
-        role,
-    }
+    let curve = Curve::Arc { radius_mm: sphere.sphere_radius_mm, centre_mm: sphere.centre_mm() };
+    Piece { start, end, curve, role }
 }
 
 /// The sphere beyond `covered_mm`, and the cylinder.
@@ -229,10 +209,7 @@ mod tests {
     use crate::geometry::outline::{Ends, Row, outline};
 
     fn curve(rows: &[&[f64]]) -> Meridian {
-        let rows: Vec<Row> = rows
-            .iter()
-            .map(|row| Row::of(row).expect("a row"))
-            .collect();
+        let rows: Vec<Row> = rows.iter().map(|row| Row::of(row).expect("a row")).collect();
         outline(&rows, Ends::OnBottom).expect("a dome")
     }
 
@@ -244,17 +221,11 @@ mod tests {
             (&[&[0.0, 1.0][..], &[1.0, 0.5], &[1.0, 0.0]][..], 1.0),
             (&[&[0.0, 1.0], &[1.0, 0.6], &[0.8, 0.4], &[0.9, 0.0]], 1.0),
             (&[&[0.0, 1.0], &[1.0, 0.0, quarter]], 1.0),
-            (
-                &[&[0.0, 1.0], &[0.5, 1.0], &[0.5, 0.2, -1.0], &[0.6, 0.0]],
-                0.9,
-            ),
+            (&[&[0.0, 1.0], &[0.5, 1.0], &[0.5, 0.2, -1.0], &[0.6, 0.0]], 0.9),
         ] {
             let curve = curve(rows);
             let base = BaseSurface::from(&curve);
-            assert!(
-                (base.reach_mm() - reach).abs() < 1e-12,
-                "{rows:?}: {base:?}"
-            );
+            assert!((base.reach_mm() - reach).abs() < 1e-12, "{rows:?}: {base:?}");
         }
     }
 
@@ -280,11 +251,7 @@ mod tests {
             (1.4, 0.7),
             (9.0, 0.3),
         ] {
-            assert!(
-                (base.height_at(r) - z).abs() < 1e-12,
-                "{r}: {}",
-                base.height_at(r)
-            );
+            assert!((base.height_at(r) - z).abs() < 1e-12, "{r}: {}", base.height_at(r));
         }
         let slope = (0.2 / root(0.21)).atan().to_degrees();
         let [least, most] = base.slopes_deg([0.5, 0.9]);

@@ -78,11 +78,7 @@ fn rounded_period(
         role,
     };
     // The last side of the period before, and the first of the one after.
-    let mut sides = vec![side(
-        &corners[corners.len() - 2..],
-        -period,
-        Role::Element(0),
-    )];
+    let mut sides = vec![side(&corners[corners.len() - 2..], -period, Role::Element(0))];
     sides.extend(corners.windows(2).map(|ends| side(ends, 0.0, OWN)));
     sides.push(side(&corners[..2], period, Role::Element(2)));
     let all = |other: Rounding| rounded(&sides, |_| true, in_um(other));
@@ -92,11 +88,7 @@ fn rounded_period(
     let own: Vec<&Piece> = pieces.iter().filter(|piece| piece.role == OWN).collect();
     let mut points = vec![own[0].start];
     for (k, piece) in own.iter().enumerate() {
-        let least = if k == 0 || k + 1 == own.len() {
-            0.5 * CHORDS
-        } else {
-            CHORDS
-        };
+        let least = if k == 0 || k + 1 == own.len() { 0.5 * CHORDS } else { CHORDS };
         points.extend(piece.points(chords(piece, least)));
     }
     // Rounding must not open the period.
@@ -112,11 +104,7 @@ fn rounded_period(
 
 /// Chords of an arc; 1 of a line.
 fn chords(piece: &Piece, least: f64) -> usize {
-    let Curve::Bend {
-        radius_mm: radius_um,
-        ..
-    } = piece.curve
-    else {
+    let Curve::Bend { radius_mm: radius_um, .. } = piece.curve else {
         return 1;
     };
     let half = (1.0 - (SAGITTA_UM / radius_um).min(1.0)).acos();
@@ -160,10 +148,7 @@ impl Cell {
     /// The same in a medium of this index, in place of air.
     #[must_use]
     pub fn within(self, background_index: f64) -> Self {
-        Self {
-            background_index,
-            ..self
-        }
+        Self { background_index, ..self }
     }
 }
 
@@ -178,18 +163,11 @@ mod tests {
     }
 
     fn rings(shape: Shape) -> Elements {
-        Elements {
-            width_mm: 0.01,
-            shapes: vec![shape; 170],
-            rounding: Rounding::default(),
-        }
+        Elements { width_mm: 0.01, shapes: vec![shape; 170], rounding: Rounding::default() }
     }
 
     fn near(got: f64, expected: f64, tolerance: f64) {
-        assert!(
-            (got - expected).abs() < tolerance,
-            "got {got}, expected {expected}"
-        );
+        assert!((got - expected).abs() < tolerance, "got {got}, expected {expected}");
     }
 
     #[test]
@@ -199,25 +177,16 @@ mod tests {
             near(cell.period_um, period, 5e-3);
             near(cell.depth_um, height, 5e-3);
             // Right angle at the apex: apex at 10 cos(slope) along the chord.
-            near(
-                cell.polygons[0].points_um[1][0],
-                10.0 * cell.slope_deg.to_radians().cos(),
-                1e-9,
-            );
+            near(cell.polygons[0].points_um[1][0], 10.0 * cell.slope_deg.to_radians().cos(), 1e-9);
         }
     }
 
     #[test]
     fn triangle_has_its_angles() {
-        let shape = Shape::Triangle {
-            inner_base_deg: 50.0,
-            apex_deg: 60.0,
-            reference: Reference::Chord,
-        };
+        let shape =
+            Shape::Triangle { inner_base_deg: 50.0, apex_deg: 60.0, reference: Reference::Chord };
         let cell = ring_cell(&DOME, &rings(shape), 40, 1.41).expect("a triangle");
-        let [a, apex, b] = cell.polygons[0].points_um[..] else {
-            panic!("three corners")
-        };
+        let [a, apex, b] = cell.polygons[0].points_um[..] else { panic!("three corners") };
         let angle = |at: [f64; 2], p: [f64; 2], q: [f64; 2]| {
             let (u, v) = ([p[0] - at[0], p[1] - at[1]], [q[0] - at[0], q[1] - at[1]]);
             ((u[0] * v[0] + u[1] * v[1]) / (u[0].hypot(u[1]) * v[0].hypot(v[1])))
@@ -238,9 +207,7 @@ mod tests {
         };
         for ring in [3, 40, 90] {
             let cell = ring_cell(&DOME, &rings(shape.clone()), ring, 1.41).expect("a triangle");
-            let [a, apex, b] = cell.polygons[0].points_um[..] else {
-                panic!("three corners")
-            };
+            let [a, apex, b] = cell.polygons[0].points_um[..] else { panic!("three corners") };
             // Inclination against the chord, less what the chord falls by.
             let rise = |p: [f64; 2], q: [f64; 2]| {
                 (q[1] - p[1]).atan2(q[0] - p[0]).to_degrees() - cell.slope_deg

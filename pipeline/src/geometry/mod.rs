@@ -29,11 +29,7 @@ use profile::{Elements, Reference, Shape};
 
 /// The dome of the paper, for tests.
 #[cfg(test)]
-const DOME: SphericalDome = SphericalDome {
-    sphere_radius_mm: 2.0,
-    height_mm: 1.0,
-    radius_mm: 1.7,
-};
+const DOME: SphericalDome = SphericalDome { sphere_radius_mm: 2.0, height_mm: 1.0, radius_mm: 1.7 };
 
 /// Why a generating curve cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -90,10 +86,7 @@ impl Chord {
         let (r0, r1) = (width_mm * (ring - 1) as f64, width_mm * ring as f64);
         // Rounding must not push the last ring beyond the cylinder.
         let r1 = r1.min(base.reach_mm());
-        Self {
-            inner: [r0, base.height_at(r0)],
-            outer: [r1, base.height_at(r1)],
-        }
+        Self { inner: [r0, base.height_at(r0)], outer: [r1, base.height_at(r1)] }
     }
 
     /// Length, mm.
@@ -110,10 +103,7 @@ impl Chord {
     pub fn point(&self, along: f64, above: f64) -> [f64; 2] {
         // t = (cos s, -sin s) outward and down, n = (sin s, cos s).
         let (sin, cos) = self.slope().sin_cos();
-        [
-            self.inner[0] + along * cos + above * sin,
-            self.inner[1] - along * sin + above * cos,
-        ]
+        [self.inner[0] + along * cos + above * sin, self.inner[1] - along * sin + above * cos]
     }
 }
 
@@ -127,17 +117,9 @@ pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
             // Horizontal tread: at the inner corner the angle between tread and chord is the slope.
             let (sin, cos) = chord.slope().sin_cos();
             let tread = length * cos;
-            if sin > 0.0 {
-                vec![[tread * cos, tread * sin]]
-            } else {
-                Vec::new()
-            }
+            if sin > 0.0 { vec![[tread * cos, tread * sin]] } else { Vec::new() }
         }
-        Shape::Triangle {
-            inner_base_deg,
-            apex_deg,
-            reference,
-        } => {
+        Shape::Triangle { inner_base_deg, apex_deg, reference } => {
             // The chord falls outwards by its slope, so that a side makes as much more with it than
             // with the horizontal.
             let turn = match reference {
@@ -149,10 +131,7 @@ pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
             let side = length * (alpha + beta).sin() / beta.sin();
             vec![[side * alpha.cos(), side * alpha.sin()]]
         }
-        Shape::Polyline(points) => points
-            .iter()
-            .map(|p| [p[0] * length, p[1] * length])
-            .collect(),
+        Shape::Polyline(points) => points.iter().map(|p| [p[0] * length, p[1] * length]).collect(),
     }
 }
 

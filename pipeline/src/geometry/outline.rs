@@ -50,10 +50,7 @@ impl Row {
             [r, z, centre_r, centre_z] => ([r, z], Way::Centre([centre_r, centre_z])),
             _ => return None,
         };
-        numbers
-            .iter()
-            .all(|v| v.is_finite())
-            .then_some(Self { to, way })
+        numbers.iter().all(|v| v.is_finite()).then_some(Self { to, way })
     }
 }
 
@@ -80,11 +77,7 @@ pub struct OutlineError {
 
 impl OutlineError {
     fn new(row: usize, got: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self {
-            row,
-            got: got.into(),
-            expected: expected.into(),
-        }
+        Self { row, got: got.into(), expected: expected.into() }
     }
 }
 
@@ -98,10 +91,7 @@ pub fn outline(rows: &[Row], ends: Ends) -> Result<Meridian, OutlineError> {
         let expected = format!("2 to {} points", MOST_PIECES + 1);
         return Err(OutlineError::new(rows.len(), got, expected));
     }
-    let size = rows
-        .iter()
-        .flat_map(|row| row.to)
-        .fold(0.0, |size: f64, v| size.max(v.abs()));
+    let size = rows.iter().flat_map(|row| row.to).fold(0.0, |size: f64, v| size.max(v.abs()));
     check_ends(rows, ends)?;
     let mut pieces: Vec<Piece> = Vec::new();
     for (k, pair) in rows.windows(2).enumerate() {
@@ -155,12 +145,7 @@ fn piece(
     row: usize,
 ) -> Result<Piece, OutlineError> {
     let role = Role::Stated;
-    let straight = Piece {
-        start,
-        end,
-        curve: Curve::Line,
-        role,
-    };
+    let straight = Piece { start, end, curve: Curve::Line, role };
     let chord = distance(start, end);
     if chord < SHORTEST * size {
         let got = format!("{chord:e} mm from the point before");
@@ -203,16 +188,9 @@ fn piece(
     }
     let radius_mm = 0.5 * (distance(start, centre) + distance(end, centre));
     let curve = if centre[0] == 0.0 && clockwise && end[1] < start[1] {
-        Curve::Arc {
-            radius_mm,
-            centre_mm: centre[1],
-        }
+        Curve::Arc { radius_mm, centre_mm: centre[1] }
     } else {
-        Curve::Bend {
-            radius_mm,
-            centre_mm: centre,
-            clockwise,
-        }
+        Curve::Bend { radius_mm, centre_mm: centre, clockwise }
     };
     Ok(Piece { curve, ..straight })
 }
@@ -276,9 +254,7 @@ fn check_meetings(pieces: &[Piece], size: f64) -> Result<(), OutlineError> {
             }
             let joined = j == i + 1;
             let met = meetings(a, b, slack);
-            let wrong = met
-                .into_iter()
-                .find(|p| !(joined && distance(*p, a.end) <= JOINT * size));
+            let wrong = met.into_iter().find(|p| !(joined && distance(*p, a.end) <= JOINT * size));
             let ([_, out], [into, _]) = (a.directions(), b.directions());
             let turns_back = joined && out[0] * into[0] + out[1] * into[1] < -1.0 + 1e-12;
             if let Some([r, z]) = wrong.or(turns_back.then_some(a.end)) {
@@ -314,17 +290,12 @@ pub fn into_cylinder(meridian: &Meridian, radius_mm: f64, height_mm: f64) -> Opt
         role: Role::Stated,
     };
     let corner = [radius_mm, height_mm];
-    let walls = [
-        wall([0.0, height_mm], corner),
-        wall(corner, [radius_mm, 0.0]),
-    ];
+    let walls = [wall([0.0, height_mm], corner), wall(corner, [radius_mm, 0.0])];
     let inside = |p: [f64; 2]| p[0] <= radius_mm && p[1] <= height_mm;
     let enters = |piece: &Piece| {
         inside(piece.start)
             || inside(piece.end)
-            || walls
-                .iter()
-                .any(|wall| !meetings(piece, wall, 0.0).is_empty())
+            || walls.iter().any(|wall| !meetings(piece, wall, 0.0).is_empty())
     };
     meridian.pieces.iter().position(enters).map(|k| k + 2)
 }
@@ -334,10 +305,7 @@ mod tests {
     use super::*;
 
     fn rows(points: &[&[f64]]) -> Vec<Row> {
-        points
-            .iter()
-            .map(|p| Row::of(p).expect("numbers of a row"))
-            .collect()
+        points.iter().map(|p| Row::of(p).expect("numbers of a row")).collect()
     }
 
     #[test]
@@ -349,11 +317,7 @@ mod tests {
         let by_centre = rows(&[&[0.0, 1.0], &[1.7, foot, 0.0, -1.0], &[1.7, 0.0]]);
         for rows in [by_bulge, by_centre] {
             let meridian = outline(&rows, Ends::OnBottom).expect("a dome");
-            let Curve::Arc {
-                radius_mm,
-                centre_mm,
-            } = meridian.pieces[0].curve
-            else {
+            let Curve::Arc { radius_mm, centre_mm } = meridian.pieces[0].curve else {
                 panic!("{:?}", meridian.pieces[0])
             };
             assert!((radius_mm - 2.0).abs() < 1e-12 && (centre_mm + 1.0).abs() < 1e-12);
@@ -365,13 +329,7 @@ mod tests {
     #[test]
     fn lengths_and_extremes_of_arcs_are_those_of_their_circles() {
         // A bead: half a circle of radius 0.5 that bulges outwards between two walls.
-        let rows = rows(&[
-            &[0.0, 3.0],
-            &[1.0, 3.0],
-            &[1.0, 2.5],
-            &[1.0, 1.5, -1.0],
-            &[1.0, 0.0],
-        ]);
+        let rows = rows(&[&[0.0, 3.0], &[1.0, 3.0], &[1.0, 2.5], &[1.0, 1.5, -1.0], &[1.0, 0.0]]);
         let meridian = outline(&rows, Ends::OnBottom).expect("a dome");
         let bead = meridian.pieces[2];
         assert!((bead.length_mm() - 0.5 * std::f64::consts::PI).abs() < 1e-12);
@@ -388,42 +346,17 @@ mod tests {
             (&[&[0.1, 1.0], &[1.0, 0.0]], 1, "on the axis"),
             (&[&[0.0, 0.0], &[1.0, 0.0]], 1, "above the bottom"),
             (&[&[0.0, 1.0], &[1.0, 0.1]], 2, "on the bottom"),
-            (
-                &[&[0.0, 1.0], &[1.0, 1.0], &[0.0, 0.5], &[1.0, 0.0]],
-                3,
-                "touches the axis",
-            ),
-            (
-                &[&[0.0, 1.0], &[1.0, -0.1], &[2.0, 0.0]],
-                2,
-                "touches the bottom",
-            ),
+            (&[&[0.0, 1.0], &[1.0, 1.0], &[0.0, 0.5], &[1.0, 0.0]], 3, "touches the axis"),
+            (&[&[0.0, 1.0], &[1.0, -0.1], &[2.0, 0.0]], 2, "touches the bottom"),
             // A figure of eight, a needle, an arc through a wall, an arc across the axis.
             (
-                &[
-                    &[0.0, 1.0],
-                    &[1.0, 1.0],
-                    &[1.0, 0.4],
-                    &[0.5, 0.4],
-                    &[0.5, 1.2],
-                    &[2.0, 0.0],
-                ],
+                &[&[0.0, 1.0], &[1.0, 1.0], &[1.0, 0.4], &[0.5, 0.4], &[0.5, 1.2], &[2.0, 0.0]],
                 5,
                 "does not meet itself",
             ),
+            (&[&[0.0, 1.0], &[1.0, 1.0], &[0.5, 1.0], &[1.0, 0.0]], 3, "does not meet itself"),
             (
-                &[&[0.0, 1.0], &[1.0, 1.0], &[0.5, 1.0], &[1.0, 0.0]],
-                3,
-                "does not meet itself",
-            ),
-            (
-                &[
-                    &[0.0, 1.0],
-                    &[1.0, 1.0],
-                    &[1.0, 0.6],
-                    &[1.3, 0.4, -3.0],
-                    &[1.3, 0.0],
-                ],
+                &[&[0.0, 1.0], &[1.0, 1.0], &[1.0, 0.6], &[1.3, 0.4, -3.0], &[1.3, 0.0]],
                 4,
                 "does not meet itself",
             ),

@@ -36,23 +36,12 @@ impl Piece {
     fn circle(&self) -> Option<Circle> {
         match self.curve {
             Curve::Line => None,
-            Curve::Arc {
-                radius_mm,
-                centre_mm,
-            } => Some(Circle {
-                centre: [0.0, centre_mm],
-                radius: radius_mm,
-                clockwise: true,
-            }),
-            Curve::Bend {
-                radius_mm,
-                centre_mm,
-                clockwise,
-            } => Some(Circle {
-                centre: centre_mm,
-                radius: radius_mm,
-                clockwise,
-            }),
+            Curve::Arc { radius_mm, centre_mm } => {
+                Some(Circle { centre: [0.0, centre_mm], radius: radius_mm, clockwise: true })
+            }
+            Curve::Bend { radius_mm, centre_mm, clockwise } => {
+                Some(Circle { centre: centre_mm, radius: radius_mm, clockwise })
+            }
         }
     }
 
@@ -63,8 +52,7 @@ impl Piece {
 
     /// Angle that an arc turns through, radians, above 0; 0 for a line.
     pub fn sweep(&self) -> f64 {
-        self.circle()
-            .map_or(0.0, |circle| circle.turned(self.start, self.end))
+        self.circle().map_or(0.0, |circle| circle.turned(self.start, self.end))
     }
 
     /// The point (r, z) at the share `part` of its way, mm.
@@ -76,10 +64,7 @@ impl Piece {
         let turn = part * self.sweep() * if circle.clockwise { -1.0 } else { 1.0 };
         let (sin, cos) = turn.sin_cos();
         let [r, z] = minus(self.start, circle.centre);
-        [
-            circle.centre[0] + cos * r - sin * z,
-            circle.centre[1] + sin * r + cos * z,
-        ]
+        [circle.centre[0] + cos * r - sin * z, circle.centre[1] + sin * r + cos * z]
     }
 
     /// Length, mm.
@@ -99,10 +84,7 @@ impl Piece {
         let turn = self.sweep() * if circle.clockwise { -1.0 } else { 1.0 };
         let at = |k: usize| {
             let (sin, cos) = (from + turn * k as f64 / count as f64).sin_cos();
-            [
-                circle.centre[0] + circle.radius * cos,
-                circle.centre[1] + circle.radius * sin,
-            ]
+            [circle.centre[0] + circle.radius * cos, circle.centre[1] + circle.radius * sin]
         };
         let mut points: Vec<[f64; 2]> = (1..count).map(at).collect();
         points.push(self.end);
@@ -131,11 +113,7 @@ impl Piece {
                 *radius_mm += wider(true);
                 Some(*radius_mm)
             }
-            Curve::Bend {
-                radius_mm,
-                clockwise,
-                ..
-            } => {
+            Curve::Bend { radius_mm, clockwise, .. } => {
                 *radius_mm += wider(*clockwise);
                 Some(*radius_mm)
             }
@@ -244,11 +222,7 @@ fn of_lines(a: &Piece, b: &Piece, slack: f64) -> Vec<[f64; 2]> {
         // Parallel: the ends of either, where both lie on one line.
         let off = cross(u, apart).abs();
         let ends = [a.start, a.end, b.start, b.end];
-        return if off > slack {
-            Vec::new()
-        } else {
-            ends.to_vec()
-        };
+        return if off > slack { Vec::new() } else { ends.to_vec() };
     }
     let along = cross(apart, v) / sine;
     vec![[a.start[0] + along * u[0], a.start[1] + along * u[1]]]
@@ -284,12 +258,8 @@ fn of_circles(pieces: [&Piece; 2], [a, b]: [Circle; 2], slack: f64) -> Vec<[f64;
     }
     let half = square.max(0.0).sqrt();
     let u = apart.map(|c| c / d);
-    let at = |s: f64| {
-        [
-            a.centre[0] + along * u[0] - s * u[1],
-            a.centre[1] + along * u[1] + s * u[0],
-        ]
-    };
+    let at =
+        |s: f64| [a.centre[0] + along * u[0] - s * u[1], a.centre[1] + along * u[1] + s * u[0]];
     vec![at(half), at(-half)]
 }
 
@@ -299,10 +269,7 @@ pub(super) fn centre_of_bulge(start: [f64; 2], end: [f64; 2], bulge: f64) -> [f6
     // The centre lies (1 - b²) / 4b chords to the left of the middle of the chord.
     let off = (1.0 - bulge * bulge) / (4.0 * bulge);
     let step = minus(end, start);
-    [
-        0.5 * (start[0] + end[0]) - off * step[1],
-        0.5 * (start[1] + end[1]) + off * step[0],
-    ]
+    [0.5 * (start[0] + end[0]) - off * step[1], 0.5 * (start[1] + end[1]) + off * step[0]]
 }
 
 /// Whether the way from `start` to `end` about `centre` is the shorter one clockwise; `None` at

@@ -24,10 +24,7 @@ pub struct SphericalDome {
 impl SphericalDome {
     /// Height of the sphere at radius `r_mm` from the axis, mm.
     pub fn height_at(&self, r_mm: f64) -> f64 {
-        (self.sphere_radius_mm.powi(2) - r_mm.powi(2))
-            .max(0.0)
-            .sqrt()
-            + self.centre_mm()
+        (self.sphere_radius_mm.powi(2) - r_mm.powi(2)).max(0.0).sqrt() + self.centre_mm()
     }
 
     /// Height of the sphere's centre, mm (usually negative).
@@ -78,11 +75,7 @@ impl Elements {
             .iter()
             .flat_map(|s| std::iter::repeat_n(s.clone(), ratio as usize))
             .collect();
-        Some(Self {
-            width_mm,
-            shapes,
-            rounding: self.rounding,
-        })
+        Some(Self { width_mm, shapes, rounding: self.rounding })
     }
 }
 

@@ -39,12 +39,7 @@ impl Meridian {
                 }
                 // A step on level ground has no riser.
                 if distance(corner, start) > 0.0 {
-                    pieces.push(Piece {
-                        start,
-                        end: corner,
-                        curve: Curve::Line,
-                        role,
-                    });
+                    pieces.push(Piece { start, end: corner, curve: Curve::Line, role });
                 }
                 start = corner;
             }
@@ -104,10 +99,7 @@ impl Meridian {
             // Written with the corners' own coordinates, so that treads are level to the last bit.
             vec![[chord.outer[0], chord.inner[1]]]
         } else {
-            vertices(shape, chord)
-                .into_iter()
-                .map(|v| chord.point(v[0], v[1]))
-                .collect()
+            vertices(shape, chord).into_iter().map(|v| chord.point(v[0], v[1])).collect()
         };
         corners.push(chord.outer);
         corners
@@ -121,17 +113,13 @@ impl Meridian {
         // By their least radii: those that may meet stand near each other.
         let reaches = self.pieces.iter().map(|piece| {
             let radii = piece.extremes().into_iter().map(|[r, _]| r);
-            radii.fold([f64::INFINITY, 0.0f64], |[low, high], r| {
-                [low.min(r), high.max(r)]
-            })
+            radii.fold([f64::INFINITY, 0.0f64], |[low, high], r| [low.min(r), high.max(r)])
         });
         let mut sorted: Vec<([f64; 2], usize)> = reaches.zip(0..).collect();
         sorted.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
         let mut first: Option<[usize; 2]> = None;
         for (at, &([_, high], i)) in sorted.iter().enumerate() {
-            let near = sorted[at + 1..]
-                .iter()
-                .take_while(|([low, _], _)| *low <= high);
+            let near = sorted[at + 1..].iter().take_while(|([low, _], _)| *low <= high);
             for &(_, j) in near {
                 let pair = [i.min(j), i.max(j)];
                 let apart = pair[1] - pair[0] > 1 && first.is_none_or(|first| pair < first);
@@ -150,10 +138,7 @@ impl Meridian {
 /// Whether two pieces cross. Arcs of a sphere are taken by their chords, which bend away by far
 /// less than an element.
 fn cross(a: &Piece, b: &Piece) -> bool {
-    if [a, b]
-        .iter()
-        .any(|piece| matches!(piece.curve, Curve::Bend { .. }))
-    {
+    if [a, b].iter().any(|piece| matches!(piece.curve, Curve::Bend { .. })) {
         return !meetings(a, b, 0.0).is_empty();
     }
     let side = |p: [f64; 2], q: [f64; 2], x: [f64; 2]| {
@@ -172,11 +157,7 @@ mod tests {
     use crate::geometry::profile::{Reference, Rounding};
 
     fn elements(width_mm: f64, count: usize, shape: Shape) -> Elements {
-        Elements {
-            width_mm,
-            shapes: vec![shape; count],
-            rounding: Rounding::default(),
-        }
+        Elements { width_mm, shapes: vec![shape; count], rounding: Rounding::default() }
     }
 
     #[test]
@@ -229,26 +210,17 @@ mod tests {
         let leaning = Shape::Polyline(vec![[-0.9, 0.2]]);
         let mut e = elements(0.1, 17, Shape::Os1);
         e.shapes[8] = leaning;
-        assert!(matches!(
-            Meridian::stepped(&DOME, &e),
-            Err(GeometryError::Crossing { .. })
-        ));
+        assert!(matches!(Meridian::stepped(&DOME, &e), Err(GeometryError::Crossing { .. })));
         // Crossing itself.
         e.shapes[8] = Shape::Polyline(vec![[0.8, 0.5], [0.2, 0.5], [0.9, 0.1], [0.1, 0.1]]);
-        assert!(matches!(
-            Meridian::stepped(&DOME, &e),
-            Err(GeometryError::Crossing { .. })
-        ));
+        assert!(matches!(Meridian::stepped(&DOME, &e), Err(GeometryError::Crossing { .. })));
     }
 
     #[test]
     fn first_element_must_not_lean_across_the_axis() {
         let mut e = elements(0.1, 17, Shape::Os1);
-        e.shapes[0] = Shape::Triangle {
-            inner_base_deg: 125.0,
-            apex_deg: 45.0,
-            reference: Reference::Chord,
-        };
+        e.shapes[0] =
+            Shape::Triangle { inner_base_deg: 125.0, apex_deg: 45.0, reference: Reference::Chord };
         assert!(matches!(
             Meridian::stepped(&DOME, &e),
             Err(GeometryError::OutOfBounds { element: 1, .. })

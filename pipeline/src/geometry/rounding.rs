@@ -62,11 +62,8 @@ impl Misfit {
     ) -> GeometryError {
         // A side that the other kind uses up is no fault of this one.
         let alone = rounding.scaled(self.corner, 0.0);
-        let (corner, rounding) = if fits(alone) {
-            (self.corner, rounding)
-        } else {
-            (self.corner.other(), alone)
-        };
+        let (corner, rounding) =
+            if fits(alone) { (self.corner, rounding) } else { (self.corner.other(), alone) };
         let radius_mm = match corner {
             Corner::Tip => rounding.tip_mm,
             Corner::Valley => rounding.valley_mm,
@@ -103,11 +100,7 @@ pub(super) fn rounded(
     for (k, pair) in pieces.windows(2).enumerate() {
         let of_cylinder = pair.iter().any(|piece| piece.role == Role::Cylinder);
         let counts = !of_cylinder && (is_relief(k) || is_relief(k + 1));
-        fillets.push(if counts {
-            fillet([&pair[0], &pair[1]], rounding, k)?
-        } else {
-            None
-        });
+        fillets.push(if counts { fillet([&pair[0], &pair[1]], rounding, k)? } else { None });
     }
     let mut all = Vec::with_capacity(2 * pieces.len());
     for (k, piece) in pieces.iter().enumerate() {
@@ -121,11 +114,7 @@ pub(super) fn rounded(
             return Err(too_short(piece, k, [before, after]));
         }
         if left > USED_UP * length {
-            all.push(Piece {
-                start,
-                end,
-                ..*piece
-            });
+            all.push(Piece { start, end, ..*piece });
         } else {
             end = start;
         }
@@ -156,14 +145,8 @@ impl Rounding {
     fn scaled(self, corner: Corner, factor: f64) -> Self {
         let Self { tip_mm, valley_mm } = self;
         match corner {
-            Corner::Tip => Self {
-                tip_mm: factor * tip_mm,
-                valley_mm,
-            },
-            Corner::Valley => Self {
-                tip_mm,
-                valley_mm: factor * valley_mm,
-            },
+            Corner::Tip => Self { tip_mm: factor * tip_mm, valley_mm },
+            Corner::Valley => Self { tip_mm, valley_mm: factor * valley_mm },
         }
     }
 }
@@ -174,14 +157,8 @@ fn too_short(piece: &Piece, k: usize, [before, after]: [Option<Fillet>; 2]) -> M
         fillet.map(|fillet| (distance(fillet.ends[end], corner), fillet.corner))
     };
     let both = [eaten(before, 1, piece.start), eaten(after, 0, piece.end)];
-    let widest = both
-        .into_iter()
-        .flatten()
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    Misfit {
-        corner: widest.map_or(Corner::Valley, |(_, corner)| corner),
-        piece: k,
-    }
+    let widest = both.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0));
+    Misfit { corner: widest.map_or(Corner::Valley, |(_, corner)| corner), piece: k }
 }
 
 /// The arc between two sides, the first of number `k`; none where they join smoothly or stay sharp.
@@ -202,20 +179,13 @@ fn fillet([a, b]: [&Piece; 2], rounding: Rounding, k: usize) -> Result<Option<Fi
     };
     let centres = crossings(&moved_a, &moved_b, 0.0).into_iter();
     let away = |p: &[f64; 2]| distance(*p, a.end);
-    let centre = centres
-        .min_by(|p, q| away(p).total_cmp(&away(q)))
-        .ok_or(misfit)?;
+    let centre = centres.min_by(|p, q| away(p).total_cmp(&away(q))).ok_or(misfit)?;
     let ends = [a, b].map(|side| side.nearest(centre));
     // A foot beyond the far end of either side.
     if a.position(ends[0]) > a.length_mm() * (1.0 + USED_UP) || b.position(ends[1]) < 0.0 {
         return Err(misfit);
     }
-    Ok(Some(Fillet {
-        corner,
-        radius,
-        centre,
-        ends,
-    }))
+    Ok(Some(Fillet { corner, radius, centre, ends }))
 }
 
 impl Fillet {
@@ -235,15 +205,8 @@ impl Fillet {
             return vec![whole];
         }
         let middle = whole.along(0.5);
-        let first = Piece {
-            end: middle,
-            ..whole
-        };
-        let second = Piece {
-            start: middle,
-            role: after,
-            ..whole
-        };
+        let first = Piece { end: middle, ..whole };
+        let second = Piece { start: middle, role: after, ..whole };
         vec![first, second]
     }
 }

@@ -16,23 +16,12 @@ pub fn runs(pieces: &[&Piece]) -> Result<Vec<(Shape, Vec<Role>)>, tracer::Error>
         .chunk_by(|a, b| a.curve == b.curve && !matches!(a.curve, Curve::Bend { .. }))
         .map(|run| match run[0].curve {
             Curve::Line => relief(run),
-            Curve::Bend {
-                centre_mm,
-                clockwise,
-                ..
-            } => {
-                let bend = if clockwise {
-                    Bend::Clockwise
-                } else {
-                    Bend::Counterclockwise
-                };
+            Curve::Bend { centre_mm, clockwise, .. } => {
+                let bend = if clockwise { Bend::Clockwise } else { Bend::Counterclockwise };
                 let shape = Shape::arc(run[0].start, run[0].end, centre_mm, bend)?;
                 Ok((shape, vec![run[0].role]))
             }
-            Curve::Arc {
-                radius_mm,
-                centre_mm,
-            } => {
+            Curve::Arc { radius_mm, centre_mm } => {
                 let mut heights = vec![run[0].start[1]];
                 heights.extend(run.iter().map(|p| p.end[1]));
                 let shape = Shape::sphere_zones(centre_mm, radius_mm, &heights)?;

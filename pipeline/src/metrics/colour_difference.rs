@@ -97,9 +97,7 @@ mod tests {
         };
         let values: Vec<f64> = colours.iter().flat_map(|uv| xyz(*uv)).collect();
         let group = |_| {
-            let noisy = values
-                .iter()
-                .map(|v| v * (1.0 + 8.0 * noise * normal()) / 64.0);
+            let noisy = values.iter().map(|v| v * (1.0 + 8.0 * noise * normal()) / 64.0);
             noisy.collect()
         };
         Grouped::new((0..64).map(group).collect())
@@ -120,10 +118,7 @@ mod tests {
         assert!((white[0] / all - 0.3127).abs() < 2e-4, "{}", white[0] / all);
         let estimate = estimate(&grouped(&colours, 1e-3)).expect("lit");
         let error = estimate.standard_error + estimate.bias_bound.unwrap_or(0.0);
-        assert!(
-            (estimate.value - expected).abs() < 3.0 * error,
-            "{estimate:?}"
-        );
+        assert!((estimate.value - expected).abs() < 3.0 * error, "{estimate:?}");
         assert!(error < 2e-3, "{error}");
     }
 
@@ -135,10 +130,7 @@ mod tests {
         assert_eq!(plain(&values), Some(0.0));
         let noisy = estimate(&grouped(&even, 1e-3)).expect("lit");
         let bound = noisy.bias_bound.unwrap_or(0.0);
-        assert!(
-            noisy.value <= bound + 2.0 * noisy.standard_error,
-            "{noisy:?}"
-        );
+        assert!(noisy.value <= bound + 2.0 * noisy.standard_error, "{noisy:?}");
     }
 
     #[test]

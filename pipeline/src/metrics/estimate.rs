@@ -23,11 +23,7 @@ pub struct Estimate {
 impl Estimate {
     /// A value with its standard error and no selection in it.
     pub fn new(value: f64, standard_error: f64) -> Self {
-        Self {
-            value,
-            standard_error,
-            bias_bound: None,
-        }
+        Self { value, standard_error, bias_bound: None }
     }
 
     /// The square root; that of a value that noise drives below 0 is 0. The error is the larger of

@@ -38,9 +38,7 @@ pub const ROUNDING: f64 = 1e-6;
 
 /// Whether `account` of a [`Ledger`] is an end of light: escaped, absorbed or lost.
 pub fn is_end(account: &str) -> bool {
-    ["escaped_", "absorbed_", "lost_"]
-        .iter()
-        .any(|begin| account.starts_with(begin))
+    ["escaped_", "absorbed_", "lost_"].iter().any(|begin| account.starts_with(begin))
 }
 
 /// The power ledger: name of each account and its share of the emitted power.
@@ -64,10 +62,7 @@ impl Ledger {
     /// Sum of all ends of light less 1, as a reader of the file finds it: of accounts with one
     /// name, the last counts. Within [`ROUNDING`] of 0.
     pub fn surplus(&self) -> f64 {
-        let found = self
-            .accounts
-            .iter()
-            .map(|(name, e)| (name.as_str(), e.value));
+        let found = self.accounts.iter().map(|(name, e)| (name.as_str(), e.value));
         let found: BTreeMap<&str, f64> = found.collect();
         let ended = found.iter().filter(|(name, _)| is_end(name));
         ended.map(|(_, share)| share).sum::<f64>() - 1.0
@@ -87,9 +82,7 @@ impl Serialize for Ledger {
 impl<'de> Deserialize<'de> for Ledger {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let accounts = BTreeMap::<String, Estimate>::deserialize(deserializer)?;
-        Ok(Self {
-            accounts: accounts.into_iter().collect(),
-        })
+        Ok(Self { accounts: accounts.into_iter().collect() })
     }
 }
 
@@ -107,22 +100,14 @@ mod tests {
 
     #[test]
     fn accounts_of_one_name_do_not_add_up() {
-        let powers = Grouped::new(vec![
-            vec![2.0, 1.5, 0.25, 0.25],
-            vec![1.0, 0.75, 0.125, 0.125],
-        ]);
+        let powers = Grouped::new(vec![vec![2.0, 1.5, 0.25, 0.25], vec![1.0, 0.75, 0.125, 0.125]]);
         let of = |names: [&str; 4]| {
             let names = names.map(str::to_owned);
             Ledger::new(&names, &powers, flow::EMITTED).surplus()
         };
         let good = of(["emitted", "escaped_up", "absorbed_by_wall", "lost_leak"]);
         assert!(good.abs() < 1e-12, "{good}");
-        let twice = of([
-            "emitted",
-            "escaped_up",
-            "absorbed_by_wall",
-            "absorbed_by_wall",
-        ]);
+        let twice = of(["emitted", "escaped_up", "absorbed_by_wall", "absorbed_by_wall"]);
         assert!((twice + 0.125).abs() < 1e-12, "{twice}");
     }
 

@@ -124,13 +124,7 @@ pub fn symmetrised(map: &[f64], grid: Grid, symmetry: Symmetry) -> Vec<f64> {
 fn kernel(sigma: f64) -> Vec<f64> {
     let reach = (4.0 * sigma).ceil() as usize;
     (0..=reach)
-        .map(|k| {
-            if k == 0 {
-                1.0
-            } else {
-                (-0.5 * (k as f64 / sigma).powi(2)).exp()
-            }
-        })
+        .map(|k| if k == 0 { 1.0 } else { (-0.5 * (k as f64 / sigma).powi(2)).exp() })
         .collect()
 }
 
@@ -142,10 +136,7 @@ fn convolved(map: &[f64], grid: Grid, kernel: &[f64]) -> Vec<f64> {
     let columns = grid.columns;
     let mut rows = vec![0.0; map.len()];
     let weights = weights(kernel, columns);
-    for (line, source) in rows
-        .chunks_exact_mut(columns)
-        .zip(map.chunks_exact(columns))
-    {
+    for (line, source) in rows.chunks_exact_mut(columns).zip(map.chunks_exact(columns)) {
         for (offset, weight) in offsets(kernel) {
             let (to, from) = overlap(columns, offset);
             add(&mut line[to], &source[from], weight);
@@ -177,10 +168,8 @@ fn offsets(kernel: &[f64]) -> impl Iterator<Item = (isize, f64)> {
 
 /// Bins of `count` that have a neighbour at `offset`, and these neighbours.
 fn overlap(count: usize, offset: isize) -> (Range<usize>, Range<usize>) {
-    let (far, rest) = (
-        offset.unsigned_abs().min(count),
-        count.saturating_sub(offset.unsigned_abs()),
-    );
+    let (far, rest) =
+        (offset.unsigned_abs().min(count), count.saturating_sub(offset.unsigned_abs()));
     let (low, high) = (0..rest, far..count);
     if offset < 0 { (high, low) } else { (low, high) }
 }
@@ -205,33 +194,19 @@ fn add(to: &mut [f64], from: &[f64], weight: f64) {
 mod tests {
     use super::*;
 
-    const GRID: Grid = Grid {
-        columns: 21,
-        rows: 21,
-        bin_mm: 0.1,
-    };
+    const GRID: Grid = Grid { columns: 21, rows: 21, bin_mm: 0.1 };
 
     #[test]
     fn smoothing_keeps_power_and_spreads_by_sigma() {
         let mut power = vec![0.0; 441];
         power[10 * 21 + 10] = 1.0;
-        let map = smoothed(
-            Grouped::new(vec![power, vec![0.0; 441]]),
-            GRID,
-            Symmetry::Square,
-            0.1,
-        );
+        let map = smoothed(Grouped::new(vec![power, vec![0.0; 441]]), GRID, Symmetry::Square, 0.1);
         let total: f64 = map.total().iter().sum::<f64>() * 0.01;
         assert!((total - 1.0).abs() < 1e-12);
         // Second moment of the discrete Gaussian of σ = one bin.
-        let moment: f64 = (0..441)
-            .map(|k| map.total()[k] * 0.01 * GRID.centre_mm(k % 21, 21).powi(2))
-            .sum();
-        assert!(
-            (moment.sqrt() - 0.1).abs() < 1e-4,
-            "sigma {}",
-            moment.sqrt()
-        );
+        let moment: f64 =
+            (0..441).map(|k| map.total()[k] * 0.01 * GRID.centre_mm(k % 21, 21).powi(2)).sum();
+        assert!((moment.sqrt() - 0.1).abs() < 1e-4, "sigma {}", moment.sqrt());
     }
 
     #[test]
@@ -251,16 +226,7 @@ mod tests {
         let mut map = vec![0.0; 441];
         map[3 * 21 + 8] = 8.0;
         let mean = symmetrised(&map, GRID, Symmetry::Square);
-        for (i, j) in [
-            (8, 3),
-            (12, 3),
-            (8, 17),
-            (12, 17),
-            (3, 8),
-            (3, 12),
-            (17, 8),
-            (17, 12),
-        ] {
+        for (i, j) in [(8, 3), (12, 3), (8, 17), (12, 17), (3, 8), (3, 12), (17, 8), (17, 12)] {
             assert!((mean[j * 21 + i] - 1.0).abs() < 1e-15);
         }
         assert!((mean.iter().sum::<f64>() - 8.0).abs() < 1e-12);

@@ -50,11 +50,7 @@ impl Grouped {
     /// The estimate of the total that all groups but `g` give.
     pub fn without(&self, g: usize) -> Vec<f64> {
         let scale = self.count() as f64 / (self.count() as f64 - 1.0);
-        self.total
-            .iter()
-            .zip(&self.groups[g])
-            .map(|(t, v)| (t - v) * scale)
-            .collect()
+        self.total.iter().zip(&self.groups[g]).map(|(t, v)| (t - v) * scale).collect()
     }
 
     /// Estimates of the total from each half of the groups, for the `split`-th way to halve them
@@ -94,8 +90,7 @@ impl Grouped {
         let scale = self.count() as f64 / groups as f64;
         let sum = |run: &[Vec<f64>]| {
             let bins = 0..self.total.len();
-            bins.map(|i| run.iter().map(|g| g[i]).sum::<f64>() * scale)
-                .collect()
+            bins.map(|i| run.iter().map(|g| g[i]).sum::<f64>() * scale).collect()
         };
         self.groups.chunks_exact(groups).map(sum).collect()
     }
@@ -183,9 +178,7 @@ impl Grouped {
 
 /// The figure `f` of the totals with its jackknife standard error √((G-1)/G Σ (θ₋g - θ̄)²).
 pub fn jackknife(observed: &Grouped, f: impl Fn(&[f64]) -> f64) -> Estimate {
-    let left_out: Vec<f64> = (0..observed.count())
-        .map(|g| f(&observed.without(g)))
-        .collect();
+    let left_out: Vec<f64> = (0..observed.count()).map(|g| f(&observed.without(g))).collect();
     Estimate::new(f(observed.total()), spread(&left_out))
 }
 
@@ -195,9 +188,8 @@ pub fn changes(from: &Grouped, to: &Grouped, f: impl Fn(&[f64]) -> Vec<f64>) -> 
     let difference = |from: &[f64], to: &[f64]| -> Vec<f64> {
         f(to).iter().zip(f(from)).map(|(b, a)| b - a).collect()
     };
-    let left_out: Vec<Vec<f64>> = (0..from.count())
-        .map(|g| difference(&from.without(g), &to.without(g)))
-        .collect();
+    let left_out: Vec<Vec<f64>> =
+        (0..from.count()).map(|g| difference(&from.without(g), &to.without(g))).collect();
     let whole = difference(from.total(), to.total());
     let of = |(i, &value): (usize, &f64)| {
         let values: Vec<f64> = left_out.iter().map(|v| v[i]).collect();
@@ -208,10 +200,7 @@ pub fn changes(from: &Grouped, to: &Grouped, f: impl Fn(&[f64]) -> Vec<f64>) -> 
 
 /// The jackknife standard error of values that each leave out one group; exactly 0 of equal ones.
 pub fn spread(left_out: &[f64]) -> f64 {
-    if left_out
-        .windows(2)
-        .all(|pair| pair[0].to_bits() == pair[1].to_bits())
-    {
+    if left_out.windows(2).all(|pair| pair[0].to_bits() == pair[1].to_bits()) {
         return 0.0;
     }
     let n = left_out.len() as f64;
@@ -303,11 +292,8 @@ mod tests {
     #[test]
     fn error_of_a_ratio_follows_propagation() {
         // Numerator and denominator vary in step, so the ratio does not vary at all.
-        let grouped = Grouped::new(
-            (1..20)
-                .map(|k| vec![f64::from(k), 2.0 * f64::from(k)])
-                .collect(),
-        );
+        let grouped =
+            Grouped::new((1..20).map(|k| vec![f64::from(k), 2.0 * f64::from(k)]).collect());
         let estimate = jackknife(&grouped, |t| t[0] / t[1]);
         assert!((estimate.value - 0.5).abs() < 1e-15 && estimate.standard_error < 1e-14);
     }

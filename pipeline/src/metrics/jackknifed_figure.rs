@@ -20,11 +20,7 @@ pub struct JackknifedFigure {
 impl JackknifedFigure {
     /// A figure by its value and its replicates.
     pub fn new(value: f64, without: Vec<f64>) -> Self {
-        Self {
-            value,
-            standard_error: spread(&without),
-            without,
-        }
+        Self { value, standard_error: spread(&without), without }
     }
 
     /// Value with standard error.

@@ -34,12 +34,7 @@ impl Layout {
                 diagonal.push([at(i, j - 1), at(i - 1, j)]);
             }
         }
-        Self {
-            axes_mm,
-            pitch_mm,
-            straight,
-            diagonal,
-        }
+        Self { axes_mm, pitch_mm, straight, diagonal }
     }
 
     /// LEDs anywhere: neighbours are those one pitch apart, within a thousandth. There are no
@@ -59,19 +54,11 @@ impl Layout {
             }
         }
         straight.sort_unstable();
-        Self {
-            axes_mm,
-            pitch_mm,
-            straight,
-            diagonal: Vec::new(),
-        }
+        Self { axes_mm, pitch_mm, straight, diagonal: Vec::new() }
     }
 
     fn segments(&self, pairs: &[[usize; 2]]) -> Vec<[[f64; 2]; 2]> {
-        pairs
-            .iter()
-            .map(|pair| pair.map(|k| self.axes_mm[k]))
-            .collect()
+        pairs.iter().map(|pair| pair.map(|k| self.axes_mm[k])).collect()
     }
 
     /// Ends of the segments between LEDs next to each other.

@@ -68,11 +68,7 @@ impl MapReading {
     pub fn places(&self, map: &[f64]) -> Option<Places> {
         let valleys = self.valleys(map)?;
         let [straight_mm, diagonal_mm] = valleys.map(|valley| valley.place_mm(self.grid, map));
-        Some(Places {
-            straight_mm,
-            diagonal_mm,
-            peak_mm: self.grid.middle_mm(largest(map).0),
-        })
+        Some(Places { straight_mm, diagonal_mm, peak_mm: self.grid.middle_mm(largest(map).0) })
     }
 
     /// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as
@@ -126,20 +122,17 @@ pub(super) fn ratio(valley: f64, peak: f64) -> f64 {
 
 /// Equation 4: max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
 pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
-    if valley_to_peak <= 0.0 {
-        0.0
-    } else {
-        (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0)
-    }
+    if valley_to_peak <= 0.0 { 0.0 } else { (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0) }
 }
 
 /// Place and value of the largest bin.
 pub(super) fn largest(map: &[f64]) -> (usize, f64) {
-    map.iter()
-        .enumerate()
-        .fold((0, f64::NEG_INFINITY), |best, (k, &v)| {
+    map.iter().enumerate().fold(
+        (0, f64::NEG_INFINITY),
+        |best, (k, &v)| {
             if v > best.1 { (k, v) } else { best }
-        })
+        },
+    )
 }
 
 /// Which of `bins` is the smallest.
@@ -160,12 +153,7 @@ mod tests {
         full_scale: f64,
         valley: ValleyReading,
     ) -> MapReading {
-        MapReading {
-            grid,
-            layout: layout.clone(),
-            full_scale,
-            valley,
-        }
+        MapReading { grid, layout: layout.clone(), full_scale, valley }
     }
 
     fn uniformity(
@@ -180,11 +168,7 @@ mod tests {
         Uniformity::of(&regions.estimates(map))
     }
 
-    const GRID: Grid = Grid {
-        columns: 204,
-        rows: 204,
-        bin_mm: 0.1,
-    };
+    const GRID: Grid = Grid { columns: 204, rows: 204, bin_mm: 0.1 };
     fn square(side: usize) -> Layout {
         let at = |k: usize| (k as f64 - 0.5 * (side as f64 - 1.0)) * 8.3;
         let axes = (0..side * side).map(|k| [at(k % side), at(k / side)]);
@@ -249,26 +233,14 @@ mod tests {
     #[test]
     fn valley_of_gaussians_is_at_the_middle_of_the_segment() {
         let (w, floor) = (2.0f64, 0.01);
-        let u = uniformity(
-            &map(w, floor, 0.0, 4),
-            GRID,
-            &square(2),
-            256.0,
-            ValleyReading::Fit,
-        )
-        .expect("neighbours");
+        let u = uniformity(&map(w, floor, 0.0, 4), GRID, &square(2), 256.0, ValleyReading::Fit)
+            .expect("neighbours");
         let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
         let peak = 1.0 + 2.0 * e(8.3 * 8.3) + e(2.0 * 8.3 * 8.3) + floor;
         let middle = 2.0 * e(4.15 * 4.15) + 2.0 * e(4.15f64.powi(2) + 8.3 * 8.3) + floor;
         let centre = 4.0 * e(2.0 * 4.15 * 4.15) + floor;
-        assert!(
-            (u.straight.value - logarithmic(middle / peak, 256.0)).abs() < 2e-4,
-            "{u:?}"
-        );
-        assert!(
-            (u.diagonal.value - logarithmic(centre / peak, 256.0)).abs() < 5e-4,
-            "{u:?}"
-        );
+        assert!((u.straight.value - logarithmic(middle / peak, 256.0)).abs() < 2e-4, "{u:?}");
+        assert!((u.diagonal.value - logarithmic(centre / peak, 256.0)).abs() < 5e-4, "{u:?}");
         assert!(u.straight.standard_error < 1e-12);
         let reading = reading_of(GRID, &square(2), 256.0, ValleyReading::Fit);
         let one = map(w, floor, 0.0, 4);
@@ -317,9 +289,7 @@ mod tests {
                 };
                 near(x) * near(y) + floor
             };
-            let sum: f64 = (0..36)
-                .map(|k| light(x + part(k % 6), y + part(k / 6)))
-                .sum();
+            let sum: f64 = (0..36).map(|k| light(x + part(k % 6), y + part(k / 6))).sum();
             sum / 36.0
         };
         // Bins have their middles at odd multiples of 0.3 mm: 3.9 or 4.5 mm is nearest to an axis,
@@ -328,10 +298,7 @@ mod tests {
         // The segment at y = 4.15 mm passes through bins from 3.6 to 4.2 mm.
         let valley = mean(0.3, 3.9);
         let expected = logarithmic(valley / peak, 256.0);
-        assert!(
-            (read.straight.value - expected).abs() < 1e-9,
-            "{read:?} {expected}"
-        );
+        assert!((read.straight.value - expected).abs() < 1e-9, "{read:?} {expected}");
         assert!((read.diagonal.value - logarithmic(mean(0.3, 0.3) / peak, 256.0)).abs() < 1e-9);
         let reading = reading_of(grid, &square(2), 256.0, ValleyReading::Bins);
         let plain = reading.plain(seen.total());
@@ -350,10 +317,7 @@ mod tests {
         };
         let (noisy, exact) = (read(0.3), read(0.0));
         let bound = 3.0 * noisy.standard_error + noisy.bias_bound.expect("extremes are picked");
-        assert!(
-            (noisy.value - exact.value).abs() < bound,
-            "{noisy:?} {exact:?}"
-        );
+        assert!((noisy.value - exact.value).abs() < bound, "{noisy:?} {exact:?}");
         assert!(noisy.standard_error > 1e-4 && bound < 0.02, "{noisy:?}");
     }
 
@@ -366,23 +330,12 @@ mod tests {
         let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
         let corner = GRID.centre_mm(0, GRID.columns).abs();
         let at = |x: f64, y: f64| -> f64 {
-            let places = [
-                [-4.15, -4.15],
-                [-4.15, 4.15],
-                [4.15, -4.15],
-                [4.15, 4.15f64],
-            ];
-            places
-                .iter()
-                .map(|[a, b]| e((x - a).powi(2) + (y - b).powi(2)))
-                .sum()
+            let places = [[-4.15, -4.15], [-4.15, 4.15], [4.15, -4.15], [4.15, 4.15f64]];
+            places.iter().map(|[a, b]| e((x - a).powi(2) + (y - b).powi(2))).sum()
         };
         let dark = at(corner, corner);
         let expected = logarithmic((at(0.0, 4.15) - dark) / (at(4.15, 4.15) - dark), 256.0);
-        assert!(
-            (u.straight.value - expected).abs() < 2e-4,
-            "{u:?} {expected}"
-        );
+        assert!((u.straight.value - expected).abs() < 2e-4, "{u:?} {expected}");
         assert!(seen.total().iter().all(|l| *l >= 0.0));
     }
 
@@ -392,16 +345,11 @@ mod tests {
             let map = map(2.0, 0.05, noise, 4);
             bin_by_bin(map.total(), GRID, &square(2), 256.0).expect("neighbours")
         };
-        let exact = uniformity(
-            &map(2.0, 0.05, 0.0, 4),
-            GRID,
-            &square(2),
-            256.0,
-            ValleyReading::Fit,
-        )
-        .expect("neighbours")
-        .straight
-        .value;
+        let exact =
+            uniformity(&map(2.0, 0.05, 0.0, 4), GRID, &square(2), 256.0, ValleyReading::Fit)
+                .expect("neighbours")
+                .straight
+                .value;
         // Bins are level here, their centres half a bin from the valley: no more than that is lost.
         assert!((read(0.0) - exact).abs() < 1e-3, "{} {exact}", read(0.0));
         // Dozens of bins lie in the valley: its lowest is two standard deviations or more below.
@@ -409,22 +357,13 @@ mod tests {
         for noise in [0.02, 0.05, 0.1] {
             assert!(read(noise) < exact + 0.7 * floor(noise), "{noise}");
         }
-        assert_eq!(
-            bin_by_bin(map(2.0, 0.0, 0.0, 2).total(), GRID, &square(1), 256.0),
-            None
-        );
+        assert_eq!(bin_by_bin(map(2.0, 0.0, 0.0, 2).total(), GRID, &square(1), 256.0), None);
     }
 
     #[test]
     fn a_single_package_has_no_uniformity() {
         assert_eq!(
-            uniformity(
-                &map(2.0, 0.0, 0.0, 2),
-                GRID,
-                &square(1),
-                256.0,
-                ValleyReading::Fit
-            ),
+            uniformity(&map(2.0, 0.0, 0.0, 2), GRID, &square(1), 256.0, ValleyReading::Fit),
             None
         );
     }

@@ -75,12 +75,7 @@ pub struct RegionForm {
 }
 
 const fn form(region: Region, form: Form, key: &'static str, label: &'static str) -> RegionForm {
-    RegionForm {
-        region,
-        form,
-        key,
-        label,
-    }
+    RegionForm { region, form, key, label }
 }
 
 /// Every form that is reported.
@@ -88,80 +83,20 @@ pub const FORMS: [RegionForm; 14] = {
     use Form::{Logarithmic, MinToMean, ValleyToPeak, Variation};
     use Region::{Cell, Diagonal, NinePoints, Segment, ThirteenPoints};
     [
-        form(
-            Segment,
-            ValleyToPeak,
-            "segment_valley_to_peak",
-            "valley/peak, segment",
-        ),
-        form(
-            Segment,
-            MinToMean,
-            "segment_min_to_mean",
-            "min/mean, segment",
-        ),
-        form(
-            Segment,
-            Variation,
-            "segment_variation",
-            "coefficient of variation, segment",
-        ),
-        form(
-            Segment,
-            Logarithmic,
-            "segment_logarithmic",
-            "logarithmic, segment",
-        ),
-        form(
-            Diagonal,
-            ValleyToPeak,
-            "diagonal_valley_to_peak",
-            "valley/peak, diagonal",
-        ),
-        form(
-            Diagonal,
-            MinToMean,
-            "diagonal_min_to_mean",
-            "min/mean, diagonal",
-        ),
-        form(
-            Diagonal,
-            Variation,
-            "diagonal_variation",
-            "coefficient of variation, diagonal",
-        ),
-        form(
-            Diagonal,
-            Logarithmic,
-            "diagonal_logarithmic",
-            "logarithmic, diagonal",
-        ),
-        form(
-            Cell,
-            ValleyToPeak,
-            "cell_valley_to_peak",
-            "valley/peak, cell",
-        ),
+        form(Segment, ValleyToPeak, "segment_valley_to_peak", "valley/peak, segment"),
+        form(Segment, MinToMean, "segment_min_to_mean", "min/mean, segment"),
+        form(Segment, Variation, "segment_variation", "coefficient of variation, segment"),
+        form(Segment, Logarithmic, "segment_logarithmic", "logarithmic, segment"),
+        form(Diagonal, ValleyToPeak, "diagonal_valley_to_peak", "valley/peak, diagonal"),
+        form(Diagonal, MinToMean, "diagonal_min_to_mean", "min/mean, diagonal"),
+        form(Diagonal, Variation, "diagonal_variation", "coefficient of variation, diagonal"),
+        form(Diagonal, Logarithmic, "diagonal_logarithmic", "logarithmic, diagonal"),
+        form(Cell, ValleyToPeak, "cell_valley_to_peak", "valley/peak, cell"),
         form(Cell, MinToMean, "cell_min_to_mean", "min/mean, cell"),
-        form(
-            Cell,
-            Variation,
-            "cell_variation",
-            "coefficient of variation, cell",
-        ),
+        form(Cell, Variation, "cell_variation", "coefficient of variation, cell"),
         form(Cell, Logarithmic, "cell_logarithmic", "logarithmic, cell"),
-        form(
-            NinePoints,
-            ValleyToPeak,
-            "cell_nine_points",
-            "nine points, cell",
-        ),
-        form(
-            ThirteenPoints,
-            ValleyToPeak,
-            "cell_thirteen_points",
-            "thirteen points, cell",
-        ),
+        form(NinePoints, ValleyToPeak, "cell_nine_points", "nine points, cell"),
+        form(ThirteenPoints, ValleyToPeak, "cell_thirteen_points", "thirteen points, cell"),
     ]
 };
 
@@ -175,10 +110,7 @@ struct Sample {
 impl Sample {
     /// Bin `k` alone.
     fn bin(k: usize) -> Self {
-        Self {
-            bins: [k; 4],
-            weights: [1.0, 0.0, 0.0, 0.0],
-        }
+        Self { bins: [k; 4], weights: [1.0, 0.0, 0.0, 0.0] }
     }
 
     /// Bilinear interpolation at `[x, y]`, mm, as [`Grid::at`].
@@ -189,11 +121,7 @@ impl Sample {
     }
 
     fn of(&self, map: &[f64]) -> f64 {
-        self.bins
-            .iter()
-            .zip(self.weights)
-            .map(|(k, w)| w * map[*k])
-            .sum()
+        self.bins.iter().zip(self.weights).map(|(k, w)| w * map[*k]).sum()
     }
 }
 
@@ -248,10 +176,7 @@ impl Regions {
             lines(Region::Segment, &reading.layout.straight()),
             lines(Region::Diagonal, &reading.layout.diagonal()),
         ];
-        Self {
-            regions: regions.into_iter().flatten().collect(),
-            full_scale: reading.full_scale,
-        }
+        Self { regions: regions.into_iter().flatten().collect(), full_scale: reading.full_scale }
     }
 
     /// [`Regions::between_neighbours`], and the cell.
@@ -271,11 +196,7 @@ impl Regions {
                     .collect(),
             };
             all.regions.extend([
-                Sampled {
-                    region: Region::Cell,
-                    valley: None,
-                    samples: inside(grid, low, high),
-                },
+                Sampled { region: Region::Cell, valley: None, samples: inside(grid, low, high) },
                 points(Region::NinePoints, &POINTS[..9]),
                 points(Region::ThirteenPoints, &POINTS),
             ]);
@@ -371,11 +292,7 @@ impl Regions {
             mean: plain.mean,
             variance: sum.variance * scale,
         };
-        sums.iter()
-            .zip(plain)
-            .zip(&self.regions)
-            .map(mean)
-            .collect()
+        sums.iter().zip(plain).zip(&self.regions).map(mean).collect()
     }
 }
 
@@ -426,12 +343,8 @@ impl Sampled {
 
     /// What one of two halves has where the other has its extremes, and their covariance; no mean.
     fn cross(&self, a: &[f64], b: &[f64], at_peak: f64) -> Levels {
-        let [in_a, in_b] = [a, b].map(|half| {
-            self.samples
-                .iter()
-                .map(|s| s.of(half))
-                .collect::<Vec<f64>>()
-        });
+        let [in_a, in_b] =
+            [a, b].map(|half| self.samples.iter().map(|s| s.of(half)).collect::<Vec<f64>>());
         let places: Vec<usize> = (0..in_a.len()).collect();
         let swapped =
             |pick: &dyn Fn(&[f64]) -> usize| 0.5 * (in_b[pick(&in_a)] + in_a[pick(&in_b)]);
@@ -449,12 +362,7 @@ impl Sampled {
         let (mean_a, mean_b) = (mean(&in_a), mean(&in_b));
         let products = in_a.iter().zip(&in_b);
         let products = products.map(|(a, b)| (a - mean_a) * (b - mean_b));
-        Levels {
-            low,
-            high,
-            mean: 0.0,
-            variance: products.sum::<f64>() / count,
-        }
+        Levels { low, high, mean: 0.0, variance: products.sum::<f64>() / count }
     }
 }
 
@@ -484,10 +392,7 @@ const POINTS: [[f64; 2]; 13] = {
 pub fn cell(layout: &Layout) -> Option<[[f64; 2]; 2]> {
     let first = *layout.axes_mm.first()?;
     let grow = |[low, high]: [[f64; 2]; 2], axis: &[f64; 2]| {
-        [
-            [low[0].min(axis[0]), low[1].min(axis[1])],
-            [high[0].max(axis[0]), high[1].max(axis[1])],
-        ]
+        [[low[0].min(axis[0]), low[1].min(axis[1])], [high[0].max(axis[0]), high[1].max(axis[1])]]
     };
     Some(layout.axes_mm.iter().fold([first; 2], grow))
 }
@@ -520,8 +425,7 @@ fn inside(grid: Grid, low: [f64; 2], high: [f64; 2]) -> Vec<Sample> {
     let within = |k: usize, at: f64| at >= low[k] && at <= high[k];
     let columns = || (0..grid.columns).filter(|i| within(0, grid.centre_mm(*i, grid.columns)));
     let rows = (0..grid.rows).filter(|j| within(1, grid.centre_mm(*j, grid.rows)));
-    rows.flat_map(|j| columns().map(move |i| Sample::bin(j * grid.columns + i)))
-        .collect()
+    rows.flat_map(|j| columns().map(move |i| Sample::bin(j * grid.columns + i))).collect()
 }
 
 /// Samples half a bin apart along `segments`, or the bins that these pass through.
@@ -549,11 +453,7 @@ mod tests {
     use super::*;
 
     const PITCH: f64 = 8.0;
-    const GRID: Grid = Grid {
-        columns: 160,
-        rows: 160,
-        bin_mm: 0.1,
-    };
+    const GRID: Grid = Grid { columns: 160, rows: 160, bin_mm: 0.1 };
 
     fn layout() -> Layout {
         let axes = [[-4.0, -4.0], [4.0, -4.0], [-4.0, 4.0], [4.0, 4.0]];
@@ -587,12 +487,7 @@ mod tests {
     }
 
     fn reading_of(layout: Layout, valley: ValleyReading) -> MapReading {
-        MapReading {
-            grid: GRID,
-            layout,
-            full_scale: 256.0,
-            valley,
-        }
+        MapReading { grid: GRID, layout, full_scale: 256.0, valley }
     }
 
     fn estimates(map: &Grouped, reading: ValleyReading) -> Vec<(RegionForm, Estimate)> {
@@ -623,42 +518,18 @@ mod tests {
             };
             near("segment_valley_to_peak", 1.0 / (1.0 + c), 2e-3);
             near("segment_min_to_mean", 1.0 / (1.0 + 0.5 * c), 6e-3);
-            near(
-                "segment_variation",
-                (c * c / 8.0).sqrt() / (1.0 + 0.5 * c),
-                6e-3,
-            );
-            near(
-                "segment_logarithmic",
-                1.0 - (1.0 + c).ln() / 256.0f64.ln(),
-                1e-3,
-            );
+            near("segment_variation", (c * c / 8.0).sqrt() / (1.0 + 0.5 * c), 6e-3);
+            near("segment_logarithmic", 1.0 - (1.0 + c).ln() / 256.0f64.ln(), 1e-3);
             // Along a diagonal 1 + c s²: mean 1 + 3 c / 8, variance c² (35/128 - 9/64).
             near("diagonal_valley_to_peak", 1.0 / (1.0 + c), 2e-3);
             near("diagonal_min_to_mean", 1.0 / (1.0 + 0.375 * c), 2e-2);
             let variance: f64 = 35.0 / 128.0 - 9.0 / 64.0;
-            near(
-                "diagonal_variation",
-                c * variance.sqrt() / (1.0 + 0.375 * c),
-                2e-2,
-            );
-            near(
-                "diagonal_logarithmic",
-                1.0 - (1.0 + c).ln() / 256.0f64.ln(),
-                1e-3,
-            );
+            near("diagonal_variation", c * variance.sqrt() / (1.0 + 0.375 * c), 2e-2);
+            near("diagonal_logarithmic", 1.0 - (1.0 + c).ln() / 256.0f64.ln(), 1e-3);
             near("cell_valley_to_peak", 1.0 / (1.0 + c), 2e-3);
             near("cell_min_to_mean", 1.0 / (1.0 + 0.25 * c), 1e-3);
-            near(
-                "cell_variation",
-                c * (5.0f64 / 64.0).sqrt() / (1.0 + 0.25 * c),
-                2e-3,
-            );
-            near(
-                "cell_logarithmic",
-                1.0 - (1.0 + c).ln() / 256.0f64.ln(),
-                1e-3,
-            );
+            near("cell_variation", c * (5.0f64 / 64.0).sqrt() / (1.0 + 0.25 * c), 2e-3);
+            near("cell_logarithmic", 1.0 - (1.0 + c).ln() / 256.0f64.ln(), 1e-3);
             // Nine points lie 8/3 mm from the middle: s = 3/4, the smallest is the middle, where
             // s = 0. Corners of thirteen lie at 3.6 mm.
             near("cell_nine_points", 1.0 / (1.0 + c * 9.0 / 16.0), 2e-3);
@@ -683,10 +554,7 @@ mod tests {
         let even = estimates(&map(0.0, 0.05, 64), ValleyReading::Fit);
         let variation = value(&even, "cell_variation");
         assert!(variation.value < 0.02, "{variation:?}");
-        assert!(
-            variation.value < 4.0 * variation.standard_error,
-            "{variation:?}"
-        );
+        assert!(variation.value < 4.0 * variation.standard_error, "{variation:?}");
     }
 
     #[test]

@@ -19,19 +19,7 @@ const DEGREES: usize = 5;
 const TERMS: usize = 11;
 
 fn terms(u: f64, v: f64) -> [f64; TERMS] {
-    [
-        1.0,
-        u,
-        u * u,
-        u.powi(3),
-        u.powi(4),
-        v,
-        v * v,
-        u * v,
-        u * u * v,
-        u * v * v,
-        u * u * v * v,
-    ]
+    [1.0, u, u * u, u.powi(3), u.powi(4), v, v * v, u * v, u * u * v, u * v * v, u * u * v * v]
 }
 
 /// Where the lowest value between neighbours is read.
@@ -46,9 +34,7 @@ pub enum Valley {
 /// Whether bins of `grid` are narrow enough for a fit about the middles of all `segments`.
 pub fn fits(grid: Grid, segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> bool {
     let middle = |[a, b]: [[f64; 2]; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-    segments
-        .iter()
-        .all(|ends| Window::about(grid, middle(*ends), *ends, pitch_mm).is_some())
+    segments.iter().all(|ends| Window::about(grid, middle(*ends), *ends, pitch_mm).is_some())
 }
 
 impl Valley {
@@ -155,18 +141,13 @@ impl Window {
         let (along, across) = (ALONG * pitch_mm, ACROSS * pitch_mm);
         let to_window = |p: [f64; 2]| {
             let d = [p[0] - centre[0], p[1] - centre[1]];
-            [
-                (d[0] * t[0] + d[1] * t[1]) / along,
-                (d[1] * t[0] - d[0] * t[1]) / across,
-            ]
+            [(d[0] * t[0] + d[1] * t[1]) / along, (d[1] * t[0] - d[0] * t[1]) / across]
         };
         let (mut bins, mut rows) = (Vec::new(), Vec::new());
         for j in 0..grid.rows {
             for i in 0..grid.columns {
-                let [u, v] = to_window([
-                    grid.centre_mm(i, grid.columns),
-                    grid.centre_mm(j, grid.rows),
-                ]);
+                let [u, v] =
+                    to_window([grid.centre_mm(i, grid.columns), grid.centre_mm(j, grid.rows)]);
                 if u.abs() <= 1.0 && v.abs() <= 1.0 {
                     bins.push(j * grid.columns + i);
                     rows.push(terms(u, v));
@@ -257,26 +238,18 @@ fn inverse(a: &[[f64; TERMS]]) -> Option<[[f64; TERMS]; TERMS]> {
         for (i, row) in m.iter_mut().enumerate() {
             let factor = row[column];
             if i != column && factor != 0.0 {
-                row.iter_mut()
-                    .zip(&pivot_row)
-                    .for_each(|(x, y)| *x -= factor * y);
+                row.iter_mut().zip(&pivot_row).for_each(|(x, y)| *x -= factor * y);
             }
         }
     }
-    Some(std::array::from_fn(|i| {
-        std::array::from_fn(|j| m[i][TERMS + j])
-    }))
+    Some(std::array::from_fn(|i| std::array::from_fn(|j| m[i][TERMS + j])))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const GRID: Grid = Grid {
-        columns: 160,
-        rows: 160,
-        bin_mm: 0.1,
-    };
+    const GRID: Grid = Grid { columns: 160, rows: 160, bin_mm: 0.1 };
 
     fn map(f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         (0..GRID.columns * GRID.rows)
@@ -296,9 +269,7 @@ mod tests {
                 - 0.2 * (y - 1.0).powi(2)
         });
         let segment = [[[-4.0, 1.0], [4.0, 1.0]]];
-        let low = Window::find(GRID, &m, &segment, 8.0)
-            .expect("a window")
-            .minimum(&m);
+        let low = Window::find(GRID, &m, &segment, 8.0).expect("a window").minimum(&m);
         assert!((low - 2.0).abs() < 1e-5, "{low}");
         let valley = Valley::fit(GRID, &m, &segment, 8.0).expect("a window");
         let [x, y] = valley.place_mm(GRID, &m);
@@ -316,11 +287,7 @@ mod tests {
 
     #[test]
     fn a_window_of_few_bins_is_refused() {
-        let coarse = Grid {
-            columns: 8,
-            rows: 8,
-            bin_mm: 2.0,
-        };
+        let coarse = Grid { columns: 8, rows: 8, bin_mm: 2.0 };
         assert!(Window::find(coarse, &vec![1.0; 64], &[[[-4.0, 0.0], [4.0, 0.0]]], 8.0).is_none());
         assert!(Window::find(GRID, &map(|_, _| 1.0), &[], 8.0).is_none());
     }

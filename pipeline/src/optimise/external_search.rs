@@ -110,8 +110,5 @@ fn answer(line: &str, evaluator: &mut Evaluator, context: RunContext) -> Result<
     let context = RunContext { seed, ..context };
     let outcome = evaluator.evaluate(&request.point, paths, context)?;
     let coefficients = evaluator.variables.coefficients(&request.point);
-    Ok(Answer {
-        id: request.id,
-        candidate: Candidate::new(&request.point, coefficients, &outcome),
-    })
+    Ok(Answer { id: request.id, candidate: Candidate::new(&request.point, coefficients, &outcome) })
 }

@@ -59,11 +59,7 @@ impl FoundDesign {
         atomic_file::write_bytes(&path, toml::to_string(&self.file.table)?.as_bytes())?;
         let design = scene_check::load(&path)
             .with_context(|| format!("{}: the design found", path.display()))?;
-        Ok(Self {
-            file: DesignFile::new(path, self.file.table),
-            design,
-            ..self
-        })
+        Ok(Self { file: DesignFile::new(path, self.file.table), design, ..self })
     }
 }
 
@@ -74,9 +70,7 @@ fn copy_named_files(problem: &Problem, out: &Path) -> Result<()> {
     for record in &problem.design.provenance.named {
         let name = Path::new(&record.file);
         let relative = name.strip_prefix(folder).unwrap_or(name);
-        let plain = relative
-            .components()
-            .all(|part| matches!(part, Component::Normal(_)));
+        let plain = relative.components().all(|part| matches!(part, Component::Normal(_)));
         ensure!(
             plain,
             "design: expected files that it names below its own folder, got `{}`",
@@ -91,9 +85,7 @@ fn copy_named_files(problem: &Problem, out: &Path) -> Result<()> {
 
 /// Whether `name` is that of a design of a Pareto front.
 pub fn is_of_front(name: &str) -> bool {
-    let number = name
-        .strip_prefix(FRONT)
-        .and_then(|rest| rest.strip_suffix(".toml"));
+    let number = name.strip_prefix(FRONT).and_then(|rest| rest.strip_suffix(".toml"));
     number.is_some_and(|number| number.parse::<u32>().is_ok())
 }
 

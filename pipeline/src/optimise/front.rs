@@ -61,10 +61,7 @@ fn judgement(objective: &Objective, candidate: &Candidate) -> Judgement {
         (_, Some(_)) => candidate.value(),
         _ => f64::INFINITY,
     };
-    Judgement {
-        objectives: costs.unwrap_or([f64::INFINITY; 2]),
-        miss,
-    }
+    Judgement { objectives: costs.unwrap_or([f64::INFINITY; 2]), miss }
 }
 
 /// Points that meet the constraints and that no other candidate dominates, by the first term.

@@ -82,21 +82,14 @@ pub(super) fn dome(heights: &[f64], design: &Design, source: &toml::Table) -> Re
         // The angle that an arc turns through is that between the tangents at its ends.
         let turn = slope(to) - if k == 1 { 0.0 } else { slope(from) };
         let bulge = (0.25 * turn).tan();
-        rows.push(if bulge.abs() < 1e-6 {
-            vec![r, z]
-        } else {
-            vec![r, z, bulge]
-        });
+        rows.push(if bulge.abs() < 1e-6 { vec![r, z] } else { vec![r, z, bulge] });
     }
     if at(1.0)[1] > 0.0 {
         rows.push(vec![radius, 0.0]);
     }
     let row = |row: Vec<f64>| Value::Array(row.into_iter().map(Value::Float).collect());
     let mut dome = toml::Table::new();
-    dome.insert(
-        "meridian_mm".to_owned(),
-        Value::Array(rows.into_iter().map(row).collect()),
-    );
+    dome.insert("meridian_mm".to_owned(), Value::Array(rows.into_iter().map(row).collect()));
     let coating = source.get("dome").and_then(|dome| dome.get("coating"));
     if let Some(coating) = coating {
         dome.insert("coating".to_owned(), coating.clone());

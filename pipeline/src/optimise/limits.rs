@@ -79,11 +79,7 @@ impl Limits {
         let rounding = design.elements.rounding;
         for (key, radius_mm, limit) in [
             ("tip_radius_um", rounding.tip_mm, self.tip_radius_um),
-            (
-                "valley_radius_um",
-                rounding.valley_mm,
-                self.valley_radius_um,
-            ),
+            ("valley_radius_um", rounding.valley_mm, self.valley_radius_um),
         ] {
             let radius_um = 1e3 * radius_mm;
             if radius_um < limit * (1.0 - 1e-12) {
@@ -119,16 +115,8 @@ impl Limits {
         for (key, value, limit) in [
             ("total_height_mm", outline.top_mm(), self.total_height_mm),
             ("ring_width_um", 1e3 * elements.width_mm, self.ring_width_um),
-            (
-                "tip_radius_um",
-                1e3 * elements.rounding.tip_mm,
-                self.tip_radius_um,
-            ),
-            (
-                "valley_radius_um",
-                1e3 * elements.rounding.valley_mm,
-                self.valley_radius_um,
-            ),
+            ("tip_radius_um", 1e3 * elements.rounding.tip_mm, self.tip_radius_um),
+            ("valley_radius_um", 1e3 * elements.rounding.valley_mm, self.valley_radius_um),
         ] {
             let has = key == "total_height_mm" || design.has_relief();
             if has && (value / limit - 1.0).abs() < AT_LIMIT {
@@ -192,7 +180,5 @@ fn tips(outline: &Meridian) -> Vec<(usize, f64)> {
         let turn = (ar * bz - az * br).atan2(ar * br + az * bz).to_degrees();
         (turn < 0.0).then_some((element, 180.0 + turn))
     };
-    (0..outline.pieces.len().saturating_sub(1))
-        .filter_map(tip)
-        .collect()
+    (0..outline.pieces.len().saturating_sub(1)).filter_map(tip).collect()
 }

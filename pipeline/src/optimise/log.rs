@@ -133,10 +133,8 @@ impl Log {
         } else {
             VecDeque::new()
         };
-        let head = Line::Problem {
-            key: key.to_owned(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-        };
+        let head =
+            Line::Problem { key: key.to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() };
         // What is not whole goes, so that the log reads as if the search had not been stopped.
         let mut text = line(&head)?;
         let replayed = text.len() as u64;
@@ -145,20 +143,12 @@ impl Log {
         }
         atomic_file::write_bytes(path, text.as_bytes())?;
         let file = OpenOptions::new().append(true).open(path);
-        Ok(Self {
-            file: Some(file.with_context(at)?),
-            known,
-            replayed,
-        })
+        Ok(Self { file: Some(file.with_context(at)?), known, replayed })
     }
 
     /// No log: a search whose evaluations are kept elsewhere.
     pub fn none() -> Self {
-        Self {
-            file: None,
-            known: VecDeque::new(),
-            replayed: 0,
-        }
+        Self { file: None, known: VecDeque::new(), replayed: 0 }
     }
 
     /// Generation `number` of an earlier part of the search, if it holds the candidates `points`.
@@ -175,8 +165,7 @@ impl Log {
         if number > 0 && generation.end.generation == 0 {
             self.known.clear();
             let cut = self.file.as_ref().map(|file| file.set_len(self.replayed));
-            cut.transpose()
-                .with_context(|| format!("{FILE}: cannot be written"))?;
+            cut.transpose().with_context(|| format!("{FILE}: cannot be written"))?;
             return Ok(None);
         }
         let same = generation.candidates.iter().map(|c| &c.point).eq(points);
@@ -200,9 +189,7 @@ impl Log {
         };
         let text = lines(generation)?;
         let written = file.write_all(text.as_bytes());
-        written
-            .and_then(|()| file.flush())
-            .with_context(|| format!("{FILE}: cannot be written"))
+        written.and_then(|()| file.flush()).with_context(|| format!("{FILE}: cannot be written"))
     }
 }
 
@@ -239,10 +226,8 @@ fn read(path: &Path, key: &str) -> Result<VecDeque<Generation>> {
         match line {
             Ok(Line::Candidate(candidate)) => candidates.push(candidate),
             Ok(Line::Generation(end)) if end.candidates == candidates.len() => {
-                generations.push_back(Generation {
-                    candidates: std::mem::take(&mut candidates),
-                    end,
-                });
+                generations
+                    .push_back(Generation { candidates: std::mem::take(&mut candidates), end });
             }
             _ => break,
         }

@@ -13,25 +13,16 @@ const UNDECIDED: f64 = 0.25;
 pub(super) fn noise(judged: &[Judged], constraints: &[Constraint]) -> Option<f64> {
     let values: Vec<Replicated> = judged.iter().map(|j| (j.value, &j.without[..])).collect();
     let of_constraints = constraints.iter().filter_map(|constraint| {
-        let figure = |one: &'_ Judged| {
-            one.figures
-                .iter()
-                .position(|(k, _)| *k == constraint.figure)
-        };
+        let figure =
+            |one: &'_ Judged| one.figures.iter().position(|(k, _)| *k == constraint.figure);
         let place = judged.first().and_then(figure)?;
         let figures: Vec<_> = judged.iter().map(|one| &one.figures[place].1).collect();
-        let undecided = figures
-            .iter()
-            .filter(|f| constraint.is_undecided(f))
-            .count();
+        let undecided = figures.iter().filter(|f| constraint.is_undecided(f)).count();
         let counts = undecided as f64 >= UNDECIDED * judged.len() as f64;
         let values: Vec<_> = figures.iter().map(|f| (f.value, &f.without[..])).collect();
         counts.then(|| share_of_errors(&values)).flatten()
     });
-    share_of_errors(&values)
-        .into_iter()
-        .chain(of_constraints)
-        .reduce(f64::max)
+    share_of_errors(&values).into_iter().chain(of_constraints).reduce(f64::max)
 }
 
 /// A value with what it is without every group of paths.

@@ -69,10 +69,7 @@ impl Constraint {
 
     /// Whether one standard error of `figure` to either side decides if it is met.
     pub fn is_undecided(&self, figure: &JackknifedFigure) -> bool {
-        let miss = |errors: f64| {
-            self.bounds
-                .miss(figure.value, errors * figure.standard_error)
-        };
+        let miss = |errors: f64| self.bounds.miss(figure.value, errors * figure.standard_error);
         miss(self.margin + 1.0) > 0.0 && miss(self.margin - 1.0) <= 0.0
     }
 
@@ -143,10 +140,7 @@ impl Objective {
         folder: &Path,
     ) -> Result<(Self, Vec<FileRecord>)> {
         let design = &source.with(&Settings::new())?;
-        ensure!(
-            !terms.is_empty(),
-            "objective.terms: expected at least one, got none"
-        );
+        ensure!(!terms.is_empty(), "objective.terms: expected at least one, got none");
         let (mut targets, mut inputs) = (BTreeMap::new(), Vec::new());
         for (k, keys) in terms.iter().enumerate() {
             let at = || format!("objective.terms[{}]", k + 1);
@@ -250,11 +244,8 @@ impl Objective {
     /// Objective and misses of `figures`.
     pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
         let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
-        let terms: Vec<(&Term, &JackknifedFigure)> = self
-            .terms
-            .iter()
-            .filter_map(|term| Some((term, find(&term.figure)?)))
-            .collect();
+        let terms: Vec<(&Term, &JackknifedFigure)> =
+            self.terms.iter().filter_map(|term| Some((term, find(&term.figure)?))).collect();
         let groups = terms.iter().map(|(_, f)| f.without.len()).min();
         let without = |g: usize| terms.iter().map(|(t, f)| t.cost(f.without[g])).sum();
         let miss = self.miss(&figures);
@@ -275,10 +266,7 @@ fn share_of_receiver(name: &str, design: &Design, seen: &Observation) -> Option<
     let emitted = design.emitted_w();
     let share = |powers: &[f64]| powers.iter().sum::<f64>() / emitted;
     let without = (0..received.count()).map(|g| share(&received.without(g)));
-    Some(JackknifedFigure::new(
-        share(received.total()),
-        without.collect(),
-    ))
+    Some(JackknifedFigure::new(share(received.total()), without.collect()))
 }
 
 /// The number under a dotted key of a design.
@@ -363,20 +351,12 @@ fn term(keys: &TermKeys) -> Result<Term> {
 
 fn constraint(keys: &ConstraintKeys, design: &Design, source: &DesignFile) -> Result<Constraint> {
     known(&keys.figure, design, source)?;
-    ensure!(
-        !is_distance(&keys.figure),
-        "figure: expected {} in the objective alone",
-        keys.figure
-    );
+    ensure!(!is_distance(&keys.figure), "figure: expected {} in the objective alone", keys.figure);
     let bounds = Bounds::new(keys.at_least, keys.at_most)?;
     ensure!(
         keys.margin >= 0.0 && keys.margin.is_finite(),
         "margin: expected a number of standard errors from 0, got {}",
         keys.margin
     );
-    Ok(Constraint {
-        figure: keys.figure.clone(),
-        bounds,
-        margin: keys.margin,
-    })
+    Ok(Constraint { figure: keys.figure.clone(), bounds, margin: keys.margin })
 }

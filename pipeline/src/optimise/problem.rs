@@ -109,9 +109,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     );
     // The folder of its results lies beside files of the search.
     ensure!(
-        !["toml", "json", "jsonl", "png"]
-            .iter()
-            .any(|end| file.name.ends_with(&format!(".{end}"))),
+        !["toml", "json", "jsonl", "png"].iter().any(|end| file.name.ends_with(&format!(".{end}"))),
         "name: expected none that ends as a file does, got {:?}",
         file.name
     );
@@ -157,10 +155,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         models
     };
     let models = file.verification.models.unwrap_or_else(of_stages);
-    ensure!(
-        !models.is_empty(),
-        "verification.models: expected at least one, got none"
-    );
+    ensure!(!models.is_empty(), "verification.models: expected at least one, got none");
     for model in &models {
         model.of(&design).context("verification.models")?;
     }
@@ -172,10 +167,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
             PATHS.end()
         );
     }
-    let mut inputs = vec![
-        FileRecord::new(path.display().to_string(), text.as_bytes()),
-        record,
-    ];
+    let mut inputs = vec![FileRecord::new(path.display().to_string(), text.as_bytes()), record];
     inputs.extend(design.provenance.named.iter().cloned());
     inputs.extend(named.into_iter().flatten());
     inputs.extend(targets);
@@ -211,10 +203,7 @@ impl Problem {
 /// Whether a stage may seek a Pareto front.
 fn seeks_a_front(objective: &Objective, robust: bool, last: bool) -> Result<()> {
     let front = "\"nsga2\"";
-    ensure!(
-        objective.pair().is_some(),
-        "expected {front} with two terms of different figures"
-    );
+    ensure!(objective.pair().is_some(), "expected {front} with two terms of different figures");
     ensure!(!robust, "expected {front} without objective.tolerances");
     ensure!(last, "expected {front} in the last stage alone");
     Ok(())

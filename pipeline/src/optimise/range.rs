@@ -15,12 +15,7 @@ const MOST: usize = 1000;
 /// Values of one coefficient.
 #[derive(Debug, Clone)]
 pub(super) enum Range {
-    Between {
-        from: f64,
-        to: f64,
-        resolution: Option<f64>,
-        whole: bool,
-    },
+    Between { from: f64, to: f64, resolution: Option<f64>, whole: bool },
     Choices(Vec<Value>),
 }
 
@@ -56,12 +51,7 @@ impl Range {
                 to - from
             );
         }
-        Ok(Self::Between {
-            from,
-            to,
-            resolution: keys.resolution,
-            whole: false,
-        })
+        Ok(Self::Between { from, to, resolution: keys.resolution, whole: false })
     }
 
     /// These values of `key`, tried in the design before anything is traced: whole numbers where
@@ -71,21 +61,10 @@ impl Range {
         let Err(refused) = source.with(&of_key(&self)) else {
             return Ok(self);
         };
-        let Self::Between {
-            from,
-            to,
-            resolution,
-            ..
-        } = self
-        else {
+        let Self::Between { from, to, resolution, .. } = self else {
             return Err(refused);
         };
-        let counted = Self::Between {
-            from,
-            to,
-            resolution,
-            whole: true,
-        };
+        let counted = Self::Between { from, to, resolution, whole: true };
         if from.ceil() > to.floor() {
             return Err(refused);
         }
@@ -98,11 +77,7 @@ impl Range {
         match self {
             Self::Between { whole, .. } => {
                 let value = self.number(coordinate);
-                if *whole {
-                    Value::Integer(value as i64)
-                } else {
-                    Value::Float(value)
-                }
+                if *whole { Value::Integer(value as i64) } else { Value::Float(value) }
             }
             Self::Choices(choices) => {
                 let place = (coordinate * choices.len() as f64) as usize;
@@ -122,22 +97,14 @@ impl Range {
     /// To a multiple of the resolution and to a whole number, within the bounds.
     pub fn rounded(&self, value: f64) -> f64 {
         match self {
-            Self::Between {
-                from,
-                to,
-                resolution,
-                whole: true,
-            } => {
+            Self::Between { from, to, resolution, whole: true } => {
                 let step = resolution.unwrap_or(1.0);
                 let value = (value / step).round() * step;
                 value.round().clamp(from.ceil(), to.floor())
             }
-            Self::Between {
-                from,
-                to,
-                resolution: Some(step),
-                ..
-            } => ((value / step).round() * step).clamp(*from, *to),
+            Self::Between { from, to, resolution: Some(step), .. } => {
+                ((value / step).round() * step).clamp(*from, *to)
+            }
             _ => value,
         }
     }

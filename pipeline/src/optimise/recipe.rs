@@ -110,12 +110,7 @@ pub(super) struct Verified {
 impl<'a> Recipe<'a> {
     /// The recipe of `problem`, of whose candidates this process judges all.
     pub fn new(problem: &'a Problem, cache: &'a Cache, budget: Option<Duration>) -> Self {
-        Self {
-            problem,
-            cache,
-            budget,
-            shared: None,
-        }
+        Self { problem, cache, budget, shared: None }
     }
 
     /// Searches, chooses and verifies; writes the log and the design into `out`. With `resume` the
@@ -130,21 +125,14 @@ impl<'a> Recipe<'a> {
         let key = self.problem.key(context.seed);
         if context.is_merging() {
             let all = SharedEvaluations::new(key.hex(), None, context)?;
-            let shared = Recipe {
-                shared: Some(&all),
-                ..*self
-            };
+            let shared = Recipe { shared: Some(&all), ..*self };
             return shared.run_with(
                 Log::open(&out.join(log::FILE), key.hex(), false)?,
                 out,
                 context,
             );
         }
-        self.run_with(
-            Log::open(&out.join(log::FILE), key.hex(), resume)?,
-            out,
-            context,
-        )
+        self.run_with(Log::open(&out.join(log::FILE), key.hex(), resume)?, out, context)
     }
 
     fn run_with(&self, mut log: Log, out: &Path, context: RunContext) -> Result<Optimised> {
@@ -222,16 +210,10 @@ impl<'a> Recipe<'a> {
             let result = result.map_err(|error| self.about(error))?;
             found.best.clone_from(&result.final_candidates[0].point);
             // All that was set before stays; what this stage sets goes on top.
-            found
-                .settings
-                .extend(found.variables.settings(&found.best)?);
-            found.stages.push(StageOutcome {
-                settings: stage.clone(),
-                result,
-            });
+            found.settings.extend(found.variables.settings(&found.best)?);
+            found.stages.push(StageOutcome { settings: stage.clone(), result });
         }
-        self.feasible(&found.stages)
-            .map_err(|error| self.about(error))?;
+        self.feasible(&found.stages).map_err(|error| self.about(error))?;
         Ok(found)
     }
 
@@ -288,11 +270,7 @@ impl<'a> Recipe<'a> {
         let after = next()?.judged()?;
         // The design of the problem may lack what is judged.
         let before = next()?.judged().ok();
-        let as_in_search = if of_search.is_empty() {
-            after.clone()
-        } else {
-            next()?.judged()?
-        };
+        let as_in_search = if of_search.is_empty() { after.clone() } else { next()?.judged()? };
         let front = designs[1..].iter();
         let front = front.map(|one| (&one.file, self.verification_paths(&one.design)));
         let points = &found.last_result().front;
@@ -390,10 +368,7 @@ fn verification(
     evaluator: &mut Evaluator,
     context: RunContext,
 ) -> Result<Vec<Outcome>> {
-    let context = RunContext {
-        seed: mix(context.seed ^ mix(VERIFICATION)),
-        ..context
-    };
+    let context = RunContext { seed: mix(context.seed ^ mix(VERIFICATION)), ..context };
     let progress = context.console.progress(designs.len() as u64, name);
     let batch = Batch {
         name: name.to_owned(),

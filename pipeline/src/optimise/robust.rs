@@ -56,20 +56,14 @@ impl RobustObjective {
             .context("objective.tolerances")?;
         let samples = keys.samples.unwrap_or(SAMPLES);
         let verification_samples = verified.unwrap_or(samples);
-        for (key, samples) in [
-            ("objective", samples),
-            ("verification", verification_samples),
-        ] {
+        for (key, samples) in [("objective", samples), ("verification", verification_samples)] {
             ensure!(
                 (3..=1000).contains(&samples),
                 "{key}.samples: expected 3 to 1000, got {samples}"
             );
         }
         let added = keys.deviations.unwrap_or(0.0);
-        ensure!(
-            (0.0..=6.0).contains(&added),
-            "objective.deviations: expected 0 to 6, got {added}"
-        );
+        ensure!((0.0..=6.0).contains(&added), "objective.deviations: expected 0 to 6, got {added}");
         let robust = Self {
             set: analysis.set,
             deviations: analysis.deviations,
@@ -82,10 +76,7 @@ impl RobustObjective {
 
     /// The same over the packages of the verification.
     pub fn verified(&self) -> Self {
-        Self {
-            samples: self.verification_samples,
-            ..self.clone()
-        }
+        Self { samples: self.verification_samples, ..self.clone() }
     }
 
     /// Settings of the packages that deviate from the design of `candidate`; the same deviations
@@ -116,11 +107,7 @@ impl RobustObjective {
             let rest: Vec<&Judged> = [&all[..k], &all[k + 1..]].concat();
             self.value(&rest, &|one| one.value)
         };
-        let groups = packages
-            .iter()
-            .map(|one| one.without.len())
-            .min()
-            .unwrap_or(0);
+        let groups = packages.iter().map(|one| one.without.len()).min().unwrap_or(0);
         let figures = first.figures.iter().enumerate().map(|(k, (key, figure))| {
             let mean = |of: &dyn Fn(&JackknifedFigure) -> f64| {
                 let all = packages.iter().map(|one| of(&one.figures[k].1));
@@ -223,10 +210,7 @@ mod tests {
         let figure = &robust(0.0).combine(&packages, &objective()).figures[0].1;
         assert!((figure.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!(
-            robust(2.0)
-                .combine(&packages, &objective())
-                .estimate()
-                .standard_error
+            robust(2.0).combine(&packages, &objective()).estimate().standard_error
                 > estimate.standard_error
         );
         // Two replicates 0.5 to either side: a squared standard error of 0.25.
@@ -246,32 +230,21 @@ mod tests {
     fn packages_of_one_seed_deviate_alike_and_by_their_law() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/designs/bare-dome.toml");
         let (source, _) = DesignFile::read(&path).expect("a design");
-        let robust = RobustObjective {
-            samples: 400,
-            ..robust(0.0)
-        };
+        let robust = RobustObjective { samples: 400, ..robust(0.0) };
         let of = |seed: u64| -> Vec<f64> {
             let packages = robust.packages(&source, seed).expect("packages");
             let value = |file: &DesignFile| file.table["mirror"]["reflectance"].as_float();
-            packages
-                .iter()
-                .map(|file| value(file).expect("a number"))
-                .collect()
+            packages.iter().map(|file| value(file).expect("a number")).collect()
         };
         let drawn = of(3);
         assert_eq!(drawn, of(3));
         assert_ne!(drawn, of(4));
-        let nominal = source.table["mirror"]["reflectance"]
-            .as_float()
-            .expect("a number");
+        let nominal = source.table["mirror"]["reflectance"].as_float().expect("a number");
         let n = drawn.len() as f64;
         let mean = drawn.iter().sum::<f64>() / n;
         let variance = drawn.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
         // Standard errors of mean and variance of 400 normal numbers of deviation 0.01.
         assert!((mean - nominal).abs() < 4.0 * 0.01 / n.sqrt(), "{mean}");
-        assert!(
-            (variance / 1e-4 - 1.0).abs() < 4.0 * (2.0 / n).sqrt(),
-            "{variance}"
-        );
+        assert!((variance / 1e-4 - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{variance}");
     }
 }

@@ -117,22 +117,18 @@ impl Optimised {
 
     /// Constraints that the verified figures do not meet.
     pub fn missed_constraints(&self, problem: &Problem) -> Vec<String> {
-        let missed = problem
-            .objective
-            .constraints
-            .iter()
-            .filter_map(|constraint| {
-                let figures = &self.after.figures;
-                let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
-                (!constraint.is_met(figure)).then(|| {
-                    format!(
-                        "constraints: expected {} by {} standard errors, got {} when verified",
-                        constraint.words(),
-                        constraint.margin,
-                        format_value_with_error(figure.value, figure.standard_error)
-                    )
-                })
-            });
+        let missed = problem.objective.constraints.iter().filter_map(|constraint| {
+            let figures = &self.after.figures;
+            let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
+            (!constraint.is_met(figure)).then(|| {
+                format!(
+                    "constraints: expected {} by {} standard errors, got {} when verified",
+                    constraint.words(),
+                    constraint.margin,
+                    format_value_with_error(figure.value, figure.standard_error)
+                )
+            })
+        });
         missed.collect()
     }
 }
@@ -162,9 +158,7 @@ impl StageOutcome {
             evaluations: result.evaluations,
             cut_short: result.cut_short,
             refusals: result.refusals.iter().take(REASONS).cloned().collect(),
-            generations: generations
-                .map(|(end, best)| generation(end, best.as_ref()))
-                .collect(),
+            generations: generations.map(|(end, best)| generation(end, best.as_ref())).collect(),
             final_candidates: final_candidates.map(FinalCandidate::entry).collect(),
         }
     }
@@ -222,11 +216,7 @@ fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
         count(stage.evaluations, "candidate"),
         count(stage.generations.len(), "generation"),
         thousands(paths),
-        if stage.cut_short {
-            "; ended by the budget of time"
-        } else {
-            ""
-        }
+        if stage.cut_short { "; ended by the budget of time" } else { "" }
     );
     for (why, times) in &stage.refusals {
         let _ = writeln!(text, "  refused {}: {why}", count(*times, "time"));
@@ -237,14 +227,10 @@ fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
 fn begins_feasible(file: &OptimisationFile) -> bool {
     file.constraints.iter().all(|constraint| {
         let figure = file.figures.get(&constraint.figure);
-        figure
-            .and_then(|figure| figure.before)
-            .is_some_and(|before| {
-                constraint
-                    .at_least
-                    .is_none_or(|least| before.value >= least)
-                    && constraint.at_most.is_none_or(|most| before.value <= most)
-            })
+        figure.and_then(|figure| figure.before).is_some_and(|before| {
+            constraint.at_least.is_none_or(|least| before.value >= least)
+                && constraint.at_most.is_none_or(|most| before.value <= most)
+        })
     })
 }
 
@@ -259,11 +245,7 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
         row(key, figure.before.map(number), &number(figure.after));
     }
     let objective = &file.objective;
-    row(
-        "objective",
-        objective.before.map(number),
-        &number(objective.after),
-    );
+    row("objective", objective.before.map(number), &number(objective.after));
     if !begins_feasible(file) {
         let _ = writeln!(text, "{} does not meet the constraints", file.design);
     }
@@ -292,15 +274,9 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     let runs = file.stages.last().map(StageEntry::runs);
     let runs = runs.unwrap_or_default();
     if runs.len() > 1 {
-        let listed: Vec<String> = runs
-            .iter()
-            .map(|(run, e)| format!("{} (run {run})", number(*e)))
-            .collect();
-        let _ = writeln!(
-            text,
-            "runs of the last stage ended at {}",
-            listed.join(", ")
-        );
+        let listed: Vec<String> =
+            runs.iter().map(|(run, e)| format!("{} (run {run})", number(*e))).collect();
+        let _ = writeln!(text, "runs of the last stage ended at {}", listed.join(", "));
     }
 }
 
@@ -309,11 +285,7 @@ fn add_front(text: &mut String, front: &FrontEntry) {
     let _ = writeln!(text, "\n{:<28} {first:>28} {second:>28}", "front, verified");
     for one in &front.designs {
         let [a, b] = one.figures.map(number);
-        let missed = if one.feasible {
-            ""
-        } else {
-            "  misses a constraint"
-        };
+        let missed = if one.feasible { "" } else { "  misses a constraint" };
         let _ = writeln!(text, "{:<28} {a:>28} {b:>28}{missed}", one.design);
     }
 }
@@ -334,12 +306,7 @@ fn add_sensitivities(text: &mut String, file: &OptimisationFile) {
         let _ = writeln!(text, "objective for one unit of:");
     }
     for (c, sensitivity) in strongest.into_iter().take(LISTED) {
-        let _ = writeln!(
-            text,
-            "  {:<26} {:>18}, at {:.4}",
-            c.variable,
-            number(sensitivity),
-            c.found
-        );
+        let _ =
+            writeln!(text, "  {:<26} {:>18}, at {:.4}", c.variable, number(sensitivity), c.found);
     }
 }

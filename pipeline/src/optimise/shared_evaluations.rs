@@ -286,12 +286,7 @@ struct KnownEvaluations<'a, 'b> {
 
 impl<'a, 'b> KnownEvaluations<'a, 'b> {
     fn new(batch: &'a Batch, groups: Groups<'b>) -> Self {
-        Self {
-            batch,
-            groups,
-            evaluations: vec![None; batch.count],
-            seconds: 0.0,
-        }
+        Self { batch, groups, evaluations: vec![None; batch.count], seconds: 0.0 }
     }
 
     fn missing(&self) -> impl Iterator<Item = usize> {
@@ -304,10 +299,7 @@ impl<'a, 'b> KnownEvaluations<'a, 'b> {
     fn look(&mut self, number: usize) -> Option<usize> {
         let bytes = self.groups.find(number as u64)?;
         let piece: Piece = serde_json::from_slice(&bytes).ok()?;
-        let evaluation = Evaluation {
-            outcome: unkept(piece.outcome),
-            tables: piece.tables,
-        };
+        let evaluation = Evaluation { outcome: unkept(piece.outcome), tables: piece.tables };
         self.add(number, piece.seconds, evaluation);
         Some(piece.shard)
     }
@@ -347,10 +339,7 @@ struct Wait {
 impl Wait {
     fn new(shards: usize) -> Self {
         let start = Instant::now();
-        Self {
-            since: vec![start; shards],
-            start,
-        }
+        Self { since: vec![start; shards], start }
     }
 
     /// Begins anew with a shard, which has left a piece.
@@ -433,10 +422,7 @@ mod tests {
             without: vec![value, 0.3],
             without_package: vec![value, -0.0],
             miss: 0.0,
-            figures: vec![(
-                "f".to_owned(),
-                JackknifedFigure::new(1.0 / 3.0, vec![value, 0.7]),
-            )],
+            figures: vec![("f".to_owned(), JackknifedFigure::new(1.0 / 3.0, vec![value, 0.7]))],
         };
         Evaluation {
             outcome: match number {
@@ -539,9 +525,7 @@ mod tests {
         }
         let (all, _) = two_batches(folder.path(), None, patience);
         let error = all.expect_err("two are missing");
-        let missing = error
-            .downcast::<MissingEvaluations>()
-            .expect("what is missing");
+        let missing = error.downcast::<MissingEvaluations>().expect("what is missing");
         assert_eq!(missing.batch, "batch 2");
         assert_eq!(missing.numbers, [2, 5]);
     }

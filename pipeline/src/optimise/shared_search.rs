@@ -30,11 +30,7 @@ impl SharedSearch {
     /// # Errors
     /// Wavelengths that follow from what has been traced.
     pub fn new(problem: Problem, context: RunContext) -> Result<Self> {
-        Ok(Self {
-            runs: runs(&problem, &[&problem.design], context)?,
-            seed: context.seed,
-            problem,
-        })
+        Ok(Self { runs: runs(&problem, &[&problem.design], context)?, seed: context.seed, problem })
     }
 
     /// Key of the search.
@@ -48,10 +44,7 @@ impl SharedSearch {
     }
 
     fn recipe<'a>(&'a self, cache: &'a Cache, shared: &'a SharedEvaluations) -> Recipe<'a> {
-        Recipe {
-            shared: Some(shared),
-            ..Recipe::new(&self.problem, cache, None)
-        }
+        Recipe { shared: Some(shared), ..Recipe::new(&self.problem, cache, None) }
     }
 }
 
@@ -104,12 +97,7 @@ impl SharedWork for SharedSearch {
         for (number, paths) in candidates.enumerate() {
             let cost = &mut costs[number % count];
             *cost = *cost
-                + Cost {
-                    pieces: 1,
-                    paths,
-                    seconds: seconds_of_paths(1, paths),
-                    ..Cost::default()
-                };
+                + Cost { pieces: 1, paths, seconds: seconds_of_paths(1, paths), ..Cost::default() };
         }
         costs
     }
@@ -126,12 +114,8 @@ impl SharedWork for SharedSearch {
         let cost = runs.compute(choice, cache, context)?;
         recipe.verify(&found, &designs, context)?;
         let (pieces, paths) = shared.judged();
-        let candidates = Cost {
-            pieces,
-            paths,
-            seconds: seconds_of_paths(pieces, paths),
-            ..Cost::default()
-        };
+        let candidates =
+            Cost { pieces, paths, seconds: seconds_of_paths(pieces, paths), ..Cost::default() };
         Ok(cost + candidates)
     }
 
@@ -142,10 +126,7 @@ impl SharedWork for SharedSearch {
         context: RunContext,
     ) -> Result<Vec<MissingPieces>> {
         let seed = self.seed;
-        let context = RunContext {
-            seed,
-            ..context.silent()
-        };
+        let context = RunContext { seed, ..context.silent() };
         let shared = SharedEvaluations::new(self.key().hex(), None, context)?;
         let recipe = self.recipe(cache, &shared);
         let found = match recipe.search(&mut Log::none(), context) {

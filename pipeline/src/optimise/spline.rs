@@ -14,9 +14,7 @@ pub(super) struct BSpline {
 impl BSpline {
     /// With `count` coefficients, at least 1.
     pub fn new(count: usize) -> Self {
-        Self {
-            count: count.max(1),
-        }
+        Self { count: count.max(1) }
     }
 
     fn degree(self) -> usize {
@@ -71,10 +69,7 @@ mod tests {
                 let t = f64::from(k) / 40.0;
                 assert!((spline.value(&line, t) - (3.0 - 2.0 * t)).abs() < 1e-13);
                 let value = spline.value(&zigzag, t);
-                assert!(
-                    (-1e-15..=1.0 + 1e-15).contains(&value),
-                    "{count} {t} {value}"
-                );
+                assert!((-1e-15..=1.0 + 1e-15).contains(&value), "{count} {t} {value}");
             }
             assert!(spline.value(&zigzag, 0.0).abs() < 1e-15);
         }

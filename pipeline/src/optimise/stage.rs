@@ -220,19 +220,12 @@ impl StageSearch<'_, '_> {
             self.progress.inc(points.len() as u64);
             return Ok(Some(known));
         }
-        if number > 0
-            && self
-                .deadline
-                .is_some_and(|deadline| Instant::now() > deadline)
-        {
+        if number > 0 && self.deadline.is_some_and(|deadline| Instant::now() > deadline) {
             return Ok(None);
         }
         let seed =
             mix(mix(self.context.seed) ^ mix(common.seed as u64) ^ ((self.number as u64) << 32));
-        let context = RunContext {
-            seed,
-            ..self.context
-        };
+        let context = RunContext { seed, ..self.context };
         let batch = Batch {
             name: match number {
                 0 => format!("the selection of stage {}", self.number),
@@ -252,10 +245,7 @@ impl StageSearch<'_, '_> {
         });
         let candidates: Vec<Candidate> = candidates.collect();
         let judged = outcomes.into_iter().filter_map(|one| one.judged().ok());
-        let noise = noise(
-            &judged.collect::<Vec<_>>(),
-            &self.evaluator.objective.constraints,
-        );
+        let noise = noise(&judged.collect::<Vec<_>>(), &self.evaluator.objective.constraints);
         let coarse = noise.is_some_and(|noise| noise > MOST_NOISE);
         let generation = Generation {
             end: GenerationEnd {
@@ -285,10 +275,7 @@ impl StageSearch<'_, '_> {
         state: &mut SearchState,
     ) -> Result<Vec<Candidate>> {
         let points: Vec<Point> = found.iter().map(|(point, ..)| point.clone()).collect();
-        let common = Common {
-            seed: 0,
-            paths: SELECTION * self.settings().most_paths,
-        };
+        let common = Common { seed: 0, paths: SELECTION * self.settings().most_paths };
         // Generation 0 is never refused for lack of time.
         let Some(Generation { candidates, .. }) = self.generation(&points, 0, common)? else {
             return Ok(Vec::new());
@@ -306,10 +293,7 @@ impl StageSearch<'_, '_> {
             })
             .collect();
         final_candidates.sort_by(|a, b| a.selection_value.total_cmp(&b.selection_value));
-        if final_candidates
-            .iter()
-            .all(|f| f.selection_value.is_infinite())
-        {
+        if final_candidates.iter().all(|f| f.selection_value.is_infinite()) {
             let why = state.result.refusals.first();
             let why = why.map_or_else(|| "nothing was traced".to_owned(), |(why, _)| why.clone());
             bail!(
@@ -346,10 +330,7 @@ impl SearchState {
     fn begin(&mut self, fills_up: bool) -> Common {
         self.generation += 1;
         if !fills_up {
-            self.common = Common {
-                seed: self.generation,
-                paths: self.paths,
-            };
+            self.common = Common { seed: self.generation, paths: self.paths };
         }
         self.common
     }
@@ -385,9 +366,7 @@ impl SearchState {
 /// A reason without its numbers.
 fn words(why: &str) -> String {
     let number = |c: char| c.is_ascii_digit() || ".-".contains(c);
-    why.split_whitespace()
-        .map(|word| word.trim_matches(number))
-        .collect()
+    why.split_whitespace().map(|word| word.trim_matches(number)).collect()
 }
 
 /// The searches, each with what it leaves to choose from.
@@ -416,9 +395,7 @@ impl AnyMinimiser {
                 if run.best_point != points[0] {
                     points.push(run.best_point);
                 }
-                points
-                    .into_iter()
-                    .map(move |point| (point, number, run.best_value))
+                points.into_iter().map(move |point| (point, number, run.best_value))
             };
             let runs = search.runs().into_iter().zip(run..);
             return runs.flat_map(|(run, number)| points(run, number)).collect();
@@ -428,10 +405,7 @@ impl AnyMinimiser {
         let value = best.as_ref().map_or(f64::INFINITY, |best| best.value);
         let mut points = vec![search.favourite()];
         points.extend(best.map(|best| best.point).filter(|p| *p != points[0]));
-        points
-            .into_iter()
-            .map(|point| (point, run, value))
-            .collect()
+        points.into_iter().map(|point| (point, run, value)).collect()
     }
 }
 

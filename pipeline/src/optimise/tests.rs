@@ -28,10 +28,8 @@ fn limits(text: &str) -> Limits {
 }
 
 fn variables(name: &str, tables: &[&str]) -> Variables {
-    let keys: Vec<VariableKeys> = tables
-        .iter()
-        .map(|text| toml::from_str(text).expect("TOML"))
-        .collect();
+    let keys: Vec<VariableKeys> =
+        tables.iter().map(|text| toml::from_str(text).expect("TOML")).collect();
     Variables::new(design(name), &keys, limits("")).expect("variables")
 }
 
@@ -75,10 +73,7 @@ fn profiles_of_few_coefficients_are_splines_over_the_rings() {
         let share = f64::from(ring - 6) / 10.0;
         let expected = BSpline::new(4).value(&coefficients, share);
         let found = found[ring as usize - 1];
-        assert!(
-            (found - expected).abs() < 1e-9,
-            "{ring}: {found} {expected}"
-        );
+        assert!((found - expected).abs() < 1e-9, "{ring}: {found} {expected}");
     }
     // Rings outside keep their own.
     assert!((found[16] - 90.0).abs() < 1e-9);
@@ -108,19 +103,14 @@ fn keys_are_rounded_counted_and_chosen() {
         assert_eq!(settings["led.reflection"].as_str(), Some(word));
     }
     // Whole numbers within bounds that are none, and their values are those of the design.
-    let within = self::variables(
-        "bare-dome.toml",
-        &["key = \"array.columns\"\nfrom = 1.4\nto = 3.4"],
-    );
+    let within =
+        self::variables("bare-dome.toml", &["key = \"array.columns\"\nfrom = 1.4\nto = 3.4"]);
     for (at, columns) in [(0.0, 2), (0.4, 2), (0.6, 3), (1.0, 3)] {
         let settings = within.settings(&[at]).expect("settings");
         assert_eq!(settings["array.columns"].as_integer(), Some(columns));
         assert_eq!(within.coefficients(&[at]), [columns as f64]);
     }
-    assert_eq!(
-        variables.at_bounds(&[0.0, 0.5, 1.0]),
-        ["array.pitch_mm at 5"]
-    );
+    assert_eq!(variables.at_bounds(&[0.0, 0.5, 1.0]), ["array.pitch_mm at 5"]);
     // The design's own values: 8.3 mm, two columns, the second choice.
     let start = variables.start().expect("a start");
     for (found, expected) in start.iter().zip([0.825, 1.0 / 3.0, 0.75]) {
@@ -133,27 +123,12 @@ fn limits_that_are_broken_are_named() {
     let d3 = design("d3.toml").with(&Settings::new()).expect("valid");
     assert_eq!(limits("").broken(&d3), None);
     for (text, words) in [
-        (
-            "draft_deg = 3.0",
-            &["limits.draft_deg", "below 3", "element"][..],
-        ),
-        (
-            "apex_deg = 100.0",
-            &["limits.apex_deg", "below 100", "element"],
-        ),
-        (
-            "total_height_mm = 0.9",
-            &["limits.total_height_mm", "above 0.9"],
-        ),
-        (
-            "ring_width_um = 120.0",
-            &["limits.ring_width_um", "below 120"],
-        ),
+        ("draft_deg = 3.0", &["limits.draft_deg", "below 3", "element"][..]),
+        ("apex_deg = 100.0", &["limits.apex_deg", "below 100", "element"]),
+        ("total_height_mm = 0.9", &["limits.total_height_mm", "above 0.9"]),
+        ("ring_width_um = 120.0", &["limits.ring_width_um", "below 120"]),
         ("tip_radius_um = 1.0", &["limits.tip_radius_um", "below 1"]),
-        (
-            "valley_radius_um = 1.0",
-            &["limits.valley_radius_um", "below 1"],
-        ),
+        ("valley_radius_um = 1.0", &["limits.valley_radius_um", "below 1"]),
     ] {
         let broken = limits(text).broken(&d3).expect(text);
         for word in words {
@@ -226,14 +201,10 @@ fn rings_follow_the_dome_that_varies_with_them() {
 }
 
 fn objective(terms: &[&str], constraints: &[&str]) -> Objective {
-    let terms: Vec<TermKeys> = terms
-        .iter()
-        .map(|text| toml::from_str(text).expect("TOML"))
-        .collect();
-    let constraints: Vec<ConstraintKeys> = constraints
-        .iter()
-        .map(|text| toml::from_str(text).expect("TOML"))
-        .collect();
+    let terms: Vec<TermKeys> =
+        terms.iter().map(|text| toml::from_str(text).expect("TOML")).collect();
+    let constraints: Vec<ConstraintKeys> =
+        constraints.iter().map(|text| toml::from_str(text).expect("TOML")).collect();
     let design = design("bare-dome.toml");
     let objective = Objective::new(&terms, &constraints, &design, Path::new(""));
     objective.expect("an objective").0
@@ -250,10 +221,7 @@ fn objectives_add_weighted_terms_and_their_replicates() {
         &["figure = \"uniformity\"\nat_least = 0.8\nmargin = 2.0"],
     );
     let figure = |key: &str, value: f64, without: [f64; 2]| {
-        (
-            key.to_owned(),
-            JackknifedFigure::new(value, without.to_vec()),
-        )
+        (key.to_owned(), JackknifedFigure::new(value, without.to_vec()))
     };
     let figures = vec![
         figure("uniformity", 0.7, [0.69, 0.71]),
@@ -263,11 +231,7 @@ fn objectives_add_weighted_terms_and_their_replicates() {
     let error = figures[0].1.standard_error;
     let judged = objective.of_figures(figures);
     assert!((judged.value - (-1.4 + 1.8 + 2.0)).abs() < 1e-12);
-    for (found, expected) in judged
-        .without
-        .iter()
-        .zip([-1.38 + 1.82 + 1.0, -1.42 + 1.78 + 1.0])
-    {
+    for (found, expected) in judged.without.iter().zip([-1.38 + 1.82 + 1.0, -1.42 + 1.78 + 1.0]) {
         assert!((found - expected).abs() < 1e-12);
     }
     assert!((judged.standard_error() - spread(&judged.without)).abs() < 1e-15);
@@ -300,11 +264,7 @@ fn generation(number: usize) -> Generation {
 }
 
 fn points(generation: &Generation) -> Vec<Vec<f64>> {
-    generation
-        .candidates
-        .iter()
-        .map(|c| c.point.clone())
-        .collect()
+    generation.candidates.iter().map(|c| c.point.clone()).collect()
 }
 
 /// Whole generations are read back, what follows the last of them is ignored.

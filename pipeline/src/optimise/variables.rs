@@ -71,10 +71,7 @@ impl Variables {
     /// # Errors
     /// Bounds that cross, keys that the design does not have, profiles that do not fit.
     pub fn new(source: DesignFile, keys: &[VariableKeys], limits: Limits) -> Result<Self> {
-        ensure!(
-            !keys.is_empty(),
-            "variables: expected at least one, got none"
-        );
+        ensure!(!keys.is_empty(), "variables: expected at least one, got none");
         let design = source.with(&Settings::new())?;
         let variable = |(k, keys): (usize, &VariableKeys)| {
             variable(keys, &source, &design).with_context(|| format!("variables[{}]", k + 1))
@@ -93,11 +90,7 @@ impl Variables {
                 );
             }
         }
-        Ok(Self {
-            source,
-            all,
-            limits,
-        })
+        Ok(Self { source, all, limits })
     }
 
     /// Number of coefficients of all variables.
@@ -154,11 +147,7 @@ impl Variables {
                     }
                 }
             };
-            point.extend(
-                values
-                    .into_iter()
-                    .map(|value| variable.range.coordinate(value)),
-            );
+            point.extend(values.into_iter().map(|value| variable.range.coordinate(value)));
         }
         Ok(point)
     }
@@ -168,9 +157,7 @@ impl Variables {
         let of = |variable: &Variable| -> Vec<String> {
             match variable.count {
                 1 => vec![variable.label.clone()],
-                count => (1..=count)
-                    .map(|k| format!("{} {k}", variable.label))
-                    .collect(),
+                count => (1..=count).map(|k| format!("{} {k}", variable.label)).collect(),
             }
         };
         self.all.iter().flat_map(of).collect()
@@ -202,10 +189,7 @@ impl Variables {
 
     /// Values of the coefficients at `point`, in the units of the design; shares of choices.
     pub fn coefficients(&self, point: &[f64]) -> Vec<f64> {
-        self.ranges()
-            .zip(point)
-            .map(|(r, x)| r.number(*x))
-            .collect()
+        self.ranges().zip(point).map(|(r, x)| r.number(*x)).collect()
     }
 
     /// Keys of the design at `point`.
@@ -230,9 +214,7 @@ impl Variables {
             return Ok(settings);
         }
         let mut design = self.source.with(&settings)?;
-        let rings = profiles
-            .iter()
-            .any(|(v, _)| matches!(v.place, Place::Rings(..)));
+        let rings = profiles.iter().any(|(v, _)| matches!(v.place, Place::Rings(..)));
         let mut slopes = rings.then(|| RingSlopes::of(&design)).transpose()?;
         for (variable, own) in &profiles {
             if matches!(variable.place, Place::Height) {
@@ -335,10 +317,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         (None, Some(Profile::HeightMm)) => {
             heights::radius_mm(design)?;
             let count = keys.knots.unwrap_or(8);
-            ensure!(
-                (3..=40).contains(&count),
-                "knots: expected 3 to 40, got {count}"
-            );
+            ensure!((3..=40).contains(&count), "knots: expected 3 to 40, got {count}");
             ("height_mm".to_owned(), Place::Height, count)
         }
         (None, Some(profile)) => {
@@ -378,13 +357,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         Place::Key(key) => range.tried(key, source)?,
         _ => range,
     };
-    Ok(Variable {
-        label,
-        place,
-        range,
-        count,
-        start: keys.start,
-    })
+    Ok(Variable { label, place, range, count, start: keys.start })
 }
 
 #[cfg(test)]

@@ -66,13 +66,8 @@ impl VerificationRun {
     pub fn results(&self, out: &Path, cache: &Cache, context: RunContext) -> Result<DesignResult> {
         let design = &self.design;
         let lights = design.all_lights();
-        let run = Run {
-            design,
-            lights: lights.as_deref(),
-            stopping_rule: None,
-            cache: Some(cache),
-            out,
-        };
+        let run =
+            Run { design, lights: lights.as_deref(), stopping_rule: None, cache: Some(cache), out };
         Ok(DesignResult {
             name: design.name.clone(),
             design_sha256: design.provenance.sha256.clone(),

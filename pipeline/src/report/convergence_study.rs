@@ -113,12 +113,7 @@ impl ConvergenceStudy {
                 cost: points.iter().map(|p| p.operations_per_problem).collect(),
             }
         };
-        let Sweeps {
-            plan,
-            incident_waves,
-            by_orders,
-            by_slices,
-        } = &self.study;
+        let Sweeps { plan, incident_waves, by_orders, by_slices } = &self.study;
         let of_orders = format!(
             "Orders, on {}, against M = {}",
             count(plan.fixed_slices, "slice"),
@@ -141,10 +136,7 @@ impl ConvergenceStudy {
             return Ok(None);
         }
         let heading = Heading::new(
-            format!(
-                "{}, ring {}: error and cost of its solution",
-                self.design, self.ring
-            ),
+            format!("{}, ring {}: error and cost of its solution", self.design, self.ring),
             format!(
                 "{} nm; errors of R or T of {incident_waves} incident waves from both sides",
                 (self.wavelength_um * 1e6).round() * 1e-3

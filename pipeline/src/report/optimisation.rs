@@ -28,12 +28,7 @@ impl OptimisationFile {
         let mut candidates = 0.0;
         for generation in self.stages.iter().flat_map(|stage| &stage.generations) {
             candidates += generation.candidates as f64;
-            let GenerationEntry {
-                best,
-                standard_error,
-                feasible,
-                ..
-            } = generation;
+            let GenerationEntry { best, standard_error, feasible, .. } = generation;
             if let (Some(best), Some(standard_error), true) = (best, standard_error, feasible) {
                 at.push(candidates);
                 value.push(*best);

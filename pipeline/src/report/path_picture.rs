@@ -55,16 +55,8 @@ pub fn path_picture(drawing: &PackageDrawing, heading: &Heading, paths: &[Traced
         PanelAxis::linear(&quantity, AxisScale::Linear { low, high }, count)
     };
     let rows = (8.0 * tall / width).ceil().max(2.0) as usize;
-    let panel = Panel {
-        area,
-        x: axis("x", -half, half, 8),
-        y: axis("z", low, high, rows),
-    };
-    let mut section = Section {
-        drawing,
-        panel,
-        names: Vec::new(),
-    };
+    let panel = Panel { area, x: axis("x", -half, half, 8), y: axis("z", low, high, rows) };
+    let mut section = Section { drawing, panel, names: Vec::new() };
     let canvas = &mut sheet.canvas;
     section.panel.grid(canvas);
     canvas.clipped(area, |canvas| {
@@ -85,22 +77,14 @@ fn view(drawing: &PackageDrawing) -> [f64; 3] {
     let most = (3.2 * radius).max(cell.min(0.6 * drawing.plane_mm));
     let half = cell.clamp(1.4 * radius, most);
     let with_plane = 0.54 * drawing.plane_mm / TALLEST;
-    let half = if with_plane < 1.5 * half {
-        half.max(with_plane)
-    } else {
-        half
-    };
+    let half = if with_plane < 1.5 * half { half.max(with_plane) } else { half };
     let top = drawing.dome_mm.iter().flatten().map(|[_, z]| *z);
     let of_led = drawing.led_corners().map(|[.., z]| z);
     let top = of_led.into_iter().chain(top).fold(0.0, f64::max);
     let solids = drawing.solids.iter().flat_map(|solid| &solid.lines_mm);
-    let seen = solids
-        .flat_map(|(line, _)| line)
-        .filter(|[x, _]| x.abs() <= half);
+    let seen = solids.flat_map(|(line, _)| line).filter(|[x, _]| x.abs() <= half);
     let highest = seen.map(|[_, z]| 1.08 * z).fold(1.5 * top, f64::max);
-    let high = highest
-        .max(1.08 * drawing.plane_mm)
-        .min(2.0 * half * TALLEST);
+    let high = highest.max(1.08 * drawing.plane_mm).min(2.0 * half * TALLEST);
     [half, -0.11 * high.min(half), high]
 }
 
@@ -133,12 +117,7 @@ impl Section<'_> {
 
     fn name(&mut self, words: String, at: [f64; 2], colour: Colour) {
         let at = self.at(at);
-        let Rect {
-            left,
-            top,
-            right,
-            bottom,
-        } = self.panel.area;
+        let Rect { left, top, right, bottom } = self.panel.area;
         if (left - 1.0..=right + 1.0).contains(&at[0])
             && (top - 1.0..=bottom + 1.0).contains(&at[1])
         {
@@ -153,18 +132,12 @@ impl Section<'_> {
         solids.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
         let dome = drawing.dome_mm.iter().map(|line| self.all(line));
         let dome: Vec<Vec<Point>> = dome.collect();
-        let (around, inside): (Vec<_>, Vec<_>) = solids
-            .into_iter()
-            .partition(|solid| extent(solid) > 2.0 * drawing.radius_mm);
+        let (around, inside): (Vec<_>, Vec<_>) =
+            solids.into_iter().partition(|solid| extent(solid) > 2.0 * drawing.radius_mm);
         for solid in around {
             self.solid(canvas, solid);
         }
-        canvas.shape(
-            &dome,
-            true,
-            Some(SILICONE[0]),
-            &Pen::solid(SILICONE[1], 1.3),
-        );
+        canvas.shape(&dome, true, Some(SILICONE[0]), &Pen::solid(SILICONE[1], 1.3));
         for solid in inside {
             self.solid(canvas, solid);
         }
@@ -190,18 +163,10 @@ impl Section<'_> {
 
     fn solid(&mut self, canvas: &mut Canvas, solid: &SolidDrawing) {
         let [fill, edge] = if solid.entered { MEDIUM } else { BODY };
-        let closed: Vec<Vec<Point>> = joined(&solid.lines_mm)
-            .iter()
-            .map(|l| self.all(l))
-            .collect();
+        let closed: Vec<Vec<Point>> = joined(&solid.lines_mm).iter().map(|l| self.all(l)).collect();
         canvas.with_tooltip(&solid.name, |canvas| {
             if !closed.is_empty() {
-                canvas.shape(
-                    &closed,
-                    true,
-                    Some(fill.with_opacity(0.75)),
-                    &Pen::solid(edge, 1.3),
-                );
+                canvas.shape(&closed, true, Some(fill.with_opacity(0.75)), &Pen::solid(edge, 1.3));
             }
             for (line, _) in solid.lines_mm.iter().filter(|_| closed.is_empty()) {
                 canvas.polyline(&self.all(line), &Pen::solid(edge, 2.4));
@@ -266,23 +231,14 @@ impl Section<'_> {
 
     /// A scale bar in the upper left corner, and the pitch below the ground.
     fn dimensions(&self, canvas: &mut Canvas) {
-        let Rect {
-            left,
-            right,
-            top,
-            bottom,
-        } = self.panel.area;
+        let Rect { left, right, top, bottom } = self.panel.area;
         let middle = self.at([0.0, 0.0]);
         let step = round_step(0.12 * self.panel.x.scale.ends()[1]);
         let [from, to] = [0.0, self.at([step, 0.0])[0] - middle[0]].map(|x| x + left + 20.0);
         let plane = self.at([0.0, self.drawing.plane_mm])[1];
         let y = top + 24.0;
         // Beside the line of the receiver.
-        let y = if (plane - y).abs() < 20.0 {
-            plane + 24.0
-        } else {
-            y
-        };
+        let y = if (plane - y).abs() < 20.0 { plane + 24.0 } else { y };
         let bar = [
             [[from, y], [to, y]],
             [[from, y - 6.0], [from, y + 6.0]],
@@ -290,12 +246,7 @@ impl Section<'_> {
         ];
         let letters = Letters::new(TICK_SIZE, Align::Left);
         let words = format!("{} mm", shortest(step));
-        let ground = Rect::new(
-            from - 8.0,
-            y - 13.0,
-            to + 18.0 + letters.width(&words),
-            y + 13.0,
-        );
+        let ground = Rect::new(from - 8.0, y - 13.0, to + 18.0 + letters.width(&words), y + 13.0);
         canvas.rectangle(ground, Colour::WHITE.with_opacity(0.85));
         canvas.lines(&bar, &Pen::solid(Colour::TEXT, 2.4));
         canvas.text(&words, [to + 10.0, y], &letters);
@@ -323,14 +274,8 @@ impl Section<'_> {
 
     /// Names right of the axes, in the order of their heights, with lines to what they name.
     fn write_names(&mut self, canvas: &mut Canvas) {
-        self.names.sort_by(|a, b| {
-            a.at[1]
-                .total_cmp(&b.at[1])
-                .then(b.at[0].total_cmp(&a.at[0]))
-        });
-        let Rect {
-            top, right, bottom, ..
-        } = self.panel.area;
+        self.names.sort_by(|a, b| a.at[1].total_cmp(&b.at[1]).then(b.at[0].total_cmp(&a.at[0])));
+        let Rect { top, right, bottom, .. } = self.panel.area;
         let mut rows: Vec<f64> = self.names.iter().map(|named| named.at[1]).collect();
         let mut next = top + 10.0;
         for y in &mut rows {
@@ -357,10 +302,7 @@ impl Section<'_> {
 
 /// A name with the refractive index, where there is one.
 fn with_index(name: &str, index: Option<f64>) -> String {
-    index.map_or_else(
-        || name.to_owned(),
-        |n| format!("{name}, n = {}", shortest(n)),
-    )
+    index.map_or_else(|| name.to_owned(), |n| format!("{name}, n = {}", shortest(n)))
 }
 
 /// How far a solid reaches across, mm.
@@ -386,9 +328,7 @@ fn joined(lines: &[(Vec<[f64; 2]>, bool)]) -> Vec<Vec<[f64; 2]>> {
     while let Some(first) = stretches.pop() {
         let mut chain = first.clone();
         while let Some(end) = chain.last().copied() {
-            let found = stretches
-                .iter()
-                .position(|s| near(s[0], end) || near(s[s.len() - 1], end));
+            let found = stretches.iter().position(|s| near(s[0], end) || near(s[s.len() - 1], end));
             let Some(found) = found else {
                 break;
             };

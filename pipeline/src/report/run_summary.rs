@@ -27,11 +27,7 @@ const UNITS_COLUMN: usize = 28;
 
 /// Blocks of lines, one for each model of `design`.
 pub fn plain_text(design: &DesignResult) -> String {
-    let blocks: Vec<String> = design
-        .models
-        .iter()
-        .map(|m| block(&design.name, m))
-        .collect();
+    let blocks: Vec<String> = design.models.iter().map(|m| block(&design.name, m)).collect();
     blocks.join("\n")
 }
 
@@ -57,10 +53,7 @@ fn percent(estimate: Estimate) -> String {
     if error < 1e-9 {
         return format!("{} %", shortest(shown(estimate.value)));
     }
-    format!(
-        "{} %",
-        format_value_with_error(shown(estimate.value), error)
-    )
+    format!("{} %", format_value_with_error(shown(estimate.value), error))
 }
 
 fn light(text: &mut String, ledger: &Ledger) {
@@ -81,11 +74,7 @@ fn light(text: &mut String, ledger: &Ledger) {
             line(text, &key.replace('_', " "), &percent(*estimate));
         }
     }
-    let lost = if lost == 0.0 {
-        "0 %".to_owned()
-    } else {
-        format!("{:.1e} %", lost * 100.0)
-    };
+    let lost = if lost == 0.0 { "0 %".to_owned() } else { format!("{:.1e} %", lost * 100.0) };
     line(text, "lost", &lost);
 }
 
@@ -103,15 +92,10 @@ const ROWS: [(&str, Form); 4] = [
 ];
 
 fn uniformity(text: &mut String, model: &ModelResult) {
-    let regions = [
-        ("segment", Region::Segment),
-        ("diagonal", Region::Diagonal),
-        ("cell", Region::Cell),
-    ];
+    let regions =
+        [("segment", Region::Segment), ("diagonal", Region::Diagonal), ("cell", Region::Cell)];
     let value = |region: Region, form: Form| {
-        let known = FORMS
-            .iter()
-            .find(|f| f.region == region && f.form == form)?;
+        let known = FORMS.iter().find(|f| f.region == region && f.form == form)?;
         model.figure(known.key).map(|f| percent(f.estimate))
     };
     let there: Vec<_> = regions
@@ -122,17 +106,9 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         return;
     }
     let heading = in_columns(COLUMN, there.iter().map(|(name, _)| (*name).to_owned()));
-    let _ = writeln!(
-        text,
-        " {:<w$}{}",
-        "uniformity",
-        heading.trim_end(),
-        w = NAMES + 1
-    );
+    let _ = writeln!(text, " {:<w$}{}", "uniformity", heading.trim_end(), w = NAMES + 1);
     for (name, form) in ROWS {
-        let cells = there
-            .iter()
-            .map(|(_, region)| value(*region, form).unwrap_or_default());
+        let cells = there.iter().map(|(_, region)| value(*region, form).unwrap_or_default());
         let cells = in_columns(COLUMN, cells);
         line(text, name, cells.trim_end());
     }
@@ -151,15 +127,8 @@ fn uniformity(text: &mut String, model: &ModelResult) {
 }
 
 fn far_field(text: &mut String, model: &ModelResult) {
-    let of_far_field = [
-        "peak_angle_deg",
-        "peak_angle_parabola_deg",
-        "centre_to_peak",
-    ];
-    let figures: Vec<&Figure> = of_far_field
-        .iter()
-        .filter_map(|k| model.figure(k))
-        .collect();
+    let of_far_field = ["peak_angle_deg", "peak_angle_parabola_deg", "centre_to_peak"];
+    let figures: Vec<&Figure> = of_far_field.iter().filter_map(|k| model.figure(k)).collect();
     if !figures.is_empty() {
         text.push_str(" far field\n");
     }
@@ -186,11 +155,7 @@ fn far_field(text: &mut String, model: &ModelResult) {
         line(text, figure.label, &value);
     }
     if let Some(extracted) = model.figure("extraction_efficiency") {
-        line(
-            text,
-            "extraction from the domes",
-            &percent(extracted.estimate),
-        );
+        line(text, "extraction from the domes", &percent(extracted.estimate));
     }
 }
 
@@ -203,10 +168,7 @@ fn absolute(text: &mut String, model: &ModelResult) {
     let heading = if absolute.packages == 1 {
         String::new()
     } else {
-        in_columns(
-            UNITS_COLUMN,
-            [packages, "one package".to_owned()].into_iter(),
-        )
+        in_columns(UNITS_COLUMN, [packages, "one package".to_owned()].into_iter())
     };
     let heading = format!(" {:<w$}{heading}", "absolute", w = NAMES + 1);
     let _ = writeln!(text, "{}", heading.trim_end());
@@ -229,11 +191,7 @@ fn absolute(text: &mut String, model: &ModelResult) {
             format!("{value} {}", figure.unit)
         };
         let of_package = figure.per_package.map(shown).unwrap_or_default();
-        in_line(
-            text,
-            &key.replace('_', " "),
-            [shown(figure.array), of_package],
-        );
+        in_line(text, &key.replace('_', " "), [shown(figure.array), of_package]);
     }
 }
 
@@ -266,9 +224,8 @@ mod tests {
             extremes: None,
             wavelength_error: None,
         };
-        let forms = FORMS
-            .iter()
-            .map(|form| figure(form.key, form.label, Unit::Fraction, 0.5, 0.001));
+        let forms =
+            FORMS.iter().map(|form| figure(form.key, form.label, Unit::Fraction, 0.5, 0.001));
         let mut figures: Vec<Figure> = forms.collect();
         figures.push(Figure {
             peak_place: PeakPlace::NotResolved,
@@ -305,21 +262,15 @@ mod tests {
     #[test]
     fn light_comes_first_and_every_part_of_it_is_there() {
         let text = block("mine", &model());
-        let place = |words: &str| {
-            text.find(words)
-                .unwrap_or_else(|| panic!("no {words:?} in\n{text}"))
-        };
+        let place =
+            |words: &str| text.find(words).unwrap_or_else(|| panic!("no {words:?} in\n{text}"));
         assert!(text.starts_with("mine, rays: 1,234,560 paths\n"), "{text}");
         assert!(place("75.000 ± 0.020 %") < place("absorbed by bottom"));
         assert!(place("absorbed by bottom") < place("uniformity"));
         assert!(place("1.0e-3 %") < place("uniformity"));
         assert!(!text.contains("led top"), "{text}");
         assert!(text.contains("not resolved"), "{text}");
-        assert!(
-            text.lines()
-                .all(|line| line.len() < 100 && !line.ends_with(' ')),
-            "{text}"
-        );
+        assert!(text.lines().all(|line| line.len() < 100 && !line.ends_with(' ')), "{text}");
     }
 
     #[test]
@@ -327,9 +278,6 @@ mod tests {
         let mut alone = model();
         alone.figures.clear();
         let text = block("mine", &alone);
-        assert!(
-            !text.contains("uniformity") && !text.contains("far field"),
-            "{text}"
-        );
+        assert!(!text.contains("uniformity") && !text.contains("far field"), "{text}");
     }
 }

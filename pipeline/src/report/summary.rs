@@ -119,14 +119,8 @@ fn shown_unit(unit: Unit) -> (f64, &'static str) {
 }
 
 const COLUMNS: usize = 6;
-const HEADINGS: [&str; COLUMNS] = [
-    "Design",
-    "Model",
-    "Quantity",
-    "Published",
-    "Computed",
-    "Difference",
-];
+const HEADINGS: [&str; COLUMNS] =
+    ["Design", "Model", "Quantity", "Published", "Computed", "Difference"];
 
 fn right_aligned(column: usize) -> bool {
     column >= 3
@@ -179,8 +173,7 @@ impl Table {
 
 fn computed_digits(row: &SummaryRow) -> Option<Digits> {
     let (scale, _) = shown_unit(row.unit);
-    row.computed
-        .map(|c| Digits::new(c.value * scale, c.standard_error * scale))
+    row.computed.map(|c| Digits::new(c.value * scale, c.standard_error * scale))
 }
 
 fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [String; COLUMNS] {
@@ -207,11 +200,7 @@ fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [Str
             let difference = (computed.value - published) * scale;
             if digits.power == 0 {
                 let text = fixed(difference, digits.decimals as i32);
-                let sign = if text.starts_with('-') || difference == 0.0 {
-                    ""
-                } else {
-                    "+"
-                };
+                let sign = if text.starts_with('-') || difference == 0.0 { "" } else { "+" };
                 format!("{sign}{text}")
             } else {
                 format!("{difference:+.1e}")
@@ -223,14 +212,7 @@ fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [Str
         Some(value) if value.is_finite() => shortest(value * scale),
         _ => MISSING.into(),
     };
-    [
-        row.design.clone(),
-        row.model.clone(),
-        quantity,
-        published,
-        computed,
-        difference,
-    ]
+    [row.design.clone(), row.model.clone(), quantity, published, computed, difference]
 }
 
 #[cfg(test)]
@@ -258,38 +240,18 @@ mod tests {
 
     fn sample() -> Vec<SummaryRow> {
         vec![
-            row(
-                "D1",
-                "peak angle",
-                Unit::Degree,
-                Some(20.0),
-                Some((21.36, 0.24)),
-            ),
-            row(
-                "D1",
-                "uniformity",
-                Unit::Fraction,
-                Some(0.755),
-                Some((0.7791, 0.0009)),
-            ),
+            row("D1", "peak angle", Unit::Degree, Some(20.0), Some((21.36, 0.24))),
+            row("D1", "uniformity", Unit::Fraction, Some(0.755), Some((0.7791, 0.0009))),
             row("D1", "extraction", Unit::Fraction, Some(0.95), None),
-            row(
-                "D2",
-                "extraction",
-                Unit::Fraction,
-                None,
-                Some((0.9571, 0.000_12)),
-            ),
+            row("D2", "extraction", Unit::Fraction, None, Some((0.9571, 0.000_12))),
         ]
     }
 
     #[test]
     fn plain_text_is_aligned_and_names_each_design_once() {
         let text = plain_text(&sample());
-        let signs: Vec<usize> = text
-            .lines()
-            .filter_map(|line| line.chars().position(|c| c == '±'))
-            .collect();
+        let signs: Vec<usize> =
+            text.lines().filter_map(|line| line.chars().position(|c| c == '±')).collect();
         assert_eq!(signs.len(), 3);
         assert!(signs.windows(2).all(|w| w[0] == w[1]), "{text}");
         assert_eq!(text.matches("D1").count(), 1);
@@ -302,10 +264,7 @@ mod tests {
         let text = markdown(&sample());
         let fields = |row: usize| -> Vec<String> {
             let line = text.lines().nth(row + 2).unwrap();
-            line.trim_matches('|')
-                .split('|')
-                .map(|c| c.trim().to_owned())
-                .collect()
+            line.trim_matches('|').split('|').map(|c| c.trim().to_owned()).collect()
         };
         assert_eq!(fields(2)[3..], ["95", "-", "-"]);
         assert_eq!(fields(3)[3..], ["-", "95.710 ± 0.012", "-"]);
@@ -332,9 +291,6 @@ mod tests {
         let mut none = row("D1", "peak angle", Unit::Degree, Some(20.0), None);
         none.instead = PeakPlace::OnAxis.words();
         let text = plain_text(&[none]);
-        assert!(
-            text.contains("none (maximum on axis)") && !text.contains('±'),
-            "{text}"
-        );
+        assert!(text.contains("none (maximum on axis)") && !text.contains('±'), "{text}");
     }
 }

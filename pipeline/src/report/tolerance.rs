@@ -25,10 +25,8 @@ impl ToleranceResultsFile {
             share: one.share,
             interval: one.interval_95,
         });
-        let nominal = MarkedValue {
-            label: "without deviations".to_owned(),
-            value: figure.nominal.value,
-        };
+        let nominal =
+            MarkedValue { label: "without deviations".to_owned(), value: figure.nominal.value };
         let words = format!(
             "{}, {}; noise of the traces taken out",
             self.design,
@@ -49,16 +47,10 @@ impl ToleranceResultsFile {
         let constraints = self.constraints.iter();
         let of_figure = constraints.filter(|constraint| constraint.figure == key);
         let bounds = of_figure.flat_map(|constraint| {
-            let bounds = [
-                ("at least", constraint.at_least),
-                ("at most", constraint.at_most),
-            ];
+            let bounds = [("at least", constraint.at_least), ("at most", constraint.at_most)];
             bounds.into_iter().filter_map(|(words, bound)| {
                 let value = bound?;
-                Some(MarkedValue {
-                    label: format!("constraint: {words} {value}"),
-                    value,
-                })
+                Some(MarkedValue { label: format!("constraint: {words} {value}"), value })
             })
         });
         bounds.collect()

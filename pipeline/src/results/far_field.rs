@@ -64,18 +64,10 @@ fn unaltered(directory: &Path, file: &str) -> Result<()> {
     let bytes =
         std::fs::read(&path).with_context(|| format!("cannot read `{}`", path.display()))?;
     let whole = directory.canonicalize()?;
-    let names: Vec<_> = whole
-        .iter()
-        .rev()
-        .take(2)
-        .map(|n| n.to_string_lossy())
-        .collect();
+    let names: Vec<_> = whole.iter().rev().take(2).map(|n| n.to_string_lossy()).collect();
     let of_run = whole.join("../..").join(FILE);
     let [model, design] = names.as_slice() else {
-        bail!(
-            "`{}`: expected the directory of a model of a design",
-            whole.display()
-        );
+        bail!("`{}`: expected the directory of a model of a design", whole.display());
     };
     let text = std::fs::read(&of_run).with_context(|| {
         format!(
@@ -87,19 +79,13 @@ fn unaltered(directory: &Path, file: &str) -> Result<()> {
     let listed = std::str::from_utf8(&text)
         .ok()
         .filter(|text| content_hash::hashes(text).is_some_and(|(expected, got)| expected == got));
-    let json: Value = listed
-        .and_then(|text| serde_json::from_str(text).ok())
-        .with_context(|| {
-            format!(
-                "`{}`: expected it as the run wrote it, got an altered one",
-                of_run.display()
-            )
+    let json: Value =
+        listed.and_then(|text| serde_json::from_str(text).ok()).with_context(|| {
+            format!("`{}`: expected it as the run wrote it, got an altered one", of_run.display())
         })?;
     let name = format!("{design}/{model}/{file}");
     let entries = json["files"].as_array().into_iter().flatten();
-    let mut hashes = entries
-        .filter(|e| e["file"] == *name)
-        .filter_map(|e| e["sha256"].as_str());
+    let mut hashes = entries.filter(|e| e["file"] == *name).filter_map(|e| e["sha256"].as_str());
     let expected = hashes
         .next()
         .with_context(|| format!("`{}`: files: expected `{name}`, got none", of_run.display()))?;
@@ -160,16 +146,9 @@ fn read_far_field(path: &Path) -> Result<Distribution> {
     let &[2, polar, azimuths] = shape.as_slice() else {
         bail!("expected the shape (2, polar, azimuths), got {shape:?}");
     };
-    ensure!(
-        polar > 0 && azimuths > 0,
-        "expected the shape (2, polar, azimuths), got {shape:?}"
-    );
-    let sphere = AngularBins {
-        bin_deg: 180.0 / polar as f64,
-        polar,
-        azimuths,
-        bins: BinPlacement::Between,
-    };
+    ensure!(polar > 0 && azimuths > 0, "expected the shape (2, polar, azimuths), got {shape:?}");
+    let sphere =
+        AngularBins { bin_deg: 180.0 / polar as f64, polar, azimuths, bins: BinPlacement::Between };
     let mut powers = Vec::with_capacity(polar * azimuths);
     for (number, value) in values[..polar * azimuths].iter().enumerate() {
         let i = number / azimuths;
@@ -202,10 +181,7 @@ mod tests {
         let heading = "theta_deg,mean_over_azimuth_intensity_cd\n";
         std::fs::write(folder.join("far_field.csv"), heading).expect("written");
         let error = format!("{:#}", flux().expect_err("no results.json"));
-        assert!(
-            error.contains("expected emitted_lm of this model in `results.json`"),
-            "{error}"
-        );
+        assert!(error.contains("expected emitted_lm of this model in `results.json`"), "{error}");
         let json = r#"{"designs": {"W": {"geometric": {"spectrum": {"emitted": {"emitted_lm": 320.0}}}}}}"#;
         std::fs::write(top.path().join("results.json"), json).expect("written");
         assert!((flux().expect("cd") / (300.0 / 320.0) - 1.0).abs() < 1e-9);

@@ -158,10 +158,7 @@ pub fn written<'a>(
         let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
         Ok(FileRecord::new(parts.join("/"), &bytes))
     };
-    let mut files = of_models
-        .chain(others)
-        .map(record)
-        .collect::<Result<Vec<_>>>()?;
+    let mut files = of_models.chain(others).map(record).collect::<Result<Vec<_>>>()?;
     files.sort_by(|a, b| a.file.cmp(&b.file));
     Ok(files)
 }
@@ -173,9 +170,7 @@ impl Results {
     /// What cannot be written as JSON.
     pub fn to_json(&self, published: &Published) -> Result<Value> {
         let group = |designs: &[DesignResult]| {
-            let entries = designs
-                .iter()
-                .map(|d| (d.name.clone(), d.entries(published)));
+            let entries = designs.iter().map(|d| (d.name.clone(), d.entries(published)));
             entries.collect()
         };
         let file = ResultsFile {
@@ -204,14 +199,10 @@ impl Results {
     /// What sampling a spectrum adds to the errors in the final table, one line a model; empty
     /// without spectra.
     pub fn wavelength_errors(&self) -> String {
-        let models = self
-            .designs
-            .iter()
-            .chain(&self.references)
-            .flat_map(|design| {
-                let of_design = |model: &ModelResult| model.wavelength_errors(&design.name);
-                design.models.iter().filter_map(of_design)
-            });
+        let models = self.designs.iter().chain(&self.references).flat_map(|design| {
+            let of_design = |model: &ModelResult| model.wavelength_errors(&design.name);
+            design.models.iter().filter_map(of_design)
+        });
         models.collect()
     }
 }
@@ -228,9 +219,7 @@ impl DesignResult {
     fn entries(&self, published: &Published) -> ModelEntries {
         let of_design = published.design(&self.design_sha256);
         let entries = self.models.iter();
-        entries
-            .map(|m| (m.key.clone(), m.entry(of_design)))
-            .collect()
+        entries.map(|m| (m.key.clone(), m.entry(of_design))).collect()
     }
 }
 
@@ -275,9 +264,7 @@ impl ModelResult {
             return Some(format!("{begin}the same at all wavelengths"));
         }
         let shown = |figure: &Figure| {
-            let error = figure
-                .wavelength_error
-                .filter(|_| figure.peak_place.is_off_axis())?;
+            let error = figure.wavelength_error.filter(|_| figure.peak_place.is_off_axis())?;
             let (scale, unit) = match figure.unit {
                 Unit::Fraction => (100.0, "points"),
                 other => (1.0, other.symbol()),
@@ -411,10 +398,7 @@ mod tests {
             json!({"uniformity": "1", "peak_angle_deg": "deg", "power_ledger": "lm/lm"})
         );
         let back = ResultsFile::of(&json).expect("what was written");
-        assert_eq!(
-            sealed(serde_json::to_value(&back).expect("JSON")).expect("JSON"),
-            json
-        );
+        assert_eq!(sealed(serde_json::to_value(&back).expect("JSON")).expect("JSON"), json);
         assert_eq!(json["files"][0]["file"], json!("summary.md"));
         assert_eq!(json.get("quick_note"), None);
         assert_eq!(

@@ -217,10 +217,7 @@ impl OptimisationFile {
     /// # Errors
     /// A file that cannot be read, was altered or is of another layout.
     pub fn read(directory: &Path) -> Result<Option<Self>> {
-        let writer = Writer {
-            work: "search",
-            again: "search again",
-        };
+        let writer = Writer { work: "search", again: "search again" };
         sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
     }
 }

@@ -68,11 +68,7 @@ impl PackageDrawing {
         std::array::from_fn(|k| {
             let half =
                 |bit: usize, length: f64| if k >> bit & 1 == 1 { 0.5 } else { -0.5 } * length;
-            [
-                half(0, width),
-                half(1, depth),
-                if k >> 2 == 1 { height } else { 0.0 },
-            ]
+            [half(0, width), half(1, depth), if k >> 2 == 1 { height } else { 0.0 }]
         })
     }
 }

@@ -65,10 +65,7 @@ pub struct Program {
 impl Program {
     /// This program.
     pub fn this() -> Self {
-        Self {
-            name: "batwing".to_owned(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-        }
+        Self { name: "batwing".to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() }
     }
 }
 
@@ -103,9 +100,7 @@ impl ResultsFile {
     pub fn models(&self) -> impl Iterator<Item = (&str, &str, &ModelEntry)> {
         let designs = self.designs.iter().chain(&self.references);
         designs.flat_map(|(design, models)| {
-            models
-                .iter()
-                .map(move |(key, model)| (design.as_str(), key.as_str(), model))
+            models.iter().map(move |(key, model)| (design.as_str(), key.as_str(), model))
         })
     }
 }
@@ -598,16 +593,8 @@ mod tests {
         assert_eq!(serde_json::to_value(&read).expect("JSON"), good);
         let model = "/designs/D1/rays";
         for (place, value, said) in [
-            (
-                "/seed",
-                json!("one"),
-                "seed: expected a whole number from 0, got \"one\"",
-            ),
-            (
-                "/schema_version",
-                json!(1),
-                "schema_version: expected 4, got 1; run the design",
-            ),
+            ("/seed", json!("one"), "seed: expected a whole number from 0, got \"one\""),
+            ("/schema_version", json!(1), "schema_version: expected 4, got 1; run the design"),
             (
                 &format!("{model}/uniformity/value"),
                 json!("x"),
@@ -623,11 +610,7 @@ mod tests {
                 json!({"weight": 1.0}),
                 "designs.D1.rays.spectrum.wavelengths[0].wavelength_nm: expected a value, got none",
             ),
-            (
-                model,
-                json!({}),
-                "designs.D1.rays.power_ledger: expected a value, got none",
-            ),
+            (model, json!({}), "designs.D1.rays.power_ledger: expected a value, got none"),
         ] {
             let mut bad = good.clone();
             *bad.pointer_mut(place).expect("a place") = value;

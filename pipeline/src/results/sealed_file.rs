@@ -37,10 +37,8 @@ pub(super) fn read<T: DeserializeOwned>(
         "`{shown}`: schema_version: expected {version}, got {found}; {} with this version",
         writer.again
     );
-    let (expected, got) = std::str::from_utf8(&text)
-        .ok()
-        .and_then(content_hash::hashes)
-        .unwrap_or_default();
+    let (expected, got) =
+        std::str::from_utf8(&text).ok().and_then(content_hash::hashes).unwrap_or_default();
     ensure!(
         !got.is_empty() && expected == got,
         "`{shown}`: {}: it was altered after the {}: its content has SHA-256 {expected}, got {got}",

@@ -162,10 +162,7 @@ impl ToleranceResultsFile {
     /// # Errors
     /// A file that cannot be read, was altered or is of another layout.
     pub fn read(directory: &Path) -> Result<Option<Self>> {
-        let writer = Writer {
-            work: "analysis",
-            again: "analyse again",
-        };
+        let writer = Writer { work: "analysis", again: "analyse again" };
         sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
     }
 }

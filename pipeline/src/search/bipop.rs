@@ -64,10 +64,7 @@ impl Bipop {
     /// As [`CmaEs::new`].
     pub fn new(settings: Settings) -> Self {
         let mut random = Normal::new(settings.seed);
-        let run = CmaEs::new(Settings {
-            seed: random.seed(),
-            ..settings.clone()
-        });
+        let run = CmaEs::new(Settings { seed: random.seed(), ..settings.clone() });
         let ended = run.ended();
         Self {
             settings,
@@ -135,12 +132,8 @@ impl Bipop {
     fn restart(&mut self) {
         let start = self.random.point(self.settings.start.len());
         let seed = self.random.seed();
-        let mut settings = Settings {
-            start,
-            seed,
-            most_evaluations: self.left(),
-            ..self.settings.clone()
-        };
+        let mut settings =
+            Settings { start, seed, most_evaluations: self.left(), ..self.settings.clone() };
         if self.small < self.large {
             self.regime = Regime::Small;
             let ratio = 2f64.powi(self.doublings as i32) / 2.0;
@@ -180,10 +173,7 @@ impl Minimiser for Bipop {
 
     /// Favourite of the run that has told the smallest value.
     fn favourite(&self) -> Point {
-        let finished = self
-            .runs
-            .iter()
-            .min_by(|a, b| a.best_value.total_cmp(&b.best_value));
+        let finished = self.runs.iter().min_by(|a, b| a.best_value.total_cmp(&b.best_value));
         let current = self.run.best().map_or(f64::INFINITY, |b| b.value);
         match finished {
             Some(run) if run.best_value <= current => run.favourite.clone(),

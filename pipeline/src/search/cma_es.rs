@@ -238,26 +238,18 @@ impl CmaEs {
         for (candidate, weight) in ranked.iter().zip(&weights) {
             let Step { z, y } = &candidate.step;
             // (46): a negative weight counts by direction, not by length.
-            let scale = if weight.signed < 0.0 {
-                n / z.norm_squared().max(f64::MIN_POSITIVE)
-            } else {
-                1.0
-            };
-            self.covariance
-                .ger(s.c_mu * scale * weight.signed, y, y, 1.0);
+            let scale =
+                if weight.signed < 0.0 { n / z.norm_squared().max(f64::MIN_POSITIVE) } else { 1.0 };
+            self.covariance.ger(s.c_mu * scale * weight.signed, y, y, 1.0);
         }
-        self.sigma *= (s.c_sigma / s.d_sigma * (length / s.chi - 1.0))
-            .min(1.0)
-            .exp(); // (44)
+        self.sigma *= (s.c_sigma / s.d_sigma * (length / s.chi - 1.0)).min(1.0).exp(); // (44)
     }
 
     /// C = B D² Bᵀ.
     fn decompose(&mut self) {
         self.covariance.fill_upper_triangle_with_lower_triangle();
-        let SymmetricEigen {
-            eigenvalues,
-            eigenvectors,
-        } = SymmetricEigen::new(self.covariance.clone());
+        let SymmetricEigen { eigenvalues, eigenvectors } =
+            SymmetricEigen::new(self.covariance.clone());
         self.axes = eigenvectors;
         self.lengths = eigenvalues.map(|square| square.max(0.0).sqrt());
     }
@@ -301,13 +293,8 @@ impl Minimiser for CmaEs {
     fn tell(&mut self, values: &[f64]) {
         let told = self.record.tell(values);
         let steps = std::mem::take(&mut self.asked).into_iter();
-        let round: Vec<Ranked> = steps
-            .zip(&told)
-            .map(|(step, told)| Ranked {
-                step,
-                value: told.value,
-            })
-            .collect();
+        let round: Vec<Ranked> =
+            steps.zip(&told).map(|(step, told)| Ranked { step, value: told.value }).collect();
         let feasible = round.iter().filter(|c| c.value.is_finite()).count();
         if self.kept.len() + feasible < self.strategy.parents {
             self.fill_up(round);

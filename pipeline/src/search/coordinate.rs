@@ -101,11 +101,7 @@ impl Minimiser for CoordinateSearch {
             return self.record.asked().to_vec();
         }
         let mut candidates = vec![self.centre.clone()];
-        candidates.extend(if self.gains.is_empty() {
-            self.neighbours()
-        } else {
-            self.together()
-        });
+        candidates.extend(if self.gains.is_empty() { self.neighbours() } else { self.together() });
         candidates.truncate(self.record.left());
         self.record.ask(candidates)
     }

@@ -19,10 +19,7 @@ pub struct Normal {
 impl Normal {
     /// The stream of `seed`.
     pub fn new(seed: u64) -> Self {
-        Self {
-            generator: stream(seed, 0),
-            spare: None,
-        }
+        Self { generator: stream(seed, 0), spare: None }
     }
 
     /// Uniform on [0, 1).

@@ -66,14 +66,7 @@ impl Nsga2 {
         let mut random = Normal::new(seed);
         let mut asked = vec![start.clone()];
         asked.extend((1..population).map(|_| random.point(start.len())));
-        Self {
-            population,
-            random,
-            left: most_evaluations,
-            asked,
-            parents: Vec::new(),
-            front: 0,
-        }
+        Self { population, random, left: most_evaluations, asked, parents: Vec::new(), front: 0 }
     }
 
     /// Candidates of the next generation: parents first, then as many offspring; none once the budget
@@ -156,11 +149,7 @@ fn crossed([a, b]: [f64; 2], [draw, turn]: [f64; 2]) -> [f64; 2] {
     let spread = |room: f64| {
         let beta = 1.0 + 2.0 * room / apart;
         let alpha = 2.0 - beta.powf(-(CROSSOVER_INDEX + 1.0));
-        let base = if draw <= 1.0 / alpha {
-            draw * alpha
-        } else {
-            1.0 / (2.0 - draw * alpha)
-        };
+        let base = if draw <= 1.0 / alpha { draw * alpha } else { 1.0 / (2.0 - draw * alpha) };
         base.powf(1.0 / (CROSSOVER_INDEX + 1.0))
     };
     let middle = 0.5 * (low + high);
@@ -168,11 +157,7 @@ fn crossed([a, b]: [f64; 2], [draw, turn]: [f64; 2]) -> [f64; 2] {
         (middle - 0.5 * spread(low) * apart).clamp(0.0, 1.0),
         (middle + 0.5 * spread(1.0 - high) * apart).clamp(0.0, 1.0),
     ];
-    if turn < 0.5 {
-        children
-    } else {
-        [children[1], children[0]]
-    }
+    if turn < 0.5 { children } else { [children[1], children[0]] }
 }
 
 /// A number near `x` by a polynomial law that is cut at the bounds [Deb 2002].

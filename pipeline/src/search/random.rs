@@ -37,9 +37,7 @@ impl Minimiser for RandomSearch {
             return self.record.asked().to_vec();
         }
         let count = self.population.min(self.record.left());
-        let candidates = (0..count)
-            .map(|_| self.random.point(self.dimension))
-            .collect();
+        let candidates = (0..count).map(|_| self.random.point(self.dimension)).collect();
         self.record.ask(candidates)
     }
 

@@ -14,12 +14,7 @@ pub(super) struct Record {
 
 impl Record {
     pub(super) fn new(most_evaluations: usize) -> Self {
-        Self {
-            most_evaluations,
-            evaluations: 0,
-            asked: Vec::new(),
-            best: None,
-        }
+        Self { most_evaluations, evaluations: 0, asked: Vec::new(), best: None }
     }
 
     /// Candidates that wait for their values.
@@ -42,10 +37,7 @@ impl Record {
         let told: Vec<Told> = asked
             .into_iter()
             .zip(values)
-            .map(|(point, &value)| Told {
-                point,
-                value: read(value),
-            })
+            .map(|(point, &value)| Told { point, value: read(value) })
             .collect();
         for one in &told {
             let bar = self.best.as_ref().map_or(f64::INFINITY, |b| b.value);

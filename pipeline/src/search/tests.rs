@@ -55,11 +55,7 @@ fn quiet(f: impl Fn(&[f64]) -> f64) -> impl Fn(&[f64]) -> (f64, f64) {
 
 /// From the middle of the box, step 2 in coordinates of the function, as the runs of pycma.
 fn central(n: usize, seed: u64, sigma: f64) -> Settings {
-    Settings {
-        sigma,
-        smallest_change: 0.0,
-        ..Settings::new(vec![0.5; n], seed, 200_000)
-    }
+    Settings { sigma, smallest_change: 0.0, ..Settings::new(vec![0.5; n], seed, 200_000) }
 }
 
 /// Evaluations to the target of those of 25 runs that reach it, in ascending order.
@@ -89,10 +85,7 @@ fn noisy_hits(n: usize) -> Vec<usize> {
 fn slope_hits(n: usize) -> Vec<usize> {
     hits(|seed| {
         let mut search = CmaEs::new(central(n, seed, 0.3));
-        minimise(
-            &mut search,
-            quiet(|u| functions::linear_slope(&coordinates(u, 10.0))),
-        )
+        minimise(&mut search, quiet(|u| functions::linear_slope(&coordinates(u, 10.0))))
     })
 }
 
@@ -103,10 +96,7 @@ fn slope_hits(n: usize) -> Vec<usize> {
 fn assert_as_fast(name: &str, hits: &[usize], pycma: f64) {
     assert!(hits.len() >= 20, "{name}: {} of 25 runs", hits.len());
     let median = hits[hits.len() / 2];
-    assert!(
-        median as f64 <= 1.2 * pycma,
-        "{name}: {median} against {pycma}"
-    );
+    assert!(median as f64 <= 1.2 * pycma, "{name}: {median} against {pycma}");
 }
 
 #[test]
@@ -124,11 +114,7 @@ fn twenty_dimensions_take_the_evaluations_of_pycma() {
     assert_as_fast("sphere", &wide_hits(20, functions::sphere), 2745.0);
     assert_as_fast("noisy sphere", &noisy_hits(20), 2725.0);
     assert_as_fast("linear slope", &slope_hits(20), 3746.0);
-    assert_as_fast(
-        "Rosenbrock",
-        &wide_hits(20, functions::rosenbrock),
-        16_818.0,
-    );
+    assert_as_fast("Rosenbrock", &wide_hits(20, functions::rosenbrock), 16_818.0);
     assert_as_fast("ellipsoid", &wide_hits(20, functions::ellipsoid), 13_492.0);
 }
 
@@ -152,21 +138,14 @@ fn large_populations_find_the_optimum_of_rastrigin() {
                 most_evaluations: 1_000_000,
                 ..central(n, seed, 2.0 / WIDE)
             });
-            minimise(
-                &mut search,
-                quiet(|u| functions::rastrigin(&coordinates(u, WIDE))),
-            )
+            minimise(&mut search, quiet(|u| functions::rastrigin(&coordinates(u, WIDE))))
         });
         let median = hits[hits.len() / 2];
         // Standard error of the difference of two shares of 25 runs at their mean.
         let mean = (hits.len() as f64 + f64::from(successes)) / 50.0;
         let error = (2.0 * mean * (1.0 - mean) * 25.0).sqrt();
         let missing = f64::from(successes) - hits.len() as f64;
-        assert!(
-            missing <= 3.0 * error,
-            "{n} {population}: {} of 25",
-            hits.len()
-        );
+        assert!(missing <= 3.0 * error, "{n} {population}: {} of 25", hits.len());
         assert!(median as f64 <= 1.2 * pycma, "{n} {population}: {median}");
     }
 }
@@ -181,9 +160,8 @@ fn rotation(n: usize) -> DMatrix<f64> {
 fn rotating_the_objective_changes_nothing() {
     let plain = wide_hits(10, functions::ellipsoid);
     let turn = rotation(10);
-    let turned = wide_hits(10, |x| {
-        functions::ellipsoid((&turn * DVector::from_column_slice(x)).as_slice())
-    });
+    let turned =
+        wide_hits(10, |x| functions::ellipsoid((&turn * DVector::from_column_slice(x)).as_slice()));
     assert_eq!((plain.len(), turned.len()), (25, 25));
     let ratio = turned[12] as f64 / plain[12] as f64;
     assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
@@ -233,21 +211,14 @@ fn the_same_seed_and_values_give_the_same_bits() {
             let value = |u: &Point| {
                 let noise = random.normal();
                 let infeasible = noise > 1.5;
-                if infeasible {
-                    f64::NAN
-                } else {
-                    u.iter().sum::<f64>() + 0.1 * noise
-                }
+                if infeasible { f64::NAN } else { u.iter().sum::<f64>() + 0.1 * noise }
             };
             let values: Vec<f64> = candidates.iter().map(value).collect();
             first.tell(&values);
             second.tell(&values);
         }
         assert_eq!(first.favourite(), second.favourite());
-        assert!(
-            first.ended().is_some() && first.evaluations() <= 3000,
-            "{which}"
-        );
+        assert!(first.ended().is_some() && first.evaluations() <= 3000, "{which}");
     }
     let [a, b] = [1, 2].map(|seed| CmaEs::new(Settings::new(vec![0.5; 3], seed, 99)).ask());
     assert_ne!(a, b);
@@ -272,10 +243,7 @@ fn infeasible_candidates_do_not_move_the_mean() {
     for (optimum, expected, close) in [(0.8, 0.8, 1e-5), (0.4, 0.5, 1e-3)] {
         for seed in 1..=10 {
             let start = vec![0.1, 0.5, 0.5, 0.5];
-            let settings = Settings {
-                sigma: 0.02,
-                ..Settings::new(start, seed, 6000)
-            };
+            let settings = Settings { sigma: 0.02, ..Settings::new(start, seed, 6000) };
             let mut search = CmaEs::new(settings);
             minimise(&mut search, |u| {
                 let value = u.iter().map(|u| (u - optimum).powi(2)).sum();
@@ -296,10 +264,7 @@ fn nothing_feasible_and_nothing_to_choose_both_end() {
     let mut search = CmaEs::new(Settings::new(vec![0.5; 3], 1, 100_000));
     minimise(&mut search, |_| (4.0, 1.0));
     assert!(search.evaluations() < 1000);
-    assert_eq!(
-        search.ended(),
-        Some("the best values of the last generations are equal")
-    );
+    assert_eq!(search.ended(), Some("the best values of the last generations are equal"));
 }
 
 /// Whoever ends a search early finds what the run under way has found.
@@ -315,10 +280,7 @@ fn a_run_under_way_is_among_runs() {
     let best = search.best().expect("a feasible candidate");
     assert_eq!((runs.len(), runs[0].evaluations), (1, 24));
     assert_eq!(runs[0].why, "it goes on");
-    assert_eq!(
-        (&runs[0].best_point, runs[0].best_value),
-        (&best.point, best.value)
-    );
+    assert_eq!((&runs[0].best_point, runs[0].best_value), (&best.point, best.value));
 }
 
 /// Candidates that replace refused ones are ranked with those that were told before.
@@ -338,14 +300,9 @@ fn a_generation_of_which_most_is_refused_is_filled_up() {
 
 #[test]
 fn restarts_alternate_and_keep_to_the_budget() {
-    let settings = Settings {
-        smallest_change: 1e-9,
-        ..Settings::new(vec![0.9; 4], 1, 30_000)
-    };
+    let settings = Settings { smallest_change: 1e-9, ..Settings::new(vec![0.9; 4], 1, 30_000) };
     let mut search = Bipop::new(settings);
-    minimise(&mut search, |u| {
-        (functions::rastrigin(&coordinates(u, 10.0)), 1.0)
-    });
+    minimise(&mut search, |u| (functions::rastrigin(&coordinates(u, 10.0)), 1.0));
     let runs = search.runs();
     let populations: Vec<usize> = runs.iter().map(|r| r.population).collect();
     assert_eq!(populations[..2], [8, 16]);
@@ -355,10 +312,7 @@ fn restarts_alternate_and_keep_to_the_budget() {
     assert!((29_000..=30_000).contains(&spent), "{spent}");
     let best = search.best().expect("a feasible candidate");
     assert!(best.value < 1e-8, "{best:?}");
-    let smallest = runs
-        .iter()
-        .map(|r| r.best_value)
-        .fold(f64::INFINITY, f64::min);
+    let smallest = runs.iter().map(|r| r.best_value).fold(f64::INFINITY, f64::min);
     assert_eq!(smallest.to_bits(), best.value.to_bits());
     assert!(search.favourite().iter().all(|u| (u - 0.5).abs() < 1e-5));
 }
@@ -455,10 +409,7 @@ fn front_volumes(second: impl Fn(f64, f64) -> f64) -> Vec<f64> {
             if points.is_empty() {
                 return hypervolume(search.front().iter().map(objectives));
             }
-            let judged = points.iter().map(|x| Judgement {
-                objectives: objectives(x),
-                miss: 0.0,
-            });
+            let judged = points.iter().map(|x| Judgement { objectives: objectives(x), miss: 0.0 });
             search.tell(&judged.collect::<Vec<_>>());
         }
     };
@@ -477,16 +428,11 @@ fn fronts_are_as_near_as_those_of_pymoo() {
         let wave = (10.0 * std::f64::consts::PI * x).sin();
         g * (1.0 - (x / g).sqrt() - x / g * wave)
     });
-    for (name, volumes, published) in [
-        ("1", zdt1, 0.8605),
-        ("2", zdt2, 0.5279),
-        ("3", zdt3, 1.3228),
-    ] {
+    for (name, volumes, published) in
+        [("1", zdt1, 0.8605), ("2", zdt2, 0.5279), ("3", zdt3, 1.3228)]
+    {
         let median = volumes[12];
-        assert!(
-            median > published - 0.002,
-            "ZDT{name}: {median} {volumes:?}"
-        );
+        assert!(median > published - 0.002, "ZDT{name}: {median} {volumes:?}");
     }
 }
 
@@ -509,10 +455,7 @@ fn fronts_keep_their_constraints() {
     let front: Vec<Judgement> = search.front().iter().map(judge).collect();
     assert!(front.len() > 10);
     for one in &front {
-        assert!(
-            one.miss <= 0.0 && one.objectives[0] + one.objectives[1] < 1.01,
-            "{one:?}"
-        );
+        assert!(one.miss <= 0.0 && one.objectives[0] + one.objectives[1] < 1.01, "{one:?}");
     }
     assert!(front.iter().any(|one| one.objectives[0] < 0.02));
     assert!(front.iter().any(|one| one.objectives[0] > 0.98));

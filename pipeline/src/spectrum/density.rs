@@ -40,14 +40,10 @@ impl Density {
                 Peak::new(*blue_nm, *blue_fwhm_nm, *blue_part),
                 Peak::new(*phosphor_nm, *phosphor_fwhm_nm, 1.0 - blue_part),
             ]),
-            SpectralPower::Table {
-                wavelength_nm,
-                power,
+            SpectralPower::Table { wavelength_nm, power }
+            | SpectralPower::Lines { wavelength_nm, power } => {
+                table(wavelength_nm, power, photometric)
             }
-            | SpectralPower::Lines {
-                wavelength_nm,
-                power,
-            } => table(wavelength_nm, power, photometric),
         };
         if photometric {
             for (nm, value) in density.0.iter().zip(&mut density.1) {
@@ -83,23 +79,12 @@ impl Density {
     /// The wavelength below which the share `u` of the integral lies, 0 < u < 1, nm.
     pub(super) fn quantile_nm(&self, u: f64) -> f64 {
         let wanted = u * self.total();
-        let i = self
-            .below
-            .partition_point(|&b| b <= wanted)
-            .clamp(1, self.nm.len() - 1);
+        let i = self.below.partition_point(|&b| b <= wanted).clamp(1, self.nm.len() - 1);
         let (step, rest) = (self.nm[i] - self.nm[i - 1], wanted - self.below[i - 1]);
-        let (a, slope) = (
-            self.value[i - 1],
-            (self.value[i] - self.value[i - 1]) / step,
-        );
+        let (a, slope) = (self.value[i - 1], (self.value[i] - self.value[i - 1]) / step);
         // The root t of a t + slope t²/2 = rest in the form that does not cancel.
         let t = 2.0 * rest / (a + (a * a + 2.0 * slope * rest).max(0.0).sqrt());
-        self.nm[i - 1]
-            + if t.is_finite() {
-                t.clamp(0.0, step)
-            } else {
-                0.0
-            }
+        self.nm[i - 1] + if t.is_finite() { t.clamp(0.0, step) } else { 0.0 }
     }
 }
 
@@ -167,9 +152,7 @@ fn table(wavelength_nm: &[f64], power: &[f64], photometric: bool) -> (Vec<f64>, 
     }
     let nm = sorted(nm);
     let at = |x: f64| {
-        let i = wavelength_nm
-            .partition_point(|&k| k < x)
-            .clamp(1, wavelength_nm.len() - 1);
+        let i = wavelength_nm.partition_point(|&k| k < x).clamp(1, wavelength_nm.len() - 1);
         let share = (x - wavelength_nm[i - 1]) / (wavelength_nm[i] - wavelength_nm[i - 1]);
         power[i - 1] + (power[i] - power[i - 1]) * share
     };

@@ -87,10 +87,7 @@ impl Lights {
                 None => lights.push(light.clone()),
             }
         }
-        Self {
-            lights,
-            ..self.clone()
-        }
+        Self { lights, ..self.clone() }
     }
 
     /// Luminous flux of all sources together, which emit 1 W, lm.

@@ -106,11 +106,7 @@ pub struct SpectrumError {
 
 impl SpectrumError {
     fn new(key: &'static str, got: impl Display, expected: impl Display) -> Self {
-        Self {
-            key,
-            got: format!("{got}"),
-            expected: format!("{expected}"),
-        }
+        Self { key, got: format!("{got}"), expected: format!("{expected}") }
     }
 }
 
@@ -163,10 +159,9 @@ impl Spectrum {
         check_sampled(&source, sampling)?;
         let photometric = weighting == Weighting::Photometric;
         let shares = match &source {
-            SpectralPower::Lines {
-                wavelength_nm,
-                power,
-            } => Shares::Lines(lines(wavelength_nm, power, photometric)),
+            SpectralPower::Lines { wavelength_nm, power } => {
+                Shares::Lines(lines(wavelength_nm, power, photometric))
+            }
             _ => Shares::Continuous(Density::new(&source, photometric)),
         };
         let spectrum = Self {
@@ -194,10 +189,7 @@ impl Spectrum {
     /// # Errors
     /// A wavelength out of range, or one beyond V(λ) for photometric weighting.
     pub fn line(wavelength_nm: f64, weighting: Weighting) -> Result<Self, SpectrumError> {
-        let source = SpectralPower::Lines {
-            wavelength_nm: vec![wavelength_nm],
-            power: vec![1.0],
-        };
+        let source = SpectralPower::Lines { wavelength_nm: vec![wavelength_nm], power: vec![1.0] };
         Self::new(source, weighting, None)
     }
 
@@ -214,10 +206,9 @@ impl Spectrum {
             return vec![0.0; nodes.len()];
         }
         match &self.source {
-            SpectralPower::Lines {
-                wavelength_nm,
-                power,
-            } => shares::of_nodes(nodes, lines(wavelength_nm, power, photometric)),
+            SpectralPower::Lines { wavelength_nm, power } => {
+                shares::of_nodes(nodes, lines(wavelength_nm, power, photometric))
+            }
             continuous => shares::of_nodes(nodes, slices(&Density::new(continuous, photometric))),
         }
     }
@@ -226,10 +217,9 @@ impl Spectrum {
     /// whatever is seen is linear between them. Y is in units of 683 lm.
     pub fn tristimulus(&self, nodes: &[f64]) -> Vec<[f64; 3]> {
         match &self.source {
-            SpectralPower::Lines {
-                wavelength_nm,
-                power,
-            } => shares::tristimulus(nodes, lines(wavelength_nm, power, false)),
+            SpectralPower::Lines { wavelength_nm, power } => {
+                shares::tristimulus(nodes, lines(wavelength_nm, power, false))
+            }
             continuous => shares::tristimulus(nodes, slices(&Density::new(continuous, false))),
         }
     }
@@ -269,10 +259,7 @@ impl Spectrum {
         if self.is_line() {
             let [nm, _] = self.range_nm;
             let weighting = self.weighting.name();
-            return format!(
-                "{nm} nm; {weighting}, {:.1} lm/W",
-                self.luminous_efficacy_lm_per_w
-            );
+            return format!("{nm} nm; {weighting}, {:.1} lm/W", self.luminous_efficacy_lm_per_w);
         }
         let source = match &self.source {
             SpectralPower::WhiteLed {
@@ -319,11 +306,7 @@ fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {
         if (low..=high).contains(&value) {
             Ok(())
         } else {
-            Err(SpectrumError::new(
-                key,
-                value,
-                format!("a number from {low} to {high}"),
-            ))
+            Err(SpectrumError::new(key, value, format!("a number from {low} to {high}")))
         }
     };
     match source {
@@ -344,22 +327,13 @@ fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {
                 within(
                     key,
                     width,
-                    [
-                        0.1,
-                        ((peak - WAVELENGTHS_NM[0]) / density::REACH_FWHM).max(0.1),
-                    ],
+                    [0.1, ((peak - WAVELENGTHS_NM[0]) / density::REACH_FWHM).max(0.1)],
                 )?;
             }
             within("blue_part", *blue_part, [0.0, 1.0])
         }
-        SpectralPower::Table {
-            wavelength_nm,
-            power,
-        } => check_rows(wavelength_nm, power, 2),
-        SpectralPower::Lines {
-            wavelength_nm,
-            power,
-        } => check_rows(wavelength_nm, power, 1),
+        SpectralPower::Table { wavelength_nm, power } => check_rows(wavelength_nm, power, 2),
+        SpectralPower::Lines { wavelength_nm, power } => check_rows(wavelength_nm, power, 1),
     }
 }
 
@@ -416,11 +390,7 @@ fn check_sampled(source: &SpectralPower, sampling: Option<Sampling>) -> Result<(
     let lines = matches!(source, SpectralPower::Lines { .. });
     match sampling {
         None if lines => Ok(()),
-        None => Err(SpectrumError::new(
-            "tolerance",
-            "missing",
-            "`tolerance` or `samples`",
-        )),
+        None => Err(SpectrumError::new("tolerance", "missing", "`tolerance` or `samples`")),
         Some(_) if lines => Err(SpectrumError::new(
             "kind",
             "lines, with `tolerance` or `samples`",
@@ -438,11 +408,7 @@ pub fn check_sampling(sampling: Sampling) -> Result<(), SpectrumError> {
     match sampling {
         Sampling::Tolerance(t) if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&t) => {
             let [low, high] = TOLERANCES;
-            Err(SpectrumError::new(
-                "tolerance",
-                t,
-                format!("a number from {low:e} to {high}"),
-            ))
+            Err(SpectrumError::new("tolerance", t, format!("a number from {low:e} to {high}")))
         }
         Sampling::Samples(n) if !quadrature::COUNTS.contains(&n) => {
             let counts = quadrature::COUNTS.map(|n| n.to_string()).join(", ");
@@ -458,19 +424,13 @@ fn lines(wavelength_nm: &[f64], power: &[f64], photometric: bool) -> Vec<(f64, f
     let weighted = wavelength_nm.iter().zip(power).filter(|(_, p)| **p > 0.0);
     let weighted: Vec<(f64, f64)> = weighted.map(|(&nm, &p)| (nm, weight(nm, p))).collect();
     let total: f64 = weighted.iter().map(|line| line.1).sum();
-    weighted
-        .into_iter()
-        .map(|(nm, w)| (nm, w / total))
-        .collect()
+    weighted.into_iter().map(|(nm, w)| (nm, w / total)).collect()
 }
 
 /// First and last wavelength with power, nm.
 fn range_nm(source: &SpectralPower) -> [f64; 2] {
     match source {
-        SpectralPower::Lines {
-            wavelength_nm,
-            power,
-        } => {
+        SpectralPower::Lines { wavelength_nm, power } => {
             let lines = lines(wavelength_nm, power, false);
             [lines[0].0, lines[lines.len() - 1].0]
         }
@@ -481,10 +441,7 @@ fn range_nm(source: &SpectralPower) -> [f64; 2] {
 /// Lumens per watt: 683 ∫ P V / ∫ P.
 fn efficacy(source: &SpectralPower) -> f64 {
     let ratio = match source {
-        SpectralPower::Lines {
-            wavelength_nm,
-            power,
-        } => {
+        SpectralPower::Lines { wavelength_nm, power } => {
             let rows = wavelength_nm.iter().zip(power);
             let seen: f64 = rows.map(|(&nm, p)| p * photopic::v(nm)).sum();
             seen / power.iter().sum::<f64>()

@@ -40,13 +40,9 @@ mod tests {
         assert_eq!((ROWS.len(), range_nm()), (95, [360.0, 830.0]));
         // Rows that every edition prints, and the sum over all of them: 21.3714 (CIE 015, ȳ every 5
         // nm).
-        for (nm, value) in [
-            (450.0, 0.038),
-            (510.0, 0.503),
-            (555.0, 1.0),
-            (610.0, 0.503),
-            (700.0, 0.004_102),
-        ] {
+        for (nm, value) in
+            [(450.0, 0.038), (510.0, 0.503), (555.0, 1.0), (610.0, 0.503), (700.0, 0.004_102)]
+        {
             assert!((v(nm) - value).abs() < 1e-12, "{nm}");
         }
         let sum: f64 = ROWS.iter().map(|row| row[1]).sum();

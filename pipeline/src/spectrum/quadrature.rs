@@ -38,10 +38,7 @@ mod tests {
             for degree in 0..=count {
                 let sum: f64 = rule.iter().map(|(u, w)| w * u.powi(degree as i32)).sum();
                 let exact = 1.0 / (degree as f64 + 1.0);
-                assert!(
-                    (sum - exact).abs() < 1e-13,
-                    "{count} points, u^{degree}: {sum}"
-                );
+                assert!((sum - exact).abs() < 1e-13, "{count} points, u^{degree}: {sum}");
             }
         }
     }

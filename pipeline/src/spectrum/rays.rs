@@ -56,9 +56,8 @@ impl ColouredRays {
     /// says.
     pub fn new(records: Vec<RayRecord>, weighting: Weighting, sampling: Sampling) -> Self {
         let lit = records.iter().filter(|ray| ray.flux > 0.0);
-        let mut flux: Vec<(f64, f64)> = lit
-            .map(|ray| (nanometres(ray.wavelength), f64::from(ray.flux)))
-            .collect();
+        let mut flux: Vec<(f64, f64)> =
+            lit.map(|ray| (nanometres(ray.wavelength), f64::from(ray.flux))).collect();
         let rays = flux.len();
         flux.sort_by(|a, b| a.0.total_cmp(&b.0));
         flux.dedup_by(|next, kept| {
@@ -152,10 +151,7 @@ impl ColouredRays {
             if photometric {
                 part *= photopic::v(nm);
             }
-            RayRecord {
-                flux: (f64::from(ray.flux) * part) as f32,
-                ..*ray
-            }
+            RayRecord { flux: (f64::from(ray.flux) * part) as f32, ..*ray }
         }))
     }
 
@@ -195,11 +191,8 @@ mod tests {
     #[test]
     fn few_wavelengths_are_all_computed() {
         let of = [(632.8, 1.0), (450.0, 3.0), (632.8, 2.0), (700.0, 0.0)];
-        let found = ColouredRays::new(
-            rays(of.into_iter()),
-            Weighting::Radiometric,
-            Sampling::Samples(3),
-        );
+        let found =
+            ColouredRays::new(rays(of.into_iter()), Weighting::Radiometric, Sampling::Samples(3));
         assert_eq!(found.nodes(1), [450.0, 632.8]);
         assert_eq!((found.rays, found.sampling), (3, None));
         let nodes = found.nodes(1);
@@ -225,9 +218,8 @@ mod tests {
             let weights = found.weights(&nodes, weighting);
             assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
             // The sets that are traced carry these shares.
-            let flux: Vec<f64> = (0..7)
-                .map(|k| found.at(&nodes, k).expect("rays").flux())
-                .collect();
+            let flux: Vec<f64> =
+                (0..7).map(|k| found.at(&nodes, k).expect("rays").flux()).collect();
             let whole: f64 = flux.iter().sum();
             for (flux, weight) in flux.iter().zip(&weights) {
                 assert!((flux / whole - weight).abs() < 1e-6, "{flux} {weight}");
@@ -239,10 +231,8 @@ mod tests {
                 let whole: f64 = of.iter().map(|p| p.1).sum();
                 of.iter().map(|p| p.0 * p.1).sum::<f64>() / whole
             };
-            let clamped: Vec<(f64, f64)> = weighted
-                .iter()
-                .map(|&(nm, w)| (nm.clamp(nodes[0], nodes[6]), w))
-                .collect();
+            let clamped: Vec<(f64, f64)> =
+                weighted.iter().map(|&(nm, w)| (nm.clamp(nodes[0], nodes[6]), w)).collect();
             let traced: Vec<(f64, f64)> = nodes.iter().copied().zip(weights).collect();
             assert!((mean(&traced) - mean(&clamped)).abs() < 1e-9);
         }

@@ -4,10 +4,7 @@
 use super::*;
 
 fn table(wavelength_nm: &[f64], power: &[f64]) -> SpectralPower {
-    SpectralPower::Table {
-        wavelength_nm: wavelength_nm.to_vec(),
-        power: power.to_vec(),
-    }
+    SpectralPower::Table { wavelength_nm: wavelength_nm.to_vec(), power: power.to_vec() }
 }
 
 fn led() -> SpectralPower {
@@ -29,9 +26,7 @@ fn spectrum(source: SpectralPower, weighting: Weighting) -> Spectrum {
 }
 
 fn refused(source: SpectralPower, weighting: Weighting, sampling: Option<Sampling>) -> String {
-    Spectrum::new(source, weighting, sampling)
-        .expect_err("refused")
-        .to_string()
+    Spectrum::new(source, weighting, sampling).expect_err("refused").to_string()
 }
 
 fn integral(spectrum: &Spectrum, count: usize, f: impl Fn(f64) -> f64) -> f64 {
@@ -51,26 +46,16 @@ fn equal_energy_has_the_efficacy_of_the_sum_of_v() {
     // Half of that light lies below 560 nm, where the eye's curve is nearly symmetrical about 559
     // nm.
     let flat = spectrum(table(&[360.0, 830.0], &[1.0, 1.0]), Weighting::Photometric);
-    let below: f64 = photopic::knots_nm()
-        .filter(|&nm| nm < 560.0)
-        .map(photopic::v)
-        .sum();
+    let below: f64 = photopic::knots_nm().filter(|&nm| nm < 560.0).map(photopic::v).sum();
     let half = 0.5 * 21.3714;
     // The trapezium to 560 nm: all rows before it and half of its own.
     assert!((flat.median_nm() - 560.0) * (half - below - 0.5 * photopic::v(560.0)) >= 0.0);
-    assert!(
-        (flat.median_nm() - 559.0).abs() < 2.0,
-        "{}",
-        flat.median_nm()
-    );
+    assert!((flat.median_nm() - 559.0).abs() < 2.0, "{}", flat.median_nm());
 }
 
 #[test]
 fn a_line_at_the_peak_of_the_eye_has_683_lumens_per_watt() {
-    let line = |nm: f64| SpectralPower::Lines {
-        wavelength_nm: vec![nm],
-        power: vec![3.0],
-    };
+    let line = |nm: f64| SpectralPower::Lines { wavelength_nm: vec![nm], power: vec![3.0] };
     let green = spectrum(line(555.0), Weighting::Photometric);
     assert!((green.luminous_efficacy_lm_per_w - 683.0).abs() < 1e-9);
     assert_eq!(green.rule(7), [(555.0, 1.0)]);
@@ -122,22 +107,14 @@ fn rules_converge_on_an_oscillating_function_of_a_white_led() {
         };
         let gauss = |nm: f64, peak: f64, fwhm: f64| {
             let x = (nm - peak) / fwhm * 2.354_820_045;
-            if x.abs() <= 3.0 {
-                (-0.5 * x * x).exp() / fwhm
-            } else {
-                0.0
-            }
+            if x.abs() <= 3.0 { (-0.5 * x * x).exp() / fwhm } else { 0.0 }
         };
         let (mut sum, mut weight) = (0.0, 0.0);
         for k in 0..200_000 {
             let nm = low + (high - low) * (f64::from(k) + 0.5) / 2e5;
             let p =
                 blue_part * gauss(nm, 450.0, 20.0) + (1.0 - blue_part) * gauss(nm, 560.0, 120.0);
-            let w = if weighting == Weighting::Photometric {
-                p * photopic::v(nm)
-            } else {
-                p
-            };
+            let w = if weighting == Weighting::Photometric { p * photopic::v(nm) } else { p };
             sum += w * f(nm);
             weight += w;
         }
@@ -177,16 +154,10 @@ fn a_white_led_is_plausible() {
 
 #[test]
 fn gaps_and_zeros_hold_no_wavelength() {
-    let gap = table(
-        &[400.0, 410.0, 420.0, 600.0, 610.0, 620.0],
-        &[0.0, 1.0, 0.0, 0.0, 1.0, 0.0],
-    );
+    let gap = table(&[400.0, 410.0, 420.0, 600.0, 610.0, 620.0], &[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
     let gap = spectrum(gap, Weighting::Radiometric);
     for (nm, _) in gap.rule(31) {
-        assert!(
-            (400.0..=420.0).contains(&nm) || (600.0..=620.0).contains(&nm),
-            "{nm}"
-        );
+        assert!((400.0..=420.0).contains(&nm) || (600.0..=620.0).contains(&nm), "{nm}");
     }
     let padded = table(&[300.0, 400.0, 500.0, 900.0], &[0.0, 0.0, 1.0, 0.0]);
     let [low, high] = spectrum(padded, Weighting::Radiometric).range_nm;
@@ -199,26 +170,14 @@ fn bad_spectra_are_refused_by_key() {
     let seven = Some(Sampling::Samples(7));
     let rows = |nm: &[f64], p: &[f64]| refused(table(nm, p), Radiometric, seven);
     for (message, words) in [
-        (
-            rows(&[400.0, 500.0], &[1.0, -1.0]),
-            "power = -1: expected finite numbers from 0",
-        ),
+        (rows(&[400.0, 500.0], &[1.0, -1.0]), "power = -1: expected finite numbers from 0"),
         (rows(&[400.0, 500.0], &[1.0, f64::NAN]), "power = NaN"),
         (rows(&[400.0, 500.0], &[0.0, 0.0]), "power = 0 everywhere"),
-        (
-            rows(&[], &[]),
-            "wavelength_nm = 0 wavelengths: expected at least 2",
-        ),
-        (
-            rows(&[500.0, 400.0], &[1.0, 1.0]),
-            "wavelength_nm = 400 after 500",
-        ),
+        (rows(&[], &[]), "wavelength_nm = 0 wavelengths: expected at least 2"),
+        (rows(&[500.0, 400.0], &[1.0, 1.0]), "wavelength_nm = 400 after 500"),
         (rows(&[400.0, 400.0], &[1.0, 1.0]), "ascending"),
         (rows(&[400.0, 500.0], &[1.0]), "power = 1 numbers"),
-        (
-            rows(&[1.0, 500.0], &[1.0, 1.0]),
-            "wavelength_nm = 1: expected wavelengths from 10",
-        ),
+        (rows(&[1.0, 500.0], &[1.0, 1.0]), "wavelength_nm = 1: expected wavelengths from 10"),
         (
             refused(table(&[300.0, 500.0], &[1.0, 1.0]), Photometric, seven),
             "weighting = photometric for power from 300.0",
@@ -231,17 +190,11 @@ fn bad_spectra_are_refused_by_key() {
             refused(led(), Radiometric, Some(Sampling::Samples(8))),
             "samples = 8: expected one of 1, 3, 7, 15, 31",
         ),
-        (
-            refused(led(), Radiometric, Some(Sampling::Tolerance(0.0))),
-            "tolerance = 0",
-        ),
+        (refused(led(), Radiometric, Some(Sampling::Tolerance(0.0))), "tolerance = 0"),
         (refused(led(), Radiometric, None), "tolerance = missing"),
         (
             refused(
-                SpectralPower::Lines {
-                    wavelength_nm: vec![550.0],
-                    power: vec![1.0],
-                },
+                SpectralPower::Lines { wavelength_nm: vec![550.0], power: vec![1.0] },
                 Radiometric,
                 seven,
             ),
@@ -251,10 +204,7 @@ fn bad_spectra_are_refused_by_key() {
         assert!(message.contains(words), "no `{words}` in: {message}");
     }
     let mut wide = led();
-    if let SpectralPower::WhiteLed {
-        phosphor_fwhm_nm, ..
-    } = &mut wide
-    {
+    if let SpectralPower::WhiteLed { phosphor_fwhm_nm, .. } = &mut wide {
         *phosphor_fwhm_nm = 500.0;
     }
     assert!(refused(wide, Radiometric, seven).contains("phosphor_fwhm_nm = 500"));

@@ -40,10 +40,7 @@ pub fn outline(cell: &Cell) -> Outline {
         polygons: cell
             .polygons
             .iter()
-            .map(|p| Polygon {
-                index: p.index,
-                points: p.points_um.clone(),
-            })
+            .map(|p| Polygon { index: p.index, points: p.points_um.clone() })
             .collect(),
     }
 }

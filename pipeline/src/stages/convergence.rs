@@ -187,11 +187,7 @@ impl SweepRuns<'_> {
         let solved = hemisphere(&self.interface, &self.directions, &resolution, &watch);
         self.context.interrupt.check()?;
         let solved = solved.with_context(|| {
-            format!(
-                "orders -{m}..{m} on {s}",
-                m = at.0,
-                s = count(at.1, "slice")
-            )
+            format!("orders -{m}..{m} on {s}", m = at.0, s = count(at.1, "slice"))
         })?;
         self.worst = self.worst.max(solved.worst_balance);
         Ok(solved)
@@ -231,17 +227,10 @@ pub fn study(
     let interface = interface(cell, wavelength_um)?;
     let highest = interface.n_top.re.max(interface.n_bottom.re);
     let strip = |i: usize| highest * (i as f64 + 0.5) / KY_STRIPS as f64;
-    let directions = Directions {
-        kx_per_zone: KX_PER_ZONE,
-        ky: (0..KY_STRIPS).map(strip).collect(),
-    };
-    let mut runs = SweepRuns {
-        bar: Progress::hidden(),
-        worst: 0.0,
-        interface,
-        directions,
-        context,
-    };
+    let directions =
+        Directions { kx_per_zone: KX_PER_ZONE, ky: (0..KY_STRIPS).map(strip).collect() };
+    let mut runs =
+        SweepRuns { bar: Progress::hidden(), worst: 0.0, interface, directions, context };
     let by_orders = |m: &usize| (*m, plan.fixed_slices);
     let by_slices = |s: &usize| (plan.fixed_orders, *s);
     let all: Vec<(usize, usize)> = plan
@@ -249,12 +238,7 @@ pub fn study(
         .iter()
         .chain([&plan.reference_orders])
         .map(by_orders)
-        .chain(
-            plan.slices
-                .iter()
-                .chain([&plan.reference_slices])
-                .map(by_slices),
-        )
+        .chain(plan.slices.iter().chain([&plan.reference_slices]).map(by_slices))
         .collect();
     let mut length = 0;
     for &at in &all {
@@ -267,9 +251,7 @@ pub fn study(
     let incident_waves = reference.incidences.len();
     let over =
         |list: &[usize], at: &dyn Fn(&usize) -> (usize, usize), runs: &mut SweepRuns, reference| {
-            list.iter()
-                .map(|i| runs.point(at(i), reference))
-                .collect::<Result<Vec<SweepPoint>>>()
+            list.iter().map(|i| runs.point(at(i), reference)).collect::<Result<Vec<SweepPoint>>>()
         };
     let swept_orders = over(&plan.orders, &by_orders, &mut runs, &reference)?;
     let swept_slices = if plan.slices.is_empty() {
@@ -343,11 +325,7 @@ mod tests {
             kx_index,
             ky_index: 0,
             pol: Pol::S,
-            shares: vec![
-                (side, 0, reflected),
-                (other, 0, orders[0]),
-                (other, 1, orders[1]),
-            ],
+            shares: vec![(side, 0, reflected), (other, 0, orders[0]), (other, 1, orders[1])],
         }
     }
 
@@ -385,10 +363,7 @@ mod tests {
         let plan = SweepPlan::new(&interface, None, None).expect("a plan");
         assert_eq!(plan.orders[0], interface.highest_order());
         for list in [&plan.orders, &plan.slices] {
-            assert!(
-                list.len() >= 6 && list.is_sorted_by(|a, b| a < b),
-                "{list:?}"
-            );
+            assert!(list.len() >= 6 && list.is_sorted_by(|a, b| a < b), "{list:?}");
         }
         assert!(plan.reference_orders > plan.orders[plan.orders.len() - 1]);
         assert!(plan.reference_slices > 2 * plan.slices[plan.slices.len() - 1]);

@@ -30,10 +30,8 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         );
         let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
         let range = |f: fn(&crate::geometry::Cell) -> f64| {
-            let (low, high) = cells
-                .iter()
-                .map(f)
-                .fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+            let (low, high) =
+                cells.iter().map(f).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
             format!("{low:.2} to {high:.2} µm")
         };
         line(
@@ -82,10 +80,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         match (design.files.mirror(), &design.films) {
             (Some(_), _) => "by a file".to_owned(),
             (None, Some(films)) if films.mirrors() => {
-                format!(
-                    "thin films on metal, {} of what they reflect",
-                    m.reflector.reflectance()
-                )
+                format!("thin films on metal, {} of what they reflect", m.reflector.reflectance())
             }
             (None, _) => format!("reflectance {}", reflects(m.reflector)),
         },
@@ -105,19 +100,13 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
 /// Where the box stands, in words; nothing of one that is level about the axis.
 fn moved(led: &Led) -> String {
     let pair = |[x, y]: [f64; 2]| format!("({}, {})", shortest(x), shortest(y));
-    let place = BoxPlace {
-        offset_mm: led.offset_mm,
-        tilt_deg: led.tilt_deg,
-    };
+    let place = BoxPlace { offset_mm: led.offset_mm, tilt_deg: led.tilt_deg };
     let mut words = Vec::new();
     if !place.is_on_axis() {
         words.push(format!(", {} mm off the axis", pair(place.offset_mm)));
     }
     if !place.is_level() {
-        words.push(format!(
-            ", tilted by {}° about x and y",
-            pair(place.tilt_deg)
-        ));
+        words.push(format!(", tilted by {}° about x and y", pair(place.tilt_deg)));
     }
     let own = [("offset", &led.offsets_mm), ("tilt", &led.tilts_deg)];
     for (name, _) in own.iter().filter(|(_, rows)| !rows.is_empty()) {
@@ -128,16 +117,10 @@ fn moved(led: &Led) -> String {
 
 /// A line for each light, where sources have spectra of their own.
 fn lights(design: &Design) -> Vec<String> {
-    let lights = design
-        .colours()
-        .into_iter()
-        .flat_map(|lights| lights.lights);
+    let lights = design.colours().into_iter().flat_map(|lights| lights.lights);
     let one = |light: Light| {
         let (names, share) = (light.sources.join(", "), 100.0 * light.emitted_w);
-        format!(
-            "{names}: {share:.1} % of the power: {}",
-            light.light.describe()
-        )
+        format!("{names}: {share:.1} % of the power: {}", light.light.describe())
     };
     lights.map(one).collect()
 }
@@ -150,11 +133,7 @@ fn array(design: &Design) -> String {
             let packages = count(positions_mm.len(), "package");
             format!("{packages} at positions from a file")
         }
-        PackagePositions::Grid {
-            columns,
-            rows,
-            arrangement,
-        } => {
+        PackagePositions::Grid { columns, rows, arrangement } => {
             let hexagonal = match arrangement {
                 Arrangement::Square => "",
                 Arrangement::Hexagonal => ", hexagonal",
@@ -177,9 +156,7 @@ fn solid(solid: &CheckedSolid) -> String {
     };
     let kind = solid.stated.kind.name();
     let scatter = solid.stated.shared.scatter.as_ref();
-    let scatter = scatter.map_or(String::new(), |scatter| {
-        format!(", {}", scatters(&scatter.kind))
-    });
+    let scatter = scatter.map_or(String::new(), |scatter| format!(", {}", scatters(&scatter.kind)));
     format!("{}: {kind}, {made}, {per}{scatter}", solid.name())
 }
 
@@ -191,10 +168,9 @@ fn scatters(law: &ScatterLaw) -> String {
     };
     match law {
         ScatterLaw::File(_) => "scatters by files".to_owned(),
-        ScatterLaw::Lambertian(stated) => format!(
-            "Lambertian diffuser: {}",
-            shares(stated.transmitted, stated.reflected)
-        ),
+        ScatterLaw::Lambertian(stated) => {
+            format!("Lambertian diffuser: {}", shares(stated.transmitted, stated.reflected))
+        }
         ScatterLaw::Gaussian(stated) => {
             let back = stated
                 .reflected_width_deg
@@ -237,10 +213,7 @@ fn reflects(reflector: Reflector) -> String {
         Reflector::Specular { reflectance } => format!("{reflectance}, specular"),
         Reflector::Lambertian { reflectance } => format!("{reflectance}, Lambertian"),
         Reflector::Absorbing => "0, absorbing".to_owned(),
-        Reflector::Mixed {
-            reflectance,
-            specular_fraction,
-        } => format!(
+        Reflector::Mixed { reflectance, specular_fraction } => format!(
             "{reflectance}, of which {} % specular, the rest Lambertian",
             100.0 * specular_fraction
         ),

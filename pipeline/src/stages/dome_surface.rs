@@ -28,10 +28,7 @@ pub fn dome_surface(
     let base = || {
         design.base().with_context(|| {
             let label = model.label(design);
-            format!(
-                "{}: expected a dome that is no mesh for {label}",
-                design.name
-            )
+            format!("{}: expected a dome that is no mesh for {label}", design.name)
         })
     };
     ensure!(
@@ -57,10 +54,8 @@ pub fn dome_surface(
                 tables.ok_or_else(|| anyhow!("the hybrid of {} needs its tables", design.name))?;
             let bsdfs = tables.bands.iter().enumerate().map(|(band, table)| {
                 let solved = || table.as_ref().map(|t| solved(design, &t.table)).transpose();
-                let bsdf = design
-                    .files
-                    .band_bsdf(band)
-                    .map_or_else(solved, |bsdf| Ok(Some(bsdf)))?;
+                let bsdf =
+                    design.files.band_bsdf(band).map_or_else(solved, |bsdf| Ok(Some(bsdf)))?;
                 Ok(bsdf.map(|bsdf| simplified(design, bsdf)))
             });
             banded(design, base()?, bsdfs.collect::<Result<_>>()?)

@@ -111,10 +111,7 @@ impl Problem<'_> {
         };
         // Rounding leaves a wave so close to grazing no wavevector along z.
         if scattering.source(Side::Top, 0).is_none() {
-            return Err(Error::Evanescent {
-                order: 0,
-                side: Side::Top,
-            });
+            return Err(Error::Evanescent { order: 0, side: Side::Top });
         }
         Ok(Pol::BOTH.map(|incident| read(&scattering, incident)))
     }
@@ -318,14 +315,8 @@ fn range(case: &Case, relief: Option<&Relief>, highest: usize) -> Result<Range> 
         }
     };
     Ok(Range {
-        first: Resolution {
-            order: first_order,
-            slices: first_slices,
-        },
-        last: Resolution {
-            order: last_order,
-            slices: last_slices,
-        },
+        first: Resolution { order: first_order, slices: first_slices },
+        last: Resolution { order: last_order, slices: last_slices },
         sliced,
         weight: if lossless { 1.0 } else { ABSORBING },
     })
@@ -368,11 +359,7 @@ fn change(a: &[OrderEfficiency], b: &[OrderEfficiency]) -> f64 {
 impl Efficiencies {
     /// Sum over the orders of a half-space.
     pub fn total(&self, side: Side) -> f64 {
-        self.orders
-            .iter()
-            .filter(|o| o.side == side)
-            .map(OrderEfficiency::total)
-            .sum()
+        self.orders.iter().filter(|o| o.side == side).map(OrderEfficiency::total).sum()
     }
 
     /// The JSON that `batwing grating` prints.

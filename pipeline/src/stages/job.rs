@@ -183,11 +183,7 @@ impl Job {
         let all = rings.into_iter().chain(needed);
         let distinct: BTreeMap<_, _> = all.map(|ring| (ring.key.clone(), ring)).collect();
         tasks.sort_by_key(|task| task.tables_of().is_some());
-        Self {
-            rings: distinct.into_values().collect(),
-            tasks,
-            inputs,
-        }
+        Self { rings: distinct.into_values().collect(), tasks, inputs }
     }
 
     /// The shares of `count` shards.
@@ -229,10 +225,7 @@ impl Job {
         let own: Vec<&Ring> = share.tables.iter().map(|&ring| &self.rings[ring]).collect();
         solve_rings(&own, cache, context)?;
         // Shards begin their search for tables of others at different places.
-        let begin = share
-            .tasks
-            .first()
-            .map_or(0, |(_, pieces)| pieces.start as usize);
+        let begin = share.tasks.first().map_or(0, |(_, pieces)| pieces.start as usize);
         for (task, pieces) in &share.tasks {
             context.interrupt.check()?;
             let task = &self.tasks[*task];
@@ -294,9 +287,7 @@ impl SharedWork for Job {
             }
         };
         let all = shares.iter().enumerate().map(of);
-        Ok(all
-            .filter(|shard| !shard.tables.is_empty() || !shard.tasks.is_empty())
-            .collect())
+        Ok(all.filter(|shard| !shard.tables.is_empty() || !shard.tasks.is_empty()).collect())
     }
 }
 
@@ -343,15 +334,9 @@ fn solve_unless_found(ring: &Ring, cache: &Cache, context: RunContext) -> Result
                 std::thread::park_timeout(POLL);
             }
         });
-        let inner = RunContext {
-            interrupt: &stop,
-            ..context
-        };
+        let inner = RunContext { interrupt: &stop, ..context };
         // Ends the watch after a panic too: the scope waits for it.
-        let _end = EndOfWatch {
-            done: &done,
-            watch: watch.thread(),
-        };
+        let _end = EndOfWatch { done: &done, watch: watch.thread() };
         solve_rings(&[ring], cache, inner)
     });
     context.interrupt.check()?;

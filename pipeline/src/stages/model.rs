@@ -125,21 +125,10 @@ mod tests {
     fn keys_are_those_of_the_results_schema() {
         let d1 = config::embedded("d1.toml").expect("valid");
         let keys: Vec<String> = Model::all_of(&d1).into_iter().map(|m| m.key(&d1)).collect();
-        assert_eq!(
-            keys,
-            [
-                "geometric_100um",
-                "geometric_10um",
-                "control_10um",
-                "hybrid_10um"
-            ]
-        );
+        assert_eq!(keys, ["geometric_100um", "geometric_10um", "control_10um", "hybrid_10um"]);
         let bare = config::embedded("bare-dome.toml").expect("valid");
         assert_eq!(
-            Model::all_of(&bare)
-                .into_iter()
-                .map(|m| m.key(&bare))
-                .collect::<Vec<_>>(),
+            Model::all_of(&bare).into_iter().map(|m| m.key(&bare)).collect::<Vec<_>>(),
             ["geometric"]
         );
     }
@@ -155,10 +144,7 @@ mod tests {
         let rays_only = parsed(&x_rays).expect("valid");
         assert_eq!(Model::all_of(&rays_only), [Model::Geometric]);
         let why = Model::left_out(&rays_only).expect("a reason");
-        assert!(
-            why.contains("hybrid_10um: light.wavelength_nm = 10"),
-            "{why}"
-        );
+        assert!(why.contains("hybrid_10um: light.wavelength_nm = 10"), "{why}");
         assert!(Model::Hybrid.of(&rays_only).is_err());
         let asked = x_rays + "\n[hybrid]\ntolerance = 0.01\n";
         let refused = parsed(&asked).expect_err("bands are asked for");

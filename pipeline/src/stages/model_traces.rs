@@ -28,11 +28,7 @@ pub struct ModelTraces<'a> {
 impl<'a> ModelTraces<'a> {
     /// Traces of `model`, whose tables `cache` keeps.
     pub fn new(model: Model, cache: &'a Cache) -> Self {
-        Self {
-            model,
-            cache,
-            tables: HeldTables::default(),
-        }
+        Self { model, cache, tables: HeldTables::default() }
     }
 
     /// Tables of orders solved so far.
@@ -47,13 +43,8 @@ impl<'a> ModelTraces<'a> {
     pub fn observe(&mut self, design: &Design, context: RunContext) -> Result<Observation> {
         let model = self.model;
         if let Some(lights) = design.all_lights() {
-            let job = SpectralJob {
-                design,
-                lights: &lights,
-                model,
-                cache: Some(self.cache),
-                context,
-            };
+            let job =
+                SpectralJob { design, lights: &lights, model, cache: Some(self.cache), context };
             return job.observe();
         }
         let tables = match model {

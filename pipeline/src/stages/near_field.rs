@@ -111,9 +111,7 @@ pub fn near_field(
         "--orders: orders up to ±{least} propagate, expected at least {least}, got {orders}"
     );
     let depth = cell.depth_um / wavelength_um;
-    let slices = frame
-        .slices
-        .unwrap_or((SLICES_PER_WAVELENGTH * depth).ceil() as usize + 2);
+    let slices = frame.slices.unwrap_or((SLICES_PER_WAVELENGTH * depth).ceil() as usize + 2);
     let (x, z) = axes(cell, wavelength_um, frame)?;
 
     let stack = interface.stack(&interface.relief.slice_plan(slices))?;
@@ -124,27 +122,15 @@ pub fn near_field(
         wave.phi_deg.to_radians(),
     );
     // The solver passes the layers twice, up and down.
-    let bar = context
-        .console
-        .progress(2 * stack.layers().len() as u64, "near field");
+    let bar = context.console.progress(2 * stack.layers().len() as u64, "near field");
     let stop = context.interrupt.watch();
     let watch = |layers: usize| {
         bar.inc(layers as u64);
         stop(layers)
     };
-    let grid = Grid {
-        x: x.centres(),
-        z: z.centres(),
-    };
+    let grid = Grid { x: x.centres(), z: z.centres() };
     let incident = Incident::unit(wave.side, wave.pol);
-    let found = field(
-        &stack,
-        bloch,
-        Truncation::new(orders)?,
-        &incident,
-        grid,
-        &watch,
-    );
+    let found = field(&stack, bloch, Truncation::new(orders)?, &incident, grid, &watch);
     bar.finish_and_clear();
     context.interrupt.check()?;
     Ok(NearField {
@@ -160,17 +146,14 @@ pub fn near_field(
 
 /// Axes of square bins, a whole number of them to a period.
 fn axes(cell: &Cell, wavelength_um: f64, frame: &NearFieldSettings) -> Result<(Axis, Axis)> {
-    let margin = frame
-        .margin_um
-        .unwrap_or_else(|| (2.0 * wavelength_um).max(0.25 * cell.depth_um));
+    let margin = frame.margin_um.unwrap_or_else(|| (2.0 * wavelength_um).max(0.25 * cell.depth_um));
     ensure!(
         margin.is_finite() && margin >= 0.0,
         "--margin-um: expected a length of at least 0, got {margin}"
     );
     let dense = cell.inner_index.max(cell.background_index);
-    let per_period = (POINTS_PER_WAVELENGTH * dense * cell.period_um / wavelength_um)
-        .ceil()
-        .max(256.0);
+    let per_period =
+        (POINTS_PER_WAVELENGTH * dense * cell.period_um / wavelength_um).ceil().max(256.0);
     let step = cell.period_um / per_period;
     let rows = ((cell.depth_um + 2.0 * margin) / step).ceil();
     let columns = per_period * frame.periods as f64;
@@ -181,12 +164,7 @@ fn axes(cell: &Cell, wavelength_um: f64, frame: &NearFieldSettings) -> Result<(A
     let middle = 0.5 * cell.depth_um;
     let reach = 0.5 * rows * step;
     let axis = |name: &str, low, high, bins: f64| {
-        Axis::uniform(
-            Quantity::new(name, Unit::Micrometre),
-            low,
-            high,
-            bins as usize,
-        )
+        Axis::uniform(Quantity::new(name, Unit::Micrometre), low, high, bins as usize)
     };
     Ok((
         axis("x", 0.0, cell.period_um * frame.periods as f64, columns)?,
@@ -201,12 +179,8 @@ mod tests {
     use crate::interrupt::Interrupt;
     use crate::stages::cells;
 
-    const FRAME: NearFieldSettings = NearFieldSettings {
-        periods: 1,
-        margin_um: Some(0.3),
-        orders: None,
-        slices: Some(6),
-    };
+    const FRAME: NearFieldSettings =
+        NearFieldSettings { periods: 1, margin_um: Some(0.3), orders: None, slices: Some(6) };
 
     fn cell() -> Cell {
         let design = config::embedded("d1.toml").expect("valid");
@@ -215,70 +189,37 @@ mod tests {
 
     fn solved(wave: IncidentWave, frame: NearFieldSettings) -> Result<NearField> {
         let interrupt = Interrupt::default();
-        near_field(
-            &cell(),
-            0.55,
-            &wave,
-            &frame,
-            RunContext::quiet(&interrupt, 1),
-        )
+        near_field(&cell(), 0.55, &wave, &frame, RunContext::quiet(&interrupt, 1))
     }
 
     #[test]
     fn bins_are_square_and_centred_on_the_relief() {
         let cell = cell();
-        let (x, z) = axes(
-            &cell,
-            0.55,
-            &NearFieldSettings {
-                periods: 3,
-                ..FRAME
-            },
-        )
-        .expect("axes");
+        let (x, z) = axes(&cell, 0.55, &NearFieldSettings { periods: 3, ..FRAME }).expect("axes");
         let step = |a: &Axis| (a.range()[1] - a.range()[0]) / a.bins() as f64;
         assert!((step(&x) - step(&z)).abs() < 1e-12);
         assert!((x.range()[1] - 3.0 * cell.period_um).abs() < 1e-12);
         assert!((z.range()[0] + z.range()[1] - cell.depth_um).abs() < 1e-12);
         assert!(z.range()[0] <= -0.3 && step(&x) < 0.55 / 1.41 / 19.0);
         for (periods, margin_um) in [(1, Some(-1.0)), (1, Some(f64::NAN)), (64, Some(50.0))] {
-            let frame = NearFieldSettings {
-                periods,
-                margin_um,
-                ..FRAME
-            };
-            assert!(
-                axes(&cell, 0.55, &frame).is_err(),
-                "{periods} {margin_um:?}"
-            );
+            let frame = NearFieldSettings { periods, margin_um, ..FRAME };
+            assert!(axes(&cell, 0.55, &frame).is_err(), "{periods} {margin_um:?}");
         }
     }
 
     #[test]
     fn light_comes_from_the_side_asked_for_and_power_is_kept() {
         for (side, theta_deg) in [(Side::Top, 20.0), (Side::Bottom, -35.0)] {
-            let wave = IncidentWave {
-                side,
-                theta_deg,
-                phi_deg: 10.0,
-                pol: Pol::P,
-            };
+            let wave = IncidentWave { side, theta_deg, phi_deg: 10.0, pol: Pol::P };
             let found = solved(wave, FRAME).expect("solved");
             assert!(found.energy_residual().abs() < 1e-10 && found.flux_residual() < 1e-10);
             let width = found.x.bins();
             let poynting = found.poynting();
             let intensity = found.intensity();
             // Far behind the structure the mean flow through z is T cos θ of the incident one.
-            let row = if side == Side::Top {
-                found.z.bins() - 1
-            } else {
-                0
-            };
-            let mean: f64 = poynting[row * width..][..width]
-                .iter()
-                .map(|s| s[2])
-                .sum::<f64>()
-                / width as f64;
+            let row = if side == Side::Top { found.z.bins() - 1 } else { 0 };
+            let mean: f64 =
+                poynting[row * width..][..width].iter().map(|s| s[2]).sum::<f64>() / width as f64;
             let sense = if side == Side::Top { 1.0 } else { -1.0 };
             let expected = sense * found.field.transmitted * f64::to_radians(theta_deg).cos();
             assert!((mean - expected).abs() < 1e-6, "{mean} {expected}");
@@ -288,20 +229,9 @@ mod tests {
 
     #[test]
     fn too_few_orders_are_refused() {
-        let wave = IncidentWave {
-            side: Side::Top,
-            theta_deg: 0.0,
-            phi_deg: 0.0,
-            pol: Pol::S,
-        };
-        let few = NearFieldSettings {
-            orders: Some(5),
-            ..FRAME
-        };
+        let wave = IncidentWave { side: Side::Top, theta_deg: 0.0, phi_deg: 0.0, pol: Pol::S };
+        let few = NearFieldSettings { orders: Some(5), ..FRAME };
         let error = solved(wave, few).expect_err("too few").to_string();
-        assert!(
-            error.contains("--orders") && error.contains("got 5"),
-            "{error}"
-        );
+        assert!(error.contains("--orders") && error.contains("got 5"), "{error}");
     }
 }

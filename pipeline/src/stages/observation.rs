@@ -98,11 +98,7 @@ pub fn plane_grid(design: &Design) -> Grid {
         Some(read) => whole(2.0 * (half + margin_mm), read) * r.read_together(),
         None => 2 * whole(half + margin_mm, r.bin_mm),
     });
-    Grid {
-        columns,
-        rows,
-        bin_mm: r.bin_mm,
-    }
+    Grid { columns, rows, bin_mm: r.bin_mm }
 }
 
 /// Bins of the far field of `design`.
@@ -157,9 +153,7 @@ pub fn symmetry(design: &Design) -> Symmetry {
     };
     let sources = design.sources.iter().map(|source| source.symmetry);
     let solids = design.solids.iter().map(|solid| solid.symmetry);
-    sources
-        .chain(solids)
-        .fold(array.min(design.files.symmetry()), Symmetry::min)
+    sources.chain(solids).fold(array.min(design.files.symmetry()), Symmetry::min)
 }
 
 /// How the valley of the map of `design` is read.
@@ -248,10 +242,7 @@ impl Observation {
             Grouped::weighted(&parts.collect::<Vec<_>>())
         };
         let receivers = receivers.map(of).collect();
-        Self {
-            receivers,
-            ..Self::weighted_figures(parts)
-        }
+        Self { receivers, ..Self::weighted_figures(parts) }
     }
 
     /// [`Observation::weighted`] without the receivers of `[[receivers]]`, on which no figure of
@@ -323,9 +314,7 @@ impl Observation {
     pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
         let reading = far_field_reading(design);
         let far = changes(&coarse.far_field, &self.far_field, |p| reading.plain(p));
-        let extracted = changes(&coarse.flows, &self.flows, |p| {
-            vec![extraction::of_powers(p)]
-        });
+        let extracted = changes(&coarse.flows, &self.flows, |p| vec![extraction::of_powers(p)]);
         let map = self.lit().then(|| {
             let reader = self.map_reader(design);
             let (from, to) = (coarse.binned_map(design), self.binned_map(design));
@@ -347,9 +336,7 @@ impl Observation {
             let groups = (0..seen.count()).into_par_iter();
             let rows: Vec<Vec<f64>> = groups.map(|g| figures(&seen.without(g))).collect();
             let count = rows.iter().map(Vec::len).min().unwrap_or(0);
-            (0..count)
-                .map(|i| rows.iter().map(|row| row[i]).collect())
-                .collect()
+            (0..count).map(|i| rows.iter().map(|row| row[i]).collect()).collect()
         };
         let map = self.lit().then(|| {
             let reader = self.map_reader(design);
@@ -390,11 +377,7 @@ impl Observation {
             let read = replicates(&self.binned_map(design), &|map| reader.values(map));
             all.extend(reader.keyed(read));
         }
-        if let Some(seen) = self
-            .tristimulus
-            .as_ref()
-            .filter(|_| wanted(colour_difference::KEY))
-        {
+        if let Some(seen) = self.tristimulus.as_ref().filter(|_| wanted(colour_difference::KEY)) {
             let read = replicates(seen, &largest_colour_difference);
             all.extend([colour_difference::KEY].into_iter().zip(read));
         }
@@ -416,12 +399,8 @@ impl Observation {
     pub fn short_runs(&self, design: &Design, paths: u64) -> Vec<(&'static str, Vec<f64>)> {
         let of_each = self.groups_of_run(paths);
         let far_field_reading = far_field_reading(design);
-        let far: Vec<[f64; 2]> = self
-            .far_field
-            .runs(of_each)
-            .iter()
-            .map(|p| far_field_reading.bin_by_bin(p))
-            .collect();
+        let far: Vec<[f64; 2]> =
+            self.far_field.runs(of_each).iter().map(|p| far_field_reading.bin_by_bin(p)).collect();
         let layout = layout(design);
         let map = self.illuminance.runs(of_each);
         let read = |map: &Vec<f64>| {
@@ -460,10 +439,7 @@ impl Observation {
     fn binned_map(&self, design: &Design) -> Cow<'_, Grouped> {
         match design.receiver.read_together() {
             1 => Cow::Borrowed(&self.illuminance),
-            together => Cow::Owned(
-                self.illuminance
-                    .map(|map| coarser(map, self.grid, together).0),
-            ),
+            together => Cow::Owned(self.illuminance.map(|map| coarser(map, self.grid, together).0)),
         }
     }
 
@@ -508,12 +484,7 @@ impl Observation {
                     peak_range_deg: far.peak_range_deg,
                     ..angle(peak_angle, "peak angle", far.peak_angle_deg)
                 },
-                figure(
-                    centre_to_peak,
-                    "centre/peak",
-                    Unit::Fraction,
-                    far.centre_to_peak,
-                ),
+                figure(centre_to_peak, "centre/peak", Unit::Fraction, far.centre_to_peak),
             ]);
             let between = far.peak_angle_parabola_deg;
             figures.extend(between.map(|e| angle(parabola, "peak angle, parabola", e)));
@@ -572,10 +543,7 @@ fn extremes(key: &str, places: Places) -> Option<Extremes> {
         1 => places.diagonal_mm,
         _ => places.straight_mm,
     };
-    Some(Extremes {
-        valley_mm,
-        peak_mm: places.peak_mm,
-    })
+    Some(Extremes { valley_mm, peak_mm: places.peak_mm })
 }
 
 /// The curve of `values` at `x` up to `last`.
@@ -596,9 +564,7 @@ fn by_key<T>(
     extracted: Vec<T>,
 ) -> Vec<(&'static str, T)> {
     let far = FAR_FIGURES.into_iter().zip(far);
-    far.chain(map)
-        .chain([EXTRACTION].into_iter().zip(extracted))
-        .collect()
+    far.chain(map).chain([EXTRACTION].into_iter().zip(extracted)).collect()
 }
 
 /// A map above darkness, or above its own smallest bin.
@@ -615,24 +581,13 @@ fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
 fn accounts(outcome: &Outcome) -> Vec<String> {
     let first = &outcome.groups[0].ledger;
     let key = |name: &str| name.replace([' ', ','], "_");
-    let mut names: Vec<String> = [
-        "emitted",
-        "out_of_domes",
-        "back_into_domes",
-        "escaped_up",
-        "escaped_down",
-    ]
-    .map(str::to_owned)
-    .to_vec();
+    let mut names: Vec<String> =
+        ["emitted", "out_of_domes", "back_into_domes", "escaped_up", "escaped_down"]
+            .map(str::to_owned)
+            .to_vec();
     let surfaces = surface_names(&first.lines);
     names.extend(surfaces.iter().map(|s| format!("absorbed_by_{}", key(s))));
-    names.extend(
-        first
-            .lines
-            .media
-            .iter()
-            .map(|m| format!("absorbed_in_{}", key(m))),
-    );
+    names.extend(first.lines.media.iter().map(|m| format!("absorbed_in_{}", key(m))));
     names.extend(Loss::ALL.iter().map(|l| format!("lost_{}", key(l.words()))));
     names
 }

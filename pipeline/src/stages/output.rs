@@ -103,10 +103,7 @@ impl Output<'_> {
         let inner = Path::new(&design.name).join(&result.key);
         let folder = &self.out.join(&inner);
         let receivers: Vec<Cow<'_, Grouped>> = match &mut *observation {
-            Cow::Owned(own) => mem::take(&mut own.receivers)
-                .into_iter()
-                .map(Cow::Owned)
-                .collect(),
+            Cow::Owned(own) => mem::take(&mut own.receivers).into_iter().map(Cow::Owned).collect(),
             Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
         };
         result.absolute = absolute(design, observation, self.units);
@@ -172,9 +169,7 @@ fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
 
 fn capitalised(name: &str) -> String {
     let mut letters = name.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 struct ModelFiles<'a> {
@@ -188,10 +183,7 @@ struct ModelFiles<'a> {
 
 impl ModelFiles<'_> {
     fn heading(&self, title: &str) -> Heading {
-        Heading::new(
-            title,
-            format!("{}, {}", self.design.name, self.result.label),
-        )
+        Heading::new(title, format!("{}, {}", self.design.name, self.result.label))
     }
 
     fn provenance(&self) -> Value {
@@ -240,12 +232,7 @@ impl ModelFiles<'_> {
         let map = Map::new(
             intensity.clone(),
             Axis::uniform(theta.clone(), 0.0, 180.0, sphere.polar)?,
-            Axis::uniform(
-                Quantity::new("phi", Unit::Degree),
-                0.0,
-                360.0,
-                sphere.azimuths,
-            )?,
+            Axis::uniform(Quantity::new("phi", Unit::Degree), 0.0, 360.0, sphere.azimuths)?,
             value,
             error,
         )?;
@@ -264,19 +251,12 @@ impl ModelFiles<'_> {
                 &angles,
                 last,
             )?;
-            Ok(vec![
-                mean,
-                cut("azimuth 0°", 0.0, last)?,
-                cut("azimuth 45°", 45.0, last)?,
-            ])
+            Ok(vec![mean, cut("azimuth 0°", 0.0, last)?, cut("azimuth 45°", 45.0, last)?])
         };
         let all = curves(180.0)?;
         csv::write_curves_csv(&self.folder.join("far_field.csv"), &theta, &intensity, &all)?;
         csv::write_curve_npy(&self.folder.join("far_field_mean.npy"), &all[0])?;
-        let shown = curves(90.0)?
-            .iter()
-            .map(Curve::mirrored)
-            .collect::<Result<Vec<_>>>()?;
+        let shown = curves(90.0)?.iter().map(Curve::mirrored).collect::<Result<Vec<_>>>()?;
         let heading = self.heading("Far field");
         let picture = FarField {
             heading: &heading,
@@ -286,13 +266,7 @@ impl ModelFiles<'_> {
             numbers: &[],
             peaks: &[],
         };
-        write_bytes(
-            &self.folder.join("far_field.png"),
-            &far_field_cartesian(&picture)?.png()?,
-        )?;
-        write_bytes(
-            &self.folder.join("far_field_polar.png"),
-            &far_field_polar(&picture)?.png()?,
-        )
+        write_bytes(&self.folder.join("far_field.png"), &far_field_cartesian(&picture)?.png()?)?;
+        write_bytes(&self.folder.join("far_field_polar.png"), &far_field_polar(&picture)?.png()?)
     }
 }

@@ -32,14 +32,10 @@ pub(super) fn package(
     let first = parts.first().context("expected light to trace")?;
     let drawing = package_drawing(design, first.surface.meridian());
     let words = description(design).into_iter();
-    let mut simulated: Vec<(String, String)> = words
-        .map(|(name, words)| (name.to_owned(), words))
-        .collect();
+    let mut simulated: Vec<(String, String)> =
+        words.map(|(name, words)| (name.to_owned(), words)).collect();
     if !is_spectral {
-        simulated.push((
-            "wavelength".to_owned(),
-            format!("{} nm", design.wavelength_nm),
-        ));
+        simulated.push(("wavelength".to_owned(), format!("{} nm", design.wavelength_nm)));
     }
     Ok(PackageFile {
         simulated,

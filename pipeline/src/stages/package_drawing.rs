@@ -50,9 +50,7 @@ fn led_corners(alone: &Design) -> Vec<[f64; 3]> {
         return Vec::new();
     }
     let corners = led.at(led.place(0)).corners(0.0).into_iter();
-    corners
-        .map(|corner| corner.to_array().map(rounded))
-        .collect()
+    corners.map(|corner| corner.to_array().map(rounded)).collect()
 }
 
 /// Offsets of the boxes of all packages; none where all stand on the axes.
@@ -76,9 +74,7 @@ fn solid(solid: &CheckedSolid) -> SolidDrawing {
         index: solid.medium.as_ref().map(|medium| medium.index),
         entered: solid.medium.is_some() || solid.stated.shared.scatter.is_some(),
         bounds_mm,
-        lines_mm: lines
-            .map(|(line, closed)| (rounded_line(line), closed))
-            .collect(),
+        lines_mm: lines.map(|(line, closed)| (rounded_line(line), closed)).collect(),
     }
 }
 
@@ -94,10 +90,7 @@ fn rings(meridian: &Meridian) -> Vec<RingOutline> {
             let name = ring_name(piece.role, middle, radius_mm);
             match rings.last_mut() {
                 Some(last) if last.name == name => last.points_mm.push(pair[1]),
-                _ => rings.push(RingOutline {
-                    name,
-                    points_mm: pair.to_vec(),
-                }),
+                _ => rings.push(RingOutline { name, points_mm: pair.to_vec() }),
             }
         }
     }
@@ -111,11 +104,7 @@ fn ring_name(role: Role, r_mm: f64, radius_mm: f64) -> String {
         Role::Rest | Role::Stated => {
             let width = radius_mm / PLAIN_RINGS as f64;
             let number = (r_mm / width).floor().min(PLAIN_RINGS as f64 - 1.0);
-            format!(
-                "r {:.2} to {:.2} mm",
-                number * width,
-                (number + 1.0) * width
-            )
+            format!("r {:.2} to {:.2} mm", number * width, (number + 1.0) * width)
         }
     }
 }

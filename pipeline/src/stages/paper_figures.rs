@@ -45,20 +45,14 @@ pub fn all(
     context: RunContext,
 ) -> Result<PaperFigures> {
     let [d1, d2, d3] = designs else {
-        return Err(anyhow!(
-            "figures need the three designs, got {}",
-            designs.len()
-        ));
+        return Err(anyhow!("figures need the three designs, got {}", designs.len()));
     };
     let folder = out.join(FOLDER);
     let third = third(d1, context.seed).map(|curve| curve.trace(context));
     let third = third.collect::<Result<Vec<_>>>()?;
     elements(
         &folder.join(FILES[0]),
-        &Heading::new(
-            "Figure 3: single elements",
-            "S1 to S6 as OS1, all others absorbing",
-        ),
+        &Heading::new("Figure 3: single elements", "S1 to S6 as OS1, all others absorbing"),
         &third,
         LineColours::Ordered,
     )?;
@@ -144,10 +138,7 @@ impl<'a> ElementCurve<'a> {
 
 fn elements(path: &Path, heading: &Heading, curves: &[Curve], colours: LineColours) -> Result<()> {
     let quantity = Quantity::new("intensity", Unit::WattPerSteradian);
-    let mirrored = curves
-        .iter()
-        .map(Curve::mirrored)
-        .collect::<Result<Vec<_>>>()?;
+    let mirrored = curves.iter().map(Curve::mirrored).collect::<Result<Vec<_>>>()?;
     write_bytes(
         path,
         &element_far_fields(&FarField {
@@ -175,19 +166,11 @@ fn ring(path: &Path, band: &BandTable) -> Result<LobesEntry> {
     let plane: Vec<PlaneLobe> = orders.iter().map(|(_, lobe)| *lobe).collect();
     write_bytes(
         path,
-        &grating_lobes(
-            &Heading::new("Figure 6: rays and waves", subtitle),
-            &rays,
-            &plane,
-        )?
-        .png()?,
+        &grating_lobes(&Heading::new("Figure 6: rays and waves", subtitle), &rays, &plane)?
+            .png()?,
     )?;
     let side = |s: LobeSide| {
-        if s == LobeSide::Reflected {
-            "reflected"
-        } else {
-            "transmitted"
-        }
+        if s == LobeSide::Reflected { "reflected" } else { "transmitted" }
     };
     let lobe = |l: &PlaneLobe, order: Option<i32>| LobeEntry {
         side: side(l.side).to_owned(),
@@ -205,18 +188,15 @@ fn ring(path: &Path, band: &BandTable) -> Result<LobesEntry> {
 
 fn by_rays(band: &BandTable) -> Result<Vec<PlaneLobe>> {
     let cell = UnitCell::new(&outline(&band.cell))?;
-    let lobes = cell
-        .lobes(-DVec3::Z, Polarization::Unpolarized)
-        .into_iter()
-        .map(|l| PlaneLobe {
-            side: if l.lobe.transport == Transport::Reflection {
-                LobeSide::Reflected
-            } else {
-                LobeSide::Transmitted
-            },
-            angle_deg: l.wo.x.atan2(l.wo.z.abs()).to_degrees(),
-            power: l.power,
-        });
+    let lobes = cell.lobes(-DVec3::Z, Polarization::Unpolarized).into_iter().map(|l| PlaneLobe {
+        side: if l.lobe.transport == Transport::Reflection {
+            LobeSide::Reflected
+        } else {
+            LobeSide::Transmitted
+        },
+        angle_deg: l.wo.x.atan2(l.wo.z.abs()).to_degrees(),
+        power: l.power,
+    });
     Ok(lobes.collect())
 }
 
@@ -233,11 +213,7 @@ fn by_waves(band: &BandTable) -> Result<Vec<(i32, PlaneLobe)>> {
     )?;
     let sides = [
         (rcwa::Side::Top, LobeSide::Reflected, interface.n_top.re),
-        (
-            rcwa::Side::Bottom,
-            LobeSide::Transmitted,
-            interface.n_bottom.re,
-        ),
+        (rcwa::Side::Bottom, LobeSide::Transmitted, interface.n_bottom.re),
     ];
     let spacing = interface.order_spacing();
     let mut lobes = Vec::new();
@@ -248,14 +224,7 @@ fn by_waves(band: &BandTable) -> Result<Vec<(i32, PlaneLobe)>> {
                 .map(|&p| 0.5 * solved.efficiency((rcwa::Side::Top, 0, p), (side, order)))
                 .sum();
             let angle_deg = (f64::from(order) * spacing / index).asin().to_degrees();
-            lobes.push((
-                order,
-                PlaneLobe {
-                    side: lobe_side,
-                    angle_deg,
-                    power,
-                },
-            ));
+            lobes.push((order, PlaneLobe { side: lobe_side, angle_deg, power }));
         }
     }
     Ok(lobes)

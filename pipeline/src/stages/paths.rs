@@ -29,10 +29,7 @@ struct PathRecorder<'a> {
 
 impl PathRecorder<'_> {
     fn add(&mut self, point: DVec3, at: &str) {
-        self.vertices.push(Vertex {
-            point_mm: point.to_array(),
-            at: at.to_owned(),
-        });
+        self.vertices.push(Vertex { point_mm: point.to_array(), at: at.to_owned() });
     }
 }
 
@@ -53,10 +50,7 @@ impl Observer for PathRecorder<'_> {
             // The middle of the flight stands for the place of absorption.
             self.add(ray.at(0.5 * length.min(1e3)), &lines.media[line]);
         }
-        let flies = matches!(
-            end,
-            PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost
-        );
+        let flies = matches!(end, PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost);
         self.paths.push(TracedPath {
             power_w: self.power_w,
             wavelength_nm: None,
@@ -190,10 +184,7 @@ mod tests {
                 assert_eq!(escaped, path.leaves_along.is_some());
                 assert_eq!(path.vertices[0].at, "source");
             }
-            let up = found
-                .iter()
-                .filter(|p| p.fate == PathEnd::EscapedUp)
-                .count();
+            let up = found.iter().filter(|p| p.fate == PathEnd::EscapedUp).count();
             // The full trace lets 94 % out upwards.
             assert!(up > 250, "{name}: {up}");
             assert_eq!(found, paths(&design, &surface, 300, 5).expect("a trace"));

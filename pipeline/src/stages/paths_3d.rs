@@ -79,11 +79,7 @@ pub(super) fn paths_3d(
             ends: Vec::new(),
         };
         trace_observed(&scene, &settings, |ray| ray, &mut recorder)?;
-        let Recorder {
-            paths,
-            ends: of_part,
-            ..
-        } = recorder;
+        let Recorder { paths, ends: of_part, .. } = recorder;
         seen.paths.extend(paths);
         ends.extend(of_part);
         seen.traced += count;
@@ -163,18 +159,11 @@ impl Observer for Recorder<'_> {
             let place = ray.at(0.5 * length.min(1e3));
             self.path.points.push(place.to_array());
         }
-        let flies = matches!(
-            end,
-            PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost
-        );
+        let flies = matches!(end, PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost);
         let face = self.path.line.map(|line| self.face(line));
         if matches!(end, PathEnd::EscapedUp | PathEnd::EscapedDown) {
             let theta = ray.direction.z.clamp(-1.0, 1.0).acos().to_degrees();
-            self.ends.push(End {
-                bin: (theta / BIN_DEG) as usize,
-                ring: self.path.ring,
-                face,
-            });
+            self.ends.push(End { bin: (theta / BIN_DEG) as usize, ring: self.path.ring, face });
         }
         if (self.paths.len() as u64) < self.drawn {
             let points = std::mem::take(&mut self.path.points).into_iter();
@@ -212,31 +201,20 @@ impl<'a> BoxedRings<'a> {
             };
             [ends(0), ends(1)]
         };
-        Self {
-            rings,
-            boxes: rings.iter().map(around).collect(),
-        }
+        Self { rings, boxes: rings.iter().map(around).collect() }
     }
 
     /// The ring whose part of the generating curve is nearest to a point of it; of several, the
     /// first.
     fn nearest(&self, point: [f64; 2]) -> Option<usize> {
         let bounds = self.boxes.iter().map(|around| from_box(point, around));
-        let (first, _) = bounds
-            .clone()
-            .enumerate()
-            .min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (first, _) = bounds.clone().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let mut nearest = (self.away(first, point), first);
         for (number, bound) in bounds.enumerate() {
             // No point of a ring is nearer than its box.
             if number != first && bound <= nearest.0 + ROUNDING {
                 let away = (self.away(number, point), number);
-                if away
-                    .0
-                    .total_cmp(&nearest.0)
-                    .then(number.cmp(&nearest.1))
-                    .is_lt()
-                {
+                if away.0.total_cmp(&nearest.0).then(number.cmp(&nearest.1)).is_lt() {
                     nearest = away;
                 }
             }
@@ -247,9 +225,7 @@ impl<'a> BoxedRings<'a> {
     /// Square of the distance of a point from a ring.
     fn away(&self, number: usize, point: [f64; 2]) -> f64 {
         let pairs = self.rings[number].points_mm.windows(2);
-        pairs
-            .map(|pair| distance(point, pair[0], pair[1]))
-            .fold(f64::INFINITY, f64::min)
+        pairs.map(|pair| distance(point, pair[0], pair[1])).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -267,11 +243,7 @@ fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     let d = [b[0] - a[0], b[1] - a[1]];
     let length = d[0] * d[0] + d[1] * d[1];
     let along = (p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1];
-    let share = if length > 0.0 {
-        (along / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let share = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
     (0..2).map(|k| (p[k] - a[k] - share * d[k]).powi(2)).sum()
 }
 
@@ -289,11 +261,7 @@ mod tests {
         let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
         let rings = package_drawing(&design, surface.meridian()).rings;
         assert_eq!(rings.len(), 18, "17 rings and the side");
-        let part = WavelengthScene {
-            design: &design,
-            surface: &surface,
-            share: 1.0,
-        };
+        let part = WavelengthScene { design: &design, surface: &surface, share: 1.0 };
         let seen = paths_3d(&[part], &rings, 3).expect("traced");
         assert_eq!((seen.traced, seen.paths.len()), (TRACED, DRAWN as usize));
         let sum = |rows: &[Vec<u32>]| rows.iter().flatten().map(|n| u64::from(*n)).sum::<u64>();
@@ -312,10 +280,7 @@ mod tests {
 
     #[test]
     fn points_belong_to_the_nearest_ring() {
-        let ring = |name: &str, points_mm| RingOutline {
-            name: name.to_owned(),
-            points_mm,
-        };
+        let ring = |name: &str, points_mm| RingOutline { name: name.to_owned(), points_mm };
         let rings = [
             ring("1", vec![[0.0, 1.0], [0.5, 1.0], [0.5, 0.8]]),
             ring("2", vec![[0.5, 0.8], [1.0, 0.8]]),

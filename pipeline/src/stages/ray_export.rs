@@ -45,9 +45,7 @@ impl RayExport<'_> {
         let (design, paths) = (self.design, self.paths);
         let scene = scene::build(design, self.surface)?;
         let settings = scene::settings(design, paths, context.seed);
-        let bar = context
-            .console
-            .progress(paths, &format!("{} rays", design.name));
+        let bar = context.console.progress(paths, &format!("{} rays", design.name));
         let progress = |done: u64| bar.inc(done);
         let control = Control {
             progress: Some(&progress),
@@ -85,10 +83,6 @@ impl RayExport<'_> {
         });
         bar.finish_and_clear();
         let (rays, flux_w) = outcome?;
-        Ok(ExportedRays {
-            rays,
-            flux_w,
-            escaped_w: escaped * emitted_w,
-        })
+        Ok(ExportedRays { rays, flux_w, escaped_w: escaped * emitted_w })
     }
 }

@@ -52,11 +52,7 @@ impl RingSlopes {
     /// Rings that are no triangles, steps or smooth; a package without rings.
     pub fn of(design: &Design) -> Result<Self> {
         let base = base(design)?;
-        let mut slopes = Self {
-            inner: Vec::new(),
-            outer: Vec::new(),
-            falls: Vec::new(),
-        };
+        let mut slopes = Self { inner: Vec::new(), outer: Vec::new(), falls: Vec::new() };
         for (k, shape) in design.elements.shapes.iter().enumerate() {
             let width_mm = design.elements.width_mm;
             let chord = Chord::of(base, width_mm, k + 1);
@@ -125,9 +121,7 @@ impl RingSlopes {
         for k in 0..self.falls.len() {
             let [least, most] = self.falls[k];
             let outer = self.outer[k].min(steepest_deg).max(most + LEAST_BASE_DEG);
-            let inner = self.inner[k]
-                .min(steepest_deg)
-                .min(180.0 - apex_deg - outer);
+            let inner = self.inner[k].min(steepest_deg).min(180.0 - apex_deg - outer);
             self.outer[k] = outer;
             self.inner[k] = inner.max(LEAST_BASE_DEG - least);
         }
@@ -154,18 +148,9 @@ impl RingSlopes {
                 ("from".to_owned(), number.clone()),
                 ("to".to_owned(), number),
                 ("type".to_owned(), Value::String("triangle".to_owned())),
-                (
-                    "reference".to_owned(),
-                    Value::String("horizontal".to_owned()),
-                ),
-                (
-                    "inner_base_angle_deg".to_owned(),
-                    Value::Float(self.inner[k]),
-                ),
-                (
-                    "outer_base_angle_deg".to_owned(),
-                    Value::Float(self.outer[k]),
-                ),
+                ("reference".to_owned(), Value::String("horizontal".to_owned())),
+                ("inner_base_angle_deg".to_owned(), Value::Float(self.inner[k])),
+                ("outer_base_angle_deg".to_owned(), Value::Float(self.outer[k])),
             ]))
         };
         Value::Array((0..self.count()).map(shape).collect())

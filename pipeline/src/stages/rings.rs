@@ -101,18 +101,12 @@ impl RingChoice {
                         "--rings: ring {ring}: expected rings from 1 to {}",
                         cells.len()
                     );
-                    ensure!(
-                        has_relief(&ring),
-                        "--rings: ring {ring} is smooth, it has no table"
-                    );
+                    ensure!(has_relief(&ring), "--rings: ring {ring} is smooth, it has no table");
                 }
                 rings.clone()
             }
         };
-        ensure!(
-            !rings.is_empty(),
-            "the dome is smooth, there are no tables to compute"
-        );
+        ensure!(!rings.is_empty(), "the dome is smooth, there are no tables to compute");
         Ok(rings)
     }
 }
@@ -142,9 +136,7 @@ pub struct RingTable {
 pub fn of(design: &Design, rings: &[usize]) -> Vec<Ring> {
     let single = by_ring(design);
     let rings = rings.iter();
-    rings
-        .flat_map(|&ring| Ring::of_design(&single, Some(ring)))
-        .collect()
+    rings.flat_map(|&ring| Ring::of_design(&single, Some(ring))).collect()
 }
 
 /// Finds or computes the tables of `rings` and hands each to `take`.
@@ -161,16 +153,11 @@ pub fn each(
     let single = by_ring(design);
     let cells = band_cells(&single);
     let cost = |ring: usize| cells[ring - 1].as_ref().map_or(0, |cell| cost(cell) as u64);
-    let bar = context
-        .console
-        .progress(rings.iter().map(|&r| cost(r)).sum(), "tables of orders");
+    let bar = context.console.progress(rings.iter().map(|&r| cost(r)).sum(), "tables of orders");
     bar.enable_steady_tick(Duration::from_millis(500));
     let inner = RunContext {
         // This loop shows the progress itself.
-        console: Console {
-            quiet: true,
-            ..context.console
-        },
+        console: Console { quiet: true, ..context.console },
         ..context
     };
     for (done, &ring) in rings.iter().enumerate() {
@@ -210,11 +197,7 @@ fn counted(cell: &Cell, table: &OrderTable) -> Result<Operations> {
         truncation: Truncation::new(header.truncation)?,
         plan: interface.relief.slice_plan(header.slices),
     };
-    Ok(cost_model::operations(
-        &interface,
-        &directions(grid),
-        &resolution,
-    ))
+    Ok(cost_model::operations(&interface, &directions(grid), &resolution))
 }
 
 #[cfg(test)]
@@ -232,10 +215,7 @@ mod tests {
     fn choices_are_read_as_they_are_written() {
         assert_eq!("representatives".parse(), Ok(RingChoice::Representatives));
         assert_eq!("all".parse(), Ok(RingChoice::All));
-        assert_eq!(
-            "5, 75,165".parse(),
-            Ok(RingChoice::Listed(vec![5, 75, 165]))
-        );
+        assert_eq!("5, 75,165".parse(), Ok(RingChoice::Listed(vec![5, 75, 165])));
         for bad in ["", "0", "5,,6", "some", "-3", "1.5", "7,7"] {
             assert!(bad.parse::<RingChoice>().is_err(), "{bad}");
         }
@@ -255,10 +235,7 @@ mod tests {
         assert_eq!(RingChoice::All.rings(&design).expect("rings").len(), 160);
         let error = listed(10).rings(&design).expect_err("smooth").to_string();
         assert!(error.contains("ring 10 is smooth"), "{error}");
-        assert_eq!(
-            RingChoice::Representatives.rings(&design).expect("rings")[0],
-            15
-        );
+        assert_eq!(RingChoice::Representatives.rings(&design).expect("rings")[0], 15);
         assert!(cells::ring(&design, 11).is_ok() && cells::ring(&design, 10).is_err());
         assert!(cells::ring(&design, 0).is_err() && cells::ring(&design, 171).is_err());
     }

@@ -73,9 +73,7 @@ impl Run<'_> {
         let tables = needs_tables.then(|| tables(&[self.design], self.cache, None, context));
         let tables = tables.transpose()?.map(|mut all| all.remove(0));
         let models = models.iter();
-        models
-            .map(|&model| self.model(model, tables.as_ref(), context))
-            .collect()
+        models.map(|&model| self.model(model, tables.as_ref(), context)).collect()
     }
 
     /// Runs one model, with tables of one wavelength where it needs them.
@@ -116,11 +114,7 @@ impl Run<'_> {
         if let (Model::Hybrid, Some(tables)) = (model, tables) {
             result.tables = tables.describe();
         }
-        let part = WavelengthScene {
-            design,
-            surface: &surface,
-            share: 1.0,
-        };
+        let part = WavelengthScene { design, surface: &surface, share: 1.0 };
         let output = self.output(Units::of(design, None));
         let mut observation = Cow::Owned(observation);
         // Paths of the package are traced on one thread.
@@ -159,20 +153,10 @@ impl Run<'_> {
         model: Model,
         context: RunContext<'a>,
     ) -> SpectralJob<'a> {
-        SpectralJob {
-            design: self.design,
-            lights,
-            model,
-            cache: self.cache,
-            context,
-        }
+        SpectralJob { design: self.design, lights, model, cache: self.cache, context }
     }
 
     fn output(&self, units: Units) -> Output<'_> {
-        Output {
-            design: self.design,
-            units,
-            out: self.out,
-        }
+        Output { design: self.design, units, out: self.out }
     }
 }

@@ -62,11 +62,7 @@ impl DomeSurface {
     fn part(&self, role: Role) -> Patch {
         let refracting = || {
             Patch::new(
-                if role == Role::Cylinder {
-                    CYLINDER
-                } else {
-                    DOME
-                },
+                if role == Role::Cylinder { CYLINDER } else { DOME },
                 SurfaceModel::Interface,
             )
         };
@@ -94,13 +90,8 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     }
     let bottom = bottom(design, &mirror);
     let (places, numbers) = design.led.places(design.array.count());
-    let kinds = places
-        .into_iter()
-        .map(|place| seated(design, &prototype, place));
-    let packages = Packages {
-        kinds: kinds.collect::<Result<_>>()?,
-        numbers,
-    };
+    let kinds = places.into_iter().map(|place| seated(design, &prototype, place));
+    let packages = Packages { kinds: kinds.collect::<Result<_>>()?, numbers };
     let packages = solids::add(design, &packages, &bottom, &mut scene)?;
     scene.isolated(!design.array.crossing);
     for (package, [x, y]) in packages.into_iter().zip(design.array.axes_mm()) {
@@ -118,13 +109,9 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
             let [x, y] = mirror_half_mm(design);
             tracer::package::ground(x, y, mirror, floor)?
         }
-        Extent::Package => Surface::new(
-            "floor",
-            Shape::horizontal(0.0)?,
-            Region::Opaque,
-            Region::World,
-            &floor,
-        ),
+        Extent::Package => {
+            Surface::new("floor", Shape::horizontal(0.0)?, Region::Opaque, Region::World, &floor)
+        }
     });
     built(&scene, design)
 }
@@ -139,11 +126,7 @@ pub fn on_bottom(design: &Design, surface: &DomeSurface) -> Result<Vec<SolidOnBo
         return Ok(Vec::new());
     }
     let mirror = mirror(design)?;
-    let package = seated(
-        design,
-        &unlit(design, surface, &mirror)?,
-        design.led.place(0),
-    )?;
+    let package = seated(design, &unlit(design, surface, &mirror)?, design.led.place(0))?;
     solids::on_bottom(design, package, &bottom(design, &mirror))
 }
 
@@ -241,25 +224,18 @@ fn coat(design: &Design, prototype: &mut Prototype) -> Result<()> {
 }
 
 fn built(scene: &SceneBuilder, design: &Design) -> Result<Scene> {
-    scene
-        .build()
-        .with_context(|| format!("scene of {}", design.name))
+    scene.build().with_context(|| format!("scene of {}", design.name))
 }
 
 /// Half lengths of the mirror under the whole array, mm.
 fn mirror_half_mm(design: &Design) -> [f64; 2] {
-    design
-        .half_extent_mm()
-        .map(|half| half + 0.5 * design.array.pitch_mm)
+    design.half_extent_mm().map(|half| half + 0.5 * design.array.pitch_mm)
 }
 
 /// What stands on the bottom meets there.
 fn bottom(design: &Design, mirror: &SurfaceModel) -> Bottom {
-    let part = |name, half_mm, optics: &SurfaceModel| BottomPart {
-        name,
-        half_mm,
-        optics: optics.clone(),
-    };
+    let part =
+        |name, half_mm, optics: &SurfaceModel| BottomPart { name, half_mm, optics: optics.clone() };
     let housing = housing(design, mirror);
     let within = |half: [f64; 2]| match &housing {
         Some(housing) => [0, 1].map(|k| half[k].min(housing.half[k])),
@@ -274,10 +250,7 @@ fn bottom(design: &Design, mirror: &SurfaceModel) -> Bottom {
         outside.push(part("housing floor", Some(housing.half), &housing.floor));
     }
     outside.push(part("floor", None, &SurfaceModel::Absorber));
-    Bottom {
-        in_dome: part(BOTTOM, None, mirror),
-        outside,
-    }
+    Bottom { in_dome: part(BOTTOM, None, mirror), outside }
 }
 
 /// The housing with its floor, if the design has one.
@@ -347,11 +320,8 @@ fn package(
             return Ok(prototype);
         }
     };
-    let cap = Cap {
-        radius: sphere.sphere_radius_mm,
-        apex: sphere.height_mm,
-        rim: sphere.radius_mm,
-    };
+    let cap =
+        Cap { radius: sphere.sphere_radius_mm, apex: sphere.height_mm, rim: sphere.radius_mm };
     let package = Package {
         cap,
         silicone,
@@ -372,20 +342,11 @@ fn bare(design: &Design) -> Result<Prototype> {
     let half = DVec3::new(0.5 * led.size_mm[0], 0.5 * led.size_mm[1], 0.0);
     let solid = Shape::cuboid(-half, half + DVec3::Z * led.height_mm)?;
     let optics = led.reflector.optics();
-    let parts = [BOX_SIDE, "box top", BOX_SIDE]
-        .map(|name| Patch::new(name, optics.clone()))
-        .to_vec();
-    let emitter = Emitter::Rectangle {
-        half_x: half.x,
-        half_y: half.y,
-    };
-    let source = Source::new(
-        "LED",
-        DVec3::Z * led.height_mm,
-        Region::World,
-        emitter,
-        Emission::LAMBERTIAN,
-    );
+    let parts =
+        [BOX_SIDE, "box top", BOX_SIDE].map(|name| Patch::new(name, optics.clone())).to_vec();
+    let emitter = Emitter::Rectangle { half_x: half.x, half_y: half.y };
+    let source =
+        Source::new("LED", DVec3::Z * led.height_mm, Region::World, emitter, Emission::LAMBERTIAN);
     Ok(Prototype {
         media: Vec::new(),
         surfaces: vec![Surface::zoned(solid, Region::Opaque, Region::World, parts)],
@@ -395,12 +356,8 @@ fn bare(design: &Design) -> Result<Prototype> {
 
 /// Surfaces of the dome from the axis outwards, without the cylinder.
 fn dome_surfaces(surface: &DomeSurface) -> Result<Vec<Surface>> {
-    let pieces: Vec<&Piece> = surface
-        .meridian()
-        .pieces
-        .iter()
-        .filter(|p| p.role != Role::Cylinder)
-        .collect();
+    let pieces: Vec<&Piece> =
+        surface.meridian().pieces.iter().filter(|p| p.role != Role::Cylinder).collect();
     let (inner, outer) = (tracer::package::SILICONE, Region::World);
     let runs = shapes::runs(&pieces)?.into_iter();
     let zoned = |(shape, roles): (Shape, Vec<Role>)| {
@@ -420,11 +377,7 @@ mod tests {
         let scene = build(design, surface).expect("valid scene");
         let outcome = tracer::run(&scene, &[], &tracer::Settings::new(200_000, 7)).expect("runs");
         assert!(outcome.total.ledger.imbalance().abs() < 1e-9);
-        assert!(
-            outcome.total.ledger.lost_total() < 1e-4,
-            "{:?}",
-            outcome.total.ledger.lost
-        );
+        assert!(outcome.total.ledger.lost_total() < 1e-4, "{:?}", outcome.total.ledger.lost);
         outcome.jackknife(|t| t.ledger.extraction())
     }
 
@@ -464,10 +417,7 @@ mod tests {
         let design = config::embedded("d1.toml").expect("valid");
         let all = extraction(&design, &DomeSurface::Refracting(stepped(&design)));
         let one = extraction(&design, &DomeSurface::Only(stepped(&design), 6));
-        assert!(
-            one.value > 0.01 && one.value < 0.3 * all.value,
-            "{one:?} of {all:?}"
-        );
+        assert!(one.value > 0.01 && one.value < 0.3 * all.value, "{one:?} of {all:?}");
     }
 
     #[test]
@@ -478,10 +428,7 @@ mod tests {
         let interface = bsdf::SmoothInterface::new(1.41, 1.0).expect("valid");
         let shared: Arc<dyn Bsdf> = Arc::new(interface);
         let bands = vec![Some(shared); 17];
-        let a = extraction(
-            &design,
-            &DomeSurface::Banded(Meridian::banded(dome, &ends), bands),
-        );
+        let a = extraction(&design, &DomeSurface::Banded(Meridian::banded(dome, &ends), bands));
         let b = extraction(&design, &DomeSurface::Refracting(stepped(&design)));
         assert!(
             (a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error),

@@ -100,10 +100,9 @@ fn has_room(design: &Design) -> Result<()> {
 /// Refuses solids whose scattering tables hold for one pair of indices, if the indices differ at
 /// the ends or the median of a light.
 fn scatters_at_all_wavelengths(design: &Design, surface: &DomeSurface) -> Result<()> {
-    let (Some(lights), true) = (
-        design.all_lights(),
-        design.solids.iter().any(CheckedSolid::scatters),
-    ) else {
+    let (Some(lights), true) =
+        (design.all_lights(), design.solids.iter().any(CheckedSolid::scatters))
+    else {
         return Ok(());
     };
     for light in &lights.lights {
@@ -165,11 +164,7 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     if 2.0 * reach_mm <= distance_mm {
         return None;
     }
-    let number = design
-        .solids
-        .iter()
-        .position(|s| s.name() == widest.name())?
-        + 1;
+    let number = design.solids.iter().position(|s| s.name() == widest.name())? + 1;
     let (key, got) = widest.stated.size();
     let [x, y, z] = size.map(|length| (length * 1e6).round() / 1e6);
     Some(ConfigError::Value {
@@ -231,10 +226,7 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
                     return off_axis(design, error);
                 }
                 let [x, y] = led.size_mm;
-                (
-                    "led.size_mm",
-                    format!("[{x}, {y}] and {} mm high", led.height_mm),
-                )
+                ("led.size_mm", format!("[{x}, {y}] and {} mm high", led.height_mm))
             } else {
                 ("dome", "solids that cut each other".to_owned())
             }
@@ -255,10 +247,7 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
         ),
         Error::IntoWall { .. } => {
             let distance_mm = design.housing.as_ref().map(|h| h.distance_mm);
-            (
-                "housing.distance_mm",
-                distance_mm.unwrap_or_default().to_string(),
-            )
+            ("housing.distance_mm", distance_mm.unwrap_or_default().to_string())
         }
         Error::SourceOutside { .. } | Error::SourceInSurface { .. } | Error::OpenBody { .. } => {
             ("led.height_mm", led.height_mm.to_string())
@@ -282,18 +271,10 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
 fn off_axis(design: &Design, error: &Error) -> ConfigError {
     let led = &design.led;
     let (key, got) = if !led.tilts_deg.is_empty() {
-        let rows = format!(
-            "{} rows, beside tilt_deg = {:?}",
-            led.tilts_deg.len(),
-            led.tilt_deg
-        );
+        let rows = format!("{} rows, beside tilt_deg = {:?}", led.tilts_deg.len(), led.tilt_deg);
         ("led.tilts_deg", rows)
     } else if !led.offsets_mm.is_empty() {
-        let rows = format!(
-            "{} rows, beside offset_mm = {:?}",
-            led.offsets_mm.len(),
-            led.offset_mm
-        );
+        let rows = format!("{} rows, beside offset_mm = {:?}", led.offsets_mm.len(), led.offset_mm);
         ("led.offsets_mm", rows)
     } else if led.place(0).is_on_axis() {
         ("led.tilt_deg", format!("{:?}", led.tilt_deg))
@@ -336,37 +317,25 @@ fn refusal(
     error: Error,
 ) -> ConfigError {
     let stated = &receiver.stated;
-    let last = stated
-        .shared
-        .only
-        .as_ref()
-        .and_then(|o| o.last_surface.as_ref());
+    let last = stated.shared.only.as_ref().and_then(|o| o.last_surface.as_ref());
     let place = || {
         let rectangle = stated.kind.rectangle().unwrap_or_default();
         format!("{:?}", rectangle.position_mm)
     };
     let (key, got, expected) = match error {
         Error::NoSurface { surface, known, .. } => {
-            let key = if last == Some(&surface) {
-                "only.last_surface"
-            } else {
-                "surface"
-            };
+            let key = if last == Some(&surface) { "only.last_surface" } else { "surface" };
             let expected = format!("one of the surfaces of the scene: {known}");
             (key, format!("{surface:?}"), expected)
         }
-        Error::ReceiverCuts {
-            low_mm, high_mm, ..
-        } => (
+        Error::ReceiverCuts { low_mm, high_mm, .. } => (
             "position_mm",
             place(),
             format!(
                 "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm"
             ),
         ),
-        Error::ReceiverInFace {
-            surface, apart_mm, ..
-        } => (
+        Error::ReceiverInFace { surface, apart_mm, .. } => (
             "position_mm",
             place(),
             format!(
@@ -374,11 +343,7 @@ fn refusal(
                 receiver.name()
             ),
         ),
-        Error::ReceiverInSource {
-            source_name,
-            apart_mm,
-            ..
-        } => (
+        Error::ReceiverInSource { source_name, apart_mm, .. } => (
             "position_mm",
             place(),
             format!(
@@ -404,10 +369,7 @@ mod tests {
         "kind = \"plane\"\nposition_mm = [0.0, 0.0, 3.0]\nsize_mm = [20.0, 10.0]\nbins = [4, 2]";
 
     fn said(of: &str, receivers: &str) -> String {
-        let (_, text) = config::EMBEDDED
-            .iter()
-            .find(|(name, _)| *name == of)
-            .expect("a design");
+        let (_, text) = config::EMBEDDED.iter().find(|(name, _)| *name == of).expect("a design");
         let text = format!("{text}\n{receivers}\n");
         let design = config::parse("a.toml", &text, Path::new("")).expect("valid by itself");
         check(&design).map_or_else(|error| error.to_string(), |()| String::new())

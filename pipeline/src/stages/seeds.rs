@@ -18,9 +18,7 @@ pub fn of_wavelength(seed: u64, nm: f64) -> u64 {
 
 /// The seed of a light among others, by its first source: what stands beside it does not matter.
 pub fn of_light(seed: u64, source: &str) -> u64 {
-    source
-        .bytes()
-        .fold(seed, |seed, byte| mix(seed ^ u64::from(byte)))
+    source.bytes().fold(seed, |seed, byte| mix(seed ^ u64::from(byte)))
 }
 
 /// The seed of a batch; batch 1 is the first after the initial one.
@@ -36,9 +34,8 @@ mod tests {
     #[test]
     fn seeds_of_wavelengths_differ() {
         let wavelengths = [450.0, 450.001, 550.0, 650.0];
-        let seeds: std::collections::BTreeSet<u64> = (0..100)
-            .flat_map(|s| wavelengths.map(|nm| of_wavelength(s, nm)))
-            .collect();
+        let seeds: std::collections::BTreeSet<u64> =
+            (0..100).flat_map(|s| wavelengths.map(|nm| of_wavelength(s, nm))).collect();
         assert_eq!(seeds.len(), 400);
         // The first output of SplitMix64 from state 0, as its authors' program prints it.
         assert_eq!(mix(0), 0xe220_a839_7b1d_cdaf);

@@ -48,11 +48,7 @@ struct Placing<'a> {
 
 impl<'a> Placing<'a> {
     fn of(design: &'a Design, bottom: &'a Bottom) -> Self {
-        Self {
-            design,
-            bottom,
-            inset_mm: INSET * extent_mm(design),
-        }
+        Self { design, bottom, inset_mm: INSET * extent_mm(design) }
     }
 }
 
@@ -70,18 +66,11 @@ pub struct SolidOnBottom {
 impl SolidOnBottom {
     /// How it stands, in words.
     pub fn describe(&self) -> String {
-        let Self {
-            name,
-            touches,
-            around,
-        } = self;
+        let Self { name, touches, around } = self;
         if touches.is_empty() {
             format!("{name} stands above a gap of {around}")
         } else {
-            format!(
-                "{name} is in optical contact with {}",
-                touches.join(" and ")
-            )
+            format!("{name} is in optical contact with {}", touches.join(" and "))
         }
     }
 }
@@ -162,9 +151,7 @@ pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -
     let holders = holders(design, |_| &outline, &array)?;
     let index = |holder: Option<&CheckedSolid>| outside(holder, &[]).index;
     let first = index(holders.first().copied().flatten());
-    let other = holders
-        .iter()
-        .find(|holder| index(**holder).to_bits() != first.to_bits());
+    let other = holders.iter().find(|holder| index(**holder).to_bits() != first.to_bits());
     let Some(other) = other else {
         return Ok(first);
     };
@@ -244,10 +231,7 @@ fn holders<'a, 'b>(
         }
     });
     // The first package that fails is reported, in any order of threads.
-    stands
-        .collect::<Vec<Result<_, anyhow::Error>>>()
-        .into_iter()
-        .collect()
+    stands.collect::<Vec<Result<_, anyhow::Error>>>().into_iter().collect()
 }
 
 /// The medium around packages within `holder`; `depths` are those of all solids of the array.
@@ -255,10 +239,7 @@ fn outside(holder: Option<&CheckedSolid>, depths: &[(&CheckedSolid, usize)]) -> 
     let medium = holder.and_then(|solid| Some((solid.name(), solid.medium.as_ref()?.index)));
     medium.map_or(AIR, |(name, index)| {
         let depth = depths.iter().find(|(solid, _)| solid.name() == name);
-        Surrounding {
-            index,
-            depth: 1 + depth.map_or(0, |(_, depth)| *depth),
-        }
+        Surrounding { index, depth: 1 + depth.map_or(0, |(_, depth)| *depth) }
     })
 }
 
@@ -318,10 +299,8 @@ fn extent_mm(design: &Design) -> f64 {
         .filter_map(|solid| Some(solid.form.shape(0.0).ok()?.bounds().farthest()));
     let largest = solids.fold(0.0, f64::max);
     let half = design.half_extent_mm();
-    let walls = design
-        .housing
-        .as_ref()
-        .map_or(0.0, |h| h.distance_mm + h.thickness_mm + h.height_mm);
+    let walls =
+        design.housing.as_ref().map_or(0.0, |h| h.distance_mm + h.thickness_mm + h.height_mm);
     let package = design.package_width_mm() + design.dome.as_ref().map_or(0.0, Dome::height_mm);
     half[0].max(half[1]) + design.array.pitch_mm + package + walls + largest
 }
@@ -336,10 +315,7 @@ struct Surrounding {
 }
 
 /// The world.
-const AIR: Surrounding = Surrounding {
-    index: 1.0,
-    depth: 0,
-};
+const AIR: Surrounding = Surrounding { index: 1.0, depth: 0 };
 
 /// A solid that light enters and that stands on the bottom, and what it touches there.
 struct BottomContact<'a> {
@@ -369,11 +345,7 @@ fn into<'a>(
     outside: Option<Surrounding>,
 ) -> Result<PlacedSolids<'a>> {
     let design = placing.design;
-    let own: Vec<&CheckedSolid> = design
-        .solids
-        .iter()
-        .filter(|solid| solid.per() == per)
-        .collect();
+    let own: Vec<&CheckedSolid> = design.solids.iter().filter(|solid| solid.per() == per).collect();
     if own.is_empty() {
         return Ok(PlacedSolids {
             depths: Vec::new(),
@@ -407,11 +379,7 @@ fn into<'a>(
             Region::Body(number) => body.media[usize::from(number)].index,
             Region::Opaque => 0.0,
         };
-        let inner = if object.sheet {
-            place.outer
-        } else {
-            object.inner
-        };
+        let inner = if object.sheet { place.outer } else { object.inner };
         let sides = [inner, place.outer];
         let optics = match outside {
             Some(_) => optics(design, solid, sides.map(index))?,
@@ -429,8 +397,7 @@ fn into<'a>(
             } else {
                 Vec::new()
             };
-            body.surfaces
-                .extend(plates(&foot, &parts, object.inner, 0.25 * inset_mm)?);
+            body.surfaces.extend(plates(&foot, &parts, object.inner, 0.25 * inset_mm)?);
             on_bottom.push(BottomContact {
                 solid,
                 outer: place.outer,
@@ -454,9 +421,7 @@ fn nested(
     body: &Prototype,
 ) -> Result<(Vec<NestedObject>, Nesting)> {
     let objects = own.iter().map(|solid| {
-        let inner = regions
-            .iter()
-            .find(|(other, _)| other.name() == solid.name());
+        let inner = regions.iter().find(|(other, _)| other.name() == solid.name());
         Ok(NestedObject {
             shape: solid.form.shape(0.0)?,
             sheet: solid.stated.kind.is_sheet(),
@@ -525,9 +490,7 @@ fn in_silicone(place: &NestedPlace, objects: &[NestedObject], nest: &Nesting) ->
         if outer == tracer::package::SILICONE {
             return true;
         }
-        let holder = objects
-            .iter()
-            .position(|object| !object.sheet && object.inner == outer);
+        let holder = objects.iter().position(|object| !object.sheet && object.inner == outer);
         match holder {
             Some(holder) => outer = nest.places[holder].outer,
             None => return false,
@@ -578,8 +541,7 @@ fn touched<'a>(
 /// The number of a solid in the design, from 1.
 fn number(design: &Design, solid: &CheckedSolid) -> usize {
     let mut all = design.solids.iter();
-    all.position(|other| other.name() == solid.name())
-        .map_or(0, |k| k + 1)
+    all.position(|other| other.name() == solid.name()).map_or(0, |k| k + 1)
 }
 
 fn surface(

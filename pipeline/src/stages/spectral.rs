@@ -39,12 +39,8 @@ use crate::spectrum::lights::{Colour, Lights};
 use crate::spectrum::quadrature::COUNTS;
 
 /// Figures whose change decides whether wavelengths are added.
-const DECISIVE: [&str; 4] = [
-    "peak_angle_deg",
-    "centre_to_peak",
-    "uniformity",
-    "extraction_efficiency",
-];
+const DECISIVE: [&str; 4] =
+    ["peak_angle_deg", "centre_to_peak", "uniformity", "extraction_efficiency"];
 /// A change within this many of its standard errors is none that could be seen.
 const UNSEEN: f64 = 2.0;
 /// Degrees that count as much as a fraction of 1.
@@ -105,13 +101,7 @@ impl<'a> SpectralJob<'a> {
         let mut sweep = Sweep::new(self);
         let (rule, coarse, stop) = refine(&mut sweep)?;
         let until_error = stopping_rule.map(|until| sweep.go_on(&rule, until));
-        Ok(SpectralTrace {
-            until_error: until_error.transpose()?,
-            sweep,
-            rule,
-            coarse,
-            stop,
-        })
+        Ok(SpectralTrace { until_error: until_error.transpose()?, sweep, rule, coarse, stop })
     }
 }
 
@@ -178,18 +168,11 @@ impl SpectralTrace<'_> {
     /// Source (where lights have some), wavelength in nm and observation of every node; none where
     /// nothing depends on the wavelength.
     pub fn by_wavelength(&self) -> Vec<(Option<&str>, f64, &Observation)> {
-        let nodes = self
-            .rule
-            .iter()
-            .filter(|_| self.stop != StoppedBy::NoDispersion);
+        let nodes = self.rule.iter().filter(|_| self.stop != StoppedBy::NoDispersion);
         let lights = &self.sweep.job.lights.lights;
         let of = |node: &Node| {
             let source = lights[node.light].sources.first();
-            (
-                source.map(String::as_str),
-                node.nm,
-                self.sweep.observation(node),
-            )
+            (source.map(String::as_str), node.nm, self.sweep.observation(node))
         };
         nodes.map(of).collect()
     }
@@ -279,9 +262,7 @@ fn verdict(
 ) -> (f64, Option<StoppedBy>) {
     let decisive = |key: &str| {
         DECISIVE.contains(&key)
-            && figures
-                .iter()
-                .any(|f| f.key == key && f.peak_place.is_off_axis())
+            && figures.iter().any(|f| f.key == key && f.peak_place.is_off_axis())
     };
     let (mut worst, mut within, mut unseen) = (0.0f64, true, true);
     for (key, change) in changes.iter().filter(|(key, _)| decisive(key)) {

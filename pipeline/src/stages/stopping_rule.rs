@@ -54,17 +54,13 @@ impl FromStr for ErrorTarget {
             )
         };
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
-        let named = figure
-            .strip_prefix(FLUX)
-            .is_some_and(|name| !name.is_empty());
+        let named = figure.strip_prefix(FLUX).is_some_and(|name| !name.is_empty());
         if !named && !figure_keys().any(|key| key == figure) {
             return Err(expected());
         }
         let (number, unit) = match error.strip_suffix('%') {
             Some(_) if figure.ends_with("_deg") => {
-                return Err(format!(
-                    "expected the error of {figure} in degrees, without %"
-                ));
+                return Err(format!("expected the error of {figure} in degrees, without %"));
             }
             Some(number) => (number, 0.01),
             None => (error, 1.0),
@@ -102,11 +98,7 @@ impl StoppingRule {
             PATHS.end()
         );
         let groups = GROUPS as u64;
-        Ok(if most < stated.next_multiple_of(groups) {
-            most / groups * groups
-        } else {
-            stated
-        })
+        Ok(if most < stated.next_multiple_of(groups) { most / groups * groups } else { stated })
     }
 }
 
@@ -243,12 +235,7 @@ where
                         count(paths, "path")
                     ));
                 }
-                let said = UntilError {
-                    figure: figure.clone(),
-                    error: *error,
-                    reached,
-                    batches,
-                };
+                let said = UntilError { figure: figure.clone(), error: *error, reached, batches };
                 return Ok((means, said));
             }
             // What follows takes the memory that they have had.
@@ -264,10 +251,7 @@ where
                 }
             }
             let seed = seeds::of_batch(self.context.seed, batches);
-            let more = (self.trace)(RunContext {
-                seed,
-                ..self.context
-            })?;
+            let more = (self.trace)(RunContext { seed, ..self.context })?;
             for (sum, more) in sums.iter_mut().zip(&more) {
                 sum.add(more);
             }
@@ -328,13 +312,7 @@ mod tests {
     }
 
     fn job<'a>(design: &'a Design, surface: &'a DomeSurface) -> TraceJob<'a> {
-        TraceJob {
-            design,
-            surface,
-            paths: design.trace.paths,
-            what: "",
-            error_groups: GROUPS,
-        }
+        TraceJob { design, surface, paths: design.trace.paths, what: "", error_groups: GROUPS }
     }
 
     #[test]
@@ -345,16 +323,9 @@ mod tests {
         let interrupt = Interrupt::default();
         let context = RunContext::quiet(&interrupt, 2);
         let run = |error: f64, most_paths: u64| {
-            let target = ErrorTarget {
-                figure: "extraction_efficiency".to_owned(),
-                error,
-            };
-            observe_until(
-                &job(&design, &surface),
-                &StoppingRule { target, most_paths },
-                context,
-            )
-            .expect("a trace")
+            let target = ErrorTarget { figure: "extraction_efficiency".to_owned(), error };
+            observe_until(&job(&design, &surface), &StoppingRule { target, most_paths }, context)
+                .expect("a trace")
         };
         let error = |o: &Observation| {
             let figures = o.figures(&design);
@@ -393,10 +364,7 @@ mod tests {
         let interrupt = Interrupt::default();
         let context = RunContext::quiet(&interrupt, 2);
         let target = "uniformity=1%".parse::<ErrorTarget>().expect("a target");
-        let until = StoppingRule {
-            target,
-            most_paths: 16_000,
-        };
+        let until = StoppingRule { target, most_paths: 16_000 };
         let (seen, said) =
             observe_until(&job(&design, &surface), &until, context).expect("a trace");
         let figures = seen.figures(&design);

@@ -193,10 +193,7 @@ impl<'a> RingProblem<'a> {
             }
             resolution.truncation = Truncation::new(orders)?;
         }
-        Ok(Converged {
-            resolution,
-            estimated_error,
-        })
+        Ok(Converged { resolution, estimated_error })
     }
 
     /// The efficiencies at a resolution, on the grid given or on one chosen by error.
@@ -304,18 +301,10 @@ pub fn interface(cell: &Cell, wavelength_um: f64) -> Result<Interface> {
     let polygons = cell
         .polygons
         .iter()
-        .map(|p| Polygon {
-            index: real(p.index),
-            points: p.points_um.clone(),
-        })
+        .map(|p| Polygon { index: real(p.index), points: p.points_um.clone() })
         .collect();
     Ok(Interface {
-        relief: Relief::new(
-            cell.period_um,
-            cell.depth_um,
-            real(cell.background_index),
-            polygons,
-        )?,
+        relief: Relief::new(cell.period_um, cell.depth_um, real(cell.background_index), polygons)?,
         wavelength: wavelength_um,
         n_top: real(cell.inner_index),
         n_bottom: real(cell.background_index),
@@ -345,10 +334,7 @@ fn staircase(relief: &Relief, height: f64) -> Result<Relief> {
 
 /// The incident directions of the nodes of `grid`.
 pub(super) fn directions(grid: &Grid) -> Directions {
-    Directions {
-        kx_per_zone: grid.kx_per_zone,
-        ky: grid.ky.clone(),
-    }
+    Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() }
 }
 
 /// What a table costs, about: period³ × height.
@@ -361,11 +347,7 @@ pub fn efficiency_rows(
     incidences: Vec<rcwa::hemisphere::Incidence>,
 ) -> impl Iterator<Item = EfficiencyRow> {
     incidences.into_iter().map(|i| EfficiencyRow {
-        node: NodeId {
-            side: side(i.side),
-            kx_index: i.kx_index,
-            ky_index: i.ky_index,
-        },
+        node: NodeId { side: side(i.side), kx_index: i.kx_index, ky_index: i.ky_index },
         polarization: match i.pol {
             rcwa::Pol::S => Polarization::S,
             rcwa::Pol::P => Polarization::P,
@@ -447,9 +429,8 @@ fn expected_resolution(problem: &RingProblem, interface: &Interface) -> Result<R
 /// Those of the solver and of the cache; an interrupt.
 pub fn solve_rings(rings: &[&Ring], cache: &Cache, context: RunContext) -> Result<()> {
     let rings = rings.iter();
-    let problems: Vec<RingProblem> = rings
-        .map(|ring| RingProblem::new(&ring.design, ring.cell.clone()))
-        .collect();
+    let problems: Vec<RingProblem> =
+        rings.map(|ring| RingProblem::new(&ring.design, ring.cell.clone())).collect();
     let distinct = problems.iter().map(|ring| (&ring.key, ring)).collect();
     let (_, missing) = look_up(distinct, Some(cache), context);
     solve_missing(missing, Some(cache), context).map(drop)
@@ -497,9 +478,7 @@ fn of_bands(
         })
     };
     let bands = bands.into_iter().map(|ring| ring.map(table).transpose());
-    Ok(DesignTables {
-        bands: bands.collect::<Result<_>>()?,
-    })
+    Ok(DesignTables { bands: bands.collect::<Result<_>>()? })
 }
 
 /// Tables held in memory for many designs that share rings.

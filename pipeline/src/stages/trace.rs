@@ -46,13 +46,7 @@ pub fn observe(
     what: &str,
     context: RunContext,
 ) -> Result<Observation> {
-    let job = TraceJob {
-        design,
-        surface,
-        paths,
-        what,
-        error_groups: GROUPS,
-    };
+    let job = TraceJob { design, surface, paths, what, error_groups: GROUPS };
     job.observe(context)
 }
 
@@ -65,11 +59,7 @@ impl TraceJob<'_> {
         let observation = observed?;
         for (account, share) in given_up(&observation) {
             // Traces of searches and studies have no name of their own.
-            let of = if self.what.is_empty() {
-                &self.design.name
-            } else {
-                self.what
-            };
+            let of = if self.what.is_empty() { &self.design.name } else { self.what };
             let how = account.trim_start_matches("lost_").replace('_', " ");
             context.console.warn(&format!(
                 "{of}: {share:.1e} of the power is lost ({how}), and no figure holds it"
@@ -102,9 +92,7 @@ impl TraceJob<'_> {
     pub fn keep_groups(&self, wanted: Range<u64>, context: RunContext) -> Result<()> {
         let scene = scene::build(self.design, self.surface)?;
         let count = wanted.end - wanted.start;
-        let bar = context
-            .console
-            .progress(count * self.paths.div_ceil(GROUPS as u64), self.what);
+        let bar = context.console.progress(count * self.paths.div_ceil(GROUPS as u64), self.what);
         let progress = |done| bar.inc(done);
         let groups = self.groups(context);
         let done = self.with_receivers(|receivers| {
@@ -200,12 +188,7 @@ fn given_up(seen: &Observation) -> Vec<(&str, f64)> {
 /// More bins than a plane may have.
 pub(super) fn plane(design: &Design) -> Result<PlaneMap, tracer::Error> {
     let grid = plane_grid(design);
-    PlaneMap::centred(
-        design.receiver.plane_height_mm,
-        grid.bin_mm,
-        grid.columns,
-        grid.rows,
-    )
+    PlaneMap::centred(design.receiver.plane_height_mm, grid.bin_mm, grid.columns, grid.rows)
 }
 
 #[cfg(test)]
@@ -243,9 +226,7 @@ mod tests {
     fn what_is_given_up_is_named_with_its_share() {
         let short = seen(|d| d.trace.max_interactions = 3);
         let found = given_up(&short);
-        let [(account, share)] = found[..] else {
-            panic!("{found:?}")
-        };
+        let [(account, share)] = found[..] else { panic!("{found:?}") };
         assert!(account.contains("bounces"), "{account}");
         let ledger = short.ledger();
         let booked = ledger.accounts.iter().find(|(name, _)| name == account);
@@ -287,10 +268,7 @@ mod tests {
                 let error = a.standard_error.hypot(b.standard_error);
                 let difference = (a.value - b.value).abs();
                 // Neither the same draws nor another result.
-                assert!(
-                    difference > 0.0 && difference < 4.5 * error,
-                    "{key}: {a:?} {b:?}"
-                );
+                assert!(difference > 0.0 && difference < 4.5 * error, "{key}: {a:?} {b:?}");
             }
         }
         let error = |figures: &[(&str, crate::metrics::Estimate)]| figures[1].1.standard_error;
@@ -335,9 +313,6 @@ mod tests {
         let (with, without) = (back(true), back(false));
         let error = with.standard_error.hypot(without.standard_error);
         // Nearly touching, a package sends a good part of its light into the others.
-        assert!(
-            with.value - without.value > 5.0 * error,
-            "{with:?} {without:?}"
-        );
+        assert!(with.value - without.value > 5.0 * error, "{with:?} {without:?}");
     }
 }

@@ -97,10 +97,7 @@ impl Units {
     /// Flux that all sources emit; luminous flux in photometric units only.
     pub fn emitted(&self) -> Emitted {
         let photometric = self.weighting == Weighting::Photometric;
-        Emitted {
-            emitted_w: self.emitted_w,
-            emitted_lm: photometric.then_some(self.emitted),
-        }
+        Emitted { emitted_w: self.emitted_w, emitted_lm: photometric.then_some(self.emitted) }
     }
 }
 
@@ -111,10 +108,7 @@ mod tests {
 
     #[test]
     fn a_watt_of_green_is_683_lumens() {
-        let source = SpectralPower::Lines {
-            wavelength_nm: vec![555.0],
-            power: vec![1.0],
-        };
+        let source = SpectralPower::Lines { wavelength_nm: vec![555.0], power: vec![1.0] };
         let green = Spectrum::new(source, Weighting::Photometric, None).expect("valid");
         let lights = Lights::together(&green);
         let units = Units::new(1.0, Some(&lights));
@@ -126,10 +120,7 @@ mod tests {
         assert_eq!(units.flux().key(), "luminous_flux_lm");
         assert!((units.per_radiance() - 683e6).abs() < 1e-3);
         assert!(units.emitted().emitted_lm.is_some());
-        let watt = Emitted {
-            emitted_w: 1.0,
-            emitted_lm: None,
-        };
+        let watt = Emitted { emitted_w: 1.0, emitted_lm: None };
         assert_eq!(Units::new(1.0, None).emitted(), watt);
         let half = Units::new(0.5, Some(&lights));
         assert!((half.per_intensity() - 341.5).abs() < 1e-9);

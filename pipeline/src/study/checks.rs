@@ -18,14 +18,8 @@ pub(super) fn head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
         "name: expected letters, digits, '-', '_' and '.', got {:?}",
         file.name
     );
-    ensure!(
-        !file.models.is_empty(),
-        "models: expected at least one, got none"
-    );
-    ensure!(
-        !file.designs.is_empty(),
-        "designs: expected at least one file, got none"
-    );
+    ensure!(!file.models.is_empty(), "models: expected at least one, got none");
+    ensure!(!file.designs.is_empty(), "designs: expected at least one file, got none");
     if let Some(paths) = paths {
         ensure!(
             PATHS.contains(&paths),
@@ -82,10 +76,7 @@ pub(super) fn targets(
                 known()
             );
         }
-        ensure!(
-            named().next().is_some(),
-            "targets: expected at least one target, got none"
-        );
+        ensure!(named().next().is_some(), "targets: expected at least one target, got none");
     }
     ensure!(
         file.targets_file.is_none() || named().any(|(design, model)| traced(design, model)),

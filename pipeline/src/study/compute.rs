@@ -86,10 +86,8 @@ enum PlacedKind {
 /// Those of the solver and the tracer; an interrupt. Finished traces stay in the cache. A trace
 /// that is missing where a job is merged.
 pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<SetupFigures>> {
-    let mut tasks: Vec<TraceTask> = places(study)
-        .iter()
-        .map(|place| task(study, place, context.seed))
-        .collect();
+    let mut tasks: Vec<TraceTask> =
+        places(study).iter().map(|place| task(study, place, context.seed)).collect();
     let mut found: Vec<SetupFigures> = vec![SetupFigures::new(); study.setups.len()];
     let mut known: BTreeMap<Key, TraceFigures> = BTreeMap::new();
     for task in &tasks {
@@ -110,20 +108,16 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
             !context.is_merging(),
             "{label}: expected its trace among the pieces of the job, found none that can be used"
         );
-        let alike = tasks[first..]
-            .iter()
-            .filter(|t| t.trace_key == task.trace_key);
-        let wanted: Vec<&TraceTask> = alike
-            .filter(|t| !known.contains_key(&t.figures_key))
-            .collect();
+        let alike = tasks[first..].iter().filter(|t| t.trace_key == task.trace_key);
+        let wanted: Vec<&TraceTask> =
+            alike.filter(|t| !known.contains_key(&t.figures_key)).collect();
         let traced = trace(study, &wanted, &mut held, cache, context);
         known.extend(traced.with_context(|| label.clone())?);
         let (done, all) = (known.len(), tasks.len());
         let (setup, _) = &study.setups[task.setup];
-        context.console.say(&format!(
-            "{}: {}, {done} of at most {all} traces",
-            setup.name, task.place.design
-        ));
+        context
+            .console
+            .say(&format!("{}: {}, {done} of at most {all} traces", setup.name, task.place.design));
     }
     for task in tasks {
         found[task.setup].insert(task.place, known[&task.figures_key].clone());
@@ -175,9 +169,7 @@ pub fn shared_traces(study: &Arc<Study>, seed: u64) -> Vec<SharedTrace> {
     let mut traces: Vec<SharedTrace> = Vec::new();
     for place in places(study) {
         let task = task(study, &place, seed);
-        let number = *numbers
-            .entry(task.trace_key.clone())
-            .or_insert(traces.len());
+        let number = *numbers.entry(task.trace_key.clone()).or_insert(traces.len());
         if number == traces.len() {
             traces.push(SharedTrace {
                 study: Arc::clone(study),
@@ -229,27 +221,19 @@ impl Task for SharedTrace {
     }
 
     fn missing(&self, cache: &Cache, context: RunContext) -> Result<Vec<u64>> {
-        let whole = self
-            .keys
-            .iter()
-            .all(|key| read(cache, key, context).is_some());
+        let whole = self.keys.iter().all(|key| read(cache, key, context).is_some());
         Ok(if whole { Vec::new() } else { vec![0] })
     }
 
     fn compute(&self, pieces: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
         // The trace itself is the piece, not its groups of paths.
-        let context = RunContext {
-            seed: self.seed,
-            checkpoints: None,
-            ..context
-        };
+        let context = RunContext { seed: self.seed, checkpoints: None, ..context };
         if pieces.is_empty() {
             return Ok(());
         }
         let places = self.places.iter();
-        let tasks: Vec<TraceTask> = places
-            .map(|place| task(&self.study, place, self.seed))
-            .collect();
+        let tasks: Vec<TraceTask> =
+            places.map(|place| task(&self.study, place, self.seed)).collect();
         let unread = |task: &&TraceTask| read(cache, &task.figures_key, context).is_none();
         let wanted: Vec<&TraceTask> = tasks.iter().filter(unread).collect();
         let traced = trace(&self.study, &wanted, &mut None, cache, context);
@@ -262,11 +246,7 @@ fn places(study: &Study) -> Vec<TaskIndex> {
     for (setup, (_, designs)) in study.setups.iter().enumerate() {
         for (number, design) in designs.iter().enumerate() {
             let mut add = |what| {
-                places.push(TaskIndex {
-                    setup,
-                    design: number,
-                    what,
-                });
+                places.push(TaskIndex { setup, design: number, what });
             };
             for &model in &study.models {
                 add(PlacedKind::Model(model));
@@ -351,19 +331,8 @@ fn task<'a>(study: &'a Study, place: &TaskIndex, seed: u64) -> TraceTask<'a> {
         "tables": tables,
         "seed": seed,
     }));
-    let place = TraceId {
-        design: design.name.clone(),
-        model,
-    };
-    TraceTask {
-        setup,
-        place,
-        design,
-        what,
-        trace_key,
-        figures_key,
-        traces,
-    }
+    let place = TraceId { design: design.name.clone(), model };
+    TraceTask { setup, place, design, what, trace_key, figures_key, traces }
 }
 
 /// Traces one task; `held` keeps the tables used last.
@@ -375,13 +344,7 @@ fn observe_task(
 ) -> Result<Observation> {
     let design = task.design;
     if let (TraceKind::Model(model), Some(lights)) = (task.what, design.all_lights()) {
-        let job = SpectralJob {
-            design,
-            lights: &lights,
-            model,
-            cache: Some(cache),
-            context,
-        };
+        let job = SpectralJob { design, lights: &lights, model, cache: Some(cache), context };
         return job.observe();
     }
     let surface = match task.what {
@@ -397,13 +360,8 @@ fn observe_task(
         }
         TraceKind::Model(model) => dome_surface(design, model, None)?,
         TraceKind::Probe(probes) => {
-            let dome = design
-                .base()
-                .with_context(|| format!("{} has no dome", design.name))?;
-            DomeSurface::Only(
-                Meridian::stepped(dome, &design.elements)?,
-                probes[0].element,
-            )
+            let dome = design.base().with_context(|| format!("{} has no dome", design.name))?;
+            DomeSurface::Only(Meridian::stepped(dome, &design.elements)?, probes[0].element)
         }
     };
     let what = format!("{} {}", design.name, task.place.model);
@@ -477,10 +435,7 @@ struct StoredFigures {
 }
 
 fn path(cache: &Cache, key: &Key) -> PathBuf {
-    cache
-        .directory()
-        .join("traces")
-        .join(format!("{}.json", key.hex()))
+    cache.directory().join("traces").join(format!("{}.json", key.hex()))
 }
 
 fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<TraceFigures> {
@@ -489,10 +444,7 @@ fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<TraceFigures> {
     let read = serde_json::from_slice::<StoredFigures>(&text).map_err(anyhow::Error::from);
     let whole = read.and_then(|stored| {
         let content = serde_json::to_string(&stored.figures)?;
-        ensure!(
-            sha256_hex(content.as_bytes()) == stored.sha256,
-            "it was altered"
-        );
+        ensure!(sha256_hex(content.as_bytes()) == stored.sha256, "it was altered");
         ensure!(
             stored.key == key.hex(),
             "expected the trace of key {}, got that of {}",
@@ -516,9 +468,7 @@ fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<TraceFigures> {
 fn write(cache: &Cache, key: &Key, figures: &TraceFigures) -> Result<()> {
     let content = serde_json::to_string(figures)?;
     let sha256 = sha256_hex(content.as_bytes());
-    let text = format!(
-        "{{\"key\":\"{}\",\"sha256\":\"{sha256}\",\"figures\":{content}}}\n",
-        key.hex()
-    );
+    let text =
+        format!("{{\"key\":\"{}\",\"sha256\":\"{sha256}\",\"figures\":{content}}}\n", key.hex());
     atomic_file::write_bytes(&path(cache, key), text.as_bytes())
 }

@@ -228,9 +228,7 @@ mod tests {
         std::fs::write(&path, text).expect("written");
         let study = load(&path, None).expect("valid");
         assert_eq!(study.setups.len(), 2);
-        let [d1, d2] = &study.setups[1].1[..] else {
-            panic!("two designs")
-        };
+        let [d1, d2] = &study.setups[1].1[..] else { panic!("two designs") };
         assert!((d1.led.reflector.reflectance() - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
         let apex = |d: &Design| match d.elements.shapes[0] {
             crate::geometry::profile::Shape::Triangle { apex_deg, .. } => apex_deg,
@@ -239,12 +237,7 @@ mod tests {
         assert!((apex(d2) - 50.0).abs() < 1e-15 && apex(d1).abs() < 1e-15);
         assert!((apex(&study.setups[0].1[1]) - 60.0).abs() < 1e-15);
         assert_eq!(study.inputs.len(), 3);
-        assert_eq!(
-            load(&path, Some(7000)).expect("valid").setups[0].1[0]
-                .trace
-                .paths,
-            7000
-        );
+        assert_eq!(load(&path, Some(7000)).expect("valid").setups[0].1[0].trace.paths, 7000);
     }
 
     #[test]
@@ -254,18 +247,9 @@ mod tests {
                 "[base.set]\n\"led.reflectance\" = 2.0",
                 &["base", "d1.toml", "led.reflectance", "0 to 1"][..],
             ),
-            (
-                "[base.set]\n\"led.colour\" = 2.0",
-                &["d1.toml", "led.colour", "no such key"],
-            ),
-            (
-                "[base.set]\n\"led.reflectance\" = \"high\"",
-                &["d1.toml", "expected"],
-            ),
-            (
-                "paths = 5000\n[base.set]\n\"trace.paths\" = 6000",
-                &["base", "trace.paths", "paths"],
-            ),
+            ("[base.set]\n\"led.colour\" = 2.0", &["d1.toml", "led.colour", "no such key"]),
+            ("[base.set]\n\"led.reflectance\" = \"high\"", &["d1.toml", "expected"]),
+            ("paths = 5000\n[base.set]\n\"trace.paths\" = 6000", &["base", "trace.paths", "paths"]),
             (
                 "[targets.D9.geometric_100um]\nuniformity = 0.8",
                 &["targets.D9.geometric_100um", "D1.geometric_100um"],
@@ -286,10 +270,7 @@ mod tests {
             ("[base]\nset_of.D9 = { a = 1 }", &["set_of.D9"]),
             ("colour = 1", &["colour: no such key"]),
             ("paths = 3", &["paths", "1000"]),
-            (
-                "targets_file = \"none.toml\"",
-                &["targets_file", "none.toml"],
-            ),
+            ("targets_file = \"none.toml\"", &["targets_file", "none.toml"]),
             (
                 "[[probes]]\ndesign = \"D1\"\nelement = 40\nranges_deg = [[20, 30]]",
                 &["probes", "element 40"],

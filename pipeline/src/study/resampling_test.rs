@@ -148,10 +148,7 @@ fn sums(columns: &[FigureSample], runs: usize) -> Vec<TraceSums> {
             own: (0..runs).map(own).collect(),
         }
     };
-    columns
-        .chunk_by(|a, b| a.place == b.place)
-        .map(of)
-        .collect()
+    columns.chunk_by(|a, b| a.place == b.place).map(of).collect()
 }
 
 /// Resampled tables: the number of the run of each trace. In table k of an order, each trace
@@ -184,10 +181,8 @@ fn compared(paths: f64, columns: &[FigureSample]) -> Option<Comparison> {
     let far = |s: &TraceSums, as_far_as: f64| s.own.iter().filter(|own| **own >= as_far_as).count();
     let worst = sums.iter().map(|s| far(s, s.targets)).min()?;
     // Number of other runs at least as far off as each run.
-    let ranks: Vec<Vec<usize>> = sums
-        .iter()
-        .map(|s| s.own.iter().map(|&own| far(s, own) - 1).collect())
-        .collect();
+    let ranks: Vec<Vec<usize>> =
+        sums.iter().map(|s| s.own.iter().map(|&own| far(s, own) - 1).collect()).collect();
     let as_bad = |table: &Vec<usize>| ranks.iter().zip(table).any(|(r, &k)| r[k] <= worst);
     let as_bad = tables(sums.len(), runs).filter(as_bad).count();
     let cases = sums.iter().map(|s| TraceComparison {
@@ -253,10 +248,7 @@ mod tests {
     use super::*;
 
     fn place(design: &str) -> TraceId {
-        TraceId {
-            design: design.to_owned(),
-            model: "geometric".to_owned(),
-        }
+        TraceId { design: design.to_owned(), model: "geometric".to_owned() }
     }
 
     /// Runs of one figure that scatter evenly over -1 to 1, in an order that differs with `stride`.
@@ -288,19 +280,13 @@ mod tests {
     #[test]
     fn many_figures_are_judged_together() {
         // Each target alone is no farther off than two of five runs; all twelve so is rare.
-        let columns: Vec<FigureSample> = [1, 2, 4, 5, 8, 10, 11, 13, 16, 17, 19, 20]
-            .map(|stride| even(63, stride, 0.9))
-            .into();
+        let columns: Vec<FigureSample> =
+            [1, 2, 4, 5, 8, 10, 11, 13, 16, 17, 19, 20].map(|stride| even(63, stride, 0.9)).into();
         let together = compared(1.0, &columns).expect("runs enough");
         assert_eq!(together.figures, 12);
         assert!(together.p < 0.05, "{together:?}");
-        let fair: Vec<FigureSample> = columns
-            .into_iter()
-            .map(|c| FigureSample {
-                target: c.target - 0.33,
-                ..c
-            })
-            .collect();
+        let fair: Vec<FigureSample> =
+            columns.into_iter().map(|c| FigureSample { target: c.target - 0.33, ..c }).collect();
         assert!(compared(1.0, &fair).expect("runs enough").p > 0.2);
     }
 
@@ -340,9 +326,7 @@ mod tests {
             .flat_map(|&stride| [of("near", 0.02, stride), of("far", 0.95, stride + 9)])
             .collect();
         let compared = compared(1.0, &columns).expect("runs enough");
-        let [near, far] = &compared.by_figure[..] else {
-            panic!("{compared:?}")
-        };
+        let [near, far] = &compared.by_figure[..] else { panic!("{compared:?}") };
         assert_eq!((&near.figure[..], &far.figure[..]), ("near", "far"));
         assert!(near.p > 0.95 && near.p_nearer < 0.05, "{near:?}");
         assert!(far.p < 0.05 && far.p_nearer > 0.95, "{far:?}");
@@ -367,10 +351,7 @@ mod tests {
         // Seven chances to have a run that is the farthest of its 63; of runs so regular some
         // coincide.
         let most = (1.0 + 7.0) / 64.0;
-        assert!(
-            all.p_of_worst > 0.5 * most && all.p_of_worst <= most,
-            "{all:?}"
-        );
+        assert!(all.p_of_worst > 0.5 * most && all.p_of_worst <= most, "{all:?}");
         let sum: f64 = all.cases.iter().map(|case| case.chi_square).sum();
         assert!((sum - all.chi_square).abs() < 1e-12);
     }

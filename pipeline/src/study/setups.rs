@@ -69,9 +69,7 @@ fn levels(factor: &Factor) -> Result<FactorLevels> {
     let (levels, numbers) = match (&factor.key, &factor.values, factor.levels.is_empty()) {
         (Some(key), Some(values), true) => {
             let level = |value: &toml::Value| {
-                let label = value
-                    .as_str()
-                    .map_or_else(|| value.to_string(), str::to_owned);
+                let label = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
                 let set = Settings::from([(key.clone(), value.clone())]);
                 let set_of = BTreeMap::new();
                 (label, Level { set, set_of })
@@ -92,10 +90,7 @@ fn levels(factor: &Factor) -> Result<FactorLevels> {
             "factors: expected `key` with `values`, or `levels`, got neither or both in {name:?}"
         ),
     };
-    ensure!(
-        !levels.is_empty(),
-        "factors: expected at least one level, got none in {name:?}"
-    );
+    ensure!(!levels.is_empty(), "factors: expected at least one level, got none in {name:?}");
     let distinct: BTreeSet<&String> = levels.iter().map(|l| &l.0).collect();
     ensure!(
         distinct.len() == levels.len(),
@@ -141,11 +136,7 @@ pub fn setups(file: &StudyFile, factors: &[FactorLevels]) -> Result<Vec<Setup>> 
     let with = |setup: &Setup, factor: &FactorLevels, (label, level): &(String, Level)| {
         let mut setup = setup.clone();
         let own = format!("{} = {label}", factor.name);
-        setup.name = if setup.levels.is_empty() {
-            own
-        } else {
-            format!("{}, {own}", setup.name)
-        };
+        setup.name = if setup.levels.is_empty() { own } else { format!("{}, {own}", setup.name) };
         setup.levels.insert(factor.name.clone(), label.clone());
         setup.settings.push(level.clone());
         setup
@@ -163,17 +154,11 @@ pub fn setups(file: &StudyFile, factors: &[FactorLevels]) -> Result<Vec<Setup>> 
                 .iter()
                 .try_fold(1usize, |n, f| n.checked_mul(f.levels.len()))
                 .filter(|&n| n <= MOST);
-            ensure!(
-                count.is_some(),
-                "factors: expected at most {MOST} combinations"
-            );
+            ensure!(count.is_some(), "factors: expected at most {MOST} combinations");
             let mut grid = vec![base.clone()];
             for factor in factors {
                 let extended = grid.iter().flat_map(|setup| {
-                    factor
-                        .levels
-                        .iter()
-                        .map(move |level| with(setup, factor, level))
+                    factor.levels.iter().map(move |level| with(setup, factor, level))
                 });
                 grid = extended.collect();
             }
@@ -198,10 +183,9 @@ pub fn setups(file: &StudyFile, factors: &[FactorLevels]) -> Result<Vec<Setup>> 
             setup = with(&setup, factor, level);
         }
         setup.name.clone_from(&combination.name);
-        setup.settings.push(Level {
-            set: combination.set.clone(),
-            set_of: combination.set_of.clone(),
-        });
+        setup
+            .settings
+            .push(Level { set: combination.set.clone(), set_of: combination.set_of.clone() });
         all.push(setup);
     }
     let mut names = BTreeSet::new();
@@ -212,11 +196,7 @@ pub fn setups(file: &StudyFile, factors: &[FactorLevels]) -> Result<Vec<Setup>> 
             setup.name
         );
     }
-    ensure!(
-        all.len() <= MOST,
-        "setups: expected at most {MOST}, got {}",
-        all.len()
-    );
+    ensure!(all.len() <= MOST, "setups: expected at most {MOST}, got {}", all.len());
     Ok(all)
 }
 
@@ -252,19 +232,9 @@ mod tests {
     fn one_at_a_time_and_grids_have_the_set_ups_they_should() {
         let names = |file: &StudyFile| -> Vec<String> {
             let factors = factors(file).expect("valid");
-            setups(file, &factors)
-                .expect("valid")
-                .into_iter()
-                .map(|s| s.name)
-                .collect()
+            setups(file, &factors).expect("valid").into_iter().map(|s| s.name).collect()
         };
-        let one = [
-            "base",
-            "box = 0.8",
-            "box = 0.9",
-            "reading = A",
-            "reading = B",
-        ];
+        let one = ["base", "box = 0.8", "box = 0.9", "reading = A", "reading = B"];
         assert_eq!(names(&file(TWO)), one);
         let grid = names(&file(&format!("arrangement = \"grid\"\n{TWO}")));
         assert_eq!(grid.len(), 5);
@@ -279,10 +249,7 @@ mod tests {
         let all = setups(&file, &factors(&file).expect("valid")).expect("valid");
         let mine = all.last().expect("a set-up");
         let reflectance = |design| mine.of(design)["mirror.reflectance"].as_float();
-        assert_eq!(
-            (reflectance("D2"), reflectance("D3")),
-            (Some(0.9), Some(0.5))
-        );
+        assert_eq!((reflectance("D2"), reflectance("D3")), (Some(0.9), Some(0.5)));
         assert_eq!(mine.of("D2").len(), 3);
         assert_eq!(mine.of("D1").len(), 2);
     }
@@ -291,24 +258,13 @@ mod tests {
     fn factors_and_set_ups_that_are_none_are_refused() {
         for (text, word) in [
             ("[[factors]]\nname = \"a\"", "neither or both"),
-            (
-                "[[factors]]\nname = \"a\"\nkey = \"k\"\nvalues = []",
-                "at least one level",
-            ),
-            (
-                "[[factors]]\nname = \"a\"\nkey = \"k\"\nvalues = [1, 1]",
-                "twice",
-            ),
-            (
-                "[[setups]]\nname = \"x\"\nlevels = { y = \"z\" }",
-                "one of its levels",
-            ),
+            ("[[factors]]\nname = \"a\"\nkey = \"k\"\nvalues = []", "at least one level"),
+            ("[[factors]]\nname = \"a\"\nkey = \"k\"\nvalues = [1, 1]", "twice"),
+            ("[[setups]]\nname = \"x\"\nlevels = { y = \"z\" }", "one of its levels"),
             ("[[setups]]\nname = \"base\"", "twice"),
         ] {
             let file = file(text);
-            let error = factors(&file)
-                .and_then(|f| setups(&file, &f))
-                .expect_err(text);
+            let error = factors(&file).and_then(|f| setups(&file, &f)).expect_err(text);
             assert!(error.to_string().contains(word), "{error}");
         }
     }

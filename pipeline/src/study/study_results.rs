@@ -70,9 +70,7 @@ pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> O
     let count = misses.len() as f64;
     let groups = misses.iter().map(|(f, ..)| f.without.len()).min()?;
     let of = |value: &dyn Fn(&JackknifedFigure) -> f64| {
-        let squares = misses
-            .iter()
-            .map(|(f, target, scale)| ((value(f) - target) / scale).powi(2));
+        let squares = misses.iter().map(|(f, target, scale)| ((value(f) - target) / scale).powi(2));
         (squares.sum::<f64>() / count).sqrt()
     };
     Some(Misfit {
@@ -211,10 +209,8 @@ impl StudyResults<'_> {
             }
             for (place, judged) in &self.found[0] {
                 for (name, _) in &judged.figures {
-                    let points: Option<Vec<(f64, &JackknifedFigure)>> = at
-                        .iter()
-                        .map(|(x, found)| Some((*x, find(found, place, name)?)))
-                        .collect();
+                    let points: Option<Vec<(f64, &JackknifedFigure)>> =
+                        at.iter().map(|(x, found)| Some((*x, find(found, place, name)?))).collect();
                     let Some(slope) = points.and_then(|p| slope(&p)) else {
                         continue;
                     };
@@ -321,11 +317,7 @@ fn slope(points: &[(f64, &JackknifedFigure)]) -> Option<Estimate> {
     let square: f64 = points.iter().map(|p| (p.0 - mean).powi(2)).sum();
     let groups = points.iter().map(|p| p.1.without.len()).min()?;
     let of = |value: &dyn Fn(&JackknifedFigure) -> f64| {
-        points
-            .iter()
-            .map(|(x, f)| (x - mean) * value(f))
-            .sum::<f64>()
-            / square
+        points.iter().map(|(x, f)| (x - mean) * value(f)).sum::<f64>() / square
     };
     let without: Vec<f64> = (0..groups).map(|g| of(&|f| f.without[g])).collect();
     (square > 0.0).then(|| Estimate::new(of(&|f| f.value), spread(&without)))
@@ -337,23 +329,13 @@ mod tests {
     use super::*;
 
     fn figure(value: f64, without: &[f64]) -> JackknifedFigure {
-        JackknifedFigure {
-            value,
-            standard_error: spread(without),
-            without: without.to_vec(),
-        }
+        JackknifedFigure { value, standard_error: spread(without), without: without.to_vec() }
     }
 
     fn found(uniformity: JackknifedFigure) -> SetupFigures {
-        let place = TraceId {
-            design: "D1".to_owned(),
-            model: "hybrid_10um".to_owned(),
-        };
+        let place = TraceId { design: "D1".to_owned(), model: "hybrid_10um".to_owned() };
         let figures = vec![("uniformity".to_owned(), uniformity)];
-        let judged = TraceFigures {
-            figures,
-            short_runs: Vec::new(),
-        };
+        let judged = TraceFigures { figures, short_runs: Vec::new() };
         SetupFigures::from([(place, judged)])
     }
 
@@ -382,11 +364,7 @@ mod tests {
         let first = of(&found(figure(0.77, &[0.77, 0.78, 0.76]))).expect("a target");
         let above = third.above(&first);
         assert!((above.value - 1.0).abs() < 1e-12 && above.standard_error < 1e-12);
-        let ranked = |above_first| Ranked {
-            setup: 0,
-            misfit: estimate,
-            above_first,
-        };
+        let ranked = |above_first| Ranked { setup: 0, misfit: estimate, above_first };
         assert!(!ranked(above).is_tied() && ranked(first.above(&first)).is_tied());
         assert!(ranked(Estimate::new(0.2, 0.1)).is_tied());
         // Without the figure that the base has there is nothing to rank.
@@ -395,10 +373,7 @@ mod tests {
 
     #[test]
     fn short_runs_are_told_by_mean_deviation_and_extremes() {
-        let place = TraceId {
-            design: "D1".to_owned(),
-            model: "hybrid_10um".to_owned(),
-        };
+        let place = TraceId { design: "D1".to_owned(), model: "hybrid_10um".to_owned() };
         let runs = ShortRuns {
             figure: "uniformity".to_owned(),
             paths: 1e5,

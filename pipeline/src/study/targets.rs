@@ -29,8 +29,7 @@ const LEAST_SCALE: f64 = 1e-9;
 fn default_scales() -> BTreeMap<String, f64> {
     let forms = FORMS.iter().map(|form| (form.key, FORM_SCALE));
     let all = PAPERS.into_iter().chain(forms);
-    all.map(|(figure, scale)| (figure.to_owned(), scale))
-        .collect()
+    all.map(|(figure, scale)| (figure.to_owned(), scale)).collect()
 }
 
 /// Design → model → figure → value.
@@ -57,11 +56,7 @@ impl Targets {
     pub fn new(table: &toml::Table, scales: &BTreeMap<String, f64>) -> Result<Self> {
         let mut all = default_scales();
         for (figure, &scale) in scales {
-            ensure!(
-                all.contains_key(figure),
-                "scales.{figure}: expected one of {}",
-                names()
-            );
+            ensure!(all.contains_key(figure), "scales.{figure}: expected one of {}", names());
             ensure!(
                 scale.is_finite() && scale >= LEAST_SCALE,
                 "scales.{figure}: expected a number of at least {LEAST_SCALE:e}, got {scale}"
@@ -73,11 +68,7 @@ impl Targets {
             for (model, targets) in tables(design, models)? {
                 for (figure, value) in tables(&format!("{design}.{model}"), targets)? {
                     let key = format!("targets.{design}.{model}.{figure}");
-                    ensure!(
-                        all.contains_key(figure),
-                        "{key}: expected one of {}",
-                        names()
-                    );
+                    ensure!(all.contains_key(figure), "{key}: expected one of {}", names());
                     let Some(number) = dotted_keys::number(value).filter(|n| n.is_finite()) else {
                         bail!("{key}: expected a number, got {value}");
                     };
@@ -91,19 +82,11 @@ impl Targets {
                         "{key}: expected {unit} from 0 to {most}, got {number}"
                     );
                     let of_design = figures.entry(design.clone()).or_default();
-                    of_design
-                        .entry(model.clone())
-                        .or_default()
-                        .insert(figure.clone(), number);
+                    of_design.entry(model.clone()).or_default().insert(figure.clone(), number);
                 }
             }
         }
-        Ok(Self {
-            figures,
-            scales: all,
-            probes: BTreeMap::new(),
-            rounding: BTreeMap::new(),
-        })
+        Ok(Self { figures, scales: all, probes: BTreeMap::new(), rounding: BTreeMap::new() })
     }
 
     /// Adds the rounding of targets.
@@ -169,21 +152,10 @@ mod tests {
         let table: toml::Table = toml::from_str(crate::published::TABLES).expect("valid");
         let targets = Targets::new(&table, &BTreeMap::from([("uniformity".to_owned(), 0.01)]))
             .expect("valid");
+        assert_eq!(targets.of("D3", "hybrid_10um", "uniformity"), Some((0.818, 0.01)));
+        assert_eq!(targets.of("D3", "hybrid_10um", "extraction_efficiency"), None);
         assert_eq!(
-            targets.of("D3", "hybrid_10um", "uniformity"),
-            Some((0.818, 0.01))
-        );
-        assert_eq!(
-            targets.of("D3", "hybrid_10um", "extraction_efficiency"),
-            None
-        );
-        assert_eq!(
-            targets
-                .figures
-                .values()
-                .flat_map(BTreeMap::values)
-                .map(BTreeMap::len)
-                .sum::<usize>(),
+            targets.figures.values().flat_map(BTreeMap::values).map(BTreeMap::len).sum::<usize>(),
             21
         );
     }
@@ -199,18 +171,9 @@ mod tests {
     #[test]
     fn targets_without_numbers_are_refused() {
         for (text, word) in [
-            (
-                "[D1.geometric_100um]\nuniformity = \"high\"",
-                "expected a number",
-            ),
-            (
-                "[D1.geometric_100um]\nuniformity = nan",
-                "expected a number",
-            ),
-            (
-                "[D1.geometric_100um]\nbrightness = 1.0",
-                "targets.D1.geometric_100um.brightness",
-            ),
+            ("[D1.geometric_100um]\nuniformity = \"high\"", "expected a number"),
+            ("[D1.geometric_100um]\nuniformity = nan", "expected a number"),
+            ("[D1.geometric_100um]\nbrightness = 1.0", "targets.D1.geometric_100um.brightness"),
             ("D1 = 3", "expected a table"),
         ] {
             let table = toml::from_str(text).expect("TOML");
@@ -219,10 +182,7 @@ mod tests {
         }
         for scale in [0.0, -1.0, 1e-300, f64::NAN] {
             let scales = BTreeMap::from([("uniformity".to_owned(), scale)]);
-            assert!(
-                Targets::new(&toml::Table::new(), &scales).is_err(),
-                "{scale}"
-            );
+            assert!(Targets::new(&toml::Table::new(), &scales).is_err(), "{scale}");
         }
         for (figure, by) in [("peak_angle_deg", -1.0), ("peak", 1.0)] {
             let rounding = BTreeMap::from([(figure.to_owned(), by)]);

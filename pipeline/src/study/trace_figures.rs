@@ -85,9 +85,5 @@ pub(super) fn find<'a>(
     figure: &str,
 ) -> Option<&'a JackknifedFigure> {
     let judged = found.get(place)?;
-    judged
-        .figures
-        .iter()
-        .find(|(name, _)| name == figure)
-        .map(|f| &f.1)
+    judged.figures.iter().find(|(name, _)| name == figure).map(|f| &f.1)
 }

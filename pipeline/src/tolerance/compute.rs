@@ -67,18 +67,13 @@ pub fn compute(
         match drawn.traced(number) {
             Traced::Nominal => nominal.push(figures.map_err(anyhow::Error::msg)?),
             Traced::Unaveraged => unaveraged.push(figures.map_err(anyhow::Error::msg)?),
-            Traced::Sample(sample) => samples.push(SampledPackage {
-                offsets: drawn.samples[sample].offsets.clone(),
-                figures,
-            }),
+            Traced::Sample(sample) => samples
+                .push(SampledPackage { offsets: drawn.samples[sample].offsets.clone(), figures }),
         }
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let failed: Vec<&String> = samples
-        .iter()
-        .filter_map(|s| s.figures.as_ref().err())
-        .collect();
+    let failed: Vec<&String> = samples.iter().filter_map(|s| s.figures.as_ref().err()).collect();
     ensure!(
         2 * failed.len() < samples.len(),
         "{}: tolerances: expected deviations with which more than half of the packages can be \
@@ -97,11 +92,7 @@ pub fn compute(
             }
         }
     }
-    Ok(Sampled {
-        nominal,
-        reading_bias,
-        samples,
-    })
+    Ok(Sampled { nominal, reading_bias, samples })
 }
 
 /// Figures of `to` less those of `from`, which are independent.
@@ -124,10 +115,5 @@ fn mean(traces: &[Figures]) -> Figures {
         let squares: f64 = all.iter().map(|e| e.standard_error.powi(2)).sum();
         Some((key.clone(), Estimate::new(value, squares.sqrt() / count)))
     };
-    traces
-        .first()
-        .into_iter()
-        .flat_map(BTreeMap::keys)
-        .filter_map(of)
-        .collect()
+    traces.first().into_iter().flat_map(BTreeMap::keys).filter_map(of).collect()
 }

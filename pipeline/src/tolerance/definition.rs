@@ -110,13 +110,9 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
         PATHS.end()
     );
     let known: Vec<&str> = figure_keys().collect();
-    let figures = file
-        .figures
-        .unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
-    ensure!(
-        !figures.is_empty(),
-        "figures: expected at least one, got none"
-    );
+    let figures =
+        file.figures.unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
+    ensure!(!figures.is_empty(), "figures: expected at least one, got none");
     for figure in &figures {
         ensure!(
             known.contains(&figure.as_str()),
@@ -129,10 +125,7 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
     });
     let constraints = constraints.collect::<Result<_>>()?;
     let deviations = Deviations::new(&source, &file.tolerances, &file.correlations)?;
-    let mut inputs = vec![
-        FileRecord::new(path.display().to_string(), text.as_bytes()),
-        record,
-    ];
+    let mut inputs = vec![FileRecord::new(path.display().to_string(), text.as_bytes()), record];
     inputs.extend(design.provenance.named.iter().cloned());
     Ok(ToleranceAnalysis {
         name: file.name,

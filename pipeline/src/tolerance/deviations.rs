@@ -47,10 +47,7 @@ impl Law {
         match self {
             Self::Normal(deviation) => deviation * normal,
             Self::Uniform(half_width) => half_width * (2.0 * random.uniform() - 1.0),
-            Self::Truncated {
-                deviation,
-                half_width,
-            } => {
+            Self::Truncated { deviation, half_width } => {
                 let mut drawn = deviation * normal;
                 for _ in 0..MOST_DRAWS {
                     if drawn.abs() <= half_width {
@@ -98,19 +95,14 @@ impl Deviations {
         keys: &[ToleranceKeys],
         correlations: &[CorrelationKeys],
     ) -> Result<Self> {
-        ensure!(
-            !keys.is_empty(),
-            "tolerances: expected at least one, got none"
-        );
+        ensure!(!keys.is_empty(), "tolerances: expected at least one, got none");
         let one = |(k, keys): (usize, &ToleranceKeys)| {
             tolerance(keys).with_context(|| format!("tolerances[{}]", k + 1))
         };
         let tolerances: Vec<Tolerance> = keys.iter().enumerate().map(one).collect::<Result<_>>()?;
         for (k, tolerance) in tolerances.iter().enumerate() {
             ensure!(
-                tolerances[..k]
-                    .iter()
-                    .all(|other| other.name != tolerance.name),
+                tolerances[..k].iter().all(|other| other.name != tolerance.name),
                 "tolerances[{}].name: expected one of its own, got {:?} twice",
                 k + 1,
                 tolerance.name
@@ -129,13 +121,8 @@ impl Deviations {
         let factor = factor(&tolerances, &counts, correlations)?;
         let all = Self { tolerances, factor };
         let drawn = all.draw(source, &mut Self::random(0))?;
-        let nowhere: Vec<Offset> = drawn
-            .into_iter()
-            .map(|offset| Offset {
-                value: 0.0,
-                ..offset
-            })
-            .collect();
+        let nowhere: Vec<Offset> =
+            drawn.into_iter().map(|offset| Offset { value: 0.0, ..offset }).collect();
         source
             .with(&all.settings(source, &nowhere)?)
             .context("tolerances: the design without deviations")?;
@@ -164,11 +151,7 @@ impl Deviations {
             normals.push(Vec::new());
             let mut values = Vec::new();
             for entry in 0..count {
-                let normal = if count == 1 {
-                    single[number]
-                } else {
-                    random.normal()
-                };
+                let normal = if count == 1 { single[number] } else { random.normal() };
                 normals[number].push(normal);
                 let correlated = self.correlated(&normals, entry)?;
                 values.push(tolerance.law.offset(correlated, random));
@@ -268,10 +251,8 @@ impl Tolerance {
             Place::Key(key, _) => {
                 let mut keys = vec![key.clone()];
                 while keys.iter().any(|key| key.contains(".*")) {
-                    let all: Result<Vec<Vec<String>>> = keys
-                        .iter()
-                        .map(|key| with_entries(key, &source.table))
-                        .collect();
+                    let all: Result<Vec<Vec<String>>> =
+                        keys.iter().map(|key| with_entries(key, &source.table)).collect();
                     keys = all?.concat();
                 }
                 Ok(keys)
@@ -300,10 +281,7 @@ fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
     };
     let positive = |key: &str, value: Option<f64>| -> Result<f64> {
         let value = value.with_context(|| format!("{key}: expected a number above 0"))?;
-        ensure!(
-            value > 0.0 && value.is_finite(),
-            "{key}: expected a number above 0, got {value}"
-        );
+        ensure!(value > 0.0 && value.is_finite(), "{key}: expected a number above 0, got {value}");
         Ok(value)
     };
     let law = match keys.distribution {
@@ -324,12 +302,7 @@ fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
         "{}: expected no such key with this distribution",
         unused.unwrap_or_default()
     );
-    Ok(Tolerance {
-        name: keys.name.clone().unwrap_or(label),
-        place,
-        law,
-        common: keys.common,
-    })
+    Ok(Tolerance { name: keys.name.clone().unwrap_or(label), place, law, common: keys.common })
 }
 
 /// The lower triangle of the correlations of `tolerances`, for which `draws` numbers are drawn.
@@ -349,10 +322,7 @@ fn factor(
         });
         let places: Vec<usize> = places.collect::<Result<_>>()?;
         let (a, b) = (places[0], places[1]);
-        ensure!(
-            a != b,
-            "{at}.between: expected two tolerances, got one twice"
-        );
+        ensure!(a != b, "{at}.between: expected two tolerances, got one twice");
         ensure!(
             keys.coefficient.abs() < 1.0,
             "{at}.coefficient: expected a number between -1 and 1, got {}",
@@ -368,11 +338,7 @@ fn factor(
         let [of_a, of_b] = [a, b].map(|k| {
             let entries = if draws[k] == 1 { "entry" } else { "entries" };
             let entries = format!("{} {entries}", draws[k]);
-            let alike = if tolerances[k].common {
-                " (common)"
-            } else {
-                ""
-            };
+            let alike = if tolerances[k].common { " (common)" } else { "" };
             format!("{entries} of {:?}{alike}", tolerances[k].name)
         });
         ensure!(
@@ -407,10 +373,7 @@ mod tests {
             common: false,
         };
         let places = keys("led.offsets_mm.*.*").places(&source).expect("lists");
-        assert_eq!(
-            places,
-            ["0.0", "0.1", "1.0", "1.1"].map(|k| format!("led.offsets_mm.{k}"))
-        );
+        assert_eq!(places, ["0.0", "0.1", "1.0", "1.1"].map(|k| format!("led.offsets_mm.{k}")));
         let places = keys("led.offsets_mm.*.1").places(&source).expect("lists");
         assert_eq!(places, ["led.offsets_mm.0.1", "led.offsets_mm.1.1"]);
         let why = keys("led.height_mm.*").places(&source);
@@ -421,9 +384,7 @@ mod tests {
             tolerances: vec![keys("led.offsets_mm.*.*")],
             factor: DMatrix::identity(1, 1),
         };
-        let drawn = all
-            .draw(&source, &mut Deviations::random(1))
-            .expect("drawn");
+        let drawn = all.draw(&source, &mut Deviations::random(1)).expect("drawn");
         let settings = all.settings(&source, &drawn).expect("numbers");
         for (offset, nominal) in drawn.iter().zip([0.0, 1.0, 2.0, 3.0]) {
             let value = settings[&offset.place].as_float();
@@ -432,17 +393,12 @@ mod tests {
         assert!(drawn[0].value.to_bits() != drawn[1].value.to_bits());
         assert_eq!(all.independent(&drawn).len(), 4);
 
-        let common = |key: &str| Tolerance {
-            common: true,
-            ..keys(key)
-        };
+        let common = |key: &str| Tolerance { common: true, ..keys(key) };
         let all = Deviations {
             tolerances: vec![common("led.offsets_mm.*.*"), common("led.height_mm")],
             factor: DMatrix::identity(2, 2),
         };
-        let drawn = all
-            .draw(&source, &mut Deviations::random(1))
-            .expect("drawn");
+        let drawn = all.draw(&source, &mut Deviations::random(1)).expect("drawn");
         assert_eq!(drawn[0].value.to_bits(), drawn[3].value.to_bits());
         // A regression on copies of one column has no answer.
         assert_eq!(all.independent(&drawn), [&drawn[0], &drawn[4]]);
@@ -490,10 +446,7 @@ mod tests {
             assert!((outer - 0.5).abs() < 4.5 * 0.5 / f64::from(2 * draws).sqrt());
             for other in (0..rings).filter(|other| *other != ring) {
                 let found = correlation(ring, rings + other);
-                assert!(
-                    found.abs() < 4.5 / f64::from(draws).sqrt(),
-                    "{ring} {other}"
-                );
+                assert!(found.abs() < 4.5 / f64::from(draws).sqrt(), "{ring} {other}");
             }
         }
     }
@@ -518,17 +471,12 @@ mod tests {
         ] {
             let (_, refused) = of_d3(&tolerances, &[&between]);
             let why = refused.expect_err(got).to_string();
-            assert!(
-                why.starts_with("correlations[1].between: expected"),
-                "{why}"
-            );
+            assert!(why.starts_with("correlations[1].between: expected"), "{why}");
             assert!(why.contains(got), "{why}");
         }
         // One that all rings have in common goes with a single key.
         let (source, all) = of_d3(&[&common, index], &[&between(outer, "silicone.index")]);
-        let drawn = all
-            .expect("one entry each")
-            .draw(&source, &mut Deviations::random(1));
+        let drawn = all.expect("one entry each").draw(&source, &mut Deviations::random(1));
         assert_eq!(drawn.expect("drawn").len(), 18);
     }
 }

@@ -56,10 +56,7 @@ impl DrawnSamples {
             sample.is_ok_and(|sample| symmetry(&sample) < of_design)
         };
         let breaks_symmetry = samples.iter().any(lacks);
-        Ok(Self {
-            samples,
-            breaks_symmetry,
-        })
+        Ok(Self { samples, breaks_symmetry })
     }
 
     /// Traces of the design.

@@ -43,12 +43,7 @@ impl<'a> SampleTracer<'a> {
         cache: &'a Cache,
         context: RunContext<'a>,
     ) -> Self {
-        Self {
-            analysis,
-            drawn,
-            traces: ModelTraces::new(analysis.model, cache),
-            context,
-        }
+        Self { analysis, drawn, traces: ModelTraces::new(analysis.model, cache), context }
     }
 
     /// Figures of a trace; for a sample, why it makes no design.
@@ -67,12 +62,7 @@ impl<'a> SampleTracer<'a> {
             checkpoints: None,
             ..self.context.silent()
         };
-        match figures(
-            self.analysis,
-            (settings, averaged),
-            &mut self.traces,
-            context,
-        ) {
+        match figures(self.analysis, (settings, averaged), &mut self.traces, context) {
             // A failure of files may pass: it says nothing of the sample.
             Err(error) if !is_sample || error.is::<Interrupted>() || is_of_files(&error) => {
                 Err(error)
@@ -105,9 +95,7 @@ impl<'a> SampleTracer<'a> {
         if let Some(groups) = self.groups() {
             groups.keep(number, &serde_json::to_vec(&kept)?);
         }
-        self.context
-            .checkpoints
-            .map_or(Ok(()), Checkpoints::is_whole)
+        self.context.checkpoints.map_or(Ok(()), Checkpoints::is_whole)
     }
 }
 
@@ -135,9 +123,8 @@ fn figures(
     let seen = traces.observe(&design, context)?;
     let wanted = |key: &str| analysis.figures.iter().any(|figure| figure == key);
     let figures = seen.replicated(&design, wanted).into_iter();
-    let figures: Figures = figures
-        .map(|(key, figure)| (key.to_owned(), figure.estimate()))
-        .collect();
+    let figures: Figures =
+        figures.map(|(key, figure)| (key.to_owned(), figure.estimate())).collect();
     ensure!(!figures.is_empty(), "no figure could be read");
     Ok(figures)
 }

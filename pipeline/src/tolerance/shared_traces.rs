@@ -28,10 +28,7 @@ pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<Share
     let drawn = DrawnSamples::new(&analysis, seed)?;
     let of_design = 0..drawn.nominal();
     let of_samples = drawn.nominal()..drawn.traces();
-    let mut designs = drawn
-        .samples
-        .iter()
-        .map(|of| analysis.source.with(&of.settings));
+    let mut designs = drawn.samples.iter().map(|of| analysis.source.with(&of.settings));
     let first = designs.find_map(Result::ok);
     let of_sample = first.map_or_else(Vec::new, |design| rings(&analysis, &design));
     let is_shared = |ring: &Ring| nominal.iter().any(|other| other.key == ring.key);

@@ -41,10 +41,7 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
     let blocks = BLOCKS.min(values.len());
     let left_out: Vec<Vec<f64>> = (0..blocks)
         .map(|block| {
-            let rest = values
-                .iter()
-                .enumerate()
-                .filter(|(k, _)| k % blocks != block);
+            let rest = values.iter().enumerate().filter(|(k, _)| k % blocks != block);
             plain(&rest.map(|(_, value)| *value).collect::<Vec<_>>())
         })
         .collect();
@@ -85,15 +82,8 @@ pub fn without_noise(values: &[Estimate]) -> (f64, f64, Vec<f64>) {
     let total = values.iter().map(|v| (v.value - mean).powi(2)).sum::<f64>() / (n - 1.0);
     let noise = values.iter().map(|v| v.standard_error.powi(2)).sum::<f64>() / n;
     let variance = total - noise;
-    let drawn = if total > 0.0 {
-        (variance.max(0.0) / total).sqrt()
-    } else {
-        0.0
-    };
-    let mut sorted: Vec<f64> = values
-        .iter()
-        .map(|v| mean + drawn * (v.value - mean))
-        .collect();
+    let drawn = if total > 0.0 { (variance.max(0.0) / total).sqrt() } else { 0.0 };
+    let mut sorted: Vec<f64> = values.iter().map(|v| mean + drawn * (v.value - mean)).collect();
     sorted.sort_by(f64::total_cmp);
     (mean, variance, sorted)
 }
@@ -154,17 +144,13 @@ pub fn contributions(
     let whole = all.regression()?;
     // Nothing but noise is seen, which no deviation explains.
     (whole.variance > 0.0).then_some(())?;
-    let without: Vec<Regression> = blocks
-        .iter()
-        .map(|block| all.less(block).regression())
-        .collect::<Option<_>>()?;
+    let without: Vec<Regression> =
+        blocks.iter().map(|block| all.less(block).regression()).collect::<Option<_>>()?;
     // A ratio x / V errs by (dx - (x / V) dV) / V to first order.
     let share = |part: &dyn Fn(&Regression) -> f64| {
         let value = part(&whole) / whole.variance;
-        let changes: Vec<f64> = without
-            .iter()
-            .map(|one| (part(one) - value * one.variance) / whole.variance)
-            .collect();
+        let changes: Vec<f64> =
+            without.iter().map(|one| (part(one) - value * one.variance) / whole.variance).collect();
         Estimate::new(value, crate::metrics::spread(&changes))
     };
     let of_group = |group: usize| {
@@ -217,10 +203,7 @@ fn centre(values: &[Estimate], inputs: &[Vec<f64>]) -> Vec<f64> {
 impl Moments {
     /// Those of no sample with `inputs` deviations.
     fn none(inputs: usize) -> Self {
-        Self {
-            products: DMatrix::zeros(inputs + 2, inputs + 2),
-            noise: 0.0,
-        }
+        Self { products: DMatrix::zeros(inputs + 2, inputs + 2), noise: 0.0 }
     }
 
     fn add(&mut self, value: Estimate, inputs: &[f64], centre: &[f64]) {
@@ -239,10 +222,7 @@ impl Moments {
     }
 
     fn less(&self, other: &Self) -> Self {
-        Self {
-            products: &self.products - &other.products,
-            noise: self.noise - other.noise,
-        }
+        Self { products: &self.products - &other.products, noise: self.noise - other.noise }
     }
 
     /// The regression of these samples; none where inputs do not vary or depend on each other.
@@ -258,9 +238,8 @@ impl Moments {
         let covariance =
             |i: usize, j: usize| (sums[(i, j)] - sums[(0, i)] * sums[(0, j)] / n) / (n - 1.0);
         let scales: Vec<f64> = (1..=p).map(|j| covariance(j, j).sqrt()).collect();
-        let correlations = DMatrix::from_fn(p, p, |i, j| {
-            covariance(i + 1, j + 1) / (scales[i] * scales[j])
-        });
+        let correlations =
+            DMatrix::from_fn(p, p, |i, j| covariance(i + 1, j + 1) / (scales[i] * scales[j]));
         let with_value = DVector::from_fn(p, |j, _| covariance(j + 1, p + 1) / scales[j]);
         let coefficients = correlations.cholesky()?.solve(&with_value);
         let total = covariance(p + 1, p + 1);
@@ -269,9 +248,7 @@ impl Moments {
         let noise = self.noise / n;
         let too_large = about_lines / (n - 1.0);
         Some(Regression {
-            explained: coefficients
-                .component_mul(&with_value)
-                .add_scalar(-too_large),
+            explained: coefficients.component_mul(&with_value).add_scalar(-too_large),
             unexplained: about_lines - noise,
             variance: total - noise,
             coefficients,
@@ -326,10 +303,7 @@ mod tests {
         // 15 of 20: 0.531 to 0.888 (Agresti, Coull 1998 formula of Wilson's interval).
         let (share, [low, high]) = share(15, 20);
         assert!((share - 0.75).abs() < 1e-15);
-        assert!(
-            (low - 0.531_3).abs() < 1e-4 && (high - 0.888_1).abs() < 1e-4,
-            "{low} {high}"
-        );
+        assert!((low - 0.531_3).abs() < 1e-4 && (high - 0.888_1).abs() < 1e-4, "{low} {high}");
         let (_, [low, high]) = super::share(0, 50);
         assert!(low.abs() < 1e-12 && (high - 0.071_35).abs() < 1e-4);
     }
@@ -347,9 +321,8 @@ mod tests {
     fn regression_shares_the_variance_by_its_causes() {
         // 3 a + b + noise; a and b of variance 1, two columns of b's group act half each.
         let mut random = Normal::new(1);
-        let inputs: Vec<Vec<f64>> = (0..3000)
-            .map(|_| (0..3).map(|_| random.normal()).collect())
-            .collect();
+        let inputs: Vec<Vec<f64>> =
+            (0..3000).map(|_| (0..3).map(|_| random.normal()).collect()).collect();
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let value = |x: &Vec<f64>| {
             let value = 3.0 * x[0] + half * (x[1] + x[2]) + random.normal();
@@ -403,9 +376,8 @@ mod tests {
     fn what_straight_lines_leave_is_the_rest_without_noise() {
         // a + (b² - 1) / 2: variances 1 and 1/2.
         let mut random = Normal::new(3);
-        let inputs: Vec<Vec<f64>> = (0..4000)
-            .map(|_| vec![random.normal(), random.normal()])
-            .collect();
+        let inputs: Vec<Vec<f64>> =
+            (0..4000).map(|_| vec![random.normal(), random.normal()]).collect();
         let value = |x: &Vec<f64>| {
             let value = x[0] + 0.5 * (x[1] * x[1] - 1.0);
             Estimate::new(value + 0.6 * random.normal(), 0.6)

@@ -51,11 +51,7 @@ impl<'a> ToleranceResults<'a> {
     pub fn new(analysis: &'a ToleranceAnalysis, sampled: &'a Sampled) -> Self {
         let figures = analysis.figures.iter();
         let figures = figures.filter_map(|key| statistics(analysis, sampled, key));
-        Self {
-            analysis,
-            sampled,
-            figures: figures.collect(),
-        }
+        Self { analysis, sampled, figures: figures.collect() }
     }
 
     /// Packages that meet all constraints, of all packages, with the 95 % interval of their share;
@@ -70,26 +66,16 @@ impl<'a> ToleranceResults<'a> {
             })
         };
         let samples = &self.sampled.samples;
-        let good = samples
-            .iter()
-            .filter(|s| s.figures.as_ref().is_ok_and(holds))
-            .count();
+        let good = samples.iter().filter(|s| s.figures.as_ref().is_ok_and(holds)).count();
         let of = samples.len();
         let (share, interval_95) = share(good, of);
-        (!constraints.is_empty()).then_some(YieldEntry {
-            good,
-            of,
-            share,
-            interval_95,
-        })
+        (!constraints.is_empty()).then_some(YieldEntry { good, of, share, interval_95 })
     }
 
     /// Samples that make no design.
     pub fn failed(&self) -> Vec<&str> {
         let samples = self.sampled.samples.iter();
-        samples
-            .filter_map(|s| s.figures.as_ref().err().map(String::as_str))
-            .collect()
+        samples.filter_map(|s| s.figures.as_ref().err().map(String::as_str)).collect()
     }
 
     /// The content of `tolerance.json`, without the files that came out.
@@ -139,10 +125,7 @@ impl<'a> ToleranceResults<'a> {
                 share: part.share,
                 change_per_deviation: part.slope,
             });
-            ContributionsEntry {
-                by_tolerance: parts.collect(),
-                unexplained: *rest,
-            }
+            ContributionsEntry { by_tolerance: parts.collect(), unexplained: *rest }
         });
         ToleranceFigureEntry {
             nominal: figure.nominal,
@@ -169,16 +152,10 @@ impl<'a> ToleranceResults<'a> {
         let stride = packages.div_ceil(DRAWN);
         let shares = (1..).zip(&sorted).map(|(below, value)| {
             let (share, interval_95) = share(below, packages);
-            CumulativeShareEntry {
-                value: *value,
-                share,
-                interval_95,
-            }
+            CumulativeShareEntry { value: *value, share, interval_95 }
         });
         let last = packages - 1;
-        let drawn = shares
-            .enumerate()
-            .filter(|(k, _)| k % stride == 0 || *k == last);
+        let drawn = shares.enumerate().filter(|(k, _)| k % stride == 0 || *k == last);
         Some(DistributionEntry {
             figure: first.key.clone(),
             packages,
@@ -188,9 +165,7 @@ impl<'a> ToleranceResults<'a> {
 
     fn names(&self) -> Vec<&str> {
         let tolerances = self.analysis.deviations.tolerances.iter();
-        tolerances
-            .map(|tolerance| tolerance.name.as_str())
-            .collect()
+        tolerances.map(|tolerance| tolerance.name.as_str()).collect()
     }
 
     /// Headings of the table of samples.
@@ -200,11 +175,7 @@ impl<'a> ToleranceResults<'a> {
         let names = self.names();
         let offsets = offsets.map(|offset| {
             let name = names[offset.tolerance];
-            if name == offset.place {
-                name.to_owned()
-            } else {
-                format!("{name} {}", offset.place)
-            }
+            if name == offset.place { name.to_owned() } else { format!("{name} {}", offset.place) }
         });
         let figures = self.analysis.figures.iter();
         let figures = figures.flat_map(|key| [key.clone(), format!("{key}_standard_error")]);
@@ -259,35 +230,19 @@ impl<'a> ToleranceResults<'a> {
             );
         }
         if let Some(why) = self.failed().first() {
-            let _ = writeln!(
-                text,
-                "{} without a design, such as: {why}",
-                self.failed().len()
-            );
+            let _ = writeln!(text, "{} without a design, such as: {why}", self.failed().len());
         }
         let names = self.names();
-        let main = self
-            .figures
-            .first()
-            .and_then(|f| Some((&f.key, f.contributions.as_ref()?)));
+        let main = self.figures.first().and_then(|f| Some((&f.key, f.contributions.as_ref()?)));
         if let Some((key, (parts, rest))) = main {
             let _ = writeln!(text, "\nshare of the variance of {key}:");
             let mut parts: Vec<&Contribution> = parts.iter().collect();
             parts.sort_by(|a, b| b.share.value.total_cmp(&a.share.value));
             for part in parts.into_iter().take(LISTED) {
-                let _ = writeln!(
-                    text,
-                    "  {:<26} {:>16}",
-                    names[part.tolerance],
-                    number(part.share)
-                );
+                let _ =
+                    writeln!(text, "  {:<26} {:>16}", names[part.tolerance], number(part.share));
             }
-            let _ = writeln!(
-                text,
-                "  {:<26} {:>16}",
-                "not by straight lines",
-                number(*rest)
-            );
+            let _ = writeln!(text, "  {:<26} {:>16}", "not by straight lines", number(*rest));
         }
         text
     }
@@ -299,10 +254,7 @@ fn statistics(
     key: &str,
 ) -> Option<FigureStatistics> {
     let nominal = *sampled.nominal.get(key)?;
-    let samples = sampled
-        .samples
-        .iter()
-        .filter_map(|s| Some((s, s.figures.as_ref().ok()?)));
+    let samples = sampled.samples.iter().filter_map(|s| Some((s, s.figures.as_ref().ok()?)));
     let found: Vec<(&super::compute::SampledPackage, Estimate)> = samples
         .map(|(sample, figures)| Some((sample, *figures.get(key)?)))
         .collect::<Option<_>>()?;
@@ -311,23 +263,13 @@ fn statistics(
     let independent = |sample: &super::compute::SampledPackage| -> (Vec<usize>, Vec<f64>) {
         let columns = analysis.deviations.independent(&sample.offsets);
         let columns = columns.into_iter();
-        columns
-            .map(|offset| (offset.tolerance, offset.value))
-            .unzip()
+        columns.map(|offset| (offset.tolerance, offset.value)).unzip()
     };
-    let inputs: Vec<Vec<f64>> = found
-        .iter()
-        .map(|(sample, _)| independent(sample).1)
-        .collect();
+    let inputs: Vec<Vec<f64>> = found.iter().map(|(sample, _)| independent(sample).1).collect();
     let groups: Vec<usize> = independent(sampled.samples.first()?).0;
     // What is taken off holds the nominal value too, which drops out of the shift.
-    let bias_error = sampled
-        .reading_bias
-        .get(key)
-        .map_or(0.0, |e| e.standard_error);
-    let of_nominal = (bias_error.powi(2) - nominal.standard_error.powi(2))
-        .abs()
-        .sqrt();
+    let bias_error = sampled.reading_bias.get(key).map_or(0.0, |e| e.standard_error);
+    let of_nominal = (bias_error.powi(2) - nominal.standard_error.powi(2)).abs().sqrt();
     let shift = Estimate::new(
         scatter.mean.value - nominal.value,
         scatter.mean.standard_error.hypot(of_nominal),

@@ -121,11 +121,7 @@ impl LineEfficiencies {
                 }
             }
         }
-        Self {
-            totals,
-            orders,
-            ends,
-        }
+        Self { totals, orders, ends }
     }
 
     /// To thickness 0 from `self` on `n` slices and `finer` on n + 1.
@@ -199,9 +195,7 @@ fn probed(interface: &Interface) -> Vec<f64> {
     let clear = [interface.n_top, interface.n_bottom].map(|n| (n.im == 0.0).then_some(n.re));
     let low = clear.into_iter().flatten().fold(f64::INFINITY, f64::min);
     let high = clear.into_iter().flatten().fold(0.0, f64::max);
-    let count = 2 * WAVES
-        .div_ceil(2 * (2 * interface.highest_order() + 1))
-        .clamp(2, 8);
+    let count = 2 * WAVES.div_ceil(2 * (2 * interface.highest_order() + 1)).clamp(2, 8);
     let spread = |from: f64, to: f64, count: usize| {
         (0..count).map(move |i| from + (to - from) * (i as f64 + 0.5) / count as f64)
     };
@@ -227,12 +221,7 @@ pub fn converge_hemisphere(
     progress: &Progress<'_>,
 ) -> Result<(Resolution, f64), Error> {
     check_tolerance(tolerance)?;
-    let probe = Probe {
-        interface,
-        tolerance,
-        ky: probed(interface),
-        progress,
-    };
+    let probe = Probe { interface, tolerance, ky: probed(interface), progress };
     let highest = interface.highest_order();
     let first_order = highest + 4 + highest / 16;
     let (plan, slices_error) = if interface.follows_walls() {
@@ -354,19 +343,13 @@ pub fn fine_enough(
     if !interface.follows_walls() || plan.is_exact() {
         return plan.clone();
     }
-    let most = if is_of_high_contrast(interface) {
-        MOST_GROWTH_AT_HIGH_CONTRAST
-    } else {
-        MOST_GROWTH
-    };
+    let most =
+        if is_of_high_contrast(interface) { MOST_GROWTH_AT_HIGH_CONTRAST } else { MOST_GROWTH };
     let steepest = truncation.highest() as f64 * interface.order_spacing();
     let most = most * (tolerance / 1e-3).min(1.0).powf(GROWTH_BY_TOLERANCE);
     let height = most * interface.wavelength / (TAU * steepest);
     let coarsest = interface.relief.slice_plan(1);
-    plan.no_higher(
-        height,
-        most_slices(&coarsest, half_wavelengths(interface, &coarsest)),
-    )
+    plan.no_higher(height, most_slices(&coarsest, half_wavelengths(interface, &coarsest)))
 }
 
 /// Half wavelengths of the densest medium on the sides that are cut.
@@ -418,11 +401,8 @@ fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePl
     let mut count = (effort.ceil() as usize).max(2 * coarsest.count());
     let most = most_slices(&coarsest, half_wavelengths);
     loop {
-        let plans = [
-            count,
-            (count as f64 * FOLLOWED_REFERENCE).ceil() as usize + 1,
-        ]
-        .map(|count| relief.slice_plan(count));
+        let plans = [count, (count as f64 * FOLLOWED_REFERENCE).ceil() as usize + 1]
+            .map(|count| relief.slice_plan(count));
         let raised = fine_enough(probe.interface, &plans[0], truncation, tolerance);
         let plans = if raised == plans[0] {
             plans
@@ -430,10 +410,8 @@ fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePl
             let finer = raised.scaled(FOLLOWED_REFERENCE);
             [raised, finer]
         };
-        let (here, there) = both(
-            || probe.sample(truncation, &plans[0]),
-            || probe.sample(truncation, &plans[1]),
-        )?;
+        let (here, there) =
+            both(|| probe.sample(truncation, &plans[0]), || probe.sample(truncation, &plans[1]))?;
         let counts = plans.each_ref().map(|plan| plan.count() as f64);
         let ratio = counts[0] / counts[1];
         let estimate = safety * here.distance(&there) / (1.0 - ratio.powi(law));
@@ -464,12 +442,7 @@ fn orders(
     // All on the slices that the finest asks for.
     let slices = |finest: usize| {
         let truncation = Truncation::new(finest)?;
-        Ok::<_, Error>(fine_enough(
-            probe.interface,
-            plan,
-            truncation,
-            probe.tolerance,
-        ))
+        Ok::<_, Error>(fine_enough(probe.interface, plan, truncation, probe.tolerance))
     };
     let at = |m: usize, plan: &SlicePlan| probe.sample(Truncation::new(m)?, plan);
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;

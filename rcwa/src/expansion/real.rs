@@ -45,12 +45,7 @@ impl RealFunction {
     /// Its value at a distance from the origin, in periods; of orders the cosine.
     fn at(self, x: f64) -> f64 {
         let (sin, cos) = (TAU * self.periods() * x).sin_cos();
-        self.scale()
-            * if self.shape == FunctionKind::Sine {
-                sin
-            } else {
-                cos
-            }
+        self.scale() * if self.shape == FunctionKind::Sine { sin } else { cos }
     }
 }
 
@@ -87,19 +82,10 @@ impl RealFunctions {
                 FunctionKind::Sine => (FunctionKind::Cosine, wave.kappa),
                 FunctionKind::Order => (FunctionKind::Order, wave.kappa),
             };
-            let place = z
-                .iter()
-                .position(|w| w.shape == shape && w.twice == wave.twice);
+            let place = z.iter().position(|w| w.shape == shape && w.twice == wave.twice);
             place.map(|place| (place, factor))
         };
-        Self {
-            kind,
-            origin,
-            slopes: x.iter().map(slope).collect(),
-            x,
-            z,
-            reach,
-        }
+        Self { kind, origin, slopes: x.iter().map(slope).collect(), x, z, reach }
     }
 
     /// Cosines and sines of the orders ±κ of a self-mirror line, about 0.
@@ -148,12 +134,7 @@ impl RealFunctions {
         };
         let waves: Vec<RealFunction> = kx.iter().enumerate().map(wave).collect();
         let reach = kx.len() - 1;
-        Self::new(
-            FunctionSet::FourierOrders,
-            centre,
-            [waves.clone(), waves],
-            reach,
-        )
+        Self::new(FunctionSet::FourierOrders, centre, [waves.clone(), waves], reach)
     }
 
     pub(crate) fn of(&self, field: FieldGroup) -> &[RealFunction] {
@@ -261,9 +242,7 @@ impl Expansion<f64> for RealFunctions {
 
     fn multiplication(&self, to: FieldGroup, from: FieldGroup, c: &[Complex64]) -> RMat {
         let (rows, columns) = (self.of(to), self.of(from));
-        Mat::from_fn(rows.len(), columns.len(), |i, j| {
-            element(rows[i], columns[j], c, to != from)
-        })
+        Mat::from_fn(rows.len(), columns.len(), |i, j| element(rows[i], columns[j], c, to != from))
     }
 
     fn adjoint_sign(&self) -> Option<f64> {
@@ -295,10 +274,8 @@ impl Expansion<f64> for RealFunctions {
             FunctionSet::Parity => vec![self.z.iter().map(|w| SQRT_2 * w.at(beside)).collect()],
             FunctionSet::FourierOrders => {
                 let phases = self.z.iter().map(|w| TAU * w.periods() * beside);
-                let (sines, cosines) = phases
-                    .map(f64::sin_cos)
-                    .map(|(sin, cos)| (SQRT_2 * sin, SQRT_2 * cos))
-                    .unzip();
+                let (sines, cosines) =
+                    phases.map(f64::sin_cos).map(|(sin, cos)| (SQRT_2 * sin, SQRT_2 * cos)).unzip();
                 vec![sines, cosines]
             }
         }

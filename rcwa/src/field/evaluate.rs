@@ -61,10 +61,7 @@ impl<'a> Points<'a> {
             magnetic: [Complex64::ZERO; 3],
         };
         Self {
-            places: x
-                .iter()
-                .map(|x| (x / stack.period()).rem_euclid(1.0))
-                .collect(),
+            places: x.iter().map(|x| (x / stack.period()).rem_euclid(1.0)).collect(),
             phases,
             planes,
             incident,
@@ -96,10 +93,8 @@ impl<'a> Points<'a> {
                 let waves = total.iter().zip(coming).zip(&waves.kz[0]);
                 waves
                     .map(|((total, coming), kz)| {
-                        let (down, up) = (
-                            (Complex64::I * kz * d).exp(),
-                            (-Complex64::I * kz * d).exp(),
-                        );
+                        let (down, up) =
+                            ((Complex64::I * kz * d).exp(), (-Complex64::I * kz * d).exp());
                         let arriving = if *coming == Complex64::ZERO {
                             Complex64::ZERO
                         } else {
@@ -125,9 +120,7 @@ impl<'a> Points<'a> {
             let d = self.k0() * (self.z[row] - last);
             let at = |there: &[Complex64]| -> Vec<Complex64> {
                 let waves = there.iter().zip(&waves.kz[1]);
-                waves
-                    .map(|(there, kz)| there * (Complex64::I * kz * d).exp())
-                    .collect()
+                waves.map(|(there, kz)| there * (Complex64::I * kz * d).exp()).collect()
             };
             let fields = Coefficients {
                 e: [0, 1].map(|i| at(&bottom.e[i])),
@@ -138,11 +131,7 @@ impl<'a> Points<'a> {
     }
 
     fn uniform(&mut self, row: usize, fields: &Coefficients, epsilon: Complex64, index: Complex64) {
-        let ez = self
-            .displacement_z(fields)
-            .iter()
-            .map(|d| d / epsilon)
-            .collect();
+        let ez = self.displacement_z(fields).iter().map(|d| d / epsilon).collect();
         let components = self.components(fields, None, ez);
         self.flux[row] = fields.power() / self.incident;
         self.fill(row, &components, |_| index);
@@ -151,15 +140,10 @@ impl<'a> Points<'a> {
     /// A slab, from the coordinates at its bottom.
     pub(super) fn within(&mut self, slab: &Slab, medium: &Medium, own: &Tangential) {
         let layer = &self.stack.layers()[slab.layer];
-        let [upper, lower] = slab
-            .extent()
-            .map(|part| self.planes[slab.layer] + part * layer.thickness);
+        let [upper, lower] =
+            slab.extent().map(|part| self.planes[slab.layer] + part * layer.thickness);
         // The last slab of a layer ends where the next layer begins, to the last bit.
-        let lower = if slab.is_lowest() {
-            self.planes[slab.layer + 1]
-        } else {
-            lower
-        };
+        let lower = if slab.is_lowest() { self.planes[slab.layer + 1] } else { lower };
         for row in self.rows(upper, lower) {
             let height = (self.k0() * (lower - self.z[row])).clamp(0.0, slab.thickness);
             let raised = medium.raised(own, height);
@@ -176,9 +160,7 @@ impl<'a> Points<'a> {
     fn displacement_z(&self, fields: &Coefficients) -> Vec<Complex64> {
         // h holds Hy and -Hx.
         let waves = self.kx.iter().zip(fields.h[0].iter().zip(&fields.h[1]));
-        waves
-            .map(|(kx, (hy, minus_hx))| -(kx * hy + self.ky * minus_hx))
-            .collect()
+        waves.map(|(kx, (hy, minus_hx))| -(kx * hy + self.ky * minus_hx)).collect()
     }
 
     fn components(
@@ -193,11 +175,7 @@ impl<'a> Points<'a> {
         let divide = displacement_x.is_some();
         Components {
             electric: [displacement_x.unwrap_or_else(|| ex.clone()), ey.clone(), ez],
-            magnetic: [
-                fields.h[1].iter().map(|h| -h).collect(),
-                fields.h[0].clone(),
-                hz,
-            ],
+            magnetic: [fields.h[1].iter().map(|h| -h).collect(), fields.h[0].clone(), hz],
             divide,
         }
     }

@@ -76,30 +76,21 @@ impl Ascent<'_> {
             self.medium = Some((Arc::clone(&medium), parts));
             (medium, parts)
         };
-        let slab = Slab {
-            layer: number,
-            part: self.at.part,
-            parts,
-            thickness: d / parts as f64,
-        };
+        let slab = Slab { layer: number, part: self.at.part, parts, thickness: d / parts as f64 };
         let below = self.at.state.clone();
         let raised = medium.raised(&medium.to_own(&by_parameters(&below)), slab.thickness);
         let above = medium.to_fourier(raised);
         let n = above.ex.nrows();
-        let e: CMat = Mat::from_fn(2 * n, 2 * n, |i, j| {
-            if i < n {
-                above.ex[(i, j)]
-            } else {
-                above.ey[(i - n, j)]
-            }
-        });
+        let e: CMat =
+            Mat::from_fn(
+                2 * n,
+                2 * n,
+                |i, j| {
+                    if i < n { above.ex[(i, j)] } else { above.ey[(i - n, j)] }
+                },
+            );
         let sum: CMat = Mat::from_fn(2 * n, 2 * n, |i, j| {
-            e[(i, j)]
-                + if i < n {
-                    above.hy[(i, j)]
-                } else {
-                    above.hx[(i - n, j)]
-                }
+            e[(i, j)] + if i < n { above.hy[(i, j)] } else { above.hx[(i - n, j)] }
         });
         let down = inverse(&sum);
         self.at.state = mul(&e, &down);
@@ -109,12 +100,7 @@ impl Ascent<'_> {
             (self.at.part, self.at.layer) = (0, self.at.layer + 1);
             self.medium = None;
         }
-        Ok(Some(SlabStep {
-            slab,
-            medium,
-            below,
-            down,
-        }))
+        Ok(Some(SlabStep { slab, medium, below, down }))
     }
 }
 
@@ -128,12 +114,7 @@ fn by_parameters(state: &CMat) -> Tangential {
             one - state[(from + i, j)]
         })
     };
-    Tangential {
-        ex: rows(0),
-        ey: rows(n),
-        hy: rest(0),
-        hx: rest(n),
-    }
+    Tangential { ex: rows(0), ey: rows(n), hy: rest(0), hx: rest(n) }
 }
 
 /// N above the bottom half-space, where waves only go down: s has h = kz e, p has e = (kz/ε) h.
@@ -192,12 +173,7 @@ pub(super) fn solve(
     let mut ascent = Ascent {
         stack,
         waves,
-        at: SavedState {
-            number: 0,
-            layer: 0,
-            part: 0,
-            state: bottom_state(waves),
-        },
+        at: SavedState { number: 0, layer: 0, part: 0, state: bottom_state(waves) },
         medium: None,
         progress,
     };

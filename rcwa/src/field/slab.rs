@@ -66,19 +66,9 @@ pub(super) struct Medium {
 impl Medium {
     pub(super) fn new(layer: &Layer, kx: &[f64], ky: f64) -> Result<Self, Error> {
         let modes = modes(layer, kx)?;
-        let kz = modes
-            .b_lsm
-            .iter()
-            .chain(&modes.b_lse)
-            .map(|b| outgoing_kz(b - ky * ky))
-            .collect();
+        let kz = modes.b_lsm.iter().chain(&modes.b_lse).map(|b| outgoing_kz(b - ky * ky)).collect();
         let permittivity = Lu::new(&toeplitz(&layer.segments, kx.len()).permittivity);
-        Ok(Self {
-            modes,
-            kz,
-            ky,
-            permittivity,
-        })
+        Ok(Self { modes, kz, ky, permittivity })
     }
 
     /// Slabs that a thickness `d` (times k0) is to be cut into.
@@ -136,9 +126,8 @@ impl Medium {
             for column in 0..own.ex.ncols() {
                 let of = |lsm: &CMat, lse: &CMat| -> CMat {
                     let lsm = pairs.lsm.iter().map(|&m| lsm[(m, column)]);
-                    let all: Vec<Complex64> = lsm
-                        .chain(pairs.lse.iter().map(|&m| lse[(m, column)]))
-                        .collect();
+                    let all: Vec<Complex64> =
+                        lsm.chain(pairs.lse.iter().map(|&m| lse[(m, column)])).collect();
                     Mat::from_fn(all.len(), 1, |i, _| all[i])
                 };
                 let (before_e, before_h) = (of(&own.ex, &own.ey), of(&own.hy, &own.hx));

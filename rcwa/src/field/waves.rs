@@ -57,10 +57,7 @@ impl Waves {
         let (along, across) = (p * kz / n, p * n);
         Coefficients {
             e: [at(along * cos - s * sin), at(along * sin + s * cos)],
-            h: [
-                at(across * cos - s * kz * sin),
-                at(across * sin + s * kz * cos),
-            ],
+            h: [at(across * cos - s * kz * sin), at(across * sin + s * kz * cos)],
         }
     }
 
@@ -126,15 +123,11 @@ impl Coefficients {
     /// From N and t.
     pub(super) fn from_state(state: &CMat, t: &[Complex64]) -> Self {
         let n = t.len() / 2;
-        let e: Vec<Complex64> = (0..2 * n)
-            .map(|i| (0..2 * n).map(|j| state[(i, j)] * t[j]).sum())
-            .collect();
+        let e: Vec<Complex64> =
+            (0..2 * n).map(|i| (0..2 * n).map(|j| state[(i, j)] * t[j]).sum()).collect();
         let h: Vec<Complex64> = t.iter().zip(&e).map(|(t, e)| t - e).collect();
         let halves = |v: &[Complex64]| [v[..n].to_vec(), v[n..].to_vec()];
-        Self {
-            e: halves(&e),
-            h: halves(&h),
-        }
+        Self { e: halves(&e), h: halves(&h) }
     }
 
     pub(super) fn sum(&self) -> Vec<Complex64> {

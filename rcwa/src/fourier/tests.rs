@@ -44,11 +44,8 @@ fn real(indices: &[f64]) -> Vec<Complex64> {
 }
 
 fn lossy() -> Vec<Segment> {
-    let indices = [
-        Complex64::new(1.41, 0.0),
-        Complex64::new(0.06, 3.586),
-        Complex64::new(1.0, 0.0),
-    ];
+    let indices =
+        [Complex64::new(1.41, 0.0), Complex64::new(0.06, 3.586), Complex64::new(1.0, 0.0)];
     segments(&[0.23, 0.381], &indices)
 }
 
@@ -69,11 +66,7 @@ fn shifted(list: &[Segment], dx: f64) -> Vec<Segment> {
             } else {
                 vec![(a, 1.0), (0.0, b - 1.0)]
             };
-            parts.into_iter().map(|(x0, x1)| Segment {
-                x0,
-                x1,
-                index: s.index,
-            })
+            parts.into_iter().map(|(x0, x1)| Segment { x0, x1, index: s.index })
         })
         .collect();
     moved.sort_by(|a, b| a.x0.total_cmp(&b.x0));
@@ -106,10 +99,7 @@ fn quadrature(list: &[Segment], n: i32) -> Complex64 {
 
 fn largest_difference(a: &[Complex64], b: &[Complex64]) -> f64 {
     assert_eq!(a.len(), b.len());
-    a.iter()
-        .zip(b)
-        .map(|(x, y)| (x - y).norm())
-        .fold(0.0, f64::max)
+    a.iter().zip(b).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max)
 }
 
 #[test]
@@ -127,10 +117,7 @@ fn power_is_kept_as_parseval_says() {
     let list = lossy();
     let c = coefficients(&list, permittivity, max);
     let series: f64 = c.iter().map(Complex64::norm_sqr).sum();
-    let integral: f64 = list
-        .iter()
-        .map(|s| s.width() * permittivity(s.index).norm_sqr())
-        .sum();
+    let integral: f64 = list.iter().map(|s| s.width() * permittivity(s.index).norm_sqr()).sum();
     let jumps: f64 = (0..list.len())
         .map(|i| {
             (permittivity(list[i].index) - permittivity(list[(i + 1) % list.len()].index))
@@ -167,17 +154,9 @@ fn real_values_give_conjugate_pairs_to_the_last_bit() {
 
 #[test]
 fn a_uniform_layer_has_no_orders_at_all() {
-    let c = coefficients(
-        &segments(&[0.123, 0.4], &real(&[1.41, 1.41, 1.41])),
-        permittivity,
-        MAX,
-    );
+    let c = coefficients(&segments(&[0.123, 0.4], &real(&[1.41, 1.41, 1.41])), permittivity, MAX);
     assert_eq!(c[MAX], permittivity(1.41.into()));
-    assert!(
-        c.iter()
-            .enumerate()
-            .all(|(i, c)| i == MAX || *c == Complex64::ZERO)
-    );
+    assert!(c.iter().enumerate().all(|(i, c)| i == MAX || *c == Complex64::ZERO));
 }
 
 #[test]
@@ -194,11 +173,7 @@ fn a_half_filled_period_has_no_even_orders() {
 #[test]
 fn a_sliver_keeps_its_relative_accuracy() {
     let width = 1e-11;
-    let c = coefficients(
-        &segments(&[0.3, width], &real(&[1.0, 2.0, 1.0])),
-        permittivity,
-        MAX,
-    );
+    let c = coefficients(&segments(&[0.3, width], &real(&[1.0, 2.0, 1.0])), permittivity, MAX);
     for n in 1..=MAX {
         // sin(πnw)/(πn) is w to 1 part in 1e18 here; what is left is the rounding of x1 - x0.
         assert!((c[MAX + n].norm() / (3.0 * width) - 1.0).abs() < 1e-5);
@@ -221,16 +196,10 @@ fn symmetric_layers_of_many_segments_are_recognised_wherever_they_lie() {
     let coated = segments(&[0.1, 0.2, 0.1], &real(&[2.0, 1.4, 2.0, 1.0]));
     for dx in [0.0, 0.05, 0.13, 0.3, 0.71, 0.99] {
         let centre = symmetry_centre(&shifted(&coated, dx)).unwrap();
-        assert!(
-            symmetric_about(&shifted(&coated, dx), centre),
-            "{dx}: {centre}"
-        );
+        assert!(symmetric_about(&shifted(&coated, dx), centre), "{dx}: {centre}");
     }
     let two_ridges = segments(&[0.2, 0.1, 0.2], &real(&[1.4, 1.0, 1.4, 1.0]));
-    assert!(symmetric_about(
-        &two_ridges,
-        symmetry_centre(&two_ridges).unwrap()
-    ));
+    assert!(symmetric_about(&two_ridges, symmetry_centre(&two_ridges).unwrap()));
 }
 
 /// Whether the coefficients about the centre are even in n.

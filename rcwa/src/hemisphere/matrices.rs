@@ -88,12 +88,7 @@ fn collect(run: &[Scattering], line: i64, directions: &Directions) -> Vec<Matric
                     }
                 }
                 let mut push = |kx_index, orders| {
-                    all.push(Matrices {
-                        side,
-                        kx_index,
-                        ky_index,
-                        orders,
-                    });
+                    all.push(Matrices { side, kx_index, ky_index, orders });
                 };
                 push(node(m), direct);
                 if directions.mirrored(line).is_none() {

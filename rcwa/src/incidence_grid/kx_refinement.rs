@@ -50,10 +50,7 @@ pub(super) fn refined(
         kx_per_zone *= 2;
         for (row, added) in all.iter_mut().zip(between()?) {
             let before = std::mem::take(&mut row.incidences);
-            let doubled = before.into_iter().map(|i| Incidence {
-                kx_index: 2 * i.kx_index,
-                ..i
-            });
+            let doubled = before.into_iter().map(|i| Incidence { kx_index: 2 * i.kx_index, ..i });
             row.incidences = doubled.chain(added.incidences).collect();
         }
     }
@@ -69,16 +66,8 @@ fn left(interface: &Interface, all: &[KyRow], kx_per_zone: usize) -> Option<f64>
     // Of each kind of light: sum and sum of squares.
     let mut totals = [[0.0_f64; 2]; 4];
     for (j, row) in all.iter().enumerate() {
-        let lower = if j == 0 {
-            0.0
-        } else {
-            0.5 * (at(j - 1) + row.ky)
-        };
-        let upper = if j + 1 == all.len() {
-            last
-        } else {
-            0.5 * (row.ky + at(j + 1))
-        };
+        let lower = if j == 0 { 0.0 } else { 0.5 * (at(j - 1) + row.ky) };
+        let upper = if j + 1 == all.len() { last } else { 0.5 * (row.ky + at(j + 1)) };
         let steps = steps(&row.incidences);
         for (kind, (total, step)) in totals.iter_mut().zip(steps).enumerate() {
             let n = [interface.n_top.re, interface.n_bottom.re][kind / 2];
@@ -87,10 +76,8 @@ fn left(interface: &Interface, all: &[KyRow], kx_per_zone: usize) -> Option<f64>
             total[1] += (part * step).powi(2);
         }
     }
-    let largest = totals
-        .iter()
-        .map(|[sum, squares]| sum.abs().max(squares.sqrt()))
-        .fold(0.0, f64::max);
+    let largest =
+        totals.iter().map(|[sum, squares]| sum.abs().max(squares.sqrt())).fold(0.0, f64::max);
     Some(LEFT * largest)
 }
 

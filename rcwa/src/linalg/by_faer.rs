@@ -56,8 +56,7 @@ impl<T: LuScalar> Lu<T> {
                 *to = from[row].clone();
             }
         }
-        self.factors
-            .solve_unit_lower_triangular_in_place(out.as_mut());
+        self.factors.solve_unit_lower_triangular_in_place(out.as_mut());
         self.factors.solve_upper_triangular_in_place(out.as_mut());
     }
 
@@ -73,34 +72,21 @@ impl<T: LuScalar> Lu<T> {
 /// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix, of which the lower
 /// half is read.
 pub(crate) fn eigen_hermitian(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
-    let eigen = a
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| Error::Eigen { size: a.nrows() })?;
+    let eigen = a.self_adjoint_eigen(Side::Lower).map_err(|_| Error::Eigen { size: a.nrows() })?;
     let values = eigen.S().column_vector().iter().map(|v| v.re).collect();
-    finite(values, eigen.U().to_owned(), f64::is_finite, |u| {
-        u.is_finite()
-    })
+    finite(values, eigen.U().to_owned(), f64::is_finite, |u| u.is_finite())
 }
 
 /// As [`eigen_hermitian`], real.
 pub(crate) fn eigen_symmetric(a: &RMat) -> Result<(Vec<f64>, RMat), Error> {
-    let eigen = a
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| Error::Eigen { size: a.nrows() })?;
+    let eigen = a.self_adjoint_eigen(Side::Lower).map_err(|_| Error::Eigen { size: a.nrows() })?;
     let values = eigen.S().column_vector().iter().copied().collect();
-    finite(values, eigen.U().to_owned(), f64::is_finite, |u| {
-        u.is_finite()
-    })
+    finite(values, eigen.U().to_owned(), f64::is_finite, |u| u.is_finite())
 }
 
 /// Eigenvalues and right eigenvectors of a general matrix.
 pub(crate) fn eigen_general(a: &CMat) -> Result<(Vec<Complex64>, CMat), Error> {
     let eigen = a.eigen().map_err(|_| Error::Eigen { size: a.nrows() })?;
     let values = eigen.S().column_vector().iter().copied().collect();
-    finite(
-        values,
-        eigen.U().to_owned(),
-        num_complex::Complex::is_finite,
-        |u| u.is_finite(),
-    )
+    finite(values, eigen.U().to_owned(), num_complex::Complex::is_finite, |u| u.is_finite())
 }

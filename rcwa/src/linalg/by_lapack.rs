@@ -34,10 +34,7 @@ pub(crate) struct Lu<T: LuScalar> {
 
 impl<T: LuScalar> Lu<T> {
     pub(crate) fn new(a: &Mat<T>) -> Self {
-        Self {
-            factors: to_array(a).factorize().ok(),
-            size: a.nrows(),
-        }
+        Self { factors: to_array(a).factorize().ok(), size: a.nrows() }
     }
 
     /// Of a matrix that is not needed any more.
@@ -66,11 +63,7 @@ impl<T: LuScalar> Lu<T> {
                 None => false,
             };
             for i in 0..rhs.nrows() {
-                rhs[(i, j)] = if solved {
-                    column[i]
-                } else {
-                    <T as Scalar>::from_real(f64::NAN)
-                };
+                rhs[(i, j)] = if solved { column[i] } else { <T as Scalar>::from_real(f64::NAN) };
             }
         }
     }
@@ -94,15 +87,8 @@ fn self_adjoint<T: Scalar<Real = f64> + ndarray_linalg::Lapack>(
     let size = a.nrows();
     // A NaN can keep LAPACK busy for ever.
     check_elements(a, &is_finite)?;
-    let (values, vectors) = to_array(a)
-        .eigh(UPLO::Lower)
-        .map_err(|_| Error::Eigen { size })?;
-    finite(
-        values.to_vec(),
-        from_array(&vectors),
-        f64::is_finite,
-        is_finite,
-    )
+    let (values, vectors) = to_array(a).eigh(UPLO::Lower).map_err(|_| Error::Eigen { size })?;
+    finite(values.to_vec(), from_array(&vectors), f64::is_finite, is_finite)
 }
 
 /// Eigenvalues and right eigenvectors of a general matrix.
@@ -110,10 +96,7 @@ pub(crate) fn eigen_general(a: &CMat) -> Result<(Vec<Complex64>, CMat), Error> {
     let size = a.nrows();
     check_elements(a, |u| u.is_finite())?;
     let (values, vectors) = to_array(a).eig().map_err(|_| Error::Eigen { size })?;
-    finite(
-        values.to_vec(),
-        from_array(&vectors),
-        num_complex::Complex::is_finite,
-        |u| u.is_finite(),
-    )
+    finite(values.to_vec(), from_array(&vectors), num_complex::Complex::is_finite, |u| {
+        u.is_finite()
+    })
 }

@@ -11,10 +11,8 @@ struct Numbers(u64);
 
 impl Numbers {
     fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
@@ -72,9 +70,13 @@ fn allowed(size: usize) -> f64 {
 }
 
 fn diagonal(values: &[Complex64]) -> CMat {
-    Mat::from_fn(values.len(), values.len(), |i, j| {
-        if i == j { values[i] } else { Complex64::ZERO }
-    })
+    Mat::from_fn(
+        values.len(),
+        values.len(),
+        |i, j| {
+            if i == j { values[i] } else { Complex64::ZERO }
+        },
+    )
 }
 
 /// Largest element of A U - U Λ.
@@ -115,23 +117,15 @@ fn compare_ascending(values: &[f64], matrix: &DMatrix<Complex64>) {
     let mut expected: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
     expected.sort_by(f64::total_cmp);
     for (value, expected) in values.iter().zip(expected) {
-        assert!(
-            (value - expected).abs() < allowed(size),
-            "{value} {expected}"
-        );
+        assert!((value - expected).abs() < allowed(size), "{value} {expected}");
     }
 }
 
 #[test]
 fn only_the_lower_half_of_a_symmetric_matrix_is_read() {
     let a = hermitian(7);
-    let garbled = Mat::from_fn(7, 7, |i, j| {
-        if i < j {
-            Complex64::new(9.0, 9.0)
-        } else {
-            a[(i, j)]
-        }
-    });
+    let garbled =
+        Mat::from_fn(7, 7, |i, j| if i < j { Complex64::new(9.0, 9.0) } else { a[(i, j)] });
     let (values, _) = eigen_hermitian(&a).unwrap();
     let (again, _) = eigen_hermitian(&garbled).unwrap();
     assert!(values.iter().zip(again).all(|(a, b)| (a - b).abs() < 1e-14));
@@ -147,9 +141,7 @@ fn general_eigenproblems() {
         // round.
         let expected: Vec<Complex64> = theirs(&a).eigenvalues().unwrap().iter().copied().collect();
         let nearest = |v: Complex64, of: &[Complex64]| {
-            of.iter()
-                .map(|o| (o - v).norm())
-                .fold(f64::INFINITY, f64::min)
+            of.iter().map(|o| (o - v).norm()).fold(f64::INFINITY, f64::min)
         };
         for value in &values {
             assert!(nearest(*value, &expected) < 1e-12 * size as f64);
@@ -162,13 +154,14 @@ fn general_eigenproblems() {
 
 #[test]
 fn a_matrix_without_enough_eigenvectors_gives_no_nan() {
-    let defective: CMat = Mat::from_fn(3, 3, |i, j| {
-        if j == i || j == i + 1 {
-            Complex64::ONE
-        } else {
-            Complex64::ZERO
-        }
-    });
+    let defective: CMat =
+        Mat::from_fn(
+            3,
+            3,
+            |i, j| {
+                if j == i || j == i + 1 { Complex64::ONE } else { Complex64::ZERO }
+            },
+        );
     match eigen_general(&defective) {
         Err(error) => assert!(matches!(error, Error::Eigen { size: 3 })),
         Ok((values, vectors)) => {
@@ -251,19 +244,10 @@ fn products_replace_or_add() {
     let expected: CMat = Mat::from_fn(9, 9, |i, j| expected[(i, j)]);
     assert!(distance(&mul(&a, &b), &expected) < allowed(9));
     let mut sum = expected.clone();
-    product(
-        sum.as_mut(),
-        Accum::Add,
-        -Complex64::ONE,
-        a.as_ref(),
-        b.as_ref(),
-    );
+    product(sum.as_mut(), Accum::Add, -Complex64::ONE, a.as_ref(), b.as_ref());
     assert!(distance(&sum, &Mat::zeros(9, 9)) < allowed(9));
     assert!(
-        distance(
-            &transpose(&adjoint(&a)),
-            &Mat::from_fn(9, 9, |i, j| a[(i, j)].conj())
-        ) == 0.0
+        distance(&transpose(&adjoint(&a)), &Mat::from_fn(9, 9, |i, j| a[(i, j)].conj())) == 0.0
     );
 }
 
@@ -275,19 +259,11 @@ fn lapack_and_faer_agree() {
         let (a, h) = (numbers(size).complex(size), hermitian(size));
         let ours = by_faer::eigen_hermitian(&h).unwrap().0;
         let lapack = by_lapack::eigen_hermitian(&h).unwrap().0;
-        assert!(
-            ours.iter()
-                .zip(lapack)
-                .all(|(a, b)| (a - b).abs() < allowed(size))
-        );
+        assert!(ours.iter().zip(lapack).all(|(a, b)| (a - b).abs() < allowed(size)));
         let real = symmetric(size);
         let ours = by_faer::eigen_symmetric(&real).unwrap().0;
         let lapack = by_lapack::eigen_symmetric(&real).unwrap().0;
-        assert!(
-            ours.iter()
-                .zip(lapack)
-                .all(|(a, b)| (a - b).abs() < allowed(size))
-        );
+        assert!(ours.iter().zip(lapack).all(|(a, b)| (a - b).abs() < allowed(size)));
         let ours: Complex64 = by_faer::eigen_general(&a).unwrap().0.iter().sum();
         let lapack: Complex64 = by_lapack::eigen_general(&a).unwrap().0.iter().sum();
         assert!((ours - lapack).norm() < allowed(size) * size as f64);

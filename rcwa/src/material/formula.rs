@@ -52,26 +52,18 @@ impl Formula {
             Self::Sellmeier | Self::Sellmeier2 | Self::Polynomial | Self::Cauchy | Self::Gases => {
                 (got % 2 == 1, "1, 3, 5, ...")
             }
-            Self::Mixed => (
-                got == 1 || got == 5 || (got >= 9 && got % 2 == 1),
-                "1, 5, 9, 11, 13, ...",
-            ),
+            Self::Mixed => {
+                (got == 1 || got == 5 || (got >= 9 && got % 2 == 1), "1, 5, 9, 11, 13, ...")
+            }
             Self::Herzberger => ((3..=6).contains(&got), "3 to 6"),
             Self::Retro => (got == 4, "4"),
             Self::Exotic => (got == 6, "6"),
         };
         if !fits {
-            return Err(MaterialError::Coefficients {
-                formula: self,
-                expected,
-                got,
-            });
+            return Err(MaterialError::Coefficients { formula: self, expected, got });
         }
         match coefficients.iter().position(|c| !c.is_finite()) {
-            Some(i) => Err(MaterialError::Coefficient {
-                place: i + 1,
-                got: coefficients[i],
-            }),
+            Some(i) => Err(MaterialError::Coefficient { place: i + 1, got: coefficients[i] }),
             None => Ok(()),
         }
     }
@@ -91,14 +83,9 @@ impl Formula {
             Self::Polynomial => (c[0] + pairs(1).map(|(b, e)| b * l.powf(e)).sum::<f64>()).sqrt(),
             Self::Mixed => {
                 let poles = c[1..].chunks_exact(4).take(2);
-                let poles: f64 = poles
-                    .map(|p| p[0] * l.powf(p[1]) / (l2 - p[2].powf(p[3])))
-                    .sum();
-                let powers: f64 = if c.len() > 9 {
-                    pairs(9).map(|(b, e)| b * l.powf(e)).sum()
-                } else {
-                    0.0
-                };
+                let poles: f64 = poles.map(|p| p[0] * l.powf(p[1]) / (l2 - p[2].powf(p[3]))).sum();
+                let powers: f64 =
+                    if c.len() > 9 { pairs(9).map(|(b, e)| b * l.powf(e)).sum() } else { 0.0 };
                 (c[0] + poles + powers).sqrt()
             }
             Self::Cauchy => c[0] + pairs(1).map(|(b, e)| b * l.powf(e)).sum::<f64>(),

@@ -20,15 +20,8 @@ const BK7: [f64; 7] = [
     1.010_469_45,
     103.560_653,
 ];
-const SILICA: [f64; 7] = [
-    0.0,
-    0.696_166_3,
-    0.068_404_3,
-    0.407_942_6,
-    0.116_241_4,
-    0.897_479_4,
-    9.896_161,
-];
+const SILICA: [f64; 7] =
+    [0.0, 0.696_166_3, 0.068_404_3, 0.407_942_6, 0.116_241_4, 0.897_479_4, 9.896_161];
 
 fn n_of(formula: Formula, coefficients: &[f64], wavelength: f64) -> f64 {
     let material = Material::formula(formula, coefficients, [0.1, 10.0]).unwrap();
@@ -68,16 +61,8 @@ fn handbook_indices_come_out() {
 fn every_formula_is_what_its_definition_says() {
     let (l, l2) = (0.7_f64, 0.49_f64);
     let cases = [
-        (
-            Formula::Sellmeier,
-            vec![0.1, 1.0, 0.2],
-            (1.1 + l2 / (l2 - 0.04)).sqrt(),
-        ),
-        (
-            Formula::Sellmeier2,
-            vec![0.1, 1.0, 0.2],
-            (1.1 + l2 / (l2 - 0.2)).sqrt(),
-        ),
+        (Formula::Sellmeier, vec![0.1, 1.0, 0.2], (1.1 + l2 / (l2 - 0.04)).sqrt()),
+        (Formula::Sellmeier2, vec![0.1, 1.0, 0.2], (1.1 + l2 / (l2 - 0.2)).sqrt()),
         (
             Formula::Polynomial,
             vec![2.0, 0.3, -2.0, 0.1, 3.0],
@@ -88,11 +73,7 @@ fn every_formula_is_what_its_definition_says() {
             vec![2.0, 0.1, 1.0, 0.3, 2.0, 0.2, 0.0, 0.2, 1.0, -0.05, 2.0],
             (2.0 + 0.1 * l / (l2 - 0.09) + 0.2 / (l2 - 0.2) - 0.05 * l2).sqrt(),
         ),
-        (
-            Formula::Cauchy,
-            vec![1.4, 0.01, -2.0, 0.002, -4.0],
-            1.4 + 0.01 / l2 + 0.002 / (l2 * l2),
-        ),
+        (Formula::Cauchy, vec![1.4, 0.01, -2.0, 0.002, -4.0], 1.4 + 0.01 / l2 + 0.002 / (l2 * l2)),
         (
             Formula::Gases,
             vec![0.0, 0.05, 238.0, 0.001, 57.0],
@@ -134,13 +115,7 @@ fn cauchy_by_its_usual_terms_is_formula_5() {
 
 #[test]
 fn index_and_permittivity_convert_both_ways() {
-    for (n, k) in [
-        (1.41, 0.0),
-        (0.05, 3.586),
-        (0.0, 2.0),
-        (1.0, 1.0),
-        (2.0, 1e-9),
-    ] {
+    for (n, k) in [(1.41, 0.0), (0.05, 3.586), (0.0, 2.0), (1.0, 1.0), (2.0, 1e-9)] {
         let index = RefractiveIndex::new(n, k).unwrap();
         let permittivity = Permittivity::from(index);
         assert!((permittivity.complex() - index.complex() * index.complex()).norm() < 1e-14);
@@ -148,20 +123,10 @@ fn index_and_permittivity_convert_both_ways() {
         assert!((back.complex() - index.complex()).norm() < 1e-14, "{n} {k}");
     }
     let mirror = Permittivity::new(Complex64::new(-4.0, -0.0)).unwrap();
-    assert_eq!(
-        RefractiveIndex::from(mirror).k(),
-        2.0,
-        "a negative zero must not flip the branch"
-    );
+    assert_eq!(RefractiveIndex::from(mirror).k(), 2.0, "a negative zero must not flip the branch");
     assert!(Permittivity::new(Complex64::new(2.0, -0.1)).is_err());
     assert!(Permittivity::new(Complex64::ZERO).is_err());
-    for (n, k) in [
-        (0.0, 0.0),
-        (-1.0, 0.0),
-        (1.0, -0.1),
-        (f64::NAN, 0.0),
-        (1.0, f64::INFINITY),
-    ] {
+    for (n, k) in [(0.0, 0.0), (-1.0, 0.0), (1.0, -0.1), (f64::NAN, 0.0), (1.0, f64::INFINITY)] {
         assert!(RefractiveIndex::new(n, k).is_err(), "{n} {k}");
     }
 }
@@ -169,14 +134,8 @@ fn index_and_permittivity_convert_both_ways() {
 #[test]
 fn tables_are_exact_at_their_rows_and_linear_between() {
     let table = Material::tabulated(&[[0.4, 1.5, 0.1], [0.5, 1.3, 0.3], [0.7, 1.4, 0.0]]).unwrap();
-    assert_eq!(
-        table.index_at(0.5).unwrap(),
-        RefractiveIndex::new(1.3, 0.3).unwrap()
-    );
-    assert_eq!(
-        table.index_at(0.7).unwrap(),
-        RefractiveIndex::new(1.4, 0.0).unwrap()
-    );
+    assert_eq!(table.index_at(0.5).unwrap(), RefractiveIndex::new(1.3, 0.3).unwrap());
+    assert_eq!(table.index_at(0.7).unwrap(), RefractiveIndex::new(1.4, 0.0).unwrap());
     let between = table.index_at(0.55).unwrap();
     assert_abs_diff_eq!(between.n(), 1.325, epsilon = 1e-15);
     assert_abs_diff_eq!(between.k(), 0.225, epsilon = 1e-15);
@@ -186,15 +145,9 @@ fn tables_are_exact_at_their_rows_and_linear_between() {
 fn outside_the_data_is_an_error_that_names_the_range_and_the_wavelength() {
     let table = Material::tabulated(&[[0.4, 1.5, 0.0], [0.7, 1.4, 0.0]]).unwrap();
     let error = table.index_at(0.9).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "the data cover 0.4 to 0.7 micrometres, got the wavelength 0.9"
-    );
+    assert_eq!(error.to_string(), "the data cover 0.4 to 0.7 micrometres, got the wavelength 0.9");
     for bad in [0.0, -0.5, f64::NAN, f64::INFINITY] {
-        assert!(matches!(
-            table.index_at(bad),
-            Err(MaterialError::Wavelength { .. })
-        ));
+        assert!(matches!(table.index_at(bad), Err(MaterialError::Wavelength { .. })));
     }
     let constant = Material::constant(RefractiveIndex::new(1.41, 0.0).unwrap());
     assert_eq!(constant.index_at(1e4).unwrap().n(), 1.41);
@@ -205,13 +158,7 @@ fn a_formula_without_a_real_root_is_an_error_not_a_nan() {
     let pole = Material::formula(Formula::Sellmeier, &[0.0, 1.0, 0.5], [0.1, 1.0]).unwrap();
     for wavelength in [0.5, 0.45] {
         let error = pole.index_at(wavelength).unwrap_err();
-        assert_eq!(
-            error,
-            MaterialError::NoIndex {
-                formula: Formula::Sellmeier,
-                wavelength
-            }
-        );
+        assert_eq!(error, MaterialError::NoIndex { formula: Formula::Sellmeier, wavelength });
     }
 }
 
@@ -230,12 +177,7 @@ fn wrong_coefficients_and_ranges_are_refused() {
     }
     let error = Material::formula(Formula::Cauchy, &[1.4, f64::NAN, -2.0], [0.4, 0.7]).unwrap_err();
     assert!(matches!(error, MaterialError::Coefficient { place: 2, .. }));
-    for range in [
-        [0.0, 1.0],
-        [1.0, 0.5],
-        [0.5, f64::INFINITY],
-        [f64::NAN, 1.0],
-    ] {
+    for range in [[0.0, 1.0], [1.0, 0.5], [0.5, f64::INFINITY], [f64::NAN, 1.0]] {
         let error = Material::formula(Formula::Cauchy, &[1.4], range).unwrap_err();
         assert!(matches!(error, MaterialError::Range { .. }));
     }
@@ -268,11 +210,7 @@ fn a_file_with_formula_and_table_gives_both_over_the_common_range() {
     let glass = Material::from_yaml(FILE).unwrap();
     assert_eq!(glass.range_um(), [0.3, 0.7]);
     let index = glass.index_at(0.5).unwrap();
-    assert_abs_diff_eq!(
-        index.n(),
-        n_of(Formula::Sellmeier2, &BK7, 0.5),
-        epsilon = 1e-15
-    );
+    assert_abs_diff_eq!(index.n(), n_of(Formula::Sellmeier2, &BK7, 0.5), epsilon = 1e-15);
     assert_abs_diff_eq!(index.k(), 0.5 * (2.8607e-6 + 8.9305e-9), epsilon = 1e-20);
     let windows = Material::from_yaml(&FILE.replace('\n', "\r\n")).unwrap();
     assert_eq!(windows, glass);
@@ -288,18 +226,12 @@ fn older_and_flatter_spellings_are_read() {
     assert_abs_diff_eq!(material.index_at(0.6).unwrap().k(), 0.15, epsilon = 1e-15);
     let n = "DATA:\n  -\n    type: tabulated n\n    data: |\n      0.4 1.5\n      0.8 1.6\n";
     let material = Material::from_yaml(n).unwrap();
-    assert_eq!(
-        material.index_at(0.8).unwrap(),
-        RefractiveIndex::new(1.6, 0.0).unwrap()
-    );
+    assert_eq!(material.index_at(0.8).unwrap(), RefractiveIndex::new(1.6, 0.0).unwrap());
 }
 
 fn assert_refused(text: &str, says: &str) {
     let message = Material::from_yaml(text).expect_err(text).to_string();
-    assert!(
-        message.contains(says),
-        "{text}\ngave: {message}\nnot: {says}"
-    );
+    assert!(message.contains(says), "{text}\ngave: {message}\nnot: {says}");
 }
 
 #[test]
@@ -307,28 +239,16 @@ fn files_of_a_wrong_form_are_refused_with_the_line() {
     for (text, says) in [
         ("", "DATA is missing"),
         ("DATA:\n", "gives n is missing"),
-        (
-            "DATA: 5\n",
-            "line 1: expected a list below DATA:, got \"5\"",
-        ),
+        ("DATA: 5\n", "line 1: expected a list below DATA:, got \"5\""),
         ("nonsense\n", "line 1: expected KEY:"),
-        (
-            "DATA:\n    stray\n",
-            "line 2: expected an entry that begins",
-        ),
+        ("DATA:\n    stray\n", "line 2: expected an entry that begins"),
         ("DATA:\n  - type: measured\n", "got \"measured\""),
         (
             "DATA:\n  - type: formula 12\n    coefficients: 1\n",
             "formula 1 to formula 9, got \"formula 12\"",
         ),
-        (
-            "DATA:\n  - data: |\n      0.4 1 1\n",
-            "type in an entry of DATA is missing",
-        ),
-        (
-            "DATA:\n  - type: tabulated nk\n",
-            "data of a table is missing",
-        ),
+        ("DATA:\n  - data: |\n      0.4 1 1\n", "type in an entry of DATA is missing"),
+        ("DATA:\n  - type: tabulated nk\n", "data of a table is missing"),
         ("DATA:\n\t- type: tabulated n\n", "spaces, not tabs"),
     ] {
         assert_refused(text, says);
@@ -339,78 +259,39 @@ fn files_of_a_wrong_form_are_refused_with_the_line() {
 fn broken_tables_are_refused_with_the_row() {
     for (rows, says) in [
         ("", "DATA entry at line 2: a table needs at least one row"),
-        (
-            "      0.4 1.5\n",
-            "line 4: expected a row of 3 numbers, got \"0.4 1.5\"",
-        ),
+        ("      0.4 1.5\n", "line 4: expected a row of 3 numbers, got \"0.4 1.5\""),
         ("      0.4 1.5 x\n", "line 4: expected a row of 3 numbers"),
         (
             "      0.5 1.5 0\n      0.4 1.5 0\n",
             "row 2: wavelengths must ascend, but 0.4 follows 0.5",
         ),
-        (
-            "      0.4 1.5 0\n      0.4 1.5 0\n",
-            "row 2: wavelengths must ascend",
-        ),
+        ("      0.4 1.5 0\n      0.4 1.5 0\n", "row 2: wavelengths must ascend"),
         ("      0.4 0 0\n", "not both 0, got [0, 0]"),
         ("      0.4 1.5 -0.1\n", "got [1.5, -0.1]"),
         ("      0.4 NaN 0\n", "got [NaN, 0]"),
-        (
-            "      -0.4 1.5 0\n",
-            "wavelength must be finite and above 0 micrometres, got -0.4",
-        ),
-        (
-            "      0.4 1.5 0\n   stray\n",
-            "line 5: expected a key in line with the others",
-        ),
-        (
-            "      0.4 1.5 0\n    data: |\n",
-            "line 5: data is given a second time",
-        ),
-        (
-            "      0.4 1.5 0\n    unit: nm\n",
-            "line 5: expected one of the keys type",
-        ),
+        ("      -0.4 1.5 0\n", "wavelength must be finite and above 0 micrometres, got -0.4"),
+        ("      0.4 1.5 0\n   stray\n", "line 5: expected a key in line with the others"),
+        ("      0.4 1.5 0\n    data: |\n", "line 5: data is given a second time"),
+        ("      0.4 1.5 0\n    unit: nm\n", "line 5: expected one of the keys type"),
         (
             "      0.4 1.5 0\n  - type: tabulated k\n    data: |\n      0.4 0\n",
             "k is given a second time",
         ),
-        (
-            "      0.4 1.5 0\nDATA:\n",
-            "line 5: DATA is given a second time",
-        ),
+        ("      0.4 1.5 0\nDATA:\n", "line 5: DATA is given a second time"),
     ] {
-        assert_refused(
-            &format!("DATA:\n  - type: tabulated nk\n    data: |\n{rows}"),
-            says,
-        );
+        assert_refused(&format!("DATA:\n  - type: tabulated nk\n    data: |\n{rows}"), says);
     }
 }
 
 #[test]
 fn broken_formulas_are_refused_with_the_cause() {
     for (keys, says) in [
-        (
-            "    coefficients: 0 1 0.1\n",
-            "wavelength_range of a formula is missing",
-        ),
-        (
-            "    range: 0.4 0.8\n",
-            "coefficients of a formula is missing",
-        ),
+        ("    coefficients: 0 1 0.1\n", "wavelength_range of a formula is missing"),
+        ("    range: 0.4 0.8\n", "coefficients of a formula is missing"),
         ("    range: 0.4\n    coefficients: 0 1 0.1\n", "two numbers"),
-        (
-            "    range: 0.8 0.4\n    coefficients: 0 1 0.1\n",
-            "got 0.8 to 0.4",
-        ),
-        (
-            "    range: 0.4 0.8\n    coefficients: 0 1\n",
-            "takes 1, 3, 5, ... coefficients, got 2",
-        ),
-        (
-            "    range: 0.4 0.8\n    coefficients: 0 1 a\n",
-            "line 4: expected a number, got \"a\"",
-        ),
+        ("    range: 0.8 0.4\n    coefficients: 0 1 0.1\n", "got 0.8 to 0.4"),
+        ("    range: 0.4 0.8\n    coefficients: 0 1\n", "takes 1, 3, 5, ... coefficients, got 2"),
+        ("    range: 0.4 0.8\n    coefficients: 0 1 a\n", "line 4: expected a number, got \"a\""),
         (
             "    range: 0.4 0.5\n    coefficients: 0 1 0.1\n  - type: tabulated k\n    data: |\n      0.6 0\n",
             "got 0.6 to 0.5",
@@ -423,29 +304,14 @@ fn broken_formulas_are_refused_with_the_cause() {
 #[test]
 fn the_files_that_come_with_the_project_are_read() {
     let n_at = |text: &str, wavelength: f64| {
-        let index = Material::from_yaml(text)
-            .unwrap()
-            .index_at(wavelength)
-            .unwrap();
+        let index = Material::from_yaml(text).unwrap().index_at(wavelength).unwrap();
         (index.n(), index.k())
     };
-    let (glass, _) = n_at(
-        include_str!("../../../data/materials/n-bk7.yml"),
-        0.587_561_8,
-    );
+    let (glass, _) = n_at(include_str!("../../../data/materials/n-bk7.yml"), 0.587_561_8);
     assert_abs_diff_eq!(glass, 1.5168, epsilon = 1e-5);
-    let (silica, _) = n_at(
-        include_str!("../../../data/materials/fused-silica.yml"),
-        0.587_561_8,
-    );
+    let (silica, _) = n_at(include_str!("../../../data/materials/fused-silica.yml"), 0.587_561_8);
     assert_abs_diff_eq!(silica, 1.4585, epsilon = 5e-5);
-    assert_eq!(
-        n_at(
-            include_str!("../../../data/materials/silicone-1p41.yml"),
-            0.55
-        ),
-        (1.41, 0.0)
-    );
+    assert_eq!(n_at(include_str!("../../../data/materials/silicone-1p41.yml"), 0.55), (1.41, 0.0));
     let (n, k) = n_at(include_str!("../../../data/materials/silver.yml"), 0.55);
     assert!(n > 0.05 && n < 0.06 && k > 3.586 && k < 3.858);
     // Normal incidence from silicone: the mirror the package has, a little better than its 95 %.

@@ -45,19 +45,13 @@ pub(super) fn parse(text: &str) -> Result<Material, MaterialError> {
         };
         for (slot, new, key) in [(&mut n, new_n, "n"), (&mut k, new_k, "k")] {
             if slot.is_some() && new.is_some() {
-                return Err(MaterialError::Twice {
-                    line,
-                    key: key.into(),
-                });
+                return Err(MaterialError::Twice { line, key: key.into() });
             }
             *slot = slot.take().or(new);
         }
     }
     let n = n.ok_or(MaterialError::Missing("an entry in DATA that gives n"))?;
-    let material = Material {
-        n,
-        k: k.unwrap_or(Source::Constant(0.0)),
-    };
+    let material = Material { n, k: k.unwrap_or(Source::Constant(0.0)) };
     let [min, max] = material.range_um();
     if min > max {
         return Err(MaterialError::Range { min, max });
@@ -93,26 +87,15 @@ fn data_lines(text: &str) -> Result<Vec<Numbered<'_>>, MaterialError> {
         })?;
         inside = key == "DATA";
         if inside && seen {
-            return Err(MaterialError::Twice {
-                line: number,
-                key: key.into(),
-            });
+            return Err(MaterialError::Twice { line: number, key: key.into() });
         }
         if inside && !without_comment(value).is_empty() {
             let expected = "a list below DATA:";
-            return Err(MaterialError::Line {
-                line: number,
-                expected,
-                got: value.trim().into(),
-            });
+            return Err(MaterialError::Line { line: number, expected, got: value.trim().into() });
         }
         seen |= inside;
     }
-    if seen {
-        Ok(lines)
-    } else {
-        Err(MaterialError::Missing("the key DATA"))
-    }
+    if seen { Ok(lines) } else { Err(MaterialError::Missing("the key DATA")) }
 }
 
 /// Cuts the lines of the list into entries and their keys.
@@ -121,11 +104,7 @@ fn entries<'a>(lines: &[Numbered<'a>]) -> Result<Vec<Entry<'a>>, MaterialError> 
     let mut dash_column = None;
     let mut key_column = 0;
     for &(line, text) in lines {
-        let error = |expected| MaterialError::Line {
-            line,
-            expected,
-            got: text.trim().into(),
-        };
+        let error = |expected| MaterialError::Line { line, expected, got: text.trim().into() };
         let content = text.trim_start_matches(' ');
         let mut column = text.len() - content.len();
         if content.starts_with('\t') {
@@ -137,10 +116,7 @@ fn entries<'a>(lines: &[Numbered<'a>]) -> Result<Vec<Entry<'a>>, MaterialError> 
             dash_column = Some(column);
             pair = content[1..].trim_start();
             column = text.len() - pair.len();
-            entries.push(Entry {
-                line,
-                keys: Vec::new(),
-            });
+            entries.push(Entry { line, keys: Vec::new() });
             if pair.is_empty() {
                 continue;
             }
@@ -155,10 +131,7 @@ fn entries<'a>(lines: &[Numbered<'a>]) -> Result<Vec<Entry<'a>>, MaterialError> 
             Ordering::Equal => {
                 let (name, value) = pair.split_once(':').ok_or_else(|| error("key: value"))?;
                 if entry.keys.iter().any(|k| k.name == name) {
-                    return Err(MaterialError::Twice {
-                        line,
-                        key: name.into(),
-                    });
+                    return Err(MaterialError::Twice { line, key: name.into() });
                 }
                 let value =
                     Some(without_comment(value)).filter(|v| !matches!(*v, "" | "|" | "|-" | "|+"));
@@ -170,9 +143,7 @@ fn entries<'a>(lines: &[Numbered<'a>]) -> Result<Vec<Entry<'a>>, MaterialError> 
                 key.value.push((line, content.trim_end()));
             }
             Ordering::Less => {
-                return Err(error(
-                    "a key in line with the others, or a new entry \"- type:\"",
-                ));
+                return Err(error("a key in line with the others, or a new entry \"- type:\""));
             }
         }
     }
@@ -184,66 +155,47 @@ fn read_entry(entry: &Entry) -> Result<ParsedEntry, MaterialError> {
     if let Some(unknown) = entry.keys.iter().find(|k| !KEYS.contains(&k.name)) {
         let line = unknown.line;
         let expected = "one of the keys type, data, coefficients, wavelength_range";
-        return Err(MaterialError::Line {
-            line,
-            expected,
-            got: unknown.name.into(),
-        });
+        return Err(MaterialError::Line { line, expected, got: unknown.name.into() });
     }
     let kind = find(entry, "type").ok_or(MaterialError::Missing("type in an entry of DATA"))?;
-    let kind: Vec<&str> = kind
-        .value
-        .iter()
-        .flat_map(|v| v.1.split_whitespace())
-        .collect();
-    let in_entry = |problem| MaterialError::Entry {
-        line: entry.line,
-        problem: Box::new(problem),
-    };
+    let kind: Vec<&str> = kind.value.iter().flat_map(|v| v.1.split_whitespace()).collect();
+    let in_entry = |problem| MaterialError::Entry { line: entry.line, problem: Box::new(problem) };
     match kind[..] {
-        ["tabulated", "nk"] => Material::tabulated(&rows(entry)?)
-            .map(ParsedEntry::Nk)
-            .map_err(in_entry),
+        ["tabulated", "nk"] => {
+            Material::tabulated(&rows(entry)?).map(ParsedEntry::Nk).map_err(in_entry)
+        }
         ["tabulated", "n"] => {
             let rows = rows::<2>(entry)?;
             rows.iter()
                 .try_for_each(|r| RefractiveIndex::new(r[1], 0.0).map(|_| ()))
                 .map_err(in_entry)?;
-            Table::new(rows)
-                .map(|t| ParsedEntry::N(Source::Table(t)))
-                .map_err(in_entry)
+            Table::new(rows).map(|t| ParsedEntry::N(Source::Table(t))).map_err(in_entry)
         }
         ["tabulated", "k"] => {
             let rows = rows::<2>(entry)?;
             rows.iter()
                 .try_for_each(|r| RefractiveIndex::new(1.0, passive(r[1])).map(|_| ()))
                 .map_err(in_entry)?;
-            Table::new(rows)
-                .map(|t| ParsedEntry::K(Source::Table(t)))
-                .map_err(in_entry)
+            Table::new(rows).map(|t| ParsedEntry::K(Source::Table(t))).map_err(in_entry)
         }
         ["formula", number] => {
-            let formula = number
-                .parse()
-                .ok()
-                .and_then(Formula::from_number)
-                .ok_or_else(|| MaterialError::Line {
+            let formula = number.parse().ok().and_then(Formula::from_number).ok_or_else(|| {
+                MaterialError::Line {
                     line: entry.line,
                     expected: "formula 1 to formula 9",
                     got: kind.join(" "),
-                })?;
+                }
+            })?;
             let coefficients = find(entry, "coefficients")
                 .ok_or(MaterialError::Missing("coefficients of a formula"))?;
             let range = find(entry, "wavelength_range").or_else(|| find(entry, "range"));
             let range = range.ok_or(MaterialError::Missing("wavelength_range of a formula"))?;
             let range =
-                numbers(range)?
-                    .try_into()
-                    .map_err(|got: Vec<f64>| MaterialError::Line {
-                        line: entry.line,
-                        expected: "wavelength_range of two numbers",
-                        got: format!("{got:?}"),
-                    })?;
+                numbers(range)?.try_into().map_err(|got: Vec<f64>| MaterialError::Line {
+                    line: entry.line,
+                    expected: "wavelength_range of two numbers",
+                    got: format!("{got:?}"),
+                })?;
             formula_source(formula, &numbers(coefficients)?, range)
                 .map(ParsedEntry::N)
                 .map_err(in_entry)
@@ -263,19 +215,11 @@ fn find<'a, 'b>(entry: &'b Entry<'a>, name: &str) -> Option<&'b Key<'a>> {
 /// The table of an entry, a line a row of N numbers.
 fn rows<const N: usize>(entry: &Entry) -> Result<Vec<[f64; N]>, MaterialError> {
     let data = find(entry, "data").ok_or(MaterialError::Missing("data of a table"))?;
-    let expected = if N == 2 {
-        "a row of 2 numbers"
-    } else {
-        "a row of 3 numbers"
-    };
+    let expected = if N == 2 { "a row of 2 numbers" } else { "a row of 3 numbers" };
     data.value
         .iter()
         .map(|&(line, text)| {
-            let error = || MaterialError::Line {
-                line,
-                expected,
-                got: text.into(),
-            };
+            let error = || MaterialError::Line { line, expected, got: text.into() };
             let row: Option<Vec<f64>> = text.split_whitespace().map(|w| w.parse().ok()).collect();
             row.and_then(|r| r.try_into().ok()).ok_or_else(error)
         })
@@ -290,11 +234,7 @@ fn numbers(key: &Key) -> Result<Vec<f64>, MaterialError> {
         .flat_map(|&(line, text)| text.split_whitespace().map(move |word| (line, word)));
     words
         .map(|(line, word)| {
-            let error = || MaterialError::Line {
-                line,
-                expected: "a number",
-                got: word.into(),
-            };
+            let error = || MaterialError::Line { line, expected: "a number", got: word.into() };
             word.parse().map_err(|_| error())
         })
         .collect()
@@ -302,15 +242,8 @@ fn numbers(key: &Key) -> Result<Vec<f64>, MaterialError> {
 
 /// A value without the comment behind it and without quotes around it.
 fn without_comment(value: &str) -> &str {
-    let value = if value.trim_start().starts_with('#') {
-        ""
-    } else {
-        value
-    };
-    let value = value
-        .split_once(" #")
-        .map_or(value, |(before, _)| before)
-        .trim();
+    let value = if value.trim_start().starts_with('#') { "" } else { value };
+    let value = value.split_once(" #").map_or(value, |(before, _)| before).trim();
     let unquoted = |q| value.strip_prefix(q).and_then(|v: &str| v.strip_suffix(q));
     unquoted('"').or_else(|| unquoted('\'')).unwrap_or(value)
 }

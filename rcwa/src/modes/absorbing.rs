@@ -38,16 +38,8 @@ pub(super) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
         segment.index = (epsilon + Complex64::I * (NUDGE * epsilon.norm())).sqrt();
     }
     let moved = general(&nudged, kx)?;
-    let best = if condition(&moved.basis) < condition(&found.basis) {
-        moved
-    } else {
-        found
-    };
-    if condition(&best.basis) < DEFECTIVE {
-        Ok(best)
-    } else {
-        Err(Error::Eigen { size: kx.len() })
-    }
+    let best = if condition(&moved.basis) < condition(&found.basis) { moved } else { found };
+    if condition(&best.basis) < DEFECTIVE { Ok(best) } else { Err(Error::Eigen { size: kx.len() }) }
 }
 
 /// The largest condition number of an eigenvalue, length of its right vector times that of its left
@@ -100,20 +92,6 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
         |i, j| (0..n).map(|m| f_inverse[(i, m)] * ef[(m, j)]).sum(),
         |i, j| (0..n).map(|m| ag_inverse[(i, m)] * aag[(m, j)]).sum(),
     );
-    let basis = Basis {
-        f,
-        f_inverse,
-        ag,
-        ag_inverse,
-        g,
-        g_inverse,
-        o,
-        q,
-    };
-    Ok(Modes {
-        basis,
-        b_lse,
-        b_lsm,
-        degenerate,
-    })
+    let basis = Basis { f, f_inverse, ag, ag_inverse, g, g_inverse, o, q };
+    Ok(Modes { basis, b_lse, b_lsm, degenerate })
 }

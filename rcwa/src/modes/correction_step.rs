@@ -69,10 +69,7 @@ impl<T: Scalar> CorrectionStep<T> {
     pub(super) fn of(place: f64, strips: StripFlow<T>, walls: NormalVectorFlow<T>) -> Self {
         let [electric, magnetic] = walls.steps;
         let scaled = |m: &Mat<T>, by: T| Mat::from_fn(m.nrows(), m.ncols(), |i, j| by * m[(i, j)]);
-        let StripFlow {
-            reads: [p0, p1],
-            writes: [w0, w1],
-        } = strips;
+        let StripFlow { reads: [p0, p1], writes: [w0, w1] } = strips;
         let NormalVectorFlow {
             reads: [ex, hy, hx],
             writes: [from_ex, from_hy, from_hx],
@@ -87,15 +84,13 @@ impl<T: Scalar> CorrectionStep<T> {
             onward: combined(&mul(&w0, &hx), &mul(&w1, &hy), -1.0),
             back: combined(&mul(&to_ey, &p0), &mul(&to_ex, &p1), -1.0),
             by_ex: Mat::from_fn(ex.nrows(), points + rank, |i, j| {
-                j.checked_sub(points)
-                    .map_or_else(|| p1[(i, j)], |j| ex[(i, j)])
+                j.checked_sub(points).map_or_else(|| p1[(i, j)], |j| ex[(i, j)])
             }),
             by_ey: p0,
             by_hy: hy,
             by_hx: hx,
             to_hy: Mat::from_fn(points + rank, w1.ncols(), |i, j| {
-                i.checked_sub(points)
-                    .map_or_else(|| w1[(i, j)], |i| magnetic * from_ex[(i, j)])
+                i.checked_sub(points).map_or_else(|| w1[(i, j)], |i| magnetic * from_ex[(i, j)])
             }),
             to_hx: w0,
             to_ex,

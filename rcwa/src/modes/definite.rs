@@ -59,9 +59,8 @@ impl<T: Scalar> Eigenpairs<T> {
 
         // With A = L Lᴴ and v = Lᴴ g an ordinary problem, and A g = L v.
         let sandwich = d.sandwich(&e_inverse);
-        let mut lsm: Mat<T> = Mat::from_fn(a.nrows(), a.nrows(), |i, j| {
-            delta::<T>(i, j) - sandwich[(i, j)]
-        });
+        let mut lsm: Mat<T> =
+            Mat::from_fn(a.nrows(), a.nrows(), |i, j| delta::<T>(i, j) - sandwich[(i, j)]);
         solve_lower(&l, lsm.as_mut());
         let mut lsm = adjoint(&lsm);
         solve_lower(&l, lsm.as_mut());
@@ -71,19 +70,8 @@ impl<T: Scalar> Eigenpairs<T> {
         solve_lower_adjoint(&l, g.as_mut());
 
         let ef = mul(&e_inverse, &f);
-        let overlaps = [
-            mul(&adjoint(&ef), &d.times(&g)),
-            mul(&adjoint(&f), &d.times(&ag)),
-        ];
-        Ok(Some(Self {
-            b_lse,
-            b_lsm,
-            f,
-            g,
-            ag,
-            ef,
-            overlaps,
-        }))
+        let overlaps = [mul(&adjoint(&ef), &d.times(&g)), mul(&adjoint(&f), &d.times(&ag))];
+        Ok(Some(Self { b_lse, b_lsm, f, g, ag, ef, overlaps }))
     }
 
     /// The modes, with vectors `placed` where the line has them.

@@ -74,16 +74,12 @@ impl<T: Scalar> DegenerateModes<T> {
         let rest_lse = Mat::from_fn(lse.len(), lse.len(), |i, j| {
             let (i, j) = (lse[i], lse[j]);
             let others = (0..o.ncols()).filter(|m| !lsm.contains(m));
-            others.fold(electric_norm(i, j), |sum, m| {
-                sum + overlaps.o_by_lsm[(i, m)] * q[(m, j)]
-            })
+            others.fold(electric_norm(i, j), |sum, m| sum + overlaps.o_by_lsm[(i, m)] * q[(m, j)])
         });
         let rest_lsm = Mat::from_fn(lsm.len(), lsm.len(), |i, j| {
             let (i, j) = (lsm[i], lsm[j]);
             let others = (0..o.nrows()).filter(|m| !lse.contains(m));
-            others.fold(magnetic_norm(i, j), |sum, m| {
-                sum + overlaps.q_by_lse[(i, m)] * o[(m, j)]
-            })
+            others.fold(magnetic_norm(i, j), |sum, m| sum + overlaps.q_by_lse[(i, m)] * o[(m, j)])
         });
         Some(Self {
             o_by_lsm: part(&overlaps.o_by_lsm, &lse, &lsm),
@@ -121,12 +117,7 @@ impl<T: Scalar> DegenerateModes<T> {
         });
         let (ce, sinc_e) = cosine_and_sinc(&mul(&p, &r), thickness);
         let (ch, sinc_h) = cosine_and_sinc(&mul(&r, &p), thickness);
-        DegenerateTransfer {
-            ce,
-            se: mul(&sinc_e, &p),
-            ch,
-            sh: mul(&sinc_h, &r),
-        }
+        DegenerateTransfer { ce, se: mul(&sinc_e, &p), ch, sh: mul(&sinc_h, &r) }
     }
 }
 

@@ -62,9 +62,8 @@ pub(super) fn modes(layer: &Layer, kx: &[f64]) -> Result<Option<Modes>, Error> {
     let pairs = Eigenpairs::<f64>::new(matrices.permittivity, &matrices.inverse_permittivity, &k)?;
     // Back from the centre of symmetry to the origin of the cell: order m gains exp(-2πi m centre).
     let middle = (orders - 1) as f64 / 2.0;
-    let phase: Vec<Complex64> = (0..orders)
-        .map(|m| Complex64::cis(-TAU * (m as f64 - middle) * centre))
-        .collect();
+    let phase: Vec<Complex64> =
+        (0..orders).map(|m| Complex64::cis(-TAU * (m as f64 - middle) * centre)).collect();
     let placed =
         |m: CMat| -> CMat { Mat::from_fn(m.nrows(), m.ncols(), |i, j| phase[i] * m[(i, j)].re) };
     Ok(pairs.map(|pairs| pairs.complex().finished(placed)))

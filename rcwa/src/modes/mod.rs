@@ -115,15 +115,8 @@ pub(crate) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
     if let Some(index) = layer.uniform_index() {
         return Ok(uniform::modes(index, kx));
     }
-    let definite = layer
-        .segments
-        .iter()
-        .all(|s| s.index.im == 0.0 && s.index.re > 0.0);
-    let solved = if definite {
-        lossless::modes(layer, kx)?
-    } else {
-        None
-    };
+    let definite = layer.segments.iter().all(|s| s.index.im == 0.0 && s.index.re > 0.0);
+    let solved = if definite { lossless::modes(layer, kx)? } else { None };
     match solved {
         Some(modes) => Ok(modes),
         None => absorbing::modes(layer, kx),
@@ -192,18 +185,10 @@ fn coupled<T: Scalar>(
     magnetic_norm: impl Fn(usize, usize) -> T,
 ) -> (Mat<T>, Mat<T>, Option<DegenerateModes<T>>) {
     let (lse, lsm) = (b_lse.len(), b_lsm.len());
-    let o_element = quotient(
-        b_lse,
-        b_lsm,
-        |i, j| overlaps.o_by_lse[(i, j)],
-        |i, j| overlaps.o_by_lsm[(i, j)],
-    );
-    let q_element = quotient(
-        b_lse,
-        b_lsm,
-        |i, j| overlaps.q_by_lse[(j, i)],
-        |i, j| overlaps.q_by_lsm[(j, i)],
-    );
+    let o_element =
+        quotient(b_lse, b_lsm, |i, j| overlaps.o_by_lse[(i, j)], |i, j| overlaps.o_by_lsm[(i, j)]);
+    let q_element =
+        quotient(b_lse, b_lsm, |i, j| overlaps.q_by_lse[(j, i)], |i, j| overlaps.q_by_lsm[(j, i)]);
     let o = Mat::from_fn(lse, lsm, &o_element);
     let q = Mat::from_fn(lsm, lse, |j, i| q_element(i, j));
     let norms = (electric_norm, magnetic_norm);

@@ -132,10 +132,7 @@ impl<T: Scalar> NormalVectorFlow<T> {
         if values.is_empty() {
             return Ok(None);
         }
-        let (x, z) = (
-            expansion.count(FieldGroup::X),
-            expansion.count(FieldGroup::Z),
-        );
+        let (x, z) = (expansion.count(FieldGroup::X), expansion.count(FieldGroup::Z));
         let electric = adjoint(&vectors.as_ref().subrows(0, x).to_owned());
         let magnetic = adjoint(&vectors.as_ref().subrows(x, z).to_owned());
         let (ex, hy) = (mul(&electric, &basis.ag), mul(&magnetic, &upright.by_hy));
@@ -160,13 +157,7 @@ impl<T: Scalar> NormalVectorFlow<T> {
 fn gains<T: Scalar>(generator: &Mat<T>, values: &[f64], d: f64) -> Mat<T> {
     let rank = values.len();
     let mut term: Mat<T> =
-        Mat::from_fn(
-            rank,
-            rank,
-            |i, j| {
-                if i == j { T::ONE.scaled(d) } else { T::ZERO }
-            },
-        );
+        Mat::from_fn(rank, rank, |i, j| if i == j { T::ONE.scaled(d) } else { T::ZERO });
     let mut sum = term.clone();
     for k in 2..60 {
         let next = mul(generator, &term);
@@ -218,12 +209,7 @@ impl<T: Scalar> GroupMatrices<T> {
         let a_inverse = inverse(&a);
         let delta = combined(&e, &a_inverse, -1.0);
         let xx = symmetric(&mul(&delta, &expansion.multiplication(of, of, xx)));
-        Self {
-            e,
-            a_inverse,
-            delta,
-            xx,
-        }
+        Self { e, a_inverse, delta, xx }
     }
 }
 
@@ -280,21 +266,9 @@ impl<T: Scalar> QuadraticForm<T> {
         let (ex, s) = v.split_at_row(n);
         let (mut top, mut bottom) = out.as_mut().split_at_row_mut(n);
         let one = T::ONE;
-        product(
-            top.rb_mut(),
-            Accum::Replace,
-            one,
-            self.electric.as_ref(),
-            ex,
-        );
+        product(top.rb_mut(), Accum::Replace, one, self.electric.as_ref(), ex);
         product(top, Accum::Add, one, self.mixed_adjoint.as_ref(), s);
-        product(
-            bottom.rb_mut(),
-            Accum::Replace,
-            one,
-            self.mixed.as_ref(),
-            ex,
-        );
+        product(bottom.rb_mut(), Accum::Replace, one, self.mixed.as_ref(), ex);
         product(bottom, Accum::Add, one, self.magnetic.as_ref(), s);
         out
     }
@@ -302,9 +276,7 @@ impl<T: Scalar> QuadraticForm<T> {
 
 /// (m + m*)/2.
 fn symmetric<T: Scalar>(m: &Mat<T>) -> Mat<T> {
-    Mat::from_fn(m.nrows(), m.ncols(), |i, j| {
-        (m[(i, j)] + m[(j, i)].conjugate()).scaled(0.5)
-    })
+    Mat::from_fn(m.nrows(), m.ncols(), |i, j| (m[(i, j)] + m[(j, i)].conjugate()).scaled(0.5))
 }
 
 /// Fourier coefficients, about `origin`, of functions that are linear between the walls, with the
@@ -346,11 +318,7 @@ fn linear<const K: usize>(
 /// half of all values.
 fn sketched<T: Scalar>(expansion: &impl Expansion<T>, walls: usize) -> usize {
     let size = expansion.count(FieldGroup::X) + expansion.count(FieldGroup::Z);
-    let each = if expansion.adjoint_sign().is_none() {
-        2
-    } else {
-        1
-    };
+    let each = if expansion.adjoint_sign().is_none() { 2 } else { 1 };
     (SKETCHED * walls).div_ceil(each).min(size)
 }
 
@@ -359,14 +327,12 @@ fn sketched<T: Scalar>(expansion: &impl Expansion<T>, walls: usize) -> usize {
 fn sketch<T: Scalar>(expansion: &impl Expansion<T>, count: usize) -> Mat<T> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut number = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
-    let columns: Vec<Vec<T>> = (0..count)
-        .map(|column| expansion.random_vector(column, &mut number))
-        .collect();
+    let columns: Vec<Vec<T>> =
+        (0..count).map(|column| expansion.random_vector(column, &mut number)).collect();
     Mat::from_fn(columns[0].len(), count, |i, j| columns[j][i])
 }
 
@@ -383,9 +349,7 @@ fn largest<T: Scalar>(
     let small = mul(&adjoint(&range), &image);
     let (values, vectors) = T::eigen(&small)?;
     let top = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-    let kept: Vec<usize> = (0..values.len())
-        .filter(|&i| values[i].abs() > LEAST * top)
-        .collect();
+    let kept: Vec<usize> = (0..values.len()).filter(|&i| values[i].abs() > LEAST * top).collect();
     let chosen = |scale: &dyn Fn(usize) -> f64| -> Mat<T> {
         Mat::from_fn(vectors.nrows(), kept.len(), |i, j| {
             vectors[(i, kept[j])].scaled(scale(kept[j]))
@@ -420,11 +384,7 @@ fn orthonormalise<T: Scalar>(m: &mut Mat<T>) {
             }
         }
         let after = norm(&column);
-        let scale = if after > 1e-13 * before {
-            1.0 / after
-        } else {
-            0.0
-        };
+        let scale = if after > 1e-13 * before { 1.0 / after } else { 0.0 };
         for (to, c) in m.col_as_slice_mut(j).iter_mut().zip(column) {
             *to = c.scaled(scale);
         }
@@ -453,9 +413,8 @@ mod tests {
 
     #[test]
     fn a_line_between_walls_has_the_coefficients_of_its_integral() {
-        let walls: Vec<Wall> = [(0.1, 0.3), (0.45, 0.9), (0.8, 0.1)]
-            .map(|(x, xx)| Wall { x, xx, xz: 0.0 })
-            .to_vec();
+        let walls: Vec<Wall> =
+            [(0.1, 0.3), (0.45, 0.9), (0.8, 0.1)].map(|(x, xx)| Wall { x, xx, xz: 0.0 }).to_vec();
         let at = |x: f64| {
             let y = (x - 0.1).rem_euclid(1.0);
             if y < 0.35 {
@@ -487,15 +446,12 @@ mod tests {
         let value =
             |k: usize| 0.5_f64.powi(k as i32) * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         let form: Mat<f64> = Mat::from_fn(30, 30, |i, j| {
-            (0..20)
-                .map(|k| value(k) * vector(k, i) * vector(k, j))
-                .sum()
+            (0..20).map(|k| value(k) * vector(k, i) * vector(k, j)).sum()
         });
         // With as few columns as values that count they are asked for again.
         for (columns, most) in [(12, 2e-2), (24, LEAST)] {
-            let sketch = Mat::from_fn(30, columns, |i, j| {
-                (1.0 + i as f64 * (0.7 + j as f64)).sin()
-            });
+            let sketch =
+                Mat::from_fn(30, columns, |i, j| (1.0 + i as f64 * (0.7 + j as f64)).sin());
             let (values, vectors) =
                 largest(|v| mul(&form, &v.to_owned()), sketch.as_ref()).unwrap();
             let mut worst = 0.0_f64;
@@ -514,11 +470,7 @@ mod tests {
     #[test]
     fn the_largest_values_of_a_matrix_of_small_rank_are_all_there_is() {
         // 0.7 a aᵀ - 0.2 b bᵀ.
-        let vector = |k: f64| {
-            (0..20)
-                .map(|i| (k * f64::from(i)).cos())
-                .collect::<Vec<_>>()
-        };
+        let vector = |k: f64| (0..20).map(|i| (k * f64::from(i)).cos()).collect::<Vec<_>>();
         let (a, b) = (vector(0.3), vector(1.1));
         let form: Mat<f64> = Mat::from_fn(20, 20, |i, j| 0.7 * a[i] * a[j] - 0.2 * b[i] * b[j]);
         let sketch = Mat::from_fn(20, 6, |i, j| (1.0 + i as f64 * (0.7 + j as f64)).sin());
@@ -526,9 +478,8 @@ mod tests {
         assert_eq!(values.len(), 2);
         for j in 0..20 {
             for i in 0..20 {
-                let again: f64 = (0..2)
-                    .map(|k| vectors[(i, k)] * values[k] * vectors[(j, k)])
-                    .sum();
+                let again: f64 =
+                    (0..2).map(|k| vectors[(i, k)] * values[k] * vectors[(j, k)]).sum();
                 assert!((again - form[(i, j)]).abs() < 1e-12);
             }
         }

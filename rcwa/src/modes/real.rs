@@ -102,9 +102,7 @@ fn about(
 }
 
 fn put(to: &mut RMat, [rows, columns]: [&Range<usize>; 2], from: &RMat) {
-    to.as_mut()
-        .submatrix_mut(rows.start, columns.start, rows.len(), columns.len())
-        .copy_from(from);
+    to.as_mut().submatrix_mut(rows.start, columns.start, rows.len(), columns.len()).copy_from(from);
 }
 
 /// The functions themselves, with b = ε - κ²; g = √ε is normalised as that of other layers.

@@ -34,10 +34,7 @@ pub(crate) struct StripFlow<T> {
 impl<T: Scalar> StripFlow<T> {
     /// The identity, for so many coordinates of X and of Z.
     pub(super) fn none([x, z]: [usize; 2]) -> Self {
-        Self {
-            reads: [z, x].map(|n| Mat::zeros(n, 0)),
-            writes: [z, x].map(|n| Mat::zeros(0, n)),
-        }
+        Self { reads: [z, x].map(|n| Mat::zeros(n, 0)), writes: [z, x].map(|n| Mat::zeros(0, n)) }
     }
 
     /// Over the height `d` (times k0); `None` if there are none.
@@ -48,9 +45,7 @@ impl<T: Scalar> StripFlow<T> {
         d: f64,
     ) -> Option<Self> {
         let (mut functions, mut gains) = (Vec::new(), Vec::new());
-        let folded = expansion
-            .counts_mirror_image()
-            .then(|| folded(strips, expansion.origin()));
+        let folded = expansion.counts_mirror_image().then(|| folded(strips, expansion.origin()));
         for strip in folded.as_deref().unwrap_or(strips) {
             let (half, middle) = (0.5 * (strip.x1 - strip.x0), 0.5 * (strip.x0 + strip.x1));
             // Radians from the middle to the end for the highest order of the difference.
@@ -137,11 +132,7 @@ mod tests {
         for count in 2..9 {
             for power in 0..2 * count as i32 {
                 let sum: f64 = gauss(count).iter().map(|(x, w)| w * x.powi(power)).sum();
-                let exact = if power % 2 == 0 {
-                    2.0 / f64::from(power + 1)
-                } else {
-                    0.0
-                };
+                let exact = if power % 2 == 0 { 2.0 / f64::from(power + 1) } else { 0.0 };
                 assert!((sum - exact).abs() < 1e-13, "{count} {power}: {sum}");
             }
         }
@@ -150,21 +141,9 @@ mod tests {
     /// The flow of strips, in the functions themselves, is the matrix of their Fourier
     /// coefficients.
     fn worst<T: Scalar>(expansion: &impl Expansion<T>, size: usize) -> f64 {
-        let strip = Strip {
-            x0: 0.31,
-            x1: 0.36,
-            rise: 0.7,
-        };
-        let index = |x0, x1, index: f64| Segment {
-            x0,
-            x1,
-            index: Complex64::from(index),
-        };
-        let segments = [
-            index(0.0, 0.31, 0.0),
-            index(0.31, 0.36, 1.0),
-            index(0.36, 1.0, 0.0),
-        ];
+        let strip = Strip { x0: 0.31, x1: 0.36, rise: 0.7 };
+        let index = |x0, x1, index: f64| Segment { x0, x1, index: Complex64::from(index) };
+        let segments = [index(0.0, 0.31, 0.0), index(0.31, 0.36, 1.0), index(0.36, 1.0, 0.0)];
         let expected = expansion.multiplication(
             FieldGroup::Z,
             FieldGroup::Z,
@@ -173,11 +152,8 @@ mod tests {
         let strips =
             StripFlow::new(expansion, &[strip], &Basis::fourier([size, size]), 0.5).unwrap();
         let correction = CorrectionStep::of(0.0, strips, NormalVectorFlow::none([size, size]));
-        let mut e = Mat::from_fn(
-            size,
-            2 * size,
-            |i, j| if j == size + i { T::ONE } else { T::ZERO },
-        );
+        let mut e =
+            Mat::from_fn(size, 2 * size, |i, j| if j == size + i { T::ONE } else { T::ZERO });
         let mut h = Mat::zeros(size, 2 * size);
         correction.add(&mut e, &mut h, 0.4);
         let (_, magnetic) = expansion.step_factors();

@@ -25,40 +25,20 @@ fn real(n: f64) -> Complex64 {
 }
 
 fn wavevectors(kx0: f64, spacing: f64, highest: i32) -> Vec<f64> {
-    (-highest..=highest)
-        .map(|m| kx0 + f64::from(m) * spacing)
-        .collect()
+    (-highest..=highest).map(|m| kx0 + f64::from(m) * spacing).collect()
 }
 
 /// A layer for each way of solving.
 fn layers() -> [(&'static str, Layer); 5] {
     let metal = Complex64::new(0.22, 6.71);
     [
-        (
-            "symmetric",
-            layer(&[(0.2, real(1.0)), (0.7, real(1.41)), (1.0, real(1.0))]),
-        ),
+        ("symmetric", layer(&[(0.2, real(1.0)), (0.7, real(1.41)), (1.0, real(1.0))])),
         (
             "without symmetry",
-            layer(&[
-                (0.2, real(1.0)),
-                (0.5, real(1.41)),
-                (0.6, real(2.0)),
-                (1.0, real(1.3)),
-            ]),
+            layer(&[(0.2, real(1.0)), (0.5, real(1.41)), (0.6, real(2.0)), (1.0, real(1.3))]),
         ),
-        (
-            "absorbing",
-            layer(&[
-                (0.2, metal),
-                (0.5, real(1.41)),
-                (1.0, Complex64::new(2.0, 0.1)),
-            ]),
-        ),
-        (
-            "negative ε",
-            layer(&[(0.2, Complex64::new(0.0, 2.1)), (1.0, real(1.41))]),
-        ),
+        ("absorbing", layer(&[(0.2, metal), (0.5, real(1.41)), (1.0, Complex64::new(2.0, 0.1))])),
+        ("negative ε", layer(&[(0.2, Complex64::new(0.0, 2.1)), (1.0, real(1.41))])),
         ("uniform", layer(&[(1.0, real(1.41))])),
     ]
 }
@@ -92,9 +72,7 @@ fn conical(layer: &Layer, kx: &[f64], ky: f64) -> (CMat, CMat) {
 }
 
 fn nearest(value: Complex64, of: &[Complex64]) -> f64 {
-    of.iter()
-        .map(|o| (o - value).norm())
-        .fold(f64::INFINITY, f64::min)
+    of.iter().map(|o| (o - value).norm()).fold(f64::INFINITY, f64::min)
 }
 
 #[test]
@@ -103,12 +81,8 @@ fn conical_modes_are_the_planar_ones_less_ky_squared() {
         for (kx0, ky) in [(0.0, 0.4), (0.23, 0.0), (0.31, 0.9), (-0.4, 1.7)] {
             let kx = wavevectors(kx0, 0.61, 5);
             let modes = modes(&layer, &kx).unwrap();
-            let ours: Vec<Complex64> = modes
-                .b_lse
-                .iter()
-                .chain(&modes.b_lsm)
-                .map(|b| b - ky * ky)
-                .collect();
+            let ours: Vec<Complex64> =
+                modes.b_lse.iter().chain(&modes.b_lsm).map(|b| b - ky * ky).collect();
             let (p, q) = conical(&layer, &kx, ky);
             let pq = mul(&p, &q);
             let pq = DMatrix::from_fn(pq.nrows(), pq.ncols(), |i, j| pq[(i, j)]);
@@ -118,16 +92,10 @@ fn conical_modes_are_the_planar_ones_less_ky_squared() {
             for &value in &ours {
                 // Double eigenvalues of a general problem come apart by the root of round-off.
                 let allowed = if name == "uniform" { 1e-7 } else { 1e-11 } * scale;
-                assert!(
-                    nearest(value, &theirs) < allowed,
-                    "{name}, ({kx0}, {ky}): {value}"
-                );
+                assert!(nearest(value, &theirs) < allowed, "{name}, ({kx0}, {ky}): {value}");
             }
             for &value in &theirs {
-                assert!(
-                    nearest(value, &ours) < 1e-7 * scale,
-                    "{name}, ({kx0}, {ky}): {value}"
-                );
+                assert!(nearest(value, &ours) < 1e-7 * scale, "{name}, ({kx0}, {ky}): {value}");
             }
             let sum = |of: &[Complex64]| of.iter().sum::<Complex64>();
             assert!((sum(&ours) - sum(&theirs)).norm() < 1e-11 * scale, "{name}");
@@ -141,60 +109,33 @@ fn every_mode_solves_the_conical_equations() {
         for (kx0, ky) in [(0.0, 0.4), (0.23, 0.0), (0.31, 0.9), (-0.4, 1.7)] {
             let kx = wavevectors(kx0, 0.61, 5);
             let n = kx.len();
-            let Modes {
-                basis,
-                b_lse,
-                b_lsm,
-                degenerate,
-                ..
-            } = modes(&layer, &kx).unwrap();
+            let Modes { basis, b_lse, b_lsm, degenerate, .. } = modes(&layer, &kx).unwrap();
             assert!(degenerate.is_none(), "{name}: choose another kx0");
             let (p, q) = conical(&layer, &kx, ky);
             // Coordinates (ex, ey | hy, hx) of all modes, then their fields.
-            let kz: Vec<Complex64> = b_lsm
-                .iter()
-                .chain(&b_lse)
-                .map(|b| outgoing_kz(b - ky * ky))
-                .collect();
-            let unit = |scale: &dyn Fn(usize) -> Complex64, from: usize| -> CMat {
-                Mat::from_fn(n, 2 * n, |i, mode| {
-                    if i + from == mode {
-                        scale(mode)
-                    } else {
-                        Complex64::ZERO
-                    }
-                })
-            };
+            let kz: Vec<Complex64> =
+                b_lsm.iter().chain(&b_lse).map(|b| outgoing_kz(b - ky * ky)).collect();
+            let unit =
+                |scale: &dyn Fn(usize) -> Complex64, from: usize| -> CMat {
+                    Mat::from_fn(n, 2 * n, |i, mode| {
+                        if i + from == mode { scale(mode) } else { Complex64::ZERO }
+                    })
+                };
             let (ex, ey) = (unit(&|_| Complex64::ONE, 0), unit(&|_| Complex64::ONE, n));
-            let (hy, hx) = (
-                unit(&|m| kz[m] / b_lsm[m], 0),
-                unit(&|m| b_lse[m - n] / kz[m], n),
-            );
+            let (hy, hx) = (unit(&|m| kz[m] / b_lsm[m], 0), unit(&|m| b_lse[m - n] / kz[m], n));
             let field_ex = mul(&basis.ag, &ex);
             let o = mul(&basis.o, &ex);
-            let field_ey = mul(
-                &basis.f,
-                &Mat::from_fn(n, 2 * n, |i, j| ey[(i, j)] - ky * o[(i, j)]),
-            );
+            let field_ey =
+                mul(&basis.f, &Mat::from_fn(n, 2 * n, |i, j| ey[(i, j)] - ky * o[(i, j)]));
             let qx = mul(&basis.q, &hx);
-            let field_hy = mul(
-                &basis.g,
-                &Mat::from_fn(n, 2 * n, |i, j| hy[(i, j)] + ky * qx[(i, j)]),
-            );
+            let field_hy =
+                mul(&basis.g, &Mat::from_fn(n, 2 * n, |i, j| hy[(i, j)] + ky * qx[(i, j)]));
             let field_hx = mul(&basis.f, &hx);
             let electric = Mat::from_fn(2 * n, 2 * n, |i, j| {
-                if i < n {
-                    field_ex[(i, j)]
-                } else {
-                    field_ey[(i - n, j)]
-                }
+                if i < n { field_ex[(i, j)] } else { field_ey[(i - n, j)] }
             });
             let magnetic = Mat::from_fn(2 * n, 2 * n, |i, j| {
-                if i < n {
-                    -field_hx[(i, j)]
-                } else {
-                    field_hy[(i - n, j)]
-                }
+                if i < n { -field_hx[(i, j)] } else { field_hy[(i - n, j)] }
             });
             let (ph, qe) = (mul(&p, &magnetic), mul(&q, &electric));
             for mode in 0..2 * n {
@@ -202,10 +143,7 @@ fn every_mode_solves_the_conical_equations() {
                     let first = ph[(i, mode)] - kz[mode] * electric[(i, mode)];
                     let second = qe[(i, mode)] - kz[mode] * magnetic[(i, mode)];
                     let worst = first.norm().max(second.norm());
-                    assert!(
-                        worst < 1e-10,
-                        "{name}, ({kx0}, {ky}), mode {mode}: {worst:.1e}"
-                    );
+                    assert!(worst < 1e-10, "{name}, ({kx0}, {ky}), mode {mode}: {worst:.1e}");
                 }
             }
         }
@@ -221,12 +159,7 @@ fn generalised_problem_is_solved_as_it_stands() {
         let matrices = toeplitz(&layer.segments, n);
         let (e, a) = (&matrices.permittivity, &matrices.inverse_permittivity);
         let e_inverse = inverse(e);
-        let Modes {
-            basis,
-            b_lse,
-            b_lsm,
-            ..
-        } = modes(&layer, &kx).unwrap();
+        let Modes { basis, b_lse, b_lsm, .. } = modes(&layer, &kx).unwrap();
         let one = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
         let lse: CMat = Mat::from_fn(n, n, |i, j| e[(i, j)] - kx[i] * kx[i] * one(i, j));
         let lsm: CMat = Mat::from_fn(n, n, |i, j| one(i, j) - kx[i] * e_inverse[(i, j)] * kx[j]);
@@ -238,19 +171,13 @@ fn generalised_problem_is_solved_as_it_stands() {
                 let g = (left_g[(i, j)] - b_lsm[j] * ag[(i, j)]).norm();
                 let same = (ag[(i, j)] - basis.ag[(i, j)]).norm();
                 let scale = kx[0] * kx[0];
-                assert!(
-                    f < 1e-13 * scale && same < 1e-12,
-                    "{name}: {f:.1e} {same:.1e}"
-                );
+                assert!(f < 1e-13 * scale && same < 1e-12, "{name}: {f:.1e} {same:.1e}");
                 assert!(g < 1e-12 * scale, "{name}: {g:.1e}");
             }
         }
         assert!(residual(&layer, &kx).unwrap() < 1e-11, "{name}");
         if layer.segments.iter().all(|s| s.index.im == 0.0) {
-            assert!(
-                b_lse.iter().chain(&b_lsm).all(|b| b.im == 0.0),
-                "{name}: b must be real"
-            );
+            assert!(b_lse.iter().chain(&b_lsm).all(|b| b.im == 0.0), "{name}: b must be real");
         }
     }
 }
@@ -263,12 +190,7 @@ fn couplings_have_two_equal_forms() {
         let kx = wavevectors(0.17, 0.61, 4);
         let n = kx.len();
         let e_inverse = inverse(&toeplitz(&layer.segments, n).permittivity);
-        let Modes {
-            basis,
-            b_lse,
-            b_lsm,
-            ..
-        } = modes(&layer, &kx).unwrap();
+        let Modes { basis, b_lse, b_lsm, .. } = modes(&layer, &kx).unwrap();
         let times_k = |m: &CMat| -> CMat { Mat::from_fn(n, n, |i, j| kx[i] * m[(i, j)]) };
         let by_lsm = mul(&basis.f_inverse, &mul(&e_inverse, &times_k(&basis.g)));
         let by_lse = mul(&basis.f_inverse, &times_k(&basis.ag));
@@ -312,28 +234,12 @@ fn the_frame_of_the_cell_does_not_matter() {
     };
     let pairs = [
         (
-            operator(
-                &real_way.basis.f,
-                &real_way.b_lse,
-                &real_way.basis.f_inverse,
-            ),
-            operator(
-                &general_way.basis.f,
-                &general_way.b_lse,
-                &general_way.basis.f_inverse,
-            ),
+            operator(&real_way.basis.f, &real_way.b_lse, &real_way.basis.f_inverse),
+            operator(&general_way.basis.f, &general_way.b_lse, &general_way.basis.f_inverse),
         ),
         (
-            operator(
-                &real_way.basis.g,
-                &real_way.b_lsm,
-                &real_way.basis.g_inverse,
-            ),
-            operator(
-                &general_way.basis.g,
-                &general_way.b_lsm,
-                &general_way.basis.g_inverse,
-            ),
+            operator(&real_way.basis.g, &real_way.b_lsm, &real_way.basis.g_inverse),
+            operator(&general_way.basis.g, &general_way.b_lsm, &general_way.basis.g_inverse),
         ),
     ];
     for (a, b) in pairs {
@@ -346,10 +252,7 @@ fn the_frame_of_the_cell_does_not_matter() {
     assert_eq!(transpose(&transpose(&real_way.basis.o)), real_way.basis.o);
 }
 
-#[expect(
-    clippy::disallowed_methods,
-    reason = "tests read the reference cases from their files"
-)]
+#[expect(clippy::disallowed_methods, reason = "tests read the reference cases from their files")]
 fn published(id: &str, file: &str) -> Value {
     let path = format!("{}/../data/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let document: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
@@ -363,10 +266,7 @@ fn errors(exact: &Value, b: &[Complex64]) -> Vec<f64> {
     let exact = exact.as_array().unwrap();
     assert_eq!(exact.len(), 5);
     let part = |e: &Value, i: usize| e[i].as_f64().unwrap();
-    exact
-        .iter()
-        .map(|e| nearest(Complex64::new(part(e, 0), part(e, 1)), b))
-        .collect()
+    exact.iter().map(|e| nearest(Complex64::new(part(e, 0), part(e, 1)), b)).collect()
 }
 
 #[test]
@@ -384,20 +284,14 @@ fn lamellar_modes_approach_the_exact_ones() {
         let at = |highest: i32| {
             let m = modes(&lamella, &wavevectors(kx0, 1.0 / period, highest)).unwrap();
             let exact = &case["outputs"][name];
-            (
-                errors(&exact["te"], &m.b_lse),
-                errors(&exact["tm"], &m.b_lsm),
-            )
+            (errors(&exact["te"], &m.b_lse), errors(&exact["tm"], &m.b_lsm))
         };
         let (coarse, fine) = (at(20), at(40));
         let dielectric = ridge.im == 0.0;
         for i in 0..5 {
             // Third order in 1/N for TE whatever the material and for TM without metal.
             let (te, te_fine) = (coarse.0[i], fine.0[i]);
-            assert!(
-                te_fine < 0.2 * te && te < 3e-2,
-                "{name}, TE {i}: {te:.1e} {te_fine:.1e}"
-            );
+            assert!(te_fine < 0.2 * te && te < 3e-2, "{name}, TE {i}: {te:.1e} {te_fine:.1e}");
             let (tm, tm_fine) = (coarse.1[i], fine.1[i]);
             let (factor, largest) = if dielectric { (0.2, 3e-2) } else { (0.75, 0.3) };
             assert!(
@@ -406,23 +300,11 @@ fn lamellar_modes_approach_the_exact_ones() {
             );
         }
         if name == "diel_1.41_kx0.5" {
-            let expected = [
-                (10, 2.2e-5, 4.7e-5),
-                (20, 2.9e-6, 6.6e-6),
-                (40, 3.8e-7, 8.9e-7),
-            ];
+            let expected = [(10, 2.2e-5, 4.7e-5), (20, 2.9e-6, 6.6e-6), (40, 3.8e-7, 8.9e-7)];
             for (highest, te, tm) in expected {
                 let (found_te, found_tm) = at(highest);
-                assert!(
-                    (found_te[0] / te - 1.0).abs() < 0.03,
-                    "{highest}: {:.2e}",
-                    found_te[0]
-                );
-                assert!(
-                    (found_tm[0] / tm - 1.0).abs() < 0.03,
-                    "{highest}: {:.2e}",
-                    found_tm[0]
-                );
+                assert!((found_te[0] / te - 1.0).abs() < 0.03, "{highest}: {:.2e}", found_te[0]);
+                assert!((found_tm[0] / tm - 1.0).abs() < 0.03, "{highest}: {:.2e}", found_tm[0]);
             }
         }
     }
@@ -441,11 +323,8 @@ fn subwavelength_lamellae_are_effective_media() {
         let m = modes(&lamella, &wavevectors(0.0, 1.0 / x, 90)).unwrap();
         let (te, tm) = (largest(&m.b_lse), largest(&m.b_lsm));
         if let Some(key) = key {
-            let exact = |pol: &str| {
-                case["outputs"][pol][format!("L/lam={key} exact")]
-                    .as_f64()
-                    .unwrap()
-            };
+            let exact =
+                |pol: &str| case["outputs"][pol][format!("L/lam={key} exact")].as_f64().unwrap();
             assert!((te - exact("eps_TE")).abs() < 1e-8, "{te} at {x}");
             assert!((tm - exact("eps_TM")).abs() < 1e-7, "{tm} at {x}");
         }

@@ -15,11 +15,7 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
         Mat::from_fn(n, n, |i, j| if i == j { value(i) } else { Complex64::ZERO })
     };
     let regular = |m: usize, value: Complex64| {
-        if b[m].norm() < DEGENERACY {
-            Complex64::ZERO
-        } else {
-            value / b[m]
-        }
+        if b[m].norm() < DEGENERACY { Complex64::ZERO } else { value / b[m] }
     };
     let one = || diagonal(&|_| Complex64::ONE);
     let basis = Basis {
@@ -35,28 +31,16 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
     let near_degenerate: Vec<usize> = (0..n).filter(|&m| b[m].norm() < DEGENERACY).collect();
     let degenerate =
         (!near_degenerate.is_empty()).then(|| uniform_pairs(&near_degenerate, kx, epsilon));
-    Modes {
-        basis,
-        b_lse: b.clone(),
-        b_lsm: b,
-        degenerate,
-    }
+    Modes { basis, b_lse: b.clone(), b_lsm: b, degenerate }
 }
 
 /// The expressions of [`DegenerateModes`] where every sum over other modes is empty.
 fn uniform_pairs(near_degenerate: &[usize], kx: &[f64], epsilon: Complex64) -> DegenerateModes {
     let size = near_degenerate.len();
-    let b: Vec<Complex64> = near_degenerate
-        .iter()
-        .map(|&m| epsilon - kx[m] * kx[m])
-        .collect();
+    let b: Vec<Complex64> = near_degenerate.iter().map(|&m| epsilon - kx[m] * kx[m]).collect();
     let diagonal = |value: &dyn Fn(f64) -> Complex64| -> CMat {
         Mat::from_fn(size, size, |i, j| {
-            if i == j {
-                value(kx[near_degenerate[i]])
-            } else {
-                Complex64::ZERO
-            }
+            if i == j { value(kx[near_degenerate[i]]) } else { Complex64::ZERO }
         })
     };
     DegenerateModes {

@@ -61,9 +61,7 @@ impl<'a> HalfSpace<'a> {
     fn propagating(&self) -> Vec<usize> {
         let [x, z] = [FieldGroup::X, FieldGroup::Z].map(|field| self.functions.of(field).iter());
         let all = x.chain(z).enumerate();
-        all.filter(|(_, wave)| self.kz_squared(wave) > 0.0)
-            .map(|(column, _)| column)
-            .collect()
+        all.filter(|(_, wave)| self.kz_squared(wave) > 0.0).map(|(column, _)| column).collect()
     }
 
     /// The functions of orders that decay: place, |(κ, ky)| and γ.
@@ -83,9 +81,7 @@ impl<'a> HalfSpace<'a> {
         let s = self.evanescent(FieldGroup::X).map(|(place, k, gamma)| {
             let slope = functions.slope(place);
             let slope = slope.map(|(to, d)| (count + to, d / k, gamma * sign * d / k));
-            std::iter::once((place, -ky / k, -gamma * sign * ky / k))
-                .chain(slope)
-                .collect()
+            std::iter::once((place, -ky / k, -gamma * sign * ky / k)).chain(slope).collect()
         });
         let p = self.evanescent(FieldGroup::Z).map(|(place, k, gamma)| {
             let slope = functions.slope_to(place);
@@ -149,12 +145,7 @@ impl<'a> HalfSpace<'a> {
             let kz = channel.kz.re;
             let vectors = [
                 (-sin, cos, -kz * sin, kz * cos),
-                (
-                    kz / self.n * cos,
-                    kz / self.n * sin,
-                    self.n * cos,
-                    self.n * sin,
-                ),
+                (kz / self.n * cos, kz / self.n * sin, self.n * cos, self.n * sin),
             ];
             for (place, part) in self.parts(FieldGroup::X, channel.kx) {
                 let row = row(place);
@@ -231,10 +222,7 @@ fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
     // equations match it.
     let matched = |e: &RMat, h: &RMat, row: usize, wave: usize| -> f64 {
         let elements = &closed[wave];
-        elements
-            .iter()
-            .map(|&(column, we, wh)| e[(row, column)] * wh - h[(row, column)] * we)
-            .sum()
+        elements.iter().map(|&(column, we, wh)| e[(row, column)] * wh - h[(row, column)] * we).sum()
     };
     let prescribed = |e: &RMat, h: &RMat, row: usize, i: usize| -> f64 {
         if i < open.len() {
@@ -243,9 +231,8 @@ fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
             matched(e, h, row, i - open.len())
         }
     };
-    let equations: RMat = Mat::from_fn(size, size, |i, t| {
-        prescribed(&state.electric, &state.magnetic, t, i)
-    });
+    let equations: RMat =
+        Mat::from_fn(size, size, |i, t| prescribed(&state.electric, &state.magnetic, t, i));
     // t by v, then t by u.
     let mut t: RMat = Mat::from_fn(size, open.len() + from_below, |i, j| {
         if j < open.len() {
@@ -326,22 +313,16 @@ fn residuals(
         let (mut x, mut y) = (zeros(), zeros());
         if column < over {
             // Outgoing is upward.
-            let (by_e, by_h) = if outgoing {
-                (upward(column), -upward(column))
-            } else {
-                (1.0, 1.0)
-            };
+            let (by_e, by_h) =
+                if outgoing { (upward(column), -upward(column)) } else { (1.0, 1.0) };
             for row in 0..rows {
                 y[row] = top_e[(row, column)] * by_e;
                 x[row] = top_h[(row, column)] * by_h + alpha * y[row];
             }
         } else {
             let column = column - over;
-            let (by_e, by_h) = if outgoing {
-                (1.0, 1.0)
-            } else {
-                (upward(column), -upward(column))
-            };
+            let (by_e, by_h) =
+                if outgoing { (1.0, 1.0) } else { (upward(column), -upward(column)) };
             for row in 0..size - rows {
                 x[rows + row] = bottom_e[(row, column)] * by_e;
                 y[rows + row] = bottom_h[(row, column)] * by_h;
@@ -350,10 +331,8 @@ fn residuals(
         (x, y)
     };
     [false, true].map(|outgoing| {
-        let (mut real, mut imaginary): (RMat, RMat) = (
-            Mat::zeros(size, over + under),
-            Mat::zeros(size, over + under),
-        );
+        let (mut real, mut imaginary): (RMat, RMat) =
+            (Mat::zeros(size, over + under), Mat::zeros(size, over + under));
         let mut y: CMat = Mat::zeros(size, over + under);
         for column in 0..over + under {
             let (xs, ys) = wave(column, outgoing);

@@ -70,10 +70,7 @@ impl RealBasis {
             Some(centre) => all.parities(centre).to_vec(),
             None => vec![all.clone()],
         };
-        Self {
-            parts,
-            orders: all.pairs(at),
-        }
+        Self { parts, orders: all.pairs(at) }
     }
 
     /// Of any line, with the orders -M..=M, if the stack is its own mirror image and real
@@ -111,9 +108,7 @@ impl RealBasis {
 /// wavevector.
 fn applies(stack: &Stack, steepest: f64) -> bool {
     let is_dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
-    Side::BOTH
-        .into_iter()
-        .all(|side| is_dielectric(stack.index(side)))
+    Side::BOTH.into_iter().all(|side| is_dielectric(stack.index(side)))
         && stack.layers().iter().all(|layer| {
             layer.segments.iter().all(|s| is_dielectric(s.index))
                 && steepest * stack.optical_thickness(layer) <= MOST_SLABS * THIN
@@ -134,9 +129,7 @@ fn centre(stack: &Stack) -> Option<f64> {
         layers
             .chain(sections.clone().map(|section| &section.segments))
             .all(|segments| is_symmetric_about(segments, centre))
-            && sections
-                .map(|section| &section.borders)
-                .all(|walls| are_mirrored(walls, centre))
+            && sections.map(|section| &section.borders).all(|walls| are_mirrored(walls, centre))
     })
 }
 
@@ -146,9 +139,8 @@ fn are_mirrored(walls: &[Wall], centre: f64) -> bool {
     let distance = |a: f64, b: f64| ((a - b) - (a - b).round()).abs();
     walls.iter().all(|wall| {
         let image = 2.0 * centre - wall.x;
-        let nearest = walls
-            .iter()
-            .min_by(|a, b| distance(a.x, image).total_cmp(&distance(b.x, image)));
+        let nearest =
+            walls.iter().min_by(|a, b| distance(a.x, image).total_cmp(&distance(b.x, image)));
         nearest.is_some_and(|other| {
             (other.xx - wall.xx).abs() < SAME_NORMAL && (other.xz + wall.xz).abs() < SAME_NORMAL
         })

@@ -29,10 +29,7 @@ pub(crate) struct LineCache {
 impl LineCache {
     /// An empty cache of so many bytes.
     pub(crate) fn with_capacity(bytes: usize) -> Self {
-        Self {
-            parts: Vec::new(),
-            bytes,
-        }
+        Self { parts: Vec::new(), bytes }
     }
 
     /// A cache that keeps nothing.
@@ -43,8 +40,7 @@ impl LineCache {
     /// The caches of so many parts.
     fn parts(&mut self, count: usize) -> &mut [TransferCache<f64>] {
         let each = self.bytes / count;
-        self.parts
-            .resize_with(count, || TransferCache::with_capacity(each));
+        self.parts.resize_with(count, || TransferCache::with_capacity(each));
         &mut self.parts
     }
 }

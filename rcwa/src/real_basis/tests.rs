@@ -18,15 +18,11 @@ fn difference(a: &Scattering, b: &Scattering) -> f64 {
     let waves = |s: &Scattering| -> Vec<(Side, i32, Pol)> {
         let of = |side| s.orders(side).map(move |m| (side, m)).collect::<Vec<_>>();
         let both = [of(Side::Top), of(Side::Bottom)].concat();
-        both.into_iter()
-            .flat_map(|(side, m)| Pol::BOTH.map(|pol| (side, m, pol)))
-            .collect()
+        both.into_iter().flat_map(|(side, m)| Pol::BOTH.map(|pol| (side, m, pol))).collect()
     };
     let all = waves(a);
     assert_eq!(all, waves(b));
-    let pairs = all
-        .iter()
-        .flat_map(|&from| all.iter().map(move |&to| (from, to)));
+    let pairs = all.iter().flat_map(|&from| all.iter().map(move |&to| (from, to)));
     pairs
         .map(|(from, to)| (a.amplitude(from, to) - b.amplitude(from, to)).norm())
         .fold(0.0, f64::max)
@@ -76,22 +72,12 @@ fn stairs(apex: f64) -> Stack {
 
 /// The same with its sides followed.
 fn followed(apex: [f64; 2], slices: usize) -> Stack {
-    let tooth = Polygon {
-        index: 1.41.into(),
-        points: vec![[0.5, 0.0], [2.7, 0.0], apex],
-    };
+    let tooth = Polygon { index: 1.41.into(), points: vec![[0.5, 0.0], [2.7, 0.0], apex] };
     let relief = Relief::new(2.9, 1.3, 1.0.into(), vec![tooth]).unwrap();
     let plan = relief.slice_plan(slices);
-    let interface = Interface {
-        relief,
-        wavelength: 0.55,
-        n_top: 1.41.into(),
-        n_bottom: 1.0.into(),
-    };
-    let resolution = Resolution {
-        truncation: truncation(12),
-        plan,
-    };
+    let interface =
+        Interface { relief, wavelength: 0.55, n_top: 1.41.into(), n_bottom: 1.0.into() };
+    let resolution = Resolution { truncation: truncation(12), plan };
     let (stack, None) = interface.stacks(&resolution).unwrap() else {
         panic!("sides are followed");
     };
@@ -111,11 +97,7 @@ fn only_what_is_its_own_mirror_image_has_a_centre() {
     assert!(centre(&followed([1.7, 1.3], 12)).is_none());
     let ridge = |x0: f64, x1: f64| {
         let segments = [(0.0, x0, 1.0), (x0, x1, 1.41), (x1, 1.0, 1.0)];
-        let segments = segments.map(|(x0, x1, n): (_, _, f64)| Segment {
-            x0,
-            x1,
-            index: n.into(),
-        });
+        let segments = segments.map(|(x0, x1, n): (_, _, f64)| Segment { x0, x1, index: n.into() });
         Layer::new(0.1, segments.to_vec()).unwrap()
     };
     let of = |layers| Stack::new(0.55, 2.0, 1.41.into(), 1.0.into(), layers).unwrap();
@@ -126,11 +108,8 @@ fn only_what_is_its_own_mirror_image_has_a_centre() {
     // Of two ridges alike the axis between them may be the one that serves.
     let ends = [(0.0, 0.1, 1.0), (0.1, 0.3, 1.41), (0.3, 0.6, 1.0)];
     let ends = [&ends[..], &[(0.6, 0.8, 1.41), (0.8, 1.0, 1.0)]].concat();
-    let segments = ends.into_iter().map(|(x0, x1, n): (_, _, f64)| Segment {
-        x0,
-        x1,
-        index: n.into(),
-    });
+    let segments =
+        ends.into_iter().map(|(x0, x1, n): (_, _, f64)| Segment { x0, x1, index: n.into() });
     let two = Layer::new(0.1, segments.collect()).unwrap();
     assert!(centre(&of(vec![two, ridge(0.35, 0.55)])).is_some());
 }
@@ -175,10 +154,7 @@ fn parities_at_the_edge_are_all_standing_waves() {
             RealBasis::of_symmetric_line(&stack, SymmetricBloch::Edge, truncation(12)).unwrap();
         assert_eq!(apart.parts().len(), 2);
         let all = RealFunctions::standing(SymmetricBloch::Edge, 12, stack.period_per_wavelength());
-        let together = RealBasis {
-            parts: vec![all],
-            orders: apart.orders.clone(),
-        };
+        let together = RealBasis { parts: vec![all], orders: apart.orders.clone() };
         let blochs = edge(&stack, &KY);
         let solved = [&apart, &together].map(|line| solved(&stack, line, &blochs));
         let has_sides = !stack.wall_corrections()[0].is_empty();
@@ -218,17 +194,8 @@ fn layer(thickness: f64, ends: &[(f64, f64)]) -> Layer {
 fn simple_stacks_are_running_waves_on_all_lines() {
     let ridge = layer(0.2, &[(0.13, 1.0), (0.57, 1.41), (1.0, 1.0)]);
     let across = layer(0.2, &[(0.1, 1.7), (0.8, 1.0), (1.0, 1.7)]);
-    let several = layer(
-        0.1,
-        &[
-            (0.1, 1.2),
-            (0.3, 1.7),
-            (0.5, 1.0),
-            (0.7, 1.7),
-            (0.8, 1.2),
-            (1.0, 2.0),
-        ],
-    );
+    let several =
+        layer(0.1, &[(0.1, 1.2), (0.3, 1.7), (0.5, 1.0), (0.7, 1.7), (0.8, 1.2), (1.0, 2.0)]);
     let film = |n| layer(0.2, &[(1.0, n)]);
     let grating = layer(0.1, &[(0.3, 1.2), (1.0, 1.7)]);
     let all = [
@@ -266,10 +233,7 @@ fn orders_at_their_cut_off_at_the_edge_of_the_zone_are_kept_or_left_in_pairs() {
                 RealBasis::of_symmetric_line(&stack, SymmetricBloch::Edge, truncation(30)).unwrap();
             let found = &solved(&stack, &line, &edge(&stack, &[0.0, 0.3]))[0];
             let (_, _, _, balance) = found.as_ref().unwrap().worst_balance().unwrap();
-            assert!(
-                balance.abs() < 1e-12,
-                "{wavelength} {period}: {balance:.1e}"
-            );
+            assert!(balance.abs() < 1e-12, "{wavelength} {period}: {balance:.1e}");
         }
     }
 }

@@ -8,17 +8,12 @@ const COLLINEAR: f64 = 1e-13;
 
 /// Smallest and largest value.
 pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
-        (lo.min(v), hi.max(v))
-    })
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)))
 }
 
 /// The sides of a closed polygon, side i from point i to the next.
 pub(super) fn sides(points: &[Point]) -> impl Iterator<Item = (Point, Point)> {
-    points
-        .iter()
-        .copied()
-        .zip(points.iter().copied().cycle().skip(1))
+    points.iter().copied().zip(points.iter().copied().cycle().skip(1))
 }
 
 /// Where the outline crosses the height z, sorted; an even number, inside between the first and
@@ -97,11 +92,7 @@ fn touches(s: (Point, Point), t: (Point, Point)) -> bool {
 fn turn(s: (Point, Point), p: Point) -> f64 {
     let (d, e) = (minus(s.1, s.0), minus(p, s.0));
     let area = cross(d, e);
-    if area.abs() <= COLLINEAR * length(d) * length(e).max(length(d)) {
-        0.0
-    } else {
-        area.signum()
-    }
+    if area.abs() <= COLLINEAR * length(d) * length(e).max(length(d)) { 0.0 } else { area.signum() }
 }
 
 fn in_box(s: (Point, Point), p: Point) -> bool {

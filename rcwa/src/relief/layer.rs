@@ -52,11 +52,7 @@ impl Layer {
         for (i, Segment { x0, x1, index }) in segments.into_iter().enumerate() {
             check_index(|| format!("segment {i}"), index)?;
             if x0.is_nan() || (x0 - end).abs() > SAME_PLACE {
-                return Err(ReliefError::Uncovered {
-                    segment: i,
-                    expected: end,
-                    got: x0,
-                });
+                return Err(ReliefError::Uncovered { segment: i, expected: end, got: x0 });
             }
             if x1.is_nan() || x1 - end <= SAME_PLACE {
                 return Err(ReliefError::EmptySegment { segment: i, x0, x1 });
@@ -68,10 +64,7 @@ impl Layer {
             Some(last) if (end - 1.0).abs() <= SAME_PLACE => last.x1 = 1.0,
             _ => return Err(ReliefError::OpenEnd { got: end }),
         }
-        Ok(Self {
-            thickness,
-            segments: joined,
-        })
+        Ok(Self { thickness, segments: joined })
     }
 
     /// A layer of one material.
@@ -79,30 +72,18 @@ impl Layer {
     /// # Errors
     /// A negative thickness or an impossible index.
     pub fn uniform(thickness: f64, index: Complex64) -> Result<Self, ReliefError> {
-        Self::new(
-            thickness,
-            vec![Segment {
-                x0: 0.0,
-                x1: 1.0,
-                index,
-            }],
-        )
+        Self::new(thickness, vec![Segment { x0: 0.0, x1: 1.0, index }])
     }
 
     /// The index if the layer is of one material.
     pub fn uniform_index(&self) -> Option<Complex64> {
         let first = self.segments.first()?.index;
-        self.segments
-            .iter()
-            .all(|s| s.index == first)
-            .then_some(first)
+        self.segments.iter().all(|s| s.index == first).then_some(first)
     }
 
     /// Whether every permittivity in it is real (an index that is real or purely imaginary).
     pub fn is_lossless(&self) -> bool {
-        self.segments
-            .iter()
-            .all(|s| s.index.re == 0.0 || s.index.im == 0.0)
+        self.segments.iter().all(|s| s.index.re == 0.0 || s.index.im == 0.0)
     }
 }
 
@@ -124,10 +105,7 @@ pub(super) fn cut(relief: &Relief, z: f64) -> Vec<Segment> {
     let mut segments = Vec::new();
     for [x0, x1] in intervals_between(borders) {
         let middle = 0.5 * (x0 + x1);
-        let top = painted
-            .iter()
-            .rev()
-            .find(|s| s.x0 < middle && middle < s.x1);
+        let top = painted.iter().rev().find(|s| s.x0 < middle && middle < s.x1);
         let index = top.map_or(relief.background(), |s| s.index);
         push_merged(&mut segments, Segment { x0, x1, index });
     }
@@ -143,11 +121,7 @@ pub(super) fn intervals_between(mut borders: Vec<f64>) -> Vec<[f64; 2]> {
         if border - x0 <= SAME_PLACE {
             continue;
         }
-        let x1 = if 1.0 - border <= SAME_PLACE {
-            1.0
-        } else {
-            border
-        };
+        let x1 = if 1.0 - border <= SAME_PLACE { 1.0 } else { border };
         stretches.push([x0, x1]);
         x0 = x1;
     }
@@ -163,11 +137,7 @@ fn wrapped(x0: f64, x1: f64) -> impl Iterator<Item = [f64; 2]> {
         // Both ends by the same whole number, so that a shared corner stays one place.
         let periods = x0.floor();
         let (a, b) = (x0 - periods, x1 - periods);
-        if b <= 1.0 {
-            [Some([a, b]), None]
-        } else {
-            [Some([a, 1.0]), Some([0.0, b - 1.0])]
-        }
+        if b <= 1.0 { [Some([a, b]), None] } else { [Some([a, 1.0]), Some([0.0, b - 1.0])] }
     };
     parts.into_iter().flatten()
 }

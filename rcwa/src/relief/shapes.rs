@@ -20,22 +20,11 @@ pub struct Materials {
 impl Materials {
     /// Two lossless materials.
     pub fn lossless(ridge: f64, groove: f64) -> Self {
-        Self {
-            ridge: ridge.into(),
-            groove: groove.into(),
-        }
+        Self { ridge: ridge.into(), groove: groove.into() }
     }
 
     fn relief(self, period: f64, depth: f64, points: Vec<[f64; 2]>) -> Result<Relief, ReliefError> {
-        Relief::new(
-            period,
-            depth,
-            self.groove,
-            vec![Polygon {
-                index: self.ridge,
-                points,
-            }],
-        )
+        Relief::new(period, depth, self.groove, vec![Polygon { index: self.ridge, points }])
     }
 }
 
@@ -57,11 +46,7 @@ pub fn lamellar(
         });
     }
     let x = fill * period;
-    materials.relief(
-        period,
-        depth,
-        vec![[0.0, 0.0], [x, 0.0], [x, depth], [0.0, depth]],
-    )
+    materials.relief(period, depth, vec![[0.0, 0.0], [x, 0.0], [x, depth], [0.0, depth]])
 }
 
 /// A triangle on the chord from (0, 0) to (period, 0) with the given apex; its height is the depth.
@@ -85,26 +70,17 @@ pub fn triangle_by_angles(
     apex_deg: f64,
     materials: Materials,
 ) -> Result<Relief, ReliefError> {
-    for (what, got) in [
-        ("the base angle in degrees", base_deg),
-        ("the apex angle in degrees", apex_deg),
-    ] {
+    for (what, got) in
+        [("the base angle in degrees", base_deg), ("the apex angle in degrees", apex_deg)]
+    {
         if !(got > 0.0 && got < 180.0) {
-            return Err(ReliefError::Shape {
-                what,
-                expected: "between 0 and 180",
-                got,
-            });
+            return Err(ReliefError::Shape { what, expected: "between 0 and 180", got });
         }
     }
     let sum = base_deg + apex_deg;
     if sum >= 180.0 {
         let what = "the sum of base and apex angle in degrees";
-        return Err(ReliefError::Shape {
-            what,
-            expected: "below 180",
-            got: sum,
-        });
+        return Err(ReliefError::Shape { what, expected: "below 180", got: sum });
     }
     // Law of sines: the side from the base corner to the apex faces the third angle.
     let third = (180.0 - sum).to_radians();
@@ -122,11 +98,7 @@ pub fn step(tread: f64, riser: f64, materials: Materials) -> Result<Relief, Reli
     super::check_length("the tread", tread)?;
     super::check_length("the riser", riser)?;
     let chord = tread.hypot(riser);
-    triangle(
-        chord,
-        [tread * (tread / chord), riser * (tread / chord)],
-        materials,
-    )
+    triangle(chord, [tread * (tread / chord), riser * (tread / chord)], materials)
 }
 
 /// A sinusoid z = depth (1 - cos 2πx/period) / 2 as a polygon of `sides` straight pieces (at least
@@ -142,20 +114,13 @@ pub fn sinusoid(
 ) -> Result<Relief, ReliefError> {
     if sides < 4 {
         let what = "the number of sides of a sinusoid";
-        return Err(ReliefError::Shape {
-            what,
-            expected: "at 4 or above",
-            got: sides as f64,
-        });
+        return Err(ReliefError::Shape { what, expected: "at 4 or above", got: sides as f64 });
     }
     let points = (0..=sides)
         .map(|i| {
             // Through the nearer end, so that both halves have the very same heights.
             let half_turn = std::f64::consts::PI * i.min(sides - i) as f64 / sides as f64;
-            [
-                period * i as f64 / sides as f64,
-                depth * half_turn.sin().powi(2),
-            ]
+            [period * i as f64 / sides as f64, depth * half_turn.sin().powi(2)]
         })
         .collect();
     materials.relief(period, depth, points)

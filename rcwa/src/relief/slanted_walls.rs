@@ -75,10 +75,7 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallC
         let depth = interval.z1 - interval.z0;
         if !interval.slanted {
             let segments = relief.layer_at(0.5 * (interval.z0 + interval.z1));
-            let layer = Layer {
-                thickness: depth,
-                segments,
-            };
+            let layer = Layer { thickness: depth, segments };
             layers.push((layer, Vec::new()));
             continue;
         }
@@ -100,18 +97,12 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallC
                 })
             };
             let half = |nodes: [(f64, f64, f64); 2]| {
-                let layer = Layer {
-                    thickness: 0.5 * height,
-                    segments: segments.clone(),
-                };
+                let layer = Layer { thickness: 0.5 * height, segments: segments.clone() };
                 (layer, nodes.into_iter().filter_map(at).collect())
             };
             let [(outer, small), (inner, large)] = NODES;
             layers.push(half([(-inner, inner, large), (-outer, outer, small)]));
-            layers.push(half([
-                (outer, 1.0 - outer, small),
-                (inner, 1.0 - inner, large),
-            ]));
+            layers.push(half([(outer, 1.0 - outer, small), (inner, 1.0 - inner, large)]));
         }
     }
     layers
@@ -144,10 +135,7 @@ fn strips(section: &[Segment], layer: &[Segment]) -> Vec<Strip> {
         let rise = (here * here - there * there).re;
         (here != there).then_some(Strip { x0, x1, rise })
     };
-    intervals_between(borders)
-        .into_iter()
-        .filter_map(of)
-        .collect()
+    intervals_between(borders).into_iter().filter_map(of).collect()
 }
 
 /// The walls of a section at height `z`, or `None` if it is of one material.
@@ -161,11 +149,7 @@ fn walls(relief: &Relief, segments: &[Segment], z: f64) -> Option<Vec<Wall>> {
         .map(|x| {
             let slope = slope(relief, x, z);
             let xx = 1.0 / (1.0 + slope * slope);
-            Wall {
-                x,
-                xx,
-                xz: -slope * xx,
-            }
+            Wall { x, xx, xz: -slope * xx }
         })
         .collect();
     (walls.len() > 1).then_some(walls)

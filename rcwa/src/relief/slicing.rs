@@ -50,18 +50,13 @@ impl SlicePlan {
                 z1,
                 count: 1,
                 slanted,
-                stairs: if slanted {
-                    (z1 - z0) * stairs(slope.min(SLOPE_CAP))
-                } else {
-                    0.0
-                },
+                stairs: if slanted { (z1 - z0) * stairs(slope.min(SLOPE_CAP)) } else { 0.0 },
             });
         }
         let weights: Vec<f64> = intervals.iter().map(|i| i.stairs).collect();
         let straight = intervals.iter().filter(|i| !i.slanted).count();
-        for (interval, share) in intervals
-            .iter_mut()
-            .zip(shares(&weights, count.saturating_sub(straight)))
+        for (interval, share) in
+            intervals.iter_mut().zip(shares(&weights, count.saturating_sub(straight)))
         {
             interval.count = share.max(1);
         }
@@ -106,10 +101,7 @@ impl SlicePlan {
     /// If `multiple` is 0.
     #[must_use]
     pub fn raised(&self, multiple: usize) -> Self {
-        assert!(
-            multiple > 0,
-            "numbers of slices are multiples of at least 1"
-        );
+        assert!(multiple > 0, "numbers of slices are multiples of at least 1");
         self.with_counts(|count| count.next_multiple_of(multiple))
     }
 
@@ -146,12 +138,10 @@ impl SlicePlan {
 
     /// Mid-height and thickness of every slice, from top to bottom.
     pub fn slices(&self) -> impl Iterator<Item = (f64, f64)> {
-        self.intervals
-            .iter()
-            .flat_map(|&Interval { z0, z1, count, .. }| {
-                let thickness = (z1 - z0) / count as f64;
-                (0..count).map(move |i| (z0 + (i as f64 + 0.5) * thickness, thickness))
-            })
+        self.intervals.iter().flat_map(|&Interval { z0, z1, count, .. }| {
+            let thickness = (z1 - z0) / count as f64;
+            (0..count).map(move |i| (z0 + (i as f64 + 0.5) * thickness, thickness))
+        })
     }
 }
 
@@ -170,11 +160,8 @@ where
 /// Heights of all kinks with 0 and the depth, ascending, each once.
 fn cuts(relief: &Relief) -> Vec<f64> {
     let depth = relief.depth();
-    let mut heights: Vec<f64> = relief
-        .polygons()
-        .iter()
-        .flat_map(|p| p.points.iter().map(|q| q[1]))
-        .collect();
+    let mut heights: Vec<f64> =
+        relief.polygons().iter().flat_map(|p| p.points.iter().map(|q| q[1])).collect();
     heights.extend(outline_crossings(relief));
     heights.sort_by(f64::total_cmp);
     let mut cuts = vec![0.0];
@@ -219,11 +206,7 @@ fn outline_crossings(relief: &Relief) -> Vec<f64> {
 /// 1, the side's length: what diffracts is a stair's pitch along it. A steep side has stairs of
 /// little area, slope h²/2: they are as good while h goes as the root of the slope.
 fn stairs(slope: f64) -> f64 {
-    if slope >= 1.0 {
-        slope.hypot(1.0)
-    } else {
-        (2.0 * slope).sqrt()
-    }
+    if slope >= 1.0 { slope.hypot(1.0) } else { (2.0 * slope).sqrt() }
 }
 
 /// Largest |dx/dz| of the sides that cross the height z.

@@ -2,10 +2,7 @@
 //! Cuts through reliefs against hand-made ones, slice plans, and a refusal for each way of being
 //! wrong.
 
-#![expect(
-    clippy::float_cmp,
-    reason = "borders, heights and counts here are exact by construction"
-)]
+#![expect(clippy::float_cmp, reason = "borders, heights and counts here are exact by construction")]
 
 use approx::assert_abs_diff_eq;
 use num_complex::Complex64;
@@ -18,10 +15,7 @@ const SILICONE: Complex64 = Complex64::new(1.41, 0.0);
 const SILVER: Complex64 = Complex64::new(0.06, 3.586);
 
 fn polygon(index: Complex64, points: &[[f64; 2]]) -> Polygon {
-    Polygon {
-        index,
-        points: points.to_vec(),
-    }
+    Polygon { index, points: points.to_vec() }
 }
 
 fn relief(polygons: Vec<Polygon>) -> Result<Relief, ReliefError> {
@@ -34,11 +28,7 @@ fn one(points: &[[f64; 2]]) -> Result<Relief, ReliefError> {
 
 /// Share of the period filled with `index`.
 fn share(segments: &[Segment], index: Complex64) -> f64 {
-    segments
-        .iter()
-        .filter(|s| s.index == index)
-        .map(Segment::width)
-        .sum()
+    segments.iter().filter(|s| s.index == index).map(Segment::width).sum()
 }
 
 fn assert_segments(got: &[Segment], expected: &[(f64, f64, Complex64)]) {
@@ -79,42 +69,26 @@ fn an_overhang_is_wrapped_into_the_period() {
     let overhang = one(&[[0.0, 0.0], [10.0, 0.0], [13.0, 4.0]]).unwrap();
     assert_segments(
         &overhang.layer_at(3.0),
-        &[
-            (0.0, 0.225, SILICONE),
-            (0.225, 0.975, AIR),
-            (0.975, 1.0, SILICONE),
-        ],
+        &[(0.0, 0.225, SILICONE), (0.225, 0.975, AIR), (0.975, 1.0, SILICONE)],
     );
     // The same tooth drawn in another period, and closed with its first point.
     let elsewhere = one(&[[-20.0, 0.0], [-10.0, 0.0], [-7.0, 4.0], [-20.0, 0.0]]).unwrap();
     assert_segments(
         &elsewhere.layer_at(3.0),
-        &[
-            (0.0, 0.225, SILICONE),
-            (0.225, 0.975, AIR),
-            (0.975, 1.0, SILICONE),
-        ],
+        &[(0.0, 0.225, SILICONE), (0.225, 0.975, AIR), (0.975, 1.0, SILICONE)],
     );
     // A blade that leans over three neighbours stands a period beside theirs at every height.
     let blade = one(&[[0.0, 0.0], [10.0, 0.0], [35.0, 4.0]]).unwrap();
     assert_segments(
         &blade.layer_at(2.0),
-        &[
-            (0.0, 0.25, SILICONE),
-            (0.25, 0.75, AIR),
-            (0.75, 1.0, SILICONE),
-        ],
+        &[(0.0, 0.25, SILICONE), (0.25, 0.75, AIR), (0.75, 1.0, SILICONE)],
     );
     // Teeth wider than the period overlap, and fill it near their foot.
     let wide = one(&[[0.0, 0.0], [20.0, 0.0], [10.0, 4.0]]).unwrap();
     assert_segments(&wide.layer_at(1.0), &[(0.0, 1.0, SILICONE)]);
     assert_segments(
         &wide.layer_at(3.0),
-        &[
-            (0.0, 0.25, SILICONE),
-            (0.25, 0.75, AIR),
-            (0.75, 1.0, SILICONE),
-        ],
+        &[(0.0, 0.25, SILICONE), (0.25, 0.75, AIR), (0.75, 1.0, SILICONE)],
     );
 }
 
@@ -161,9 +135,7 @@ fn concave_polygons_have_several_stretches() {
 #[test]
 fn every_cut_covers_the_period_and_the_slices_keep_the_area() {
     for dx in [0.0, 0.3, 3.7, -12.1] {
-        let tooth = one(&[[0.0, 0.0], [10.0, 0.0], [13.0, 4.0]])
-            .unwrap()
-            .shifted(dx);
+        let tooth = one(&[[0.0, 0.0], [10.0, 0.0], [13.0, 4.0]]).unwrap().shifted(dx);
         let layers = tooth.slices(37);
         for layer in &layers {
             assert_covers(&layer.segments);
@@ -171,10 +143,7 @@ fn every_cut_covers_the_period_and_the_slices_keep_the_area() {
         let depth: f64 = layers.iter().map(|l| l.thickness).sum();
         assert_abs_diff_eq!(depth, 4.0, epsilon = 1e-14);
         // Widths are linear in z, so that mid-height slices give the area exactly.
-        let area: f64 = layers
-            .iter()
-            .map(|l| l.thickness * share(&l.segments, SILICONE))
-            .sum();
+        let area: f64 = layers.iter().map(|l| l.thickness * share(&l.segments, SILICONE)).sum();
         assert_abs_diff_eq!(area * 10.0, 20.0, epsilon = 1e-12);
     }
 }
@@ -184,11 +153,8 @@ fn the_mirror_image_is_the_mirror_image_of_every_cut() {
     let tooth = one(&[[0.0, 0.0], [10.0, 0.0], [13.0, 4.0]]).unwrap();
     let mirrored = tooth.mirrored();
     for z in [0.1, 1.7, 3.9] {
-        let mut expected: Vec<_> = tooth
-            .layer_at(z)
-            .iter()
-            .map(|s| (1.0 - s.x1, 1.0 - s.x0, s.index))
-            .collect();
+        let mut expected: Vec<_> =
+            tooth.layer_at(z).iter().map(|s| (1.0 - s.x1, 1.0 - s.x0, s.index)).collect();
         expected.reverse();
         assert_segments(&mirrored.layer_at(z), &expected);
     }
@@ -197,36 +163,19 @@ fn the_mirror_image_is_the_mirror_image_of_every_cut() {
 #[test]
 fn plans_cut_at_every_kink_and_refine_evenly() {
     // Kinks at 1 (corner), 3 (corner); below 1 upright sides.
-    let tooth = one(&[
-        [1.0, 0.0],
-        [9.0, 0.0],
-        [9.0, 1.0],
-        [7.0, 3.0],
-        [6.0, 4.0],
-        [4.0, 4.0],
-        [1.0, 1.0],
-    ])
-    .unwrap();
+    let tooth =
+        one(&[[1.0, 0.0], [9.0, 0.0], [9.0, 1.0], [7.0, 3.0], [6.0, 4.0], [4.0, 4.0], [1.0, 1.0]])
+            .unwrap();
     let plan = tooth.slice_plan(20);
-    let heights: Vec<_> = plan
-        .intervals()
-        .iter()
-        .map(|i| (i.z0, i.z1, i.slanted))
-        .collect();
-    assert_eq!(
-        heights,
-        [(0.0, 1.0, false), (1.0, 3.0, true), (3.0, 4.0, true)]
-    );
+    let heights: Vec<_> = plan.intervals().iter().map(|i| (i.z0, i.z1, i.slanted)).collect();
+    assert_eq!(heights, [(0.0, 1.0, false), (1.0, 3.0, true), (3.0, 4.0, true)]);
     assert_eq!(plan.intervals()[0].count, 1, "upright sides need one slice");
     assert_eq!(plan.count(), 20);
     assert!(!plan.is_exact());
     let fine = plan.refined(2);
     assert_eq!(fine.count(), 1 + 2 * 19);
     for (coarse, fine) in plan.intervals().iter().zip(fine.intervals()) {
-        assert_eq!(
-            fine.count,
-            if coarse.slanted { 2 * coarse.count } else { 1 }
-        );
+        assert_eq!(fine.count, if coarse.slanted { 2 * coarse.count } else { 1 });
     }
     let layers = tooth.layers(&fine);
     assert_eq!(layers.len(), fine.count());
@@ -241,10 +190,7 @@ fn steeper_to_the_light_means_more_slices() {
     let tooth = one(&[[0.0, 0.0], [10.0, 0.0], [9.0, 2.0], [1.0, 4.0]]).unwrap();
     let plan = tooth.slice_plan(50);
     assert_eq!(plan.intervals().len(), 2);
-    assert!(
-        plan.intervals()[1].count > 2 * plan.intervals()[0].count,
-        "{plan:?}"
-    );
+    assert!(plan.intervals()[1].count > 2 * plan.intervals()[0].count, "{plan:?}");
     assert_eq!(plan.count(), 50);
 }
 
@@ -264,10 +210,7 @@ fn upright_sides_are_exact_in_one_slice() {
     assert!(plan.is_exact());
     assert_eq!(plan.count(), 1);
     assert_eq!(plan.refined(3), plan);
-    assert_segments(
-        &lamellar.layers(&plan)[0].segments,
-        &[(0.0, 0.3, SILICONE), (0.3, 1.0, AIR)],
-    );
+    assert_segments(&lamellar.layers(&plan)[0].segments, &[(0.0, 0.3, SILICONE), (0.3, 1.0, AIR)]);
 }
 
 #[test]
@@ -281,22 +224,13 @@ fn crossing_outlines_are_kinks() {
     assert_eq!(plan.intervals().len(), 2);
     assert_abs_diff_eq!(plan.intervals()[0].z1, 16.0 / 9.0, epsilon = 1e-14);
     // A wide tooth meets its own neighbour half-way up.
-    let wide = one(&[[0.0, 0.0], [20.0, 0.0], [10.0, 4.0]])
-        .unwrap()
-        .slice_plan(10);
+    let wide = one(&[[0.0, 0.0], [20.0, 0.0], [10.0, 4.0]]).unwrap().slice_plan(10);
     assert_eq!(wide.intervals().len(), 2);
     assert_abs_diff_eq!(wide.intervals()[0].z1, 2.0, epsilon = 1e-14);
     // A coat that shares a side with the tooth adds no kink.
     let tooth = polygon(SILICONE, &[[1.0, 0.0], [9.0, 0.0], [5.0, 4.0]]);
     let coat = polygon(SILVER, &[[1.0, 0.0], [5.0, 4.0], [4.5, 4.0], [0.5, 0.0]]);
-    assert_eq!(
-        relief(vec![tooth, coat])
-            .unwrap()
-            .slice_plan(10)
-            .intervals()
-            .len(),
-        1
-    );
+    assert_eq!(relief(vec![tooth, coat]).unwrap().slice_plan(10).intervals().len(), 1);
 }
 
 #[test]
@@ -307,11 +241,7 @@ fn shapes_have_the_geometry_they_are_named_by() {
     let step = shapes::step(10.0, 10.0 * slope.tan(), materials).unwrap();
     assert_abs_diff_eq!(step.period(), 10.0 / slope.cos(), epsilon = 1e-13);
     assert_abs_diff_eq!(step.depth(), 10.0 * slope.sin(), epsilon = 1e-13);
-    assert_abs_diff_eq!(
-        step.polygons()[0].points[2][0],
-        10.0 * slope.cos(),
-        epsilon = 1e-13
-    );
+    assert_abs_diff_eq!(step.polygons()[0].points[2][0], 10.0 * slope.cos(), epsilon = 1e-13);
 
     // A right angle at the apex over a base angle of 30 degrees: Thales' circle.
     let thales = shapes::triangle_by_angles(10.0, 30.0, 90.0, materials).unwrap();
@@ -326,11 +256,7 @@ fn shapes_have_the_geometry_they_are_named_by() {
     for z in [0.3_f64, 1.0, 1.6] {
         // Filled where 1 - cos 2πx > z, at depth 2: a share acos(1 - z)/π of the period is groove.
         let expected = 1.0 - (1.0 - z).acos() / std::f64::consts::PI;
-        assert_abs_diff_eq!(
-            share(&sinusoid.layer_at(z), SILICONE),
-            expected,
-            epsilon = 3e-5
-        );
+        assert_abs_diff_eq!(share(&sinusoid.layer_at(z), SILICONE), expected, epsilon = 3e-5);
     }
     // Corners come in pairs of equal height, so that each pair is one kink.
     assert_eq!(sinusoid.slice_plan(0).intervals().len(), 200);
@@ -340,82 +266,38 @@ fn shapes_have_the_geometry_they_are_named_by() {
 fn shapes_out_of_range_are_refused() {
     let m = Materials::lossless(1.41, 1.0);
     for fill in [0.0, 1.0, -0.1, f64::NAN] {
-        assert!(matches!(
-            shapes::lamellar(1.0, 1.0, fill, m),
-            Err(ReliefError::Shape { .. })
-        ));
+        assert!(matches!(shapes::lamellar(1.0, 1.0, fill, m), Err(ReliefError::Shape { .. })));
     }
-    for (base, apex) in [
-        (0.0, 90.0),
-        (90.0, 0.0),
-        (90.0, 90.0),
-        (-10.0, 90.0),
-        (f64::NAN, 1.0),
-    ] {
+    for (base, apex) in [(0.0, 90.0), (90.0, 0.0), (90.0, 90.0), (-10.0, 90.0), (f64::NAN, 1.0)] {
         let refused = shapes::triangle_by_angles(1.0, base, apex, m);
-        assert!(
-            matches!(refused, Err(ReliefError::Shape { .. })),
-            "{base} {apex}"
-        );
+        assert!(matches!(refused, Err(ReliefError::Shape { .. })), "{base} {apex}");
     }
     assert!(matches!(
         shapes::step(0.0, 1.0, m),
-        Err(ReliefError::Length {
-            what: "the tread",
-            ..
-        })
+        Err(ReliefError::Length { what: "the tread", .. })
     ));
     assert!(matches!(
         shapes::step(1.0, -1.0, m),
-        Err(ReliefError::Length {
-            what: "the riser",
-            ..
-        })
+        Err(ReliefError::Length { what: "the riser", .. })
     ));
-    assert!(matches!(
-        shapes::sinusoid(1.0, 1.0, 3, m),
-        Err(ReliefError::Shape { .. })
-    ));
+    assert!(matches!(shapes::sinusoid(1.0, 1.0, 3, m), Err(ReliefError::Shape { .. })));
 }
 
 #[test]
 fn impossible_lengths_and_indices_are_refused() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let period = Relief::new(bad, 1.0, AIR, Vec::new());
-        assert!(matches!(
-            period,
-            Err(ReliefError::Length {
-                what: "the period",
-                ..
-            })
-        ));
+        assert!(matches!(period, Err(ReliefError::Length { what: "the period", .. })));
         let depth = Relief::new(1.0, bad, AIR, Vec::new());
-        assert!(matches!(
-            depth,
-            Err(ReliefError::Length {
-                what: "the depth",
-                ..
-            })
-        ));
+        assert!(matches!(depth, Err(ReliefError::Length { what: "the depth", .. })));
     }
     let triangle = [[0.0, 0.0], [10.0, 0.0], [5.0, 4.0]];
-    for (n, k) in [
-        (0.0, 0.0),
-        (-1.0, 0.0),
-        (1.0, -1e-9),
-        (f64::NAN, 0.0),
-        (1.0, f64::INFINITY),
-    ] {
+    for (n, k) in [(0.0, 0.0), (-1.0, 0.0), (1.0, -1e-9), (f64::NAN, 0.0), (1.0, f64::INFINITY)] {
         let index = Complex64::new(n, k);
         let background = Relief::new(1.0, 1.0, index, Vec::new());
         assert!(matches!(background, Err(ReliefError::Index { .. })));
         let inside = relief(vec![polygon(AIR, &triangle), polygon(index, &triangle)]).unwrap_err();
-        assert!(
-            inside
-                .to_string()
-                .starts_with("polygon 1: a refractive index"),
-            "{inside}"
-        );
+        assert!(inside.to_string().starts_with("polygon 1: a refractive index"), "{inside}");
     }
 }
 
@@ -426,31 +308,19 @@ fn polygons_that_are_none_are_refused() {
     let flat = one(&[[0.0, 0.0], [10.0, 0.0], [5.0, 0.0]]);
     assert!(matches!(flat, Err(ReliefError::SelfCrossing { .. })));
     let infinite = one(&[[0.0, 0.0], [f64::INFINITY, 0.0], [5.0, 4.0]]);
-    assert!(matches!(
-        infinite,
-        Err(ReliefError::Coordinate { point: 1, .. })
-    ));
+    assert!(matches!(infinite, Err(ReliefError::Coordinate { point: 1, .. })));
     for z in [-0.1, 4.1] {
         let outside = one(&[[0.0, 1.0], [10.0, 1.0], [5.0, z]]);
-        assert!(matches!(
-            outside,
-            Err(ReliefError::OutsideDepth { point: 2, .. })
-        ));
+        assert!(matches!(outside, Err(ReliefError::OutsideDepth { point: 2, .. })));
     }
     let wide = one(&[[0.0, 0.0], [160.1, 0.0], [5.0, 4.0]]).unwrap_err();
-    assert_eq!(
-        wide.to_string(),
-        "polygon 0: may be at most 16 periods (160) wide, got 160.1"
-    );
+    assert_eq!(wide.to_string(), "polygon 0: may be at most 16 periods (160) wide, got 160.1");
 }
 
 #[test]
 fn points_a_rounding_outside_are_moved_in() {
     let tooth = one(&[[0.0, -1e-12], [10.0, 0.0], [8.0, 4.0 + 1e-12]]).unwrap();
-    assert_eq!(
-        tooth.polygons()[0].points,
-        [[0.0, 0.0], [10.0, 0.0], [8.0, 4.0]]
-    );
+    assert_eq!(tooth.polygons()[0].points, [[0.0, 0.0], [10.0, 0.0], [8.0, 4.0]]);
 }
 
 #[test]
@@ -459,47 +329,18 @@ fn polygons_that_cross_or_touch_themselves_are_refused() {
         // A bow tie.
         (vec![[0.0, 0.0], [10.0, 4.0], [10.0, 0.0], [0.0, 4.0]], 0, 2),
         // A corner on a side.
-        (
-            vec![[0.0, 0.0], [10.0, 0.0], [10.0, 4.0], [5.0, 0.0], [0.0, 4.0]],
-            0,
-            2,
-        ),
+        (vec![[0.0, 0.0], [10.0, 0.0], [10.0, 4.0], [5.0, 0.0], [0.0, 4.0]], 0, 2),
         // A spike that folds back.
-        (
-            vec![
-                [0.0, 0.0],
-                [10.0, 0.0],
-                [10.0, 4.0],
-                [10.0, 2.0],
-                [0.0, 2.0],
-            ],
-            1,
-            2,
-        ),
+        (vec![[0.0, 0.0], [10.0, 0.0], [10.0, 4.0], [10.0, 2.0], [0.0, 2.0]], 1, 2),
         // A side that runs along another.
-        (
-            vec![
-                [0.0, 0.0],
-                [9.0, 0.0],
-                [9.0, 2.0],
-                [6.0, 0.0],
-                [3.0, 0.0],
-                [0.0, 4.0],
-            ],
-            0,
-            2,
-        ),
+        (vec![[0.0, 0.0], [9.0, 0.0], [9.0, 2.0], [6.0, 0.0], [3.0, 0.0], [0.0, 4.0]], 0, 2),
         // The last side folds back onto the first.
         (vec![[0.0, 0.0], [10.0, 0.0], [10.0, 4.0], [5.0, 0.0]], 0, 2),
     ] {
         let refused = one(&points);
         assert_eq!(
             refused,
-            Err(ReliefError::SelfCrossing {
-                polygon: 0,
-                first,
-                second
-            }),
+            Err(ReliefError::SelfCrossing { polygon: 0, first, second }),
             "{points:?}"
         );
     }
@@ -518,51 +359,27 @@ fn layers_are_joined_merged_and_checked() {
     )
     .unwrap();
     assert_covers(&layer.segments);
-    assert_eq!(
-        layer.segments,
-        [segment(0.0, 0.5, AIR), segment(0.5, 1.0, SILVER)]
-    );
+    assert_eq!(layer.segments, [segment(0.0, 0.5, AIR), segment(0.5, 1.0, SILVER)]);
     assert_eq!(layer.uniform_index(), None);
     assert!(!layer.is_lossless());
     let film = Layer::uniform(1.0, SILICONE).unwrap();
     assert_eq!(film.uniform_index(), Some(SILICONE));
     assert!(film.is_lossless());
 
-    assert!(matches!(
-        Layer::uniform(-1.0, AIR),
-        Err(ReliefError::Thickness { .. })
-    ));
-    assert!(matches!(
-        Layer::uniform(f64::NAN, AIR),
-        Err(ReliefError::Thickness { .. })
-    ));
-    assert!(matches!(
-        Layer::uniform(1.0, Complex64::ZERO),
-        Err(ReliefError::Index { .. })
-    ));
-    assert!(matches!(
-        Layer::new(1.0, Vec::new()),
-        Err(ReliefError::OpenEnd { .. })
-    ));
+    assert!(matches!(Layer::uniform(-1.0, AIR), Err(ReliefError::Thickness { .. })));
+    assert!(matches!(Layer::uniform(f64::NAN, AIR), Err(ReliefError::Thickness { .. })));
+    assert!(matches!(Layer::uniform(1.0, Complex64::ZERO), Err(ReliefError::Index { .. })));
+    assert!(matches!(Layer::new(1.0, Vec::new()), Err(ReliefError::OpenEnd { .. })));
     for (x0, x1) in [(0.1, 1.0), (f64::NAN, 1.0), (-0.1, 1.0)] {
         let refused = Layer::new(1.0, vec![segment(x0, x1, AIR)]);
-        assert!(
-            matches!(refused, Err(ReliefError::Uncovered { segment: 0, .. })),
-            "{x0} {x1}"
-        );
+        assert!(matches!(refused, Err(ReliefError::Uncovered { segment: 0, .. })), "{x0} {x1}");
     }
     for x1 in [0.0, -1.0, f64::NAN] {
         let refused = Layer::new(1.0, vec![segment(0.0, x1, AIR)]);
-        assert!(
-            matches!(refused, Err(ReliefError::EmptySegment { .. })),
-            "{x1}"
-        );
+        assert!(matches!(refused, Err(ReliefError::EmptySegment { .. })), "{x1}");
     }
     let overlap = Layer::new(1.0, vec![segment(0.0, 0.6, AIR), segment(0.5, 1.0, SILVER)]);
-    assert!(matches!(
-        overlap,
-        Err(ReliefError::Uncovered { segment: 1, .. })
-    ));
+    assert!(matches!(overlap, Err(ReliefError::Uncovered { segment: 1, .. })));
     let long = Layer::new(1.0, vec![segment(0.0, 1.1, AIR)]);
     assert!(matches!(long, Err(ReliefError::OpenEnd { .. })));
 }

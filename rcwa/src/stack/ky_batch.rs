@@ -29,10 +29,7 @@ pub(crate) struct KyBatch {
 
 impl KyBatch {
     pub(crate) fn of(ky: impl Iterator<Item = f64>) -> Self {
-        let mut span = Self {
-            squares: [f64::INFINITY, 0.0],
-            count: 0,
-        };
+        let mut span = Self { squares: [f64::INFINITY, 0.0], count: 0 };
         for ky in ky {
             span.squares = [span.squares[0].min(ky * ky), span.squares[1].max(ky * ky)];
             span.count += 1;
@@ -59,10 +56,8 @@ impl KyBatch {
 
     /// Splits the layers into groups that pass together and groups that pass one by one.
     pub(crate) fn groups<T: Arithmetic>(&self, steps: &[LayerStep<'_, T>]) -> Vec<LayerGroup> {
-        let growth: Vec<f64> = steps
-            .iter()
-            .map(|s| decay_of_modes(s.modes, self.squares[1]) * s.thickness)
-            .collect();
+        let growth: Vec<f64> =
+            steps.iter().map(|s| decay_of_modes(s.modes, self.squares[1]) * s.thickness).collect();
         let mut groups: Vec<LayerGroup> = Vec::new();
         let mut from = 0;
         while from < steps.len() {
@@ -80,14 +75,8 @@ impl KyBatch {
                 && sum <= MOST_GROWTH
                 && self.squares[1] > 0.0;
             match groups.last_mut() {
-                Some(LayerGroup {
-                    layers,
-                    together: false,
-                }) if !pays => layers.end = to,
-                _ => groups.push(LayerGroup {
-                    layers: from..to,
-                    together: pays,
-                }),
+                Some(LayerGroup { layers, together: false }) if !pays => layers.end = to,
+                _ => groups.push(LayerGroup { layers: from..to, together: pays }),
             }
             from = to;
         }

@@ -73,10 +73,8 @@ impl Stack {
             .into_iter()
             .enumerate()
             .map(|(i, layer)| {
-                Layer::new(layer.thickness, layer.segments).map_err(|e| Error::Segments {
-                    layer: i,
-                    problem: e.to_string(),
-                })
+                Layer::new(layer.thickness, layer.segments)
+                    .map_err(|e| Error::Segments { layer: i, problem: e.to_string() })
             })
             .collect::<Result<Vec<_>, _>>()?;
         let layers: Vec<Layer> = layers.into_iter().filter(|l| l.thickness > 0.0).collect();
@@ -101,10 +99,7 @@ impl Stack {
         let thick = layers.into_iter().filter(|l| l.0.thickness > 0.0);
         let (layers, wall_corrections) = thick.unzip();
         let stack = Self::new(wavelength, period, n_top, n_bottom, layers)?;
-        Ok(Self {
-            wall_corrections,
-            ..stack
-        })
+        Ok(Self { wall_corrections, ..stack })
     }
 
     /// Wall corrections of each layer, from top to bottom.
@@ -169,11 +164,7 @@ impl Bloch {
     pub fn from_angles(stack: &Stack, side: Side, theta: f64, phi: f64) -> Self {
         let n = stack.index(side).re;
         let tangential = n * theta.sin();
-        Self {
-            kx0: tangential * phi.cos(),
-            ky: tangential * phi.sin(),
-            azimuth_at_normal: phi,
-        }
+        Self { kx0: tangential * phi.cos(), ky: tangential * phi.sin(), azimuth_at_normal: phi }
     }
 }
 

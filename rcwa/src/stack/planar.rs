@@ -49,10 +49,7 @@ impl ModeFamily {
     fn crossing(self, above: &Basis, below: &Basis) -> [CMat; 2] {
         let step = |inverse: &CMat, matrix: &CMat| transpose(&mul(inverse, matrix));
         match self {
-            Self::Lsm => [
-                step(&above.ag_inverse, &below.ag),
-                step(&above.g_inverse, &below.g),
-            ],
+            Self::Lsm => [step(&above.ag_inverse, &below.ag), step(&above.g_inverse, &below.g)],
             Self::Lse => {
                 let both = step(&above.f_inverse, &below.f);
                 [both.clone(), both]
@@ -127,28 +124,18 @@ impl FamilyFields {
         self.growth = 0.0;
         let n = self.electric.nrows();
         let one = |i: usize, j: usize| {
-            if i == j {
-                Complex64::ONE
-            } else {
-                Complex64::ZERO
-            }
+            if i == j { Complex64::ONE } else { Complex64::ZERO }
         };
         let mut by = Lu::new(&self.magnetic);
         let mut electric = Mat::zeros(n, n);
         by.solve_into(&self.electric, &mut electric);
         let is_impedance = is_bounded(&electric, <Complex64 as Arithmetic>::LARGEST_IMPEDANCE);
         if !is_impedance {
-            by = Lu::new(&Mat::from_fn(n, n, |i, j| {
-                self.electric[(i, j)] + self.magnetic[(i, j)]
-            }));
+            by = Lu::new(&Mat::from_fn(n, n, |i, j| self.electric[(i, j)] + self.magnetic[(i, j)]));
             by.solve_into(&self.electric, &mut electric);
         }
         self.magnetic = Mat::from_fn(n, n, |i, j| {
-            let e = if is_impedance {
-                Complex64::ZERO
-            } else {
-                electric[(i, j)]
-            };
+            let e = if is_impedance { Complex64::ZERO } else { electric[(i, j)] };
             one(i, j) - e
         });
         by.solve(self.transmitted.as_mut());
@@ -196,13 +183,10 @@ pub(crate) fn carry_to_top(state: &mut State, stack: &Stack, kx: &[f64]) -> Resu
     for mut family in families {
         family.cross(&fourier, &below);
         let (pol, column) = family.family.places(n);
-        for (to, from) in [
-            (&mut state.electric, &family.electric),
-            (&mut state.magnetic, &family.magnetic),
-        ] {
-            to.as_mut()
-                .submatrix_mut(column, column, n, n)
-                .copy_from(from);
+        for (to, from) in
+            [(&mut state.electric, &family.electric), (&mut state.magnetic, &family.magnetic)]
+        {
+            to.as_mut().submatrix_mut(column, column, n, n).copy_from(from);
         }
         for j in 0..outgoing / 2 {
             for i in 0..n {

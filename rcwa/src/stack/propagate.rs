@@ -142,11 +142,7 @@ fn correct<T: Arithmetic>(state: &mut State<T>, correction: &CorrectionStep<T>) 
 
 /// Largest Im kz of the modes at this ky².
 pub(crate) fn decay_of_modes<T: Arithmetic>(modes: &Modes<T>, ky_squared: f64) -> f64 {
-    modes
-        .kz_squared(ky_squared)
-        .into_iter()
-        .map(T::decay)
-        .fold(0.0, f64::max)
+    modes.kz_squared(ky_squared).into_iter().map(T::decay).fold(0.0, f64::max)
 }
 
 /// Chooses new parameters.
@@ -167,17 +163,10 @@ impl<T: Arithmetic> SlabTransfer<'_, T> {
             c.push(cosine);
             // LSM modes obey -i e' = b h, -i h' = (kz²/b) e; LSE modes the reverse (3.3).
             let is_lsm = column < lsm;
-            let b = if is_lsm {
-                modes.b_lsm[column]
-            } else {
-                modes.b_lse[column - lsm]
-            };
+            let b = if is_lsm { modes.b_lsm[column] } else { modes.b_lse[column - lsm] };
             let (by_b, by_quotient) = (b * sinc, kz2 * b.inverted() * sinc);
-            let (electric, magnetic) = if is_lsm {
-                (by_b, by_quotient)
-            } else {
-                (by_quotient, by_b)
-            };
+            let (electric, magnetic) =
+                if is_lsm { (by_b, by_quotient) } else { (by_quotient, by_b) };
             se.push(T::ELECTRIC_STEP * electric);
             sh.push(T::MAGNETIC_STEP * magnetic);
         }
@@ -267,9 +256,8 @@ fn take_sum<T: Arithmetic>(state: &mut State<T>) {
         apply_parameters(state, &lu);
         // e + α h does not depend on u any more.
         let by_below = &state.electric_by_below;
-        state.magnetic_by_below = Mat::from_fn(by_below.nrows(), size, |i, j| {
-            by_below[(i, j)].scaled(-1.0 / alpha)
-        });
+        state.magnetic_by_below =
+            Mat::from_fn(by_below.nrows(), size, |i, j| by_below[(i, j)].scaled(-1.0 / alpha));
         state.parameters = Parameters::General;
         return;
     }
@@ -310,19 +298,13 @@ struct ScaleColumns<'a, T> {
 impl<T: Scalar> WithSimd for ScaleColumns<'_, T> {
     type Output = ();
 
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled for the instructions that were found"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { e, h, factors } = self;
         for column in 0..e.ncols() {
             let (c, se, sh) = (factors.c[column], factors.se[column], factors.sh[column]);
-            let both = e
-                .col_as_slice_mut(column)
-                .iter_mut()
-                .zip(h.col_as_slice_mut(column));
+            let both = e.col_as_slice_mut(column).iter_mut().zip(h.col_as_slice_mut(column));
             for (e, h) in both {
                 (*e, *h) = (c * *e + se * *h, c * *h + sh * *e);
             }

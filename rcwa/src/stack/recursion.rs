@@ -80,11 +80,7 @@ pub(crate) fn carry_to_top<T: Arithmetic>(
         }
     }
     fields.cross(&InterfaceMatrices::new(&half_space, &below));
-    Ok(if fields.together {
-        Passage::Together
-    } else {
-        Passage::Single
-    })
+    Ok(if fields.together { Passage::Together } else { Passage::Single })
 }
 
 /// The states of a line, with the memory they share.
@@ -147,9 +143,8 @@ impl<'a, T: Arithmetic> Fields<'a, T> {
 /// The layers in parts of equal size whose modes fit into memory; neighbours alike share their
 /// modes and stay together.
 fn parts<'a, 'b>(layers: &'b [Corrected<'a>]) -> Vec<Vec<&'b [Corrected<'a>]>> {
-    let alike: Vec<&[Corrected<'a>]> = layers
-        .chunk_by(|a, b| a.0.segments == b.0.segments)
-        .collect();
+    let alike: Vec<&[Corrected<'a>]> =
+        layers.chunk_by(|a, b| a.0.segments == b.0.segments).collect();
     let count = alike.len().div_ceil(BASES_AT_A_TIME).max(1);
     let size = alike.len().div_ceil(count).max(1);
     alike.chunks(size).map(<[_]>::to_vec).collect()

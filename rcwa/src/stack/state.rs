@@ -118,11 +118,7 @@ impl State {
                 magnetic[(row(u), c)] * -sign(u)
             }),
             transmitted: Mat::from_fn(2 * orders, outgoing, |t, o| {
-                if t == row(o) {
-                    Complex64::ONE
-                } else {
-                    Complex64::ZERO
-                }
+                if t == row(o) { Complex64::ONE } else { Complex64::ZERO }
             }),
             reflected_below: Mat::zeros(incoming, outgoing),
             scratch: Scratch::new(2 * orders, incoming, outgoing),
@@ -150,12 +146,7 @@ impl<T: Scalar> State<T> {
         let [square, _] = &mut scratch.squares;
         cross_electric(square, &self.electric, interface, ky);
         std::mem::swap(square, &mut self.electric);
-        cross_electric(
-            &mut scratch.by_below,
-            &self.electric_by_below,
-            interface,
-            ky,
-        );
+        cross_electric(&mut scratch.by_below, &self.electric_by_below, interface, ky);
         std::mem::swap(&mut scratch.by_below, &mut self.electric_by_below);
         if self.parameters == Parameters::Magnetic {
             magnetic_blocks(&mut self.magnetic, interface, ky);
@@ -164,12 +155,7 @@ impl<T: Scalar> State<T> {
         } else {
             cross_magnetic(square, &self.magnetic, interface, ky);
             std::mem::swap(square, &mut self.magnetic);
-            cross_magnetic(
-                &mut scratch.by_below,
-                &self.magnetic_by_below,
-                interface,
-                ky,
-            );
+            cross_magnetic(&mut scratch.by_below, &self.magnetic_by_below, interface, ky);
             std::mem::swap(&mut scratch.by_below, &mut self.magnetic_by_below);
         }
     }
@@ -186,13 +172,7 @@ fn cross_electric<T: Scalar>(
     let (ex, ey) = e.as_ref().split_at_col(n);
     let (mut x, mut y) = out.as_mut().split_at_col_mut(n);
     let one = T::ONE;
-    product(
-        x.rb_mut(),
-        Accum::Replace,
-        one,
-        ex,
-        interface.electric.as_ref(),
-    );
+    product(x.rb_mut(), Accum::Replace, one, ex, interface.electric.as_ref());
     product(y.rb_mut(), Accum::Replace, one, ey, interface.lse.as_ref());
     if ky != 0.0 {
         let coupling = interface.electric_coupling.as_ref();
@@ -211,13 +191,7 @@ fn cross_magnetic<T: Scalar>(
     let (hy, hx) = h.as_ref().split_at_col(n);
     let (mut y, mut x) = out.as_mut().split_at_col_mut(n);
     let one = T::ONE;
-    product(
-        y.rb_mut(),
-        Accum::Replace,
-        one,
-        hy,
-        interface.magnetic.as_ref(),
-    );
+    product(y.rb_mut(), Accum::Replace, one, hy, interface.magnetic.as_ref());
     product(x.rb_mut(), Accum::Replace, one, hx, interface.lse.as_ref());
     if ky != 0.0 {
         let coupling = interface.magnetic_coupling.as_ref();

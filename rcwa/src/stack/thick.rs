@@ -15,11 +15,8 @@ const GRAZING: f64 = 1e-4;
 /// Takes a state through a layer of thickness `d` (times k0). Returns `false`, and leaves the state
 /// as it was, where upward and downward waves cannot be told apart.
 pub(super) fn propagate(state: &mut State, modes: &Modes, d: f64) -> bool {
-    let kz: Vec<Complex64> = modes
-        .kz_squared(state.ky * state.ky)
-        .into_iter()
-        .map(outgoing_kz)
-        .collect();
+    let kz: Vec<Complex64> =
+        modes.kz_squared(state.ky * state.ky).into_iter().map(outgoing_kz).collect();
     if modes.degenerate.is_some() || kz.iter().any(|k| k.norm() < GRAZING) {
         return false;
     }
@@ -40,13 +37,15 @@ fn amplitudes(modes: &Modes, kz: &[Complex64]) -> (Vec<Complex64>, Vec<Complex64
     };
     kz.iter()
         .enumerate()
-        .map(|(i, &kz)| {
-            if i < count {
-                scale(kz, modes.b_lsm[i])
-            } else {
-                scale(modes.b_lse[i - count], kz)
-            }
-        })
+        .map(
+            |(i, &kz)| {
+                if i < count {
+                    scale(kz, modes.b_lsm[i])
+                } else {
+                    scale(modes.b_lse[i - count], kz)
+                }
+            },
+        )
         .unzip()
 }
 
@@ -55,9 +54,7 @@ fn by_amplitudes(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
     let (p, q) = amplitudes(modes, kz);
     let decay: Vec<Complex64> = kz.iter().map(|k| (Complex64::I * k * d).exp()).collect();
     let waves = |e: &CMat, h: &CMat, sign: f64| -> CMat {
-        Mat::from_fn(e.nrows(), size, |i, j| {
-            0.5 * (e[(i, j)] / p[j] + sign * h[(i, j)] / q[j])
-        })
+        Mat::from_fn(e.nrows(), size, |i, j| 0.5 * (e[(i, j)] / p[j] + sign * h[(i, j)] / q[j]))
     };
     let down = waves(&state.electric, &state.magnetic, 1.0);
     let mut up = waves(&state.electric, &state.magnetic, -1.0);
@@ -70,13 +67,7 @@ fn by_amplitudes(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
     lu.solve(up.as_mut());
     lu.solve(state.transmitted.as_mut());
     let minus = -Complex64::ONE;
-    product(
-        up_by_below.as_mut(),
-        Accum::Add,
-        minus,
-        down_by_below.as_ref(),
-        up.as_ref(),
-    );
+    product(up_by_below.as_mut(), Accum::Add, minus, down_by_below.as_ref(), up.as_ref());
     product(
         state.reflected_below.as_mut(),
         Accum::Add,
@@ -99,9 +90,7 @@ fn by_amplitudes(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
     state.magnetic = field(&q, -1.0);
     let below = up_by_below.nrows();
     let by_below = |scale: &[Complex64], sign: f64| -> CMat {
-        Mat::from_fn(below, size, |i, j| {
-            sign * up_by_below[(i, j)] * decay[j] * scale[j]
-        })
+        Mat::from_fn(below, size, |i, j| sign * up_by_below[(i, j)] * decay[j] * scale[j])
     };
     state.electric_by_below = by_below(&p, 1.0);
     state.magnetic_by_below = by_below(&q, -1.0);

@@ -38,10 +38,7 @@ pub(crate) struct Workspace<T> {
 
 impl<T: Scalar> Workspace<T> {
     pub(crate) fn new() -> Self {
-        Self {
-            evaluated: Mutex::new(Vec::new()),
-            blank: Mutex::new(Vec::new()),
-        }
+        Self { evaluated: Mutex::new(Vec::new()), blank: Mutex::new(Vec::new()) }
     }
 }
 
@@ -68,10 +65,7 @@ struct CoordinateCounts {
 
 impl CoordinateCounts {
     fn of<T>(modes: &Modes<T>) -> Self {
-        Self {
-            lsm: modes.b_lsm.len(),
-            lse: modes.b_lse.len(),
-        }
+        Self { lsm: modes.b_lsm.len(), lse: modes.b_lse.len() }
     }
 
     fn both(self) -> usize {
@@ -107,10 +101,8 @@ impl<T: Arithmetic> Transfer<T> {
         let sizes = CoordinateCounts::of(steps[0].modes);
         let parts = sizes.elements().map(|count| 4 * count);
         let [mut even, mut odd] = parts.map(|part| vec![T::ZERO; part * nodes.len()]);
-        even.par_chunks_mut(parts[0])
-            .zip(odd.par_chunks_mut(parts[1]))
-            .zip(&nodes)
-            .for_each(|(parts, &ky)| {
+        even.par_chunks_mut(parts[0]).zip(odd.par_chunks_mut(parts[1])).zip(&nodes).for_each(
+            |(parts, &ky)| {
                 with_pooled(
                     &shelf.blank,
                     || blank(sizes.both()),
@@ -120,13 +112,9 @@ impl<T: Arithmetic> Transfer<T> {
                         split_by_parity(state, sizes, parts);
                     },
                 );
-            });
-        Self {
-            sizes,
-            nodes,
-            even,
-            odd,
-        }
+            },
+        );
+        Self { sizes, nodes, even, odd }
     }
 
     /// Bytes of memory.
@@ -157,11 +145,7 @@ impl<T: Arithmetic> Transfer<T> {
             .collect();
         for (out, nodes, weights) in [(even, &self.even, &weights), (odd, &self.odd, &odd_weights)]
         {
-            pulp::Arch::new().dispatch(Interpolate {
-                out,
-                nodes,
-                weights,
-            });
+            pulp::Arch::new().dispatch(Interpolate { out, nodes, weights });
         }
         for (k, state) in states.iter_mut().enumerate() {
             let parts = EvaluatedTransfer {
@@ -202,17 +186,10 @@ struct Interpolate<'a, T> {
 impl<T: Scalar> WithSimd for Interpolate<'_, T> {
     type Output = ();
 
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled for the instructions that were found"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            out,
-            nodes,
-            weights,
-        } = self;
+        let Self { out, nodes, weights } = self;
         let rows = out.nrows();
         for from in (0..rows).step_by(BLOCK) {
             let block = from..rows.min(from + BLOCK);
@@ -251,9 +228,7 @@ fn pass_layers<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) 
         {
             state.cross(interface);
         }
-        let each = layers
-            .iter()
-            .map(|s| (s.thickness, s.corrections.as_slice()));
+        let each = layers.iter().map(|s| (s.thickness, s.corrections.as_slice()));
         pass_thin_layers(state, layers[0].modes, each);
     }
 }
@@ -328,11 +303,7 @@ fn split_by_parity<T: Scalar>(
             for j in 0..sizes.both() {
                 let column = &fields.col_as_slice(j)[from..from + sizes.both()];
                 let (lsm, lse) = column.split_at(sizes.lsm);
-                let (own, other) = if j < sizes.lsm {
-                    (lsm, lse)
-                } else {
-                    (lse, lsm)
-                };
+                let (own, other) = if j < sizes.lsm { (lsm, lse) } else { (lse, lsm) };
                 let (to, rest) = even.split_at_mut(own.len());
                 to.copy_from_slice(own);
                 even = rest;
@@ -368,10 +339,7 @@ impl<T: Scalar> EvaluatedTransfer<'_, T> {
         let (even, odd) = (&self.even[even..], &self.odd[odd..]);
         [
             [block(even, lsm, lsm), block(odd, lse, lsm)],
-            [
-                block(&even[lsm * lsm..], lse, lse),
-                block(&odd[lse * lsm..], lsm, lse),
-            ],
+            [block(&even[lsm * lsm..], lse, lse), block(&odd[lse * lsm..], lsm, lse)],
         ]
     }
 
@@ -415,21 +383,11 @@ impl<T: Scalar> EvaluatedTransfer<'_, T> {
     fn apply(&self, state: &mut State<T>) {
         let is_magnetic = state.parameters == Parameters::Magnetic;
         for (above, out) in state.scratch.squares.iter_mut().enumerate() {
-            self.add(
-                out.as_mut(),
-                Accum::Replace,
-                state.electric.as_ref(),
-                (0, above),
-            );
+            self.add(out.as_mut(), Accum::Replace, state.electric.as_ref(), (0, above));
             if is_magnetic {
                 self.add_identity(out, above);
             } else {
-                self.add(
-                    out.as_mut(),
-                    Accum::Add,
-                    state.magnetic.as_ref(),
-                    (1, above),
-                );
+                self.add(out.as_mut(), Accum::Add, state.magnetic.as_ref(), (1, above));
             }
         }
         let [e, h] = &mut state.scratch.squares;

@@ -31,14 +31,7 @@ impl<T: Arithmetic> TransferCache<T> {
 
     /// An empty cache of so many bytes.
     pub(crate) fn with_capacity(bytes: usize) -> Self {
-        Self {
-            transfers: Vec::new(),
-            layers: 0,
-            basis: None,
-            span: None,
-            grows: bytes > 0,
-            bytes,
-        }
+        Self { transfers: Vec::new(), layers: 0, basis: None, span: None, grows: bytes > 0, bytes }
     }
 
     /// Takes states through the cached layers. Returns how many, and the coordinates above the

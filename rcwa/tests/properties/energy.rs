@@ -24,11 +24,7 @@ fn unitary(scattering: &Scattering) -> Verdict {
                 .map(|&to| normalised(scattering, a, to).conj() * normalised(scattering, b, to))
                 .sum();
             let expected = if a == b { 1.0 } else { 0.0 };
-            small(
-                &format!("unitarity of {a:?} and {b:?}"),
-                (sum - expected).norm(),
-                1e-9,
-            )?;
+            small(&format!("unitarity of {a:?} and {b:?}"), (sum - expected).norm(), 1e-9)?;
         }
     }
     small("energy", balance(scattering), 1e-10)
@@ -36,20 +32,16 @@ fn unitary(scattering: &Scattering) -> Verdict {
 
 #[test]
 fn dielectrics_scatter_unitarily() {
-    check(
-        1500,
-        &(stack(Fill::Dielectric), wavevector(), highest()),
-        |(stack, k, highest)| unitary(&solve(&stack, bloch(&stack, k), highest)?),
-    );
+    check(1500, &(stack(Fill::Dielectric), wavevector(), highest()), |(stack, k, highest)| {
+        unitary(&solve(&stack, bloch(&stack, k), highest)?)
+    });
 }
 
 #[test]
 fn plasmas_scatter_unitarily() {
-    check(
-        300,
-        &(stack(Fill::Plasma), wavevector(), highest()),
-        |(stack, k, highest)| unitary(&solve(&stack, bloch(&stack, k), highest)?),
-    );
+    check(300, &(stack(Fill::Plasma), wavevector(), highest()), |(stack, k, highest)| {
+        unitary(&solve(&stack, bloch(&stack, k), highest)?)
+    });
 }
 
 #[test]
@@ -83,12 +75,7 @@ const ALLOWED: f64 = 1e-9;
 fn what_is_missing_is_what_the_layers_take() {
     // R + T + A = 1 with A from the fields: the flow of power through the planes between layers
     // falls by what each absorbs, never rises, and stays where nothing absorbs.
-    let inputs = (
-        stack(Fill::Absorbing),
-        wavevector(),
-        0..=4_usize,
-        prop::bool::ANY,
-    );
+    let inputs = (stack(Fill::Absorbing), wavevector(), 0..=4_usize, prop::bool::ANY);
     check(300, &inputs, |(stack, k, highest, s)| {
         let bloch = bloch(&stack, k);
         let pol = if s { Pol::S } else { Pol::P };
@@ -103,10 +90,7 @@ fn what_is_missing_is_what_the_layers_take() {
             if scattering.source(side, 0).is_none() {
                 continue;
             }
-            let grid = Grid {
-                x: vec![0.0],
-                z: z.clone(),
-            };
+            let grid = Grid { x: vec![0.0], z: z.clone() };
             let incident = Incident::unit(side, pol);
             let truncation = Truncation::new(highest).unwrap();
             let mut found = field(&stack, bloch, truncation, &incident, grid, &no_progress)
@@ -145,20 +129,16 @@ fn nothing_passes_beyond_the_critical_angle() {
         (-0.5..0.5_f64, 0.02..0.98_f64),
         highest(),
     );
-    check(
-        300,
-        &inputs,
-        |(layers, (period, top, bottom), (kx0, part), highest)| {
-            let stack = Stack::new(1.0, period, top.into(), bottom.into(), layers).unwrap();
-            let ky = bottom + part * (top - bottom);
-            let scattering = solve(&stack, bloch(&stack, (kx0, ky)), highest)?;
-            prop_assert_eq!(scattering.orders(Side::Bottom).count(), 0);
-            for from in waves(&scattering) {
-                small("reflected", scattering.total(from, Side::Top) - 1.0, 1e-10)?;
-            }
-            unitary(&scattering)
-        },
-    );
+    check(300, &inputs, |(layers, (period, top, bottom), (kx0, part), highest)| {
+        let stack = Stack::new(1.0, period, top.into(), bottom.into(), layers).unwrap();
+        let ky = bottom + part * (top - bottom);
+        let scattering = solve(&stack, bloch(&stack, (kx0, ky)), highest)?;
+        prop_assert_eq!(scattering.orders(Side::Bottom).count(), 0);
+        for from in waves(&scattering) {
+            small("reflected", scattering.total(from, Side::Top) - 1.0, 1e-10)?;
+        }
+        unitary(&scattering)
+    });
 }
 
 #[test]
@@ -182,33 +162,29 @@ fn exact_cut_offs_are_survived() {
         (spacing, -4..=4_i32),
         0..=5_usize,
     );
-    check(
-        800,
-        &inputs,
-        |(layers, ((a, b, c), scale, other, swap), (spacing, m), highest)| {
-            // n between 1 and 2.5.
-            let scale = f64::from(scale) / 16.0;
-            let part = [a, b, c].map(|x: f64| x * scale);
-            let power = 2_f64.powi(c.log2().floor() as i32);
-            let [kx, ky, n] = part.map(|x| x / power);
-            let bloch = Bloch::new(kx - f64::from(m) * spacing, ky);
-            let other = other.unwrap_or(n);
-            let (top, bottom) = if swap { (other, n) } else { (n, other) };
-            let stack = Stack::new(1.0, 1.0 / spacing, top.into(), bottom.into(), layers).unwrap();
-            small("kz²", n * n - kx * kx - ky * ky, 0.0)?;
-            let scattering = solve(&stack, bloch, highest.max(m.unsigned_abs() as usize))?;
-            // The wave at its cut-off carries nothing and is no channel.
-            let side = if swap { Side::Bottom } else { Side::Top };
-            prop_assert!(scattering.channel(side, m).is_none());
-            let all = waves(&scattering);
-            for &from in &all {
-                for &to in &all {
-                    prop_assert!(scattering.amplitude(from, to).is_finite());
-                }
+    check(800, &inputs, |(layers, ((a, b, c), scale, other, swap), (spacing, m), highest)| {
+        // n between 1 and 2.5.
+        let scale = f64::from(scale) / 16.0;
+        let part = [a, b, c].map(|x: f64| x * scale);
+        let power = 2_f64.powi(c.log2().floor() as i32);
+        let [kx, ky, n] = part.map(|x| x / power);
+        let bloch = Bloch::new(kx - f64::from(m) * spacing, ky);
+        let other = other.unwrap_or(n);
+        let (top, bottom) = if swap { (other, n) } else { (n, other) };
+        let stack = Stack::new(1.0, 1.0 / spacing, top.into(), bottom.into(), layers).unwrap();
+        small("kz²", n * n - kx * kx - ky * ky, 0.0)?;
+        let scattering = solve(&stack, bloch, highest.max(m.unsigned_abs() as usize))?;
+        // The wave at its cut-off carries nothing and is no channel.
+        let side = if swap { Side::Bottom } else { Side::Top };
+        prop_assert!(scattering.channel(side, m).is_none());
+        let all = waves(&scattering);
+        for &from in &all {
+            for &to in &all {
+                prop_assert!(scattering.amplitude(from, to).is_finite());
             }
-            small("energy", balance(&scattering), 1e-10)
-        },
-    );
+        }
+        small("energy", balance(&scattering), 1e-10)
+    });
 }
 
 #[test]
@@ -224,11 +200,7 @@ fn orders_go_where_the_grating_equation_says() {
             for channel in scattering.channels(side) {
                 prop_assert_eq!(Some(channel.order), next);
                 next = Some(channel.order + 1);
-                small(
-                    "kx",
-                    channel.kx - bloch.kx0 - f64::from(channel.order) * spacing,
-                    1e-12,
-                )?;
+                small("kx", channel.kx - bloch.kx0 - f64::from(channel.order) * spacing, 1e-12)?;
                 small("ky", channel.ky - bloch.ky, 0.0)?;
                 let length = channel.kx.powi(2) + channel.ky.powi(2) + channel.kz.re.powi(2);
                 small("|k| - n", length.sqrt() - n, 1e-12)?;
@@ -251,40 +223,33 @@ fn normal_incidence_turns_with_its_azimuth() {
     // At exactly normal incidence s and p are where the azimuth says; a turned pair is a
     // combination of the first.
     let structures = between(layers(Fill::Absorbing));
-    check(
-        300,
-        &(structures, -4.0..4.0_f64, highest()),
-        |(stack, azimuth, highest)| {
-            let plain = solve(&stack, Bloch::new(0.0, 0.0), highest)?;
-            let turned = Bloch {
-                azimuth_at_normal: azimuth,
-                ..Bloch::new(0.0, 0.0)
-            };
-            let turned = solve(&stack, turned, highest)?;
-            let (sin, cos) = azimuth.sin_cos();
-            for side in SIDES {
-                // Downward p lies along (cos, sin) of the azimuth in the plane, s across it; upward
-                // p lies the other way.
-                let sign = if side == Side::Top { 1.0 } else { -1.0 };
-                let jones = [
-                    [cos.into(), Complex64::from(-sign * sin)],
-                    [Complex64::from(sign * sin), cos.into()],
-                ];
-                for (pol, mix) in Pol::BOTH.into_iter().zip(jones) {
-                    for to in SIDES {
-                        for m in plain.orders(to) {
-                            let from: Wave = (side, 0, pol);
-                            let direct = turned.efficiency(from, (to, m));
-                            let matrix = plain
-                                .jones((side, 0), (to, m))
-                                .ok_or_else(|| TestCaseError::fail("order 0 is evanescent"))?;
-                            let mixed = matrix.efficiencies(mix);
-                            small("share", direct - mixed[0] - mixed[1], 1e-10)?;
-                        }
+    check(300, &(structures, -4.0..4.0_f64, highest()), |(stack, azimuth, highest)| {
+        let plain = solve(&stack, Bloch::new(0.0, 0.0), highest)?;
+        let turned = Bloch { azimuth_at_normal: azimuth, ..Bloch::new(0.0, 0.0) };
+        let turned = solve(&stack, turned, highest)?;
+        let (sin, cos) = azimuth.sin_cos();
+        for side in SIDES {
+            // Downward p lies along (cos, sin) of the azimuth in the plane, s across it; upward
+            // p lies the other way.
+            let sign = if side == Side::Top { 1.0 } else { -1.0 };
+            let jones = [
+                [cos.into(), Complex64::from(-sign * sin)],
+                [Complex64::from(sign * sin), cos.into()],
+            ];
+            for (pol, mix) in Pol::BOTH.into_iter().zip(jones) {
+                for to in SIDES {
+                    for m in plain.orders(to) {
+                        let from: Wave = (side, 0, pol);
+                        let direct = turned.efficiency(from, (to, m));
+                        let matrix = plain
+                            .jones((side, 0), (to, m))
+                            .ok_or_else(|| TestCaseError::fail("order 0 is evanescent"))?;
+                        let mixed = matrix.efficiencies(mix);
+                        small("share", direct - mixed[0] - mixed[1], 1e-10)?;
                     }
                 }
             }
-            Ok(())
-        },
-    );
+        }
+        Ok(())
+    });
 }

@@ -12,13 +12,7 @@ use rcwa::{Side, Truncation};
 
 /// Rectangles of the period 1, which slices do not approximate but are.
 fn rectangles() -> impl Strategy<Value = Relief> {
-    let one = (
-        0.0..1.0_f64,
-        0.1..0.9_f64,
-        0.0..0.5_f64,
-        0.55..1.0_f64,
-        index(Fill::Dielectric),
-    );
+    let one = (0.0..1.0_f64, 0.1..0.9_f64, 0.0..0.5_f64, 0.55..1.0_f64, index(Fill::Dielectric));
     let several = prop::collection::vec(one, 1..=2);
     (several, 0.1..0.8_f64, index(Fill::Dielectric)).prop_map(|(several, depth, background)| {
         let polygon = |(x, width, z0, z1, index): (f64, f64, f64, f64, Complex64)| {
@@ -38,10 +32,7 @@ fn solved(
     slices: usize,
 ) -> Result<Hemisphere, TestCaseError> {
     let largest = interface.n_top.re.max(interface.n_bottom.re);
-    let directions = Directions {
-        kx_per_zone,
-        ky: ky.iter().map(|part| part * largest).collect(),
-    };
+    let directions = Directions { kx_per_zone, ky: ky.iter().map(|part| part * largest).collect() };
     let resolution = Resolution {
         truncation: Truncation::new(interface.highest_order() + 1).unwrap(),
         plan: interface.relief.slice_plan(slices),
@@ -63,12 +54,7 @@ fn diffuse_light_passes_both_ways_by_the_squares_of_the_indices() {
         100,
         &(rectangles(), around, grid(), 1.1..2.5_f64),
         |(relief, (n_top, n_bottom), (kx_per_zone, ky), periods)| {
-            let interface = Interface {
-                relief,
-                wavelength: 1.0 / periods,
-                n_top,
-                n_bottom,
-            };
+            let interface = Interface { relief, wavelength: 1.0 / periods, n_top, n_bottom };
             prop_assert!(interface.relief.slice_plan(1).is_exact());
             let solved = solved(&interface, kx_per_zone, &ky, 1)?;
             let mut through = [0.0; 2];
@@ -89,20 +75,9 @@ fn extrapolated_shares_still_add_up() {
     let around = (index(Fill::Dielectric), index(Fill::Dielectric));
     check(
         60,
-        &(
-            polygon(Fill::Dielectric),
-            around,
-            grid(),
-            1..=3_usize,
-            1.1..2.5_f64,
-        ),
+        &(polygon(Fill::Dielectric), around, grid(), 1..=3_usize, 1.1..2.5_f64),
         |(relief, (n_top, n_bottom), (kx_per_zone, ky), slices, periods)| {
-            let interface = Interface {
-                relief,
-                wavelength: 1.0 / periods,
-                n_top,
-                n_bottom,
-            };
+            let interface = Interface { relief, wavelength: 1.0 / periods, n_top, n_bottom };
             let solved = solved(&interface, kx_per_zone, &ky, slices)?;
             prop_assert!(!solved.incidences.is_empty());
             for incidence in &solved.incidences {

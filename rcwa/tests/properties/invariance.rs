@@ -55,11 +55,7 @@ fn same_but_for(a: &Scattering, b: &Scattering, phase: impl Fn(Wave, Wave) -> f6
             // Amplitudes out of grazing waves' reach are large; shares are not.
             let scale = before.norm().max(1.0);
             let turned = before * Complex64::cis(phase(from, to));
-            small(
-                &format!("{from:?} to {to:?}"),
-                (turned - after).norm() / scale,
-                1e-9,
-            )?;
+            small(&format!("{from:?} to {to:?}"), (turned - after).norm() / scale, 1e-9)?;
         }
     }
     Ok(())
@@ -73,10 +69,7 @@ fn shifting_turns_order_m_by_its_phase() {
         let moved: Vec<Layer> = stack.layers().iter().map(|l| shifted(l, dx)).collect();
         let moved = with_layers(&stack, moved);
         let bloch = bloch(&stack, k);
-        let (a, b) = (
-            solve(&stack, bloch, highest)?,
-            solve(&moved, bloch, highest)?,
-        );
+        let (a, b) = (solve(&stack, bloch, highest)?, solve(&moved, bloch, highest)?);
         let phase = |from: Wave, to: Wave| -TAU * dx * f64::from(to.1 - from.1);
         same_but_for(&a, &b, phase)
     });
@@ -86,43 +79,33 @@ fn shifting_turns_order_m_by_its_phase() {
 fn moving_a_polygon_moves_its_layers() {
     let inputs =
         dielectric_or_absorbing().prop_flat_map(|fill| (polygon(fill), wavevector(), highest()));
-    check(
-        150,
-        &(inputs, -2.0..2.0_f64, 0.3..3.0_f64),
-        |((relief, k, highest), dx, period)| {
-            let of = |relief: &rcwa::relief::Relief| {
-                Stack::new(1.0, period, 1.5.into(), 1.0.into(), relief.slices(3)).unwrap()
-            };
-            let (stack, moved) = (of(&relief), of(&relief.shifted(dx)));
-            same_shares(&stack, &moved, k, highest)
-        },
-    );
+    check(150, &(inputs, -2.0..2.0_f64, 0.3..3.0_f64), |((relief, k, highest), dx, period)| {
+        let of = |relief: &rcwa::relief::Relief| {
+            Stack::new(1.0, period, 1.5.into(), 1.0.into(), relief.slices(3)).unwrap()
+        };
+        let (stack, moved) = (of(&relief), of(&relief.shifted(dx)));
+        same_shares(&stack, &moved, k, highest)
+    });
 }
 
 #[test]
 fn only_ratios_of_lengths_count() {
     let inputs =
         dielectric_or_absorbing().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
-    check(
-        300,
-        &(inputs, -9.0..6.0_f64),
-        |((stack, k, highest), log)| {
-            let scale = 10_f64.powf(log);
-            let scaled = |l: &Layer| Layer {
-                thickness: l.thickness * scale,
-                segments: l.segments.clone(),
-            };
-            let other = Stack::new(
-                scale,
-                stack.period() * scale,
-                stack.index(Side::Top),
-                stack.index(Side::Bottom),
-                stack.layers().iter().map(scaled).collect(),
-            )
-            .unwrap();
-            same_shares(&stack, &other, k, highest)
-        },
-    );
+    check(300, &(inputs, -9.0..6.0_f64), |((stack, k, highest), log)| {
+        let scale = 10_f64.powf(log);
+        let scaled =
+            |l: &Layer| Layer { thickness: l.thickness * scale, segments: l.segments.clone() };
+        let other = Stack::new(
+            scale,
+            stack.period() * scale,
+            stack.index(Side::Top),
+            stack.index(Side::Bottom),
+            stack.layers().iter().map(scaled).collect(),
+        )
+        .unwrap();
+        same_shares(&stack, &other, k, highest)
+    });
 }
 
 #[test]
@@ -133,34 +116,30 @@ fn a_layer_in_pieces_is_the_same_layer() {
     let inputs =
         dielectric_or_absorbing().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
     let which = 0..3_usize;
-    check(
-        300,
-        &(inputs, pieces, which),
-        |((stack, k, highest), pieces, which)| {
-            let which = which % stack.layers().len();
-            let whole: f64 = pieces.iter().map(|p| p.0).sum();
-            let layers = stack.layers().iter().enumerate().flat_map(|(i, layer)| {
-                if i != which {
-                    return vec![layer.clone()];
-                }
-                let cut = |&(part, x): &(f64, f64)| {
-                    let walls = |s: &Segment| {
-                        if s.x0 < x && x < s.x1 {
-                            vec![Segment { x1: x, ..*s }, Segment { x0: x, ..*s }]
-                        } else {
-                            vec![*s]
-                        }
-                    };
-                    let segments = layer.segments.iter().flat_map(walls).collect();
-                    Layer::new(layer.thickness * part / whole, segments).unwrap()
+    check(300, &(inputs, pieces, which), |((stack, k, highest), pieces, which)| {
+        let which = which % stack.layers().len();
+        let whole: f64 = pieces.iter().map(|p| p.0).sum();
+        let layers = stack.layers().iter().enumerate().flat_map(|(i, layer)| {
+            if i != which {
+                return vec![layer.clone()];
+            }
+            let cut = |&(part, x): &(f64, f64)| {
+                let walls = |s: &Segment| {
+                    if s.x0 < x && x < s.x1 {
+                        vec![Segment { x1: x, ..*s }, Segment { x0: x, ..*s }]
+                    } else {
+                        vec![*s]
+                    }
                 };
-                pieces.iter().map(cut).collect()
-            });
-            let other = with_layers(&stack, layers.collect());
-            prop_assert!(other.layers().len() > stack.layers().len());
-            same_shares(&stack, &other, k, highest)
-        },
-    );
+                let segments = layer.segments.iter().flat_map(walls).collect();
+                Layer::new(layer.thickness * part / whole, segments).unwrap()
+            };
+            pieces.iter().map(cut).collect()
+        });
+        let other = with_layers(&stack, layers.collect());
+        prop_assert!(other.layers().len() > stack.layers().len());
+        same_shares(&stack, &other, k, highest)
+    });
 }
 
 #[test]
@@ -169,18 +148,11 @@ fn a_layer_turned_round_and_back_is_itself() {
     // segments.
     let inputs =
         dielectric_or_absorbing().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
-    check(
-        150,
-        &(inputs, 0.01..0.99_f64),
-        |((stack, k, highest), dx)| {
-            let turned = stack
-                .layers()
-                .iter()
-                .map(|l| shifted(&shifted(l, dx), 1.0 - dx));
-            let turned = with_layers(&stack, turned.collect());
-            same_shares(&stack, &turned, k, highest)
-        },
-    );
+    check(150, &(inputs, 0.01..0.99_f64), |((stack, k, highest), dx)| {
+        let turned = stack.layers().iter().map(|l| shifted(&shifted(l, dx), 1.0 - dx));
+        let turned = with_layers(&stack, turned.collect());
+        same_shares(&stack, &turned, k, highest)
+    });
 }
 
 #[test]
@@ -190,28 +162,21 @@ fn more_of_a_half_space_only_turns_phases() {
     let inputs =
         dielectric_or_absorbing().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
     let thicknesses = (0.0..3.0_f64, 0.0..3.0_f64);
-    check(
-        300,
-        &(inputs, thicknesses),
-        |((stack, k, highest), (above, below))| {
-            let spacer = |d: f64, side| Layer::uniform(d, stack.index(side)).unwrap();
-            let mut layers = vec![spacer(above, Side::Top)];
-            layers.extend(stack.layers().iter().cloned());
-            layers.push(spacer(below, Side::Bottom));
-            let spaced = with_layers(&stack, layers);
-            let bloch = bloch(&stack, k);
-            let (a, b) = (
-                solve(&stack, bloch, highest)?,
-                solve(&spaced, bloch, highest)?,
-            );
-            let path = |(side, m)| {
-                let d = if side == Side::Top { above } else { below };
-                TAU * d * a.channel(side, m).unwrap().kz.re
-            };
-            let phase = |from: Wave, to: Wave| path((from.0, from.1)) + path((to.0, to.1));
-            same_but_for(&a, &b, phase)
-        },
-    );
+    check(300, &(inputs, thicknesses), |((stack, k, highest), (above, below))| {
+        let spacer = |d: f64, side| Layer::uniform(d, stack.index(side)).unwrap();
+        let mut layers = vec![spacer(above, Side::Top)];
+        layers.extend(stack.layers().iter().cloned());
+        layers.push(spacer(below, Side::Bottom));
+        let spaced = with_layers(&stack, layers);
+        let bloch = bloch(&stack, k);
+        let (a, b) = (solve(&stack, bloch, highest)?, solve(&spaced, bloch, highest)?);
+        let path = |(side, m)| {
+            let d = if side == Side::Top { above } else { below };
+            TAU * d * a.channel(side, m).unwrap().kz.re
+        };
+        let phase = |from: Wave, to: Wave| path((from.0, from.1)) + path((to.0, to.1));
+        same_but_for(&a, &b, phase)
+    });
 }
 
 #[test]
@@ -232,10 +197,6 @@ fn nothing_between_layers_is_nothing() {
         let none = solve(&with_films(0.0), bloch, highest)?;
         small("no thickness", largest_difference(&plain, &none), 0.0)?;
         let next_to_none = solve(&with_films(1e-13), bloch, highest)?;
-        small(
-            "next to none",
-            largest_difference(&plain, &next_to_none),
-            1e-8,
-        )
+        small("next to none", largest_difference(&plain, &next_to_none), 1e-8)
     });
 }

@@ -27,10 +27,7 @@ fn abeles(stack: &Stack, kt: f64, pol: Pol) -> [f64; 2] {
         (e, h) = (c * e + s / y * h, c * h + s * y * e);
     }
     let incoming = y_top * e + h;
-    [
-        ((y_top * e - h) / incoming).norm_sqr(),
-        4.0 * y_top.re * y_bottom.re / incoming.norm_sqr(),
-    ]
+    [((y_top * e - h) / incoming).norm_sqr(), 4.0 * y_top.re * y_bottom.re / incoming.norm_sqr()]
 }
 
 /// Order 0 from the top at the azimuth `phi` with the tangential wavevector `kt`.
@@ -51,29 +48,25 @@ fn films_are_what_closed_forms_say_at_any_azimuth() {
         (0.0..0.99_f64, -4.0..4.0_f64),
         0..=4_usize,
     );
-    check(
-        500,
-        &inputs,
-        |(films, (top, bottom, period), (sine, phi), highest)| {
-            let kt = top * sine;
-            // Transmitted light at its critical angle has no closed form worth comparing.
-            prop_assume!((bottom - kt).abs() > 1e-6);
-            let stack = Stack::new(1.0, period, top.into(), bottom.into(), films).unwrap();
-            let scattering = solved(&stack, kt, phi, highest)?;
-            for pol in Pol::BOTH {
-                let from = (Side::Top, 0, pol);
-                let [r, t] = abeles(&stack, kt, pol);
-                let got = [Side::Top, Side::Bottom]
-                    .map(|side| scattering.efficiency_in(from, (side, 0), pol));
-                small("reflected", got[0] - r, 1e-10)?;
-                small("transmitted", got[1] - t, 1e-10)?;
-                // Nothing else: no other order and no other polarisation.
-                let all = scattering.total(from, Side::Top) + scattering.total(from, Side::Bottom);
-                small("elsewhere", all - got[0] - got[1], 1e-12)?;
-            }
-            Ok(())
-        },
-    );
+    check(500, &inputs, |(films, (top, bottom, period), (sine, phi), highest)| {
+        let kt = top * sine;
+        // Transmitted light at its critical angle has no closed form worth comparing.
+        prop_assume!((bottom - kt).abs() > 1e-6);
+        let stack = Stack::new(1.0, period, top.into(), bottom.into(), films).unwrap();
+        let scattering = solved(&stack, kt, phi, highest)?;
+        for pol in Pol::BOTH {
+            let from = (Side::Top, 0, pol);
+            let [r, t] = abeles(&stack, kt, pol);
+            let got = [Side::Top, Side::Bottom]
+                .map(|side| scattering.efficiency_in(from, (side, 0), pol));
+            small("reflected", got[0] - r, 1e-10)?;
+            small("transmitted", got[1] - t, 1e-10)?;
+            // Nothing else: no other order and no other polarisation.
+            let all = scattering.total(from, Side::Top) + scattering.total(from, Side::Bottom);
+            small("elsewhere", all - got[0] - got[1], 1e-12)?;
+        }
+        Ok(())
+    });
 }
 
 fn without_difference(a: &Scattering, b: &Scattering) -> Verdict {
@@ -102,10 +95,7 @@ fn a_half_wave_layer_is_absent() {
             let mut more = films.clone();
             more.insert(place.min(films.len()), film);
             let of = |layers| Stack::new(1.0, 0.7, top.into(), bottom.into(), layers).unwrap();
-            without_difference(
-                &solved(&of(films), kt, phi, 1)?,
-                &solved(&of(more), kt, phi, 1)?,
-            )
+            without_difference(&solved(&of(films), kt, phi, 1)?, &solved(&of(more), kt, phi, 1)?)
         },
     );
 }

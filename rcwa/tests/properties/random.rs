@@ -34,9 +34,7 @@ pub fn small(what: &str, got: f64, allowed: f64) -> Verdict {
     if got.abs() <= allowed {
         Ok(())
     } else {
-        Err(TestCaseError::fail(format!(
-            "{what}: {got:.3e}, allowed {allowed:.0e}"
-        )))
+        Err(TestCaseError::fail(format!("{what}: {got:.3e}, allowed {allowed:.0e}")))
     }
 }
 
@@ -99,13 +97,8 @@ fn sawtooth(fill: Fill) -> impl Strategy<Value = Vec<Layer>> {
     let apex = (-0.3..1.3_f64, 0.1..1.5_f64);
     (apex, index(fill), index(fill), 1..=6_usize).prop_map(|((x, depth), ridge, groove, count)| {
         let points = vec![[0.0, 0.0], [1.0, 0.0], [x, depth]];
-        let tooth = Polygon {
-            index: ridge,
-            points,
-        };
-        Relief::new(1.0, depth, groove, vec![tooth])
-            .unwrap()
-            .slices(count)
+        let tooth = Polygon { index: ridge, points };
+        Relief::new(1.0, depth, groove, vec![tooth]).unwrap().slices(count)
     })
 }
 
@@ -114,14 +107,8 @@ fn sawtooth(fill: Fill) -> impl Strategy<Value = Vec<Layer>> {
 pub fn polygon(fill: Fill) -> impl Strategy<Value = Relief> {
     let corner = (0.05..0.95_f64, 0.3..1.0_f64);
     let corners = prop::collection::vec(corner, 3..=7);
-    (
-        corners,
-        0.1..1.5_f64,
-        0.0..1.0_f64,
-        index(fill),
-        index(fill),
-    )
-        .prop_map(|(corners, depth, x, inside, outside)| {
+    (corners, 0.1..1.5_f64, 0.0..1.0_f64, index(fill), index(fill)).prop_map(
+        |(corners, depth, x, inside, outside)| {
             let count = corners.len() as f64;
             // One corner in each sector, so that the outline cannot cross itself.
             let of = |(i, &(turn, radius)): (usize, &(f64, f64))| {
@@ -129,12 +116,10 @@ pub fn polygon(fill: Fill) -> impl Strategy<Value = Relief> {
                 [x + 0.6 * radius * cos, 0.5 * depth * (1.0 + radius * sin)]
             };
             let points = corners.iter().enumerate().map(of).collect();
-            let polygon = Polygon {
-                index: inside,
-                points,
-            };
+            let polygon = Polygon { index: inside, points };
             Relief::new(1.0, depth, outside, vec![polygon]).unwrap()
-        })
+        },
+    )
 }
 
 /// Layers of any kind, lengths along x in periods.

@@ -80,20 +80,16 @@ fn inputs(
 
 #[test]
 fn dielectrics_at_self_mirror_wavevectors() {
-    check(
-        500,
-        &inputs(stack(Fill::Dielectric)),
-        |(stack, half, ky, highest)| is_the_limit(&stack, half, ky, highest),
-    );
+    check(500, &inputs(stack(Fill::Dielectric)), |(stack, half, ky, highest)| {
+        is_the_limit(&stack, half, ky, highest)
+    });
 }
 
 #[test]
 fn absorbers_at_self_mirror_wavevectors() {
-    check(
-        300,
-        &inputs(stack(Fill::Absorbing)),
-        |(stack, half, ky, highest)| is_the_limit(&stack, half, ky, highest),
-    );
+    check(300, &inputs(stack(Fill::Absorbing)), |(stack, half, ky, highest)| {
+        is_the_limit(&stack, half, ky, highest)
+    });
 }
 
 #[test]
@@ -112,28 +108,24 @@ fn a_line_of_ky_is_its_single_problems() {
     let ky = prop::collection::vec(-1.5..1.5_f64, 1..=4);
     let structures =
         prop::sample::select(vec![Fill::Dielectric, Fill::Absorbing]).prop_flat_map(stack);
-    check(
-        150,
-        &(structures, kx0, ky, 0..=5_usize),
-        |(stack, kx0, ky, highest)| {
-            let kx0 = kx0 * stack.wavelength() / stack.period();
-            let truncation = Truncation::new(highest).unwrap();
-            let line = rcwa::solve_line(&stack, kx0, &ky, truncation, &no_progress)
-                .map_err(|e| TestCaseError::fail(e.to_string()))?;
-            prop_assert_eq!(line.len(), ky.len());
-            for (one, &ky) in line.iter().zip(&ky) {
-                let alone = solve(&stack, Bloch::new(kx0, ky), highest)?;
-                prop_assert_eq!(waves(one), waves(&alone));
-                for from in waves(one) {
-                    for to in waves(one) {
-                        let difference = share(one, from, to) - share(&alone, from, to);
-                        small(&format!("{from:?} to {to:?}"), difference, 1e-9)?;
-                    }
+    check(150, &(structures, kx0, ky, 0..=5_usize), |(stack, kx0, ky, highest)| {
+        let kx0 = kx0 * stack.wavelength() / stack.period();
+        let truncation = Truncation::new(highest).unwrap();
+        let line = rcwa::solve_line(&stack, kx0, &ky, truncation, &no_progress)
+            .map_err(|e| TestCaseError::fail(e.to_string()))?;
+        prop_assert_eq!(line.len(), ky.len());
+        for (one, &ky) in line.iter().zip(&ky) {
+            let alone = solve(&stack, Bloch::new(kx0, ky), highest)?;
+            prop_assert_eq!(waves(one), waves(&alone));
+            for from in waves(one) {
+                for to in waves(one) {
+                    let difference = share(one, from, to) - share(&alone, from, to);
+                    small(&format!("{from:?} to {to:?}"), difference, 1e-9)?;
                 }
             }
-            Ok(())
-        },
-    );
+        }
+        Ok(())
+    });
 }
 
 /// Layers thinned by a factor: what is thick is left to complex arithmetic.
@@ -183,9 +175,7 @@ fn amplitudes_apart(a: &Scattering, b: &Scattering, renumber: impl Fn(i32) -> i3
     if all.iter().any(|&w| b.channel(w.0, of(w).1).is_none()) {
         return f64::INFINITY;
     }
-    let pairs = all
-        .iter()
-        .flat_map(|&from| all.iter().map(move |&to| (from, to)));
+    let pairs = all.iter().flat_map(|&from| all.iter().map(move |&to| (from, to)));
     pairs
         .map(|(from, to)| (normalised(a, from, to) - normalised(b, of(from), of(to))).norm())
         .fold(0.0, f64::max)
@@ -204,11 +194,7 @@ fn two_periods_are_the_centre_and_the_edge_of_the_zone() {
         let edge = mirrored(&stack, SymmetricBloch::Edge, ky, highest)?;
         let complex = solve(&stack, edge.bloch(), highest)?;
         let real = amplitudes_apart(&edge, &both, |m| 2 * m + 1);
-        small(
-            "edge",
-            real.min(amplitudes_apart(&edge, &complex, |m| m)),
-            1e-9,
-        )
+        small("edge", real.min(amplitudes_apart(&edge, &complex, |m| m)), 1e-9)
     });
 }
 

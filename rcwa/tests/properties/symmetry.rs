@@ -23,10 +23,7 @@ fn reciprocity_of_every_element() {
         // the same.
         let at_normal = here.kx0 == 0.0 && here.ky == 0.0;
         let there = Bloch::new(-here.kx0, -here.ky);
-        let (forward, backward) = (
-            solve(&stack, here, highest)?,
-            solve(&stack, there, highest)?,
-        );
+        let (forward, backward) = (solve(&stack, here, highest)?, solve(&stack, there, highest)?);
         let reversed = |(side, m, pol): Wave| (side, -m, pol);
         let all = waves(&forward);
         for &from in &all {
@@ -92,10 +89,7 @@ fn a_mirror_symmetric_grating_treats_both_sides_alike() {
     let inputs = any_fill().prop_flat_map(mirror_symmetric);
     check(300, &(inputs, ky, highest()), |(stack, ky, highest)| {
         let scattering = solve(&stack, Bloch::new(0.0, ky), highest)?;
-        for side in SIDES
-            .into_iter()
-            .filter(|&s| scattering.source(s, 0).is_some())
-        {
+        for side in SIDES.into_iter().filter(|&s| scattering.source(s, 0).is_some()) {
             for (pol, other) in [(Pol::S, Pol::P), (Pol::P, Pol::S)] {
                 let from = (side, 0, pol);
                 for to in SIDES {
@@ -115,18 +109,14 @@ fn a_mirror_symmetric_grating_treats_both_sides_alike() {
 #[test]
 fn a_mirror_symmetric_grating_swaps_orders_with_the_sign_of_kx() {
     let inputs = any_fill().prop_flat_map(mirror_symmetric);
-    check(
-        300,
-        &(inputs, wavevector(), highest()),
-        |(stack, k, highest)| {
-            let here = bloch(&stack, k);
-            let (a, b) = (
-                solve(&stack, here, highest)?,
-                solve(&stack, Bloch::new(-here.kx0, here.ky), highest)?,
-            );
-            mirror_images(&a, &b)
-        },
-    );
+    check(300, &(inputs, wavevector(), highest()), |(stack, k, highest)| {
+        let here = bloch(&stack, k);
+        let (a, b) = (
+            solve(&stack, here, highest)?,
+            solve(&stack, Bloch::new(-here.kx0, here.ky), highest)?,
+        );
+        mirror_images(&a, &b)
+    });
 }
 
 #[test]
@@ -157,11 +147,7 @@ fn planar_mount_keeps_s_and_p_apart() {
         let scattering = solve(&stack, bloch(&stack, (kx0, 0.0)), highest)?;
         for from in waves(&scattering) {
             for to in waves(&scattering).into_iter().filter(|to| to.2 != from.2) {
-                small(
-                    &format!("{from:?} to {to:?}"),
-                    share(&scattering, from, to),
-                    1e-18,
-                )?;
+                small(&format!("{from:?} to {to:?}"), share(&scattering, from, to), 1e-18)?;
             }
         }
         Ok(())
@@ -176,10 +162,7 @@ fn light_from_below_is_light_from_above_upside_down() {
         let layers = stack.layers().iter().rev().cloned().collect();
         let [top, bottom] = SIDES.map(|side| stack.index(side));
         let turned = rcwa::Stack::new(1.0, stack.period(), bottom, top, layers).unwrap();
-        let (a, b) = (
-            solve(&stack, here, highest)?,
-            solve(&turned, here, highest)?,
-        );
+        let (a, b) = (solve(&stack, here, highest)?, solve(&turned, here, highest)?);
         let other = |(side, m, pol): Wave| match side {
             Side::Top => (Side::Bottom, m, pol),
             Side::Bottom => (Side::Top, m, pol),

@@ -11,36 +11,24 @@ use serde_json::Value;
 pub const SIDES: [Side; 2] = [Side::Top, Side::Bottom];
 
 /// One case of a file of `data/reference/`.
-#[expect(
-    clippy::disallowed_methods,
-    reason = "tests read the reference cases from their files"
-)]
+#[expect(clippy::disallowed_methods, reason = "tests read the reference cases from their files")]
 pub fn case(file: &str, id: &str) -> Value {
     let path = format!("{}/../data/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
     let document: Value = serde_json::from_str(&text).unwrap();
     let cases = document["cases"].as_array().unwrap();
     let found = cases.iter().find(|c| c["id"] == id);
-    found
-        .unwrap_or_else(|| panic!("no case {id} in {path}"))
-        .clone()
+    found.unwrap_or_else(|| panic!("no case {id} in {path}")).clone()
 }
 
 pub fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
 /// The members of an object, keys as numbers.
 pub fn entries(value: &Value) -> Vec<(f64, Value)> {
-    let object = value
-        .as_object()
-        .unwrap_or_else(|| panic!("{value} is no object"));
-    object
-        .iter()
-        .map(|(k, v)| (k.parse().unwrap(), v.clone()))
-        .collect()
+    let object = value.as_object().unwrap_or_else(|| panic!("{value} is no object"));
+    object.iter().map(|(k, v)| (k.parse().unwrap(), v.clone())).collect()
 }
 
 pub fn real(n: f64) -> Complex64 {
@@ -75,19 +63,9 @@ pub fn ridge(
     outside: Complex64,
 ) -> Layer {
     if centre == 0.0 {
-        layer(
-            thickness,
-            &[(half, inside), (1.0 - half, outside), (1.0, inside)],
-        )
+        layer(thickness, &[(half, inside), (1.0 - half, outside), (1.0, inside)])
     } else {
-        layer(
-            thickness,
-            &[
-                (centre - half, outside),
-                (centre + half, inside),
-                (1.0, outside),
-            ],
-        )
+        layer(thickness, &[(centre - half, outside), (centre + half, inside), (1.0, outside)])
     }
 }
 

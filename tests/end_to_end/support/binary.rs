@@ -20,11 +20,7 @@ pub fn batwing(at: &Path) -> Command {
 /// # Panics
 /// If it fails or prints no JSON.
 pub fn json(at: &Path, arguments: &[&str]) -> serde_json::Value {
-    let output = batwing(at)
-        .args(arguments)
-        .args(["--json", "--quiet"])
-        .output()
-        .expect("runs");
+    let output = batwing(at).args(arguments).args(["--json", "--quiet"]).output().expect("runs");
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {text}");
     serde_json::from_slice(&output.stdout).expect("JSON")

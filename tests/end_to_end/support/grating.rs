@@ -25,9 +25,8 @@ impl Answer {
     /// # Panics
     /// If there is no such object of numbers.
     pub fn orders(&self, key: &str) -> BTreeMap<i32, f64> {
-        let orders = self.json[key]
-            .as_object()
-            .unwrap_or_else(|| panic!("no {key} in {}", self.text));
+        let orders =
+            self.json[key].as_object().unwrap_or_else(|| panic!("no {key} in {}", self.text));
         orders
             .iter()
             .map(|(m, v)| (m.parse().expect("an order"), v.as_f64().expect("a number")))
@@ -39,9 +38,7 @@ impl Answer {
     /// # Panics
     /// If it is none.
     pub fn number(&self, key: &str) -> f64 {
-        self.json[key]
-            .as_f64()
-            .unwrap_or_else(|| panic!("no number {key} in {}", self.text))
+        self.json[key].as_f64().unwrap_or_else(|| panic!("no number {key} in {}", self.text))
     }
 }
 
@@ -52,19 +49,12 @@ impl Answer {
 pub fn grating(folder: &Path, case: &Value) -> Answer {
     let path = folder.join("case.json");
     std::fs::write(&path, case.to_string()).expect("a written case");
-    let output = batwing(folder)
-        .args(["grating", "case.json"])
-        .output()
-        .expect("it runs");
+    let output = batwing(folder).args(["grating", "case.json"]).output().expect("it runs");
     let (text, warnings) = (
         String::from_utf8(output.stdout).expect("UTF-8"),
         String::from_utf8(output.stderr).expect("UTF-8"),
     );
     assert!(output.status.success(), "{}: {warnings}", case["id"]);
     let json = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}"));
-    Answer {
-        text,
-        warnings,
-        json,
-    }
+    Answer { text, warnings, json }
 }

@@ -16,19 +16,10 @@ use super::binary::{PATH, batwing};
 use batwing_tests::bad_input::good;
 
 /// Figures that every model of a design of the paper has.
-pub const KEYS: [&str; 4] = [
-    "peak_angle_deg",
-    "centre_to_peak",
-    "uniformity",
-    "extraction_efficiency",
-];
+pub const KEYS: [&str; 4] =
+    ["peak_angle_deg", "centre_to_peak", "uniformity", "extraction_efficiency"];
 /// Models of a design with relief.
-pub const MODELS: [&str; 4] = [
-    "geometric_100um",
-    "geometric_10um",
-    "control_10um",
-    "hybrid_10um",
-];
+pub const MODELS: [&str; 4] = ["geometric_100um", "geometric_10um", "control_10um", "hybrid_10um"];
 
 /// Runs the design `text` of the given name in `folder`, results in its folder `out`: checked
 /// `results.json`, or what the binary said against it.
@@ -85,9 +76,7 @@ pub fn small() -> TempDir {
 /// If the run fails.
 pub fn run_small(folder: &Path, out: &str, flags: &[&str]) -> (String, String) {
     let mut command = batwing(folder);
-    command
-        .args(["run", "small.toml", "--paths", "30000", "--out", out])
-        .args(flags);
+    command.args(["run", "small.toml", "--paths", "30000", "--out", out]).args(flags);
     let output = command.output().expect("it runs");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
     let (stdout, stderr) = (text(output.stdout), text(output.stderr));
@@ -120,15 +109,7 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
         return Vec::new();
     };
     let paths = entries.map(|e| e.expect("an entry").path());
-    paths
-        .flat_map(|path| {
-            if path.is_dir() {
-                files(&path)
-            } else {
-                vec![path]
-            }
-        })
-        .collect()
+    paths.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
 /// When a file was last written.
@@ -136,9 +117,7 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
 /// # Panics
 /// If it is not there.
 pub fn changed(path: &Path) -> SystemTime {
-    std::fs::metadata(path)
-        .and_then(|m| m.modified())
-        .expect("a time")
+    std::fs::metadata(path).and_then(|m| m.modified()).expect("a time")
 }
 
 /// The results in `out`.
@@ -176,41 +155,21 @@ pub fn check_model(name: &str, model: &Value) {
         // The middle of the largest bin is the same whichever group is left out, unless two bins
         // are nearly as large.
         let may_be_exact = key == "peak_angle_deg";
-        assert!(
-            error > 0.0 || may_be_exact,
-            "{name}: {key} without an error"
-        );
-        let range = if key.ends_with("_deg") {
-            0.0..90.0
-        } else {
-            0.0..1.2
-        };
+        assert!(error > 0.0 || may_be_exact, "{name}: {key} without an error");
+        let range = if key.ends_with("_deg") { 0.0..90.0 } else { 0.0..1.2 };
         assert!(range.contains(&value), "{name}: {key} = {value}");
     }
     let ledger = model["power_ledger"].as_object().expect("a ledger");
     let value = |key: &str| estimate(&ledger[key]).0;
     let fates = ["escaped", "absorbed", "lost"];
-    let spent: f64 = ledger
-        .keys()
-        .filter(|k| fates.iter().any(|f| k.starts_with(f)))
-        .map(|k| value(k))
-        .sum();
+    let spent: f64 =
+        ledger.keys().filter(|k| fates.iter().any(|f| k.starts_with(f))).map(|k| value(k)).sum();
     assert!((value("emitted") - 1.0).abs() < 1e-12, "{name}");
-    assert!(
-        (spent - value("emitted")).abs() < 1e-9,
-        "{name}: {spent} of the power accounted for"
-    );
-    let lost: f64 = ledger
-        .keys()
-        .filter(|k| k.starts_with("lost"))
-        .map(|k| value(k))
-        .sum();
+    assert!((spent - value("emitted")).abs() < 1e-9, "{name}: {spent} of the power accounted for");
+    let lost: f64 = ledger.keys().filter(|k| k.starts_with("lost")).map(|k| value(k)).sum();
     assert!(lost < 1e-3, "{name}: {lost} lost");
     let extracted = value("out_of_domes") - value("back_into_domes");
-    assert!(
-        (extracted - estimate(&model["extraction_efficiency"]).0).abs() < 1e-9,
-        "{name}"
-    );
+    assert!((extracted - estimate(&model["extraction_efficiency"]).0).abs() < 1e-9, "{name}");
     if name.contains("hybrid") {
         for table in model["tables"].as_array().expect("tables") {
             for key in [
@@ -245,9 +204,7 @@ pub fn check_files(out: &Path, results: &Value) {
         .collect();
     let text = |value: &Value| value.as_str().expect("text").to_owned();
     let listed = results["files"].as_array().expect("files");
-    let listed = listed
-        .iter()
-        .map(|entry| (text(&entry["file"]), text(&entry["sha256"])));
+    let listed = listed.iter().map(|entry| (text(&entry["file"]), text(&entry["sha256"])));
     assert_eq!(listed.collect::<BTreeMap<_, _>>(), there);
 }
 
@@ -289,19 +246,14 @@ pub fn signalled(
             break;
         }
     }
-    let sent = Command::new("kill")
-        .args([signal, &child.id().to_string()])
-        .status()
-        .expect("kill runs");
+    let sent =
+        Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill runs");
     let output = child.wait_with_output().expect("it ends");
     assert!(
         waited && sent.success(),
         "{arguments:?} ended before it was ready, or was not in five minutes"
     );
-    (
-        output.status.code(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-    )
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
 /// Names of files that are not whole, or hidden.

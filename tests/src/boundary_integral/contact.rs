@@ -8,10 +8,7 @@ use super::trace::{Piece, Point, SAME};
 /// on.
 pub(super) fn crossing(corners: &[Point], period: f64) -> Option<Point> {
     let sides: Vec<Piece> = (0..corners.len())
-        .map(|i| Piece {
-            from: corners[i],
-            to: following(corners, period, i),
-        })
+        .map(|i| Piece { from: corners[i], to: following(corners, period, i) })
         .collect();
     let count = sides.len() as i32;
     for (i, a) in sides.iter().enumerate() {
@@ -25,10 +22,8 @@ pub(super) fn crossing(corners: &[Point], period: f64) -> Option<Point> {
                 // same.
                 let apart = j as i32 - i as i32 + lap * count;
                 let dx = f64::from(lap) * period;
-                let moved = Piece {
-                    from: [b.from[0] + dx, b.from[1]],
-                    to: [b.to[0] + dx, b.to[1]],
-                };
+                let moved =
+                    Piece { from: [b.from[0] + dx, b.from[1]], to: [b.to[0] + dx, b.to[1]] };
                 if apart.abs() > 1 && meet(a, &moved, SAME * period) {
                     return Some(moved.from);
                 }
@@ -55,14 +50,9 @@ fn meet(a: &Piece, b: &Piece, same: f64) -> bool {
     };
     let parted = |s: &Piece, t: &Piece| (across(t.from, s) > 0.0) != (across(t.to, s) > 0.0);
     (parted(a, b) && parted(b, a))
-        || [
-            distance(a.from, b),
-            distance(a.to, b),
-            distance(b.from, a),
-            distance(b.to, a),
-        ]
-        .iter()
-        .any(|&d| d <= same)
+        || [distance(a.from, b), distance(a.to, b), distance(b.from, a), distance(b.to, a)]
+            .iter()
+            .any(|&d| d <= same)
 }
 
 /// Whether a side runs back along the one before it.

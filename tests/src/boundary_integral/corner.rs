@@ -31,15 +31,11 @@ pub(super) fn missed(nodes: &Nodes) -> Vec<f64> {
                 .into_iter()
                 .map(|neighbour| {
                     let far = side as i32 + neighbour;
-                    let (other, image) = (
-                        far.rem_euclid(sides as i32) as usize,
-                        far.div_euclid(sides as i32),
-                    );
+                    let (other, image) =
+                        (far.rem_euclid(sides as i32) as usize, far.div_euclid(sides as i32));
                     let seen = angle(nodes, node, other, image) / TAU;
-                    let computed: f64 = of_side[other]
-                        .iter()
-                        .map(|s| step * layer(nodes, node, s, image))
-                        .sum();
+                    let computed: f64 =
+                        of_side[other].iter().map(|s| step * layer(nodes, node, s, image)).sum();
                     seen - computed
                 })
                 .sum()
@@ -86,11 +82,7 @@ mod tests {
         let nodes = Nodes::new(&outline, 1.41, Fineness::default()).expect("nodes");
         let missed = missed(&nodes);
         let from_end = |i: usize| {
-            let mates = nodes
-                .list
-                .iter()
-                .enumerate()
-                .filter(|n| n.1.side == nodes.list[i].side);
+            let mates = nodes.list.iter().enumerate().filter(|n| n.1.side == nodes.list[i].side);
             let (first, last) = mates.fold((usize::MAX, 0), |(f, l), (j, _)| (f.min(j), l.max(j)));
             (i - first).min(last - i)
         };

@@ -41,12 +41,7 @@ pub(super) fn layers(nodes: &Nodes, n: f64, alpha: f64, far: &Far) -> Layers {
     let step = TAU / count as f64;
     let splits = splits(count);
     let phases: Vec<(i32, Complex64)> = (1 - far.first..far.first)
-        .map(|image| {
-            (
-                image,
-                (Complex64::I * alpha * nodes.period * f64::from(image)).exp(),
-            )
-        })
+        .map(|image| (image, (Complex64::I * alpha * nodes.period * f64::from(image)).exp()))
         .collect();
     let column = |j: usize| -> Vec<[Complex64; 2]> {
         let source = &nodes.list[j];
@@ -74,11 +69,7 @@ pub(super) fn layers(nodes: &Nodes, n: f64, alpha: f64, far: &Far) -> Layers {
                     );
                     let (mut single, mut double) = (step * plain_single, step * plain_double);
                     if near {
-                        let Split {
-                            weight,
-                            log,
-                            window,
-                        } = &splits[split];
+                        let Split { weight, log, window } = &splits[split];
                         let excess = (weight - step * log) * window / (4.0 * PI);
                         single -= excess * j0;
                         double -= excess * n * j1 * level;
@@ -107,9 +98,8 @@ pub(super) fn layers(nodes: &Nodes, n: f64, alpha: f64, far: &Far) -> Layers {
 fn add_far(nodes: &Nodes, far: &Far, step: f64, single: &mut CMat, double: &mut CMat) {
     let (count, waves) = (nodes.list.len(), far.waves.len());
     let places: Vec<[f64; 2]> = nodes.list.iter().map(|n| nodes.place(n)).collect();
-    let reads: CMat = Mat::from_fn(count, 2 * waves, |i, q| {
-        far.reads(&far.waves[q / 2], places[i])[q % 2]
-    });
+    let reads: CMat =
+        Mat::from_fn(count, 2 * waves, |i, q| far.reads(&far.waves[q / 2], places[i])[q % 2]);
     let sends = |what: usize| -> CMat {
         Mat::from_fn(2 * waves, count, |q, j| {
             let node = &nodes.list[j];
@@ -118,14 +108,7 @@ fn add_far(nodes: &Nodes, far: &Far, step: f64, single: &mut CMat, double: &mut 
         })
     };
     let add = |into: &mut CMat, sends: MatRef<'_, Complex64>| {
-        matmul(
-            into.as_mut(),
-            Accum::Add,
-            reads.as_ref(),
-            sends,
-            Complex64::ONE,
-            Par::Seq,
-        );
+        matmul(into.as_mut(), Accum::Add, reads.as_ref(), sends, Complex64::ONE, Par::Seq);
     };
     add(single, sends(0).as_ref());
     add(double, sends(1).as_ref());
@@ -142,11 +125,7 @@ fn on_itself(n: f64, speed: f64, bend: f64, split: &Split, step: f64) -> [Comple
 /// that is.
 fn nearest(i: usize, j: usize, count: usize) -> (usize, i32) {
     let steps = i.abs_diff(j);
-    if 2 * steps <= count {
-        (steps, 0)
-    } else {
-        (count - steps, if i > j { 1 } else { -1 })
-    }
+    if 2 * steps <= count { (steps, 0) } else { (count - steps, if i > j { 1 } else { -1 }) }
 }
 
 fn splits(count: usize) -> Vec<Split> {

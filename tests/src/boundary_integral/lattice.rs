@@ -84,19 +84,10 @@ impl Far {
                 let side = |alpha: f64| {
                     common * (i * alpha * first * d).exp() / (1.0 - (i * (kappa + alpha) * d).exp())
                 };
-                Wave {
-                    t,
-                    kappa,
-                    right: side(alpha),
-                    left: side(-alpha),
-                }
+                Wave { t, kappa, right: side(alpha), left: side(-alpha) }
             })
             .collect();
-        Some(Self {
-            place,
-            first: plan.first,
-            waves,
-        })
+        Some(Self { place, first: plan.first, waves })
     }
 
     /// Factors of a wave at a point where the field is read, for the right and the left images.
@@ -116,10 +107,8 @@ impl Far {
         let i = Complex64::I;
         let across = -i * wave.t * (z - self.middle());
         let along = |length: f64| (i * wave.kappa * length + across).exp();
-        let (right, left) = (
-            wave.right * along(x - self.place.low[0]),
-            wave.left * along(self.place.high[0] - x),
-        );
+        let (right, left) =
+            (wave.right * along(x - self.place.low[0]), wave.left * along(self.place.high[0] - x));
         let slope = |sign: f64| i * (sign * wave.kappa * normal[0] - wave.t * normal[1]);
         [[right, left], [right * slope(1.0), left * slope(-1.0)]]
     }
@@ -161,10 +150,7 @@ impl Plan {
         if growth > 4.0 {
             return None;
         }
-        let clear = poles
-            .iter()
-            .map(|p| (p / turn).im)
-            .fold(f64::INFINITY, f64::min);
+        let clear = poles.iter().map(|p| (p / turn).im).fold(f64::INFINITY, f64::min);
         let step = [0.95, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1]
             .into_iter()
             .map(|share| {
@@ -174,12 +160,7 @@ impl Plan {
             })
             .fold(0.0, f64::max);
         let half = (end / step).ceil();
-        (half < 0.5 * MOST as f64).then_some(Self {
-            first,
-            tilt,
-            step,
-            half: half as usize,
-        })
+        (half < 0.5 * MOST as f64).then_some(Self { first, tilt, step, half: half as usize })
     }
 }
 
@@ -211,10 +192,7 @@ mod tests {
             })
             .sum();
         let products = far.waves.iter().map(|wave| {
-            let (reads, sends) = (
-                far.reads(wave, [x, z]),
-                far.sources(wave, source, [0.0, 1.0]),
-            );
+            let (reads, sends) = (far.reads(wave, [x, z]), far.sources(wave, source, [0.0, 1.0]));
             reads[0] * sends[0][0] + reads[1] * sends[0][1]
         });
         near + products.sum::<Complex64>()
@@ -234,11 +212,7 @@ mod tests {
         ] {
             let orders = orders(n, alpha, period);
             let poles: Vec<Complex64> = orders.iter().map(|o| o.1).collect();
-            let place = Place {
-                period,
-                low: [0.0, 0.0],
-                high: [period, depth],
-            };
+            let place = Place { period, low: [0.0, 0.0], high: [period, depth] };
             let far = Far::new(n, alpha, &poles, place).expect("no cut-off");
             for (at, source) in [
                 ([0.0, depth], [0.0, 0.0]),
@@ -268,11 +242,7 @@ mod tests {
 
     #[test]
     fn an_order_at_its_cut_off_is_not_solved() {
-        let place = Place {
-            period: 10.0,
-            low: [0.0; 2],
-            high: [10.0, 1.0],
-        };
+        let place = Place { period: 10.0, low: [0.0; 2], high: [10.0, 1.0] };
         assert!(Far::new(1.0, 0.2, &[Complex64::new(1e-7, 0.0)], place).is_none());
     }
 }

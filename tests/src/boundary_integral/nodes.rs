@@ -30,11 +30,7 @@ pub struct Fineness {
 
 impl Default for Fineness {
     fn default() -> Self {
-        Self {
-            per_wavelength: 6.0,
-            at_corners: 60,
-            grading: 8,
-        }
+        Self { per_wavelength: 6.0, at_corners: 60, grading: 8 }
     }
 }
 
@@ -51,15 +47,7 @@ impl Fineness {
 
     fn check(self) -> Result<(), IntegralError> {
         let range = |what, expected, got: f64, good| {
-            if good {
-                Ok(())
-            } else {
-                Err(IntegralError::Fineness {
-                    what,
-                    expected,
-                    got,
-                })
-            }
+            if good { Ok(()) } else { Err(IntegralError::Fineness { what, expected, got }) }
         };
         let (dense, corners, grading) = (self.per_wavelength, self.at_corners, self.grading);
         range(
@@ -68,18 +56,8 @@ impl Fineness {
             dense,
             dense > 4.0 && dense.is_finite(),
         )?;
-        range(
-            "nodes at corners",
-            "at least 10",
-            corners as f64,
-            corners >= 10,
-        )?;
-        range(
-            "the grading",
-            "2 to 12",
-            grading.into(),
-            (2..=12).contains(&grading),
-        )
+        range("nodes at corners", "at least 10", corners as f64, corners >= 10)?;
+        range("the grading", "2 to 12", grading.into(), (2..=12).contains(&grading))
     }
 }
 
@@ -152,11 +130,7 @@ impl Nodes {
                 }
             })
             .collect();
-        Self {
-            period,
-            origins: vec![[0.0; 2]],
-            list,
-        }
+        Self { period, origins: vec![[0.0; 2]], list }
     }
 
     fn graded(corners: &[[f64; 2]], period: f64, per_length: f64, fineness: Fineness) -> Self {
@@ -197,20 +171,13 @@ impl Nodes {
                 });
             }
         }
-        Self {
-            period,
-            origins: corners.to_vec(),
-            list,
-        }
+        Self { period, origins: corners.to_vec(), list }
     }
 
     /// Place of a node.
     pub(super) fn place(&self, node: &Node) -> [f64; 2] {
         let origin = self.origins[node.origin];
-        [
-            origin[0] + f64::from(node.lap) * self.period + node.offset[0],
-            origin[1] + node.offset[1],
-        ]
+        [origin[0] + f64::from(node.lap) * self.period + node.offset[0], origin[1] + node.offset[1]]
     }
 
     /// From node `b`, `image` periods on, to node `a`, without cancellation near corners.
@@ -228,10 +195,7 @@ impl Nodes {
         self.list.iter().map(|n| self.place(n)).fold(
             ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]),
             |(low, high), p| {
-                (
-                    [low[0].min(p[0]), low[1].min(p[1])],
-                    [high[0].max(p[0]), high[1].max(p[1])],
-                )
+                ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
             },
         )
     }
@@ -256,9 +220,7 @@ fn grade(t: f64, rest: f64, p: u32) -> (f64, f64, f64) {
 /// trigonometric polynomials f of degree below N/2 (N even), at nodes a step 2π/N apart.
 pub(super) fn logarithmic_weights(count: usize) -> Vec<f64> {
     let half = count / 2;
-    let cosines: Vec<f64> = (0..count)
-        .map(|i| (TAU * i as f64 / count as f64).cos())
-        .collect();
+    let cosines: Vec<f64> = (0..count).map(|i| (TAU * i as f64 / count as f64).cos()).collect();
     (0..count)
         .map(|j| {
             let sum: f64 = (1..half).map(|m| cosines[m * j % count] / m as f64).sum();
@@ -281,10 +243,7 @@ mod tests {
                 .map(|j| weights[j as usize] * (TAU * f64::from(m * j) / 24.0).cos())
                 .sum();
             let expected = if m == 0 { 0.0 } else { -TAU / f64::from(m) };
-            assert!(
-                (sum - expected).abs() < 1e-13,
-                "m = {m}: {sum} and {expected}"
-            );
+            assert!((sum - expected).abs() < 1e-13, "m = {m}: {sum} and {expected}");
         }
     }
 
@@ -296,21 +255,12 @@ mod tests {
         for (side, length) in [58_f64.sqrt(), 18_f64.sqrt()].into_iter().enumerate() {
             let of_side = nodes.list.iter().filter(|n| n.side == Some(side));
             let sum: f64 = of_side.map(|n| n.speed * step).sum();
-            assert!(
-                (sum - length).abs() < 1e-12,
-                "side {side}: {sum} and {length}"
-            );
+            assert!((sum - length).abs() < 1e-12, "side {side}: {sum} and {length}");
         }
         // The last node of the period and the first of the next lie around the corner at x = 10.
         let (first, last) = (&nodes.list[0], &nodes.list[nodes.list.len() - 1]);
         let [dx, dz] = nodes.difference(first, last, -1);
-        let (ex, ez) = (
-            first.offset[0] - last.offset[0],
-            first.offset[1] - last.offset[1],
-        );
-        assert!(
-            dx.hypot(dz) < 1e-12 && (dx - ex).hypot(dz - ez) == 0.0,
-            "{dx:e} {dz:e}"
-        );
+        let (ex, ez) = (first.offset[0] - last.offset[0], first.offset[1] - last.offset[1]);
+        assert!(dx.hypot(dz) < 1e-12 && (dx - ex).hypot(dz - ez) == 0.0, "{dx:e} {dz:e}");
     }
 }

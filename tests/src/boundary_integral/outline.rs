@@ -42,9 +42,7 @@ impl Outline {
     pub fn corners(period: f64, corners: &[[f64; 2]]) -> Result<Self, IntegralError> {
         positive("the period", period)?;
         if corners.is_empty() || corners.iter().flatten().any(|v| !v.is_finite()) {
-            return Err(outline(
-                "expected at least one corner and finite coordinates",
-            ));
+            return Err(outline("expected at least one corner and finite coordinates"));
         }
         let next = |i: usize| following(corners, period, i);
         if (0..corners.len()).any(|i| length(corners[i], next(i)) == 0.0) {
@@ -59,17 +57,12 @@ impl Outline {
             (into[0] * out_of[1] - into[1] * out_of[0]).abs() > STRAIGHT
                 || into[0] * out_of[0] + into[1] * out_of[1] < 0.0
         };
-        let kept: Vec<[f64; 2]> = (0..corners.len())
-            .filter(|&i| turns(i))
-            .map(|i| corners[i])
-            .collect();
+        let kept: Vec<[f64; 2]> =
+            (0..corners.len()).filter(|&i| turns(i)).map(|i| corners[i]).collect();
         if kept.is_empty() {
             return Self::fourier(period, Vec::new());
         }
-        Ok(Self {
-            period,
-            shape: Shape::Corners(kept),
-        })
+        Ok(Self { period, shape: Shape::Corners(kept) })
     }
 
     /// The smooth surface z(x) = Σ a_m cos(2πmx/period) + b_m sin(2πmx/period) from [a_m, b_m], m =
@@ -82,10 +75,7 @@ impl Outline {
         if coefficients.iter().flatten().any(|v| !v.is_finite()) {
             return Err(outline("expected finite coefficients"));
         }
-        Ok(Self {
-            period,
-            shape: Shape::Fourier(coefficients),
-        })
+        Ok(Self { period, shape: Shape::Fourier(coefficients) })
     }
 
     /// The surface between the half-spaces of index `n_top` and `n_bottom` that a relief of these
@@ -123,10 +113,7 @@ impl Outline {
             Shape::Corners(corners) => Shape::Corners(scale(corners)),
             Shape::Fourier(coefficients) => Shape::Fourier(scale(coefficients)),
         };
-        Self {
-            period: self.period * factor,
-            shape,
-        }
+        Self { period: self.period * factor, shape }
     }
 }
 
@@ -145,10 +132,7 @@ pub(super) fn height(coefficients: &[[f64; 2]], period: f64, x: f64) -> [f64; 3]
 
 /// The corner after corner `i`, in the next period after the last.
 pub(super) fn following(corners: &[[f64; 2]], period: f64, i: usize) -> [f64; 2] {
-    corners
-        .get(i + 1)
-        .copied()
-        .unwrap_or([corners[0][0] + period, corners[0][1]])
+    corners.get(i + 1).copied().unwrap_or([corners[0][0] + period, corners[0][1]])
 }
 
 /// Unit vector from `a` to `b`.
@@ -168,15 +152,9 @@ pub(super) fn same_medium(a: f64, b: f64) -> bool {
 }
 
 pub(super) fn positive(what: &'static str, got: f64) -> Result<(), IntegralError> {
-    if got.is_finite() && got > 0.0 {
-        Ok(())
-    } else {
-        Err(IntegralError::Positive { what, got })
-    }
+    if got.is_finite() && got > 0.0 { Ok(()) } else { Err(IntegralError::Positive { what, got }) }
 }
 
 pub(super) fn outline(problem: impl Into<String>) -> IntegralError {
-    IntegralError::Outline {
-        problem: problem.into(),
-    }
+    IntegralError::Outline { problem: problem.into() }
 }

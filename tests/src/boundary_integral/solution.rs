@@ -27,11 +27,7 @@ pub struct Solution {
 
 impl Solution {
     pub(super) fn new(orders: [Vec<Order>; 2], efficiencies: [Mat<f64>; 2], nodes: usize) -> Self {
-        Self {
-            orders,
-            efficiencies,
-            nodes,
-        }
+        Self { orders, efficiencies, nodes }
     }
 
     /// Orders that propagate in a half-space, ascending.
@@ -45,11 +41,7 @@ impl Solution {
     }
 
     fn position(&self, side: Side, order: i32) -> Option<usize> {
-        let before = if side == Side::Top {
-            0
-        } else {
-            self.orders[0].len()
-        };
+        let before = if side == Side::Top { 0 } else { self.orders[0].len() };
         let found = self.orders(side).iter().position(|o| o.order == order)?;
         Some(before + found)
     }
@@ -66,26 +58,17 @@ impl Solution {
 
     /// Share that leaves on one side, all orders together.
     pub fn total(&self, from: (Side, i32, Pol), to: Side) -> f64 {
-        self.orders(to)
-            .iter()
-            .map(|o| self.efficiency(from, (to, o.order)))
-            .sum()
+        self.orders(to).iter().map(|o| self.efficiency(from, (to, o.order))).sum()
     }
 
     /// Largest |R + T - 1| of any incident wave. Nothing in the equations enforces 0: it shows the
     /// error.
     pub fn worst_balance(&self) -> f64 {
         let residual = |matrix: &Mat<f64>, from: usize| {
-            ((0..matrix.nrows())
-                .map(|to| matrix[(to, from)])
-                .sum::<f64>()
-                - 1.0)
-                .abs()
+            ((0..matrix.nrows()).map(|to| matrix[(to, from)]).sum::<f64>() - 1.0).abs()
         };
         let each = |matrix: &Mat<f64>| {
-            (0..matrix.ncols())
-                .map(|from| residual(matrix, from))
-                .fold(0.0, f64::max)
+            (0..matrix.ncols()).map(|from| residual(matrix, from)).fold(0.0, f64::max)
         };
         self.efficiencies.iter().map(each).fold(0.0, f64::max)
     }
@@ -98,11 +81,7 @@ impl Solution {
                 .map(|at| (a[at] - b[at]).abs())
                 .fold(0.0, f64::max)
         };
-        self.efficiencies
-            .iter()
-            .zip(&other.efficiencies)
-            .map(|(a, b)| of(a, b))
-            .fold(0.0, f64::max)
+        self.efficiencies.iter().zip(&other.efficiencies).map(|(a, b)| of(a, b)).fold(0.0, f64::max)
     }
 }
 
@@ -117,10 +96,8 @@ pub(super) fn number(side: Side) -> usize {
 /// Orders and their kz up to a few beyond the last that propagates; `spacing` is λ/Λ.
 pub(super) fn all_orders(n: f64, kx0: f64, spacing: f64) -> Vec<(i32, Complex64)> {
     let reach = n + 3.0 * spacing;
-    let (first, last) = (
-        ((-reach - kx0) / spacing).floor() as i32,
-        ((reach - kx0) / spacing).ceil() as i32,
-    );
+    let (first, last) =
+        (((-reach - kx0) / spacing).floor() as i32, ((reach - kx0) / spacing).ceil() as i32);
     (first..=last)
         .map(|m| {
             let kx = kx0 + f64::from(m) * spacing;
@@ -133,10 +110,6 @@ pub(super) fn all_orders(n: f64, kx0: f64, spacing: f64) -> Vec<(i32, Complex64)
 pub(super) fn propagating(n: f64, kx0: f64, spacing: f64) -> Vec<Order> {
     let all = all_orders(n, kx0, spacing).into_iter();
     all.filter(|(_, kz)| kz.re > 0.0)
-        .map(|(order, kz)| Order {
-            order,
-            kx: kx0 + f64::from(order) * spacing,
-            kz: kz.re,
-        })
+        .map(|(order, kz)| Order { order, kx: kx0 + f64::from(order) * spacing, kz: kz.re })
         .collect()
 }

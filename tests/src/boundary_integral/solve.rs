@@ -52,11 +52,7 @@ impl Grating {
         if same_medium(n_top, n_bottom) {
             return Err(IntegralError::NoSurface { index: n_top });
         }
-        Ok(Self {
-            outline,
-            wavelength,
-            index: [n_top, n_bottom],
-        })
+        Ok(Self { outline, wavelength, index: [n_top, n_bottom] })
     }
 
     /// The surface that a relief of the two media makes, see [`Outline::of_relief`].
@@ -69,12 +65,7 @@ impl Grating {
         n_top: f64,
         n_bottom: f64,
     ) -> Result<Self, IntegralError> {
-        Self::new(
-            Outline::of_relief(relief, n_top, n_bottom)?,
-            wavelength,
-            n_top,
-            n_bottom,
-        )
+        Self::new(Outline::of_relief(relief, n_top, n_bottom)?, wavelength, n_top, n_bottom)
     }
 
     /// The surface.
@@ -128,17 +119,10 @@ impl Problem {
         let index = grating.index;
         let nodes = Nodes::new(&outline, index[0].max(index[1]), fineness)?;
         if nodes.list.len() > MOST_NODES {
-            return Err(IntegralError::TooLarge {
-                nodes: nodes.list.len(),
-                most: MOST_NODES,
-            });
+            return Err(IntegralError::TooLarge { nodes: nodes.list.len(), most: MOST_NODES });
         }
         let (low, high) = nodes.extent();
-        let place = Place {
-            period: outline.period(),
-            low,
-            high,
-        };
+        let place = Place { period: outline.period(), low, high };
         let far = |side: Side| {
             let n = index[number(side)];
             let all = all_orders(n, kx0, TAU / place.period);
@@ -146,23 +130,12 @@ impl Problem {
             Far::new(n, kx0, &poles, place).ok_or_else(|| {
                 let nearest = all.iter().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
                 let (order, kz) = nearest.map_or((0, 0.0), |o| (o.0, o.1.norm()));
-                IntegralError::CutOff {
-                    order,
-                    side,
-                    kz,
-                    most: MOST,
-                }
+                IntegralError::CutOff { order, side, kz, most: MOST }
             })
         };
         let far = [far(Side::Top)?, far(Side::Bottom)?];
         let orders = index.map(|n| propagating(n, kx0, TAU / place.period));
-        Ok(Self {
-            index,
-            kx0,
-            nodes,
-            orders,
-            far,
-        })
+        Ok(Self { index, kx0, nodes, orders, far })
     }
 
     fn solve(&self) -> Solution {
@@ -254,10 +227,7 @@ impl Problem {
         let channels: Vec<(usize, usize, f64)> = (0..2)
             .flat_map(|side| {
                 let per = if side == 0 { 1.0 } else { ratio };
-                self.orders[side]
-                    .iter()
-                    .enumerate()
-                    .map(move |(m, o)| (side, m, o.kz / per))
+                self.orders[side].iter().enumerate().map(move |(m, o)| (side, m, o.kz / per))
             })
             .collect();
         Mat::from_fn(channels.len(), channels.len(), |to, from| {

@@ -65,23 +65,14 @@ impl<'a> Media<'a> {
             if same_medium(got, top) || same_medium(got, bottom) {
                 Ok(())
             } else {
-                Err(IntegralError::ThirdMedium {
-                    what,
-                    got,
-                    top,
-                    bottom,
-                })
+                Err(IntegralError::ThirdMedium { what, got, top, bottom })
             }
         };
         one_of_both("the background".into(), relief.background())?;
         for (i, polygon) in relief.polygons().iter().enumerate() {
             one_of_both(format!("polygon {i}"), polygon.index)?;
         }
-        Ok(Self {
-            relief,
-            top,
-            bottom,
-        })
+        Ok(Self { relief, top, bottom })
     }
 
     /// Index at a point, the last polygon that holds it first.
@@ -95,10 +86,8 @@ impl<'a> Media<'a> {
         let period = self.relief.period();
         let holds = |points: &[Point]| {
             let (left, right) = extent(points);
-            let (first, last) = (
-                ((left - x) / period).ceil() as i32,
-                ((right - x) / period).floor() as i32,
-            );
+            let (first, last) =
+                (((left - x) / period).ceil() as i32, ((right - x) / period).floor() as i32);
             (first..=last).any(|lap| inside(points, [x + f64::from(lap) * period, z]))
         };
         let polygons = self.relief.polygons().iter().rev();
@@ -114,10 +103,7 @@ impl<'a> Media<'a> {
         let mut all = Vec::new();
         for lap in -2..3 {
             let x = f64::from(lap) * period;
-            all.extend([0.0, depth].map(|z| Piece {
-                from: [x, z],
-                to: [x + period, z],
-            }));
+            all.extend([0.0, depth].map(|z| Piece { from: [x, z], to: [x + period, z] }));
         }
         for polygon in self.relief.polygons() {
             let points = &polygon.points;
@@ -126,10 +112,10 @@ impl<'a> Media<'a> {
             let last = ((3.0 * period - left) / period).floor() as i32;
             for lap in first..=last {
                 let moved = |i: usize| [points[i][0] + f64::from(lap) * period, points[i][1]];
-                all.extend((0..points.len()).map(|i| Piece {
-                    from: moved(i),
-                    to: moved((i + 1) % points.len()),
-                }));
+                all.extend(
+                    (0..points.len())
+                        .map(|i| Piece { from: moved(i), to: moved((i + 1) % points.len()) }),
+                );
             }
         }
         all
@@ -139,10 +125,7 @@ impl<'a> Media<'a> {
     /// the surface; `None` if its middle is not in the first period or both sides are the same.
     fn oriented(&self, piece: Piece) -> Option<Piece> {
         let period = self.relief.period();
-        let middle = [
-            0.5 * (piece.from[0] + piece.to[0]),
-            0.5 * (piece.from[1] + piece.to[1]),
-        ];
+        let middle = [0.5 * (piece.from[0] + piece.to[0]), 0.5 * (piece.from[1] + piece.to[1])];
         // Half open, and moved off the planes' ends so that rounding cannot take both or none.
         let place = (middle[0] / period + SAME).floor();
         if place != 0.0 {
@@ -154,15 +137,9 @@ impl<'a> Media<'a> {
             self.at([middle[0] - reach * tz, middle[1] + reach * tx])
         };
         let (ahead, behind) = (beside(1.0), beside(-1.0));
-        match (
-            same_medium(ahead, self.bottom),
-            same_medium(behind, self.bottom),
-        ) {
+        match (same_medium(ahead, self.bottom), same_medium(behind, self.bottom)) {
             (true, false) => Some(piece),
-            (false, true) => Some(Piece {
-                from: piece.to,
-                to: piece.from,
-            }),
+            (false, true) => Some(Piece { from: piece.to, to: piece.from }),
             _ => None,
         }
     }
@@ -177,11 +154,7 @@ fn real(what: String, got: Complex64) -> Result<f64, IntegralError> {
 }
 
 fn extent(points: &[Point]) -> (f64, f64) {
-    points
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, r), p| {
-            (l.min(p[0]), r.max(p[0]))
-        })
+    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, r), p| (l.min(p[0]), r.max(p[0])))
 }
 
 /// Whether a ray from the point towards +x meets the outline an odd number of times.
@@ -228,10 +201,7 @@ fn cut(side: Piece, others: &[Piece], same: f64) -> Vec<Piece> {
     places
         .windows(2)
         .filter(|w| w[1] - w[0] > same)
-        .map(|w| Piece {
-            from: at(w[0]),
-            to: at(w[1]),
-        })
+        .map(|w| Piece { from: at(w[0]), to: at(w[1]) })
         .collect()
 }
 
@@ -264,10 +234,7 @@ fn join(pieces: &[Piece], period: f64) -> Result<Vec<Point>, IntegralError> {
             let lap = |p: Point| ((end[0] - p[0]) / period).round();
             let mut next = (0..pieces.len()).filter(|&i| {
                 near(
-                    [
-                        pieces[i].from[0] + lap(pieces[i].from) * period,
-                        pieces[i].from[1],
-                    ],
+                    [pieces[i].from[0] + lap(pieces[i].from) * period, pieces[i].from[1]],
                     end,
                     same,
                 )

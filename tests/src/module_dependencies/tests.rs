@@ -18,10 +18,7 @@ fn floors_are_read_from_their_block() {
     let text = "# Floors\n```floors a\none two\n\nthree\n```\n```floors b\nfour\n```\n";
     assert_eq!(
         floors(text, "a"),
-        Some(vec![
-            vec!["one".to_owned(), "two".into()],
-            vec!["three".into()]
-        ])
+        Some(vec![vec!["one".to_owned(), "two".into()], vec!["three".into()]])
     );
     assert_eq!(floors(text, "b"), Some(vec![vec!["four".to_owned()]]));
     assert_eq!(floors(text, "c"), None);
@@ -48,11 +45,8 @@ fn arrows_upwards_and_sideways_are_found() {
 
 #[test]
 fn the_list_and_the_modules_agree() {
-    let files = [
-        ("lib.rs", "mod a;\nmod b;\n#[cfg(test)]\nmod testing;"),
-        ("a.rs", ""),
-        ("b/mod.rs", ""),
-    ];
+    let files =
+        [("lib.rs", "mod a;\nmod b;\n#[cfg(test)]\nmod testing;"), ("a.rs", ""), ("b/mod.rs", "")];
     assert_eq!(
         wrong(&files, "a\nc\na"),
         [
@@ -85,10 +79,7 @@ fn cycles_are_found_at_any_depth_and_descendants_are_free() {
 #[test]
 fn re_exports_and_imported_names_are_followed() {
     let files = [
-        (
-            "lib.rs",
-            "mod low;\nmod high;\npub use high::High as Top;\npub use high::more::*;",
-        ),
+        ("lib.rs", "mod low;\nmod high;\npub use high::High as Top;\npub use high::more::*;"),
         ("high.rs", "pub mod more; pub struct High;"),
         ("high/more.rs", "pub struct More;"),
         (
@@ -127,8 +118,5 @@ fn tests_and_comments_are_left_out() {
         ),
         ("b.rs", ""),
     ];
-    assert_eq!(
-        wrong(&files, "b\na"),
-        ["src/a.rs:14: a -> b: upwards, a stands below b"]
-    );
+    assert_eq!(wrong(&files, "b\na"), ["src/a.rs:14: a -> b: upwards, a stands below b"]);
 }

@@ -108,10 +108,9 @@ pub fn fan(count: usize, colour: impl Fn(usize) -> f32) -> Vec<Ray> {
 /// # Panics
 /// If they do not.
 pub fn agree(what: &str, a: &Observation, b: &Observation) {
-    for (part, a, b) in [
-        ("far field", &a.far_field, &b.far_field),
-        ("ledger", &a.powers, &b.powers),
-    ] {
+    for (part, a, b) in
+        [("far field", &a.far_field, &b.far_field), ("ledger", &a.powers, &b.powers)]
+    {
         statistics::agree(&format!("{what}, {part}"), a, b, 2e-5);
     }
 }
@@ -122,10 +121,8 @@ pub fn agree(what: &str, a: &Observation, b: &Observation) {
 /// If it cannot be written.
 pub fn write_two_tables(path: &Path) -> Vec<Ray> {
     let rays = fan(1000, |k| if k % 4 == 0 { 2.0 } else { 1.0 });
-    let tables = Says::Tables(vec![
-        vec![[440.0, 1.0], [460.0, 3.0]],
-        vec![[620.0, 1.0], [640.0, 1.0]],
-    ]);
+    let tables =
+        Says::Tables(vec![vec![[440.0, 1.0], [460.0, 3.0]], vec![[620.0, 1.0], [640.0, 1.0]]]);
     write(path, &tables, true, &rays);
     rays
 }

@@ -51,10 +51,8 @@ fn gather(waves: &[Wave], side: Side, how: Gathered) -> BTreeMap<(i64, usize), L
             Gathered::Ranges(width) => ((wave.angle_deg / width).floor() as i64, 0),
             Gathered::Diffuse => (0, 0),
         };
-        let light = all.entry(range).or_insert_with(|| Light {
-            weight: 0.0,
-            transmitted: vec![0.0; BINS],
-        });
+        let light =
+            all.entry(range).or_insert_with(|| Light { weight: 0.0, transmitted: vec![0.0; BINS] });
         light.weight += wave.weight;
         for (sum, share) in light.transmitted.iter_mut().zip(&wave.transmitted) {
             *sum += wave.weight * share;
@@ -70,11 +68,7 @@ fn gather(waves: &[Wave], side: Side, how: Gathered) -> BTreeMap<(i64, usize), L
 
 fn mean_direction(transmitted: &[f64]) -> f64 {
     let middle = |bin: usize| (bin as f64 + 0.5) * BIN_DEG - 90.0;
-    let moment: f64 = transmitted
-        .iter()
-        .enumerate()
-        .map(|(bin, share)| middle(bin) * share)
-        .sum();
+    let moment: f64 = transmitted.iter().enumerate().map(|(bin, share)| middle(bin) * share).sum();
     moment / transmitted.iter().sum::<f64>()
 }
 
@@ -90,12 +84,8 @@ pub fn effect(first: &[Wave], second: &[Wave], side: Side, how: Gathered) -> Eff
     for (x, y) in a.values().zip(b.values()) {
         let passes = [x, y].map(|l| l.transmitted.iter().sum::<f64>());
         let difference = (passes[1] - passes[0]).abs();
-        let moved: f64 = x
-            .transmitted
-            .iter()
-            .zip(&y.transmitted)
-            .map(|(x, y)| 0.5 * (x - y).abs())
-            .sum();
+        let moved: f64 =
+            x.transmitted.iter().zip(&y.transmitted).map(|(x, y)| 0.5 * (x - y).abs()).sum();
         weight += x.weight;
         effect.passes[0] += x.weight * passes[0];
         effect.passes[1] += x.weight * passes[1];

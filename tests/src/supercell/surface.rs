@@ -61,16 +61,9 @@ impl Ring {
     pub fn of(file: &str, number: usize) -> Result<Self> {
         let design = design(file);
         let rings = design.hybrid_rings();
-        ensure!(
-            (1..=rings.shapes.len()).contains(&number),
-            "{file} has no ring {number}"
-        );
+        ensure!((1..=rings.shapes.len()).contains(&number), "{file} has no ring {number}");
         let dome = *design.sphere().context("a design with a dome")?;
-        Ok(Self {
-            dome,
-            rings,
-            number,
-        })
+        Ok(Self { dome, rings, number })
     }
 
     fn chord(&self) -> Chord {
@@ -105,10 +98,7 @@ impl Ring {
             let (r, z) = (p[0] - chord.inner[0], p[1] - chord.inner[1]);
             [1e3 * (r * cos - z * sin), 1e3 * (r * sin + z * cos)]
         };
-        Ok(std::iter::once(first)
-            .chain(pieces().map(|p| p.end))
-            .map(seen)
-            .collect())
+        Ok(std::iter::once(first).chain(pieces().map(|p| p.end)).map(seen).collect())
     }
 
     /// `teeth` chords of this ring's length with this ring in the middle.
@@ -116,10 +106,7 @@ impl Ring {
     /// # Errors
     /// Rings that the design does not have, outlines that the solver refuses.
     pub fn supercell(&self, teeth: usize, neighbours: Neighbours) -> Result<Surface> {
-        ensure!(
-            !teeth.is_multiple_of(2),
-            "an odd number of teeth, got {teeth}"
-        );
+        ensure!(!teeth.is_multiple_of(2), "an odd number of teeth, got {teeth}");
         let by = teeth / 2;
         ensure!(
             neighbours == Neighbours::Same
@@ -143,10 +130,7 @@ impl Ring {
                         Neighbours::Same => self.number,
                         _ => self.number + place - by,
                     };
-                    let ring = Self {
-                        number,
-                        ..self.clone()
-                    };
+                    let ring = Self { number, ..self.clone() };
                     let end = points.pop().unwrap_or([0.0, 0.0]);
                     points.extend(ring.outline().iter().map(|p| [p[0] + end[0], p[1]]));
                 }
@@ -162,11 +146,8 @@ impl Ring {
     /// # Errors
     /// Outlines that the solver refuses.
     pub fn grating(&self, supercell: &Surface) -> Result<Surface> {
-        let points: Vec<[f64; 2]> = self
-            .outline()
-            .iter()
-            .map(|p| [p[0], p[1] + supercell.level_um])
-            .collect();
+        let points: Vec<[f64; 2]> =
+            self.outline().iter().map(|p| [p[0], p[1] + supercell.level_um]).collect();
         Ok(Surface {
             relief: relief(points, self.period_um(), supercell.relief.depth())?,
             teeth: 1,
@@ -192,9 +173,7 @@ impl Ring {
             let near = |a: &&[f64; 2], b: &&[f64; 2]| {
                 (a[0] - x).abs().total_cmp(&(b[0] - x).abs()).is_le()
             };
-            points
-                .iter()
-                .reduce(|a, b| if near(&a, &b) { a } else { b })
+            points.iter().reduce(|a, b| if near(&a, &b) { a } else { b })
         };
         let level = [before, before + self.period_um()]
             .into_iter()
@@ -220,10 +199,7 @@ impl Ring {
 fn relief(mut outline: Vec<[f64; 2]>, period: f64, depth: f64) -> Result<Relief> {
     let silicone = Complex64::new(SILICONE, 0.0);
     outline.extend([[period, 0.0], [0.0, 0.0]]);
-    let polygon = Polygon {
-        index: silicone,
-        points: outline,
-    };
+    let polygon = Polygon { index: silicone, points: outline };
     Ok(Relief::new(period, depth, Complex64::ONE, vec![polygon])?)
 }
 
@@ -236,10 +212,7 @@ impl Surface {
     pub fn stack(&self, plan: &SlicePlan) -> Result<Stack> {
         let layers = plan
             .slices()
-            .map(|(z, thickness)| Layer {
-                thickness,
-                segments: self.relief.layer_at(z),
-            })
+            .map(|(z, thickness)| Layer { thickness, segments: self.relief.layer_at(z) })
             .collect();
         stack(self.relief.period(), layers)
     }
@@ -261,11 +234,5 @@ impl Surface {
 
 fn stack(period: f64, layers: Vec<Layer>) -> Result<Stack> {
     let silicone = Complex64::new(SILICONE, 0.0);
-    Ok(Stack::new(
-        WAVELENGTH_UM,
-        period,
-        silicone,
-        Complex64::ONE,
-        layers,
-    )?)
+    Ok(Stack::new(WAVELENGTH_UM, period, silicone, Complex64::ONE, layers)?)
 }

@@ -135,23 +135,11 @@ fn read(
 /// # Errors
 /// Those of the solver.
 pub fn supercell(stack: &Stack, teeth: usize, highest: usize, lines: &Lines) -> Result<Vec<Wave>> {
-    ensure!(
-        !teeth.is_multiple_of(2),
-        "an odd number of teeth, got {teeth}"
-    );
+    ensure!(!teeth.is_multiple_of(2), "an odd number of teeth, got {teeth}");
     let truncation = Truncation::new(teeth * highest + teeth / 2)?;
-    let solved = solve_symmetric_line(
-        stack,
-        SymmetricBloch::Centre,
-        &lines.ky,
-        truncation,
-        &no_progress,
-    )?;
-    let numbering = Numbering {
-        first: 0,
-        step: 1,
-        spacing: 1.0 / stack.period_per_wavelength(),
-    };
+    let solved =
+        solve_symmetric_line(stack, SymmetricBloch::Centre, &lines.ky, truncation, &no_progress)?;
+    let numbering = Numbering { first: 0, step: 1, spacing: 1.0 / stack.period_per_wavelength() };
     let mut waves = Vec::new();
     read(stack, &solved, lines, &numbering, &mut waves);
     waves.sort_by_key(Wave::place);
@@ -175,11 +163,7 @@ pub fn grating(stack: &Stack, teeth: usize, highest: usize, lines: &Lines) -> Re
             let kx0 = f64::from(first) * spacing;
             solve_line(stack, kx0, &lines.ky, truncation, &no_progress)?
         };
-        let numbering = Numbering {
-            first,
-            step: teeth as i32,
-            spacing,
-        };
+        let numbering = Numbering { first, step: teeth as i32, spacing };
         read(stack, &solved, lines, &numbering, &mut waves);
     }
     waves.sort_by_key(Wave::place);
@@ -198,12 +182,7 @@ pub fn of_one_tooth(with_plane: &[Wave], plane: &[Wave], teeth: usize) -> Vec<Wa
     let of = |x: f64, y: f64| teeth * x - (teeth - 1.0) * y;
     let wave = |(x, y): (&Wave, &Wave)| Wave {
         reflected: of(x.reflected, y.reflected),
-        transmitted: x
-            .transmitted
-            .iter()
-            .zip(&y.transmitted)
-            .map(|(&x, &y)| of(x, y))
-            .collect(),
+        transmitted: x.transmitted.iter().zip(&y.transmitted).map(|(&x, &y)| of(x, y)).collect(),
         ..x.clone()
     };
     with_plane.iter().zip(plane).map(wave).collect()

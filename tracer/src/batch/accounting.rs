@@ -86,9 +86,7 @@ impl BatchTracer<'_> {
 
     /// Shows an interaction to the receivers and notes it in the past of the path.
     fn observe(&self, batch: &mut PathBatch, lane: usize, left: bool, tally: &mut Tally<'_>) {
-        let line = self.primitives[batch.lanes.primitive[lane] as usize]
-            .patch
-            .line;
+        let line = self.primitives[batch.lanes.primitive[lane] as usize].patch.line;
         let from = batch.lanes.side(lane);
         let crossed = (batch.lanes.inside[lane] > 0.0) != (batch.came_inside[lane] > 0.0);
         let through = left || crossed;
@@ -226,10 +224,7 @@ impl BatchTracer<'_> {
             return None;
         }
         let start = point + normal * (event.side.sign() * self.geometry.offset);
-        let ray = Ray {
-            origin: start,
-            direction: event.direction,
-        };
+        let ray = Ray { origin: start, direction: event.direction };
         lanes.put(lane, &ray);
         Some(event.side == side)
     }
@@ -274,9 +269,6 @@ impl PathBatch {
     /// What filters know of a path.
     #[inline]
     pub(super) fn past(&self, lane: usize) -> PathHistory {
-        PathHistory {
-            bounces: self.lanes.bounces[lane] as u32,
-            ..self.history[lane]
-        }
+        PathHistory { bounces: self.lanes.bounces[lane] as u32, ..self.history[lane] }
     }
 }

@@ -33,10 +33,7 @@ impl Clearance {
     /// That of packages of which nothing lies below `level` in their own frame, which all stand
     /// at one height, and on or above whatever is not beside them.
     pub fn of(scene: &Scene, level: f64) -> Self {
-        const NONE: Clearance = Clearance {
-            gap: 0.0,
-            top: f64::INFINITY,
-        };
+        const NONE: Clearance = Clearance { gap: 0.0, top: f64::INFINITY };
         let list = &scene.instances.list;
         let Some(first) = list.first() else {
             return NONE;
@@ -48,12 +45,7 @@ impl Clearance {
             return NONE;
         }
         // Bodies of revolution about upright axes.
-        let radius = body
-            .bounds
-            .high
-            .max(-body.bounds.low)
-            .truncate()
-            .max_element();
+        let radius = body.bounds.high.max(-body.bounds.low).truncate().max_element();
         let mut gap = if scene.keeps_to(Some(0)).is_some() {
             f64::INFINITY
         } else {
@@ -75,23 +67,14 @@ impl Clearance {
         }
         // What is rounded away here is far less than a billionth.
         let gap = gap * (1.0 - 1e-9);
-        if gap > 0.0 {
-            Self {
-                gap,
-                top: top - first.position.z,
-            }
-        } else {
-            NONE
-        }
+        if gap > 0.0 { Self { gap, top: top - first.position.z } } else { NONE }
     }
 }
 
 /// Least distance of two of the points, infinite of less than two.
 fn nearest(mut points: Vec<DVec2>) -> f64 {
     let low = points.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
-    let high = points
-        .iter()
-        .fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
+    let high = points.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
     // Swept along the longer side.
     if high.y - low.y > high.x - low.x {
         for point in &mut points {
@@ -120,9 +103,8 @@ mod tests {
         assert!(nearest(vec![DVec2::ZERO]).is_infinite());
         // A grid of 7 by 40 whose columns lean, and one point off it.
         let grid = (0..280).map(|k| (f64::from(k % 7), f64::from(k / 7)));
-        let mut points: Vec<DVec2> = grid
-            .map(|(x, y)| DVec2::new(3.0 * x + 0.1 * y, 2.0 * y))
-            .collect();
+        let mut points: Vec<DVec2> =
+            grid.map(|(x, y)| DVec2::new(3.0 * x + 0.1 * y, 2.0 * y)).collect();
         let pairs = |points: &[DVec2]| {
             let each = points.iter().enumerate();
             each.flat_map(|(k, a)| points[k + 1..].iter().map(|b| a.distance(*b)))

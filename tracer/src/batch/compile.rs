@@ -23,15 +23,7 @@ impl<'a> Primitive<'a> {
             _ if table.is_some() => (mode::ORDERS, 1.0),
             _ => (mode::OTHER, 1.0),
         };
-        Self {
-            surface,
-            patch,
-            number,
-            mode,
-            reflectance,
-            table,
-            line,
-        }
+        Self { surface, patch, number, mode, reflectance, table, line }
     }
 
     /// Samples its table by itself, without the batch of tables.
@@ -77,12 +69,7 @@ impl<'a> PackageSurfaces<'a> {
             }
         }
         (!dome.is_empty()).then_some(())?;
-        Some(Self {
-            dome,
-            bottom: bottom?,
-            side,
-            solid,
-        })
+        Some(Self { dome, bottom: bottom?, side, solid })
     }
 }
 
@@ -101,11 +88,7 @@ fn empty(offset: f64, [inner, outer]: [f64; 2]) -> PackageGeometry {
         centre: 0.0,
         radius: 1.0,
         zone: [f64::INFINITY, f64::NEG_INFINITY],
-        shell: Shell {
-            centre_z: 0.0,
-            inner: 0.0,
-            outer: 0.0,
-        },
+        shell: Shell { centre_z: 0.0, inner: 0.0, outer: 0.0 },
         side_radius: 0.0,
         dome_mode: 0.0,
         flat_mode: [mode::NOTHING; 9],
@@ -148,11 +131,8 @@ fn dome<'a>(
                     primitives.push(Primitive::new(surface, number, frustum.line()));
                 }
                 let dome = StaircaseTable::new(relief).map_or(Dome::Relief(relief), Dome::Stairs);
-                let leaves = if relief.opening() {
-                    LeavesPackage::Opening
-                } else {
-                    LeavesPackage::Unknown
-                };
+                let leaves =
+                    if relief.opening() { LeavesPackage::Opening } else { LeavesPackage::Unknown };
                 return Some((dome, leaves));
             }
             _ => {}
@@ -200,9 +180,8 @@ impl<'a> BatchTracer<'a> {
         let (dome, leaves_package) = dome(&members, &mut geometry, &mut primitives)?;
         let tables = set_orders(&mut geometry, &mut primitives);
         geometry.dome_mode = primitives[0].mode;
-        let varied = primitives
-            .iter()
-            .any(|primitive| (primitive.mode - primitives[0].mode).abs() > 0.0);
+        let varied =
+            primitives.iter().any(|primitive| (primitive.mode - primitives[0].mode).abs() > 0.0);
         let bottom = primitives.len();
         let (level, rim) = frustum_of(members.bottom)?.disc_facing_up()?;
         (geometry.level, geometry.rim2) = (level, rim * rim);
@@ -251,11 +230,7 @@ fn set_orders<'a>(
     primitives: &mut [Primitive<'a>],
 ) -> Option<OrderTableBatch<'a>> {
     let indices = |table: &OrderTable| Side::BOTH.map(|side| table.grid().index(side));
-    let all: Vec<[f64; 2]> = primitives
-        .iter()
-        .filter_map(|p| p.table)
-        .map(indices)
-        .collect();
+    let all: Vec<[f64; 2]> = primitives.iter().filter_map(|p| p.table).map(indices).collect();
     geometry.orders = *all.first()?;
     let mut pairs = all.iter().flatten().zip(geometry.orders.iter().cycle());
     let tables = pairs

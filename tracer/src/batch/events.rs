@@ -97,13 +97,7 @@ impl WithSimd for Classify<'_> {
     fn with_simd<S: Simd>(self, _simd: S) -> Events {
         let (most, exit, lanes) = (self.geometry.most, self.exit, self.lanes);
         let [flats, faces] = self.primitives;
-        let mut events = Events {
-            met: 0,
-            left: 0,
-            gone: 0,
-            mirrored: 0,
-            other: 0,
-        };
+        let mut events = Events { met: 0, left: 0, gone: 0, mirrored: 0, other: 0 };
         for lane in 0..LANES {
             let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
             let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
@@ -127,11 +121,7 @@ impl WithSimd for Classify<'_> {
             let on_flat = code + if code >= flat::FACE { faces } else { flats };
             let on_dome = lanes.on_dome[lane] > 0.0;
             let primitive = whole(on_flat);
-            lanes.primitive[lane] = if on_dome {
-                lanes.dome_primitive[lane]
-            } else {
-                primitive
-            };
+            lanes.primitive[lane] = if on_dome { lanes.dome_primitive[lane] } else { primitive };
         }
         events
     }

@@ -231,11 +231,7 @@ impl PackageGeometry {
             let cz = o[2] - self.centre;
             let (nearest, half2) = chord([o[0], o[1], cz], d, self.radius);
             let half = positive(half2).sqrt();
-            let t = if inside {
-                nearest + half
-            } else {
-                nearest - half
-            };
+            let t = if inside { nearest + half } else { nearest - half };
             let z = o[2] + t * d[2];
             let met = (half2 >= 0.0)
                 & (t > from)
@@ -273,29 +269,13 @@ impl PackageGeometry {
         let mut level =
             k + pick(is(flat::BOTTOM), self.level) + pick(is(flat::SIDE), self.side_radius);
         for axis in 0..3 {
-            level = if face(2 * axis) {
-                -self.low[axis]
-            } else {
-                level
-            };
-            level = if face(2 * axis + 1) {
-                self.high[axis]
-            } else {
-                level
-            };
+            level = if face(2 * axis) { -self.low[axis] } else { level };
+            level = if face(2 * axis + 1) { self.high[axis] } else { level };
         }
         lanes.k[lane] = level;
-        let mut mode = if on_dome {
-            self.dome_mode
-        } else {
-            mode::NOTHING
-        };
+        let mut mode = if on_dome { self.dome_mode } else { mode::NOTHING };
         for number in 1..9 {
-            mode = if is(number as f64) {
-                self.flat_mode[number]
-            } else {
-                mode
-            };
+            mode = if is(number as f64) { self.flat_mode[number] } else { mode };
         }
         lanes.mode[lane] = mode;
         lanes.distance[lane] = if met { distance } else { 0.0 };
@@ -314,11 +294,7 @@ impl PackageGeometry {
         let b = [lanes.across[0][lane], lanes.across[1][lane]];
         let t = [b[1] * n[2], -b[0] * n[2], b[0] * n[1] - b[1] * n[0]];
         let inside = lanes.inside[lane] > 0.0;
-        let index = if inside {
-            self.orders[0]
-        } else {
-            self.orders[1]
-        };
+        let index = if inside { self.orders[0] } else { self.orders[1] };
         lanes.wave[0][lane] = index * (d[0] * t[0] + d[1] * t[1] + d[2] * t[2]);
         lanes.wave[1][lane] = index * (d[0] * b[0] + d[1] * b[1]);
         for (all, value) in lanes.along.iter_mut().zip(t) {
@@ -349,18 +325,10 @@ impl PackageGeometry {
         let (qx, qy, qz) = (px - nx * off, py - ny * off, pz - nz * off);
         let (n, p) = if ROUND {
             let per_radius = 1.0 / self.radius;
-            let v = [
-                px * per_radius,
-                py * per_radius,
-                (pz - self.centre) * per_radius,
-            ];
+            let v = [px * per_radius, py * per_radius, (pz - self.centre) * per_radius];
             let unit = 1.5 - 0.5 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
             let [vx, vy, vz] = v.map(|v| v * unit);
-            let round = [
-                vx * self.radius,
-                vy * self.radius,
-                vz * self.radius + self.centre,
-            ];
+            let round = [vx * self.radius, vy * self.radius, vz * self.radius + self.centre];
             let ball = lanes.ball[lane] > 0.0;
             (
                 [
@@ -401,11 +369,7 @@ impl PackageGeometry {
         let f = n.map(|n| n * facing);
 
         // Fresnel for unpolarised light.
-        let (n1, n2) = if inside {
-            (self.inner, self.outer)
-        } else {
-            (self.outer, self.inner)
-        };
+        let (n1, n2) = if inside { (self.inner, self.outer) } else { (self.outer, self.inner) };
         let cos_i = -(d[0] * f[0] + d[1] * f[1] + d[2] * f[2]);
         let fresnel = Fresnel::new(cos_i, n1, n2);
         let interface = mode == mode::INTERFACE;
@@ -465,11 +429,7 @@ impl PackageGeometry {
     fn diffract(&self, lanes: &mut Lanes, lane: usize) {
         let to = lanes.to[lane];
         let drawn = to != 0.0;
-        let index = if to < 0.0 {
-            self.orders[0]
-        } else {
-            self.orders[1]
-        };
+        let index = if to < 0.0 { self.orders[0] } else { self.orders[1] };
         let (kx, ky) = (lanes.wave[0][lane], lanes.wave[1][lane]);
         let kz = positive(index * index - kx * kx - ky * ky).sqrt() * to;
         let per_index = 1.0 / index;

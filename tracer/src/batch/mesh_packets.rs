@@ -147,10 +147,8 @@ impl MeshPackets {
             if !keep_going() {
                 return None;
             }
-            let mut paths: Vec<PathWithStream> = numbers
-                .iter()
-                .map(|word| active[(word % TOGETHER) as usize])
-                .collect();
+            let mut paths: Vec<PathWithStream> =
+                numbers.iter().map(|word| active[(word % TOGETHER) as usize]).collect();
             let ahead = look_ahead(scene, &paths, room);
             for (number, (path, stream)) in paths.iter_mut().enumerate() {
                 let Some(ahead) = &ahead else {
@@ -277,25 +275,13 @@ impl Outline {
     fn of(body: &Body) -> Self {
         let centre = body.bounds.middle();
         let radius = 0.5 * body.bounds.size().length();
-        let reach = Reach {
-            from: 0.0,
-            to: radius,
-        };
+        let reach = Reach { from: 0.0, to: radius };
         let mut reaches = Box::new([radius; 8 * CELLS * CELLS]);
         for (cell, to) in reaches.iter_mut().enumerate().take(6 * CELLS * CELLS) {
-            let ray = Ray {
-                origin: centre,
-                direction: middle(cell),
-            };
-            *to = body
-                .first_seen(&ray, reach)
-                .map_or(radius, |met| met.distance);
+            let ray = Ray { origin: centre, direction: middle(cell) };
+            *to = body.first_seen(&ray, reach).map_or(radius, |met| met.distance);
         }
-        Self {
-            centre: centre.to_array(),
-            radius,
-            reach: reaches,
-        }
+        Self { centre: centre.to_array(), radius, reach: reaches }
     }
 
     /// Numbers of paths along a curve that keeps near what is near, by where they leave the
@@ -304,10 +290,7 @@ impl Outline {
         for (k, (path, _)) in paths.iter().enumerate().take(WIDE) {
             path.ray.into_lane(&mut rays.origin, &mut rays.direction, k);
         }
-        Arch::new().dispatch(Keys {
-            outline: self,
-            rays,
-        });
+        Arch::new().dispatch(Keys { outline: self, rays });
     }
 }
 
@@ -322,11 +305,7 @@ impl WithSimd for Keys<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Outline {
-            centre,
-            radius,
-            reach,
-        } = self.outline;
+        let Outline { centre, radius, reach } = self.outline;
         keys(*centre, *radius, reach, self.rays);
     }
 }
@@ -337,11 +316,7 @@ fn keys(centre: [f64; 3], radius: f64, reach: &[f64; 8 * CELLS * CELLS], rays: &
     for k in 0..WIDE {
         let (d, o) = (&rays.direction, &rays.origin);
         let (dx, dy, dz) = (d[0][k], d[1][k], d[2][k]);
-        let (x, y, z) = (
-            o[0][k] - centre[0],
-            o[1][k] - centre[1],
-            o[2][k] - centre[2],
-        );
+        let (x, y, z) = (o[0][k] - centre[0], o[1][k] - centre[1], o[2][k] - centre[2]);
         let nearest = -(x * dx + y * dy + z * dz);
         let (bx, by, bz) = (x + nearest * dx, y + nearest * dy, z + nearest * dz);
         let beside = bx * bx + by * by + bz * bz;
@@ -376,11 +351,7 @@ fn place((x, y, z): (f64, f64, f64), count: f64) -> [u64; 3] {
     let scale = 0.5 / (along.abs() + f64::MIN_POSITIVE);
     let cell = |x: f64| {
         let cell = (0.5 + x * scale) * count;
-        let cell = if cell < count - 1.0 {
-            cell
-        } else {
-            count - 1.0
-        };
+        let cell = if cell < count - 1.0 { cell } else { count - 1.0 };
         (if cell > 0.0 { cell } else { 0.0 }) as i64 as u64
     };
     let face = pick(0.0, 2.0, 4.0) + if along < 0.0 { 1.0 } else { 0.0 };

@@ -237,9 +237,7 @@ impl BatchTracer<'_> {
     fn emitted(&self) -> Option<EmittedRays> {
         let sources = &self.scene.sources;
         let copies = sources.len() == self.scene.instances();
-        copies
-            .then(|| EmittedRays::new(&sources[0].source))
-            .flatten()
+        copies.then(|| EmittedRays::new(&sources[0].source)).flatten()
     }
 
     /// Puts a new path into a lane.
@@ -257,11 +255,8 @@ impl BatchTracer<'_> {
         let (ray, stream) = if let Some(emitted) = &mut batch.emitted {
             let k = emitted.ready(number, streams, picker.sobol());
             // One source to an instance, in the same order.
-            let source = if picker.by_sobol() {
-                picker.at(emitted.turn(k))
-            } else {
-                picker.number()
-            };
+            let source =
+                if picker.by_sobol() { picker.at(emitted.turn(k)) } else { picker.number() };
             batch.instance[lane] = source as u32;
             batch.history[lane] = PathHistory::of(source as u32);
             emitted.ray(k, self.scene.sources[0].source.position, offset)
@@ -285,19 +280,12 @@ impl BatchTracer<'_> {
 
     /// Where a ray may meet the dome: before any flat surface.
     fn reach(&self, lanes: &Lanes, lane: usize) -> Reach {
-        Reach {
-            from: -4.0 * self.geometry.offset,
-            to: lanes.flat[lane],
-        }
+        Reach { from: -4.0 * self.geometry.offset, to: lanes.flat[lane] }
     }
 
     /// Finds where a ray meets a relief that is no staircase.
     fn search(&self, relief: &Revolution, lanes: &mut Lanes, lane: usize) {
-        let side = if lanes.inside[lane] > 0.0 {
-            Side::Inner
-        } else {
-            Side::Outer
-        };
+        let side = if lanes.inside[lane] > 0.0 { Side::Inner } else { Side::Outer };
         let reach = self.reach(lanes, lane);
         lanes.dome[lane] = f64::INFINITY;
         if let Some(hit) = relief.intersect_from(&lanes.ray(lane), reach, side) {
@@ -347,19 +335,13 @@ impl Lanes {
 
     #[inline]
     fn stream(&self, lane: usize) -> PathStream {
-        PathStream {
-            state: [self.state[0][lane], self.state[1][lane]],
-        }
+        PathStream { state: [self.state[0][lane], self.state[1][lane]] }
     }
 
     /// The side from which the ray meets the surface.
     #[inline]
     fn side(&self, lane: usize) -> Side {
-        if self.facing[lane] < 0.0 {
-            Side::Inner
-        } else {
-            Side::Outer
-        }
+        if self.facing[lane] < 0.0 { Side::Inner } else { Side::Outer }
     }
 
     #[inline]

@@ -60,11 +60,7 @@ impl BatchTracer<'_> {
     ) {
         let (lanes, samples) = (&mut batch.lanes, &mut batch.samples);
         let arch = Arch::new();
-        arch.dispatch(Locate {
-            tables,
-            lanes: &*lanes,
-            locations: &mut samples.locations,
-        });
+        arch.dispatch(Locate { tables, lanes: &*lanes, locations: &mut samples.locations });
         let mut waiting = [0_u8; LANES];
         let mut count = 0;
         for lane in 0..active {
@@ -87,12 +83,7 @@ impl BatchTracer<'_> {
             samples.read[lane] =
                 tables.bin(lanes.dome_primitive[lane], samples.locations.bin(lane));
         }
-        arch.dispatch(ReadOrders {
-            tables,
-            geometry: &self.geometry,
-            lanes,
-            samples,
-        });
+        arch.dispatch(ReadOrders { tables, geometry: &self.geometry, lanes, samples });
         for &lane in waiting {
             if samples.stray[usize::from(lane)] > 0.0 {
                 self.resample(tables, lanes, usize::from(lane));
@@ -105,11 +96,7 @@ impl BatchTracer<'_> {
     #[cold]
     fn resample(&self, tables: &OrderTableBatch<'_>, lanes: &mut Lanes, lane: usize) {
         let from = from(lanes, lane);
-        let to = if lanes.to[lane] < 0.0 {
-            Side::Inner
-        } else {
-            Side::Outer
-        };
+        let to = if lanes.to[lane] < 0.0 { Side::Inner } else { Side::Outer };
         let mut stream = lanes.stream(lane);
         let sample = tables
             .table(lanes.dome_primitive[lane] as usize)
@@ -134,19 +121,12 @@ impl BatchTracer<'_> {
 /// The side that a ray comes from.
 #[inline]
 fn from(lanes: &Lanes, lane: usize) -> Side {
-    if lanes.inside[lane] > 0.0 {
-        Side::Inner
-    } else {
-        Side::Outer
-    }
+    if lanes.inside[lane] > 0.0 { Side::Inner } else { Side::Outer }
 }
 
 /// The tangential wavevector of the incident ray.
 fn wave(lanes: &Lanes, lane: usize) -> Wavevector {
-    Wavevector {
-        kx: lanes.wave[0][lane],
-        ky: lanes.wave[1][lane],
-    }
+    Wavevector { kx: lanes.wave[0][lane], ky: lanes.wave[1][lane] }
 }
 
 /// Finds the alias tables of all rays that have met a table; for the others, any.
@@ -161,11 +141,7 @@ impl WithSimd for Locate<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self {
-            tables,
-            lanes,
-            locations,
-        } = self;
+        let Self { tables, lanes, locations } = self;
         tables.locate_bins(
             &lanes.dome_primitive,
             &lanes.inside,
@@ -189,20 +165,9 @@ impl WithSimd for ReadOrders<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let OrderSamples {
-            locations,
-            read,
-            orders,
-            stray,
-        } = self.samples;
+        let OrderSamples { locations, read, orders, stray } = self.samples;
         let lanes = self.lanes;
-        self.tables.orders(
-            &lanes.dome_primitive,
-            locations,
-            read,
-            &lanes.wave[0],
-            orders,
-        );
+        self.tables.orders(&lanes.dome_primitive, locations, read, &lanes.wave[0], orders);
         turn(*self.geometry, lanes, orders, stray);
     }
 }
@@ -213,11 +178,7 @@ fn turn(geometry: PackageGeometry, lanes: &mut Lanes, orders: &SampledOrders, st
         let ordered = lanes.mode[lane] == mode::ORDERS;
         let (inner, absorbed) = (orders.inner[lane] > 0.0, orders.absorbed[lane] > 0.0);
         let (kx, ky) = (orders.kx[lane], lanes.wave[1][lane]);
-        let index = if inner {
-            geometry.orders[0]
-        } else {
-            geometry.orders[1]
-        };
+        let index = if inner { geometry.orders[0] } else { geometry.orders[1] };
         let kept = ordered & !absorbed;
         let propagates = kx * kx + ky * ky < index * index;
         stray[lane] = if kept & !propagates { 1.0 } else { 0.0 };

@@ -57,11 +57,9 @@ impl Zones {
         };
         let cells = Box::new(std::array::from_fn(|cell| at(cell, 1.0 - 1e-12)));
         let mut cells_below = (1..CELLS).map(|cell| at(cell, 1.0 + 1e-12));
-        let single = cells.iter().all(|cell| {
-            cells_below
-                .next()
-                .is_none_or(|below| below.saturating_sub(*cell) <= 1)
-        });
+        let single = cells
+            .iter()
+            .all(|cell| cells_below.next().is_none_or(|below| below.saturating_sub(*cell) <= 1));
         single.then_some(Table { cuts, cells })
     }
 
@@ -74,11 +72,7 @@ impl Zones {
     pub fn find(&self, lanes: &mut Lanes) {
         match &self.table {
             _ if self.cuts.is_empty() => {}
-            Some(table) => pulp::Arch::new().dispatch(Find {
-                zones: self,
-                table,
-                lanes,
-            }),
+            Some(table) => pulp::Arch::new().dispatch(Find { zones: self, table, lanes }),
             None => {
                 for lane in 0..LANES {
                     lanes.dome_primitive[lane] = self.alone(lanes.height[lane]) as i64;

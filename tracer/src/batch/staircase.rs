@@ -166,11 +166,7 @@ impl<'a> StaircaseTable<'a> {
         let z = o[2] + start * d[2];
         let low = !rising & (z <= self.foot);
         let alone = d[2].abs() < STEEP;
-        let open = if missed | hidden | low {
-            state::NOTHING
-        } else {
-            state::OPEN
-        };
+        let open = if missed | hidden | low { state::NOTHING } else { state::OPEN };
         searches.state[lane] = if alone { state::ALONE } else { open };
         searches.at[lane] = start;
         let stop = if inside { f64::INFINITY } else { leaves };
@@ -199,11 +195,8 @@ impl<'a> StaircaseTable<'a> {
         let start = lanes.ends[1][lane];
         let z = lanes.origin[2][lane] + start * lanes.direction[2][lane];
         let low = lanes.direction[2][lane] <= 0.0 && z <= self.foot;
-        searches.state[lane] = if low || start >= lanes.flat[lane] {
-            state::NOTHING
-        } else {
-            state::OPEN
-        };
+        searches.state[lane] =
+            if low || start >= lanes.flat[lane] { state::NOTHING } else { state::OPEN };
         (searches.at[lane], searches.stop[lane]) = (start, f64::INFINITY);
         self.depth(searches, lane, z);
         self.read(searches, lane);
@@ -232,11 +225,7 @@ impl<'a> StaircaseTable<'a> {
         let before = searches.state[lane];
         searches.state[lane] = if over { state::NOTHING } else { before };
         let risen = level - i64::from(z >= self.foot);
-        let (boundary, least) = if rising {
-            (risen, 0)
-        } else {
-            (level, i64::from(inside))
-        };
+        let (boundary, least) = if rising { (risen, 0) } else { (level, i64::from(inside)) };
         searches.boundary[lane] = if boundary < least { least } else { boundary };
     }
 
@@ -260,11 +249,7 @@ impl<'a> StaircaseTable<'a> {
     /// Compares a ray with a boundary.
     #[inline(always)]
     fn compare(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
-        let (state, value, at) = (
-            searches.state[lane],
-            searches.value[lane],
-            searches.at[lane],
-        );
+        let (state, value, at) = (searches.state[lane], searches.value[lane], searches.at[lane]);
         let open = state == state::OPEN;
         let inside = lanes.inside[lane] > 0.0;
         let rising = lanes.direction[2][lane] > 0.0;
@@ -328,17 +313,8 @@ impl<'a> StaircaseTable<'a> {
         let tread = (value - lanes.origin[2][lane]) * lanes.per_dz[lane];
         let c = searches.c[lane] - value;
         let discriminant = b * b - a * c;
-        let root = if discriminant > 0.0 {
-            discriminant
-        } else {
-            0.0
-        }
-        .sqrt();
-        let s = if lanes.inside[lane] > 0.0 {
-            root
-        } else {
-            -root
-        };
+        let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
+        let s = if lanes.inside[lane] > 0.0 { root } else { -root };
         let riser = quadratic_root([a, b, c], s);
         let distance = if state == state::RISER { riser } else { tread };
         let distance = if distance > 0.0 { distance } else { 0.0 };

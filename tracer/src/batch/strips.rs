@@ -42,11 +42,7 @@ fn radii(shape: &Shape) -> [f64; 2] {
     let most = shape.bounds().high.x;
     let least = match shape {
         Shape::Torus(arc) => arc.least_radius(),
-        Shape::Frustum(frustum) => frustum
-            .ends()
-            .map(|[r, _]| r)
-            .into_iter()
-            .fold(most, f64::min),
+        Shape::Frustum(frustum) => frustum.ends().map(|[r, _]| r).into_iter().fold(most, f64::min),
         Shape::Revolution(relief) => {
             let ends = relief.frusta().iter().flat_map(Frustum::ends);
             ends.map(|[r, _]| r).fold(most, f64::min)
@@ -83,11 +79,7 @@ impl<'a> Strips<'a> {
     /// Finds where the ray of a lane meets the dome.
     pub fn search(&self, lanes: &mut Lanes, lane: usize, mut reach: Reach) {
         let ray = lanes.ray(lane);
-        let sides = if lanes.inside[lane] > 0.0 {
-            Sides::Inner
-        } else {
-            Sides::Outer
-        };
+        let sides = if lanes.inside[lane] > 0.0 { Sides::Inner } else { Sides::Outer };
         let clip = Clip::new(&ray);
         let mut found: Option<(&Strip, Intersection)> = None;
         for strip in &self.0 {
@@ -103,10 +95,7 @@ impl<'a> Strips<'a> {
         if let Some((strip, hit)) = found {
             lanes.dome[lane] = hit.distance;
             lanes.dome_primitive[lane] = i64::from(strip.first + hit.primitive);
-            let (point, normal) = strip
-                .surface
-                .shape
-                .settle(ray.at(hit.distance), hit.primitive);
+            let (point, normal) = strip.surface.shape.settle(ray.at(hit.distance), hit.primitive);
             let radius = point.x.hypot(point.y);
             let radial = if radius > 0.0 {
                 (normal.x * point.x + normal.y * point.y) / radius
@@ -136,14 +125,7 @@ impl Clip {
     fn new(ray: &Ray) -> Self {
         let (o, d) = (ray.origin, ray.direction);
         let (a, b) = (d.x * d.x + d.y * d.y, o.x * d.x + o.y * d.y);
-        Self {
-            height: o.z,
-            per_dz: d.z.recip(),
-            a,
-            b,
-            c: o.x * o.x + o.y * o.y,
-            turn: -b / a,
-        }
+        Self { height: o.z, per_dz: d.z.recip(), a, b, c: o.x * o.x + o.y * o.y, turn: -b / a }
     }
 
     #[inline]

@@ -315,12 +315,7 @@ pub(crate) fn finite(what: &str, value: f64) -> Result<f64, Error> {
 
 /// `value` if it lies between 0 and 1.
 pub(crate) fn fraction(what: &str, value: f64) -> Result<f64, Error> {
-    check(
-        what,
-        value,
-        "a number from 0 to 1",
-        (0.0..=1.0).contains(&value),
-    )
+    check(what, value, "a number from 0 to 1", (0.0..=1.0).contains(&value))
 }
 
 /// `value` if it is finite and `holds`.
@@ -333,10 +328,6 @@ pub(crate) fn check(
     if value.is_finite() && holds {
         Ok(value)
     } else {
-        Err(Error::Number {
-            what: what.to_owned(),
-            expected,
-            got: value,
-        })
+        Err(Error::Number { what: what.to_owned(), expected, got: value })
     }
 }

@@ -119,18 +119,12 @@ impl LampSet {
     fn read(fields: &mut Fields<'_>) -> Result<Self, FormatError> {
         let count = fields.whole("number of lamps", -10_000, 10_000)?;
         let kind = fields.text("type of lamps")?.to_owned();
-        let flux = fields.real_that("flux of the lamps", "above 0 up to 1e30", |v| {
-            v > 0.0 && v <= LARGEST
-        })?;
+        let flux = fields
+            .real_that("flux of the lamps", "above 0 up to 1e30", |v| v > 0.0 && v <= LARGEST)?;
         let colour = fields.text("colour appearance")?.to_owned();
         let rendering = fields.text("colour rendering group")?.to_owned();
         let watts = fields.real_that("power", "0 or more", |v| v >= 0.0)?;
-        Ok(Self {
-            count,
-            texts: [kind, colour, rendering],
-            flux,
-            watts,
-        })
+        Ok(Self { count, texts: [kind, colour, rendering], flux, watts })
     }
 }
 
@@ -236,8 +230,7 @@ pub fn read_lamp_set(text: &str, lamp_set: usize) -> Result<Ldt, FormatError> {
         warnings: Vec::new(),
     };
     let stated = (!ldt.is_absolute()).then_some(ldt.flux);
-    ldt.warnings
-        .extend(super::usable(ldt.distribution(), stated, last)?);
+    ldt.warnings.extend(super::usable(ldt.distribution(), stated, last)?);
     Ok(ldt)
 }
 
@@ -272,13 +265,7 @@ impl Ldt {
     /// # Errors
     /// If there is no intensity at all.
     pub fn distribution(&self) -> Result<Distribution, Error> {
-        let factor = self.flux
-            * 1e-3
-            * if self.ratios[2] > 0.0 {
-                self.ratios[2]
-            } else {
-                1.0
-            };
+        let factor = self.flux * 1e-3 * if self.ratios[2] > 0.0 { self.ratios[2] } else { 1.0 };
         let row = |plane: usize| {
             let first = self.row(plane) * self.gammas.len();
             self.intensities[first..first + self.gammas.len()].iter()
@@ -289,10 +276,7 @@ impl Ldt {
         } else if planes[planes.len() - 1] >= 360.0 && planes.len() > 1 {
             planes.pop();
         }
-        let values = (0..planes.len())
-            .flat_map(row)
-            .map(|v| v * factor)
-            .collect();
+        let values = (0..planes.len()).flat_map(row).map(|v| v * factor).collect();
         Distribution::new(&self.gammas, &planes, values)
     }
 
@@ -308,11 +292,7 @@ impl Ldt {
         let out = table.flux();
         let down = downward(table);
         let even = |list: &[f64]| {
-            let step = if list.len() > 1 {
-                list[1] - list[0]
-            } else {
-                0.0
-            };
+            let step = if list.len() > 1 { list[1] - list[0] } else { 0.0 };
             let is_even = list.windows(2).all(|w| (w[1] - w[0] - step).abs() < 1e-6);
             if is_even { step } else { 0.0 }
         };

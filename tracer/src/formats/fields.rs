@@ -15,11 +15,7 @@ pub(super) struct Fields<'a> {
 
 impl<'a> Fields<'a> {
     pub fn new(fields: Vec<(usize, &'a str)>, end: usize) -> Self {
-        Self {
-            rest: fields.into_iter(),
-            line: end,
-            end,
-        }
+        Self { rest: fields.into_iter(), line: end, end }
     }
 
     /// How many fields are left.

@@ -79,23 +79,14 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
     let lines: Vec<(usize, &str)> = text
         .split(separator)
         .enumerate()
-        .map(|(k, l)| {
-            (
-                k + 1,
-                l.trim_matches(|c: char| c == '\r' || c == ' ' || c == '\t'),
-            )
-        })
+        .map(|(k, l)| (k + 1, l.trim_matches(|c: char| c == '\r' || c == ' ' || c == '\t')))
         .collect();
     let (mut version, mut keywords, mut warnings) = (String::new(), Vec::new(), Vec::new());
     let mut at = 0;
     let tilt = loop {
         let Some(&(line, content)) = lines.get(at) else {
             let end = lines.len();
-            return Err(FormatError::line(
-                end,
-                "a line TILT=NONE",
-                "the end of the file",
-            ));
+            return Err(FormatError::line(end, "a line TILT=NONE", "the end of the file"));
         };
         at += 1;
         if let Some(tilt) = content.strip_prefix("TILT=") {
@@ -143,11 +134,7 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
         }
         other => {
             let expected = "TILT=NONE or TILT=INCLUDE";
-            return Err(FormatError::line(
-                tilt.0,
-                expected,
-                quoted(&format!("TILT={other}")),
-            ));
+            return Err(FormatError::line(tilt.0, expected, quoted(&format!("TILT={other}"))));
         }
     }
     let mut ies = body(&mut fields)?;
@@ -171,11 +158,9 @@ fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
     let most = fields.left();
     let count_v = fields.count("number of vertical angles", 2, most)?;
     let count_h = fields.count("number of horizontal angles", 1, most)?;
-    fields.real_that(
-        "photometric type",
-        "1 (C, about the axis of the luminaire)",
-        |v| (v - 1.0).abs() < 1e-9,
-    )?;
+    fields.real_that("photometric type", "1 (C, about the axis of the luminaire)", |v| {
+        (v - 1.0).abs() < 1e-9
+    })?;
     let metres = fields.count("units type", 1, 2)? == 2;
     let mut size = [0.0; 3];
     for length in &mut size {
@@ -198,12 +183,8 @@ fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
         );
         FormatError::line(line, expected, left.to_string())
     };
-    let vertical = fields
-        .angles("a vertical angle", count_v, 180.0)
-        .map_err(miscounted)?;
-    let horizontal = fields
-        .angles("a horizontal angle", count_h, 360.0)
-        .map_err(miscounted)?;
+    let vertical = fields.angles("a vertical angle", count_v, 180.0).map_err(miscounted)?;
+    let horizontal = fields.angles("a horizontal angle", count_h, 360.0).map_err(miscounted)?;
     if mirrors(&horizontal).is_none() {
         let expected = "horizontal angles: one alone, or 0 to 90, 180 or 360, or 90 to 270 degrees";
         let got = format!("{} to {}", horizontal[0], horizontal[count_h - 1]);
@@ -220,9 +201,7 @@ fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
     for _ in 0..expected {
         let range = 0.0..=LARGEST;
         candela.push(
-            fields.real_that("a candela value", "0 or more, up to 1e30", |v| {
-                range.contains(&v)
-            })?,
+            fields.real_that("a candela value", "0 or more, up to 1e30", |v| range.contains(&v))?,
         );
     }
     Ok(Ies {
@@ -328,11 +307,8 @@ fn unfolded(horizontal: &[f64], rows: &[&[f64]]) -> Result<(Vec<f64>, Vec<Vec<f6
                 got {first} to {last}"
         ))
     })?;
-    let mut planes: Vec<(f64, Vec<f64>)> = horizontal
-        .iter()
-        .zip(rows)
-        .map(|(h, row)| (h.rem_euclid(360.0), row.to_vec()))
-        .collect();
+    let mut planes: Vec<(f64, Vec<f64>)> =
+        horizontal.iter().zip(rows).map(|(h, row)| (h.rem_euclid(360.0), row.to_vec())).collect();
     for mirror in mirrors {
         let images: Vec<_> = planes
             .iter()

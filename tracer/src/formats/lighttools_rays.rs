@@ -86,15 +86,7 @@ impl<R: Read> LightToolsReader<R> {
             let got = header.flux.to_string();
             return Err(FormatError::offset(FLUX_AT, "a flux of 0 or more", got).into());
         }
-        Ok(Self {
-            source,
-            header,
-            block: Vec::new(),
-            used: 0,
-            at_end: false,
-            rays: 0,
-            sum: 0.0,
-        })
+        Ok(Self { source, header, block: Vec::new(), used: 0, at_end: false, rays: 0, sum: 0.0 })
     }
 
     /// The header.
@@ -142,11 +134,7 @@ impl<R: Read> LightToolsReader<R> {
             position: vector_at(rest, 0),
             direction: vector_at(rest, 12),
             flux: f32_at(rest, 24),
-            wavelength: if self.header.coloured {
-                f32_at(rest, 28)
-            } else {
-                f32::NAN
-            },
+            wavelength: if self.header.coloured { f32_at(rest, 28) } else { f32::NAN },
         };
         self.used += stride;
         let ray = checked(ray, offset)?;
@@ -173,9 +161,7 @@ impl<W: Write + Seek> LightToolsWriter<W> {
             header.extend(code.to_le_bytes());
         }
         header.resize(HEADER, 0);
-        Ok(Self {
-            sink: RaySink::new(sink, &header)?,
-        })
+        Ok(Self { sink: RaySink::new(sink, &header)? })
     }
 
     /// Writes one ray.

@@ -113,11 +113,7 @@ impl<R: Read> RayBlocks<R> {
             && length != bytes
         {
             let expected = format!("{bytes} bytes in all ({rays} rays of {stride})");
-            return Err(FormatError::offset(
-                self.source.offset,
-                expected,
-                length.to_string(),
-            ));
+            return Err(FormatError::offset(self.source.offset, expected, length.to_string()));
         }
         (self.left, self.stride) = (rays, stride);
         Ok(())
@@ -184,13 +180,7 @@ impl<W: Write + Seek> RaySink<W> {
     pub fn new(mut inner: W, header: &[u8]) -> io::Result<Self> {
         let start = inner.stream_position()?;
         inner.write_all(header)?;
-        Ok(Self {
-            inner,
-            start,
-            block: Vec::with_capacity(BLOCK + 32),
-            rays: 0,
-            sum: 0.0,
-        })
+        Ok(Self { inner, start, block: Vec::with_capacity(BLOCK + 32), rays: 0, sum: 0.0 })
     }
 
     /// Rays written so far.

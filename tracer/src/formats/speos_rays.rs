@@ -76,9 +76,7 @@ impl<R: Read> SpeosReader<R> {
         };
         for (at, flux) in [(0, header.radiant_flux), (24, header.luminous_flux)] {
             if !(flux.is_finite() && flux >= 0.0) {
-                return Err(
-                    FormatError::offset(at, "a flux of 0 or more", flux.to_string()).into(),
-                );
+                return Err(FormatError::offset(at, "a flux of 0 or more", flux.to_string()).into());
             }
         }
         rays.expect(header.rays, STRIDE, Some(length))?;
@@ -121,10 +119,7 @@ impl<W: Write + Seek> SpeosWriter<W> {
     /// # Errors
     /// If the sink fails.
     pub fn new(sink: W) -> Result<Self, RayFileError> {
-        Ok(Self {
-            sink: RaySink::new(sink, &[0; HEADER])?,
-            lumens: 0.0,
-        })
+        Ok(Self { sink: RaySink::new(sink, &[0; HEADER])?, lumens: 0.0 })
     }
 
     /// Writes one ray with its wavelength; `lumens` is its luminous flux.

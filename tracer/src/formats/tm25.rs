@@ -87,11 +87,7 @@ impl Tm25Header {
 
     /// Flux of the kind that rays carry; `None` if unknown.
     pub fn flux(&self) -> Option<f32> {
-        let flux = if self.is_radiant() {
-            self.radiant_flux
-        } else {
-            self.luminous_flux
-        };
+        let flux = if self.is_radiant() { self.radiant_flux } else { self.luminous_flux };
         flux.is_finite().then_some(flux)
     }
 
@@ -132,11 +128,7 @@ fn parse(fixed: &[u8]) -> Result<(Tm25Header, u32, u64), FormatError> {
             Ok(value)
         } else {
             let expected = format!("{what}: 0 to {high}");
-            Err(FormatError::offset(
-                at as u64,
-                expected,
-                (value as i32).to_string(),
-            ))
+            Err(FormatError::offset(at as u64, expected, (value as i32).to_string()))
         }
     };
     let version = u32_at(fixed, 4);
@@ -160,11 +152,7 @@ fn parse(fixed: &[u8]) -> Result<(Tm25Header, u32, u64), FormatError> {
     }
     if !columns[0] && !columns[2] {
         let got = "neither";
-        return Err(FormatError::offset(
-            264,
-            "radiant or luminous flux of rays",
-            got,
-        ));
+        return Err(FormatError::offset(264, "radiant or luminous flux of rays", got));
     }
     if (kind == 2 && !columns[1]) || (kind == 4 && !columns[5]) {
         let expected = "a column for the spectrum of each ray, as the spectral identifier says";
@@ -174,9 +162,7 @@ fn parse(fixed: &[u8]) -> Result<(Tm25Header, u32, u64), FormatError> {
     for (k, description) in descriptions.iter_mut().enumerate() {
         *description = utf32(&fixed[288 + 4 * DESCRIPTION * k..][..4 * DESCRIPTION]);
     }
-    let date = fixed[28..56]
-        .iter()
-        .map_while(|&b| (b > 0).then_some(char::from(b)));
+    let date = fixed[28..56].iter().map_while(|&b| (b > 0).then_some(char::from(b)));
     let tables = code(76, "number of spectral tables", MOST)?;
     let extra_text = u64::from(code(84, "bytes of further text", u32::MAX >> 1)?);
     let header = Tm25Header {
@@ -226,14 +212,8 @@ impl<R: Read> Tm25Reader<R> {
             header.tables.push(rows.collect());
         }
         let used = source.offset - begin;
-        source.part(
-            "the end of the spectral tables",
-            used.next_multiple_of(32) - used,
-        )?;
-        source.part(
-            "names of further columns",
-            512 * u64::from(header.extra_columns),
-        )?;
+        source.part("the end of the spectral tables", used.next_multiple_of(32) - used)?;
+        source.part("names of further columns", 512 * u64::from(header.extra_columns))?;
         source.part("further text", extra_text)?;
         let stride = 4 * header.width() as u64;
         let rays = header.rays;
@@ -378,10 +358,7 @@ impl<W: Write + Seek> Tm25Writer<W> {
                 put(at, &u32::from(character).to_le_bytes());
             }
         }
-        Ok(Self {
-            sink: RaySink::new(sink, &header)?,
-            lumens_per_watt: about.lumens_per_watt,
-        })
+        Ok(Self { sink: RaySink::new(sink, &header)?, lumens_per_watt: about.lumens_per_watt })
     }
 
     /// Writes one ray; its wavelength is that of the file.

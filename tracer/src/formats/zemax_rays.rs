@@ -106,20 +106,12 @@ impl<R: Read> ZemaxReader<R> {
     /// # Errors
     /// If the file ends early or goes on after the last ray, or a ray is none.
     pub fn next_ray(&mut self) -> Result<Option<RayRecord>, RayFileError> {
-        let ZemaxHeader {
-            millimetres,
-            coloured,
-            ..
-        } = self.header;
+        let ZemaxHeader { millimetres, coloured, .. } = self.header;
         self.rays.next_ray(|bytes| RayRecord {
             position: vector_at(bytes, 0).map(|p| p * millimetres),
             direction: vector_at(bytes, 12),
             flux: f32_at(bytes, 24),
-            wavelength: if coloured {
-                1e3 * f32_at(bytes, 28)
-            } else {
-                f32::NAN
-            },
+            wavelength: if coloured { 1e3 * f32_at(bytes, 28) } else { f32::NAN },
         })
     }
 }
@@ -165,11 +157,7 @@ impl<W: Write + Seek> ZemaxWriter<W> {
         for (slot, character) in description[..DESCRIPTION - 1].iter_mut().zip(printed) {
             *slot = character as u8;
         }
-        Ok(Self {
-            sink: RaySink::new(sink, &header)?,
-            coloured: about.coloured,
-            description,
-        })
+        Ok(Self { sink: RaySink::new(sink, &header)?, coloured: about.coloured, description })
     }
 
     /// Writes one ray.

@@ -43,10 +43,7 @@ pub(crate) struct Fresnel {
 
 impl Fresnel {
     /// Light in index `n1` meets an interface to index `n2`.
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub fn new(cos_theta_i: f64, n1: f64, n2: f64) -> Self {
         let ratio = n1 / n2;
@@ -68,10 +65,7 @@ impl Fresnel {
     }
 
     /// Whether light is reflected when `chance`, uniform on [0, 1), decides.
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub fn reflects(&self, chance: f64) -> bool {
         chance * self.denominator < self.numerator
@@ -79,18 +73,12 @@ impl Fresnel {
 
     /// Factors u and v of the direction u d + v n in which light along d goes on, where n points to
     /// where it came from.
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub fn factors(&self, reflected: bool) -> [f64; 2] {
         let refracted = self.ratio * self.cos_theta_i - self.cos_theta_t;
         let mirrored = 2.0 * self.cos_theta_i;
-        [
-            if reflected { 1.0 } else { self.ratio },
-            if reflected { mirrored } else { refracted },
-        ]
+        [if reflected { 1.0 } else { self.ratio }, if reflected { mirrored } else { refracted }]
     }
 
     /// The direction in which light along `direction` is refracted.
@@ -141,17 +129,12 @@ mod tests {
         for (n1, n2, degrees, expected) in cases {
             let theta = f64::to_radians(degrees);
             let direction = DVec3::new(theta.sin(), 0.0, -theta.cos());
-            let Refraction::Partial {
-                reflectance,
-                refracted,
-            } = refract(direction, DVec3::Z, n1, n2)
+            let Refraction::Partial { reflectance, refracted } =
+                refract(direction, DVec3::Z, n1, n2)
             else {
                 panic!("no refraction at {degrees} degrees");
             };
-            assert!(
-                (reflectance - expected).abs() < 1e-9,
-                "{degrees}: {reflectance}"
-            );
+            assert!((reflectance - expected).abs() < 1e-9, "{degrees}: {reflectance}");
             assert!((n2 * refracted.x - n1 * theta.sin()).abs() < 1e-14);
             assert!(refracted.z < 0.0 && (refracted.length() - 1.0).abs() < 1e-15);
         }
@@ -170,10 +153,7 @@ mod tests {
     #[test]
     fn equal_indices_let_pass_everything() {
         let direction = DVec3::new(0.6, 0.0, -0.8);
-        let Refraction::Partial {
-            reflectance,
-            refracted,
-        } = refract(direction, DVec3::Z, 1.3, 1.3)
+        let Refraction::Partial { reflectance, refracted } = refract(direction, DVec3::Z, 1.3, 1.3)
         else {
             panic!("no refraction");
         };

@@ -17,11 +17,7 @@ pub struct Medium {
 impl Medium {
     /// A medium that absorbs nothing.
     pub fn clear(name: impl Into<String>, index: f64) -> Self {
-        Self {
-            name: name.into(),
-            index,
-            absorption_per_mm: 0.0,
-        }
+        Self { name: name.into(), index, absorption_per_mm: 0.0 }
     }
 
     /// Air with index 1.

@@ -115,30 +115,16 @@ impl Stokes {
             return Self { s, ..*self };
         }
         let (cos2, sin2) = ((cos * cos - sin * sin) / square, 2.0 * cos * sin / square);
-        Self {
-            q: self.q * cos2 + self.u * sin2,
-            u: self.u * cos2 - self.q * sin2,
-            v: self.v,
-            s,
-        }
+        Self { q: self.q * cos2 + self.u * sin2, u: self.u * cos2 - self.q * sin2, v: self.v, s }
     }
 
     /// The light after E_s and E_p are multiplied, and its share of the power.
     #[must_use]
     pub fn passed(&self, [a, b]: [Complex64; 2]) -> (Self, f64) {
-        let (s, p) = (
-            0.5 * a.norm_sqr() * (1.0 + self.q),
-            0.5 * b.norm_sqr() * (1.0 - self.q),
-        );
+        let (s, p) = (0.5 * a.norm_sqr() * (1.0 + self.q), 0.5 * b.norm_sqr() * (1.0 - self.q));
         let share = s + p;
         if share <= 0.0 {
-            return (
-                Self {
-                    s: self.s,
-                    ..Self::default()
-                },
-                0.0,
-            );
+            return (Self { s: self.s, ..Self::default() }, 0.0);
         }
         let w = a * b.conj() / share;
         let left = Self {
@@ -156,12 +142,7 @@ impl Stokes {
         if degree <= 1.0 {
             return self;
         }
-        Self {
-            q: self.q / degree,
-            u: self.u / degree,
-            v: self.v / degree,
-            s: self.s,
-        }
+        Self { q: self.q / degree, u: self.u / degree, v: self.v / degree, s: self.s }
     }
 }
 
@@ -278,11 +259,7 @@ mod tests {
         assert!((expected.to_degrees() - 45.0).abs() < 0.1);
 
         let start = down(theta);
-        let mut light = Stokes {
-            u: 1.0,
-            s: DVec3::Y,
-            ..Stokes::default()
-        };
+        let mut light = Stokes { u: 1.0, s: DVec3::Y, ..Stokes::default() };
         light.meet(start, DVec3::Z);
         assert!((light.pass(a) - 1.0).abs() < 1e-14);
         let back = reflect(start, DVec3::Z);
@@ -297,10 +274,7 @@ mod tests {
         let mut rng = random::stream(3, 0);
         for _ in 0..2000 {
             let mut direction = random::isotropic(&mut rng);
-            let mut light = Stokes {
-                s: direction.any_orthonormal_vector(),
-                ..Stokes::default()
-            };
+            let mut light = Stokes { s: direction.any_orthonormal_vector(), ..Stokes::default() };
             // Every other ray begins fully polarised, and stays so whatever it meets; the others
             // become so little by little.
             let full = random::unit(&mut rng) < 0.5;

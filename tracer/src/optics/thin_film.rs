@@ -85,18 +85,12 @@ impl Film {
             crate::error::positive("thickness of a layer, nm", layer.thickness_nm)?;
             check_index("refractive index of a layer", layer.index)?;
         }
-        Ok(Self {
-            layers,
-            wavenumber: std::f64::consts::TAU / wavelength_nm,
-        })
+        Ok(Self { layers, wavenumber: std::f64::consts::TAU / wavelength_nm })
     }
 
     /// No layers.
     pub(crate) const fn bare() -> Self {
-        Self {
-            layers: Vec::new(),
-            wavenumber: 0.0,
-        }
+        Self { layers: Vec::new(), wavenumber: 0.0 }
     }
 
     /// The layers.
@@ -158,24 +152,9 @@ impl Film {
 
 /// Checks the index of a layer or a substrate.
 pub(crate) fn check_index(what: &str, index: Complex64) -> Result<(), Error> {
-    check(
-        what,
-        index.re,
-        "a finite real part, 0 or more",
-        index.re >= 0.0,
-    )?;
-    check(
-        what,
-        index.im,
-        "a finite imaginary part, 0 or more",
-        index.im >= 0.0,
-    )?;
-    check(
-        what,
-        index.norm(),
-        "an index other than 0",
-        index.norm() > TINY,
-    )?;
+    check(what, index.re, "a finite real part, 0 or more", index.re >= 0.0)?;
+    check(what, index.im, "a finite imaginary part, 0 or more", index.im >= 0.0)?;
+    check(what, index.norm(), "an index other than 0", index.norm() > TINY)?;
     Ok(())
 }
 
@@ -226,9 +205,8 @@ mod tests {
         assert!((bare.reflectances()[0] - (0.52f64 / 2.52).powi(2)).abs() < 1e-15);
 
         // A stack of N pairs of quarter waves: admittance (n_H/n_L)^2N n_s.
-        let pairs: Vec<_> = (0..6)
-            .flat_map(|_| [(2.3, 0.0, quarter(2.3)), (1.38, 0.0, quarter(1.38))])
-            .collect();
+        let pairs: Vec<_> =
+            (0..6).flat_map(|_| [(2.3, 0.0, quarter(2.3)), (1.38, 0.0, quarter(1.38))]).collect();
         let y = (2.3f64 / 1.38).powi(12) * ns;
         let a = film(&pairs).amplitudes(End::First, n0, real(ns), 1.0);
         assert!((a.reflectances()[0] - ((n0 - y) / (n0 + y)).powi(2)).abs() < 1e-13);
@@ -325,13 +303,7 @@ mod tests {
     fn what_is_no_layer_is_refused() {
         let one = |n: f64, k: f64, thickness_nm: f64| {
             let index = Complex64::new(n, k);
-            Film::new(
-                WAVELENGTH,
-                vec![Layer {
-                    index,
-                    thickness_nm,
-                }],
-            )
+            Film::new(WAVELENGTH, vec![Layer { index, thickness_nm }])
         };
         assert!(one(1.5, 0.0, 100.0).is_ok());
         for (n, k, d) in [

@@ -85,9 +85,7 @@ impl Angles {
             Layout::Between => 0.0,
             Layout::About => 0.5,
         };
-        (0..=self.phis)
-            .map(|k| (k as f64 - shift) * width)
-            .collect()
+        (0..=self.phis).map(|k| (k as f64 - shift) * width).collect()
     }
 
     /// Solid angle of one bin in every row of θ, sr: Δφ (cos θ₀ - cos θ₁).
@@ -120,10 +118,8 @@ impl Angles {
         if theta > end && self.end_deg < 180.0 {
             return None;
         }
-        let (polar, azimuth) = (
-            theta / end * self.steps as f64,
-            y.atan2(x).rem_euclid(TAU) / TAU * self.phis as f64,
-        );
+        let (polar, azimuth) =
+            (theta / end * self.steps as f64, y.atan2(x).rem_euclid(TAU) / TAU * self.phis as f64);
         let (theta, phi) = match self.layout {
             Layout::Between => (polar as usize, azimuth as usize),
             Layout::About => ((polar + 0.5) as usize, (azimuth + 0.5) as usize),
@@ -140,11 +136,7 @@ mod tests {
 
     fn direction(theta_deg: f64, phi_deg: f64) -> [f64; 3] {
         let (theta, phi) = (theta_deg.to_radians(), phi_deg.to_radians());
-        [
-            theta.sin() * phi.cos(),
-            theta.sin() * phi.sin(),
-            theta.cos(),
-        ]
+        [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()]
     }
 
     #[test]
@@ -152,10 +144,7 @@ mod tests {
         let between = Angles::sphere(Layout::Between, 7.5, 30.0).unwrap();
         let about = Angles::sphere(Layout::About, 7.5, 30.0).unwrap();
         let half = Angles::hemisphere(7.5, 30.0).unwrap();
-        assert_eq!(
-            (between.thetas(), about.thetas(), half.thetas()),
-            (24, 25, 12)
-        );
+        assert_eq!((between.thetas(), about.thetas(), half.thetas()), (24, 25, 12));
         for (angles, whole) in [(between, 4.0 * PI), (about, 4.0 * PI), (half, 2.0 * PI)] {
             let sum: f64 = angles.solid_angles().iter().sum();
             assert!((sum * 12.0 / whole - 1.0).abs() < 1e-14);

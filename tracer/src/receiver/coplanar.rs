@@ -34,11 +34,7 @@ impl DetectorRectangle {
             within: SAME * scene.offset() + 4.0 * f64::EPSILON * bounds.farthest(),
         };
         let mut seen = HashMap::new();
-        for placed in scene
-            .sources
-            .iter()
-            .filter(|s| s.location == Location::World)
-        {
+        for placed in scene.sources.iter().filter(|s| s.location == Location::World) {
             if placed.source.weight > 0.0 && emits_in(&window, &placed.source, &mut seen) {
                 return Err(Error::ReceiverInSource {
                     receiver: name.to_owned(),
@@ -100,20 +96,13 @@ fn emits_in(window: &Window, source: &Source, levels: &mut Levels) -> bool {
     let facet = match source.emitter {
         Emitter::Point => return window.holds(at),
         Emitter::Enclosure { .. } => return false,
-        Emitter::Disc { radius } => Facet::Ring {
-            centre: at,
-            normal: source.normal,
-            inner: 0.0,
-            outer: radius,
-        },
+        Emitter::Disc { radius } => {
+            Facet::Ring { centre: at, normal: source.normal, inner: 0.0, outer: radius }
+        }
         Emitter::Rectangle { half_x, half_y } => {
             let (u, v) = source.axes();
             let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-            Facet::Polygon(
-                corners
-                    .map(|(x, y)| at + u * (x * half_x) + v * (y * half_y))
-                    .to_vec(),
-            )
+            Facet::Polygon(corners.map(|(x, y)| at + u * (x * half_x) + v * (y * half_y)).to_vec())
         }
     };
     window.overlaps(&facet)

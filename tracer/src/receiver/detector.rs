@@ -58,12 +58,7 @@ pub const STOKES: [&str; 4] = ["I", "Q", "U", "V"];
 impl Detector {
     /// A detector of all light.
     pub fn new(name: impl Into<String>, measurement: Measurement) -> Self {
-        Self {
-            name: name.into(),
-            measurement,
-            filter: Filter::default(),
-            stokes: false,
-        }
+        Self { name: name.into(), measurement, filter: Filter::default(), stokes: false }
     }
 
     /// The same, with the Stokes parameters of the light: all bins of I (the power), then those of
@@ -112,9 +107,7 @@ impl Detector {
     /// radiance, 1 for flux.
     pub fn measures(&self) -> Vec<f64> {
         let spread = |rows: Vec<f64>, phis: usize| -> Vec<f64> {
-            rows.iter()
-                .flat_map(|row| std::iter::repeat_n(*row, phis))
-                .collect()
+            rows.iter().flat_map(|row| std::iter::repeat_n(*row, phis)).collect()
         };
         let of_each = match &self.measurement {
             Measurement::Plane(rectangle) => vec![rectangle.bin_mm2(); self.places()],
@@ -134,11 +127,7 @@ impl Detector {
         let Bounds { low, high } = rectangle.bounds();
         // Touching is no cutting, also where positions are rounded.
         let slack = 1e-9 * (high - low).max_element();
-        for Bounds {
-            low: from,
-            high: to,
-        } in scene.filled()
-        {
+        for Bounds { low: from, high: to } in scene.filled() {
             if (from + slack).cmplt(high).all() && (to - slack).cmpgt(low).all() {
                 return Err(Error::ReceiverCuts {
                     receiver: self.name.clone(),
@@ -167,9 +156,9 @@ impl Receiver for Detector {
     fn bin(&self, ray: &Ray, length: f64) -> Option<usize> {
         match &self.measurement {
             Measurement::Plane(rectangle) => Some(rectangle.crossing(ray, length)?.bin),
-            Measurement::FarField(angles) => (length == f64::INFINITY)
-                .then(|| angles.bin(ray.direction.to_array()))
-                .flatten(),
+            Measurement::FarField(angles) => {
+                (length == f64::INFINITY).then(|| angles.bin(ray.direction.to_array())).flatten()
+            }
             Measurement::Luminance(rectangle, angles) => {
                 let crossing = rectangle.crossing(ray, length)?;
                 Some(crossing.bin * angles.bins() + angles.bin(crossing.direction)?)

@@ -25,10 +25,7 @@ pub struct FarField {
 impl Default for FarField {
     /// Bins of 1° in θ and 5° in φ.
     fn default() -> Self {
-        Self {
-            thetas: 180,
-            phis: 72,
-        }
+        Self { thetas: 180, phis: 72 }
     }
 }
 
@@ -168,15 +165,8 @@ impl FarField {
     fn exact(&self, d: DVec3) -> (usize, usize) {
         let theta = (d.x * d.x + d.y * d.y).sqrt().atan2(d.z) * (self.thetas as f64 / PI);
         let azimuth = d.y.atan2(d.x);
-        let phi = if azimuth < 0.0 {
-            azimuth + TAU
-        } else {
-            azimuth
-        } * (self.phis as f64 / TAU);
-        (
-            (theta as usize).min(self.thetas - 1),
-            (phi as usize).min(self.phis - 1),
-        )
+        let phi = if azimuth < 0.0 { azimuth + TAU } else { azimuth } * (self.phis as f64 / TAU);
+        ((theta as usize).min(self.thetas - 1), (phi as usize).min(self.phis - 1))
     }
 }
 
@@ -185,10 +175,7 @@ const ANGLE_ERROR: f64 = 5e-8;
 
 /// Angle to +z of a unit vector with this z, radians, by [Abramowitz, Stegun 1964], 4.4.46, which
 /// errs by 2e-8.
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over a buffer"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over a buffer")]
 #[inline(always)]
 fn polar(z: f64) -> f64 {
     let x = if z.abs() < 1.0 { z.abs() } else { 1.0 };
@@ -208,10 +195,7 @@ fn polar(z: f64) -> f64 {
 
 /// Azimuth of a direction from 0 to 2π, radians, by 4.4.49 of the same, which errs by 2e-8; NaN for
 /// ±z.
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over a buffer"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over a buffer")]
 #[inline(always)]
 fn azimuth(along: f64, aside: f64) -> f64 {
     let (x, y) = (along.abs(), aside.abs());
@@ -243,11 +227,7 @@ pub(super) fn count(what: &'static str, range: f64, width: f64) -> Result<usize,
     {
         Ok(count as usize)
     } else {
-        Err(Error::BinWidth {
-            what,
-            range,
-            got: width,
-        })
+        Err(Error::BinWidth { what, range, got: width })
     }
 }
 
@@ -278,17 +258,10 @@ mod tests {
             let phi = d.y.atan2(d.x).rem_euclid(TAU);
             assert!((polar(d.z) - theta).abs() < 0.6 * ANGLE_ERROR, "{d}");
             assert!((azimuth(d.x, d.y) - phi).abs() < 0.6 * ANGLE_ERROR, "{d}");
-            let ray = Ray {
-                origin: DVec3::ZERO,
-                direction,
-            };
+            let ray = Ray { origin: DVec3::ZERO, direction };
             for far in fields {
                 let (theta, phi) = far.exact(direction);
-                assert_eq!(
-                    far.bin(&ray, f64::INFINITY),
-                    Some(theta * far.phis() + phi),
-                    "{d}"
-                );
+                assert_eq!(far.bin(&ray, f64::INFINITY), Some(theta * far.phis() + phi), "{d}");
             }
         }
     }
@@ -296,9 +269,8 @@ mod tests {
     #[test]
     fn solid_angles_add_up_to_the_sphere() {
         let far = FarField::new(2.0, 7.5).unwrap();
-        let sum: f64 = (0..far.thetas())
-            .map(|theta| far.solid_angle(theta) * far.phis() as f64)
-            .sum();
+        let sum: f64 =
+            (0..far.thetas()).map(|theta| far.solid_angle(theta) * far.phis() as f64).sum();
         assert!((sum / (2.0 * TAU) - 1.0).abs() < 1e-14);
     }
 
@@ -307,33 +279,17 @@ mod tests {
         let far = FarField::default();
         for theta in [0, 1, 89, 90, 179] {
             for phi in [0, 17, 36, 71] {
-                let (t, p) = (
-                    far.theta_deg(theta).to_radians(),
-                    far.phi_deg(phi).to_radians(),
-                );
+                let (t, p) = (far.theta_deg(theta).to_radians(), far.phi_deg(phi).to_radians());
                 let direction = DVec3::new(t.sin() * p.cos(), t.sin() * p.sin(), t.cos());
-                let ray = Ray {
-                    origin: DVec3::ZERO,
-                    direction,
-                };
+                let ray = Ray { origin: DVec3::ZERO, direction };
                 assert_eq!(far.bin(&ray, f64::INFINITY), Some(theta * far.phis() + phi));
             }
         }
-        for direction in [
-            DVec3::Z,
-            -DVec3::Z,
-            DVec3::new(1.0, -0.0, 0.0),
-            DVec3::new(1.0, -1e-300, 0.0),
-        ] {
+        for direction in
+            [DVec3::Z, -DVec3::Z, DVec3::new(1.0, -0.0, 0.0), DVec3::new(1.0, -1e-300, 0.0)]
+        {
             assert!(
-                far.bin(
-                    &Ray {
-                        origin: DVec3::ZERO,
-                        direction
-                    },
-                    f64::INFINITY
-                )
-                .unwrap()
+                far.bin(&Ray { origin: DVec3::ZERO, direction }, f64::INFINITY).unwrap()
                     < far.bins()
             );
         }
@@ -351,28 +307,11 @@ mod tests {
         let far = FarField::new(10.0, 10.0).unwrap();
         let watts: Vec<f64> = (0..far.bins())
             .map(|bin| {
-                far.solid_angle(bin / 36)
-                    * if [4, 22].contains(&(bin % 36)) {
-                        3.0
-                    } else {
-                        1.0
-                    }
+                far.solid_angle(bin / 36) * if [4, 22].contains(&(bin % 36)) { 3.0 } else { 1.0 }
             })
             .collect();
-        assert!(
-            far.cut(&watts, 45.0, 0.0)
-                .iter()
-                .all(|&i| (i - 3.0).abs() < 1e-12)
-        );
-        assert!(
-            far.cut(&watts, 135.0, 0.0)
-                .iter()
-                .all(|&i| (i - 1.0).abs() < 1e-12)
-        );
-        assert!(
-            far.azimuth_mean(&watts)
-                .iter()
-                .all(|&i| (i - 40.0 / 36.0).abs() < 1e-12)
-        );
+        assert!(far.cut(&watts, 45.0, 0.0).iter().all(|&i| (i - 3.0).abs() < 1e-12));
+        assert!(far.cut(&watts, 135.0, 0.0).iter().all(|&i| (i - 1.0).abs() < 1e-12));
+        assert!(far.azimuth_mean(&watts).iter().all(|&i| (i - 40.0 / 36.0).abs() < 1e-12));
     }
 }

@@ -22,12 +22,7 @@ pub struct Filter {
 
 impl Default for Filter {
     fn default() -> Self {
-        Self {
-            last_surface: None,
-            last_radii_mm: None,
-            bounces: [0, u32::MAX],
-            sources: None,
-        }
+        Self { last_surface: None, last_radii_mm: None, bounces: [0, u32::MAX], sources: None }
     }
 }
 
@@ -51,12 +46,7 @@ impl PathHistory {
     /// Of a path that begins.
     #[inline]
     pub fn of(source: u32) -> Self {
-        Self {
-            source,
-            bounces: 0,
-            line: Self::NO_LINE,
-            at: [0.0; 2],
-        }
+        Self { source, bounces: 0, line: Self::NO_LINE, at: [0.0; 2] }
     }
 
     /// Notes an interaction with the surface of this line.
@@ -77,20 +67,12 @@ pub(super) struct CompiledFilter<'a> {
 impl<'a> CompiledFilter<'a> {
     pub fn new(filter: &'a Filter, lines: &Lines) -> Self {
         let name = filter.last_surface.as_ref();
-        Self {
-            lines: name.map(|name| lines_named(lines, name)),
-            filter,
-        }
+        Self { lines: name.map(|name| lines_named(lines, name)), filter }
     }
 
     /// Whether light of this past is read.
     pub fn passes(&self, history: &PathHistory) -> bool {
-        let Filter {
-            last_radii_mm,
-            bounces: [least, most],
-            sources,
-            ..
-        } = self.filter;
+        let Filter { last_radii_mm, bounces: [least, most], sources, .. } = self.filter;
         let line = history.line as usize;
         let last = history.line != PathHistory::NO_LINE;
         let [x, y] = history.at;

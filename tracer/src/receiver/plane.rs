@@ -81,10 +81,7 @@ impl PlaneMap {
 
     /// Irradiance of every bin in W/mm² from the power in the bins, `watts`.
     pub fn irradiance(&self, watts: &[f64]) -> Vec<f64> {
-        watts
-            .iter()
-            .map(|power| power / (self.bin * self.bin))
-            .collect()
+        watts.iter().map(|power| power / (self.bin * self.bin)).collect()
     }
 
     /// Whether it passes through a box.
@@ -99,10 +96,7 @@ impl PlaneMap {
         if self.height > top_mm {
             Ok(())
         } else {
-            Err(Error::ReceiverTooLow {
-                height_mm: self.height,
-                top_mm,
-            })
+            Err(Error::ReceiverTooLow { height_mm: self.height, top_mm })
         }
     }
 }
@@ -125,11 +119,7 @@ impl Receiver for PlaneMap {
     /// A plane that is not above the packages, or that cuts the array solids.
     fn check(&self, scene: &Scene) -> Result<(), Error> {
         self.clears(scene.top_mm())?;
-        for around in scene
-            .array_solids()
-            .into_iter()
-            .flat_map(|body| &body.boxes)
-        {
+        for around in scene.array_solids().into_iter().flat_map(|body| &body.boxes) {
             if self.cuts(around) {
                 return Err(Error::ReceiverCuts {
                     receiver: "plane".to_owned(),
@@ -150,27 +140,15 @@ mod tests {
     #[test]
     fn only_upward_crossings_within_the_flight_count() {
         let plane = PlaneMap::centred(3.0, 0.5, 4, 2).unwrap();
-        let up = Ray {
-            origin: DVec3::new(0.6, -0.1, 0.0),
-            direction: DVec3::Z,
-        };
+        let up = Ray { origin: DVec3::new(0.6, -0.1, 0.0), direction: DVec3::Z };
         assert_eq!(plane.bin(&up, f64::INFINITY), Some(3));
         assert_eq!(plane.bin(&up, 2.9), None);
         assert_eq!(plane.bin(&up, 3.0), None);
-        let from_plane = Ray {
-            origin: DVec3::new(0.6, -0.1, 3.0),
-            direction: DVec3::Z,
-        };
+        let from_plane = Ray { origin: DVec3::new(0.6, -0.1, 3.0), direction: DVec3::Z };
         assert_eq!(plane.bin(&from_plane, f64::INFINITY), Some(3));
-        let down = Ray {
-            origin: DVec3::new(0.6, -0.1, 5.0),
-            direction: -DVec3::Z,
-        };
+        let down = Ray { origin: DVec3::new(0.6, -0.1, 5.0), direction: -DVec3::Z };
         assert_eq!(plane.bin(&down, f64::INFINITY), None);
-        let outside = Ray {
-            origin: DVec3::new(1.1, 0.0, 0.0),
-            direction: DVec3::Z,
-        };
+        let outside = Ray { origin: DVec3::new(1.1, 0.0, 0.0), direction: DVec3::Z };
         assert_eq!(plane.bin(&outside, f64::INFINITY), None);
         assert_eq!((plane.x_mm(3), plane.y_mm(0)), (0.75, -0.25));
         assert!(plane.clears(3.0).is_err() && plane.clears(1.0).is_ok());

@@ -84,12 +84,7 @@ impl DetectorRectangle {
                 (1..=20_000).contains(&count),
             )?;
         }
-        Ok(Self {
-            facing,
-            centre,
-            size,
-            bins,
-        })
+        Ok(Self { facing, centre, size, bins })
     }
 
     /// Bins along u and v.
@@ -129,10 +124,7 @@ impl DetectorRectangle {
         let ([u, v, _], _) = self.facing.axes();
         let mut half = DVec3::ZERO;
         (half[u], half[v]) = (0.5 * self.size[0], 0.5 * self.size[1]);
-        Bounds {
-            low: self.centre - half,
-            high: self.centre + half,
-        }
+        Bounds { low: self.centre - half, high: self.centre + half }
     }
 
     /// Where a ray that travels `length` mm crosses it along its normal. A start on the rectangle
@@ -140,24 +132,16 @@ impl DetectorRectangle {
     #[inline]
     pub(super) fn crossing(&self, ray: &Ray, length: f64) -> Option<Crossing> {
         let (axes, sign) = self.facing.axes();
-        let (o, d) = (
-            axes.map(|axis| ray.origin[axis]),
-            axes.map(|axis| ray.direction[axis]),
-        );
+        let (o, d) = (axes.map(|axis| ray.origin[axis]), axes.map(|axis| ray.direction[axis]));
         let bin = bin_number(self.grid().crossing(o, d, length));
-        (bin != NO_BIN).then_some(Crossing {
-            bin: bin as usize,
-            direction: [d[0], d[1], d[2] * sign],
-        })
+        (bin != NO_BIN)
+            .then_some(Crossing { bin: bin as usize, direction: [d[0], d[1], d[2] * sign] })
     }
 
     /// The bins where rays cross it along its normal.
     pub(super) fn bin_many(&self, rays: &RayBuffer, bins: &mut Bins) {
         let (axes, _) = self.facing.axes();
-        let (o, d) = (
-            axes.map(|axis| &rays.origin[axis]),
-            axes.map(|axis| &rays.direction[axis]),
-        );
+        let (o, d) = (axes.map(|axis| &rays.origin[axis]), axes.map(|axis| &rays.direction[axis]));
         let grid = self.grid();
         let length = &rays.length;
         *bins = Arch::new().dispatch(BinMany { grid, o, d, length });
@@ -187,10 +171,7 @@ struct Grid {
 const NONE: f64 = 4_294_967_295.0;
 
 /// A bin, or [`NONE`], as an integer.
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over many rays"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over many rays")]
 #[inline(always)]
 fn bin_number(bin: f64) -> u32 {
     conversion::whole(bin) as u32
@@ -268,32 +249,20 @@ mod tests {
         };
         let up = Facing::Z(Sense::Plus);
         // Second column, second row.
-        assert_eq!(
-            bin(up, [0.5, 2.5, 0.0], [0.0, 0.0, 1.0], f64::INFINITY),
-            Some(5)
-        );
+        assert_eq!(bin(up, [0.5, 2.5, 0.0], [0.0, 0.0, 1.0], f64::INFINITY), Some(5));
         assert_eq!(bin(up, [0.5, 2.5, 0.0], [0.0, 0.0, 1.0], 2.9), None);
         // Of the segments that meet on it the one that begins there counts.
         assert_eq!(bin(up, [0.5, 2.5, 0.0], [0.0, 0.0, 1.0], 3.0), None);
         assert_eq!(bin(up, [0.5, 2.5, 3.0], [0.0, 0.0, 1.0], 1.0), Some(5));
-        assert_eq!(
-            bin(up, [0.5, 2.5, 4.0], [0.0, 0.0, -1.0], f64::INFINITY),
-            None
-        );
-        assert_eq!(
-            bin(up, [-1.1, 2.5, 0.0], [0.0, 0.0, 1.0], f64::INFINITY),
-            None
-        );
+        assert_eq!(bin(up, [0.5, 2.5, 4.0], [0.0, 0.0, -1.0], f64::INFINITY), None);
+        assert_eq!(bin(up, [-1.1, 2.5, 0.0], [0.0, 0.0, 1.0], f64::INFINITY), None);
         let down = Facing::Z(Sense::Minus);
         assert_eq!(bin(down, [0.5, 2.5, 4.0], [0.0, 0.0, -1.0], 2.0), Some(5));
         // u is y from 0 to 4, v is z from 2 to 4.
         let along_x = Facing::X(Sense::Plus);
         assert_eq!(bin(along_x, [0.0, 3.5, 2.5], [1.0, 0.0, 0.0], 9.0), Some(3));
         let along_y = Facing::Y(Sense::Minus);
-        assert_eq!(
-            bin(along_y, [-0.5, 9.0, 3.5], [0.0, -1.0, 0.0], 9.0),
-            Some(4)
-        );
+        assert_eq!(bin(along_y, [-0.5, 9.0, 3.5], [0.0, -1.0, 0.0], 9.0), Some(4));
         assert_eq!(rectangle(along_x).ends_mm(), [[0.0, 4.0], [2.0, 4.0]]);
         assert!((rectangle(up).bin_mm2() - 1.0).abs() < 1e-15);
         assert!(DetectorRectangle::new(up, centre, [0.0, 1.0], [1, 1]).is_err());

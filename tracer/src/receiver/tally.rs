@@ -62,9 +62,7 @@ impl<'a> Receivers<'a> {
                 Needs::Surface(name) => Some(lines_named(&scene.lines, name)),
                 Needs::Segments | Needs::Escapes => None,
             },
-            filter: receiver
-                .filter()
-                .map(|filter| CompiledFilter::new(filter, &scene.lines)),
+            filter: receiver.filter().map(|filter| CompiledFilter::new(filter, &scene.lines)),
             stokes_axis: receiver.stokes_axis(),
         };
         let all: Vec<_> = receivers.iter().map(compiled).collect();
@@ -216,10 +214,7 @@ impl<'a> Tally<'a> {
             Side::Outer => 3,
         };
         for (receiver, bins) in self.receivers.all.iter().zip(&mut self.totals.readings) {
-            let read = receiver
-                .surfaces
-                .as_ref()
-                .is_some_and(|s| s.contains(&line));
+            let read = receiver.surfaces.as_ref().is_some_and(|s| s.contains(&line));
             if !read || receiver.filter.as_ref().is_some_and(|f| !f.passes(history)) {
                 continue;
             }
@@ -236,11 +231,7 @@ impl<'a> Tally<'a> {
 fn add_all(bins: &[u32], weights: &[f64], readings: &mut [f64]) {
     for (&bin, &weight) in bins.iter().zip(weights) {
         // Bin 0 takes nothing from a ray without a bin: a branch here would be left to chance.
-        let (bin, weight) = if bin == NO_BIN {
-            (0, 0.0)
-        } else {
-            (bin, weight)
-        };
+        let (bin, weight) = if bin == NO_BIN { (0, 0.0) } else { (bin, weight) };
         readings[bin as usize] += weight;
     }
 }
@@ -249,9 +240,7 @@ fn add_all(bins: &[u32], weights: &[f64], readings: &mut [f64]) {
 fn read_stokes(segments: &RayBuffer, k: usize, axis: DVec3, readings: &mut [f64], bin: usize) {
     let direction = segments.direction(k);
     let s = axis.cross(direction);
-    let s = s
-        .try_normalize()
-        .unwrap_or_else(|| direction.any_orthonormal_vector());
+    let s = s.try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
     let light = segments.light[k].turned(direction, s);
     let bins = readings.len() / STOKES.len();
     for (number, parameter) in (1..).zip([light.q, light.u, light.v]) {

@@ -27,9 +27,8 @@ pub fn trace_observed(
     for _ in 0..settings.paths {
         let pick = random::unit(&mut rng);
         let sources = &scene.sources;
-        let number = sources
-            .partition_point(|placed| placed.cumulated <= pick)
-            .min(sources.len() - 1);
+        let number =
+            sources.partition_point(|placed| placed.cumulated <= pick).min(sources.len() - 1);
         let source = &sources[number];
         let ray = aim(source.source.sample(scene.offset(), &mut rng));
         let state = &mut tracer.begin(ray, (number, source), &mut tally, observer);

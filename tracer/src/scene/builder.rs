@@ -144,10 +144,7 @@ impl SceneBuilder {
             line: lines.medium(&self.world.name),
         };
         let (bodies, list) = self.bodies(&containments, &mut lines);
-        let around = Around {
-            medium: &self.world,
-            enclosed: false,
-        };
+        let around = Around { medium: &self.world, enclosed: false };
         let ground = Body::new(&[], &self.surfaces, around, &mut lines);
         let instances = Instances::new(list, &bodies, self.search);
         let nested = Nested::new(&containments.outside, &instances.list, &bodies, self.search);
@@ -161,11 +158,7 @@ impl SceneBuilder {
         let of_world = self.surfaces.iter().filter_map(|s| s.shape.anchor());
         let sources = self.sources.iter().map(|source| source.position);
         let offset = RELATIVE_PAD
-            * extent(
-                &instances,
-                &ground,
-                of_prototypes.chain(of_world).chain(sources),
-            );
+            * extent(&instances, &ground, of_prototypes.chain(of_world).chain(sources));
 
         let scene = Scene {
             world,
@@ -231,12 +224,7 @@ impl SceneBuilder {
                     enclosed: outside.is_some(),
                 };
                 kinds.insert((number, outside), bodies.len() as u32);
-                bodies.push(Body::new(
-                    &prototype.media,
-                    &prototype.surfaces,
-                    around,
-                    lines,
-                ));
+                bodies.push(Body::new(&prototype.media, &prototype.surfaces, around, lines));
             }
         }
         let list = stands.iter().zip(placed);
@@ -266,23 +254,14 @@ impl SceneBuilder {
             for source in &self.prototypes[*prototype].sources {
                 match source.region {
                     Region::Body(medium) => {
-                        add(
-                            source,
-                            Location::Inside { instance, medium },
-                            Some(instance),
-                        );
+                        add(source, Location::Inside { instance, medium }, Some(instance));
                     }
                     Region::World | Region::Opaque => {
-                        let mut source = Source {
-                            position: source.position + *position,
-                            ..source.clone()
-                        };
+                        let mut source =
+                            Source { position: source.position + *position, ..source.clone() };
                         let held = outside[number].map(|medium| {
                             source.region = Region::Body(medium);
-                            Location::Inside {
-                                instance: array_solids,
-                                medium,
-                            }
+                            Location::Inside { instance: array_solids, medium }
                         });
                         add(&source, held.unwrap_or(Location::World), Some(instance));
                     }
@@ -308,9 +287,6 @@ fn extent(instances: &Instances, ground: &Body, points: impl Iterator<Item = DVe
         .flat_map(|one| [one.low, one.high])
         .chain(points)
         .flat_map(|corner| corner.to_array());
-    let largest = numbers
-        .map(f64::abs)
-        .filter(|value| value.is_finite())
-        .fold(0.0, f64::max);
+    let largest = numbers.map(f64::abs).filter(|value| value.is_finite()).fold(0.0, f64::max);
     if largest > 0.0 { largest } else { 1.0 }
 }

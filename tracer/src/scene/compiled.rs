@@ -55,10 +55,7 @@ impl Border {
     /// The interval in which hits on it are looked for.
     #[inline]
     fn reach(&self, reach: Reach) -> Reach {
-        Reach {
-            from: reach.from * self.before,
-            to: reach.to,
-        }
+        Reach { from: reach.from * self.before, to: reach.to }
     }
 
     /// Whether a ray begins above it and does not fall, or below it and does not rise.
@@ -175,10 +172,7 @@ impl Body {
         let skin: Vec<&CompiledSurface> = if from_world.is_empty() {
             ready.iter().collect()
         } else {
-            from_world
-                .iter()
-                .map(|border| &ready[border.surface as usize])
-                .collect()
+            from_world.iter().map(|border| &ready[border.surface as usize]).collect()
         };
         let bounds = Bounds::union_of(skin.iter().map(|surface| surface.shape.bounds()));
         let radii: Option<Vec<f64>> = skin.iter().map(|surface| surface.shape.radius()).collect();
@@ -288,8 +282,7 @@ impl Body {
                 mesh.intersect_many(traversal, rays, &within, sides)
             } else {
                 let each = rays.iter().zip(&within);
-                each.map(|(ray, reach)| shape.intersect(ray, *reach, sides))
-                    .collect()
+                each.map(|(ray, reach)| shape.intersect(ray, *reach, sides)).collect()
             };
             for ((found, reach), hit) in found.iter_mut().zip(&mut reach).zip(hits) {
                 if let Some(at) = hit {

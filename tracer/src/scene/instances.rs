@@ -45,10 +45,7 @@ impl Instance {
     /// A ray of the world in the frame of the body.
     #[inline]
     pub fn local(&self, ray: &Ray) -> Ray {
-        Ray {
-            origin: ray.origin - self.position,
-            direction: ray.direction,
-        }
+        Ray { origin: ray.origin - self.position, direction: ray.direction }
     }
 }
 
@@ -78,10 +75,7 @@ impl BoxLanes {
             [0, 1, 2]
                 .map(|axis| std::array::from_fn(|k| pick(&boxes[k.min(boxes.len() - 1)])[axis]))
         };
-        Self {
-            low: by_axis(|one| one.low),
-            high: by_axis(|one| one.high),
-        }
+        Self { low: by_axis(|one| one.low), high: by_axis(|one| one.high) }
     }
 
     /// Distances at which a ray enters and leaves the boxes; it meets those that it does not leave
@@ -95,10 +89,8 @@ impl BoxLanes {
         for axis in 0..3 {
             let (o, inverse) = (origin[axis], inverse[axis]);
             for k in 0..BOX_LANES {
-                let (a, b) = (
-                    (self.low[axis][k] - o) * inverse,
-                    (self.high[axis][k] - o) * inverse,
-                );
+                let (a, b) =
+                    ((self.low[axis][k] - o) * inverse, (self.high[axis][k] - o) * inverse);
                 enter[k] = most(least(a, b), enter[k]);
                 leave[k] = least(most(a, b), leave[k]);
             }
@@ -149,9 +141,7 @@ impl Instances {
                 return None;
             }
             let body = &bodies[only.prototype as usize];
-            return body
-                .nearest_from_world(&only.local(ray), reach)
-                .map(|hit| (0, hit));
+            return body.nearest_from_world(&only.local(ray), reach).map(|hit| (0, hit));
         }
         self.nearest_of_many(bodies, ray, reach, except)
     }
@@ -167,8 +157,7 @@ impl Instances {
         self.boxes[number as usize].entry(ray.origin, ray.direction.recip(), reach)?;
         let instance = &self.list[number as usize];
         let body = &bodies[instance.prototype as usize];
-        body.nearest_from_world(&instance.local(ray), reach)
-            .map(|hit| (number, hit))
+        body.nearest_from_world(&instance.local(ray), reach).map(|hit| (number, hit))
     }
 
     fn nearest_of_many(
@@ -227,12 +216,8 @@ impl Instances {
         let start = entry.max(0.0);
         // Rounded up: a bound that is too far costs a test, one that is too near costs a hit.
         let bound = |to: f64| ((to - start) * (1.0 + 1e-5) + 1e-5) as f32;
-        let single = Ray32::new(
-            ray.at(start).as_vec3a(),
-            ray.direction.as_vec3a(),
-            0.0,
-            bound(reach.to),
-        );
+        let single =
+            Ray32::new(ray.at(start).as_vec3a(), ray.direction.as_vec3a(), 0.0, bound(reach.to));
         hierarchy.ray_traverse(single, &mut RayHit::none(), |_, leaf| {
             test(hierarchy.primitive_indices[leaf], reach);
             bound(reach.to)
@@ -254,9 +239,5 @@ fn build(boxes: &[Bounds], all: &Bounds) -> Bvh2 {
         .iter()
         .map(|one| Aabb::new(one.low.as_vec3a() - pad, one.high.as_vec3a() + pad))
         .collect();
-    build_bvh2(
-        &boxes,
-        BvhBuildParams::medium_build(),
-        &mut std::time::Duration::default(),
-    )
+    build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default())
 }

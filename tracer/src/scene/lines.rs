@@ -15,11 +15,7 @@ pub struct Lines {
 impl Lines {
     /// The number of the line of a patch, added if it is new.
     pub(super) fn surface(&mut self, name: &str, skin: bool) -> usize {
-        let known = self
-            .surfaces
-            .iter()
-            .zip(&self.skin)
-            .position(|(n, s)| n == name && *s == skin);
+        let known = self.surfaces.iter().zip(&self.skin).position(|(n, s)| n == name && *s == skin);
         known.unwrap_or_else(|| {
             self.surfaces.push(name.to_owned());
             self.skin.push(skin);
@@ -29,12 +25,9 @@ impl Lines {
 
     /// The number of the line of a medium, added if it is new.
     pub(super) fn medium(&mut self, name: &str) -> usize {
-        self.media
-            .iter()
-            .position(|known| known == name)
-            .unwrap_or_else(|| {
-                self.media.push(name.to_owned());
-                self.media.len() - 1
-            })
+        self.media.iter().position(|known| known == name).unwrap_or_else(|| {
+            self.media.push(name.to_owned());
+            self.media.len() - 1
+        })
     }
 }

@@ -113,10 +113,8 @@ impl Scene {
     pub fn scattering_surfaces(&self) -> Vec<String> {
         let patches = self.bodies.iter().chain([&self.ground]);
         let patches = patches.flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
-        let mut lines: Vec<usize> = patches
-            .filter(|patch| patch.optics.scatters())
-            .map(|patch| patch.line)
-            .collect();
+        let mut lines: Vec<usize> =
+            patches.filter(|patch| patch.optics.scatters()).map(|patch| patch.line).collect();
         lines.sort_unstable();
         lines.dedup();
         let name = |line: usize| self.lines.surfaces[line].clone();
@@ -130,9 +128,7 @@ impl Scene {
 
     /// Highest point of all instances, mm, without the array solids; -∞ without instances.
     pub fn top_mm(&self) -> f64 {
-        let tops = self
-            .packages()
-            .map(|(body, position)| body.bounds.high.z + position.z);
+        let tops = self.packages().map(|(body, position)| body.bounds.high.z + position.z);
         tops.fold(f64::NEG_INFINITY, f64::max)
     }
 
@@ -141,9 +137,7 @@ impl Scene {
         let list = &self.instances.list;
         let count = list.len() - usize::from(self.array_solids.is_some());
         let body = |prototype: u32| &self.bodies[prototype as usize];
-        list[..count]
-            .iter()
-            .map(move |instance| (body(instance.prototype), instance.position))
+        list[..count].iter().map(move |instance| (body(instance.prototype), instance.position))
     }
 
     /// The body of the array solids.
@@ -154,9 +148,7 @@ impl Scene {
     /// Boxes around everything solid: the bodies, with one box for each placed shape, and the
     /// walls.
     pub(crate) fn filled(&self) -> impl Iterator<Item = Bounds> {
-        let bodies = self
-            .packages()
-            .chain(self.array_solids().map(|body| (body, DVec3::ZERO)));
+        let bodies = self.packages().chain(self.array_solids().map(|body| (body, DVec3::ZERO)));
         let bodies = bodies.flat_map(|(body, position)| {
             let boxes = body.boxes.iter();
             boxes.map(move |one| one.moved(position))
@@ -187,9 +179,7 @@ impl Scene {
     /// Position of an instance; the origin for the world.
     #[inline]
     pub(crate) fn position(&self, instance: Option<u32>) -> DVec3 {
-        instance.map_or(DVec3::ZERO, |number| {
-            self.instances.list[number as usize].position
-        })
+        instance.map_or(DVec3::ZERO, |number| self.instances.list[number as usize].position)
     }
 
     #[inline]
@@ -275,10 +265,7 @@ impl Scene {
     /// of an acute edge.
     #[inline]
     fn reach(&self) -> Reach {
-        Reach {
-            from: -4.0 * self.offset,
-            to: f64::INFINITY,
-        }
+        Reach { from: -4.0 * self.offset, to: f64::INFINITY }
     }
 
     #[inline]

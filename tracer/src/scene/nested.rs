@@ -36,10 +36,7 @@ pub(crate) struct Nested {
 impl Group {
     fn new(numbers: Vec<u32>, list: &[Instance], bodies: &[Body], search: InstanceSearch) -> Self {
         let own = numbers.iter().map(|number| list[*number as usize]);
-        Self {
-            instances: Instances::new(own.collect(), bodies, search),
-            numbers,
-        }
+        Self { instances: Instances::new(own.collect(), bodies, search), numbers }
     }
 }
 
@@ -55,9 +52,8 @@ impl Nested {
         let most = outside.iter().copied().flatten().max()?;
         let array_solids = outside.len() as u32;
         let stands = outside.iter().chain([&None]);
-        let outside: Vec<Region> = stands
-            .map(|medium| medium.map_or(Region::World, Region::Body))
-            .collect();
+        let outside: Vec<Region> =
+            stands.map(|medium| medium.map_or(Region::World, Region::Body)).collect();
         let mut local = vec![0; outside.len()];
         let mut group = |region: Region| {
             let numbers = (0..=array_solids).filter(|number| outside[*number as usize] == region);
@@ -73,22 +69,13 @@ impl Nested {
             (!group.numbers.is_empty()).then_some(group)
         });
         let within = within.collect();
-        Some(Self {
-            array_solids,
-            outside,
-            world,
-            within,
-            local,
-        })
+        Some(Self { array_solids, outside, world, within, local })
     }
 
     /// The location outside of an instance.
     pub fn around(&self, instance: u32) -> Location {
         match self.outside[instance as usize] {
-            Region::Body(medium) => Location::Inside {
-                instance: self.array_solids,
-                medium,
-            },
+            Region::Body(medium) => Location::Inside { instance: self.array_solids, medium },
             Region::World | Region::Opaque => Location::World,
         }
     }
@@ -127,9 +114,7 @@ impl Nested {
         let local = |number: u32| self.local[number as usize];
         let except = candidates.except.filter(stands_here);
         let Some(only) = candidates.only else {
-            let met = group
-                .instances
-                .nearest(bodies, ray, reach, except.map(local));
+            let met = group.instances.nearest(bodies, ray, reach, except.map(local));
             return met.map(|(within, hit)| (group.numbers[within as usize], hit));
         };
         let mut found = None;

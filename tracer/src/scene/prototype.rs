@@ -30,10 +30,7 @@ pub struct Prototype {
 }
 
 fn ray(point: DVec3, look: DVec3) -> Ray {
-    Ray {
-        origin: point,
-        direction: look.normalize(),
-    }
+    Ray { origin: point, direction: look.normalize() }
 }
 
 /// The first surface that is seen from a point, and the region with which it faces it.
@@ -97,20 +94,8 @@ mod tests {
         let body = Prototype {
             media: vec![crate::Medium::clear("glass", 1.5)],
             surfaces: vec![
-                Surface::new(
-                    "box",
-                    cuboid.clone(),
-                    Region::Opaque,
-                    glass,
-                    &SurfaceModel::Absorber,
-                ),
-                Surface::new(
-                    "ball",
-                    ball.clone(),
-                    glass,
-                    Region::World,
-                    &SurfaceModel::Interface,
-                ),
+                Surface::new("box", cuboid.clone(), Region::Opaque, glass, &SurfaceModel::Absorber),
+                Surface::new("ball", ball.clone(), glass, Region::World, &SurfaceModel::Interface),
             ],
             sources: Vec::new(),
         };

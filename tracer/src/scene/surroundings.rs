@@ -48,10 +48,7 @@ pub enum Containment {
 impl<'a> Surroundings<'a> {
     /// Array solids at the origin on a ground at this height, mm; -∞ for none.
     pub fn new(array_solids: &'a Prototype, ground_mm: f64) -> Self {
-        Self {
-            array_solids,
-            ground: ground_mm,
-        }
+        Self { array_solids, ground: ground_mm }
     }
 
     /// The region in which an instance of `prototype` at `position` (mm) stands.
@@ -116,9 +113,7 @@ impl<'a> Surroundings<'a> {
 
     /// The name of the surface by which a point is known to lie in a region.
     fn bounding(&self, point: DVec3, region: Region) -> String {
-        let faces = LOOKS
-            .iter()
-            .filter_map(|look| first_seen(self.array_solids, point, *look));
+        let faces = LOOKS.iter().filter_map(|look| first_seen(self.array_solids, point, *look));
         let mut found = faces.filter(|(_, faces)| *faces == region);
         let name = found.next().map(|(surface, _)| surface.name().to_owned());
         name.unwrap_or_else(|| "something opaque".to_owned())
@@ -168,9 +163,9 @@ impl Containments {
         let name = |region: Region| match region {
             Region::Opaque => "something opaque".to_owned(),
             Region::World => world.name.clone(),
-            Region::Body(number) => medium(Some(surroundings.array_solids), Some(number), world)
-                .name
-                .clone(),
+            Region::Body(number) => {
+                medium(Some(surroundings.array_solids), Some(number), world).name.clone()
+            }
         };
         let (mut outside, mut straddles) = (Vec::with_capacity(all.len()), None);
         for (instance, containment) in all.into_iter().enumerate() {
@@ -202,11 +197,7 @@ impl Containments {
                 }
             });
         }
-        Ok(Self {
-            outside,
-            clear,
-            straddles,
-        })
+        Ok(Self { outside, clear, straddles })
     }
 }
 
@@ -275,37 +266,20 @@ fn lines(around: Bounds) -> impl Iterator<Item = Ray> {
         let (through, direction) = if number < 3 {
             (middle, DVec3::AXES[number])
         } else {
-            let share = DVec3::new(
-                random::unit(&mut rng),
-                random::unit(&mut rng),
-                random::unit(&mut rng),
-            );
-            (
-                around.low + share * around.size(),
-                random::isotropic(&mut rng),
-            )
+            let share =
+                DVec3::new(random::unit(&mut rng), random::unit(&mut rng), random::unit(&mut rng));
+            (around.low + share * around.size(), random::isotropic(&mut rng))
         };
-        Ray {
-            origin: through - direction * (2.0 * size),
-            direction,
-        }
+        Ray { origin: through - direction * (2.0 * size), direction }
     })
 }
 
 /// Level lines at a height through the middle of a box.
 fn level(around: &Bounds, z: f64) -> impl Iterator<Item = Ray> {
     let (middle, size) = (around.middle(), around.size().length());
-    let directions = [
-        DVec3::X,
-        DVec3::Y,
-        DVec3::new(1.0, 1.0, 0.0),
-        DVec3::new(1.0, -1.0, 0.0),
-    ];
+    let directions = [DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, -1.0, 0.0)];
     directions.into_iter().map(move |direction| {
         let direction = direction.normalize();
-        Ray {
-            origin: middle.with_z(z) - direction * (2.0 * size),
-            direction,
-        }
+        Ray { origin: middle.with_z(z) - direction * (2.0 * size), direction }
     })
 }

@@ -16,27 +16,19 @@ pub struct Bounds {
 
 impl Bounds {
     /// The box of nothing: the neutral element of [`Bounds::union`].
-    pub const EMPTY: Self = Self {
-        low: DVec3::INFINITY,
-        high: DVec3::NEG_INFINITY,
-    };
+    pub const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
 
     /// The box around points.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Self {
-        let add = |all: Self, point: DVec3| Self {
-            low: all.low.min(point),
-            high: all.high.max(point),
-        };
+        let add =
+            |all: Self, point: DVec3| Self { low: all.low.min(point), high: all.high.max(point) };
         points.into_iter().fold(Self::EMPTY, add)
     }
 
     /// The box around two boxes.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
-        Self {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-        }
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     /// The box around all boxes.
@@ -47,19 +39,13 @@ impl Bounds {
     /// The same box at another place.
     #[must_use]
     pub fn moved(self, by: DVec3) -> Self {
-        Self {
-            low: self.low + by,
-            high: self.high + by,
-        }
+        Self { low: self.low + by, high: self.high + by }
     }
 
     /// The box, larger by `slack` mm on every side.
     #[must_use]
     pub fn padded(self, slack: f64) -> Self {
-        Self {
-            low: self.low - slack,
-            high: self.high + slack,
-        }
+        Self { low: self.low - slack, high: self.high + slack }
     }
 
     /// The middle of a finite box.
@@ -99,10 +85,7 @@ impl Bounds {
     /// the box within `reach` is empty. `inverse` holds the reciprocals of its direction.
     #[inline]
     pub(crate) fn entry(&self, origin: DVec3, inverse: DVec3, reach: Reach) -> Option<f64> {
-        let (a, b) = (
-            (self.low - origin) * inverse,
-            (self.high - origin) * inverse,
-        );
+        let (a, b) = ((self.low - origin) * inverse, (self.high - origin) * inverse);
         // f64::min and max drop the NaN of a ray that runs within a face.
         let entry = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
         let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));

@@ -15,10 +15,7 @@ pub struct Cuboid(Bounds);
 
 /// Where a ray enters and leaves the box between two corners: distances and numbers of the faces,
 /// the entry beyond the exit where it passes by. `inverse` holds the reciprocals of its direction.
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over many paths"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
 #[inline(always)]
 pub(crate) fn box_passage(
     [low, high]: [[f64; 3]; 2],
@@ -123,10 +120,7 @@ impl Cuboid {
                 }
                 at
             };
-            (
-                primitive as u32,
-                [[0, 0], [1, 0], [1, 1], [0, 1]].map(corner),
-            )
+            (primitive as u32, [[0, 0], [1, 0], [1, 1], [0, 1]].map(corner))
         })
     }
 

@@ -23,9 +23,7 @@ impl Face {
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         let (mut begin, mut end) = (0.0f64, 1.0f64);
         for (k, corner) in corners.iter().enumerate() {
-            let inward = self
-                .normal
-                .cross(corners[(k + 1) % corners.len()] - *corner);
+            let inward = self.normal.cross(corners[(k + 1) % corners.len()] - *corner);
             let inward = inward * inward.dot(middle - *corner).signum();
             let (a, b) = (inward.dot(from - *corner), inward.dot(to - *corner));
             if a < 0.0 && b < 0.0 {
@@ -47,9 +45,7 @@ impl Face {
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         let mut left = polygon.to_vec();
         for (k, corner) in corners.iter().enumerate() {
-            let inward = self
-                .normal
-                .cross(corners[(k + 1) % corners.len()] - *corner);
+            let inward = self.normal.cross(corners[(k + 1) % corners.len()] - *corner);
             let inward = inward * inward.dot(middle - *corner).signum();
             let depth = |p: DVec3| inward.dot(p - *corner);
             let before = std::mem::take(&mut left);
@@ -84,11 +80,8 @@ impl Shape {
             }
             Self::Frustum(frustum) => {
                 let [nr, nz, k] = frustum.line();
-                let face = Face {
-                    point: DVec3::Z * (k * nz),
-                    normal: DVec3::Z * nz,
-                    corners: None,
-                };
+                let face =
+                    Face { point: DVec3::Z * (k * nz), normal: DVec3::Z * nz, corners: None };
                 if nr == 0.0 { vec![face] } else { Vec::new() }
             }
             Self::Cuboid(cuboid) => {

@@ -37,10 +37,7 @@ pub(crate) struct Window {
 impl Window {
     /// The same, seen from a frame whose origin is at `position`.
     pub fn from(&self, position: DVec3) -> Self {
-        Self {
-            bounds: self.bounds.moved(-position),
-            ..*self
-        }
+        Self { bounds: self.bounds.moved(-position), ..*self }
     }
 
     /// Whether a point lies in its plane.
@@ -70,12 +67,7 @@ impl Window {
             Facet::Polygon(corners) => {
                 corners.iter().all(|corner| self.level(*corner)) && self.shares(corners)
             }
-            Facet::Ring {
-                centre,
-                normal,
-                inner,
-                outer,
-            } => {
+            Facet::Ring { centre, normal, inner, outer } => {
                 let tilt = (1.0 - normal[self.axis].powi(2)).max(0.0).sqrt();
                 let [mut nearest, mut farthest] = [0.0f64; 2];
                 for axis in self.along() {
@@ -174,10 +166,7 @@ mod tests {
     use super::*;
 
     const WINDOW: Window = Window {
-        bounds: Bounds {
-            low: DVec3::new(-1.0, -2.0, 5.0),
-            high: DVec3::new(1.0, 2.0, 5.0),
-        },
+        bounds: Bounds { low: DVec3::new(-1.0, -2.0, 5.0), high: DVec3::new(1.0, 2.0, 5.0) },
         axis: 2,
         within: 1e-9,
     };
@@ -199,16 +188,7 @@ mod tests {
             (square(1.9, 0.0, 5.0, 0.0, 1.0), true),
             // Edge to edge, corner to edge.
             (square(2.0, 0.0, 5.0, 0.0, 1.0), false),
-            (
-                square(
-                    1.0 + 0.5f64.sqrt(),
-                    0.0,
-                    5.0,
-                    std::f64::consts::FRAC_PI_4,
-                    1.0,
-                ),
-                false,
-            ),
+            (square(1.0 + 0.5f64.sqrt(), 0.0, 5.0, std::f64::consts::FRAC_PI_4, 1.0), false),
             // The boxes overlap, the polygons do not.
             (square(1.8, 2.8, 5.0, 0.0, 1.0), false),
         ] {

@@ -59,19 +59,11 @@ impl Plane {
             expected: "a direction",
             got: normal.length(),
         })?;
-        Ok(Self {
-            point,
-            frame,
-            extent,
-        })
+        Ok(Self { point, frame, extent })
     }
 
     pub(super) fn patches(&self) -> usize {
-        if matches!(self.extent, Extent::Split { .. }) {
-            2
-        } else {
-            1
-        }
+        if matches!(self.extent, Extent::Split { .. }) { 2 } else { 1 }
     }
 
     #[inline]
@@ -95,11 +87,7 @@ impl Plane {
             Extent::Split { half_u, half_v } => u32::from(!within(half_u, half_v)),
             Extent::Half | Extent::Rectangle { .. } => return None,
         };
-        Some(Intersection {
-            distance,
-            primitive,
-            side,
-        })
+        Some(Intersection { distance, primitive, side })
     }
 
     #[inline]
@@ -137,22 +125,16 @@ impl Plane {
     /// without end are followed.
     pub(super) fn polygons(&self, reach: f64) -> Vec<[DVec3; 4]> {
         let polygon = |[low_u, high_u]: [f64; 2], half_v: f64| {
-            [
-                (low_u, -half_v),
-                (high_u, -half_v),
-                (high_u, half_v),
-                (low_u, half_v),
-            ]
-            .map(|(u, v)| self.point + self.frame.t * u + self.frame.b * v)
+            [(low_u, -half_v), (high_u, -half_v), (high_u, half_v), (low_u, half_v)]
+                .map(|(u, v)| self.point + self.frame.t * u + self.frame.b * v)
         };
         match self.extent {
             Extent::Infinite => vec![polygon([-reach, reach], reach)],
             Extent::Half => vec![polygon([0.0, reach], reach)],
             Extent::Rectangle { half_u, half_v } => vec![polygon([-half_u, half_u], half_v)],
-            Extent::Split { half_u, half_v } => vec![
-                polygon([-half_u, half_u], half_v),
-                polygon([-reach, reach], reach),
-            ],
+            Extent::Split { half_u, half_v } => {
+                vec![polygon([-half_u, half_u], half_v), polygon([-reach, reach], reach)]
+            }
         }
     }
 
@@ -163,10 +145,7 @@ impl Plane {
     pub(super) fn bounds(&self) -> Bounds {
         if let Extent::Rectangle { half_u, half_v } = self.extent {
             let reach = self.frame.t.abs() * half_u + self.frame.b.abs() * half_v;
-            return Bounds {
-                low: self.point - reach,
-                high: self.point + reach,
-            };
+            return Bounds { low: self.point - reach, high: self.point + reach };
         }
         // Only a plane across an axis is bounded at all, and only along that axis.
         let flat = self.frame.n.abs();

@@ -67,10 +67,7 @@ impl Axial {
 
 /// The root (-b + s)/a of a t² + 2 b t + c = 0, with s² = b² - a c, computed as c/(-b - s) where
 /// the numerator cancels.
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over many paths"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
 #[inline(always)]
 pub(crate) fn quadratic_root([a, b, c]: [f64; 3], s: f64) -> f64 {
     let cancels = b * s > 0.0;
@@ -98,39 +95,21 @@ impl Frustum {
     /// the right, z up).
     pub fn new(start: [f64; 2], end: [f64; 2]) -> Result<Self, Error> {
         for [r, z] in [start, end] {
-            check(
-                "radius of a meridian point, mm",
-                r,
-                "a finite number, 0 or more",
-                r >= 0.0,
-            )?;
+            check("radius of a meridian point, mm", r, "a finite number, 0 or more", r >= 0.0)?;
             finite("height of a meridian point, mm", z)?;
         }
         let (dr, dz) = (end[0] - start[0], end[1] - start[1]);
         let length = dr.hypot(dz);
-        check(
-            "length of a meridian segment, mm",
-            length,
-            "a finite number above 0",
-            length > 0.0,
-        )?;
-        let size = start
-            .iter()
-            .chain(&end)
-            .fold(0.0, |size: f64, v| size.max(v.abs()));
+        check("length of a meridian segment, mm", length, "a finite number above 0", length > 0.0)?;
+        let size = start.iter().chain(&end).fold(0.0, |size: f64, v| size.max(v.abs()));
         let pad = RELATIVE_PAD * size;
         let (nr, nz) = (-dz / length, dr / length);
         let by_height = dz.abs() > dr.abs();
         let axis = usize::from(by_height);
-        let pad = if by_height && nz != 0.0 {
-            pad * (GRAZED / nz.abs()).clamp(1.0, 100.0)
-        } else {
-            pad
-        };
-        let (mut low, mut high) = (
-            start[axis].min(end[axis]) - pad,
-            start[axis].max(end[axis]) + pad,
-        );
+        let pad =
+            if by_height && nz != 0.0 { pad * (GRAZED / nz.abs()).clamp(1.0, 100.0) } else { pad };
+        let (mut low, mut high) =
+            (start[axis].min(end[axis]) - pad, start[axis].max(end[axis]) + pad);
         if !by_height {
             low = low.abs() * low;
             high *= high;
@@ -144,25 +123,12 @@ impl Frustum {
             }
         }
         let k = start[0] * nr + start[1] * nz;
-        Ok(Self {
-            nr,
-            nz,
-            k,
-            by_height,
-            low,
-            high,
-            start,
-            end,
-        })
+        Ok(Self { nr, nz, k, by_height, low, high, start, end })
     }
 
     #[inline]
     fn in_zone(&self, axial: &Axial, t: f64) -> bool {
-        let measure = if self.by_height {
-            axial.z(t)
-        } else {
-            axial.r2(t)
-        };
+        let measure = if self.by_height { axial.z(t) } else { axial.r2(t) };
         measure >= self.low && measure <= self.high
     }
 
@@ -204,11 +170,7 @@ impl Frustum {
             }
             (self.k * self.nz - axial.z) / axial.dz
         } else {
-            let (nr2, g, h) = (
-                self.nr * self.nr,
-                self.k - self.nz * axial.z,
-                -self.nz * axial.dz,
-            );
+            let (nr2, g, h) = (self.nr * self.nr, self.k - self.nz * axial.z, -self.nz * axial.dz);
             let a = axial.a * nr2 - h * h;
             let b = axial.b * nr2 - g * h;
             let c = axial.c * nr2 - g * g;
@@ -228,11 +190,7 @@ impl Frustum {
             if (g + h * t) * self.nr < 0.0 {
                 return None;
             }
-            if nr2 < SHALLOW {
-                self.refined(axial, t)
-            } else {
-                t
-            }
+            if nr2 < SHALLOW { self.refined(axial, t) } else { t }
         };
         (reach.holds(t) && self.in_zone(axial, t)).then_some(t)
     }
@@ -252,11 +210,7 @@ impl Frustum {
         let discriminant = nr2 * (aside - nr2 * (axial.a * axial.c - axial.b * axial.b));
         let s = discriminant.max(0.0).sqrt() * towards * self.nr.signum();
         let t = quadratic_root([a, b, c], s);
-        Some(if nr2 < SHALLOW {
-            self.refined(axial, t)
-        } else {
-            t
-        })
+        Some(if nr2 < SHALLOW { self.refined(axial, t) } else { t })
     }
 
     #[inline]
@@ -269,17 +223,9 @@ impl Frustum {
         let axial = Axial::new(ray);
         if self.nr == 0.0 {
             // A plane is met from one side only.
-            let side = if axial.dz * self.nz > 0.0 {
-                Side::Inner
-            } else {
-                Side::Outer
-            };
+            let side = if axial.dz * self.nz > 0.0 { Side::Inner } else { Side::Outer };
             let distance = (sides.admit(side)).then(|| self.crossing(&axial, reach, side))??;
-            return Some(Intersection {
-                distance,
-                primitive: 0,
-                side,
-            });
+            return Some(Intersection { distance, primitive: 0, side });
         }
         let mut found = None;
         for side in Side::BOTH {
@@ -287,11 +233,7 @@ impl Frustum {
                 && let Some(distance) = self.crossing(&axial, reach, side)
             {
                 reach.to = distance;
-                found = Some(Intersection {
-                    distance,
-                    primitive: 0,
-                    side,
-                });
+                found = Some(Intersection { distance, primitive: 0, side });
             }
         }
         found
@@ -300,11 +242,8 @@ impl Frustum {
     #[inline]
     pub(super) fn settle(&self, at: DVec3) -> (DVec3, DVec3) {
         let radius = (at.x * at.x + at.y * at.y).sqrt();
-        let (cos_phi, sin_phi) = if radius > 0.0 {
-            (at.x / radius, at.y / radius)
-        } else {
-            (1.0, 0.0)
-        };
+        let (cos_phi, sin_phi) =
+            if radius > 0.0 { (at.x / radius, at.y / radius) } else { (1.0, 0.0) };
         let normal = DVec3::new(self.nr * cos_phi, self.nr * sin_phi, self.nz);
         let off = self.nr * radius + self.nz * at.z - self.k;
         (at - normal * off, normal)

@@ -30,11 +30,7 @@ pub(crate) struct Hull {
 
 impl Hull {
     fn new(form: Form) -> Self {
-        Self {
-            form,
-            matrix: DMat3::IDENTITY,
-            origin: DVec3::ZERO,
-        }
+        Self { form, matrix: DMat3::IDENTITY, origin: DVec3::ZERO }
     }
 
     fn corners(edges: impl IntoIterator<Item = [DVec3; 2]>) -> Self {
@@ -54,11 +50,8 @@ impl Hull {
         let across = d.truncate().length();
         // A point of the meridian, on the side of the axis that lies farther.
         let turned = |[r, z]: [f64; 2]| {
-            let aside = if across > 0.0 {
-                d.truncate() * (r / across)
-            } else {
-                glam::DVec2::new(r, 0.0)
-            };
+            let aside =
+                if across > 0.0 { d.truncate() * (r / across) } else { glam::DVec2::new(r, 0.0) };
             aside.extend(z)
         };
         let of_meridian = |points: &mut dyn Iterator<Item = [f64; 2]>| {
@@ -132,12 +125,9 @@ mod tests {
             Shape::placed(
                 rod,
                 Closing::Open,
-                &Placement {
-                    inset: 0.1,
-                    ..Placement::at(DVec3::new(0.3, 0.2, 0.1))
-                }
-                .along(DVec3::new(1.0, 2.0, 2.0))
-                .expect("an axis"),
+                &Placement { inset: 0.1, ..Placement::at(DVec3::new(0.3, 0.2, 0.1)) }
+                    .along(DVec3::new(1.0, 2.0, 2.0))
+                    .expect("an axis"),
             )
             .expect("a rod"),
         ];
@@ -148,10 +138,7 @@ mod tests {
             for _ in 0..40_000 {
                 let direction = crate::random::isotropic(&mut rng);
                 let through = crate::random::isotropic(&mut rng) * 1.3;
-                let ray = Ray {
-                    origin: through - direction * 10.0,
-                    direction,
-                };
+                let ray = Ray { origin: through - direction * 10.0, direction };
                 let mut reach = Reach::AHEAD;
                 while let Some(hit) = shape.intersect(&ray, reach, Sides::Both) {
                     points.push(ray.at(hit.distance));
@@ -161,15 +148,9 @@ mod tests {
             assert!(points.len() > 2000, "{number}");
             for _ in 0..200 {
                 let d = crate::random::isotropic(&mut rng);
-                let far = hulls
-                    .iter()
-                    .map(|h| h.farthest(d).dot(d))
-                    .fold(f64::MIN, f64::max);
+                let far = hulls.iter().map(|h| h.farthest(d).dot(d)).fold(f64::MIN, f64::max);
                 let most = points.iter().map(|p| p.dot(d)).fold(f64::MIN, f64::max);
-                assert!(
-                    most <= far + 1e-9 && most > far - 0.1,
-                    "{number}: {most} {far}"
-                );
+                assert!(most <= far + 1e-9 && most > far - 0.1, "{number}: {most} {far}");
             }
         }
     }

@@ -27,11 +27,7 @@ impl Meridian {
     /// ends.
     pub fn new(elements: &[Element]) -> Result<Self, Error> {
         if elements.is_empty() {
-            return Err(Error::TooFew {
-                what: "elements of a meridian",
-                expected: 1,
-                got: 0,
-            });
+            return Err(Error::TooFew { what: "elements of a meridian", expected: 1, got: 0 });
         }
         let mut frusta = Vec::new();
         let mut last: Option<[f64; 2]> = None;
@@ -62,10 +58,7 @@ impl Meridian {
             }
             last = Some(from);
         }
-        Ok(Self {
-            frusta,
-            elements: elements.len(),
-        })
+        Ok(Self { frusta, elements: elements.len() })
     }
 
     /// A staircase standing on a sphere about (0, 0, `centre_z`): from r = 0 to `rim` in `steps`
@@ -78,9 +71,7 @@ impl Meridian {
             .map(|k| {
                 let (inner, outer) = (at(k), at(k + 1));
                 let (top, foot) = (height(inner), height(outer));
-                Element {
-                    points: vec![[inner, top], [outer, top], [outer, foot]],
-                }
+                Element { points: vec![[inner, top], [outer, top], [outer, foot]] }
             })
             .collect();
         Self::new(&elements)

@@ -107,10 +107,7 @@ impl Mesh {
         patch_of: &[u32],
     ) -> Result<Self, MeshError> {
         if patch_of.len() != triangles.len() {
-            return Err(MeshError::Patches {
-                expected: triangles.len(),
-                got: patch_of.len(),
-            });
+            return Err(MeshError::Patches { expected: triangles.len(), got: patch_of.len() });
         }
         let convex = topology::check(vertices, triangles)?;
         let used = triangles.iter().flatten().map(|k| vertices[*k as usize]);
@@ -120,11 +117,8 @@ impl Mesh {
         let scale = (-size.log2().ceil()).exp2();
         let pad = Vec3A::splat((PAD * f64::from(f32::EPSILON)) as f32);
         let (boxes, owners) = split::boxes(vertices, triangles, scale, pad);
-        let hierarchy = build_cwbvh(
-            &boxes,
-            BvhBuildParams::slow_build(),
-            &mut std::time::Duration::default(),
-        );
+        let hierarchy =
+            build_cwbvh(&boxes, BvhBuildParams::slow_build(), &mut std::time::Duration::default());
         let order = hierarchy.primitive_indices.iter();
         let numbers: Vec<u32> = order.map(|patch| owners[*patch as usize]).collect();
         let count = triangles.len();
@@ -133,10 +127,7 @@ impl Mesh {
             vertices,
             triangles,
             count,
-            patch_of: numbers
-                .iter()
-                .map(|number| patch_of[*number as usize])
-                .collect(),
+            patch_of: numbers.iter().map(|number| patch_of[*number as usize]).collect(),
             patches: patch_of.iter().max().map_or(0, |most| *most as usize + 1),
             numbers,
             hierarchy,
@@ -165,12 +156,10 @@ impl Mesh {
                 corners.map(|corner| {
                     // -0 is 0.
                     let corner = corner + DVec3::ZERO;
-                    *known
-                        .entry(corner.to_array().map(f64::to_bits))
-                        .or_insert_with(|| {
-                            vertices.push(corner);
-                            vertices.len() as u32 - 1
-                        })
+                    *known.entry(corner.to_array().map(f64::to_bits)).or_insert_with(|| {
+                        vertices.push(corner);
+                        vertices.len() as u32 - 1
+                    })
                 })
             })
             .collect();
@@ -236,20 +225,13 @@ impl Mesh {
         let bound = |to: f64| self.bound(to, start);
         let sheared = ShearedRay::new(ray);
         let mut found = None;
-        self.hierarchy
-            .ray_traverse(single, &mut RayHit::none(), |_, primitive| {
-                if let Some((distance, side)) =
-                    self.triangle(primitive).cross(&sheared, reach, sides)
-                {
-                    reach.to = distance;
-                    found = Some(Intersection {
-                        distance,
-                        primitive: primitive as u32,
-                        side,
-                    });
-                }
-                bound(reach.to)
-            });
+        self.hierarchy.ray_traverse(single, &mut RayHit::none(), |_, primitive| {
+            if let Some((distance, side)) = self.triangle(primitive).cross(&sheared, reach, sides) {
+                reach.to = distance;
+                found = Some(Intersection { distance, primitive: primitive as u32, side });
+            }
+            bound(reach.to)
+        });
         found
     }
 
@@ -279,10 +261,7 @@ impl Mesh {
         let [a, b, c] = self.triangles[primitive];
         let corner = |vertex: u32| self.vertices[vertex as usize];
         let (a, b, c) = (corner(a), corner(b), corner(c));
-        Triangle {
-            corners: [a, b, c],
-            normal: (b - a).cross(c - a),
-        }
+        Triangle { corners: [a, b, c], normal: (b - a).cross(c - a) }
     }
 
     /// The nearest hit by testing every triangle: the reference for the search.
@@ -292,11 +271,7 @@ impl Mesh {
         for primitive in 0..self.triangles.len() {
             if let Some((distance, side)) = self.triangle(primitive).cross(&sheared, reach, sides) {
                 reach.to = distance;
-                found = Some(Intersection {
-                    distance,
-                    primitive: primitive as u32,
-                    side,
-                });
+                found = Some(Intersection { distance, primitive: primitive as u32, side });
             }
         }
         found
@@ -316,11 +291,7 @@ impl Mesh {
 #[inline]
 fn divisor(d: f64) -> f32 {
     let d = d as f32;
-    if d.abs() < LEAST {
-        LEAST.copysign(d)
-    } else {
-        d
-    }
+    if d.abs() < LEAST { LEAST.copysign(d) } else { d }
 }
 
 /// Triangles in the order of `numbers`, and the vertices in the order in which they name them.
@@ -368,11 +339,7 @@ impl<'a> ShearedRay<'a> {
         if d[z] < 0.0 {
             (x, y) = (y, x);
         }
-        Self {
-            ray,
-            axes: [x, y, z],
-            shear: [d[x] / d[z], d[y] / d[z]],
-        }
+        Self { ray, axes: [x, y, z], shear: [d[x] / d[z], d[y] / d[z]] }
     }
 
     /// Where a corner lies beside the ray. It depends on nothing but the corner and the ray.

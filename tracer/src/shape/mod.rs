@@ -93,10 +93,7 @@ pub struct Reach {
 
 impl Reach {
     /// All distances ahead.
-    pub const AHEAD: Self = Self {
-        from: 0.0,
-        to: f64::INFINITY,
-    };
+    pub const AHEAD: Self = Self { from: 0.0, to: f64::INFINITY };
 
     #[inline]
     pub(crate) fn holds(self, distance: f64) -> bool {
@@ -161,10 +158,7 @@ impl Shape {
         Plane::new(
             DVec3::new(0.0, 0.0, z),
             DVec3::Z,
-            Extent::Split {
-                half_u: half_x,
-                half_v: half_y,
-            },
+            Extent::Split { half_u: half_x, half_v: half_y },
         )
         .map(Self::Plane)
     }
@@ -380,42 +374,19 @@ impl Shape {
 /// α).
 fn meridional_frame(point: DVec3, normal: DVec3) -> Frame {
     let radius = point.x.hypot(point.y);
-    let b = if radius > 0.0 {
-        DVec3::new(-point.y / radius, point.x / radius, 0.0)
-    } else {
-        DVec3::Y
-    };
-    Frame {
-        t: b.cross(normal),
-        b,
-        n: normal,
-    }
+    let b =
+        if radius > 0.0 { DVec3::new(-point.y / radius, point.x / radius, 0.0) } else { DVec3::Y };
+    Frame { t: b.cross(normal), b, n: normal }
 }
 
 /// t points down the slope, b is level; along x and y on level ground.
 fn slope_frame(normal: DVec3) -> Frame {
     let level = DVec3::Z.cross(normal);
-    let b = if level.length_squared() > 1e-20 {
-        level.normalize()
-    } else {
-        DVec3::Y
-    };
-    Frame {
-        t: b.cross(normal),
-        b,
-        n: normal,
-    }
+    let b = if level.length_squared() > 1e-20 { level.normalize() } else { DVec3::Y };
+    Frame { t: b.cross(normal), b, n: normal }
 }
 
 fn cuboid_frame(normal: DVec3) -> Frame {
-    let b = if normal.y.abs() > 0.5 {
-        -DVec3::X * normal.y.signum()
-    } else {
-        DVec3::Y
-    };
-    Frame {
-        t: b.cross(normal),
-        b,
-        n: normal,
-    }
+    let b = if normal.y.abs() > 0.5 { -DVec3::X * normal.y.signum() } else { DVec3::Y };
+    Frame { t: b.cross(normal), b, n: normal }
 }

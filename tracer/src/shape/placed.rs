@@ -46,12 +46,7 @@ pub enum Foot {
 impl Placement {
     /// At `origin` (mm), without rotation.
     pub fn at(origin: DVec3) -> Self {
-        Self {
-            rotation: DMat3::IDENTITY,
-            origin,
-            inset: 0.0,
-            foot: Foot::Raised,
-        }
+        Self { rotation: DMat3::IDENTITY, origin, inset: 0.0, foot: Foot::Raised }
     }
 
     /// Rotated so that z becomes `axis`, of any length above 0, by the shortest way.
@@ -59,12 +54,7 @@ impl Placement {
     /// # Errors
     /// A direction that is none.
     pub fn along(mut self, axis: DVec3) -> Result<Self, Error> {
-        check(
-            "length of an axis",
-            axis.length(),
-            "a finite number above 0",
-            axis.length() > 0.0,
-        )?;
+        check("length of an axis", axis.length(), "a finite number above 0", axis.length() > 0.0)?;
         let axis = axis.normalize();
         self.rotation = if axis == DVec3::Z {
             DMat3::IDENTITY
@@ -103,10 +93,7 @@ impl Placed {
             return None;
         };
         let (centre, radius) = member.ball()?;
-        let even = (self.scale - DVec3::splat(self.scale.x))
-            .abs()
-            .max_element()
-            <= 1e-9;
+        let even = (self.scale - DVec3::splat(self.scale.x)).abs().max_element() <= 1e-9;
         let at = self.origin + self.rotation * (centre * self.scale);
         even.then_some((at, radius * self.scale.x))
     }
@@ -122,26 +109,14 @@ impl Placed {
         placement: &Placement,
     ) -> Result<Self, Error> {
         if members.is_empty() {
-            return Err(Error::TooFew {
-                what: "pieces of a placed shape",
-                expected: 1,
-                got: 0,
-            });
+            return Err(Error::TooFew { what: "pieces of a placed shape", expected: 1, got: 0 });
         }
-        let Placement {
-            rotation,
-            origin,
-            inset,
-            foot,
-        } = *placement;
+        let Placement { rotation, origin, inset, foot } = *placement;
         for value in origin.to_array() {
             finite("place of a shape, mm", value)?;
         }
         let off = rotation * rotation.transpose() - DMat3::IDENTITY;
-        let off = off
-            .to_cols_array()
-            .into_iter()
-            .fold(0.0, |most: f64, v| most.max(v.abs()));
+        let off = off.to_cols_array().into_iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         check(
             "deviation of a matrix from a rotation",
             off.max((rotation.determinant() - 1.0).abs()),
@@ -181,19 +156,9 @@ impl Placed {
             sunk = inset;
         }
         let origin = origin + rotation * (middle - scale * middle) - DVec3::Z * sunk;
-        let placed = Self {
-            members,
-            closing,
-            rotation,
-            scale,
-            origin,
-            bounds,
-        };
+        let placed = Self { members, closing, rotation, scale, origin, bounds };
         let corners = bounds.corners().map(|corner| placed.outwards(corner));
-        Ok(Self {
-            bounds: Bounds::of_points(corners),
-            ..placed
-        })
+        Ok(Self { bounds: Bounds::of_points(corners), ..placed })
     }
 
     /// A point of the members' frame in that of the body.
@@ -222,14 +187,8 @@ impl Placed {
         let along = self.turned_back(ray.direction) / self.scale;
         // Length in the members' frame per length in the body's.
         let stretch = along.length();
-        let local = Ray {
-            origin: self.inwards(ray.origin),
-            direction: along / stretch,
-        };
-        let mut within = Reach {
-            from: reach.from * stretch,
-            to: reach.to * stretch,
-        };
+        let local = Ray { origin: self.inwards(ray.origin), direction: along / stretch };
+        let mut within = Reach { from: reach.from * stretch, to: reach.to * stretch };
         let mut found = None;
         let count = self.members.len() as u32;
         for (number, member) in (0..).zip(&self.members) {
@@ -257,11 +216,7 @@ impl Placed {
     pub(super) fn frame(&self, point: DVec3, normal: DVec3) -> Frame {
         let local = self.members[0].frame(self.inwards(point), self.turned_back(normal));
         let b = normal.cross(self.rotation * local.t).normalize();
-        Frame {
-            t: b.cross(normal),
-            b,
-            n: normal,
-        }
+        Frame { t: b.cross(normal), b, n: normal }
     }
 
     pub(super) fn bounds(&self) -> Bounds {
@@ -289,9 +244,7 @@ impl Placed {
         let placed = |face: Face| Face {
             point: self.outwards(face.point),
             normal: (self.rotation * (face.normal / self.scale)).normalize(),
-            corners: face
-                .corners
-                .map(|all| all.into_iter().map(|c| self.outwards(c)).collect()),
+            corners: face.corners.map(|all| all.into_iter().map(|c| self.outwards(c)).collect()),
         };
         all.map(placed).collect()
     }
@@ -325,10 +278,7 @@ impl Placed {
     pub(super) fn facets(&self, see: &mut dyn FnMut(u32, Facet)) {
         // All members are finite, so an infinite window passes over none of their faces.
         let all = Window {
-            bounds: Bounds {
-                low: DVec3::NEG_INFINITY,
-                high: DVec3::INFINITY,
-            },
+            bounds: Bounds { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY },
             axis: 0,
             within: 0.0,
         };
@@ -341,12 +291,7 @@ impl Placed {
                     Facet::Polygon(corners)
                 }
                 // An inset scales a body of revolution evenly across its axis.
-                Facet::Ring {
-                    centre,
-                    normal,
-                    inner,
-                    outer,
-                } => Facet::Ring {
+                Facet::Ring { centre, normal, inner, outer } => Facet::Ring {
                     centre: self.outwards(centre),
                     normal: self.rotation * normal,
                     inner: inner * self.scale.x,
@@ -363,9 +308,7 @@ impl Placed {
     /// Its edges from end to end, circles as chords.
     pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
         let local = self.members.iter().flat_map(local_edges);
-        local
-            .map(|ends| ends.map(|end| self.outwards(end)))
-            .collect()
+        local.map(|ends| ends.map(|end| self.outwards(end))).collect()
     }
 }
 
@@ -376,9 +319,7 @@ fn local_edges(shape: &Shape) -> Vec<[DVec3; 2]> {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / CHORDS as f64).sin_cos();
             DVec3::new(r * cos, r * sin, z)
         };
-        (0..CHORDS)
-            .filter(move |_| r > 0.0)
-            .map(move |k| [at(k), at(k + 1)])
+        (0..CHORDS).filter(move |_| r > 0.0).map(move |k| [at(k), at(k + 1)])
     };
     match shape {
         Shape::Cuboid(cuboid) => cuboid.edges(),

@@ -44,20 +44,13 @@ pub struct Revolution {
 impl Revolution {
     /// Whether its meridian leads from the axis back to the axis.
     pub(super) fn closed(&self) -> bool {
-        let ends = [
-            self.frusta[0].ends()[0],
-            self.frusta[self.frusta.len() - 1].ends()[1],
-        ];
+        let ends = [self.frusta[0].ends()[0], self.frusta[self.frusta.len() - 1].ends()[1]];
         ends.iter().all(|[r, _]| *r <= 0.0)
     }
 
     /// Prepares the search structure.
     pub fn new(meridian: &Meridian) -> Self {
-        let frusta: Vec<Frustum> = meridian
-            .frusta()
-            .iter()
-            .map(|&(frustum, _)| frustum)
-            .collect();
+        let frusta: Vec<Frustum> = meridian.frusta().iter().map(|&(frustum, _)| frustum).collect();
         let points = || frusta.iter().flat_map(Frustum::ends);
         let (mut low, mut high, mut rim) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
         for [r, z] in points() {
@@ -133,11 +126,7 @@ impl Revolution {
 
     /// The shell in which it lies, with a slack far above rounding.
     pub(crate) fn shell(&self) -> Shell {
-        Shell {
-            centre_z: self.centre_z,
-            inner: self.inner,
-            outer: self.outer,
-        }
+        Shell { centre_z: self.centre_z, inner: self.inner, outer: self.outer }
     }
 
     /// Whether every normal points away from the axis or along it, and up or level.
@@ -152,9 +141,7 @@ impl Revolution {
 
     /// Its segments with the numbers of their patches.
     pub(super) fn frusta_with_patches(&self) -> impl Iterator<Item = (&Frustum, u32)> {
-        self.frusta
-            .iter()
-            .zip(self.patch_of_frustum.iter().copied())
+        self.frusta.iter().zip(self.patch_of_frustum.iter().copied())
     }
 
     /// The nearest hit of a ray that is known to start on `side` of the whole surface. On a
@@ -169,19 +156,13 @@ impl Revolution {
             };
             return self.intersect(ray, reach, sides);
         };
-        let passage = self
-            .shell()
-            .passage(ray.origin.to_array(), ray.direction.to_array());
+        let passage = self.shell().passage(ray.origin.to_array(), ray.direction.to_array());
         let found = match side {
             Side::Inner => stairs.leave_through(&passage, Axial::new(ray)),
             Side::Outer => stairs.enter_through(&passage, Axial::new(ray)),
         };
         let (distance, primitive) = found?;
-        reach.holds(distance).then_some(Intersection {
-            distance,
-            primitive,
-            side,
-        })
+        reach.holds(distance).then_some(Intersection { distance, primitive, side })
     }
 
     /// The nearest hit, by clipping and marching.
@@ -194,10 +175,7 @@ impl Revolution {
                 return None;
             }
         } else {
-            let (t0, t1) = (
-                (self.low - axial.z) / axial.dz,
-                (self.high - axial.z) / axial.dz,
-            );
+            let (t0, t1) = ((self.low - axial.z) / axial.dz, (self.high - axial.z) / axial.dz);
             from = from.max(t0.min(t1));
             to = to.min(t0.max(t1));
         }
@@ -218,13 +196,7 @@ impl Revolution {
         }
 
         // Leave out the empty inner sphere and march through the rest in order.
-        let mut march = March {
-            shape: self,
-            axial,
-            reach,
-            sides,
-            found: None,
-        };
+        let mut march = March { shape: self, axial, reach, sides, found: None };
         let inner_half2 = self.inner * self.inner - across2;
         if inner_half2 <= 0.0 {
             march.pass(from, to);
@@ -242,10 +214,7 @@ impl Revolution {
         for (number, frustum) in self.frusta.iter().enumerate() {
             if let Some(hit) = frustum.intersect(ray, reach, sides) {
                 reach.to = hit.distance;
-                found = Some(Intersection {
-                    primitive: number as u32,
-                    ..hit
-                });
+                found = Some(Intersection { primitive: number as u32, ..hit });
             }
         }
         found
@@ -319,10 +288,7 @@ impl March<'_> {
             for bucket in shape.bucket((start - slack).max(0.0))..=shape.bucket(end + slack) {
                 self.test(shape.buckets[bucket], &mut tested);
                 let boundary = (bucket + 1) as f64 * width;
-                if self
-                    .hit_radius2(to)
-                    .is_some_and(|r2| r2 <= boundary * boundary)
-                {
+                if self.hit_radius2(to).is_some_and(|r2| r2 <= boundary * boundary) {
                     return;
                 }
             }
@@ -334,10 +300,7 @@ impl March<'_> {
             {
                 self.test(shape.buckets[bucket], &mut tested);
                 let boundary = bucket as f64 * width;
-                if self
-                    .hit_radius2(to)
-                    .is_some_and(|r2| r2 >= boundary * boundary)
-                {
+                if self.hit_radius2(to).is_some_and(|r2| r2 >= boundary * boundary) {
                     return;
                 }
             }
@@ -349,9 +312,7 @@ impl March<'_> {
     /// one.
     #[inline]
     fn hit_radius2(&self, to: f64) -> Option<f64> {
-        self.found
-            .filter(|hit| hit.distance <= to)
-            .map(|hit| self.axial.r2(hit.distance))
+        self.found.filter(|hit| hit.distance <= to).map(|hit| self.axial.r2(hit.distance))
     }
 
     /// Tests the segments of a bucket that were not `tested` in the bucket before.
@@ -382,11 +343,7 @@ impl March<'_> {
     fn cross(&mut self, primitive: u32, frustum: &Frustum, side: Side) {
         if let Some(distance) = frustum.crossing(&self.axial, self.reach, side) {
             self.reach.to = distance;
-            self.found = Some(Intersection {
-                distance,
-                primitive,
-                side,
-            });
+            self.found = Some(Intersection { distance, primitive, side });
         }
     }
 }
@@ -405,11 +362,7 @@ fn fit_centre(points: impl Iterator<Item = [f64; 2]>, otherwise: f64) -> f64 {
     }
     let spread = szz - sz * sz / n;
     let centre = 0.5 * (szq - sz * sq / n) / spread;
-    if spread > 0.0 && centre.is_finite() {
-        centre
-    } else {
-        otherwise
-    }
+    if spread > 0.0 && centre.is_finite() { centre } else { otherwise }
 }
 
 /// Smallest distance of a segment from the axis point at height `centre_z`.

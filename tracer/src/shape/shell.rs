@@ -25,33 +25,21 @@ const BEHIND: f64 = -1e300;
 
 impl Shell {
     /// The passage of a ray from (x, y, z) along (dx, dy, dz).
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub fn passage(&self, [x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3]) -> Passage {
         let line = self.line([x, y, z], [dx, dy, dz]);
-        Passage {
-            gap: line.within(self.inner),
-            whole: line.within(self.outer),
-        }
+        Passage { gap: line.within(self.inner), whole: line.within(self.outer) }
     }
 
     /// A ray by its place beside the centre.
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub fn line(&self, [x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3]) -> CentredLine {
         let z = z - self.centre_z;
         let nearest = -(x * dx + y * dy + z * dz);
         let (ax, ay, az) = (x + dx * nearest, y + dy * nearest, z + dz * nearest);
-        CentredLine {
-            nearest,
-            across2: ax * ax + ay * ay + az * az,
-        }
+        CentredLine { nearest, across2: ax * ax + ay * ay + az * az }
     }
 }
 
@@ -67,10 +55,7 @@ pub(crate) struct CentredLine {
 impl CentredLine {
     /// Distances at which it enters and leaves the ball of this radius; far behind if it never
     /// does.
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
+    #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub fn within(&self, radius: f64) -> [f64; 2] {
         let half2 = radius * radius - self.across2;

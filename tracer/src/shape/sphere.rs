@@ -23,10 +23,7 @@ pub struct Sphere {
 
 /// The chord of a sphere along a ray that begins `from_centre` of it: distance to the middle, and
 /// the square of half the length, negative where the ray passes by.
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over many paths"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
 #[inline(always)]
 pub(crate) fn chord([x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3], radius: f64) -> (f64, f64) {
     let nearest = -(x * dx + y * dy + z * dz);
@@ -129,20 +126,11 @@ impl Sphere {
     }
 
     pub(super) fn bounds(&self) -> Bounds {
-        let radius_at = |z: f64| {
-            (self.radius * self.radius - (z - self.centre.z).powi(2))
-                .max(0.0)
-                .sqrt()
-        };
+        let radius_at =
+            |z: f64| (self.radius * self.radius - (z - self.centre.z).powi(2)).max(0.0).sqrt();
         let equator = self.low <= self.centre.z && self.high >= self.centre.z;
-        let wide = if equator {
-            self.radius
-        } else {
-            radius_at(self.low).max(radius_at(self.high))
-        };
-        Bounds {
-            low: DVec3::new(-wide, -wide, self.low),
-            high: DVec3::new(wide, wide, self.high),
-        }
+        let wide =
+            if equator { self.radius } else { radius_at(self.low).max(radius_at(self.high)) };
+        Bounds { low: DVec3::new(-wide, -wide, self.low), high: DVec3::new(wide, wide, self.high) }
     }
 }

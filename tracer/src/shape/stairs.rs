@@ -83,11 +83,7 @@ impl Stairs {
             if !(joined && level && upright) {
                 return None;
             }
-            steps.push(Step {
-                height: z0,
-                radius: r2,
-                square: r2 * r2,
-            });
+            steps.push(Step { height: z0, radius: r2, square: r2 * r2 });
             foot = z3;
         }
         let top = steps.first()?.height;
@@ -99,13 +95,7 @@ impl Stairs {
                 steps.partition_point(|step| step.height >= top - root * root) as u32
             })
             .collect();
-        Some(Self {
-            steps,
-            top,
-            foot,
-            cells,
-            cells_per_root,
-        })
+        Some(Self { steps, top, foot, cells, cells_per_root })
     }
 
     /// Height of every tread with the squared radius of the riser at its outer end.
@@ -145,26 +135,14 @@ impl Stairs {
             // nowhere.
             let idle = axial.dz < 0.0 && axial.a * from + axial.b <= 0.0;
             if !idle {
-                let climb = Climb {
-                    axial,
-                    z: axial.z,
-                    stop: axial.z(from),
-                };
+                let climb = Climb { axial, z: axial.z, stop: axial.z(from) };
                 if let Some(found) = self.leave(&climb) {
                     return Some(found);
                 }
             }
         }
-        let stop = if axial.dz > 0.0 {
-            f64::INFINITY
-        } else {
-            f64::NEG_INFINITY
-        };
-        self.leave(&Climb {
-            axial,
-            z: axial.z(to.max(0.0)),
-            stop,
-        })
+        let stop = if axial.dz > 0.0 { f64::INFINITY } else { f64::NEG_INFINITY };
+        self.leave(&Climb { axial, z: axial.z(to.max(0.0)), stop })
     }
 
     /// Where light outside enters, with the passage of its ray through the shell: outside of the
@@ -175,11 +153,7 @@ impl Stairs {
         if to < 0.0 || (axial.dz >= 0.0 && axial.b >= 0.0) {
             return None;
         }
-        self.enter(&Climb {
-            axial,
-            z: axial.z(from.max(0.0)),
-            stop: axial.z(to),
-        })
+        self.enter(&Climb { axial, z: axial.z(from.max(0.0)), stop: axial.z(to) })
     }
 
     /// Where light inside leaves: distance and primitive.
@@ -194,11 +168,7 @@ impl Stairs {
             for number in (0..self.level(climb.z)).rev() {
                 let step = &self.steps[number];
                 let square = climb.square(step.height);
-                let beyond = if number > 0 {
-                    self.steps[number - 1].square
-                } else {
-                    -1.0
-                };
+                let beyond = if number > 0 { self.steps[number - 1].square } else { -1.0 };
                 if square > beyond {
                     return Some(if square > step.square {
                         self.riser(axial, number, 1.0)
@@ -272,11 +242,7 @@ impl Stairs {
         let mut z = climb.z;
         for number in level..=count {
             // The riser above the next tread, then the tread.
-            let next = if number < count {
-                self.steps[number].height
-            } else {
-                self.foot
-            };
+            let next = if number < count { self.steps[number].height } else { self.foot };
             if number > 0
                 && turn < z
                 && climb.square(next.max(turn)) < self.steps[number - 1].square
@@ -297,9 +263,7 @@ impl Stairs {
     /// Height at which the riser `number` ends.
     #[inline]
     fn below(&self, number: usize) -> f64 {
-        self.steps
-            .get(number + 1)
-            .map_or(self.foot, |step| step.height)
+        self.steps.get(number + 1).map_or(self.foot, |step| step.height)
     }
 
     #[inline]
@@ -314,11 +278,7 @@ impl Stairs {
     fn riser(&self, axial: &Axial, number: usize, sign: f64) -> (f64, u32) {
         let c = axial.c - self.steps[number].square;
         let s = (axial.b * axial.b - axial.a * c).max(0.0).sqrt() * sign;
-        let distance = if axial.b * s > 0.0 {
-            c / (-axial.b - s)
-        } else {
-            (s - axial.b) / axial.a
-        };
+        let distance = if axial.b * s > 0.0 { c / (-axial.b - s) } else { (s - axial.b) / axial.a };
         (distance.max(0.0), 2 * number as u32 + 1)
     }
 }

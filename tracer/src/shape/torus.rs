@@ -72,22 +72,15 @@ impl Torus {
         bend: Bend,
     ) -> Result<Self, Error> {
         for [r, z] in [start, end] {
-            check(
-                "radius of a point of an arc, mm",
-                r,
-                "a finite number, 0 or more",
-                r >= 0.0,
-            )?;
+            check("radius of a point of an arc, mm", r, "a finite number, 0 or more", r >= 0.0)?;
             finite("height of a point of an arc, mm", z)?;
         }
         finite("radius of the centre of an arc, mm", centre[0])?;
         finite("height of the centre of an arc, mm", centre[1])?;
         let away = |p: [f64; 2]| (p[0] - centre[0]).hypot(p[1] - centre[1]);
         let radius = 0.5 * (away(start) + away(end));
-        let size = [start, end, centre]
-            .iter()
-            .flatten()
-            .fold(radius, |size: f64, v| size.max(v.abs()));
+        let size =
+            [start, end, centre].iter().flatten().fold(radius, |size: f64, v| size.max(v.abs()));
         let off = away(start) - away(end);
         check(
             "distance of the ends of an arc from its centre, mm",
@@ -123,12 +116,7 @@ impl Torus {
             reach: start[0].max(end[0]),
         };
         let pole = |r: f64, z: f64| [centre[0] + radius * r, centre[1] + radius * z];
-        for p in [
-            pole(1.0, 0.0),
-            pole(0.0, 1.0),
-            pole(-1.0, 0.0),
-            pole(0.0, -1.0),
-        ] {
+        for p in [pole(1.0, 0.0), pole(0.0, 1.0), pole(-1.0, 0.0), pole(0.0, -1.0)] {
             if arc.holds(p) {
                 check(
                     "radius of a point of an arc, mm",
@@ -195,11 +183,7 @@ impl Torus {
             before = after;
             // d·n has the sign with which the ray leaves the circle, or the other one where n
             // points to the centre.
-            let side = if leaves == (self.outward > 0.0) {
-                Side::Inner
-            } else {
-                Side::Outer
-            };
+            let side = if leaves == (self.outward > 0.0) { Side::Inner } else { Side::Outer };
             if !sides.admit(side) {
                 continue;
             }
@@ -209,11 +193,7 @@ impl Torus {
             };
             let distance = middle + u;
             if reach.holds(distance) && self.holds(track.at(u)) {
-                return Some(Intersection {
-                    distance,
-                    primitive: 0,
-                    side,
-                });
+                return Some(Intersection { distance, primitive: 0, side });
             }
         }
         None
@@ -244,10 +224,7 @@ impl Torus {
         let slack = SLACK * (self.reach + self.high - self.low);
         let (mut from, mut to) = (reach.from, reach.to);
         let inverse = d.z.recip();
-        let (a, b) = (
-            (self.low - slack - o.z) * inverse,
-            (self.high + slack - o.z) * inverse,
-        );
+        let (a, b) = ((self.low - slack - o.z) * inverse, (self.high + slack - o.z) * inverse);
         // f64::min and max drop the NaN of a level ray at the very height of an end.
         from = from.max(a.min(b));
         to = to.min(a.max(b));
@@ -275,19 +252,12 @@ impl Torus {
     #[inline]
     pub(super) fn settle(&self, at: DVec3) -> (DVec3, DVec3) {
         let radius = (at.x * at.x + at.y * at.y).sqrt();
-        let (cos_phi, sin_phi) = if radius > 0.0 {
-            (at.x / radius, at.y / radius)
-        } else {
-            (1.0, 0.0)
-        };
+        let (cos_phi, sin_phi) =
+            if radius > 0.0 { (at.x / radius, at.y / radius) } else { (1.0, 0.0) };
         let (dr, dz) = (radius - self.centre[0], at.z - self.centre[1]);
         let per = 1.0 / (dr * dr + dz * dz).sqrt();
         let away = DVec3::new(dr * per * cos_phi, dr * per * sin_phi, dz * per);
-        let middle = DVec3::new(
-            self.centre[0] * cos_phi,
-            self.centre[0] * sin_phi,
-            self.centre[1],
-        );
+        let middle = DVec3::new(self.centre[0] * cos_phi, self.centre[0] * sin_phi, self.centre[1]);
         (middle + away * self.radius, away * self.outward)
     }
 
@@ -309,9 +279,7 @@ impl Torus {
 
     /// Least distance of a point of the arc from the axis.
     pub(crate) fn least_radius(&self) -> f64 {
-        self.farthest([-1.0, 0.0])
-            .into_iter()
-            .fold(self.reach, |least, [r, _]| least.min(r))
+        self.farthest([-1.0, 0.0]).into_iter().fold(self.reach, |least, [r, _]| least.min(r))
     }
 
     pub(super) fn bounds(&self) -> Bounds {

@@ -37,18 +37,8 @@ impl Distribution {
     /// polar angle the intensity is 0.
     pub fn new(thetas_deg: &[f64], phis_deg: &[f64], values: Vec<f64>) -> Result<Self, Error> {
         for (what, angles, least, range) in [
-            (
-                "polar angles of an intensity table",
-                thetas_deg,
-                2,
-                0.0..=180.0,
-            ),
-            (
-                "azimuths of an intensity table",
-                phis_deg,
-                1,
-                0.0..=359.999_999,
-            ),
+            ("polar angles of an intensity table", thetas_deg, 2, 0.0..=180.0),
+            ("azimuths of an intensity table", phis_deg, 1, 0.0..=359.999_999),
         ] {
             if angles.len() < least {
                 return Err(Error::TooFew {
@@ -130,11 +120,7 @@ impl Distribution {
 
     /// Azimuth where the cells of `plane` end, radians.
     fn plane_end(&self, plane: usize) -> f64 {
-        if plane + 1 < self.phis.len() {
-            self.phis[plane + 1]
-        } else {
-            self.phis[0] + TAU
-        }
+        if plane + 1 < self.phis.len() { self.phis[plane + 1] } else { self.phis[0] + TAU }
     }
 
     /// Values at the corners of a cell: both polar angles of its azimuth, then both of the next.
@@ -201,10 +187,7 @@ impl Distribution {
         let rings = self.thetas.len() - 1;
         loop {
             let level = random::unit(rng) * all;
-            let cell = self
-                .bounds
-                .partition_point(|b| *b <= level)
-                .min(self.bounds.len() - 1);
+            let cell = self.bounds.partition_point(|b| *b <= level).min(self.bounds.len() - 1);
             let (plane, ring) = (cell / rings, cell % rings);
             let phi =
                 self.phis[plane] + random::unit(rng) * (self.plane_end(plane) - self.phis[plane]);
@@ -231,10 +214,7 @@ impl Distribution {
 
 /// Radians in degrees, without the rounding of degrees to radians and back.
 fn degrees(radians: &[f64]) -> Vec<f64> {
-    radians
-        .iter()
-        .map(|r| (r.to_degrees() * 1e9).round() / 1e9)
-        .collect()
+    radians.iter().map(|r| (r.to_degrees() * 1e9).round() / 1e9).collect()
 }
 
 #[cfg(test)]
@@ -243,9 +223,7 @@ mod tests {
     use std::f64::consts::PI;
 
     fn every(step: f64, last: f64) -> Vec<f64> {
-        (0..=(last / step).round() as usize)
-            .map(|k| k as f64 * step)
-            .collect()
+        (0..=(last / step).round() as usize).map(|k| k as f64 * step).collect()
     }
 
     #[test]
@@ -255,20 +233,14 @@ mod tests {
         let thetas = every(0.5, 90.0);
         let cosine = thetas.iter().map(|t: &f64| t.to_radians().cos()).collect();
         let lambertian = Distribution::new(&thetas, &[0.0], cosine).unwrap();
-        assert!(
-            (lambertian.flux() / PI - 1.0).abs() < 1e-5,
-            "{}",
-            lambertian.flux()
-        );
+        assert!((lambertian.flux() / PI - 1.0).abs() < 1e-5, "{}", lambertian.flux());
     }
 
     #[test]
     fn draws_follow_the_intensity() {
         let thetas = every(15.0, 120.0);
         let phis = [0.0, 60.0, 90.0, 200.0];
-        let values = (0..phis.len() * thetas.len())
-            .map(|k| 1.0 + ((k * 7) % 5) as f64)
-            .collect();
+        let values = (0..phis.len() * thetas.len()).map(|k| 1.0 + ((k * 7) % 5) as f64).collect();
         let table = Distribution::new(&thetas, &phis, values).unwrap();
         let mut rng = random::stream(3, 0);
         let count = 200_000;
@@ -288,11 +260,7 @@ mod tests {
                     (f64::from(i) + 0.5) * 0.25_f64.to_radians(),
                     (f64::from(j) + 0.5) * 0.25_f64.to_radians(),
                 );
-                let d = DVec3::new(
-                    theta.sin() * phi.cos(),
-                    theta.sin() * phi.sin(),
-                    theta.cos(),
-                );
+                let d = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
                 expected[cell(d)] +=
                     table.intensity(d) * theta.sin() * 0.25_f64.to_radians().powi(2);
             }
@@ -301,10 +269,7 @@ mod tests {
         assert!((whole / table.flux() - 1.0).abs() < 1e-4);
         for (got, expected) in drawn.iter().zip(expected) {
             let mean = expected / whole * f64::from(count);
-            assert!(
-                (got - mean).abs() < 5.0 * mean.sqrt().max(1.0),
-                "{got} {mean}"
-            );
+            assert!((got - mean).abs() < 5.0 * mean.sqrt().max(1.0), "{got} {mean}");
         }
     }
 
@@ -322,10 +287,7 @@ mod tests {
             (&[0.0, 90.0], &[0.0], vec![1e308; 2]),
         ];
         for (thetas, phis, values) in bad {
-            assert!(
-                Distribution::new(thetas, phis, values).is_err(),
-                "{thetas:?} {phis:?}"
-            );
+            assert!(Distribution::new(thetas, phis, values).is_err(), "{thetas:?} {phis:?}");
         }
     }
 }

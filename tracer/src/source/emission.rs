@@ -93,10 +93,7 @@ impl EmittedRays {
         let origin = DVec3::new(self.position[0][index], self.position[1][index], offset);
         // Element by element: mapping the arrays would copy them.
         let direction = [0, 1, 2].map(|axis| self.direction[axis][index]);
-        let ray = Ray {
-            origin: position + origin,
-            direction: direction.into(),
-        };
+        let ray = Ray { origin: position + origin, direction: direction.into() };
         let state = [0, 1].map(|half| self.state[half][index]);
         (ray, PathStream { state })
     }
@@ -105,10 +102,7 @@ impl EmittedRays {
     #[inline]
     fn draw(&mut self, number: u64, streams: &Streams) {
         self.first = number;
-        let random = ByStreams {
-            rays: self,
-            streams,
-        };
+        let random = ByStreams { rays: self, streams };
         for k in lanes(Arch::new().dispatch(random)) {
             self.reject_alone(k);
         }
@@ -118,12 +112,7 @@ impl EmittedRays {
     fn draw_points(&mut self, number: u64, streams: &Streams, sobol: &mut SobolSequence) {
         self.first = number - number % BLOCK as u64;
         let (low, high) = sobol.block(number);
-        Arch::new().dispatch(ByPoints {
-            rays: self,
-            streams,
-            low,
-            high,
-        });
+        Arch::new().dispatch(ByPoints { rays: self, streams, low, high });
     }
 
     /// Makes further attempts for one path.

@@ -78,9 +78,7 @@ pub enum Emission {
 
 impl Emission {
     /// A full Lambertian source.
-    pub const LAMBERTIAN: Self = Self::Lambertian {
-        half_angle_deg: 90.0,
-    };
+    pub const LAMBERTIAN: Self = Self::Lambertian { half_angle_deg: 90.0 };
 }
 
 /// A source of light.
@@ -174,9 +172,7 @@ impl Source {
             (self.normal.length() - 1.0).abs() < 1e-9,
         )?;
         if let Some(along) = self.along {
-            let off = (along.length() - 1.0)
-                .abs()
-                .max(along.dot(self.normal).abs());
+            let off = (along.length() - 1.0).abs().max(along.dot(self.normal).abs());
             check(
                 &format!("deviation of u of source '{name}' from a unit vector in its plane"),
                 off,
@@ -276,11 +272,7 @@ impl Source {
         let direction = match &self.emission {
             &Emission::Lambertian { half_angle_deg } => {
                 let full = half_angle_deg >= 90.0;
-                let sin_max = if full {
-                    1.0
-                } else {
-                    half_angle_deg.to_radians().sin()
-                };
+                let sin_max = if full { 1.0 } else { half_angle_deg.to_radians().sin() };
                 random::about(normal, random::risen(sampler.direction(sin_max)))
             }
             &Emission::CosinePower { exponent } => {
@@ -288,11 +280,7 @@ impl Source {
                 let (x, y) = sampler.direction(1.0);
                 let r2 = x * x + y * y;
                 let cos = (1.0 - r2).max(0.0).powf(1.0 / (exponent + 1.0));
-                let stretch = if r2 > 0.0 {
-                    ((1.0 - cos * cos) / r2).sqrt()
-                } else {
-                    0.0
-                };
+                let stretch = if r2 > 0.0 { ((1.0 - cos * cos) / r2).sqrt() } else { 0.0 };
                 random::about(normal, DVec3::new(stretch * x, stretch * y, cos))
             }
             Emission::Isotropic => random::wrapped(sampler.direction(1.0)),
@@ -303,10 +291,7 @@ impl Source {
             }
         };
         let off = normal * (offset * direction.dot(normal).signum());
-        Ray {
-            origin: self.position + from_position + off,
-            direction,
-        }
+        Ray { origin: self.position + from_position + off, direction }
     }
 }
 
@@ -314,11 +299,7 @@ impl Source {
 fn axes(normal: DVec3, along: Option<DVec3>) -> (DVec3, DVec3) {
     let u = along.unwrap_or_else(|| {
         let level = DVec3::Z.cross(normal);
-        if level.length_squared() > 1e-20 {
-            level.normalize()
-        } else {
-            DVec3::X
-        }
+        if level.length_squared() > 1e-20 { level.normalize() } else { DVec3::X }
     });
     (u, normal.cross(u))
 }

@@ -56,19 +56,10 @@ impl RaySet {
             }
         }
         if rays.is_empty() {
-            return Err(Error::TooFew {
-                what: "rays with flux",
-                expected: 1,
-                got: 0,
-            });
+            return Err(Error::TooFew { what: "rays with flux", expected: 1, got: 0 });
         }
         let starts = Bounds::of_points(rays.iter().map(start));
-        Ok(Self {
-            rays,
-            left_out,
-            flux,
-            starts,
-        })
+        Ok(Self { rays, left_out, flux, starts })
     }
 
     /// The same rays, turned about the position of the source that emits them.
@@ -83,11 +74,7 @@ impl RaySet {
         };
         let rays: Vec<[f32; 6]> = self.rays.iter().map(turn).collect();
         let starts = Bounds::of_points(rays.iter().map(start));
-        Self {
-            rays,
-            starts,
-            ..self.clone()
-        }
+        Self { rays, starts, ..self.clone() }
     }
 
     /// Number of rays.
@@ -109,10 +96,7 @@ impl RaySet {
     #[inline]
     pub fn sample(&self, rng: &mut (impl Rng + ?Sized)) -> Ray {
         let level = random::unit(rng) * self.flux();
-        let number = self
-            .flux
-            .partition_point(|f| *f <= level)
-            .min(self.rays.len() - 1);
+        let number = self.flux.partition_point(|f| *f <= level).min(self.rays.len() - 1);
         self.ray(number)
     }
 
@@ -120,10 +104,7 @@ impl RaySet {
     #[inline]
     pub(crate) fn ray(&self, number: usize) -> Ray {
         let [x, y, z, a, b, c] = self.rays[number].map(f64::from);
-        Ray {
-            origin: DVec3::new(x, y, z),
-            direction: DVec3::new(a, b, c).normalize(),
-        }
+        Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(a, b, c).normalize() }
     }
 
     /// The place, from 1, of ray `number` among the records that the set was made of.

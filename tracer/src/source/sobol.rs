@@ -42,12 +42,8 @@ pub(crate) const BLOCK: usize = 1 << LOW;
 
 /// Degree, inner coefficients and first direction numbers of the primitive polynomials of
 /// dimensions 2 to 5 \[Joe, Kuo 2008\].
-const POLYNOMIALS: [(usize, u64, [u64; 3]); DIMENSIONS - 1] = [
-    (1, 0, [1, 0, 0]),
-    (2, 1, [1, 3, 0]),
-    (3, 1, [1, 3, 1]),
-    (3, 2, [1, 1, 1]),
-];
+const POLYNOMIALS: [(usize, u64, [u64; 3]); DIMENSIONS - 1] =
+    [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1]), (3, 2, [1, 1, 1])];
 
 /// Where a path begins, as numbers on [0, 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,12 +91,8 @@ impl SobolSequence {
             }
             shift[dimension] = rng.next_u64();
         }
-        let mut sequence = Self {
-            columns,
-            low: [[0; BLOCK]; DIMENSIONS],
-            block: 0,
-            high: [0; DIMENSIONS],
-        };
+        let mut sequence =
+            Self { columns, low: [[0; BLOCK]; DIMENSIONS], block: 0, high: [0; DIMENSIONS] };
         for number in 0..BLOCK {
             let words = sequence.added(number as u64, shift);
             for (low, word) in sequence.low.iter_mut().zip(words) {
@@ -138,11 +130,7 @@ impl SobolSequence {
         let k = (number % BLOCK as u64) as usize;
         let [a, b, c, d, turn] =
             [0, 1, 2, 3, 4].map(|axis| random::share(low[axis][k] ^ high[axis]));
-        SobolPoint {
-            direction: [a, b],
-            position: [c, d],
-            turn,
-        }
+        SobolPoint { direction: [a, b], position: [c, d], turn }
     }
 }
 
@@ -182,10 +170,7 @@ fn directions(dimension: usize) -> [u64; BITS] {
 
 /// The point of the unit disc that a point of the unit square is mapped to: squares about the
 /// middle become circles, areas stay in proportion \[Shirley, Chiu 1997\].
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over many paths"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
 #[inline(always)]
 pub(crate) fn concentric([u, v]: [f64; 2]) -> (f64, f64) {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -199,10 +184,7 @@ pub(crate) fn concentric([u, v]: [f64; 2]) -> (f64, f64) {
 
 /// Sine and cosine of an angle of at most π/4, by their series, which are of the same bits on any
 /// machine.
-#[expect(
-    clippy::inline_always,
-    reason = "compiled into the wide loop over many paths"
-)]
+#[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
 #[inline(always)]
 fn eighth(angle: f64) -> (f64, f64) {
     let square = angle * angle;
@@ -246,18 +228,14 @@ mod tests {
             let mut sequence = SobolSequence::new(&mut stream(1, group));
             // Any aligned run of points, not only the first.
             let first = group << ALL;
-            let points: Vec<_> = (first..first + (1 << ALL))
-                .map(|k| numbers(&sequence.point(k)))
-                .collect();
+            let points: Vec<_> =
+                (first..first + (1 << ALL)).map(|k| numbers(&sequence.point(k))).collect();
             for axis in 0..DIMENSIONS {
                 assert!(one_in_each(&points, &[axis], &[ALL]), "axis {axis}");
             }
             // The first two dimensions: a (0, 2)-sequence, every shape of box.
             for bits in 0..=ALL {
-                assert!(
-                    one_in_each(&points, &[0, 1], &[bits, ALL - bits]),
-                    "{bits} bits"
-                );
+                assert!(one_in_each(&points, &[0, 1], &[bits, ALL - bits]), "{bits} bits");
             }
         }
     }
@@ -270,11 +248,7 @@ mod tests {
             assert_eq!(sequence.point(k), forwards[k as usize]);
         }
         let far = u64::MAX - 5;
-        assert!(
-            numbers(&sequence.point(far))
-                .iter()
-                .all(|x| (0.0..1.0).contains(x))
-        );
+        assert!(numbers(&sequence.point(far)).iter().all(|x| (0.0..1.0).contains(x)));
     }
 
     #[test]
@@ -291,10 +265,7 @@ mod tests {
         }
         let expected = DRAWS as f64 / CELLS as f64;
         for count in counts {
-            let chi2: f64 = count
-                .iter()
-                .map(|n| (n - expected).powi(2) / expected)
-                .sum();
+            let chi2: f64 = count.iter().map(|n| (n - expected).powi(2) / expected).sum();
             // 15 degrees of freedom: 1 in 10^5 beyond 50.
             assert!(chi2 < 50.0, "{chi2}");
         }

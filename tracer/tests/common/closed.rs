@@ -25,10 +25,7 @@ fn room(reach: Option<f64>) -> Prototype {
         let (axis, sign) = (face / 2, if face % 2 == 0 { 1.0 } else { -1.0 });
         let extent = reach.map_or(Extent::Infinite, |reach| {
             let most = half.max_element() * (2.0 + reach);
-            Extent::Rectangle {
-                half_u: most,
-                half_v: most,
-            }
+            Extent::Rectangle { half_u: most, half_v: most }
         });
         let normal = axes[axis] * sign;
         let shape = Shape::Plane(Plane::new(normal * half[axis], normal, extent).unwrap());
@@ -46,10 +43,7 @@ fn shells() -> Prototype {
     let medium = |k: u8| Region::Body(k);
     let ball = |z: f64, radius: f64| Shape::sphere(z, radius).unwrap();
     let (vertices, triangles) = cap_triangles(8, 24);
-    let vertices: Vec<DVec3> = vertices
-        .iter()
-        .map(|v| (*v - DVec3::Z * 0.4) * 0.3)
-        .collect();
+    let vertices: Vec<DVec3> = vertices.iter().map(|v| (*v - DVec3::Z * 0.4) * 0.3).collect();
     let mesh = Mesh::new(&vertices, &triangles, &vec![0; triangles.len()]).unwrap();
     let interface = SurfaceModel::Interface;
     let mirror = SurfaceModel::Mirror { reflectance: 0.8 };

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the physics tests and the benches share: numbers of paths, judgement in standard errors,
 //! small scenes.
-#![allow(
-    dead_code,
-    reason = "each test binary and bench uses its own part of this module"
-)]
+#![allow(dead_code, reason = "each test binary and bench uses its own part of this module")]
 
 pub mod placed;
 
@@ -27,19 +24,11 @@ pub const N: f64 = 1.41;
 pub const BODY: Region = Region::Body(0);
 
 /// The dome of the paper.
-pub const CAP: Cap = Cap {
-    radius: 2.0,
-    apex: 1.0,
-    rim: 1.7,
-};
+pub const CAP: Cap = Cap { radius: 2.0, apex: 1.0, rim: 1.7 };
 
 /// 10⁷ paths where the code is optimised, fewer where it is not.
 pub fn many() -> u64 {
-    if cfg!(debug_assertions) {
-        100_000
-    } else {
-        10_000_000
-    }
+    if cfg!(debug_assertions) { 100_000 } else { 10_000_000 }
 }
 
 /// Fails where a run has lost anything.
@@ -57,11 +46,7 @@ pub fn receivers(detectors: &[Detector]) -> Vec<&dyn Receiver> {
 pub fn trace(scene: &Scene, receivers: &[&dyn Receiver], settings: &Settings) -> Outcome {
     let outcome = run(scene, receivers, settings).unwrap();
     let ledger = &outcome.total.ledger;
-    assert!(
-        ledger.imbalance().abs() < 1e-11,
-        "imbalance {:e}",
-        ledger.imbalance()
-    );
+    assert!(ledger.imbalance().abs() < 1e-11, "imbalance {:e}", ledger.imbalance());
     assert!((ledger.emitted - scene.power()).abs() < 1e-12);
     outcome
 }
@@ -94,18 +79,11 @@ impl NoFresnel {
     }
 }
 
-const THROUGH: Lobe = Lobe {
-    transport: Transport::Transmission,
-    kind: LobeKind::Specular,
-};
+const THROUGH: Lobe = Lobe { transport: Transport::Transmission, kind: LobeKind::Specular };
 
 impl Bsdf for NoFresnel {
     fn sample(&self, wi: DVec3, _rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
-        self.refracted(wi).map(|wo| BsdfSample {
-            wo,
-            weight: 1.0,
-            lobe: THROUGH,
-        })
+        self.refracted(wi).map(|wo| BsdfSample { wo, weight: 1.0, lobe: THROUGH })
     }
 
     fn pdf(&self, _wi: DVec3, _sample: &BsdfSample) -> Option<f64> {
@@ -114,11 +92,7 @@ impl Bsdf for NoFresnel {
 
     fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
         self.refracted(wi)
-            .map(|wo| OutgoingLobe {
-                wo,
-                power: 1.0,
-                lobe: THROUGH,
-            })
+            .map(|wo| OutgoingLobe { wo, power: 1.0, lobe: THROUGH })
             .into_iter()
             .collect()
     }
@@ -137,11 +111,7 @@ pub fn single(prototype: Prototype) -> Scene {
 
 /// A body of silicone with one source inside.
 pub fn lamp(index: f64, surfaces: Vec<Surface>, source: Source) -> Prototype {
-    Prototype {
-        media: vec![Medium::clear("silicone", index)],
-        surfaces,
-        sources: vec![source],
-    }
+    Prototype { media: vec![Medium::clear("silicone", index)], surfaces, sources: vec![source] }
 }
 
 /// A source at `position` in a body.
@@ -156,9 +126,7 @@ pub fn package(index: f64, dome: Dome, bottom: f64, led: f64) -> Package {
         silicone: Medium::clear("silicone", index),
         dome,
         side: SurfaceModel::Interface,
-        bottom: SurfaceModel::Mirror {
-            reflectance: bottom,
-        },
+        bottom: SurfaceModel::Mirror { reflectance: bottom },
         led: LedBox {
             size: DVec3::new(1.0, 1.0, 0.35),
             side: SurfaceModel::Mirror { reflectance: led },
@@ -178,10 +146,7 @@ pub fn mirrored_cap(emission: Emission) -> Prototype {
         Surface::new("dome", dome, BODY, Region::World, &SurfaceModel::Interface),
         Surface::new("mirror", base, Region::Opaque, BODY, &mirror),
     ];
-    let square = Emitter::Rectangle {
-        half_x: 0.5,
-        half_y: 0.5,
-    };
+    let square = Emitter::Rectangle { half_x: 0.5, half_y: 0.5 };
     lamp(N, surfaces, inside(DVec3::Z * 0.35, square, emission))
 }
 
@@ -192,11 +157,7 @@ pub fn cap_triangles(rings: usize, sides: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) 
     for ring in 1..=rings {
         let theta = FRAC_PI_3 * ring as f64 / rings as f64;
         // The last ring at z = 0 to the bit.
-        let z = if ring == rings {
-            0.0
-        } else {
-            2.0 * theta.cos() - 1.0
-        };
+        let z = if ring == rings { 0.0 } else { 2.0 * theta.cos() - 1.0 };
         for side in 0..sides {
             let (sin, cos) = (TAU * side as f64 / sides as f64).sin_cos();
             let r = 2.0 * theta.sin();
@@ -226,18 +187,14 @@ pub fn meshed_cap(count: usize, emission: Emission) -> Prototype {
     let sides = ((count as f64 * 2.0).sqrt() as usize).max(3);
     let rings = (count / sides).div_ceil(2).max(2);
     let (vertices, triangles) = cap_triangles(rings, sides);
-    let parts: Vec<u32> = (0..triangles.len())
-        .map(|k| u32::from(k + sides >= triangles.len()))
-        .collect();
+    let parts: Vec<u32> =
+        (0..triangles.len()).map(|k| u32::from(k + sides >= triangles.len())).collect();
     let mesh = Shape::mesh(Mesh::new(&vertices, &triangles, &parts).unwrap());
     let optics = vec![
         Patch::new("dome", SurfaceModel::Interface),
         Patch::new("mirror", SurfaceModel::Mirror { reflectance: 0.95 }),
     ];
-    let square = Emitter::Rectangle {
-        half_x: 0.5,
-        half_y: 0.5,
-    };
+    let square = Emitter::Rectangle { half_x: 0.5, half_y: 0.5 };
     lamp(
         N,
         vec![Surface::zoned(mesh, BODY, Region::World, optics)],
@@ -252,13 +209,8 @@ pub fn array(package: &Package, side: usize, pitch: f64) -> SceneBuilder {
     let half = 0.5 * pitch * side as f64;
     scene.place_array(id, side, side, pitch);
     scene.surface(
-        ground(
-            half,
-            half,
-            SurfaceModel::Mirror { reflectance: 0.95 },
-            SurfaceModel::Absorber,
-        )
-        .unwrap(),
+        ground(half, half, SurfaceModel::Mirror { reflectance: 0.95 }, SurfaceModel::Absorber)
+            .unwrap(),
     );
     scene
 }
@@ -282,13 +234,8 @@ pub fn teeth(steps: usize, inner: f64, outer: f64) -> Meridian {
             let (tan_inner, tan_outer) = (inner.to_radians().tan(), outer.to_radians().tan());
             let along = tan_outer / (tan_inner + tan_outer);
             let height = along * tan_inner;
-            let apex = [
-                a[0] + along * dr - height * dz,
-                a[1] + along * dz + height * dr,
-            ];
-            Element {
-                points: vec![a, apex, b],
-            }
+            let apex = [a[0] + along * dr - height * dz, a[1] + along * dz + height * dr];
+            Element { points: vec![a, apex, b] }
         })
         .collect();
     Meridian::new(&elements).unwrap()
@@ -306,12 +253,8 @@ pub fn source_power_by_direction(emission: Emission) -> Vec<f64> {
 
 /// The black inside of a sphere about the origin, in twenty zones of equal area, "zone 0" highest.
 pub fn furnace_wall(radius: f64) -> Surface {
-    let bounds: Vec<f64> = (0..=20)
-        .map(|k| radius * (1.0 - 0.1 * f64::from(k)))
-        .collect();
+    let bounds: Vec<f64> = (0..=20).map(|k| radius * (1.0 - 0.1 * f64::from(k))).collect();
     let wall = Shape::sphere_zones(0.0, radius, &bounds).unwrap();
-    let parts = (0..20)
-        .map(|k| Patch::new(format!("zone {k}"), SurfaceModel::Absorber))
-        .collect();
+    let parts = (0..20).map(|k| Patch::new(format!("zone {k}"), SurfaceModel::Absorber)).collect();
     Surface::zoned(wall, Region::World, Region::Opaque, parts)
 }

@@ -13,11 +13,7 @@ pub fn turned() -> DMat3 {
 }
 
 pub fn at(origin: [f64; 3], rotation: DMat3, inset: f64) -> Placement {
-    Placement {
-        rotation,
-        inset,
-        ..Placement::at(DVec3::from_array(origin))
-    }
+    Placement { rotation, inset, ..Placement::at(DVec3::from_array(origin)) }
 }
 
 /// A box of these half lengths.
@@ -42,10 +38,7 @@ pub fn in_furnace(mut scene: SceneBuilder, radius: f64) -> Outcome {
         Emitter::Enclosure { radius },
         Emission::LAMBERTIAN,
     ));
-    let settings = Settings {
-        max_bounces: 1_000_000,
-        ..Settings::new(many() / 4, 29)
-    };
+    let settings = Settings { max_bounces: 1_000_000, ..Settings::new(many() / 4, 29) };
     let outcome = trace(&scene.build().unwrap(), &[], &settings);
     let ledger = &outcome.total.ledger;
     assert!(ledger.lost_total() < 1e-9, "{:?}", ledger.lost);

@@ -25,10 +25,7 @@ const INCIDENCES: [(f64, f64); 8] = [
 
 /// A leaning triangle of silicone.
 fn relief() -> Arc<dyn Bsdf> {
-    let triangle = Polygon {
-        index: 1.41,
-        points: vec![[0.0, 0.0], [10.0, 0.0], [7.0, 4.0]],
-    };
+    let triangle = Polygon { index: 1.41, points: vec![[0.0, 0.0], [10.0, 0.0], [7.0, 4.0]] };
     let outline = Outline {
         period: 10.0,
         depth: 4.0,
@@ -37,11 +34,7 @@ fn relief() -> Arc<dyn Bsdf> {
         background: 1.0,
         polygons: vec![triangle],
     };
-    Arc::new(
-        UnitCell::new(&outline)
-            .expect("valid")
-            .with_power_cutoff(1e-8),
-    )
+    Arc::new(UnitCell::new(&outline).expect("valid").with_power_cutoff(1e-8))
 }
 
 fn spread_of(bsdf: &Arc<dyn Bsdf>) -> Binned {
@@ -63,9 +56,8 @@ fn cell(wo: DVec3) -> (usize, usize) {
 /// Every discrete lobe fills its cell evenly in cos θ dΩ.
 fn density(lobes: &[OutgoingLobe], wo: DVec3) -> f64 {
     let (polar, azimuth) = cell(wo);
-    let here = lobes
-        .iter()
-        .filter(|l| Side::of(l.wo) == Side::of(wo) && cell(l.wo) == (polar, azimuth));
+    let here =
+        lobes.iter().filter(|l| Side::of(l.wo) == Side::of(wo) && cell(l.wo) == (polar, azimuth));
     let power: f64 = here.map(|l| l.power).sum();
     let sin2 = |k: usize| (k as f64 * WIDTH.to_radians()).min(FRAC_PI_2).sin().powi(2);
     let projected = 0.5 * WIDTH.to_radians() * (sin2(polar + 1) - sin2(polar));
@@ -98,10 +90,7 @@ fn spreading_without_the_cosine_is_found_out() {
     for (theta, phi) in INCIDENCES {
         let wi = spherical(theta, phi);
         let lobes = scatter.lobes(wi, Polarization::Unpolarized);
-        let wrong = WithoutCosine {
-            surface: spread.clone(),
-            cells: spread.cells.clone(),
-        };
+        let wrong = WithoutCosine { surface: spread.clone(), cells: spread.cells.clone() };
         let expected = |wo: DVec3| density(&lobes, wo);
         let p = density_p_value(&wrong, &expected, wi, DRAWS, &mut rng);
         assert!(p < 1e-9, "wi {wi}: p = {p}");
@@ -118,11 +107,7 @@ fn a_cosine_law_stays_one_when_spread() {
     for (theta, phi) in INCIDENCES {
         let wi = spherical(theta, phi);
         let cosine = |wo: DVec3| {
-            if Side::of(wo) == Side::of(wi) {
-                wo.z.abs() / PI
-            } else {
-                0.0
-            }
+            if Side::of(wo) == Side::of(wi) { wo.z.abs() / PI } else { 0.0 }
         };
         let p = density_p_value(&spread, &cosine, wi, DRAWS, &mut rng);
         assert!(p > level, "wi {wi}: p = {p}");
@@ -139,37 +124,19 @@ fn substitutes_and_parts_are_drawn_as_they_are_listed() {
         IncidenceMap::HalfTurn,
         IncidenceMap::AzimuthMean,
     ];
-    let parts = [
-        Mask::Transmission,
-        Mask::FromInside,
-        Mask::SpecularReflection,
-    ];
+    let parts = [Mask::Transmission, Mask::FromInside, Mask::SpecularReflection];
     let level = sidak_level((substitutes.len() + parts.len()) * INCIDENCES.len());
     for (theta, phi) in INCIDENCES {
         let wi = spherical(theta, phi);
         for map in substitutes {
-            let surface = RemappedIncidence {
-                bsdf: relief(),
-                map,
-            };
+            let surface = RemappedIncidence { bsdf: relief(), map };
             let drawn = test_lobes(&surface, wi, DRAWS, &mut rng);
-            assert!(
-                drawn.p_value > level,
-                "{map:?}, wi {wi}: p = {}",
-                drawn.p_value
-            );
+            assert!(drawn.p_value > level, "{map:?}, wi {wi}: p = {}", drawn.p_value);
         }
         for part in parts {
-            let surface = Masked {
-                bsdf: relief(),
-                mask: part,
-            };
+            let surface = Masked { bsdf: relief(), mask: part };
             let drawn = test_lobes(&surface, wi, DRAWS, &mut rng);
-            assert!(
-                drawn.p_value > level,
-                "{part:?}, wi {wi}: p = {}",
-                drawn.p_value
-            );
+            assert!(drawn.p_value > level, "{part:?}, wi {wi}: p = {}", drawn.p_value);
         }
     }
 }

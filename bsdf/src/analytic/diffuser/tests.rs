@@ -29,10 +29,7 @@ fn from(theta_deg: f64) -> DVec3 {
 #[test]
 fn shares_hold_at_every_incidence() {
     let mut rng = Pcg64::seed_from_u64(1);
-    let laws = WIDTHS_DEG
-        .map(gaussian)
-        .into_iter()
-        .chain([DiffuseLaw::Lambertian]);
+    let laws = WIDTHS_DEG.map(gaussian).into_iter().chain([DiffuseLaw::Lambertian]);
     for law in laws {
         for index in [[1.0, 1.0], [1.5, 1.0], [1.0, 1.7]] {
             let surface = diffuser(law, [0.25, 0.5], index);
@@ -46,11 +43,7 @@ fn shares_hold_at_every_incidence() {
                     for _ in 0..50 {
                         let sample = surface.sample(wi, &mut rng).unwrap();
                         let side = sample.lobe.transport.exit_side(Side::of(wi));
-                        assert!(
-                            sample.wo.z * side.sign() > 0.0,
-                            "{law:?} {wi} {}",
-                            sample.wo
-                        );
+                        assert!(sample.wo.z * side.sign() > 0.0, "{law:?} {wi} {}", sample.wo);
                         assert!((sample.wo.length() - 1.0).abs() < 1e-14);
                         assert_abs_diff_eq!(sample.weight, 0.75);
                         assert!(surface.pdf(wi, &sample).unwrap() > 0.0);
@@ -112,11 +105,7 @@ fn integrals_of_lobes_have_their_limits() {
         assert_relative_eq!(2.0 * whole, sphere, max_relative = 1e-12);
     }
     let narrow = GaussianLobe::new(0.001).unwrap();
-    assert_relative_eq!(
-        narrow.integral(1.0),
-        TAU * narrow.variance,
-        max_relative = 1e-9
-    );
+    assert_relative_eq!(narrow.integral(1.0), TAU * narrow.variance, max_relative = 1e-9);
     assert_relative_eq!(
         narrow.standard_deviation().to_degrees(),
         0.001 / 2.354_820_045_030_949,
@@ -193,10 +182,7 @@ fn narrow_lobes_have_the_stated_width() {
         // α² is exponential: its deviation is its mean.
         let sigma = width.to_radians() / 2.354_820_045;
         let expected = 2.0 * sigma * sigma;
-        assert!(
-            (squares / n / expected - 1.0).abs() < 4.0 / n.sqrt(),
-            "{width}"
-        );
+        assert!((squares / n / expected - 1.0).abs() < 4.0 / n.sqrt(), "{width}");
     }
 }
 
@@ -209,16 +195,7 @@ fn cosine_laws_are_reciprocal_between_equal_media() {
         let transport = Transport::between(Side::of(wi), Side::of(wo));
         let kind = LobeKind::Diffuse;
         let lobe = Lobe { transport, kind };
-        let pdf = surface
-            .pdf(
-                wi,
-                &BsdfSample {
-                    wo,
-                    weight: 0.9,
-                    lobe,
-                },
-            )
-            .unwrap();
+        let pdf = surface.pdf(wi, &BsdfSample { wo, weight: 0.9, lobe }).unwrap();
         0.9 * pdf / wo.z.abs()
     };
     for wi in directions {
@@ -231,14 +208,8 @@ fn cosine_laws_are_reciprocal_between_equal_media() {
 /// Beyond the critical angle the transmitted share turns back about the mirrored direction.
 #[test]
 fn totally_reflected_light_keeps_its_share_and_its_width() {
-    let narrow = DiffuseLobe {
-        share: 0.6,
-        law: gaussian(0.01),
-    };
-    let matt = DiffuseLobe {
-        share: 0.2,
-        law: DiffuseLaw::Lambertian,
-    };
+    let narrow = DiffuseLobe { share: 0.6, law: gaussian(0.01) };
+    let matt = DiffuseLobe { share: 0.2, law: DiffuseLaw::Lambertian };
     let surface = Diffuser::new(matt, narrow, [1.5, 1.0]).unwrap();
     let wi = from(180.0 - 60.0);
     let mut rng = Pcg64::seed_from_u64(5);
@@ -262,36 +233,16 @@ fn impossible_diffusers_are_refused() {
     let lobe = |share, law| DiffuseLobe { share, law };
     let matt = DiffuseLaw::Lambertian;
     for (reflected, transmitted, index, expected) in [
-        (
-            -0.1,
-            0.5,
-            1.0,
-            "reflected share of a diffuser must lie between 0 and 1, got -0.1",
-        ),
-        (
-            0.1,
-            1.5,
-            1.0,
-            "transmitted share of a diffuser must lie between 0 and 1, got 1.5",
-        ),
-        (
-            0.1,
-            f64::NAN,
-            1.0,
-            "transmitted share of a diffuser must lie between 0 and 1, got NaN",
-        ),
+        (-0.1, 0.5, 1.0, "reflected share of a diffuser must lie between 0 and 1, got -0.1"),
+        (0.1, 1.5, 1.0, "transmitted share of a diffuser must lie between 0 and 1, got 1.5"),
+        (0.1, f64::NAN, 1.0, "transmitted share of a diffuser must lie between 0 and 1, got NaN"),
         (
             0.6,
             0.5,
             1.0,
             "shares of a diffuser must add up to at most 1, got 0.6 reflected and 0.5 transmitted",
         ),
-        (
-            0.5,
-            0.5,
-            0.0,
-            "refractive index of outer side must be positive and finite, got 0",
-        ),
+        (0.5, 0.5, 0.0, "refractive index of outer side must be positive and finite, got 0"),
     ] {
         let made = Diffuser::new(lobe(reflected, matt), lobe(transmitted, matt), [1.0, index]);
         assert_eq!(made.expect_err("refused").to_string(), expected);

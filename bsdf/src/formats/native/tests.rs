@@ -28,13 +28,8 @@ pub(in crate::formats) fn table() -> OrderTable {
         ..TableHeader::default()
     };
     let rows = grid.rows(|side, kx, ky, polarization| {
-        let reflected = 0.3
-            + 0.1 * kx.sin() * ky
-            + if polarization == Polarization::S {
-                0.1
-            } else {
-                0.0
-            };
+        let reflected =
+            0.3 + 0.1 * kx.sin() * ky + if polarization == Polarization::S { 0.1 } else { 0.0 };
         vec![crate::OrderEfficiency::new(side, 0, reflected)]
     });
     OrderTable::build(header, grid.clone(), rows).unwrap()
@@ -75,22 +70,13 @@ fn every_truncation_is_named() {
     let whole = bytes();
     for length in 0..whole.len() {
         let error = read(&whole[..length]).unwrap_err();
-        assert!(
-            matches!(error, Error::Truncated { .. }),
-            "{length}: {error}"
-        );
+        assert!(matches!(error, Error::Truncated { .. }), "{length}: {error}");
     }
     let error = read(&whole[..100]).unwrap_err().to_string();
-    assert!(
-        error.starts_with("table is truncated in its header: expected"),
-        "{error}"
-    );
+    assert!(error.starts_with("table is truncated in its header: expected"), "{error}");
     let mut longer = whole;
     longer.push(0);
-    assert!(matches!(
-        read(&longer[..]),
-        Err(Error::TrailingBytes { .. })
-    ));
+    assert!(matches!(read(&longer[..]), Err(Error::TrailingBytes { .. })));
 }
 
 #[test]
@@ -118,13 +104,8 @@ fn every_altered_byte_is_found() {
 fn another_version_is_named() {
     let mut other = bytes();
     other[8] = 7;
-    assert_eq!(
-        read(&other[..]).unwrap_err().to_string(),
-        "table format version 7, expected 2"
-    );
-    let error = read(&b"PK\x03\x04 something else altogether"[..])
-        .unwrap_err()
-        .to_string();
+    assert_eq!(read(&other[..]).unwrap_err().to_string(), "table format version 7, expected 2");
+    let error = read(&b"PK\x03\x04 something else altogether"[..]).unwrap_err().to_string();
     assert!(
         error.starts_with(
             "not a table of diffraction orders: expected it to begin with \"BWORDERS\""
@@ -163,10 +144,7 @@ fn hostile_content_with_a_right_checksum_is_refused() {
         let error = read(&signed(header.replacen(from, to, 1).as_bytes(), payload)[..]);
         assert!(error.is_err(), "{from} -> {to}");
     }
-    for (name, to) in [
-        ("\"s\"", "18446744073709551615"),
-        ("\"p\"", "4611686018427387904"),
-    ] {
+    for (name, to) in [("\"s\"", "18446744073709551615"), ("\"p\"", "4611686018427387904")] {
         let start = header.find(&format!("\"name\":{name}")).unwrap();
         let shape = start + header[start..].find("\"shape\":[").unwrap() + 9;
         let end = shape + header[shape..].find(']').unwrap();

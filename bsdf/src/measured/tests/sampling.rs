@@ -37,9 +37,8 @@ fn cells(polar: f64, azimuthal: f64) -> AngularBasis {
 
 /// A node with values from 0 to 1 without order, a third of them 0, scaled to `total`.
 fn node(basis: OrientedBasis, wi: DVec3, total: f64, rng: &mut Pcg64) -> IncidentNode {
-    let values: Vec<f64> = (0..basis.cells().len())
-        .map(|_| (1.5 * rng.random::<f64>() - 0.5).max(0.0))
-        .collect();
+    let values: Vec<f64> =
+        (0..basis.cells().len()).map(|_| (1.5 * rng.random::<f64>() - 0.5).max(0.0)).collect();
     let distribution = CellDistribution::new(basis, values, Some(total));
     IncidentNode { wi, distribution }
 }
@@ -77,18 +76,9 @@ fn grid(
 /// One node for each Klems patch.
 fn patches(total: f64, rng: &mut Pcg64) -> ScatterTable {
     let cells = Arc::new(AngularBasis::klems());
-    let nodes = (0..cells.len()).map(|c| {
-        node(
-            OrientedBasis::about_normal(&cells),
-            cells.centre(c),
-            total,
-            rng,
-        )
-    });
-    ScatterTable::Matrix {
-        nodes: nodes.collect(),
-        cells: Arc::clone(&cells),
-    }
+    let nodes = (0..cells.len())
+        .map(|c| node(OrientedBasis::about_normal(&cells), cells.centre(c), total, rng));
+    ScatterTable::Matrix { nodes: nodes.collect(), cells: Arc::clone(&cells) }
 }
 
 /// 4 by 4 squares of exit for each of 4 or 4 by 4 of incidence, with one power for all of these.
@@ -120,11 +110,7 @@ fn surface(between: LobeMotion, mut response: impl FnMut(f64) -> ScatterTable) -
 fn sample_to(from: DVec3, wo: DVec3) -> BsdfSample {
     let transport = Transport::between(Side::of(from), Side::of(wo));
     let kind = LobeKind::Cell;
-    BsdfSample {
-        wo,
-        weight: 1.0,
-        lobe: Lobe { transport, kind },
-    }
+    BsdfSample { wo, weight: 1.0, lobe: Lobe { transport, kind } }
 }
 
 /// A grid whose response does not depend on azimuth.
@@ -141,14 +127,7 @@ fn every_kind_of_table_is_drawn_by_its_density() {
         surface(LobeMotion::Fixed, |total| isotropic(total, rng)),
         surface(LobeMotion::Fixed, |total| {
             let azimuths = [10.0, 90.0, 200.0, 275.0];
-            grid(
-                cells(10.0, 20.0),
-                &[20.0, 70.0],
-                &azimuths,
-                false,
-                total,
-                rng,
-            )
+            grid(cells(10.0, 20.0), &[20.0, 70.0], &azimuths, false, total, rng)
         }),
         surface(LobeMotion::Fixed, |total| {
             grid(cells(15.0, 30.0), &[0.0, 40.0], &[0.0], true, total, rng)
@@ -202,10 +181,7 @@ fn a_sampler_without_the_cosine_is_found_out() {
         // Isotropic tables turn with the incidence; at azimuth 0 the cells stand as they were
         // given.
         let wi = spherical(theta, 0.0);
-        let wrong = WithoutCosine {
-            surface: table.clone(),
-            cells: cells(15.0, 30.0),
-        };
+        let wrong = WithoutCosine { surface: table.clone(), cells: cells(15.0, 30.0) };
         let density = |wo: DVec3| table.pdf(wi, &sample_to(wi, wo)).unwrap();
         let p = density_p_value(&wrong, &density, wi, DRAWS, rng);
         assert!(p < 1e-9, "wi {wi}: p = {p}");
@@ -223,10 +199,7 @@ fn shifted_lobes_are_drawn_by_the_density_of_their_table() {
     let shifted = surface(LobeMotion::Shifted, |total| {
         grid(cells(15.0, 30.0), &[tilt], &[0.0], false, total, rng)
     });
-    let fixed = MeasuredBsdf {
-        between: LobeMotion::Fixed,
-        ..shifted.clone()
-    };
+    let fixed = MeasuredBsdf { between: LobeMotion::Fixed, ..shifted.clone() };
     let level = sidak_level(INCIDENCES.len());
     let mut moved = 0;
     for (theta, phi) in INCIDENCES {

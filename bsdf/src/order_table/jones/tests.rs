@@ -47,10 +47,7 @@ fn table(grid: Grid, rows: Vec<JonesRow>) -> Result<OrderTable, Error> {
 fn rows(grid: &Grid, mut of: impl FnMut(NodeId, &[(Side, i32)]) -> Vec<Jones>) -> Vec<JonesRow> {
     grid.nodes()
         .map(|id| {
-            let k = Wavevector {
-                kx: grid.kx(id.kx_index),
-                ky: grid.ky[id.ky_index],
-            };
+            let k = Wavevector { kx: grid.kx(id.kx_index), ky: grid.ky[id.ky_index] };
             let leaving = |to: Side, order: i32| {
                 let kx = k.kx + f64::from(order) * grid.zone();
                 Wavevector { kx, ..k }.propagates(grid.index(to))
@@ -125,10 +122,7 @@ fn fresnel(n1: f64, n2: f64, k2: f64) -> [Jones; 2] {
     let (e1, e2) = (n1 * n1, n2 * n2);
     let reflected = [(a - b) / (a + b), (e2 * a - e1 * b) / (e2 * a + e1 * b)];
     let flux = (b.re / a.re).sqrt();
-    let transmitted = [
-        2.0 * a / (a + b) * flux,
-        2.0 * n1 * n2 * a / (e2 * a + e1 * b) * flux,
-    ];
+    let transmitted = [2.0 * a / (a + b) * flux, 2.0 * n1 * n2 * a / (e2 * a + e1 * b) * flux];
     let diagonal = |[s, p]: [Complex64; 2]| [[s, Complex64::ZERO], [Complex64::ZERO, p]];
     [diagonal(reflected), diagonal(transmitted)]
 }
@@ -193,12 +187,8 @@ fn smallest_covariance(m: &Mueller) -> f64 {
 #[test]
 fn a_matrix_does_to_stokes_parameters_what_it_does_to_fields() {
     let mut rng = Pcg64::seed_from_u64(3);
-    let mut complex = || {
-        Complex64::new(
-            2.0 * rng.random::<f64>() - 1.0,
-            2.0 * rng.random::<f64>() - 1.0,
-        )
-    };
+    let mut complex =
+        || Complex64::new(2.0 * rng.random::<f64>() - 1.0, 2.0 * rng.random::<f64>() - 1.0);
     for _ in 0..200 {
         let jones: Jones = std::array::from_fn(|_| std::array::from_fn(|_| complex()));
         let field = [complex(), complex()];
@@ -216,12 +206,8 @@ fn a_matrix_does_to_stokes_parameters_what_it_does_to_fields() {
     }
     // V does not come back with its sign from a mirror that leaves no other trace: no Mueller
     // matrix of a passive surface.
-    let wrong = [
-        [1.0, 0.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0, 0.0],
-        [0.0, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 0.0, -1.0],
-    ];
+    let wrong =
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, -1.0]];
     assert!(smallest_covariance(&wrong) < -0.4);
 }
 
@@ -233,10 +219,7 @@ fn turning_s_about_the_normal_keeps_the_field() {
         for _ in 0..50 {
             // A field along the normal, in the s and p of two azimuths.
             let field = [0, 1].map(|_| Complex64::new(rng.random(), rng.random::<f64>() - 0.5));
-            let k = |phi: f64| Wavevector {
-                kx: 0.2 * phi.cos(),
-                ky: 0.2 * phi.sin(),
-            };
+            let k = |phi: f64| Wavevector { kx: 0.2 * phi.cos(), ky: 0.2 * phi.sin() };
             let [a, b] = [0, 1].map(|_| k(TAU * rng.random::<f64>()));
             let light = |k: Wavevector| {
                 let [c, s] = azimuth(k);
@@ -278,12 +261,7 @@ fn a_smooth_interface_has_the_matrices_of_fresnel_at_nodes_and_nearly_between() 
             let k = Wavevector::incoming(wi, n);
             let k2 = k.kx * k.kx + k.ky * k.ky;
             let expected = fresnel(n, grid.index(side.opposite()), k2);
-            for OrderMueller {
-                to,
-                order,
-                mueller: got,
-            } in table.mueller(side, k).unwrap()
-            {
+            for OrderMueller { to, order, mueller: got } in table.mueller(side, k).unwrap() {
                 let expected = match (order, to == side) {
                     (0, true) => mueller(&expected[0]),
                     (0, false) => mueller(&expected[1]),
@@ -291,10 +269,7 @@ fn a_smooth_interface_has_the_matrices_of_fresnel_at_nodes_and_nearly_between() 
                 };
                 let pairs = got.as_flattened().iter().zip(expected.as_flattened());
                 let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                assert!(
-                    off < 0.015,
-                    "{k:?} {to} {order}: {off} {got:?} {expected:?}"
-                );
+                assert!(off < 0.015, "{k:?} {to} {order}: {off} {got:?} {expected:?}");
             }
         }
     }
@@ -307,10 +282,8 @@ fn interpolated_matrices_are_physical_and_keep_the_power_and_the_shares() {
         let table = table(grid.clone(), any(&grid, seed)).unwrap();
         let mut rng = Pcg64::seed_from_u64(11 + seed);
         for _ in 0..120 {
-            let wi = spherical(
-                std::f64::consts::PI * rng.random::<f64>(),
-                TAU * rng.random::<f64>(),
-            );
+            let wi =
+                spherical(std::f64::consts::PI * rng.random::<f64>(), TAU * rng.random::<f64>());
             let side = Side::of(wi);
             let k = Wavevector::incoming(wi, grid.index(side));
             let matrices = table.mueller(side, k).unwrap();
@@ -340,10 +313,7 @@ fn the_mirror_y_changes_the_signs_of_u_and_v() {
     let table = table(grid.clone(), any(&grid, 4)).unwrap();
     let k = Wavevector { kx: 0.31, ky: 0.22 };
     let other = Wavevector { ky: -k.ky, ..k };
-    let (a, b) = (
-        table.mueller(Side::Inner, k),
-        table.mueller(Side::Inner, other),
-    );
+    let (a, b) = (table.mueller(Side::Inner, k), table.mueller(Side::Inner, other));
     for (a, b) in a.unwrap().into_iter().zip(b.unwrap()) {
         for (row, (a, b)) in a.mueller.into_iter().zip(b.mueller).enumerate() {
             for (column, (a, b)) in a.into_iter().zip(b).enumerate() {
@@ -418,12 +388,7 @@ fn unpolarised_light_is_drawn_as_without_matrices() {
     let with = table(grid.clone(), any(&grid, 21)).unwrap();
     assert!(
         with.as_polarized().is_some()
-            && with
-                .clone()
-                .for_polarization(Polarization::S)
-                .unwrap()
-                .as_polarized()
-                .is_none()
+            && with.clone().for_polarization(Polarization::S).unwrap().as_polarized().is_none()
     );
     let mut streams = [Pcg64::seed_from_u64(17), Pcg64::seed_from_u64(17)];
     let mut directions = Pcg64::seed_from_u64(19);
@@ -473,10 +438,7 @@ fn files_keep_every_bit_of_the_matrices_and_refuse_others() {
     let mut altered = with.packed_jones().unwrap().to_vec();
     altered[7] = [0.5; 8];
     let error = with.clone().with_packed_jones(altered).unwrap_err();
-    assert!(
-        error.to_string().contains("the efficiencies of the table"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("the efficiencies of the table"), "{error}");
     // One that does, for s and p, but loses light at 45°: the columns of the first order are no
     // more what they were to each other.
     let mut turned = with.packed_jones().unwrap().to_vec();
@@ -488,10 +450,5 @@ fn files_keep_every_bit_of_the_matrices_and_refuse_others() {
     assert!(error.to_string().contains("any polarisation"), "{error}");
     let missing = any(&grid, 31).into_iter().skip(1);
     let error = with.with_jones(missing).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("expected one row a node, got none"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("expected one row a node, got none"), "{error}");
 }

@@ -50,10 +50,8 @@ fn bad_rows_are_refused() {
         assert!(message(build(bad)).contains(&text), "{text}");
     }
     let mut doubled = rows();
-    doubled[40].orders = vec![
-        OrderEfficiency::new(Side::Inner, 0, 0.1),
-        OrderEfficiency::new(Side::Inner, 0, 0.1),
-    ];
+    doubled[40].orders =
+        vec![OrderEfficiency::new(Side::Inner, 0, 0.1), OrderEfficiency::new(Side::Inner, 0, 0.1)];
     assert!(message(build(doubled)).contains("each order once"));
     let mut gain = rows();
     gain[40].orders = vec![
@@ -61,69 +59,26 @@ fn bad_rows_are_refused() {
         OrderEfficiency::new(Side::Inner, 1, 0.75),
     ];
     assert!(message(build(gain)).contains("sum to 1.5"));
-    let nan = TableHeader {
-        estimated_error: f64::NAN,
-        ..TableHeader::default()
-    };
-    assert!(matches!(
-        OrderTable::build(nan, grid.clone(), rows()),
-        Err(Error::Header { .. })
-    ));
+    let nan = TableHeader { estimated_error: f64::NAN, ..TableHeader::default() };
+    assert!(matches!(OrderTable::build(nan, grid.clone(), rows()), Err(Error::Header { .. })));
 }
 
 #[test]
 fn bad_grids_are_refused() {
     let good = grid(2, 4);
     let bad = [
-        Grid {
-            period: 0.0,
-            ..good.clone()
-        },
-        Grid {
-            wavelength: f64::NAN,
-            ..good.clone()
-        },
-        Grid {
-            index_outer: -1.0,
-            ..good.clone()
-        },
-        Grid {
-            index_inner: 1e200,
-            ..good.clone()
-        },
-        Grid {
-            kx_per_zone: 0,
-            ..good.clone()
-        },
-        Grid {
-            kx_per_zone: usize::MAX,
-            ..good.clone()
-        },
-        Grid {
-            period: 1e9,
-            ..good.clone()
-        },
-        Grid {
-            wavelength: 1e3,
-            kx_per_zone: 1,
-            ..good.clone()
-        },
-        Grid {
-            ky: vec![],
-            ..good.clone()
-        },
-        Grid {
-            ky: vec![0.2, 0.1],
-            ..good.clone()
-        },
-        Grid {
-            ky: vec![0.1, 1.0],
-            ..good.clone()
-        },
-        Grid {
-            ky: vec![1.1],
-            ..good.clone()
-        },
+        Grid { period: 0.0, ..good.clone() },
+        Grid { wavelength: f64::NAN, ..good.clone() },
+        Grid { index_outer: -1.0, ..good.clone() },
+        Grid { index_inner: 1e200, ..good.clone() },
+        Grid { kx_per_zone: 0, ..good.clone() },
+        Grid { kx_per_zone: usize::MAX, ..good.clone() },
+        Grid { period: 1e9, ..good.clone() },
+        Grid { wavelength: 1e3, kx_per_zone: 1, ..good.clone() },
+        Grid { ky: vec![], ..good.clone() },
+        Grid { ky: vec![0.2, 0.1], ..good.clone() },
+        Grid { ky: vec![0.1, 1.0], ..good.clone() },
+        Grid { ky: vec![1.1], ..good.clone() },
     ];
     for grid in bad {
         assert!(grid.validate().is_err(), "{grid:?}");

@@ -17,21 +17,13 @@ fn draws_agree_with_listed_shares() {
     ];
     let mut rng = Pcg64::seed_from_u64(25);
     let grid = grid(2, 9);
-    let tables = [
-        table(&grid, blazed(0.0)),
-        table(&grid, blazed(0.15)),
-        table(&grid, smooth),
-    ];
+    let tables = [table(&grid, blazed(0.0)), table(&grid, blazed(0.15)), table(&grid, smooth)];
     let level = sidak_level(tables.len() * directions.len());
     for (k, table) in tables.iter().enumerate() {
         for wi in directions {
             let drawn = test_lobes(table, wi, 200_000, &mut rng);
             assert_eq!(drawn.unlisted, 0);
-            assert!(
-                drawn.p_value > level,
-                "table {k}, wi {wi}: p = {}",
-                drawn.p_value
-            );
+            assert!(drawn.p_value > level, "table {k}, wi {wi}: p = {}", drawn.p_value);
         }
     }
 }
@@ -50,10 +42,7 @@ fn stray_power_is_drawn_as_it_is_listed() {
                 out * out + ky * ky < n * n
             });
             highest.map_or(vec![OrderEfficiency::new(side, 0, 1.0)], |l| {
-                vec![
-                    OrderEfficiency::new(to, l, 0.9),
-                    OrderEfficiency::new(side, 0, 0.1),
-                ]
+                vec![OrderEfficiency::new(to, l, 0.9), OrderEfficiency::new(side, 0, 0.1)]
             })
         }
     };
@@ -65,10 +54,7 @@ fn stray_power_is_drawn_as_it_is_listed() {
         move |side: Side, kx: f64, ky: f64, p: Polarization| {
             let mut orders: Vec<OrderEfficiency> = Vec::new();
             for o in edge(side, kx, ky, p) {
-                match orders
-                    .iter_mut()
-                    .find(|s| (s.to, s.order) == (o.to, o.order))
-                {
+                match orders.iter_mut().find(|s| (s.to, s.order) == (o.to, o.order)) {
                     Some(same) => same.efficiency += o.efficiency,
                     None => orders.push(o),
                 }
@@ -83,9 +69,7 @@ fn stray_power_is_drawn_as_it_is_listed() {
             let n = if k < 6 { N } else { 1.0 };
             // Order 3 a hair beyond or before the rim.
             let kx = (n * n - ky * ky).sqrt() - 7.0 * 0.125 + if k % 3 == 0 { -1e-9 } else { 0.01 };
-            Wavevector { kx, ky }
-                .arriving(side, grid.index(side))
-                .unwrap()
+            Wavevector { kx, ky }.arriving(side, grid.index(side)).unwrap()
         })
         .collect();
     let level = sidak_level(2 * directions.len());

@@ -40,11 +40,7 @@ pub enum PackagePositions {
 
 impl PackagePositions {
     /// A package alone at the origin.
-    pub const SINGLE: Self = Self::Grid {
-        columns: 1,
-        rows: 1,
-        arrangement: Arrangement::Square,
-    };
+    pub const SINGLE: Self = Self::Grid { columns: 1, rows: 1, arrangement: Arrangement::Square };
 }
 
 impl Array {
@@ -60,11 +56,9 @@ impl Array {
     /// take for granted.
     pub fn rectangle(&self) -> Option<[usize; 2]> {
         match self.positions {
-            PackagePositions::Grid {
-                columns,
-                rows,
-                arrangement: Arrangement::Square,
-            } => Some([columns, rows]),
+            PackagePositions::Grid { columns, rows, arrangement: Arrangement::Square } => {
+                Some([columns, rows])
+            }
             _ => None,
         }
     }
@@ -81,11 +75,9 @@ impl Array {
     pub fn axes_mm(&self) -> Vec<[f64; 2]> {
         let (columns, rows, arrangement) = match &self.positions {
             PackagePositions::List { positions_mm } => return positions_mm.clone(),
-            PackagePositions::Grid {
-                columns,
-                rows,
-                arrangement,
-            } => (*columns, *rows, *arrangement),
+            PackagePositions::Grid { columns, rows, arrangement } => {
+                (*columns, *rows, *arrangement)
+            }
         };
         let middle = |k: usize, n: usize| k as f64 - 0.5 * (n as f64 - 1.0);
         let at = |i: usize, j: usize| {
@@ -101,15 +93,10 @@ impl Array {
                     } else {
                         0.25
                     };
-                    [
-                        (x + shift) * self.pitch_mm,
-                        y * self.pitch_mm * 0.75_f64.sqrt(),
-                    ]
+                    [(x + shift) * self.pitch_mm, y * self.pitch_mm * 0.75_f64.sqrt()]
                 }
             }
         };
-        (0..rows)
-            .flat_map(|j| (0..columns).map(move |i| at(i, j)))
-            .collect()
+        (0..rows).flat_map(|j| (0..columns).map(move |i| at(i, j))).collect()
     }
 }

@@ -29,11 +29,7 @@ impl Design {
     /// A wavelength at which a material has no data. Within the range of the design's spectrum
     /// there are none.
     pub fn at(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
-        Ok(Self {
-            spectrum: None,
-            lights: None,
-            ..self.tuned(wavelength_nm)?
-        })
+        Ok(Self { spectrum: None, lights: None, ..self.tuned(wavelength_nm)? })
     }
 
     /// The same design with one of its lights alone, at a wavelength of `nodes`, those that stand
@@ -57,10 +53,7 @@ impl Design {
                 shared_by_nm = nodes.to_vec();
             }
         }
-        design.lit = Some(LitSources {
-            sources: light.sources.clone(),
-            shared_by_nm,
-        });
+        design.lit = Some(LitSources { sources: light.sources.clone(), shared_by_nm });
         Ok(design)
     }
 
@@ -79,20 +72,14 @@ impl Design {
 
     /// [`Self::at`], with the spectrum.
     pub(in crate::config) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
-        let at = Context {
-            file: &self.provenance.file,
-        };
+        let at = Context { file: &self.provenance.file };
         Ok(Self {
             wavelength_nm,
             silicone: match &self.dome {
                 Some(_) => medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
                 None => self.silicone.clone(),
             },
-            films: self
-                .films
-                .as_ref()
-                .map(|films| films.tuned(wavelength_nm, &at))
-                .transpose()?,
+            films: self.films.as_ref().map(|films| films.tuned(wavelength_nm, &at)).transpose()?,
             solids: solids::tuned(&self.solids, wavelength_nm, &at)?,
             ..self.clone()
         })

@@ -103,8 +103,6 @@ impl DomeMesh {
             return Vec::new();
         };
         let lines = mesh.section(DVec3::ZERO, DVec3::Y).into_iter();
-        lines
-            .map(|line| line.into_iter().map(|at| [at.x, at.z]).collect())
-            .collect()
+        lines.map(|line| line.into_iter().map(|at| [at.x, at.z]).collect()).collect()
     }
 }

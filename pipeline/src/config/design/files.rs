@@ -44,9 +44,7 @@ pub struct Files {
 
 impl std::fmt::Debug for Files {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Files")
-            .field("used", &self.used)
-            .finish_non_exhaustive()
+        f.debug_struct("Files").field("used", &self.used).finish_non_exhaustive()
     }
 }
 
@@ -86,12 +84,7 @@ impl Files {
         }
         match self.parts() {
             [] => Symmetry::Square,
-            [
-                Part {
-                    emission: Emission::Table(table),
-                    ..
-                },
-            ] => symmetry_of(table),
+            [Part { emission: Emission::Table(table), .. }] => symmetry_of(table),
             _ => Symmetry::None,
         }
     }
@@ -103,9 +96,7 @@ impl Files {
 
     /// The same, to be changed.
     pub fn parts_mut(&mut self) -> &mut [Part] {
-        self.source
-            .as_mut()
-            .map_or(&mut [], |source| &mut source.parts)
+        self.source.as_mut().map_or(&mut [], |source| &mut source.parts)
     }
 
     /// The reflector, where a file gives it.
@@ -123,12 +114,8 @@ impl Files {
                 Emission::Rays(_) => Emitter::Point,
                 _ => source.emitter,
             };
-            tracer::Source {
-                emitter,
-                emission: part.emission.clone(),
-                ..source.clone()
-            }
-            .weighing(source.weight * part.share)
+            tracer::Source { emitter, emission: part.emission.clone(), ..source.clone() }
+                .weighing(source.weight * part.share)
         };
         let sources = prototype.sources.iter();
         let all = sources.flat_map(|s| self.parts().iter().map(move |part| lit(s, part)));

@@ -55,18 +55,11 @@ impl Stack {
         at: &Context,
     ) -> Result<Coats, ConfigError> {
         let coat = |(source, thickness_nm): &(IndexSource, f64)| {
-            Ok(Coat {
-                index: source.at(wavelength_nm, at)?,
-                thickness_nm: *thickness_nm,
-            })
+            Ok(Coat { index: source.at(wavelength_nm, at)?, thickness_nm: *thickness_nm })
         };
         let substrate = self.substrate.as_ref();
         Ok(Coats {
-            layers: self
-                .layers
-                .iter()
-                .map(coat)
-                .collect::<Result<_, ConfigError>>()?,
+            layers: self.layers.iter().map(coat).collect::<Result<_, ConfigError>>()?,
             substrate: substrate.map(|s| s.at(wavelength_nm, at)).transpose()?,
         })
     }
@@ -178,10 +171,7 @@ impl Films {
 
     /// What light meets on the dome; `None` where it is bare.
     pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<SurfaceModel>, tracer::Error> {
-        let coats = Coats {
-            layers: self.dome.clone(),
-            substrate: None,
-        };
+        let coats = Coats { layers: self.dome.clone(), substrate: None };
         coats.interface(wavelength_nm)
     }
 
@@ -191,10 +181,7 @@ impl Films {
         wavelength_nm: f64,
         factor: f64,
     ) -> Result<Option<SurfaceModel>, tracer::Error> {
-        let coats = Coats {
-            layers: self.mirror.clone(),
-            substrate: self.substrate,
-        };
+        let coats = Coats { layers: self.mirror.clone(), substrate: self.substrate };
         coats.mirror(wavelength_nm, factor)
     }
 }

@@ -80,12 +80,7 @@ impl Footprint {
         match self {
             // No side of it lies between both (separating axes).
             Self::Rectangle(r) => {
-                let corners = [
-                    low,
-                    high,
-                    DVec2::new(low.x, high.y),
-                    DVec2::new(high.x, low.y),
-                ];
+                let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
                 let corners = corners.map(|corner| r.within(corner));
                 let least = corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
                 let most = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -111,10 +106,7 @@ mod tests {
 
     #[test]
     fn a_disc_beside_a_corner_meets_nothing() {
-        let disc = |x: f64| Footprint::Rings {
-            centre: DVec2::new(x, x),
-            rings: vec![[0.0, 1.0]],
-        };
+        let disc = |x: f64| Footprint::Rings { centre: DVec2::new(x, x), rings: vec![[0.0, 1.0]] };
         // Its bounding box reaches the corner (1, 1) in both cases.
         assert!(!disc(1.8).meets(LOW, HIGH));
         assert!(disc(1.7).meets(LOW, HIGH));

@@ -51,11 +51,7 @@ impl Form {
     }
 
     fn inset(&self, inset_mm: f64, foot: Foot) -> Result<Shape, tracer::Error> {
-        let placement = Placement {
-            inset: inset_mm,
-            foot,
-            ..self.placement
-        };
+        let placement = Placement { inset: inset_mm, foot, ..self.placement };
         Shape::placed(self.pieces.clone(), self.closing, &placement)
     }
 
@@ -66,9 +62,7 @@ impl Form {
         if self.closing == Closing::Open || low.z.abs() > LEVEL * (high - low).max_element() {
             return None;
         }
-        let Placement {
-            rotation, origin, ..
-        } = self.placement;
+        let Placement { rotation, origin, .. } = self.placement;
         let upright = (0..3).find(|axis| 1.0 - rotation.col(*axis).z.abs() < LEVEL * LEVEL)?;
         let centre = origin.truncate();
         match &self.pieces[..] {
@@ -100,11 +94,7 @@ impl Form {
 
     /// The box around its pieces in their own coordinates.
     fn shape_at_home(&self) -> Option<Bounds> {
-        let home = Shape::placed(
-            self.pieces.clone(),
-            self.closing,
-            &Placement::at(DVec3::ZERO),
-        );
+        let home = Shape::placed(self.pieces.clone(), self.closing, &Placement::at(DVec3::ZERO));
         Some(home.ok()?.bounds())
     }
 
@@ -128,14 +118,10 @@ impl Form {
             SolidForm::Cylinder(_) | SolidForm::Meridian(_) | SolidForm::Disc(_) if upright => {
                 Symmetry::Square
             }
-            SolidForm::Box(Flat {
-                size_mm: List([x, y, _]),
-                rotation_deg,
-            }) => flat([*x, *y], *rotation_deg),
-            SolidForm::Rectangle(Flat {
-                size_mm,
-                rotation_deg,
-            }) => flat(size_mm.0, *rotation_deg),
+            SolidForm::Box(Flat { size_mm: List([x, y, _]), rotation_deg }) => {
+                flat([*x, *y], *rotation_deg)
+            }
+            SolidForm::Rectangle(Flat { size_mm, rotation_deg }) => flat(size_mm.0, *rotation_deg),
             _ => Symmetry::None,
         }
     }
@@ -143,9 +129,7 @@ impl Form {
     /// Where the plane y = 0 cuts it as it stands: lines of points (x, z) in mm, and whether each
     /// closes.
     pub fn section(&self) -> Vec<(Vec<[f64; 2]>, bool)> {
-        let Placement {
-            rotation, origin, ..
-        } = self.placement;
+        let Placement { rotation, origin, .. } = self.placement;
         let placed = |at: DVec3| {
             let at = origin + rotation * at;
             [at.x, at.z]
@@ -155,9 +139,7 @@ impl Form {
         {
             let right = self.outline.iter().copied();
             let left = self.outline.iter().rev().map(|[r, z]| [-r, *z]);
-            let around = right
-                .chain(left)
-                .map(|[r, z]| placed(DVec3::new(r, 0.0, z)));
+            let around = right.chain(left).map(|[r, z]| placed(DVec3::new(r, 0.0, z)));
             return vec![(around.collect(), true)];
         }
         // The plane in the coordinates of the form.
@@ -165,9 +147,7 @@ impl Form {
         let (point, normal) = (back * (DVec3::Y * -origin.y), back * DVec3::Y);
         if let [Shape::Mesh(mesh)] = &self.pieces[..] {
             let lines = mesh.section(point, normal).into_iter();
-            return lines
-                .map(|line| (line.into_iter().map(placed).collect(), true))
-                .collect();
+            return lines.map(|line| (line.into_iter().map(placed).collect(), true)).collect();
         }
         let height = |at: DVec3| normal.dot(at - point);
         let cut = |[a, b]: [DVec3; 2]| {
@@ -197,11 +177,7 @@ impl Form {
             // Corners of neighbours are equal to the last bit.
             let k = k % CHORDS;
             let (sin, cos) = (TAU * k as f64 / CHORDS as f64).sin_cos();
-            if r > 0.0 {
-                DVec3::new(r * cos, r * sin, z)
-            } else {
-                DVec3::new(0.0, 0.0, z)
-            }
+            if r > 0.0 { DVec3::new(r * cos, r * sin, z) } else { DVec3::new(0.0, 0.0, z) }
         };
         let mut triangles = Vec::new();
         for pair in self.outline.windows(2) {

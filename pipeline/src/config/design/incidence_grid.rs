@@ -39,10 +39,6 @@ pub(crate) fn grid(design: &Design, cell: &Cell, ky: usize) -> Grid {
         index_inner: cell.inner_index,
         index_outer: cell.background_index,
         kx_per_zone: h.kx_per_zone.unwrap_or(FIRST_KX),
-        ky: Grid::ky_nodes(
-            cell.inner_index,
-            cell.background_index,
-            h.ky_count.unwrap_or(ky),
-        ),
+        ky: Grid::ky_nodes(cell.inner_index, cell.background_index, h.ky_count.unwrap_or(ky)),
     }
 }

@@ -65,8 +65,7 @@ impl BoxPlace {
 impl Led {
     /// Whether every box stands level about the axis of its package.
     pub fn is_centred(&self) -> bool {
-        self.stated_places()
-            .all(|place| place == BoxPlace::default())
+        self.stated_places().all(|place| place == BoxPlace::default())
     }
 
     /// Places of the boxes as far as they are stated one by one; one of boxes that stand alike.
@@ -189,12 +188,6 @@ impl PlacedBox {
             other => other.clone(),
         };
         let normal = self.rotation * source.normal;
-        Source {
-            position,
-            emission,
-            ..source
-        }
-        .facing(normal)
-        .lying_along(self.rotation * u)
+        Source { position, emission, ..source }.facing(normal).lying_along(self.rotation * u)
     }
 }

@@ -58,11 +58,7 @@ pub(in crate::config) fn medium_at(
         Some(d) => {
             let (n, k) = material::index(&d.material, wavelength_nm).map_err(|e| {
                 let expected = format!("a readable material: {}: {e:#}", d.path);
-                at.value(
-                    &format!("{}.material_file", stated.table),
-                    &d.file,
-                    &expected,
-                )
+                at.value(&format!("{}.material_file", stated.table), &d.file, &expected)
             })?;
             (format!("{}.material_file", stated.table), n, k)
         }
@@ -80,9 +76,5 @@ pub(in crate::config) fn medium_at(
     // α = 4πk/λ for power.
     let absorption_per_mm =
         stated.absorption_per_mm + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
-    Ok(Medium {
-        index,
-        absorption_per_mm,
-        stated: Arc::clone(stated),
-    })
+    Ok(Medium { index, absorption_per_mm, stated: Arc::clone(stated) })
 }

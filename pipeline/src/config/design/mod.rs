@@ -156,11 +156,7 @@ impl Design {
 
     /// The key that says which light there is.
     pub(in crate::config) fn light_key(&self) -> &'static str {
-        if self.spectrum.is_some() {
-            "light.spectrum"
-        } else {
-            "light.wavelength_nm"
-        }
+        if self.spectrum.is_some() { "light.spectrum" } else { "light.wavelength_nm" }
     }
 
     /// Whether the dome carries relief, so that a hybrid makes sense.

@@ -36,13 +36,9 @@ impl Reflector {
             Self::Specular { reflectance } => SurfaceModel::Mirror { reflectance },
             Self::Lambertian { reflectance } => SurfaceModel::Lambertian { reflectance },
             Self::Absorbing => SurfaceModel::Absorber,
-            Self::Mixed {
-                reflectance,
-                specular_fraction,
-            } => SurfaceModel::Mixed(Mixed {
-                reflectance,
-                specular: specular_fraction,
-            }),
+            Self::Mixed { reflectance, specular_fraction } => {
+                SurfaceModel::Mixed(Mixed { reflectance, specular: specular_fraction })
+            }
         }
     }
 

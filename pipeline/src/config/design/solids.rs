@@ -134,14 +134,9 @@ impl CheckedSolid {
                 coated.unwrap_or(SurfaceModel::Interface)
             }
             SolidOptics::Scattering(scattering) => SurfaceModel::Scatter(scattering.bsdf(indices)?),
-            SolidOptics::Diffusing {
-                reflection,
-                transmission,
-            } => SurfaceModel::Scatter(Arc::new(Diffuser::new(
-                *reflection,
-                *transmission,
-                indices,
-            )?)),
+            SolidOptics::Diffusing { reflection, transmission } => {
+                SurfaceModel::Scatter(Arc::new(Diffuser::new(*reflection, *transmission, indices)?))
+            }
             SolidOptics::File(FileReflector(table)) => SurfaceModel::Coating(Arc::clone(table)),
             SolidOptics::Law(reflector) => {
                 metal(reflector.reflectance())?.unwrap_or_else(|| reflector.optics())
@@ -164,11 +159,7 @@ pub(in crate::config) fn tuned(
 /// a package with a dome the silicone is the first one.
 pub fn regions(solids: &[CheckedSolid], per: Per, domed: bool) -> Vec<(&CheckedSolid, Region)> {
     let first = u8::from(domed && per == Per::Package);
-    let entered = solids
-        .iter()
-        .filter(|s| s.per() == per && s.medium.is_some());
+    let entered = solids.iter().filter(|s| s.per() == per && s.medium.is_some());
     let numbered = (first..).zip(entered);
-    numbered
-        .map(|(number, solid)| (solid, Region::Body(number)))
-        .collect()
+    numbered.map(|(number, solid)| (solid, Region::Body(number))).collect()
 }

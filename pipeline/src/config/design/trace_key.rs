@@ -138,11 +138,7 @@ impl Design {
 
 fn named_files(provenance: &Provenance) -> Vec<&str> {
     // A design's own text is what all other fields were made of.
-    let Provenance {
-        file: _,
-        sha256: _,
-        named,
-    } = provenance;
+    let Provenance { file: _, sha256: _, named } = provenance;
     named.iter().map(hash).collect()
 }
 
@@ -185,14 +181,8 @@ fn led_fields(led: &Led) -> Value {
     });
     if !led.is_centred() {
         let places = led.stated_places();
-        let (offsets, tilts): (Vec<[f64; 2]>, Vec<[f64; 2]>) = places
-            .map(
-                |BoxPlace {
-                     offset_mm,
-                     tilt_deg,
-                 }| (offset_mm, tilt_deg),
-            )
-            .unzip();
+        let (offsets, tilts): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
+            places.map(|BoxPlace { offset_mm, tilt_deg }| (offset_mm, tilt_deg)).unzip();
         fields["offsets_mm"] = json!(offsets);
         fields["tilts_deg"] = json!(tilts);
     }
@@ -200,17 +190,11 @@ fn led_fields(led: &Led) -> Value {
 }
 
 fn array_fields(array: &Array) -> Value {
-    let Array {
-        positions,
-        pitch_mm,
-        crossing,
-    } = array;
+    let Array { positions, pitch_mm, crossing } = array;
     let positions = match positions {
-        PackagePositions::Grid {
-            columns,
-            rows,
-            arrangement,
-        } => json!({"columns": columns, "rows": rows, "arrangement": arrangement}),
+        PackagePositions::Grid { columns, rows, arrangement } => {
+            json!({"columns": columns, "rows": rows, "arrangement": arrangement})
+        }
         PackagePositions::List { positions_mm } => json!(positions_mm),
     };
     json!({"positions": positions, "pitch_mm": pitch_mm, "crossing": crossing})
@@ -225,29 +209,13 @@ fn receiver_fields(receiver: &CheckedReceiver) -> Value {
 }
 
 fn source_fields(source: &CheckedSource) -> Value {
-    let CheckedSource {
-        stated,
-        file_sha256,
-        emitters,
-        symmetry: _,
-    } = source;
-    let weights: Vec<f64> = emitters
-        .iter()
-        .map(|emitter| emitter.source.weight)
-        .collect();
+    let CheckedSource { stated, file_sha256, emitters, symmetry: _ } = source;
+    let weights: Vec<f64> = emitters.iter().map(|emitter| emitter.source.weight).collect();
     json!({"stated": stated, "file_sha256": file_sha256, "weights": weights})
 }
 
 fn solid_fields(solid: &CheckedSolid) -> Value {
-    let CheckedSolid {
-        stated,
-        medium,
-        coats,
-        files,
-        form,
-        symmetry: _,
-        surface: _,
-    } = solid;
+    let CheckedSolid { stated, medium, coats, files, form, symmetry: _, surface: _ } = solid;
     json!({
         "stated": stated,
         "medium": medium.as_ref().map(medium_fields),
@@ -273,14 +241,7 @@ fn hybrid_fields(hybrid: &schema::Hybrid, relief: ReliefModel) -> Value {
 fn files_fields(files: &Files) -> Value {
     let used = |used: &UsedFile| fields!(used => UsedFile { sha256; file, flux_used });
     let shares: Vec<f64> = files.parts().iter().map(|part| part.share).collect();
-    let Files {
-        stated,
-        used: all,
-        bands: _,
-        mirror: _,
-        mirror_turns: _,
-        source: _,
-    } = files;
+    let Files { stated, used: all, bands: _, mirror: _, mirror_turns: _, source: _ } = files;
     let all: Vec<Value> = all.iter().map(used).collect();
     json!({"stated": stated, "used": all, "shares": shares})
 }

@@ -112,11 +112,7 @@ mod tests {
             let design = own(&[edit], "");
             let hybrid = &design.hybrid;
             let of_element = (design.elements.width_mm * 1e3 / hybrid.element_width_um).round();
-            assert_eq!(
-                (of_element as usize, hybrid.rings_per_band),
-                (rings, band),
-                "{width}"
-            );
+            assert_eq!((of_element as usize, hybrid.rings_per_band), (rings, band), "{width}");
             assert!(hybrid.element_width_um <= 10.0 + 1e-9);
             assert!((1..=band).contains(&hybrid.representative));
         }
@@ -152,10 +148,7 @@ mod tests {
         for bin in ["0.5", "1.0", "2.0", "2.5", "5.0", "7.5", "10.0", "15.0"] {
             let far = own(&[], &format!("\n[far_field]\nbin_deg = {bin}\n")).far_field;
             let bins = far.centre_deg / far.bin_deg;
-            assert!(
-                (bins - bins.round()).abs() < 1e-9 && far.centre_deg >= 2.0,
-                "{bin}"
-            );
+            assert!((bins - bins.round()).abs() < 1e-9 && far.centre_deg >= 2.0, "{bin}");
         }
         for bin in ["", "bin_deg = 0.5\n", "bin_deg = 2.5\n"] {
             let text = format!("\n[far_field]\nread_bins = \"about\"\n{bin}");

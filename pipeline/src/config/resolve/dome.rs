@@ -90,10 +90,8 @@ pub(in crate::config) fn in_file(
             continue;
         }
         let words = line.split(|c: char| c == ',' || c == ';' || c.is_whitespace());
-        let numbers: Option<Vec<f64>> = words
-            .filter(|word| !word.is_empty())
-            .map(|word| word.parse().ok())
-            .collect();
+        let numbers: Option<Vec<f64>> =
+            words.filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect();
         match numbers.as_deref().map(Row::of) {
             Some(Some(row)) => {
                 rows.push(row);

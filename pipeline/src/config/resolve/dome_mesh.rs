@@ -39,10 +39,7 @@ pub(in crate::config) fn triangles(
     let unit_mm = unit.mm();
     let path = folder.join(name);
     let bytes = std::fs::read(&path).with_context(|| {
-        format!(
-            "{table}.mesh: expected a mesh, cannot read `{}`",
-            path.display()
-        )
+        format!("{table}.mesh: expected a mesh, cannot read `{}`", path.display())
     })?;
     let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     let triangles = match ending.as_ref().and_then(|e| e.to_str()) {
@@ -58,18 +55,13 @@ pub(in crate::config) fn triangles(
 fn measured(name: &str, sha256: String, mut triangles: Vec<[DVec3; 3]>) -> Result<DomeMesh> {
     let corners = || triangles.iter().flatten();
     let height_mm = corners().map(|corner| corner.z).fold(0.0, f64::max);
-    let radius_mm = corners()
-        .map(|corner| corner.truncate().length())
-        .fold(0.0, f64::max);
+    let radius_mm = corners().map(|corner| corner.truncate().length()).fold(0.0, f64::max);
     let slack = ROUNDING * height_mm.max(radius_mm);
     for corner in triangles.iter_mut().flatten() {
         if corner.z.abs() <= slack {
             corner.z = 0.0;
         }
-        ensure!(
-            corner.z >= 0.0,
-            "corner {corner} mm: expected all corners at z = 0 and above"
-        );
+        ensure!(corner.z >= 0.0, "corner {corner} mm: expected all corners at z = 0 and above");
     }
     let part = |t: &[DVec3; 3]| u32::from(t.iter().all(|corner| corner.z <= 0.0));
     let parts: Vec<u32> = triangles.iter().map(part).collect();

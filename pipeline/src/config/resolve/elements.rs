@@ -19,11 +19,7 @@ pub(in crate::config) fn resolve(
     at: &Context,
 ) -> Result<Elements, ConfigError> {
     let Some(raw) = raw else {
-        return Ok(Elements {
-            width_mm: 0.0,
-            shapes: Vec::new(),
-            rounding: Rounding::default(),
-        });
+        return Ok(Elements { width_mm: 0.0, shapes: Vec::new(), rounding: Rounding::default() });
     };
     let Some(base) = base else {
         return Err(at.value("elements", "given", "no such table without [dome]"));
@@ -56,22 +52,12 @@ pub(in crate::config) fn resolve(
             at.value("elements.shapes", format!("element {}", k + 1), &expected)
         })?;
     }
-    Ok(Elements {
-        width_mm,
-        shapes,
-        rounding,
-    })
+    Ok(Elements { width_mm, shapes, rounding })
 }
 
 /// The error of relief that cannot be built, under `key` unless a radius is to blame.
 pub(in crate::config) fn refused(error: &GeometryError, key: &str, at: &Context) -> ConfigError {
-    let &GeometryError::Radius {
-        element,
-        corner,
-        radius_um,
-        most_um,
-    } = error
-    else {
+    let &GeometryError::Radius { element, corner, radius_um, most_um } = error else {
         return at.value(key, error, "rings that neither cross nor overlap");
     };
     let ring = if key == "elements.shapes" {
@@ -81,11 +67,7 @@ pub(in crate::config) fn refused(error: &GeometryError, key: &str, at: &Context)
     };
     let expected = format!("at most {most_um} um, which the sides at {ring} hold");
     let radius_um = (radius_um * 1e6).round() / 1e6;
-    at.value(
-        &format!("elements.{corner}_radius_um"),
-        radius_um,
-        &expected,
-    )
+    at.value(&format!("elements.{corner}_radius_um"), radius_um, &expected)
 }
 
 /// Whether a shape stands outside the dome all over its element, of this number and width: a
@@ -99,11 +81,7 @@ fn stands(
     let outer_mm = element as f64 * width_mm;
     let [least, most] = base.slopes_deg([outer_mm - width_mm, outer_mm]);
     match *shape {
-        Shape::Triangle {
-            inner_base_deg,
-            apex_deg,
-            reference: Reference::Horizontal,
-        } => {
+        Shape::Triangle { inner_base_deg, apex_deg, reference: Reference::Horizontal } => {
             let outer = 180.0 - inner_base_deg - apex_deg;
             if outer <= most {
                 return Err(format!(
@@ -134,14 +112,7 @@ const LEVEL_DEG: f64 = 1e-6;
 /// Shapes of all elements, in order from the axis.
 fn shapes(elements: &schema::Elements, at: &Context) -> Result<Vec<Shape>, ConfigError> {
     let mut shapes: Vec<Option<Shape>> = vec![None; elements.count];
-    for (
-        entry,
-        schema::Shape {
-            shared: range,
-            kind,
-        },
-    ) in elements.shapes.iter().enumerate()
-    {
+    for (entry, schema::Shape { shared: range, kind }) in elements.shapes.iter().enumerate() {
         let key = |name: &str| format!("elements.shapes[{}].{name}", entry + 1);
         if range.from < 1 || range.from > elements.count {
             return Err(at.value(
@@ -204,9 +175,8 @@ fn one(
                     "at least one vertex, all above the chord",
                 ));
             }
-            let (low, high) = points
-                .iter()
-                .fold((0.0f64, 1.0f64), |(a, b), p| (a.min(p[0]), b.max(p[0])));
+            let (low, high) =
+                points.iter().fold((0.0f64, 1.0f64), |(a, b), p| (a.min(p[0]), b.max(p[0])));
             if high - low > 2.0 {
                 return Err(at.value(
                     &key("points_chords"),
@@ -230,19 +200,13 @@ fn triangle(
         ("apex_angle_deg", shape.apex_angle_deg),
         ("outer_base_angle_deg", shape.outer_base_angle_deg),
     ];
-    let given: Vec<(&str, f64)> = angles
-        .iter()
-        .filter_map(|&(name, angle)| angle.map(|a| (name, a)))
-        .collect();
+    let given: Vec<(&str, f64)> =
+        angles.iter().filter_map(|&(name, angle)| angle.map(|a| (name, a))).collect();
     let &[(_, first), (second_name, second)] = given.as_slice() else {
         let missing = angles.iter().find(|a| a.1.is_none());
         return Err(at.value(
             &key(missing.map_or("outer_base_angle_deg", |a| a.0)),
-            if missing.is_some() {
-                "nothing"
-            } else {
-                "given"
-            },
+            if missing.is_some() { "nothing" } else { "given" },
             "two of the three angles of a triangle, in degrees",
         ));
     };
@@ -257,10 +221,7 @@ fn triangle(
     }
     let third = 180.0 - first - second;
     if third <= 0.0 {
-        let expected = format!(
-            "less than {} beside the other angle of {first}",
-            180.0 - first
-        );
+        let expected = format!("less than {} beside the other angle of {first}", 180.0 - first);
         return Err(at.value(&key(second_name), second, &expected));
     }
     Ok(Shape::Triangle {

@@ -38,8 +38,5 @@ pub(in crate::config) fn resolve(
             lm / lm_per_w
         }
     };
-    Ok(Some(EmittedFlux {
-        radiant_w,
-        luminous_lm: radiant_w * lm_per_w,
-    }))
+    Ok(Some(EmittedFlux { radiant_w, luminous_lm: radiant_w * lm_per_w }))
 }

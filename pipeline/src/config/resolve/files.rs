@@ -30,11 +30,7 @@ impl Files {
         indices: [f64; 2],
         bands: usize,
     ) -> Result<Self> {
-        let mut files = Self {
-            stated: raw.clone(),
-            bands: vec![None; bands],
-            ..Self::default()
-        };
+        let mut files = Self { stated: raw.clone(), bands: vec![None; bands], ..Self::default() };
         for (number, entry) in raw.bands.iter().enumerate() {
             let key = || format!("files.bands[{}]", number + 1);
             ensure!(
@@ -100,11 +96,7 @@ impl Files {
 fn note(name: &str, path: &Path, expected: &str) -> Result<UsedFile> {
     let bytes = std::fs::read(path)
         .with_context(|| format!("{}: expected {expected}, cannot read it", path.display()))?;
-    Ok(UsedFile {
-        file: name.to_owned(),
-        sha256: sha256_hex(&bytes),
-        flux_used: None,
-    })
+    Ok(UsedFile { file: name.to_owned(), sha256: sha256_hex(&bytes), flux_used: None })
 }
 
 /// What leaves the top of a box upwards, of a file of `[files.source]`.
@@ -140,10 +132,7 @@ pub fn upward(name: &str, folder: &Path) -> Result<(UsedFile, Upward)> {
             );
             (flux / summary.flux, Upward::Rays(lit))
         }
-        other => bail!(
-            "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
-            other.format()
-        ),
+        other => bail!("expected an .ies, .ldt, .tm25ray or .ray file, got {}", other.format()),
     };
     used.flux_used = Some(share);
     Ok((used, found))

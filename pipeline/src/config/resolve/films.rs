@@ -33,10 +33,7 @@ pub(in crate::config) fn resolve(
     if dome.is_empty() && metal.substrate.is_none() {
         return Ok(None);
     }
-    let stated = FilmStacks {
-        dome: Stack::new("dome", dome, folder, at)?,
-        mirror: metal,
-    };
+    let stated = FilmStacks { dome: Stack::new("dome", dome, folder, at)?, mirror: metal };
     films(Arc::new(stated), wavelength_nm, at).map(Some)
 }
 
@@ -55,10 +52,7 @@ impl Stack {
             let file = layer.material_file.as_ref();
             Ok((source(&key, layer.index, file, folder, at)?, thickness))
         });
-        Ok(Self {
-            layers: layers.collect::<Result<_, ConfigError>>()?,
-            substrate: None,
-        })
+        Ok(Self { layers: layers.collect::<Result<_, ConfigError>>()?, substrate: None })
     }
 
     /// The layers and the metal under them of a specular reflector.

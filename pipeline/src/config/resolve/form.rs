@@ -52,11 +52,7 @@ pub(in crate::config) fn resolve(
     files: &mut Vec<FileRecord>,
     at: &Context,
 ) -> Result<Form, ConfigError> {
-    let read = SolidTable {
-        name: table,
-        folder,
-        at,
-    };
+    let read = SolidTable { name: table, folder, at };
     let placement = read.placement(solid)?;
     let (pieces, outline) = match &solid.kind {
         SolidForm::Box(stated) => read.cuboid(stated)?,
@@ -69,11 +65,7 @@ pub(in crate::config) fn resolve(
     };
     let form = Form {
         pieces,
-        closing: if solid.kind.is_sheet() {
-            Closing::Open
-        } else {
-            Closing::Closed
-        },
+        closing: if solid.kind.is_sheet() { Closing::Open } else { Closing::Closed },
         placement,
         outline,
     };
@@ -111,22 +103,14 @@ impl SolidTable<'_> {
 
     fn cuboid(&self, stated: &Flat<3>) -> Result<Pieces, ConfigError> {
         let half = DVec3::from_array(self.half_sizes(stated)?);
-        let right = [
-            [0.0, half.z],
-            [half.x, half.z],
-            [half.x, -half.z],
-            [0.0, -half.z],
-        ];
+        let right = [[0.0, half.z], [half.x, half.z], [half.x, -half.z], [0.0, -half.z]];
         let shape = Shape::cuboid(-half, half).map_err(|error| self.refuse("size_mm", &error))?;
         Ok((vec![shape], right.to_vec()))
     }
 
     fn rectangle(&self, stated: &Flat<2>) -> Result<Pieces, ConfigError> {
         let [x, y] = self.half_sizes(stated)?;
-        let extent = Extent::Rectangle {
-            half_u: x,
-            half_v: y,
-        };
+        let extent = Extent::Rectangle { half_u: x, half_v: y };
         let plane = Plane::new(DVec3::ZERO, DVec3::Z, extent)
             .map_err(|error| self.refuse("size_mm", &error))?;
         let edge = vec![[-x, -y], [x, -y], [x, y], [-x, y]];
@@ -214,17 +198,13 @@ impl SolidTable<'_> {
     fn above_bottom(&self, form: &Form, solid: &Solid) -> Result<(), ConfigError> {
         let got = format!("{:?}", solid.shared.position_mm);
         let shape = form.shape(0.0);
-        let shape = shape.map_err(|e| {
-            self.at
-                .value(&self.key("position_mm"), &got, &e.to_string())
-        })?;
+        let shape =
+            shape.map_err(|e| self.at.value(&self.key("position_mm"), &got, &e.to_string()))?;
         let Bounds { low, high } = shape.bounds();
         let size = (high - low).max_element();
         if low.z < -1e-9 * size {
-            let expected = format!(
-                "a place above the bottom, z = 0; it reaches down to {} mm",
-                low.z
-            );
+            let expected =
+                format!("a place above the bottom, z = 0; it reaches down to {} mm", low.z);
             return Err(self.at.value(&self.key("position_mm"), got, &expected));
         }
         if low.abs().max(high.abs()).max_element() > 2.0 * MOST_LENGTH_MM {
@@ -238,12 +218,7 @@ impl SolidTable<'_> {
     fn placement(&self, solid: &Solid) -> Result<Placement, ConfigError> {
         let position_mm = solid.shared.position_mm.0;
         for value in position_mm {
-            self.at.within(
-                &self.key("position_mm"),
-                value,
-                -MOST_LENGTH_MM,
-                MOST_LENGTH_MM,
-            )?;
+            self.at.within(&self.key("position_mm"), value, -MOST_LENGTH_MM, MOST_LENGTH_MM)?;
         }
         let mut placement = Placement::at(DVec3::from_array(position_mm));
         let (axis, rotation_deg) = match &solid.kind {
@@ -259,14 +234,12 @@ impl SolidTable<'_> {
             let axis = self.at.direction(&self.key("axis"), axis)?;
             let along = placement.along(axis);
             placement = along.map_err(|error| {
-                self.at
-                    .value(&self.key("axis"), "a bad value", &error.to_string())
+                self.at.value(&self.key("axis"), "a bad value", &error.to_string())
             })?;
         }
         if let Some(List(angles)) = rotation_deg {
             for angle in angles {
-                self.at
-                    .within(&self.key("rotation_deg"), angle, -360.0, 360.0)?;
+                self.at.within(&self.key("rotation_deg"), angle, -360.0, 360.0)?;
             }
             placement.rotation = turned(angles);
         }
@@ -283,11 +256,7 @@ fn turned(angles_deg: [f64; 3]) -> DMat3 {
     let turn = DMat3::from_rotation_z(z) * DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x);
     let whole = |value: f64| {
         let near = value.round();
-        if (value - near).abs() < 1e-15 {
-            near
-        } else {
-            value
-        }
+        if (value - near).abs() < 1e-15 { near } else { value }
     };
     DMat3::from_cols_array(&turn.to_cols_array().map(whole))
 }

@@ -38,9 +38,7 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
         metal,
         vec![raw.array.positions_file.clone()],
         vec![raw.light.spectrum.as_ref().and_then(of_spectrum)],
-        sources()
-            .map(|s| s.kind.file().map(str::to_owned))
-            .collect(),
+        sources().map(|s| s.kind.file().map(str::to_owned)).collect(),
         spectra.collect(),
         of_solids(&raw.solids),
     ];

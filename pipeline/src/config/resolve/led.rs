@@ -23,10 +23,7 @@ pub(in crate::config) fn resolve(
     dome: Option<&Dome>,
     at: &Context,
 ) -> Result<Led, ConfigError> {
-    let Tagged {
-        shared: keys,
-        kind: LedLaw(law),
-    } = raw;
+    let Tagged { shared: keys, kind: LedLaw(law) } = raw;
     let size_mm = keys.size_mm.0;
     for v in size_mm {
         at.length("led.size_mm", v)?;
@@ -84,10 +81,7 @@ fn stands_inside(led: &Led, dome: &Dome, at: &Context) -> Result<(), ConfigError
     let Some((package, place)) = (0..).zip(led.stated_places()).find(|(_, p)| leaves(*p)) else {
         return Ok(());
     };
-    let untilted = BoxPlace {
-        tilt_deg: [0.0; 2],
-        ..place
-    };
+    let untilted = BoxPlace { tilt_deg: [0.0; 2], ..place };
     // A box that would stay inside without its tilt is out by it.
     let (key, common, own) = if leaves(untilted) {
         let own = led.offsets_mm.get(package);
@@ -125,10 +119,7 @@ pub(in crate::config) fn one_for_each(
     packages: usize,
     at: &Context,
 ) -> Result<(), ConfigError> {
-    let lists = [
-        ("led.offsets_mm", &led.offsets_mm),
-        ("led.tilts_deg", &led.tilts_deg),
-    ];
+    let lists = [("led.offsets_mm", &led.offsets_mm), ("led.tilts_deg", &led.tilts_deg)];
     for (key, rows) in lists.map(|(key, list)| (key, list.len())) {
         if rows != 0 && rows != packages {
             let expected = format!("a row [x, y] for each of the {packages} packages, or none");

@@ -34,12 +34,7 @@ impl ResolvedLight {
     pub(in crate::config) fn whole(&self, at: &Context) -> Result<Spectrum, ConfigError> {
         match &self.spectrum {
             Some(spectrum) => Ok(spectrum.clone()),
-            None => line(
-                self.wavelength_nm,
-                self.weighting(),
-                "light.wavelength_nm",
-                at,
-            ),
+            None => line(self.wavelength_nm, self.weighting(), "light.wavelength_nm", at),
         }
     }
 }
@@ -60,10 +55,7 @@ pub(in crate::config) fn resolve(
             // Lumens of one wavelength are those of a spectrum of one line.
             let photometric = raw.weighting.or(usual) == Some(Weighting::Photometric);
             let line = photometric.then(|| line(wavelength_nm, Weighting::Photometric, key, at));
-            Ok(ResolvedLight {
-                wavelength_nm,
-                spectrum: line.transpose()?,
-            })
+            Ok(ResolvedLight { wavelength_nm, spectrum: line.transpose()? })
         }
         (None, Some(spectrum)) => {
             if raw.weighting.is_some() {
@@ -76,10 +68,7 @@ pub(in crate::config) fn resolve(
                 at.value("light.spectrum.weighting", "missing", expected)
             })?;
             let spectrum = resolve_spectrum(spectrum, (key, weighting), folder, at)?;
-            Ok(ResolvedLight {
-                wavelength_nm: spectrum.median_nm(),
-                spectrum: Some(spectrum),
-            })
+            Ok(ResolvedLight { wavelength_nm: spectrum.median_nm(), spectrum: Some(spectrum) })
         }
         (both, _) => Err(at.value(
             "light",
@@ -123,17 +112,11 @@ pub(in crate::config) fn resolve_spectrum(
         },
         SpectrumForm::Table(stated) => {
             let [wavelength_nm, power] = rows(stated, table, folder, at)?;
-            SpectralPower::Table {
-                wavelength_nm,
-                power,
-            }
+            SpectralPower::Table { wavelength_nm, power }
         }
         SpectrumForm::Lines(stated) => {
             let [wavelength_nm, power] = rows(stated, table, folder, at)?;
-            SpectralPower::Lines {
-                wavelength_nm,
-                power,
-            }
+            SpectralPower::Lines { wavelength_nm, power }
         }
     };
     let sampling = match (raw.shared.tolerance, raw.shared.samples) {
@@ -169,21 +152,13 @@ fn rows(
         (None, None, Some(file)) => {
             let path = folder.join(file);
             let refuse = |why: String| {
-                at.value(
-                    &format!("{table}.file"),
-                    file,
-                    &format!("a file of two columns: {why}"),
-                )
+                at.value(&format!("{table}.file"), file, &format!("a file of two columns: {why}"))
             };
             let text = std::fs::read_to_string(&path)
                 .map_err(|error| refuse(format!("cannot read `{}`: {error}", path.display())))?;
             columns::read(&text).map_err(|why| refuse(format!("`{}`: {why}", path.display())))
         }
-        _ => Err(at.value(
-            table,
-            "other keys",
-            "either `wavelength_nm` and `power`, or `file`",
-        )),
+        _ => Err(at.value(table, "other keys", "either `wavelength_nm` and `power`, or `file`")),
     }
 }
 
@@ -215,23 +190,17 @@ pub(in crate::config) fn check_ends(
         for end in ends {
             let fits = design.tuned(end).and_then(|tuned| check(&tuned, at));
             fits.map_err(|error| match (light, error) {
-                (
-                    Some(light),
+                (Some(light), ConfigError::Value { file, key, got, expected }) => {
                     ConfigError::Value {
                         file,
                         key,
                         got,
-                        expected,
-                    },
-                ) => ConfigError::Value {
-                    file,
-                    key,
-                    got,
-                    expected: format!(
-                        "{expected}, for light of {end} nm from {}",
-                        light.sources.join(", ")
-                    ),
-                },
+                        expected: format!(
+                            "{expected}, for light of {end} nm from {}",
+                            light.sources.join(", ")
+                        ),
+                    }
+                }
                 (_, error) => error,
             })?;
         }

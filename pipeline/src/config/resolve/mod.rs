@@ -153,12 +153,7 @@ impl Design {
         if let Some(read) = r.read_bin_mm {
             let most = self.array.pitch_mm / 4.0;
             at.within("receiver.read_bin_mm", read, r.bin_mm, most)?;
-            whole_multiple(
-                at,
-                "receiver.read_bin_mm",
-                read,
-                ("receiver.bin_mm", r.bin_mm),
-            )?;
+            whole_multiple(at, "receiver.read_bin_mm", read, ("receiver.bin_mm", r.bin_mm))?;
         }
         at.within(
             "receiver.smoothing_sigma_mm",
@@ -202,23 +197,14 @@ impl Design {
             );
             return Err(at.value("far_field.centre_deg", f.centre_deg, &expected));
         }
-        let least = if f.peak == PeakMethod::Parabola {
-            read
-        } else {
-            0.0
-        };
+        let least = if f.peak == PeakMethod::Parabola { read } else { 0.0 };
         at.within("far_field.peak_fit_deg", f.peak_fit_deg, least, 45.0)?;
         if let Some(cut) = f.cut_deg {
             at.within("far_field.cut_deg", cut, 0.0, 90.0)?;
         }
         at.length_um("hybrid.element_width_um", h.element_width_um)?;
         at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
-        at.count(
-            "hybrid.representative",
-            h.representative,
-            1,
-            h.rings_per_band,
-        )?;
+        at.count("hybrid.representative", h.representative, 1, h.rings_per_band)?;
         if let Some(count) = h.kx_per_zone {
             at.count("hybrid.kx_per_zone", count, 1, MOST_KX)?;
         }
@@ -246,12 +232,7 @@ impl Design {
             let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
             return Err(at.value("trace.paths", t.paths, &expected));
         }
-        at.count(
-            "trace.max_interactions",
-            t.max_interactions as usize,
-            10,
-            10_000_000,
-        )?;
+        at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)?;
         if let Some(split) = t.split {
             at.count("trace.split", split as usize, 2, 64)?;
         }
@@ -272,9 +253,7 @@ impl Design {
             let tops = places.into_iter().map(|place| self.led.at(place).top_mm());
             return above(tops.fold(0.0, f64::max));
         };
-        let meridian = self
-            .outline()
-            .map_err(|e| elements::refused(&e, "elements.shapes", at))?;
+        let meridian = self.outline().map_err(|e| elements::refused(&e, "elements.shapes", at))?;
         above(match dome {
             Dome::Mesh(mesh) => mesh.height_mm,
             Dome::Sphere(_) | Dome::Meridian(_) => meridian.top_mm(),

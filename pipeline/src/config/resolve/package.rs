@@ -28,17 +28,9 @@ pub(in crate::config) fn dome(
     let width_mm = at.length("dome.width_mm", raw.width_mm)?;
     let radius_mm = 0.5 * width_mm;
     if height_mm > 2.0 * sphere_radius_mm {
-        return Err(at.value(
-            "dome.height_mm",
-            height_mm,
-            "at most the diameter of the sphere",
-        ));
+        return Err(at.value("dome.height_mm", height_mm, "at most the diameter of the sphere"));
     }
-    let dome = SphericalDome {
-        sphere_radius_mm,
-        height_mm,
-        radius_mm,
-    };
+    let dome = SphericalDome { sphere_radius_mm, height_mm, radius_mm };
     if radius_mm > sphere_radius_mm || dome.height_at(radius_mm) < 0.0 {
         return Err(at.value(
             "dome.width_mm",
@@ -86,19 +78,12 @@ pub(in crate::config) fn medium(
     folder: &Path,
     at: &Context,
 ) -> Result<Medium, ConfigError> {
-    let absorption_per_mm = at.within(
-        &format!("{table}.absorption_per_mm"),
-        raw.absorption_per_mm,
-        0.0,
-        1e6,
-    )?;
+    let absorption_per_mm =
+        at.within(&format!("{table}.absorption_per_mm"), raw.absorption_per_mm, 0.0, 1e6)?;
     let stated = match (raw.index, &raw.material_file) {
-        (Some(index), None) => StatedMedium {
-            table: table.to_owned(),
-            index,
-            absorption_per_mm,
-            material: None,
-        },
+        (Some(index), None) => {
+            StatedMedium { table: table.to_owned(), index, absorption_per_mm, material: None }
+        }
         (None, Some(name)) => {
             let path = folder.join(name);
             let material = material::read(&path).map_err(|e| {
@@ -117,11 +102,7 @@ pub(in crate::config) fn medium(
             }
         }
         _ => {
-            return Err(at.value(
-                table,
-                "both or neither",
-                "one of `index` and `material_file`",
-            ));
+            return Err(at.value(table, "both or neither", "one of `index` and `material_file`"));
         }
     };
     medium_at(&Arc::new(stated), wavelength_nm, at)
@@ -136,12 +117,12 @@ pub(in crate::config) fn reflector<S: Specular>(
     let share = |name: &str, value| at.within(&format!("{table}.{name}"), value, 0.0, 1.0);
     let reflectance = |value| share("reflectance", value);
     Ok(match law {
-        Law::Specular(stated) => Reflector::Specular {
-            reflectance: reflectance(stated.reflectance())?,
-        },
-        Law::Lambertian(stated) => Reflector::Lambertian {
-            reflectance: reflectance(stated.reflectance)?,
-        },
+        Law::Specular(stated) => {
+            Reflector::Specular { reflectance: reflectance(stated.reflectance())? }
+        }
+        Law::Lambertian(stated) => {
+            Reflector::Lambertian { reflectance: reflectance(stated.reflectance)? }
+        }
         Law::Absorbing(stated) => {
             // A study that makes a mirror black leaves its reflectance in the design.
             reflectance(stated.reflectance.unwrap_or_default())?;
@@ -218,9 +199,5 @@ pub(in crate::config) fn array(
             arrangement: raw.arrangement,
         },
     };
-    Ok(Array {
-        positions,
-        pitch_mm: raw.pitch_mm,
-        crossing: raw.crossing,
-    })
+    Ok(Array { positions, pitch_mm: raw.pitch_mm, crossing: raw.crossing })
 }

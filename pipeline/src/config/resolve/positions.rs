@@ -27,10 +27,7 @@ pub(in crate::config) fn load(
     );
     let path = folder.join(name);
     let text = std::fs::read_to_string(&path).with_context(|| {
-        format!(
-            "array.positions_file: expected positions, cannot read `{}`",
-            path.display()
-        )
+        format!("array.positions_file: expected positions, cannot read `{}`", path.display())
     })?;
     let found = parse(&text, array.pitch_mm);
     found.with_context(|| format!("array.positions_file: `{}`", path.display()))
@@ -44,10 +41,8 @@ fn parse(text: &str, pitch_mm: f64) -> Result<Vec<[f64; 2]>> {
             continue;
         }
         let words = line.split(|c: char| c == ',' || c.is_whitespace());
-        let values: Option<Vec<f64>> = words
-            .filter(|word| !word.is_empty())
-            .map(|word| word.parse().ok())
-            .collect();
+        let values: Option<Vec<f64>> =
+            words.filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect();
         match values.as_deref() {
             Some(&[x, y]) if x.abs() <= FARTHEST && y.abs() <= FARTHEST => {
                 found.push(([x, y], number));

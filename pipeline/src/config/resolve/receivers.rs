@@ -93,10 +93,7 @@ pub(in crate::config) fn resolve(
             let expected = format!("at most {MOST_BINS:e} bins of all receivers together");
             return Err(at.value(&key("bins"), format!("{bins:e} so far"), &expected));
         }
-        checked.push(CheckedReceiver {
-            stated: receiver.clone(),
-            detector,
-        });
+        checked.push(CheckedReceiver { stated: receiver.clone(), detector });
     }
     Ok(checked)
 }
@@ -132,12 +129,7 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
 
     fn rectangle(&self, stated: StatedRectangle) -> Result<DetectorRectangle, ConfigError> {
         let (key, at) = (self.key, self.at);
-        let StatedRectangle {
-            position_mm,
-            size_mm,
-            bins,
-            normal,
-        } = stated;
+        let StatedRectangle { position_mm, size_mm, bins, normal } = stated;
         let facing = normal.facing();
         let centre = DVec3::from_array(position_mm);
         let flat = matches!(facing, Facing::Z(_));
@@ -208,10 +200,7 @@ fn filter(
             Ok([if first == 1 { -1.0 } else { end(first - 1) }, end(last)])
         })
         .transpose()?;
-    let bounces = [
-        raw.min_bounces.unwrap_or(0),
-        raw.max_bounces.unwrap_or(u32::MAX),
-    ];
+    let bounces = [raw.min_bounces.unwrap_or(0), raw.max_bounces.unwrap_or(u32::MAX)];
     if bounces[0] > bounces[1] {
         let expected = format!("at least min_bounces, {}", bounces[0]);
         return Err(at.value(&key("max_bounces"), bounces[1], &expected));

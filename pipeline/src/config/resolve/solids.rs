@@ -139,11 +139,7 @@ fn one(
             }
         },
     };
-    let symmetry = if turns {
-        form.symmetry(&solid.kind)
-    } else {
-        Symmetry::None
-    };
+    let symmetry = if turns { form.symmetry(&solid.kind) } else { Symmetry::None };
     Ok(CheckedSolid {
         stated: solid.clone(),
         medium: medium.transpose()?,
@@ -171,9 +167,7 @@ fn gaussian(
     let through = lobe("width_deg", stated.width_deg)?;
     let back = stated
         .reflected_width_deg
-        .map_or(Ok(through), |width_deg| {
-            lobe("reflected_width_deg", width_deg)
-        })?;
+        .map_or(Ok(through), |width_deg| lobe("reflected_width_deg", width_deg))?;
     Ok([back, through])
 }
 
@@ -202,16 +196,11 @@ fn diffusing(
     let transmission = lobe("transmitted", transmitted, through)?;
     let reflection = lobe("reflected", reflected, back)?;
     if reflected + transmitted > 1.0 + SHARES_ROUNDING {
-        let expected = format!(
-            "at most {}, what `transmitted` leaves of 1",
-            shortest(1.0 - transmitted)
-        );
+        let expected =
+            format!("at most {}, what `transmitted` leaves of 1", shortest(1.0 - transmitted));
         return Err(at.value(&key("reflected"), reflected, &expected));
     }
-    Ok(SolidOptics::Diffusing {
-        reflection,
-        transmission,
-    })
+    Ok(SolidOptics::Diffusing { reflection, transmission })
 }
 
 /// What a solid is of, and what a sheet does: one of the tables that say it, and none that says the
@@ -233,11 +222,7 @@ fn substance(
     }
     if solid.kind.is_sheet() {
         if keys.medium.is_some() {
-            return refuse(
-                "medium",
-                "given",
-                "no such table for a sheet, which has no inside",
-            );
+            return refuse("medium", "given", "no such table for a sheet, which has no inside");
         }
         if coated {
             return refuse("coating", "given", "no such key for a sheet");
@@ -254,11 +239,9 @@ fn substance(
             "missing",
             "this table, or `surface` for a solid that light does not enter",
         ),
-        (Some(_), Some(_)) => refuse(
-            "surface",
-            "given",
-            "no such table beside `medium`: light enters the solid",
-        ),
+        (Some(_), Some(_)) => {
+            refuse("surface", "given", "no such table beside `medium`: light enters the solid")
+        }
         (None, Some(_)) if coated => refuse(
             "coating",
             "given",

@@ -76,11 +76,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         sampling: Option<&FileSampling>,
         folder: &Path,
     ) -> Result<Option<EmitterLight>, ConfigError> {
-        let given = [
-            keys.light.is_some(),
-            keys.wavelength_nm.is_some(),
-            keys.spectrum.is_some(),
-        ];
+        let given = [keys.light.is_some(), keys.wavelength_nm.is_some(), keys.spectrum.is_some()];
         if given.into_iter().filter(|given| *given).count() > 1 {
             let expected = "one of `light`, `wavelength_nm` and `spectrum`";
             return self.refuse("light", "several lights", expected);
@@ -132,10 +128,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         let source = StatedFile {
             name: &raw.file,
             light: keys.light,
-            sampling: FileSampling {
-                tolerance: raw.tolerance,
-                samples: raw.samples,
-            },
+            sampling: FileSampling { tolerance: raw.tolerance, samples: raw.samples },
         };
         let stated = self.stated(keys, Some(&source.sampling), folder)?;
         match content::read(&path).map_err(unusable)? {
@@ -163,10 +156,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         let source = StatedFile {
             name: &raw.file,
             light: raw.light,
-            sampling: FileSampling {
-                tolerance: raw.tolerance,
-                samples: raw.samples,
-            },
+            sampling: FileSampling { tolerance: raw.tolerance, samples: raw.samples },
         };
         let own = raw.light == Some(LightOf::Design);
         if let Some((name, got)) = source.sampling.given().filter(|_| own) {
@@ -223,8 +213,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         let name = source.name;
         let unusable = |expected: String| {
             let expected = format!("{expected}; light = \"design\" passes the file's over");
-            self.at
-                .value(&(self.key)("file"), format!("{name:?}"), &expected)
+            self.at.value(&(self.key)("file"), format!("{name:?}"), &expected)
         };
         let of_tracer = |error: tracer::Error| unusable(error.to_string());
         let sampling = self.sampling(&source.sampling)?;
@@ -280,10 +269,8 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             (None, Some(samples)) => Sampling::Samples(samples),
             (None, None) => Sampling::Tolerance(light::USUAL_TOLERANCE),
         };
-        spectrum::check_sampling(sampling).map_err(|error| {
-            self.at
-                .value(&(self.key)(error.key), error.got, &error.expected)
-        })?;
+        spectrum::check_sampling(sampling)
+            .map_err(|error| self.at.value(&(self.key)(error.key), error.got, &error.expected))?;
         Ok(sampling)
     }
 
@@ -402,11 +389,7 @@ fn by_table(
 
 /// All rays in one light.
 fn one(rays: Vec<RayRecord>, own: EmitterLight) -> Result<Part, tracer::Error> {
-    Ok(Part {
-        emission: Emission::Rays(Arc::new(RaySet::new(rays)?)),
-        share: 1.0,
-        light: own,
-    })
+    Ok(Part { emission: Emission::Rays(Arc::new(RaySet::new(rays)?)), share: 1.0, light: own })
 }
 
 /// The lights of all sources, or of the file that stands for them; `None` where that of the design

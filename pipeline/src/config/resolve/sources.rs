@@ -44,11 +44,7 @@ pub(in crate::config) fn resolve(
         }
         at.within(&key("power"), *power, 1e-12, 1e12)?;
         let region = surroundings(source, domed, solids, &key, at)?;
-        let scope = Scope {
-            key: &key,
-            at,
-            weighting,
-        };
+        let scope = Scope { key: &key, at, weighting };
         let (emitters, symmetry) = emitters(source, led, region, folder, &scope)?;
         let file_sha256 = match source.kind.file() {
             Some(name) => Some(hash(&folder.join(name)).map_err(|e| {
@@ -57,12 +53,7 @@ pub(in crate::config) fn resolve(
             })?),
             None => None,
         };
-        checked.push(CheckedSource {
-            stated: source.clone(),
-            file_sha256,
-            emitters,
-            symmetry,
-        });
+        checked.push(CheckedSource { stated: source.clone(), file_sha256, emitters, symmetry });
     }
     Ok(checked)
 }
@@ -160,10 +151,9 @@ fn emitters<K: Fn(&str) -> String>(
             };
             return Ok((parts.into_iter().map(part).collect(), Symmetry::None));
         }
-        SourceForm::Isotropic(_) => (
-            vec![one(Emitter::Point, Emission::Isotropic)],
-            if_so(centred, Symmetry::Square),
-        ),
+        SourceForm::Isotropic(_) => {
+            (vec![one(Emitter::Point, Emission::Isotropic)], if_so(centred, Symmetry::Square))
+        }
         SourceForm::Cosine(cosine) => {
             let exponent = at.within(&key("exponent"), cosine.exponent, 0.0, 1e6)?;
             (
@@ -176,25 +166,16 @@ fn emitters<K: Fn(&str) -> String>(
             for v in size {
                 at.length(&key("size_mm"), v)?;
             }
-            let emitter = Emitter::Rectangle {
-                half_x: 0.5 * size[0],
-                half_y: 0.5 * size[1],
-            };
+            let emitter = Emitter::Rectangle { half_x: 0.5 * size[0], half_y: 0.5 * size[1] };
             let square = size[0].to_bits() == size[1].to_bits();
             let of_sides = if_so(square, Symmetry::Square).max(Symmetry::Rectangle);
-            (
-                vec![one(emitter, Emission::LAMBERTIAN)],
-                if_so(upright, of_sides),
-            )
+            (vec![one(emitter, Emission::LAMBERTIAN)], if_so(upright, of_sides))
         }
         SourceForm::Chip(chip) => self::chip(keys, chip, led, region, scope)?,
     };
     let light = scope.stated(keys, None, folder)?;
     let light = light.unwrap_or(EmitterLight::Design);
-    let emitter = |source| CheckedEmitter {
-        source,
-        light: light.clone(),
-    };
+    let emitter = |source| CheckedEmitter { source, light: light.clone() };
     Ok((emitters.into_iter().map(emitter).collect(), symmetry))
 }
 
@@ -226,10 +207,7 @@ fn chip<K: Fn(&str) -> String>(
         (DVec3::new(0.0, y, z), DVec3::Y, [x, z]),
         (DVec3::new(0.0, -y, z), -DVec3::Y, [x, z]),
     ];
-    let emitting = faces
-        .into_iter()
-        .zip(powers)
-        .filter(|(_, power)| *power > 0.0);
+    let emitting = faces.into_iter().zip(powers).filter(|(_, power)| *power > 0.0);
     let sources = emitting.map(|((middle, normal, [half_x, half_y]), power)| {
         let emitter = Emitter::Rectangle { half_x, half_y };
         tracer::Source::new(&keys.name, middle, region, emitter, Emission::LAMBERTIAN)

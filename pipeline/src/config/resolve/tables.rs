@@ -25,21 +25,12 @@ pub(in crate::config) fn check(
     let refuse = |expected: String| at.value("hybrid.element_width_um", width, &expected);
     let count = elements.width_mm * elements.shapes.len() as f64 / (width * 1e-3);
     if count > MOST_RINGS {
-        return Err(refuse(format!(
-            "a width that makes at most {MOST_RINGS} rings"
-        )));
+        return Err(refuse(format!("a width that makes at most {MOST_RINGS} rings")));
     }
     let rings = elements.refined(width * 1e-3).ok_or_else(|| {
-        refuse(format!(
-            "a width that divides elements.width_um = {}",
-            elements.width_mm * 1e3
-        ))
+        refuse(format!("a width that divides elements.width_um = {}", elements.width_mm * 1e3))
     })?;
-    if !rings
-        .shapes
-        .len()
-        .is_multiple_of(design.hybrid.rings_per_band)
-    {
+    if !rings.shapes.len().is_multiple_of(design.hybrid.rings_per_band) {
         return Err(at.value(
             "hybrid.rings_per_band",
             design.hybrid.rings_per_band,
@@ -65,30 +56,16 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
         return Ok(());
     }
     let others = [
-        (
-            design.polarization == Carrying::Carried,
-            "light.polarization = \"carried\"",
-        ),
-        (
-            h.polarization == Polarization::Unpolarised,
-            "hybrid.polarization = \"unpolarised\"",
-        ),
-        (
-            h.incidence == Incidence::Conical,
-            "hybrid.incidence = \"conical\"",
-        ),
-        (
-            h.scattering == Scattering::Whole,
-            "hybrid.scattering = \"whole\"",
-        ),
+        (design.polarization == Carrying::Carried, "light.polarization = \"carried\""),
+        (h.polarization == Polarization::Unpolarised, "hybrid.polarization = \"unpolarised\""),
+        (h.incidence == Incidence::Conical, "hybrid.incidence = \"conical\""),
+        (h.scattering == Scattering::Whole, "hybrid.scattering = \"whole\""),
         (h.spread_deg == 0.0, "hybrid.spread_deg = 0"),
     ];
     match others.into_iter().find(|(holds, _)| !holds) {
-        Some((_, needed)) => Err(at.value(
-            "hybrid.tables",
-            "\"matrices\"",
-            &format!("\"shares\" without {needed}"),
-        )),
+        Some((_, needed)) => {
+            Err(at.value("hybrid.tables", "\"matrices\"", &format!("\"shares\" without {needed}")))
+        }
         None => Ok(()),
     }
 }
@@ -98,9 +75,7 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
 /// # Errors
 /// More orders than can be solved, fewer than propagate, or a grid that holds no node.
 pub(crate) fn fit(design: &Design, cells: &[Cell]) -> Result<(), ConfigError> {
-    let at = Context {
-        file: &design.provenance.file,
-    };
+    let at = Context { file: &design.provenance.file };
     grids(design, cells, &at)?;
     orders(design, cells.iter(), &at)
 }
@@ -115,10 +90,7 @@ fn propagating(design: &Design, cell: &Cell) -> f64 {
 /// The widest and the narrowest ring must have a table that can be solved and kept.
 fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigError> {
     let by_period = |a: &&Cell, b: &&Cell| a.period_um.total_cmp(&b.period_um);
-    let ends = [
-        cells.iter().max_by(by_period),
-        cells.iter().min_by(by_period),
-    ];
+    let ends = [cells.iter().max_by(by_period), cells.iter().min_by(by_period)];
     for cell in ends.into_iter().flatten() {
         let refuse =
             |expected: String| at.value(design.light_key(), design.wavelength_nm, &expected);
@@ -134,10 +106,7 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
         }
         let grid = grid(design, cell, USUAL_KY);
         grid.validate().map_err(|error| {
-            refuse(format!(
-                "a wavelength for which ring {} has a table ({error})",
-                cell.ring
-            ))
+            refuse(format!("a wavelength for which ring {} has a table ({error})", cell.ring))
         })?;
     }
     Ok(())

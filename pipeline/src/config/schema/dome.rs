@@ -41,11 +41,8 @@ impl Kinds for DomeForm {
     const TAG: &'static str = "";
 
     fn untagged(keys: &dyn Fn(&str) -> bool) -> Option<&'static str> {
-        let kinds = [
-            ("meridian_mm", "meridian"),
-            ("meridian_file", "meridian_file"),
-            ("mesh", "mesh"),
-        ];
+        let kinds =
+            [("meridian_mm", "meridian"), ("meridian_file", "meridian_file"), ("mesh", "mesh")];
         let told = kinds.into_iter().find(|(key, _)| keys(key));
         Some(told.map_or("sphere", |(_, kind)| kind))
     }

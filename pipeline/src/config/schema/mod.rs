@@ -137,10 +137,7 @@ pub enum Arrangement {
 }
 
 impl Arrangement {
-    #[expect(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "the signature serde asks for"
-    )]
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature serde asks for")]
     fn is_square(&self) -> bool {
         *self == Self::Square
     }

@@ -207,10 +207,7 @@ impl Kinds for ScatterLaw {
     const TAG: &'static str = "kind";
 
     fn untagged(keys: &dyn Fn(&str) -> bool) -> Option<&'static str> {
-        ["file", "inner", "outer"]
-            .into_iter()
-            .any(keys)
-            .then_some("file")
+        ["file", "inner", "outer"].into_iter().any(keys).then_some("file")
     }
 }
 

@@ -16,10 +16,7 @@ use crate::metrics::{Estimate, Grouped, jackknife};
 
 /// The largest of the bins of the upper hemisphere of `profile`.
 fn largest(profile: &[f64], sphere: &AngularBins) -> usize {
-    (0..sphere.upper()).fold(
-        0,
-        |best, i| if profile[i] > profile[best] { i } else { best },
-    )
+    (0..sphere.upper()).fold(0, |best, i| if profile[i] > profile[best] { i } else { best })
 }
 
 /// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola
@@ -34,9 +31,7 @@ fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
         BinPlacement::About => 0,
     };
     let bin = |i: i64| {
-        profile
-            .get(if i < 0 { first - i } else { i } as usize)
-            .map(|&v| (i - best as i64, v))
+        profile.get(if i < 0 { first - i } else { i } as usize).map(|&v| (i - best as i64, v))
     };
     let points: Vec<(f64, f64)> = (best as i64 - reach..=best as i64 + reach)
         .filter_map(bin)
@@ -49,10 +44,7 @@ fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
         return (middle, profile[best]);
     }
     let vertex = (-0.5 * b / c).clamp(-(reach as f64), reach as f64);
-    (
-        (middle + vertex * sphere.bin_deg).abs(),
-        a + vertex * (b + vertex * c),
-    )
+    ((middle + vertex * sphere.bin_deg).abs(), a + vertex * (b + vertex * c))
 }
 
 /// Coefficients of the least-squares parabola a + b x + c x²; `None` if the points do not determine
@@ -62,25 +54,15 @@ fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
     let right = |k: i32| points.iter().map(|p| p.0.powi(k) * p.1).sum::<f64>();
     let m: Vec<f64> = (0..5).map(moment).collect();
     let column = |k: usize| [m[k], m[k + 1], m[k + 2]];
-    let (x, y, z, r) = (
-        column(0),
-        column(1),
-        column(2),
-        [right(0), right(1), right(2)],
-    );
+    let (x, y, z, r) = (column(0), column(1), column(2), [right(0), right(1), right(2)]);
     let det = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
         a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
             + c[0] * (a[1] * b[2] - a[2] * b[1])
     };
     // Cramer's rule on the normal equations.
     let whole = det(x, y, z);
-    (whole.abs() > 1e-9 * m[0] * m[2] * m[4]).then(|| {
-        [
-            det(r, y, z) / whole,
-            det(x, r, z) / whole,
-            det(x, y, r) / whole,
-        ]
-    })
+    (whole.abs() > 1e-9 * m[0] * m[2] * m[4])
+        .then(|| [det(r, y, z) / whole, det(x, r, z) / whole, det(x, y, r) / whole])
 }
 
 /// Centre over peak; 0 without light.
@@ -217,9 +199,7 @@ impl FarFieldReading {
         let (first, rest) = powers.split_at(azimuths * self.first());
         let rings = std::iter::once(first).chain(rest.chunks(azimuths * self.together()));
         let sum = |rings: &[f64], j: usize| rings.iter().skip(j).step_by(azimuths).sum();
-        rings
-            .flat_map(|rings| (0..azimuths).map(move |j| sum(rings, j)))
-            .collect()
+        rings.flat_map(|rings| (0..azimuths).map(move |j| sum(rings, j))).collect()
     }
 
     /// Intensities that the peak is read from, W/sr, for powers in the bins that are read.
@@ -320,13 +300,8 @@ impl FarFieldReading {
     pub fn plain(&self, powers: &[f64]) -> Vec<f64> {
         let seen = self.seen(powers);
         let (angle, height) = self.peak(&seen);
-        let between = self
-            .between()
-            .map(|judge| judge.peak(&judge.seen(powers)).0);
-        [angle, over(seen[0], height)]
-            .into_iter()
-            .chain(between)
-            .collect()
+        let between = self.between().map(|judge| judge.peak(&judge.seen(powers)).0);
+        [angle, over(seen[0], height)].into_iter().chain(between).collect()
     }
 }
 

@@ -85,9 +85,7 @@ impl AngularBins {
     pub fn profile(&self, powers: &[f64]) -> Vec<f64> {
         (0..self.polar)
             .map(|i| {
-                powers[i * self.azimuths..(i + 1) * self.azimuths]
-                    .iter()
-                    .sum::<f64>()
+                powers[i * self.azimuths..(i + 1) * self.azimuths].iter().sum::<f64>()
                     / self.ring_sr(i)
             })
             .collect()
@@ -97,11 +95,8 @@ impl AngularBins {
     /// power.
     pub fn share(&self, powers: &[f64], from_deg: f64, to_deg: f64) -> f64 {
         let within = |i: usize| (from_deg..to_deg).contains(&self.centre_deg(i));
-        let ring = |i: usize| {
-            powers[i * self.azimuths..(i + 1) * self.azimuths]
-                .iter()
-                .sum::<f64>()
-        };
+        let ring =
+            |i: usize| powers[i * self.azimuths..(i + 1) * self.azimuths].iter().sum::<f64>();
         let all: f64 = powers.iter().sum();
         let part: f64 = (0..self.polar).filter(|&i| within(i)).map(ring).sum();
         if all > 0.0 { part / all } else { 0.0 }
@@ -123,10 +118,7 @@ impl AngularBins {
         let solid_share = chosen.len() as f64 / self.azimuths as f64;
         (0..self.polar)
             .map(|i| {
-                chosen
-                    .iter()
-                    .map(|&j| powers[i * self.azimuths + j])
-                    .sum::<f64>()
+                chosen.iter().map(|&j| powers[i * self.azimuths + j]).sum::<f64>()
                     / (self.ring_sr(i) * solid_share)
             })
             .collect()
@@ -137,12 +129,8 @@ impl AngularBins {
 mod tests {
     use super::*;
 
-    const BINS: AngularBins = AngularBins {
-        bin_deg: 2.0,
-        polar: 90,
-        azimuths: 36,
-        bins: BinPlacement::Between,
-    };
+    const BINS: AngularBins =
+        AngularBins { bin_deg: 2.0, polar: 90, azimuths: 36, bins: BinPlacement::Between };
 
     #[test]
     fn cut_reads_its_own_azimuths() {

@@ -54,10 +54,8 @@ impl FarFieldTarget {
     pub fn distance(&self, seen: &Observation) -> JackknifedFigure {
         let sphere = seen.sphere;
         let upper = sphere.centres_deg().into_iter().take_while(|c| *c < 90.0);
-        let bins: Vec<(f64, f64)> = upper
-            .enumerate()
-            .map(|(i, centre)| (sphere.ring_sr(i), self.at(centre)))
-            .collect();
+        let bins: Vec<(f64, f64)> =
+            upper.enumerate().map(|(i, centre)| (sphere.ring_sr(i), self.at(centre))).collect();
         let flux = bins.iter().map(|(sr, target)| sr * target).sum::<f64>();
         let squares: f64 = bins.iter().map(|(sr, target)| sr * target * target).sum();
         let distance = |powers: &[f64]| {
@@ -83,27 +81,14 @@ mod tests {
     fn targets_are_straight_between_points_and_dark_beyond() {
         let target =
             FarFieldTarget::parse("angle, intensity\n10, 1 # low\n30; 3\n").expect("valid");
-        for (angle, expected) in [
-            (0.0, 1.0),
-            (10.0, 1.0),
-            (20.0, 2.0),
-            (30.0, 3.0),
-            (31.0, 0.0),
-        ] {
+        for (angle, expected) in [(0.0, 1.0), (10.0, 1.0), (20.0, 2.0), (30.0, 3.0), (31.0, 0.0)] {
             assert!((target.at(angle) - expected).abs() < 1e-15, "{angle}");
         }
     }
 
     #[test]
     fn lines_that_are_no_pairs_are_refused() {
-        for text in [
-            "1 2\n1 3\n",
-            "1 2\n2 x\n",
-            "1 2\n95 3\n",
-            "1 2\n",
-            "1 0\n2 0\n",
-            "1 2 3\n",
-        ] {
+        for text in ["1 2\n1 3\n", "1 2\n2 x\n", "1 2\n95 3\n", "1 2\n", "1 0\n2 0\n", "1 2 3\n"] {
             assert!(FarFieldTarget::parse(text).is_err(), "{text}");
         }
     }

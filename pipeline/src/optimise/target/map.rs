@@ -48,10 +48,7 @@ impl MapTarget {
             y_mm.len()
         );
         let values: Vec<f64> = rows.iter().map(|row| row[2]).collect();
-        ensure!(
-            values.iter().any(|value| *value > 0.0),
-            "expected some light, got 0 everywhere"
-        );
+        ensure!(values.iter().any(|value| *value > 0.0), "expected some light, got 0 everywhere");
         Ok(Self { x_mm, y_mm, values })
     }
 
@@ -89,10 +86,7 @@ impl MapTarget {
         };
         let map = &seen.illuminance;
         let without = (0..map.count()).map(|g| distance(&map.without(g)));
-        Ok(JackknifedFigure::new(
-            distance(map.total()),
-            without.collect(),
-        ))
+        Ok(JackknifedFigure::new(distance(map.total()), without.collect()))
     }
 }
 

@@ -31,10 +31,7 @@ impl Folder {
         let shown = directory.display();
         let kind = directory.metadata();
         let kind = kind.with_context(|| format!("`{shown}`: expected a directory of results"))?;
-        ensure!(
-            kind.is_dir(),
-            "`{shown}`: expected a directory of results, got a file"
-        );
+        ensure!(kind.is_dir(), "`{shown}`: expected a directory of results, got a file");
         let path = directory.join(FILE);
         let text = std::fs::read(&path).with_context(|| {
             format!(
@@ -51,10 +48,8 @@ impl Folder {
             }
         }
         ResultsFile::check_version(&json).map_err(of_file)?;
-        let (expected, got) = std::str::from_utf8(&text)
-            .ok()
-            .and_then(content_hash::hashes)
-            .unwrap_or_default();
+        let (expected, got) =
+            std::str::from_utf8(&text).ok().and_then(content_hash::hashes).unwrap_or_default();
         ensure!(
             !got.is_empty() && expected == got,
             "`{0}`: {1}: `{0}` was altered after the run: its content has SHA-256 {expected}, got {got}",
@@ -62,11 +57,7 @@ impl Folder {
             content_hash::KEY
         );
         let results = ResultsFile::of(&json).map_err(of_file)?;
-        let folder = Self {
-            directory: directory.to_owned(),
-            path,
-            results,
-        };
+        let folder = Self { directory: directory.to_owned(), path, results };
         for (i, file) in folder.results.files.iter().enumerate() {
             checked_file(directory, file, &folder.place(&format!("files[{i}]")))?;
         }
@@ -113,8 +104,7 @@ pub(super) fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path
         return false;
     };
     let own = files.iter().map(|entry| entry.file.as_str());
-    own.chain([main])
-        .any(|name| directory.join(name).canonicalize().ok().as_deref() == Some(&path))
+    own.chain([main]).any(|name| directory.join(name).canonicalize().ok().as_deref() == Some(&path))
 }
 
 /// Checks that the file of `entry`, which stands at `place`, lies under `directory` and is the one
@@ -129,10 +119,7 @@ pub(super) fn checked_file(directory: &Path, entry: &FileRecord, place: &str) ->
     );
     let path = directory.join(file);
     let bytes = std::fs::read(&path).with_context(|| {
-        format!(
-            "{place}.file: cannot read `{}`, which belongs to these results",
-            path.display()
-        )
+        format!("{place}.file: cannot read `{}`, which belongs to these results", path.display())
     })?;
     let (expected, got) = (&entry.sha256, sha256_hex(&bytes));
     ensure!(

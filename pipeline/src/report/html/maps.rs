@@ -38,10 +38,9 @@ impl Album {
                 1 => String::new(),
                 n => format!("; {n} × {n} bins of the file are one here"),
             };
-            for (scale, name) in [
-                (MapScale::Linear, "linear"),
-                (MapScale::Logarithmic, "logarithmic"),
-            ] {
+            for (scale, name) in
+                [(MapScale::Linear, "linear"), (MapScale::Logarithmic, "logarithmic")]
+            {
                 let picture = map_on_scale(
                     &IlluminanceMap {
                         heading: &Heading::new(
@@ -105,13 +104,7 @@ fn frame(plane: &Plane, [_, most]: [f64; 2]) -> Result<Map> {
         Axis::uniform(Quantity::new(name, Unit::Millimetre), low, high, 1)
     };
     let quantity = Quantity::new(&plane.quantity, plane.unit);
-    Map::new(
-        quantity,
-        axis("y", y)?,
-        axis("x", x)?,
-        vec![most],
-        vec![0.0],
-    )
+    Map::new(quantity, axis("y", y)?, axis("x", x)?, vec![most], vec![0.0])
 }
 
 fn leds(package: &PackageFile) -> Vec<LedOutline> {

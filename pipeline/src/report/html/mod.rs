@@ -92,10 +92,8 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         .iter()
         .map(|model| FarFieldTable::read(model, folder))
         .collect::<Result<Vec<_>>>()?;
-    let mut maps = models
-        .iter()
-        .map(|model| Plane::read(model, folder))
-        .collect::<Result<Vec<_>>>()?;
+    let mut maps =
+        models.iter().map(|model| Plane::read(model, folder)).collect::<Result<Vec<_>>>()?;
     while maps.iter().map(Plane::letters).sum::<usize>() > MAPS_BUDGET {
         maps.iter_mut().for_each(Plane::halve);
     }
@@ -169,10 +167,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "single": single,
         "provenance": tables::provenance(folder, &models),
     });
-    Ok(Page {
-        html: rendered(TEMPLATE, &values, folder.directory())?,
-        tables: embedded.found,
-    })
+    Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: embedded.found })
 }
 
 /// The page of a tolerance analysis in a folder without other results.
@@ -189,10 +184,7 @@ pub fn tolerance_page(folder: &ToleranceFolder) -> Result<Page> {
         "tolerance": tolerance::tolerance(&mut Album::default(), file)?,
         "provenance": tolerance::provenance(file),
     });
-    Ok(Page {
-        html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?,
-        tables: (0, 0),
-    })
+    Ok(Page { html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
 }
 
 fn style() -> String {
@@ -230,14 +222,8 @@ fn checked_note(folder: &Folder) -> Result<()> {
 /// Pictures of the paper's Figures 3, 4 and 6.
 fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>> {
     let [third, fourth] = [
-        (
-            "Figure 3: single elements",
-            "S1 to S6 as OS1, all others absorbing",
-        ),
-        (
-            "Figure 4: shapes of one element",
-            "S6 as OS1, OS2, OS3, all others absorbing",
-        ),
+        ("Figure 3: single elements", "S1 to S6 as OS1, all others absorbing"),
+        ("Figure 4: shapes of one element", "S6 as OS1, OS2, OS3, all others absorbing"),
     ];
     let elements = [
         (&paper.figure_3, third, LineColours::Ordered),

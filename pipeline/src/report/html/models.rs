@@ -48,19 +48,10 @@ impl Model<'_> {
     /// # Errors
     /// A key that is missing.
     pub fn complete(&self, folder: &Folder) -> Result<()> {
-        let ModelEntry {
-            figures,
-            counters,
-            units,
-            power_ledger,
-            ..
-        } = self.entry;
+        let ModelEntry { figures, counters, units, power_ledger, .. } = self.entry;
         let place = |key: &str| folder.place(&format!("{}.{key}", self.place));
         let missing = |key: &str| format!("{}: expected a value, got none", place(key));
-        ensure!(
-            counters.contains_key(SURFACES),
-            missing(&format!("counters.{SURFACES}"))
-        );
+        ensure!(counters.contains_key(SURFACES), missing(&format!("counters.{SURFACES}")));
         let named = units.keys().map(String::as_str);
         for key in ALWAYS.into_iter().chain(named) {
             let known = key == LEDGER || figures.contains_key(key) || counters.contains_key(key);
@@ -69,10 +60,7 @@ impl Model<'_> {
         let account = |name: &str| power_ledger.accounts.iter().find(|(n, _)| n == name);
         let emitted = account("emitted");
         let (_, emitted) = emitted.with_context(|| missing(&format!("{LEDGER}.emitted")))?;
-        let ends = power_ledger
-            .accounts
-            .iter()
-            .filter(|(name, _)| is_end(name));
+        let ends = power_ledger.accounts.iter().filter(|(name, _)| is_end(name));
         let found: f64 = ends.map(|(_, share)| share.value).sum();
         ensure!(
             (found - emitted.value).abs() <= ROUNDING * emitted.value,
@@ -127,10 +115,7 @@ pub fn label(key: &str) -> String {
 pub fn models(folder: &Folder) -> Result<Vec<Model<'_>>> {
     let results = folder.results();
     let mut all = Vec::new();
-    for (group, designs) in [
-        ("designs", &results.designs),
-        ("references", &results.references),
-    ] {
+    for (group, designs) in [("designs", &results.designs), ("references", &results.references)] {
         for (design, entries) in designs {
             let entries: &ModelEntries = entries;
             let mut of_design: Vec<Model> = entries
@@ -146,11 +131,7 @@ pub fn models(folder: &Folder) -> Result<Vec<Model<'_>>> {
             all.extend(of_design);
         }
     }
-    ensure!(
-        !all.is_empty(),
-        "{}: expected at least one design, got none",
-        folder.place("designs")
-    );
+    ensure!(!all.is_empty(), "{}: expected at least one design, got none", folder.place("designs"));
     Ok(all)
 }
 
@@ -160,10 +141,7 @@ fn rank(key: &str) -> (usize, std::cmp::Reverse<u64>) {
     let kinds = ["geometric", "control", "hybrid"];
     let kind = kinds.iter().position(|kind| key.starts_with(kind));
     let digits: String = key.chars().filter(char::is_ascii_digit).collect();
-    (
-        kind.unwrap_or(kinds.len()),
-        std::cmp::Reverse(digits.parse().unwrap_or(0)),
-    )
+    (kind.unwrap_or(kinds.len()), std::cmp::Reverse(digits.parse().unwrap_or(0)))
 }
 
 /// Five digits are more than any standard error here leaves meaning to.
@@ -196,10 +174,7 @@ impl Columns {
             for ((name, values), field) in columns.iter_mut().zip(fields) {
                 let number = field.parse::<f64>().ok().filter(|x| x.is_finite());
                 values.push(number.with_context(|| {
-                    format!(
-                        "`{shown}`: line {}, {name}: expected a number, got `{field}`",
-                        row + 2
-                    )
+                    format!("`{shown}`: line {}, {name}: expected a number, got `{field}`", row + 2)
                 })?);
             }
         }
@@ -208,10 +183,10 @@ impl Columns {
 
     /// The values of the one column whose name begins and ends so, and what is between.
     fn find(&self, begin: &str, end: &str) -> Option<&[f64]> {
-        let mut found = self.0.iter().filter(|(name, _)| {
-            name.strip_prefix(begin)
-                .is_some_and(|rest| rest.ends_with(end))
-        });
+        let mut found = self
+            .0
+            .iter()
+            .filter(|(name, _)| name.strip_prefix(begin).is_some_and(|rest| rest.ends_with(end)));
         found.next().map(|(_, values)| values.as_slice())
     }
 }
@@ -257,18 +232,10 @@ impl FarFieldTable {
         let curves = CURVES.into_iter().filter_map(|(begin, name)| {
             let value = columns.find(begin, unit.suffix())?;
             let error = columns.find(begin, &error_end)?;
-            Some(Curve::new(
-                name,
-                theta.to_vec(),
-                value.to_vec(),
-                error.to_vec(),
-            ))
+            Some(Curve::new(name, theta.to_vec(), value.to_vec(), error.to_vec()))
         });
         let curves = curves.collect::<Result<_>>();
-        Ok(Self {
-            unit,
-            curves: curves.with_context(|| format!("`{shown}`"))?,
-        })
+        Ok(Self { unit, curves: curves.with_context(|| format!("`{shown}`"))? })
     }
 
     /// The curve of this name.
@@ -320,11 +287,8 @@ impl Plane {
             (edges[0] + 0.5 * bin, bin)
         };
         let ((x, dx), (y, dy)) = (axis(&d.columns.edges), axis(&d.rows.edges));
-        let unit = if d.unit == Unit::Lux.suffix() {
-            Unit::Lux
-        } else {
-            Unit::WattPerSquareMillimetre
-        };
+        let unit =
+            if d.unit == Unit::Lux.suffix() { Unit::Lux } else { Unit::WattPerSquareMillimetre };
         Ok(Self {
             rows: d.rows.edges.len() - 1,
             columns: d.columns.edges.len() - 1,
@@ -348,9 +312,7 @@ impl Plane {
                 let at = |i: usize, j: usize| values[(2 * r + i) * self.columns + 2 * c + j];
                 0.25 * (at(0, 0) + at(0, 1) + at(1, 0) + at(1, 1))
             };
-            (0..rows * columns)
-                .map(|k| four(k / columns, k % columns))
-                .collect()
+            (0..rows * columns).map(|k| four(k / columns, k % columns)).collect()
         };
         (self.value, self.error) = (merge(&self.value), merge(&self.error));
         for axis in 0..2 {
@@ -393,10 +355,7 @@ impl Plane {
         let mirrored_rows = each().all(|(r, c)| same(at(r, c), at(self.rows - 1 - r, c)));
         let mirrored_columns = each().all(|(r, c)| same(at(r, c), at(r, self.columns - 1 - c)));
         let half = |count: usize, mirrored: bool| if mirrored { count.div_ceil(2) } else { count };
-        (
-            half(self.rows, mirrored_rows),
-            half(self.columns, mirrored_columns),
-        )
+        (half(self.rows, mirrored_rows), half(self.columns, mirrored_columns))
     }
 
     /// As JSON: values and errors in 65 535 steps of their largest.
@@ -446,22 +405,9 @@ mod tests {
     fn labels_and_ranks_follow_keys() {
         assert_eq!(label("hybrid_10um"), "hybrid, 10 µm");
         assert_eq!(label("geometric"), "geometric");
-        let mut keys = [
-            "hybrid_10um",
-            "geometric_10um",
-            "control_10um",
-            "geometric_100um",
-        ];
+        let mut keys = ["hybrid_10um", "geometric_10um", "control_10um", "geometric_100um"];
         keys.sort_by_key(|key| rank(key));
-        assert_eq!(
-            keys,
-            [
-                "geometric_100um",
-                "geometric_10um",
-                "control_10um",
-                "hybrid_10um"
-            ]
-        );
+        assert_eq!(keys, ["geometric_100um", "geometric_10um", "control_10um", "hybrid_10um"]);
     }
 
     #[test]
@@ -472,10 +418,7 @@ mod tests {
         assert_eq!(plane(4, 5, |r, _| 1.0 + r as f64).kept(), (4, 3));
         assert_eq!(plane(4, 5, |r, c| (r * 5 + c) as f64).kept(), (4, 5));
         let json = both.to_json([1.0, 2.0]);
-        assert_eq!(
-            json["value"].as_str().map(str::len),
-            Some(super::super::pack::letters(6))
-        );
+        assert_eq!(json["value"].as_str().map(str::len), Some(super::super::pack::letters(6)));
         assert_eq!(both.letters(), 2 * super::super::pack::letters(6));
     }
 

@@ -26,11 +26,8 @@ pub fn optimisation(album: &mut Album, folder: &Folder) -> Result<Value> {
         "Designs of the Pareto front, verified by fresh paths.",
         "Change of the objective for one unit of each coefficient at the design found, by paired traces.",
     ];
-    let pictures = [
-        Some(file.convergence_picture()?),
-        file.front_picture()?,
-        file.sensitivity_picture()?,
-    ];
+    let pictures =
+        [Some(file.convergence_picture()?), file.front_picture()?, file.sensitivity_picture()?];
     let drawn = pictures.into_iter().zip(captions);
     let drawn = drawn.filter_map(|(picture, words)| Some(album.fixed(&picture?, words)));
     Ok(json!({
@@ -94,10 +91,7 @@ fn runs(file: &OptimisationFile) -> Vec<String> {
 }
 
 fn constraint(entry: &optimisation::ConstraintEntry) -> Value {
-    let bounds = Bounds {
-        at_least: entry.at_least,
-        at_most: entry.at_most,
-    };
+    let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
     json!({
         "words": format!(
             "{} {}",

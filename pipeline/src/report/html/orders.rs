@@ -42,13 +42,7 @@ pub struct Listed<'a> {
 /// weight.
 pub fn listed<'a>(models: &[Model<'a>], folder: &Folder) -> Vec<Listed<'a>> {
     let mut all = Vec::new();
-    for Model {
-        design,
-        entry,
-        place,
-        ..
-    } in models
-    {
+    for Model { design, entry, place, .. } in models {
         let mut add = |tables: &'a [TableEntry], wavelength_nm, under: &str| {
             all.extend(tables.iter().enumerate().map(|(i, entry)| Listed {
                 design,
@@ -58,10 +52,7 @@ pub fn listed<'a>(models: &[Model<'a>], folder: &Folder) -> Vec<Listed<'a>> {
             }));
         };
         add(&entry.tables, None, "");
-        let wavelengths = entry
-            .spectrum
-            .iter()
-            .flat_map(|s| s.wavelengths.iter().enumerate());
+        let wavelengths = entry.spectrum.iter().flat_map(|s| s.wavelengths.iter().enumerate());
         // Of equal weights the first.
         let heaviest = wavelengths
             .filter(|(_, w)| !w.tables.is_empty())
@@ -123,9 +114,7 @@ pub fn embed(listed: &[Listed], source: &Source) -> Result<Embedded> {
         tables.insert(hash, table);
     }
     let thinning = Thinning::choose(&tables.values().collect::<Vec<_>>());
-    let found = listed
-        .iter()
-        .filter(|t| tables.contains_key(t.entry.sha256.as_str()));
+    let found = listed.iter().filter(|t| tables.contains_key(t.entry.sha256.as_str()));
     let list: Vec<Value> = found
         .map(|Listed { design, wavelength_nm, entry, .. }| {
             json!({
@@ -181,16 +170,9 @@ impl Thinning {
             let letters = tables.iter().map(|t| pack::letters(2 * choice.entries(t)));
             letters.sum::<usize>() <= BUDGET
         };
-        let with_more = MORE.into_iter().map(|(more_ky, more_stride)| Self {
-            stride: 1,
-            more_ky,
-            more_stride,
-        });
-        let thinner = |power: u32| Self {
-            stride: 1 << power,
-            more_ky: 0,
-            more_stride: 1,
-        };
+        let with_more =
+            MORE.into_iter().map(|(more_ky, more_stride)| Self { stride: 1, more_ky, more_stride });
+        let thinner = |power: u32| Self { stride: 1 << power, more_ky: 0, more_stride: 1 };
         let mut choices = with_more.chain((0..14).map(thinner));
         choices.find(fits).unwrap_or_else(|| thinner(14))
     }
@@ -203,11 +185,7 @@ impl Thinning {
         let below = grid.ky.iter().filter(|&&ky| ky < critical).count();
         let count = (1 + self.more_ky).min(below).max(1);
         let stride = |i| {
-            if i == 0 {
-                self.stride
-            } else {
-                self.more_stride
-            }
+            if i == 0 { self.stride } else { self.more_stride }
         };
         (0..count).map(|i| (i * below / count, stride(i))).collect()
     }
@@ -263,12 +241,7 @@ impl Thinning {
 fn nodes(table: &OrderTable, side: Side, ky_index: usize, stride: i64) -> Vec<NodeId> {
     let indices = table.grid().kx_indices(side, ky_index);
     let kept = indices.filter(|kx_index| kx_index.rem_euclid(stride) == 0);
-    kept.map(|kx_index| NodeId {
-        side,
-        kx_index,
-        ky_index,
-    })
-    .collect()
+    kept.map(|kx_index| NodeId { side, kx_index, ky_index }).collect()
 }
 
 impl Source {
@@ -277,10 +250,7 @@ impl Source {
         if let Some(directory) = given {
             let kind = directory.metadata();
             let kind = kind.with_context(|| {
-                format!(
-                    "--tables: expected a directory, got `{}`",
-                    directory.display()
-                )
+                format!("--tables: expected a directory, got `{}`", directory.display())
             })?;
             ensure!(
                 kind.is_dir(),
@@ -290,10 +260,8 @@ impl Source {
         }
         Ok(Self {
             must: given.is_some(),
-            directory: given.map_or_else(
-                || Cache::beside(results).directory().to_owned(),
-                Path::to_owned,
-            ),
+            directory: given
+                .map_or_else(|| Cache::beside(results).directory().to_owned(), Path::to_owned),
         })
     }
 }

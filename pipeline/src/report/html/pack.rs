@@ -51,10 +51,7 @@ mod tests {
     fn shares_come_back_within_the_stated_error() {
         for share in [0.0, 1e-9, 1e-6, 3.3e-4, 0.02, 0.5, 0.999, 1.0] {
             let back = (f64::from(root(share)) / STEPS).powi(2);
-            assert!(
-                (back - share).abs() <= share.sqrt() / STEPS + 1e-10,
-                "{share}"
-            );
+            assert!((back - share).abs() <= share.sqrt() / STEPS + 1e-10, "{share}");
         }
         assert_eq!((linear(2.0, 1.0), linear(-1.0, 1.0)), (65_535, 0));
         assert_eq!(linear(0.5, 2.0), 16_384);

@@ -111,10 +111,7 @@ pub fn view_3d(
     folder: &Folder,
     models: usize,
 ) -> Result<Value> {
-    let Some(PackageFile {
-        drawing, paths_3d, ..
-    }) = package
-    else {
+    let Some(PackageFile { drawing, paths_3d, .. }) = package else {
         return Ok(Value::Null);
     };
     let radius = view_radius(drawing);
@@ -175,10 +172,8 @@ fn bin(path: &Path3d, bin_deg: f64) -> Option<usize> {
 fn drawn(path: &Path3d, radius: f64) -> Vec<[f64; 3]> {
     let length = |p: &[f64; 3]| p.iter().map(|x| x * x).sum::<f64>();
     let inside = path.points_mm.iter();
-    let mut points: Vec<[f64; 3]> = inside
-        .take_while(|p| length(p) < radius * radius)
-        .copied()
-        .collect();
+    let mut points: Vec<[f64; 3]> =
+        inside.take_while(|p| length(p) < radius * radius).copied().collect();
     let beyond = path.points_mm.get(points.len());
     if let Some(last) = points.last().copied() {
         let along = match (beyond, path.leaves_along) {
@@ -203,12 +198,7 @@ fn lobe(model: &Model, folder: &Folder) -> Result<Value> {
     let polar = contents.description.rows.edges.len() - 1;
     let azimuths = contents.description.columns.edges.len() - 1;
     let values: Vec<f64> = contents.value.iter().copied().map(f64::from).collect();
-    let errors: Vec<f64> = contents
-        .standard_error
-        .iter()
-        .copied()
-        .map(f64::from)
-        .collect();
+    let errors: Vec<f64> = contents.standard_error.iter().copied().map(f64::from).collect();
     let rows = values.chunks(azimuths).zip(errors.chunks(azimuths));
     let smooth: Vec<f64> = rows.flat_map(|(v, e)| averaged(v, e)).collect();
     let most = smooth.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

@@ -82,10 +82,7 @@ impl Album {
         // More are in the tables only.
         quantities.truncate(6);
         rows.retain(|row| quantities.contains(&row.quantity));
-        if rows
-            .iter()
-            .all(|row| row.published.is_none() && row.computed.is_none())
-        {
+        if rows.iter().all(|row| row.published.is_none() && row.computed.is_none()) {
             return Ok(None);
         }
         let (title, caption) = if compared {
@@ -240,10 +237,7 @@ impl Album {
         };
         let designs = listed.chunk_by(|a, b| a.design == b.design);
         let columns: Vec<Refinement> = designs.map(of_design).collect();
-        let heading = Heading::new(
-            "Estimated errors of the tables",
-            "as each table states them",
-        );
+        let heading = Heading::new("Estimated errors of the tables", "as each table states them");
         let picture = convergence(&heading, &columns, None, "")?;
         let caption = "Estimated errors of the tables of orders by band: orders and slices, interpolation in ky, power balance.";
         Ok(Some(self.fixed(&picture, caption)))
@@ -266,9 +260,7 @@ impl Album {
             paths.sort();
             for path in paths {
                 let study = ConvergenceStudy::read(&path)?;
-                let picture = study
-                    .picture()
-                    .with_context(|| format!("`{}`", path.display()))?;
+                let picture = study.picture().with_context(|| format!("`{}`", path.display()))?;
                 all.extend(picture.map(|picture| self.fixed(&picture, &study.caption())));
             }
         }
@@ -286,11 +278,8 @@ impl Album {
         colours: LineColours,
     ) -> Result<Value> {
         let curve = |c: &crate::results::schema::CurveEntry| {
-            let [x, value, error] = [
-                &c.theta_deg,
-                &c.intensity_w_per_sr,
-                &c.standard_error_w_per_sr,
-            ];
+            let [x, value, error] =
+                [&c.theta_deg, &c.intensity_w_per_sr, &c.standard_error_w_per_sr];
             Curve::new(&c.label, x.clone(), value.clone(), error.clone())?.mirrored()
         };
         let curves = figure.curves.iter().map(curve).collect::<Result<Vec<_>>>();
@@ -383,17 +372,10 @@ impl Chosen {
             let cut = |list: &[f64]| list[..count].to_vec();
             Curve::new(model.label(), cut(x), cut(value), cut(error))
         };
-        let published = model
-            .entry
-            .figures
-            .get(PEAK)
-            .and_then(|peak| peak.published);
-        self.peaks
-            .extend(published.map(|angle| (self.whole.len(), angle)));
-        self.upper
-            .push(named(upper)?.thinned(MOST_POINTS)?.mirrored()?);
-        self.whole
-            .push(named(curve.x().len())?.thinned(2 * MOST_POINTS)?);
+        let published = model.entry.figures.get(PEAK).and_then(|peak| peak.published);
+        self.peaks.extend(published.map(|angle| (self.whole.len(), angle)));
+        self.upper.push(named(upper)?.thinned(MOST_POINTS)?.mirrored()?);
+        self.whole.push(named(curve.x().len())?.thinned(2 * MOST_POINTS)?);
         self.numbers.push(number);
         Ok(())
     }

@@ -96,16 +96,10 @@ impl FigureOfMerit<'_> {
         let mut note =
             |words: String, wrap: bool| after.push(json!({"words": words, "wrap": wrap}));
         if let Some(bound) = e.bias_bound.filter(|b| *b > SEEN * e.standard_error) {
-            note(
-                format!("bias below {}", short(two_digits(bound * scale))),
-                false,
-            );
+            note(format!("bias below {}", short(two_digits(bound * scale))), false);
         }
         if let Some(error) = e.wavelength_error.filter(|_| noise.is_none()) {
-            note(
-                format!("last wavelengths {}", with_error(&error, scale)),
-                true,
-            );
+            note(format!("last wavelengths {}", with_error(&error, scale)), true);
         }
         json!({
             "value": noise.map_or(value.as_str(), |words| words.split(" (").next().unwrap_or(words)),
@@ -123,11 +117,7 @@ pub fn figures<'a>(model: &Model<'a>) -> Vec<FigureOfMerit<'a>> {
     found.sort_by_key(|(key, _)| known(key));
     let figure = |(key, entry): (&'a String, &'a FigureEntry)| FigureOfMerit {
         label: known(key).map_or_else(|| key.replace('_', " "), |i| FIGURES[i].1.to_owned()),
-        unit: if key.ends_with("_deg") {
-            Unit::Degree
-        } else {
-            Unit::Fraction
-        },
+        unit: if key.ends_with("_deg") { Unit::Degree } else { Unit::Fraction },
         entry,
         between: (key == PEAK).then(|| all.get(PARABOLA)).flatten(),
     };
@@ -139,18 +129,11 @@ pub fn figures<'a>(model: &Model<'a>) -> Vec<FigureOfMerit<'a>> {
 pub fn rows(models: &[Model]) -> Vec<SummaryRow> {
     let all: Vec<(&Model, FigureOfMerit)> = models
         .iter()
-        .flat_map(|model| {
-            figures(model)
-                .into_iter()
-                .map(move |figure| (model, figure))
-        })
+        .flat_map(|model| figures(model).into_iter().map(move |figure| (model, figure)))
         .collect();
-    let published = all
-        .iter()
-        .filter(|(_, figure)| figure.entry.published.is_some());
-    let (designs, labels): (Vec<&str>, Vec<&str>) = published
-        .map(|(model, figure)| (model.design, figure.label.as_str()))
-        .unzip();
+    let published = all.iter().filter(|(_, figure)| figure.entry.published.is_some());
+    let (designs, labels): (Vec<&str>, Vec<&str>) =
+        published.map(|(model, figure)| (model.design, figure.label.as_str())).unzip();
     let chosen = |model: &Model, figure: &FigureOfMerit| {
         let compared = designs.contains(&model.design) && labels.contains(&figure.label.as_str());
         compared || designs.is_empty()
@@ -222,9 +205,7 @@ pub fn ledger(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
         let names = accounts(design).into_iter();
         let rows: Vec<_> = names.map(|key| (key.replace('_', " "), key)).collect();
-        by_model(design, &rows, |model, account| {
-            model.entry.power_ledger.account(account)
-        })
+        by_model(design, &rows, |model, account| model.entry.power_ledger.account(account))
     };
     by_design(models).map(of_design).collect()
 }
@@ -238,9 +219,7 @@ pub fn uniformity(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
         let forms = FORMS.iter();
         let there = forms.filter(|form| design.iter().any(|m| figure(m, form.key).is_some()));
-        let rows: Vec<_> = there
-            .map(|form| (form.label.to_owned(), form.key.to_owned()))
-            .collect();
+        let rows: Vec<_> = there.map(|form| (form.label.to_owned(), form.key.to_owned())).collect();
         (!rows.is_empty()).then(|| by_model(design, &rows, figure))
     };
     by_design(models).filter_map(of_design).collect()
@@ -273,13 +252,7 @@ pub fn percent(share: Option<Estimate>) -> String {
 
 /// Accounts that hold power in one of the models at least, in the order of a ray's life.
 pub fn accounts(models: &[Model]) -> Vec<String> {
-    const BEGINNINGS: [&str; 5] = [
-        "emitted",
-        "escaped_",
-        "absorbed_by_",
-        "absorbed_in_",
-        "lost_",
-    ];
+    const BEGINNINGS: [&str; 5] = ["emitted", "escaped_", "absorbed_by_", "absorbed_in_", "lost_"];
     let all = models.iter().flat_map(|m| &m.entry.power_ledger.accounts);
     let held = all.filter(|(_, share)| share.value.abs() > NOTHING);
     let mut names: Vec<String> = held.map(|(name, _)| name.clone()).collect();
@@ -313,24 +286,10 @@ pub fn orders(listed: &[Listed]) -> Vec<Value> {
         let e = table.entry;
         let numbers = [e.band, e.ring].map(|n| Some(n as f64));
         let sizes = [e.orders, e.slices, e.ky].map(|n| Some(n as f64));
-        let cells = [
-            numbers.as_slice(),
-            &[Some(e.period_um), Some(e.depth_um)],
-            &sizes,
-        ]
-        .concat();
-        let errors = [
-            Some(e.estimated_error),
-            e.grid_error,
-            e.kx_error,
-            Some(e.energy_residual),
-        ];
+        let cells = [numbers.as_slice(), &[Some(e.period_um), Some(e.depth_um)], &sizes].concat();
+        let errors = [Some(e.estimated_error), e.grid_error, e.kx_error, Some(e.energy_residual)];
         let text = |x: Option<f64>| x.map_or(NONE.to_owned(), short);
-        cells
-            .into_iter()
-            .chain(errors)
-            .map(text)
-            .collect::<Vec<_>>()
+        cells.into_iter().chain(errors).map(text).collect::<Vec<_>>()
     };
     let of_design = |design: &[Listed]| json!({"design": design[0].design, "rows": design.iter().map(row).collect::<Vec<_>>()});
     let designs = listed.chunk_by(|a, b| a.design == b.design);
@@ -340,24 +299,13 @@ pub fn orders(listed: &[Listed]) -> Vec<Value> {
 /// Version, seed, hashes.
 pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
     let top = folder.results();
-    let compared = models
-        .iter()
-        .any(|m| m.entry.figures.values().any(|f| f.published.is_some()));
+    let compared = models.iter().any(|m| m.entry.figures.values().any(|f| f.published.is_some()));
     let mut lines = vec![
-        (
-            "computed by",
-            format!("{} {}", top.program.name, top.program.version),
-        ),
-        (
-            "page written by",
-            format!("batwing {}", env!("CARGO_PKG_VERSION")),
-        ),
+        ("computed by", format!("{} {}", top.program.name, top.program.version)),
+        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
         ("schema of results.json", top.schema_version.to_string()),
         ("seed", top.seed.to_string()),
-        (
-            "kind of run",
-            if top.quick { "quick" } else { "full" }.to_owned(),
-        ),
+        ("kind of run", if top.quick { "quick" } else { "full" }.to_owned()),
     ];
     if compared {
         lines.push(("published figures", top.published_source.clone()));
@@ -378,11 +326,7 @@ pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
 
 /// Decimals that show an error to two digits.
 fn decimals(error: f64) -> usize {
-    if error > 0.0 {
-        (1 - error.log10().floor() as i64).clamp(0, 6) as usize
-    } else {
-        2
-    }
+    if error > 0.0 { (1 - error.log10().floor() as i64).clamp(0, 6) as usize } else { 2 }
 }
 
 /// Two significant digits for what is below 1, else as few as say all.

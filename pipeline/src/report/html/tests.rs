@@ -58,13 +58,8 @@ fn write_model(folder: &Path) {
     };
     let curves = ["mean over azimuth", "azimuth 0°", "azimuth 45°"].map(curve);
     let position = Quantity::new("theta", Unit::Degree);
-    csv::write_curves_csv(
-        &folder.join("far_field.csv"),
-        &position,
-        &intensity,
-        &curves,
-    )
-    .expect("written");
+    csv::write_curves_csv(&folder.join("far_field.csv"), &position, &intensity, &curves)
+        .expect("written");
     let axis = |name: &str| {
         Axis::uniform(Quantity::new(name, Unit::Millimetre), -5.0, 5.0, 10).expect("valid")
     };
@@ -207,20 +202,12 @@ fn the_page_holds_what_the_folder_holds() {
     let model = &data["models"][0];
     assert_eq!(model["design"], NAME);
     assert_eq!(model["label"], "hybrid, 10 µm");
-    assert_eq!(
-        model["farField"]["curves"].as_array().map(Vec::len),
-        Some(3)
-    );
+    assert_eq!(model["farField"]["curves"].as_array().map(Vec::len), Some(3));
     assert_eq!(model["farField"]["curves"][0]["value"][0], json!(0.99985));
     assert_eq!(model["map"]["fullValue"], json!(99.0));
-    let lines = data["orders"]["tables"][HASH]["lines"]
-        .as_array()
-        .expect("lines");
+    let lines = data["orders"]["tables"][HASH]["lines"].as_array().expect("lines");
     // Three ky, of which one is beyond the air's rim: that of 0 and one more, from both sides.
-    assert!(
-        lines.len() >= 4 && lines[0]["ky"] == json!(0.0),
-        "{lines:?}"
-    );
+    assert!(lines.len() >= 4 && lines[0]["ky"] == json!(0.0), "{lines:?}");
 }
 
 #[test]
@@ -238,9 +225,7 @@ fn shares_in_the_page_are_those_of_the_table() {
         .collect();
     // Orders before the node: s and p of all nodes in front of it, then the inner ones below order
     // 0.
-    let before: i64 = (0..normal)
-        .map(|i| 2 * (spans[4 * i + 1] + spans[4 * i + 3]))
-        .sum();
+    let before: i64 = (0..normal).map(|i| 2 * (spans[4 * i + 1] + spans[4 * i + 3])).sum();
     let place = before + spans[4 * normal + 1] - spans[4 * normal + 2];
     let text = line["shares"].as_str().expect("letters");
     let bytes = decoded(text);
@@ -259,9 +244,7 @@ fn decoded(text: &str) -> Vec<u8> {
         .filter_map(|c| alphabet.find(c))
         .flat_map(|v| (0..6).rev().map(move |b| (v >> b & 1) as u8))
         .collect();
-    bits.chunks_exact(8)
-        .map(|byte| byte.iter().fold(0, |a, b| a << 1 | b))
-        .collect()
+    bits.chunks_exact(8).map(|byte| byte.iter().fold(0, |a, b| a << 1 | b)).collect()
 }
 
 #[test]
@@ -278,16 +261,9 @@ fn the_page_needs_nothing_else_and_is_small() {
         };
         assert_eq!(found, allowed, "{outside}");
     }
-    assert!(
-        !html.contains("<D<1>") && !html.contains(">D<1>"),
-        "names are escaped"
-    );
+    assert!(!html.contains("<D<1>") && !html.contains(">D<1>"), "names are escaped");
     assert_eq!(html.matches("</script>").count(), 2);
-    assert_eq!(
-        html,
-        Fixture::new().page().expect("a page").html,
-        "the same bytes"
-    );
+    assert_eq!(html, Fixture::new().page().expect("a page").html, "the same bytes");
 }
 
 #[test]
@@ -303,10 +279,7 @@ fn folders_that_are_none_are_refused() {
     let root = tempfile::tempdir().expect("a folder");
     let message = |path: &Path| format!("{:#}", Folder::open(path).expect_err("refused"));
     let nothing = message(&root.path().join("nothing"));
-    assert!(
-        nothing.contains("nothing`: expected a directory of results"),
-        "{nothing}"
-    );
+    assert!(nothing.contains("nothing`: expected a directory of results"), "{nothing}");
     let empty = message(root.path());
     assert!(
         empty.contains("results.json`; expected a directory written by `reproduce`, `run`, `optimise` or `tolerance`"),
@@ -332,18 +305,9 @@ fn other_versions_missing_keys_and_wrong_types_are_named() {
             Box::new(|r| r["schema_version"] = 1.into()),
             "results.json`: schema_version: expected 4, got 1; run the design again",
         ),
-        (
-            Box::new(drop_key("schema_version")),
-            "schema_version: expected a value, got none",
-        ),
-        (
-            Box::new(drop_key("content_sha256")),
-            "content_sha256: expected a value, got none",
-        ),
-        (
-            Box::new(drop_key("files")),
-            "files: expected a value, got none",
-        ),
+        (Box::new(drop_key("schema_version")), "schema_version: expected a value, got none"),
+        (Box::new(drop_key("content_sha256")), "content_sha256: expected a value, got none"),
+        (Box::new(drop_key("files")), "files: expected a value, got none"),
         (
             Box::new(|r| r["seed"] = "one".into()),
             "seed: expected a whole number from 0, got \"one\"",
@@ -352,10 +316,7 @@ fn other_versions_missing_keys_and_wrong_types_are_named() {
             Box::new(|r| r["designs"][NAME]["hybrid_10um"]["uniformity"]["value"] = Value::Null),
             "designs.D<1>.hybrid_10um.uniformity.value: expected a number, got null",
         ),
-        (
-            Box::new(|r| r["designs"] = json!({})),
-            "designs: expected at least one design, got none",
-        ),
+        (Box::new(|r| r["designs"] = json!({})), "designs: expected at least one design, got none"),
         (
             Box::new(|r| r["files"] = json!([r["files"][1]])),
             "files: expected `D<1>/hybrid_10um/far_field.csv`, which",
@@ -434,10 +395,7 @@ fn every_key_that_the_page_needs_is_missed() {
             ],
         ),
     ] {
-        cases.extend(
-            keys.iter()
-                .map(|key| missed(&format!("{model}{below}"), key)),
-        );
+        cases.extend(keys.iter().map(|key| missed(&format!("{model}{below}"), key)));
     }
     for account in ["escaped_up", "absorbed_by_floor"] {
         cases.push((
@@ -455,10 +413,7 @@ fn every_key_that_the_page_needs_is_missed() {
         let named = if words == value {
             let below = place.replacen(&model, &of_model, 1).replace('/', ".");
             let below = below.trim_start_matches('.').replace(".0", "[0]");
-            format!(
-                "results.json`: {below}{}{key}{words}",
-                if below.is_empty() { "" } else { "." }
-            )
+            format!("results.json`: {below}{}{key}{words}", if below.is_empty() { "" } else { "." })
         } else {
             words
         };
@@ -489,29 +444,17 @@ fn altered_results_are_refused() {
 #[test]
 fn altered_and_missing_files_are_named() {
     let fixture = Fixture::new();
-    let path = fixture
-        .directory()
-        .join(NAME)
-        .join("hybrid_10um")
-        .join("far_field.csv");
+    let path = fixture.directory().join(NAME).join("hybrid_10um").join("far_field.csv");
     let text = std::fs::read_to_string(&path).expect("readable");
     std::fs::write(&path, text.replacen("0.01", "0.02", 1)).expect("written");
     let altered = fixture.refusal();
-    for words in [
-        "files[0].sha256",
-        "far_field.csv` was altered",
-        "expected",
-        "got",
-    ] {
+    for words in ["files[0].sha256", "far_field.csv` was altered", "expected", "got"] {
         assert!(altered.contains(words), "no `{words}` in: {altered}");
     }
     std::fs::remove_file(&path).expect("removed");
     let missing = fixture.refusal();
     assert!(missing.contains("files[0].file: cannot read"), "{missing}");
-    assert!(
-        missing.contains("far_field.csv`, which belongs to these results"),
-        "{missing}"
-    );
+    assert!(missing.contains("far_field.csv`, which belongs to these results"), "{missing}");
 }
 
 #[test]
@@ -521,10 +464,7 @@ fn tables_missing_damaged_or_others_are_named_or_left_out() {
     let refusal = fixture.refusal_after(|r| {
         r["designs"][NAME]["hybrid_10um"]["tables"][0]["slices"] = 5.into();
     });
-    assert!(
-        refusal.contains(&format!("{key}.slices: expected 4 as `")),
-        "{refusal}"
-    );
+    assert!(refusal.contains(&format!("{key}.slices: expected 4 as `")), "{refusal}");
     let refusal = fixture.refusal_after(|r| {
         r["designs"][NAME]["hybrid_10um"]["tables"][0]["sha256"] = "../x".into();
     });
@@ -533,32 +473,21 @@ fn tables_missing_damaged_or_others_are_named_or_left_out() {
         "{refusal}"
     );
 
-    let path = fixture
-        .root
-        .path()
-        .join("tables")
-        .join(format!("{HASH}.bworders"));
+    let path = fixture.root.path().join("tables").join(format!("{HASH}.bworders"));
     let bytes = std::fs::read(&path).expect("readable");
     std::fs::write(&path, &bytes[..bytes.len() / 2]).expect("written");
     let damaged = fixture.refusal();
     assert!(damaged.contains("is no usable table"), "{damaged}");
     std::fs::remove_file(&path).expect("removed");
     let missing = fixture.refusal();
-    assert!(
-        missing.contains(&format!("{key}.sha256: expected the table `")),
-        "{missing}"
-    );
+    assert!(missing.contains(&format!("{key}.sha256: expected the table `")), "{missing}");
 
     // Not asked for by name, they are left out and the page says so.
     let folder = Folder::open(&fixture.directory()).expect("good");
     let source = Source::new(None, &fixture.directory()).expect("a place");
     let without = page(&folder, &source).expect("a page");
     assert_eq!(without.tables, (0, 1));
-    assert!(
-        without
-            .html
-            .contains("None of the 1 tables that the results list were found")
-    );
+    assert!(without.html.contains("None of the 1 tables that the results list were found"));
     let nowhere = Source::new(Some(Path::new("/nowhere/at/all")), &fixture.directory());
     assert!(
         format!("{:#}", nowhere.expect_err("refused")).contains("--tables: expected a directory")

@@ -69,9 +69,7 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
         )
     });
     let picture = file.distribution_picture()?;
-    let picture = picture
-        .zip(words)
-        .map(|(picture, words)| album.fixed(&picture, &words));
+    let picture = picture.zip(words).map(|(picture, words)| album.fixed(&picture, &words));
     let figures = in_order(file);
     let causes = figures.iter();
     let causes = causes.filter_map(|(key, figure)| contributions(key, figure));
@@ -129,10 +127,7 @@ fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
 }
 
 fn bound(entry: &BoundEntry) -> String {
-    let bounds = Bounds {
-        at_least: entry.at_least,
-        at_most: entry.at_most,
-    };
+    let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
     format!("{} {}", plain(&entry.figure), bounds.words())
 }
 
@@ -170,14 +165,8 @@ fn contributions(key: &str, figure: &ToleranceFigureEntry) -> Option<Value> {
 /// What stands at the end of a page of an analysis alone.
 pub(super) fn provenance(file: &ToleranceResultsFile) -> Value {
     let lines = [
-        (
-            "computed by",
-            format!("{} {}", file.program.name, file.program.version),
-        ),
-        (
-            "page written by",
-            format!("batwing {}", env!("CARGO_PKG_VERSION")),
-        ),
+        ("computed by", format!("{} {}", file.program.name, file.program.version)),
+        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
         ("schema of tolerance.json", file.schema_version.to_string()),
         ("seed", file.seed.to_string()),
     ];

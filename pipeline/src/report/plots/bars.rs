@@ -42,10 +42,8 @@ pub fn share_bars(
         "expected bars with {} shares each",
         parts.len()
     );
-    let legend: Vec<Entry> = parts
-        .iter()
-        .map(|(name, colour)| Entry::new(Sample::Area(*colour), name))
-        .collect();
+    let legend: Vec<Entry> =
+        parts.iter().map(|(name, colour)| Entry::new(Sample::Area(*colour), name)).collect();
     let height = REST + LINE * bars.len() as f64;
     let mut sheet = Sheet::new(1600, height as u32, heading, &legend);
     let names = Letters::new(TICK_SIZE, Align::Right);
@@ -54,10 +52,7 @@ pub fn share_bars(
     let body = sheet.body.inset(left, 10.0, 20.0, 65.0);
     let total = |bar: &ShareBar| bar.shares.iter().map(|s| s.value).sum::<f64>();
     let top = bars.iter().map(total).fold(1e-9, f64::max);
-    let scale = AxisScale::Linear {
-        low: 0.0,
-        high: 1.04 * top,
-    };
+    let scale = AxisScale::Linear { low: 0.0, high: 1.04 * top };
     let panel = Panel {
         area: body,
         x: PanelAxis::linear(&Quantity::new(quantity, Unit::Fraction), scale, 8),
@@ -91,10 +86,7 @@ mod tests {
     #[test]
     fn bars_are_as_long_as_their_shares() {
         let colours = [Colour::new(10, 20, 30), Colour::new(200, 20, 30)];
-        let parts = [
-            ("floor".to_owned(), colours[0]),
-            ("mirror".to_owned(), colours[1]),
-        ];
+        let parts = [("floor".to_owned(), colours[0]), ("mirror".to_owned(), colours[1])];
         let bar = |shares: [f64; 2]| ShareBar {
             label: "D1".to_owned(),
             shares: shares.map(|v| Estimate::new(v, 0.0)).to_vec(),
@@ -105,9 +97,7 @@ mod tests {
         let count = |part: usize| {
             let rgb = colours[part].rgb;
             let below = picture.pixels().iter().skip(1600 * 140);
-            below
-                .filter(|p| [p.red(), p.green(), p.blue()] == rgb)
-                .count() as f64
+            below.filter(|p| [p.red(), p.green(), p.blue()] == rgb).count() as f64
         };
         assert!((count(1) / count(0) - 3.0).abs() < 0.05);
         assert!(share_bars(&heading, "share", &parts[..1], &[bar([0.1, 0.3])]).is_err());

@@ -88,11 +88,7 @@ pub fn convergence(
         let x = axis(r);
         let upper = Panel {
             area: area(body.top, split),
-            x: if costs.is_some() {
-                x.clone().bare()
-            } else {
-                x.clone()
-            },
+            x: if costs.is_some() { x.clone().bare() } else { x.clone() },
             y: log("error", errors, 8),
         };
         let lower = costs.map(|costs| Panel {
@@ -129,10 +125,7 @@ pub fn convergence(
 const GAP: [f64; 2] = [110.0, 34.0];
 
 fn check(refinements: &[Refinement]) -> Result<()> {
-    ensure!(
-        !refinements.is_empty(),
-        "expected at least one refinement, got none"
-    );
+    ensure!(!refinements.is_empty(), "expected at least one refinement, got none");
     for r in refinements {
         let lengths = r
             .curves
@@ -146,9 +139,7 @@ fn check(refinements: &[Refinement]) -> Result<()> {
             r.what
         );
         ensure!(
-            r.at.iter()
-                .chain(&r.cost)
-                .all(|v| *v > 0.0 && v.is_finite()),
+            r.at.iter().chain(&r.cost).all(|v| *v > 0.0 && v.is_finite()),
             "{}: expected resolutions and costs above 0",
             r.what
         );
@@ -164,10 +155,7 @@ fn axis(r: &Refinement) -> PanelAxis {
         PanelAxis::log(&what, first / room, last * room, 8)
     } else {
         let room = (0.04 * (last - first)).max(0.5);
-        let scale = AxisScale::Linear {
-            low: first - room,
-            high: last + room,
-        };
+        let scale = AxisScale::Linear { low: first - room, high: last + room };
         PanelAxis::linear(&what, scale, 9)
     }
 }
@@ -208,10 +196,7 @@ mod tests {
             title: "Slices".to_owned(),
             at: vec![10.0, 20.0, 40.0],
             logarithmic: true,
-            curves: vec![ErrorCurve {
-                label: "largest".to_owned(),
-                errors,
-            }],
+            curves: vec![ErrorCurve { label: "largest".to_owned(), errors }],
             cost,
         }
     }

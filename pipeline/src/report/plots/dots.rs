@@ -54,20 +54,9 @@ pub fn marked_lines(
     unit: Unit,
     lines: &[MarkedLine],
 ) -> Result<Picture> {
-    let mut chart = Chart {
-        columns: vec![Quantity::new(quantity, unit)],
-        from_zero: true,
-        ..Chart::default()
-    };
-    for (
-        line,
-        MarkedLine {
-            label,
-            marks,
-            least,
-        },
-    ) in lines.iter().enumerate()
-    {
+    let mut chart =
+        Chart { columns: vec![Quantity::new(quantity, unit)], from_zero: true, ..Chart::default() };
+    for (line, MarkedLine { label, marks, least }) in lines.iter().enumerate() {
         chart.lines.push(broken(label));
         for (series, value, error) in marks.iter().filter(|m| m.1.is_finite()) {
             chart.dots.push(Dot {
@@ -129,12 +118,10 @@ pub fn published_vs_computed(heading: &Heading, rows: &[SummaryRow]) -> Result<P
 
 /// Index of `item` in `list`, to which it is added where it is missing.
 fn place_of<T: PartialEq + Clone>(list: &mut Vec<T>, item: &T) -> usize {
-    list.iter()
-        .position(|other| other == item)
-        .unwrap_or_else(|| {
-            list.push(item.clone());
-            list.len() - 1
-        })
+    list.iter().position(|other| other == item).unwrap_or_else(|| {
+        list.push(item.clone());
+        list.len() - 1
+    })
 }
 
 /// A number on its line, in its column.
@@ -153,11 +140,7 @@ impl Dot {
     /// Ends of the error bar.
     fn bar(&self) -> Option<[f64; 2]> {
         self.computed.map(|[value, error]| {
-            let bar = if error.is_finite() {
-                BAND_ERRORS * error
-            } else {
-                0.0
-            };
+            let bar = if error.is_finite() { BAND_ERRORS * error } else { 0.0 };
             [(value - bar).max(self.least), value + bar]
         })
     }
@@ -198,12 +181,7 @@ impl Chart {
         });
         let bar = Pen::solid(Colour::MUTED, 2.0);
         let bar = Entry::new(Sample::Line(bar), "±2 standard errors");
-        published
-            .then_some(diamond)
-            .into_iter()
-            .chain(dots)
-            .chain([bar])
-            .collect()
+        published.then_some(diamond).into_iter().chain(dots).chain([bar]).collect()
     }
 
     fn draw(&self, heading: &Heading) -> Result<Picture> {
@@ -265,9 +243,8 @@ impl Chart {
 
     /// The range of a column, with a margin.
     fn scale(&self, ends: impl Iterator<Item = f64>) -> AxisScale {
-        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-            (a.min(v), b.max(v))
-        });
+        let (low, high) =
+            ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         if self.from_zero {
             let (low, high) = drawn(low.min(0.0), high.max(0.0));
             let margin = 0.06 * (high - low);
@@ -277,10 +254,7 @@ impl Chart {
             };
         }
         let margin = 0.1 * (high - low).max(0.01 * high.abs()).max(1e-9);
-        AxisScale::Linear {
-            low: low - margin,
-            high: high + margin,
-        }
+        AxisScale::Linear { low: low - margin, high: high + margin }
     }
 
     fn dot(
@@ -326,11 +300,7 @@ impl Chart {
 
 /// The range that is drawn for values from `low` to `high`.
 fn drawn(low: f64, high: f64) -> (f64, f64) {
-    if high > low {
-        (low, high)
-    } else {
-        (-NOTHING, NOTHING)
-    }
+    if high > low { (low, high) } else { (-NOTHING, NOTHING) }
 }
 
 /// A label on one line, or a longer one on two, broken after the comma that leaves the shortest
@@ -340,9 +310,7 @@ fn broken(label: &str) -> Vec<String> {
     if count(label) <= LETTERS {
         return vec![label.to_owned()];
     }
-    let commas = label
-        .match_indices(", ")
-        .map(|(at, _)| label.split_at(at + 1));
+    let commas = label.match_indices(", ").map(|(at, _)| label.split_at(at + 1));
     let best = commas.min_by_key(|(a, b)| count(a).max(count(b)));
     best.map_or_else(
         || vec![shortened(label)],
@@ -368,10 +336,7 @@ mod tests {
         MarkedLine {
             least: f64::NEG_INFINITY,
             label: label.to_owned(),
-            marks: vec![
-                ("D1".to_owned(), value, 0.01),
-                ("D2".to_owned(), -value, f64::NAN),
-            ],
+            marks: vec![("D1".to_owned(), value, 0.01), ("D2".to_owned(), -value, f64::NAN)],
         }
     }
 
@@ -433,10 +398,7 @@ mod tests {
             // Below the legend, which holds a dot of its own.
             let from = (picture.width() * 140) as usize;
             let pixels = &picture.pixels()[from..];
-            pixels
-                .iter()
-                .filter(|p| [p.red(), p.green(), p.blue()] == blue)
-                .count()
+            pixels.iter().filter(|p| [p.red(), p.green(), p.blue()] == blue).count()
         };
         assert!(dots(&[row("uniformity", Some(0.7), Some(0.8))]) > 50);
         assert_eq!(dots(&[row("uniformity", Some(0.7), None)]), 0);

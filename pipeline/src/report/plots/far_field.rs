@@ -33,10 +33,7 @@ pub struct FarField<'a> {
 
 impl FarField<'_> {
     fn check(&self, last_deg: f64) -> Result<()> {
-        ensure!(
-            !self.curves.is_empty(),
-            "a far field needs at least one curve"
-        );
+        ensure!(!self.curves.is_empty(), "a far field needs at least one curve");
         for curve in self.curves {
             ensure!(
                 curve.x().iter().all(|x| x.abs() <= last_deg),
@@ -63,9 +60,7 @@ impl FarField<'_> {
             let points = curve.value().iter().zip(curve.standard_error());
             let banded = points.map(|(v, e)| v + BAND_ERRORS * e);
             // A bin with few paths, such as that about the axis, may leave the picture.
-            banded
-                .filter(|v| *v <= NOISY * certain)
-                .fold(certain, f64::max)
+            banded.filter(|v| *v <= NOISY * certain).fold(certain, f64::max)
         });
         let top = tops.fold(0.0, f64::max);
         if top > 0.0 { top } else { 1.0 }
@@ -155,10 +150,7 @@ pub fn element_far_fields(far_field: &FarField) -> Result<Picture> {
 fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: usize) {
     let [low, high] = far_field.angles();
     let theta = Quantity::new("polar angle θ", Unit::Degree);
-    let intensity = AxisScale::Linear {
-        low: 0.0,
-        high: far_field.top() * 1.06,
-    };
+    let intensity = AxisScale::Linear { low: 0.0, high: far_field.top() * 1.06 };
     let panel = Panel {
         area,
         x: PanelAxis::position(&theta, low, high, count),
@@ -170,10 +162,7 @@ fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: 
     panel.frame(canvas);
     for &(curve, angle) in far_field.peaks {
         let [x, y] = [panel.at(angle, 0.0)[0], area.top];
-        let words = format!(
-            "{}: published peak at {angle}°",
-            far_field.curves[curve].label()
-        );
+        let words = format!("{}: published peak at {angle}°", far_field.curves[curve].label());
         canvas.group(&[(CURVE, far_field.curves[curve].label())], |canvas| {
             canvas.with_tooltip(&words, |canvas| {
                 let triangle = [[x - 7.0, y - 12.0], [x + 7.0, y - 12.0], [x, y - 1.0]];
@@ -199,27 +188,19 @@ impl HalfDisc {
 
     fn arc(&self, value: f64) -> Vec<Point> {
         // Steps of 3° stay within a third of a pixel of the circle.
-        (-30..=30)
-            .map(|step| self.at(3.0 * f64::from(step), value))
-            .collect()
+        (-30..=30).map(|step| self.at(3.0 * f64::from(step), value)).collect()
     }
 }
 
 fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
-    let scale = AxisScale::Linear {
-        low: 0.0,
-        high: far_field.top() * 1.03,
-    };
+    let scale = AxisScale::Linear { low: 0.0, high: far_field.top() * 1.03 };
     let axis = PanelAxis::linear(far_field.quantity, scale, 7);
     let top = axis.scale.ends()[1];
     let (below, around) = (80.0, 42.0);
     let radius = (room.width() / 2.0 - around - 12.0).min(room.height() - below - around);
     let spare = room.height() - below - around - radius;
-    let disc = HalfDisc {
-        centre: [room.centre()[0], room.bottom - below - spare / 2.0],
-        radius,
-        top,
-    };
+    let disc =
+        HalfDisc { centre: [room.centre()[0], room.bottom - below - spare / 2.0], radius, top };
 
     let grid = Pen::solid(Colour::GRID, 1.0);
     for tick in &axis.ticks {
@@ -232,9 +213,7 @@ fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
     // Nothing below the axis, where θ ends, nor beyond the rim.
     let rim = disc.arc(top);
     canvas.clipped_to(&rim, |canvas| {
-        draw_curves(canvas, far_field.curves, &far_field.pens(), |x, y| {
-            disc.at(x, y)
-        });
+        draw_curves(canvas, far_field.curves, &far_field.pens(), |x, y| disc.at(x, y));
     });
 
     let border = Pen::solid(Colour::MUTED, 1.4);
@@ -244,11 +223,8 @@ fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
     for step in -6..=6 {
         let deg = f64::from(step) * 15.0;
         let [x, y] = disc.at(deg, top * (1.0 + 26.0 / radius));
-        let label = if step < 0 {
-            format!("−{}°", -15 * step)
-        } else {
-            format!("{}°", 15 * step)
-        };
+        let label =
+            if step < 0 { format!("−{}°", -15 * step) } else { format!("{}°", 15 * step) };
         let shift = 4.0 * f64::from(step) / 6.0;
         canvas.text(&label, [x + shift, y], &numbers);
     }
@@ -275,9 +251,7 @@ mod tests {
     use super::*;
 
     fn curve(low: f64, high: f64) -> Curve {
-        let x: Vec<f64> = (0..=60)
-            .map(|i| low + (high - low) * f64::from(i) / 60.0)
-            .collect();
+        let x: Vec<f64> = (0..=60).map(|i| low + (high - low) * f64::from(i) / 60.0).collect();
         let value: Vec<f64> = x.iter().map(|x| x.to_radians().cos().max(0.0)).collect();
         Curve::new("cosine", x, value, vec![0.02; 61]).unwrap()
     }
@@ -357,11 +331,7 @@ mod tests {
 
     #[test]
     fn half_disc_puts_zero_on_top_and_positive_angles_right() {
-        let disc = HalfDisc {
-            centre: [100.0, 100.0],
-            radius: 50.0,
-            top: 2.0,
-        };
+        let disc = HalfDisc { centre: [100.0, 100.0], radius: 50.0, top: 2.0 };
         let close = |a: Point, b: Point| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9;
         assert!(close(disc.at(0.0, 2.0), [100.0, 50.0]));
         assert!(close(disc.at(90.0, 1.0), [125.0, 100.0]));

@@ -59,14 +59,7 @@ pub fn map_range(values: &[f64]) -> [f64; 2] {
     }
     let least = least.max(most / LEVELS);
     // An even map still needs two ends.
-    [
-        if least < 0.9 * most {
-            least
-        } else {
-            0.5 * most
-        },
-        most,
-    ]
+    [if least < 0.9 * most { least } else { 0.5 * most }, most]
 }
 
 /// Draws a map on a linear and on a logarithmic scale side by side, the y axis upwards.
@@ -213,17 +206,9 @@ fn extent_of(map: &Map) -> f64 {
 
 fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {
     let corner = |sx: f64, sy: f64| -> Point {
-        panel.at(
-            led.centre[0] + sx * led.size[0] / 2.0,
-            led.centre[1] + sy * led.size[1] / 2.0,
-        )
+        panel.at(led.centre[0] + sx * led.size[0] / 2.0, led.centre[1] + sy * led.size[1] / 2.0)
     };
-    let outline = [
-        corner(-1.0, -1.0),
-        corner(1.0, -1.0),
-        corner(1.0, 1.0),
-        corner(-1.0, 1.0),
-    ];
+    let outline = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
     canvas.clipped(panel.area, |canvas| {
         led_outline(canvas, &outline, LED);
     });

@@ -56,9 +56,6 @@ pub struct Heading {
 impl Heading {
     /// A heading of two lines.
     pub fn new(title: impl Into<String>, subtitle: impl Into<String>) -> Self {
-        Self {
-            title: title.into(),
-            subtitle: subtitle.into(),
-        }
+        Self { title: title.into(), subtitle: subtitle.into() }
     }
 }

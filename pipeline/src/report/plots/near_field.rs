@@ -70,10 +70,9 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Picture> {
             arrows(canvas, &panel, map, picture.flow);
         }
     });
-    for (name, y) in [
-        (picture.media[0], panel.area.bottom - 24.0),
-        (picture.media[1], panel.area.top + 24.0),
-    ] {
+    for (name, y) in
+        [(picture.media[0], panel.area.bottom - 24.0), (picture.media[1], panel.area.top + 24.0)]
+    {
         let letters = Letters::new(TICK_SIZE, Align::Left);
         let left = panel.area.left + 10.0;
         let plate = Rect::new(left, y - 14.0, left + letters.width(name) + 20.0, y + 14.0);
@@ -88,10 +87,8 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Picture> {
 /// The surface in every period that shows, white on a dark rim.
 fn surface(canvas: &mut Canvas, panel: &Panel, picture: &NearFieldMap) {
     let [from, to] = picture.map.columns().range();
-    let (first, last) = (
-        (from / picture.period).floor() as i64 - 1,
-        (to / picture.period).ceil() as i64 + 1,
-    );
+    let (first, last) =
+        ((from / picture.period).floor() as i64 - 1, (to / picture.period).ceil() as i64 + 1);
     let points: Vec<Vec<Point>> = (first..=last)
         .map(|copy| {
             let shift = copy as f64 * picture.period;
@@ -99,10 +96,7 @@ fn surface(canvas: &mut Canvas, panel: &Panel, picture: &NearFieldMap) {
             picture.surface.iter().map(at).collect()
         })
         .collect();
-    for pen in [
-        Pen::solid(Colour::BLACK.with_opacity(0.55), 4.6),
-        Pen::solid(Colour::WHITE, 2.0),
-    ] {
+    for pen in [Pen::solid(Colour::BLACK.with_opacity(0.55), 4.6), Pen::solid(Colour::WHITE, 2.0)] {
         for line in &points {
             canvas.polyline(line, &pen);
         }
@@ -175,10 +169,7 @@ mod tests {
             Axis::uniform(Quantity::new(name, Unit::Micrometre), 0.0, high, bins).unwrap()
         };
         let error = vec![0.0; value.len()];
-        let (z, x) = (
-            axis("z", rows as f64, rows),
-            axis("x", columns as f64, columns),
-        );
+        let (z, x) = (axis("z", rows as f64, rows), axis("x", columns as f64, columns));
         Map::new(Quantity::new("|E|²", Unit::Relative), z, x, value, error).unwrap()
     }
 
@@ -206,10 +197,7 @@ mod tests {
     #[test]
     fn arrows_follow_the_flow() {
         // All dark but for a few bins in a corner.
-        let dark = map(
-            (0..800).map(|i| if i < 4 { 1.0 } else { 0.0 }).collect(),
-            40,
-        );
+        let dark = map((0..800).map(|i| if i < 4 { 1.0 } else { 0.0 }).collect(), 40);
         let white = |flow: [f64; 2]| {
             let picture = decode(&drawn(&dark, &vec![flow; 800]).unwrap());
             // Pixels of arrows in a square without surface or letters.
@@ -224,10 +212,7 @@ mod tests {
             runs
         };
         let (along, up) = (white([1.0, 0.0]), white([0.0, 1.0]));
-        assert!(
-            along[0] > 2 * along[1] && up[1] > 2 * up[0],
-            "{along:?} {up:?}"
-        );
+        assert!(along[0] > 2 * along[1] && up[1] > 2 * up[0], "{along:?} {up:?}");
     }
 
     #[test]

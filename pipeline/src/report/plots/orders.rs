@@ -73,10 +73,7 @@ pub fn grating_lobes(
     let width = (body.width() - gaps[0]) / 2.0;
     let height = (body.height() - gaps[1]) / 2.0;
     let models = [("Rays", rays, blue), ("RCWA", orders, red)];
-    let sides = [
-        ("transmitted", LobeSide::Transmitted),
-        ("reflected", LobeSide::Reflected),
-    ];
+    let sides = [("transmitted", LobeSide::Transmitted), ("reflected", LobeSide::Reflected)];
     for (column, (direction, side)) in sides.into_iter().enumerate() {
         let left = body.left + column as f64 * (width + gaps[0]);
         let panels = [0, 1].map(|row| {
@@ -106,19 +103,12 @@ fn stem_panel(area: Rect, lobes: &[PlaneLobe], side: LobeSide, named: bool) -> P
     let share = Quantity::new("share of incident power", Unit::Fraction);
     let angle = Quantity::new("angle to the surface normal", Unit::Degree);
     let top = on_side(lobes, side).fold(0.0f64, |top, lobe| top.max(lobe.power));
-    let power = AxisScale::Linear {
-        low: 0.0,
-        high: if top > 0.0 { top * 1.1 } else { 1.0 },
-    };
+    let power = AxisScale::Linear { low: 0.0, high: if top > 0.0 { top * 1.1 } else { 1.0 } };
     let mut x = PanelAxis::angle(&angle, -90.0, 90.0, 15.0);
     if !named {
         x.label.clear();
     }
-    Panel {
-        area,
-        x,
-        y: PanelAxis::linear(&share, power, 5),
-    }
+    Panel { area, x, y: PanelAxis::linear(&share, power, 5) }
 }
 
 fn draw_stems(
@@ -148,11 +138,7 @@ mod tests {
     use super::*;
 
     fn lobe(angle_deg: f64, power: f64) -> PlaneLobe {
-        PlaneLobe {
-            side: LobeSide::Transmitted,
-            angle_deg,
-            power,
-        }
+        PlaneLobe { side: LobeSide::Transmitted, angle_deg, power }
     }
 
     #[test]
@@ -167,11 +153,7 @@ mod tests {
 
     #[test]
     fn rays_and_orders_at_one_angle_stand_above_each_other() {
-        let png = grating_lobes(
-            &Heading::new("", ""),
-            &[lobe(30.0, 0.5)],
-            &[lobe(30.0, 0.1)],
-        );
+        let png = grating_lobes(&Heading::new("", ""), &[lobe(30.0, 0.5)], &[lobe(30.0, 0.1)]);
         let picture = decode(&png.unwrap());
         let columns = |colour: Colour, top: u32| -> Vec<u32> {
             (0..picture.width())

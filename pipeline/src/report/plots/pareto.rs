@@ -45,11 +45,8 @@ pub fn pareto_front(
         let name = Quantity::new(names[number].replace('_', " "), Unit::Relative);
         PanelAxis::linear(&name, scale(all), count)
     };
-    let panel = Panel {
-        area: sheet.body.inset(90.0, 12.0, 10.0, 65.0),
-        x: axis(0, 8),
-        y: axis(1, 6),
-    };
+    let panel =
+        Panel { area: sheet.body.inset(90.0, 12.0, 10.0, 65.0), x: axis(0, 8), y: axis(1, 6) };
     let canvas = &mut sheet.canvas;
     panel.grid(canvas);
     for design in designs {
@@ -75,10 +72,7 @@ fn scale(estimates: impl Iterator<Item = Estimate>) -> AxisScale {
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = ends.fold(start, |(low, high), v| (low.min(v), high.max(v)));
     let room = ROOM * (high - low).max(1e-9);
-    AxisScale::Linear {
-        low: low - room,
-        high: high + room,
-    }
+    AxisScale::Linear { low: low - room, high: high + room }
 }
 
 fn ends(estimate: Estimate) -> [f64; 2] {

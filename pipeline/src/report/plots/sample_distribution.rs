@@ -47,11 +47,7 @@ pub fn sample_distribution(
     nominal: &MarkedValue,
     limits: &[MarkedValue],
 ) -> Result<Picture> {
-    ensure!(
-        shares.len() > 1,
-        "a distribution needs two packages or more, got {}",
-        shares.len()
-    );
+    ensure!(shares.len() > 1, "a distribution needs two packages or more, got {}", shares.len());
     let colour = palette::neutral(0);
     let curve = Pen::solid(colour, 2.6);
     let dashed = Pen::dashed(Colour::TEXT, 1.6, &[7.0, 5.0]);
@@ -76,13 +72,7 @@ pub fn sample_distribution(
     };
     let panel = Panel {
         area: sheet.body.inset(80.0, 12.0, 10.0, 65.0),
-        x: linear(
-            name.replace('_', " "),
-            Unit::Relative,
-            low - room,
-            high + room,
-            8,
-        ),
+        x: linear(name.replace('_', " "), Unit::Relative, low - room, high + room, 8),
         y: linear("share of packages".to_owned(), Unit::Fraction, 0.0, 1.0, 6),
     };
     let canvas = &mut sheet.canvas;
@@ -95,11 +85,7 @@ pub fn sample_distribution(
     band.extend(line(&|one| one.interval[0]).into_iter().rev());
     canvas.polygon(&band, colour.with_opacity(0.25));
     canvas.polyline(&line(&|one| one.share), &curve);
-    for (mark, pen) in limits
-        .iter()
-        .map(|limit| (limit, &solid))
-        .chain([(nominal, &dashed)])
-    {
+    for (mark, pen) in limits.iter().map(|limit| (limit, &solid)).chain([(nominal, &dashed)]) {
         canvas.with_tooltip(&mark.label, |canvas| {
             canvas.line(panel.at(mark.value, 0.0), panel.at(mark.value, 1.0), pen);
         });
@@ -123,10 +109,7 @@ mod tests {
             };
             (1..=10).map(one).collect()
         };
-        let mark = |label: &str, value| MarkedValue {
-            label: label.to_owned(),
-            value,
-        };
+        let mark = |label: &str, value| MarkedValue { label: label.to_owned(), value };
         let draw = |shares: &[CumulativeShare], limits: &[MarkedValue]| {
             let nominal = mark("without deviations", 0.62);
             sample_distribution(&heading, "uniformity", shares, &nominal, limits)

@@ -20,27 +20,18 @@ const ROOM: f64 = 0.06;
 /// # Errors
 /// No curve.
 pub fn search_convergence(heading: &Heading, curves: &[Curve]) -> Result<Picture> {
-    ensure!(
-        !curves.is_empty(),
-        "a convergence picture needs at least one curve"
-    );
+    ensure!(!curves.is_empty(), "a convergence picture needs at least one curve");
     let band = |sign: f64| {
         let points = |curve: &Curve| {
             let pairs = curve.value().iter().zip(curve.standard_error());
-            pairs
-                .map(move |(v, e)| v + sign * BAND_ERRORS * e)
-                .collect::<Vec<_>>()
+            pairs.map(move |(v, e)| v + sign * BAND_ERRORS * e).collect::<Vec<_>>()
         };
         curves.iter().flat_map(points).collect::<Vec<f64>>()
     };
     let low = band(-1.0).into_iter().fold(f64::INFINITY, f64::min);
     let high = band(1.0).into_iter().fold(f64::NEG_INFINITY, f64::max);
     let room = ROOM * (high - low).max(1e-9);
-    let last = curves
-        .iter()
-        .flat_map(Curve::x)
-        .copied()
-        .fold(1.0, f64::max);
+    let last = curves.iter().flat_map(Curve::x).copied().fold(1.0, f64::max);
     let pens = curve_pens(LineColours::Neutral, curves.len(), &[]);
     let mut sheet = Sheet::new(WIDTH, HEIGHT, heading, &curve_legend(curves, &pens));
     let linear = |name: &str, low, high, count| {

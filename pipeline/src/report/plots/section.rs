@@ -47,29 +47,18 @@ const LEVELS: f64 = 256.0;
 /// # Errors
 /// No curves, or an LED whose end lies before its start.
 pub fn cross_section(section: &Section) -> Result<Picture> {
-    ensure!(
-        !section.curves.is_empty(),
-        "a section needs at least one curve"
-    );
+    ensure!(!section.curves.is_empty(), "a section needs at least one curve");
     ensure!(
         section.leds.iter().all(|[from, to]| from < to),
         "expected the extent of each LED as start and end in ascending order"
     );
-    let values = || {
-        section
-            .curves
-            .iter()
-            .flat_map(|c| c.value().iter().zip(c.standard_error()))
-    };
+    let values = || section.curves.iter().flat_map(|c| c.value().iter().zip(c.standard_error()));
     let level = section.level.map_or(0.0, |(level, _)| level);
     let top = values().fold(level, |top, (v, e)| top.max(v + BAND_ERRORS * e));
     let top = section.range.map_or(top, |[_, high]| top.max(high));
     // A beam beside the axes leaves the section dark.
     let top = if top > 0.0 { top } else { 1.0 };
-    let lowest = values()
-        .map(|(&v, _)| v)
-        .filter(|&v| v > 0.0)
-        .fold(top, f64::min);
+    let lowest = values().map(|(&v, _)| v).filter(|&v| v > 0.0).fold(top, f64::min);
     let lowest = section.range.map_or(lowest, |[low, _]| lowest.min(low));
 
     let pens = curve_pens(section.colours, section.curves.len(), &[]);
@@ -80,12 +69,7 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
     let mut sheet = Sheet::new(WIDTH, HEIGHT, section.heading, &legend);
 
     let ends = |pick: fn(&Curve) -> f64, choose: fn(f64, f64) -> f64| {
-        section
-            .curves
-            .iter()
-            .map(pick)
-            .reduce(choose)
-            .unwrap_or(0.0)
+        section.curves.iter().map(pick).reduce(choose).unwrap_or(0.0)
     };
     let low = ends(|c| c.x()[0], f64::min);
     let high = ends(|c| c.x()[c.x().len() - 1], f64::max);
@@ -93,10 +77,7 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
     // valley.
     let lowest = lowest.max(top / LEVELS);
     let log_room = (top / lowest).powf(0.22).max(1.1);
-    let linear = AxisScale::Linear {
-        low: 0.0,
-        high: top * 1.17,
-    };
+    let linear = AxisScale::Linear { low: 0.0, high: top * 1.17 };
     let x = PanelAxis::position(section.position, low, high, 10);
     let body = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
     let gap = 26.0;
@@ -188,10 +169,6 @@ mod tests {
         };
         let columns: Vec<u32> = (0..picture.width()).filter(|&x| shaded(x)).collect();
         let width = f64::from(picture.width()) - 40.0 - 75.0 - 10.0 - 40.0;
-        assert!(
-            (columns.len() as f64 - width / 10.0).abs() < 4.0,
-            "{}",
-            columns.len()
-        );
+        assert!((columns.len() as f64 - width / 10.0).abs() < 4.0, "{}", columns.len());
     }
 }

@@ -54,9 +54,7 @@ impl History {
             }
         }
         let generations = self.best.len();
-        let span = (generations / 5)
-            .max(120 + per_generation as usize)
-            .min(LONGEST);
+        let span = (generations / 5).max(120 + per_generation as usize).min(LONGEST);
         let stagnant = generations >= span
             && [&self.best, &self.median]
                 .iter()

@@ -37,9 +37,7 @@ impl Strategy {
         let n = dimension as f64;
         let half = f64::midpoint(population as f64, 1.0).ln();
         // (49)
-        let raw: Vec<f64> = (1..=population)
-            .map(|rank| half - (rank as f64).ln())
-            .collect();
+        let raw: Vec<f64> = (1..=population).map(|rank| half - (rank as f64).ln()).collect();
         let parents = population / 2;
         let (better, worse) = raw.split_at(parents);
         let mu_eff = effective(better);
@@ -53,11 +51,7 @@ impl Strategy {
         let (positive_sum, negative_sum) = (better.iter().sum::<f64>(), -worse.iter().sum::<f64>());
         // (53)
         let weight = |w: &f64| {
-            if *w >= 0.0 {
-                w / positive_sum
-            } else {
-                negative * w / negative_sum
-            }
+            if *w >= 0.0 { w / positive_sum } else { negative * w / negative_sum }
         };
         let c_sigma = (mu_eff + 2.0) / (n + mu_eff + 5.0);
         Self {

@@ -37,10 +37,7 @@ pub(super) fn sphere(x: &[f64]) -> f64 {
 pub(super) fn ellipsoid(x: &[f64]) -> f64 {
     let squares = from_optimum(x).map(|z| oscillated(z).powi(2));
     let scales = fractions(x.len()).map(|f| 10f64.powf(6.0 * f));
-    squares
-        .zip(scales)
-        .map(|(square, scale)| square * scale)
-        .sum()
+    squares.zip(scales).map(|(square, scale)| square * scale).sum()
 }
 
 /// f5 in [-5, 5]^n: slopes from 1 to 10, the optimum in the corner of the signs of cos i.
@@ -71,7 +68,5 @@ pub(super) fn moderate_noise(sphere: f64, normal: f64) -> f64 {
 
 /// Rastrigin's function as in [Hansen, Kern 2004]: the optimum at 0, some 10^n minima.
 pub(super) fn rastrigin(x: &[f64]) -> f64 {
-    x.iter()
-        .map(|x| 10.0 + x * x - 10.0 * (TAU * x).cos())
-        .sum()
+    x.iter().map(|x| 10.0 + x * x - 10.0 * (TAU * x).cos()).sum()
 }

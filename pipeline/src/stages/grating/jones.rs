@@ -112,9 +112,6 @@ mod tests {
                 }
             }
         }
-        assert!(
-            conversion > 1e-4,
-            "a conical mount turns s into p: {conversion}"
-        );
+        assert!(conversion > 1e-4, "a conical mount turns s into p: {conversion}");
     }
 }

@@ -86,10 +86,7 @@ pub(super) struct ErrorParts {
 
 impl ErrorParts {
     fn unknown(range: Range) -> Self {
-        Self {
-            orders: f64::INFINITY,
-            slices: if range.sliced { f64::INFINITY } else { 0.0 },
-        }
+        Self { orders: f64::INFINITY, slices: if range.sliced { f64::INFINITY } else { 0.0 } }
     }
 }
 
@@ -105,11 +102,7 @@ pub(super) struct SearchResult {
 impl SearchResult {
     /// The first resolution, where nothing is searched.
     pub(super) fn at_first(range: Range) -> Self {
-        Self {
-            at: range.first,
-            errors: ErrorParts::unknown(range),
-            limit: None,
-        }
+        Self { at: range.first, errors: ErrorParts::unknown(range), limit: None }
     }
 }
 
@@ -203,11 +196,7 @@ where
             Some(Halt::Limit(limit)) => Some(limit),
             None => None,
         };
-        Ok(SearchResult {
-            at: self.at,
-            errors: self.errors,
-            limit,
-        })
+        Ok(SearchResult { at: self.at, errors: self.errors, limit })
     }
 
     fn alternate(&mut self, aim: f64) -> Result<(), Halt> {
@@ -326,14 +315,8 @@ mod tests {
     use super::*;
 
     const RANGE: Range = Range {
-        first: Resolution {
-            order: 4,
-            slices: 4,
-        },
-        last: Resolution {
-            order: 400,
-            slices: 100_000,
-        },
+        first: Resolution { order: 4, slices: 4 },
+        last: Resolution { order: 400, slices: 100_000 },
         sliced: true,
         weight: 1e-3,
     };
@@ -399,19 +382,13 @@ mod tests {
     fn slices_alone_always_come_back_with_an_estimate() {
         let mut dear = RANGE;
         dear.weight = 1e12;
-        let found = Search::new(dear, apart(), model(1.0))
-            .slices(1e-6, 0.0)
-            .unwrap();
+        let found = Search::new(dear, apart(), model(1.0)).slices(1e-6, 0.0).unwrap();
         assert!(found.errors.slices.is_finite() && found.limit == Some(Limit::Work));
-        let found = Search::new(RANGE, apart(), model(1.0))
-            .slices(1e-6, 0.0)
-            .unwrap();
+        let found = Search::new(RANGE, apart(), model(1.0)).slices(1e-6, 0.0).unwrap();
         assert!(found.errors.slices <= 1e-6 && found.limit.is_none());
         assert_eq!(found.at.order, 4);
         // With a share of what four orders leave, far fewer will do.
-        let coarse = Search::new(RANGE, apart(), model(1.0))
-            .slices(1e-6, 0.01)
-            .unwrap();
+        let coarse = Search::new(RANGE, apart(), model(1.0)).slices(1e-6, 0.01).unwrap();
         assert!(coarse.at.slices < found.at.slices / 10, "{coarse:?}");
     }
 }

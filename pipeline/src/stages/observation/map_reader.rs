@@ -18,11 +18,7 @@ use crate::results::VALLEY_TO_PEAK;
 /// Keys of the paper's figures of a map.
 pub(super) const MAP_FIGURES: [&str; 3] = ["uniformity", "uniformity_diagonal", VALLEY_TO_PEAK];
 /// Their names for people.
-const LABELS: [&str; 3] = [
-    "uniformity",
-    "uniformity, diagonal",
-    "illuminance valley/peak",
-];
+const LABELS: [&str; 3] = ["uniformity", "uniformity, diagonal", "illuminance valley/peak"];
 
 /// Reads figures from maps of one design.
 pub(super) struct MapReader {
@@ -107,10 +103,7 @@ impl MapReader {
             .flat_map(|estimates| MAP_FIGURES.into_iter().zip(LABELS).zip(estimates));
         let forms = forms.into_iter();
         let forms = forms.map(|(form, estimate)| (form.key, form.label, estimate));
-        papers
-            .map(|((key, label), estimate)| (key, label, estimate))
-            .chain(forms)
-            .collect()
+        papers.map(|((key, label), estimate)| (key, label, estimate)).chain(forms).collect()
     }
 
     /// The paper's figures of `map` above its smallest bin; `None` of an even map.

@@ -30,11 +30,9 @@ impl Observation {
         let decades = (-3..=3).rev().map(|power| 10f64.powi(power));
         let widths = decades.flat_map(|decade| [5.0, 2.5, 2.0, 1.0].map(|w| w * decade));
         let mut narrower = widths.filter(|width| *width < receiver.bin_mm);
-        let advice = narrower
-            .find(|width| fits(*width))
-            .map_or_else(String::new, |width| {
-                format!("with bins of {width} mm they are read, and ")
-            });
+        let advice = narrower.find(|width| fits(*width)).map_or_else(String::new, |width| {
+            format!("with bins of {width} mm they are read, and ")
+        });
         Some(format!(
             "receiver.bin_mm = {}: too wide for a fit to the valley between neighbours {} mm apart, and figures of uniformity are left out; {advice}with receiver.read_bin_mm bins themselves are read",
             receiver.bin_mm, layout.pitch_mm

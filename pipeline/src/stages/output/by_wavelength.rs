@@ -26,12 +26,7 @@ pub(super) fn write(
     nodes: &[(Option<&str>, f64, &Observation)],
     sum: &Observation,
 ) -> Result<()> {
-    let labels = labels(
-        &nodes
-            .iter()
-            .map(|(source, nm, _)| (*source, *nm))
-            .collect::<Vec<_>>(),
-    );
+    let labels = labels(&nodes.iter().map(|(source, nm, _)| (*source, *nm)).collect::<Vec<_>>());
     let mut curves: Vec<Curve> = nodes
         .iter()
         .zip(&labels)
@@ -46,9 +41,7 @@ pub(super) fn write(
     let last = curves.len() - 1;
     let step = last.div_ceil(MOST_CURVES).next_power_of_two();
     let chosen = (step / 2..last).step_by(step).chain([last]);
-    let shown: Vec<Curve> = chosen
-        .map(|i| curves[i].mirrored())
-        .collect::<Result<_>>()?;
+    let shown: Vec<Curve> = chosen.map(|i| curves[i].mirrored()).collect::<Result<_>>()?;
     let picture = FarField {
         heading,
         quantity: &quantity,
@@ -57,8 +50,5 @@ pub(super) fn write(
         numbers: &[],
         peaks: &[],
     };
-    write_bytes(
-        &folder.join(FILES[1]),
-        &far_field_cartesian(&picture)?.png()?,
-    )
+    write_bytes(&folder.join(FILES[1]), &far_field_cartesian(&picture)?.png()?)
 }

@@ -59,14 +59,7 @@ mod tests {
 
     #[test]
     fn sources_whose_names_make_one_column_are_numbered() {
-        let lines = [
-            (Some("a-b"), 550.0),
-            (Some("a_b"), 550.0),
-            (Some("a_b"), 600.0),
-        ];
-        assert_eq!(
-            labels(&lines),
-            ["a-b 550.0 nm", "a_b 550.0 nm 2", "a_b 600.0 nm"]
-        );
+        let lines = [(Some("a-b"), 550.0), (Some("a_b"), 550.0), (Some("a_b"), 600.0)];
+        assert_eq!(labels(&lines), ["a-b 550.0 nm", "a_b 550.0 nm 2", "a_b 600.0 nm"]);
     }
 }

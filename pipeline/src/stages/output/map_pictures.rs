@@ -34,12 +34,7 @@ impl MapLine {
     /// Along x at this y, through the middles of bins.
     fn row(grid: Grid, y: f64) -> Self {
         let middles = (0..grid.columns).map(|i| grid.centre_mm(i, grid.columns));
-        Self {
-            name: "x",
-            start: [0.0, y],
-            along: [1.0, 0.0],
-            positions: middles.collect(),
-        }
+        Self { name: "x", start: [0.0, y], along: [1.0, 0.0], positions: middles.collect() }
     }
 
     /// Along the line through `a` and `b`, over the whole map.
@@ -91,9 +86,7 @@ impl MapLine {
     }
 
     fn position(&self, at: [f64; 2]) -> f64 {
-        (0..2)
-            .map(|k| (at[k] - self.start[k]) * self.along[k])
-            .sum()
+        (0..2).map(|k| (at[k] - self.start[k]) * self.along[k]).sum()
     }
 
     fn distance(&self, at: [f64; 2]) -> f64 {
@@ -113,10 +106,7 @@ impl MapLine {
                 continue;
             }
             let ends = [-half[k], half[k]].map(|h| (from + h) / self.along[k]);
-            span = [
-                span[0].max(ends[0].min(ends[1])),
-                span[1].min(ends[0].max(ends[1])),
-            ];
+            span = [span[0].max(ends[0].min(ends[1])), span[1].min(ends[0].max(ends[1]))];
         }
         (span[0] < span[1]).then_some(span)
     }
@@ -251,9 +241,7 @@ impl ModelFiles<'_> {
         let as_large = bins.filter(|(_, v)| **v >= largest * (1.0 - EQUAL));
         let mut places = as_large.map(|(k, _)| grid.middle_mm(k));
         let on_line = Some(peak_mm).filter(near);
-        on_line
-            .or_else(|| places.find(near))
-            .map(|at| line.position(at))
+        on_line.or_else(|| places.find(near)).map(|at| line.position(at))
     }
 
     fn valley(&self, at: [f64; 2]) -> Mark {
@@ -262,9 +250,9 @@ impl ModelFiles<'_> {
     }
 
     fn draw_map(&self, map: &Map, line: &MapLine) -> Result<()> {
-        let marks = self.extremes().map_or(Vec::new(), |at| {
-            vec![self.valley(at.valley_mm), Mark::peak(at.peak_mm)]
-        });
+        let marks = self
+            .extremes()
+            .map_or(Vec::new(), |at| vec![self.valley(at.valley_mm), Mark::peak(at.peak_mm)]);
         let size = self.design.led.size_mm;
         let leds = self.leds().into_iter();
         let leds: Vec<_> = leds.map(|centre| LedOutline { centre, size }).collect();
@@ -303,19 +291,12 @@ impl ModelFiles<'_> {
 mod tests {
     use super::*;
 
-    const GRID: Grid = Grid {
-        columns: 20,
-        rows: 10,
-        bin_mm: 0.5,
-    };
+    const GRID: Grid = Grid { columns: 20, rows: 10, bin_mm: 0.5 };
 
     #[test]
     fn the_section_runs_where_the_valley_was_read() {
-        let segments = [
-            [[-3.0, -1.0], [3.0, -1.0]],
-            [[-3.0, -1.0], [-3.0, 1.0]],
-            [[-3.0, 1.0], [3.0, 1.0]],
-        ];
+        let segments =
+            [[[-3.0, -1.0], [3.0, -1.0]], [[-3.0, -1.0], [-3.0, 1.0]], [[-3.0, 1.0], [3.0, 1.0]]];
         let line = |valley| MapLine::of_valley(GRID, &segments, valley).expect("a line");
         assert_eq!(line([0.3, 1.0]), MapLine::row(GRID, 1.0));
         let column = line([-3.0, 0.2]);

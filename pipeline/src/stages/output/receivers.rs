@@ -46,10 +46,7 @@ pub fn write(
         // Files take memory too.
         drop(powers);
         let of_receiver = output.write(folder, provenance)?;
-        said.insert(
-            receiver.name().to_owned(),
-            output.describe(&sums, &of_receiver),
-        );
+        said.insert(receiver.name().to_owned(), output.describe(&sums, &of_receiver));
         files.extend(of_receiver);
     }
     Ok((files, said))
@@ -82,23 +79,13 @@ impl<'a> ReceiverOutput<'a> {
             |name: &str, edges: Vec<f64>| Axis::new(Quantity::new(name, Unit::Degree), edges);
         let c_gamma = receiver.kind() == ReceiverKind::CGamma;
         let directions = |angles: &Angles| -> Result<[Axis; 2]> {
-            let names = if c_gamma {
-                ["gamma", "c"]
-            } else {
-                ["theta", "phi"]
-            };
+            let names = if c_gamma { ["gamma", "c"] } else { ["theta", "phi"] };
             Ok([
                 angle(names[0], angles.theta_edges_deg())?,
                 angle(names[1], angles.phi_edges_deg())?,
             ])
         };
-        let names = receiver
-            .stated
-            .kind
-            .rectangle()
-            .unwrap_or_default()
-            .normal
-            .axes();
+        let names = receiver.stated.kind.rectangle().unwrap_or_default().normal.axes();
         let places = |rectangle: &DetectorRectangle| -> Result<[Axis; 2]> {
             let (ends, bins) = (rectangle.ends_mm(), rectangle.bins());
             let axis = |k: usize| {
@@ -192,11 +179,7 @@ impl<'a> ReceiverOutput<'a> {
 
     /// Names of the Stokes parameters; none where the power alone is read.
     fn parameters(&self) -> &'static [&'static str] {
-        if self.receiver.detector.stokes {
-            &STOKES
-        } else {
-            &[]
-        }
+        if self.receiver.detector.stokes { &STOKES } else { &[] }
     }
 
     /// Writes a line for each bin: the middle of the bin along every axis, value, standard error.
@@ -205,10 +188,8 @@ impl<'a> ReceiverOutput<'a> {
         let mut columns = Vec::new();
         if self.axes.is_empty() {
             for (k, name) in FLUX_BINS.iter().enumerate() {
-                let quantity = Quantity::new(
-                    format!("{name} {}", self.quantity.name()),
-                    self.quantity.unit(),
-                );
+                let quantity =
+                    Quantity::new(format!("{name} {}", self.quantity.name()), self.quantity.unit());
                 columns.push(Column::new(&quantity, [self.value[k]]));
                 columns.push(Column::standard_error(&quantity, [self.standard_error[k]]));
             }
@@ -224,10 +205,7 @@ impl<'a> ReceiverOutput<'a> {
             let values: Vec<f64> = (0..bins).map(middle).collect();
             columns.push(Column::new(axis.quantity(), values));
         }
-        let values = self
-            .value
-            .chunks(bins)
-            .zip(self.standard_error.chunks(bins));
+        let values = self.value.chunks(bins).zip(self.standard_error.chunks(bins));
         for (number, (value, error)) in values.enumerate() {
             let name = match (number, self.parameters().get(number)) {
                 (1.., Some(parameter)) => format!("{} {parameter}", self.quantity.name()),

@@ -67,9 +67,7 @@ fn clipped_slopes_keep_draft_apex_and_the_surface_below() {
 
 #[test]
 fn packages_without_rings_have_no_slopes() {
-    let design = file("bare-dome.toml")
-        .with(&Settings::new())
-        .expect("valid");
+    let design = file("bare-dome.toml").with(&Settings::new()).expect("valid");
     let said = RingSlopes::of(&design).expect_err("no rings").to_string();
     assert!(said.contains("[elements]"), "{said}");
 }

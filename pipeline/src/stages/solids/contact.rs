@@ -116,10 +116,7 @@ pub(super) fn plates(
 
 /// A level rectangle along x and y.
 fn rectangle(middle: DVec3, half: DVec2) -> Result<Shape, tracer::Error> {
-    let extent = Extent::Rectangle {
-        half_u: half.x,
-        half_v: half.y,
-    };
+    let extent = Extent::Rectangle { half_u: half.x, half_v: half.y };
     Plane::new(middle, DVec3::Z, extent).map(Shape::Plane)
 }
 

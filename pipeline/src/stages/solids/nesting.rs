@@ -58,10 +58,7 @@ impl Nesting {
             .map(|held| (0..objects.len()).filter(|h| holds(*h, held)).collect())
             .collect();
         for (object, holding) in holders.iter().enumerate() {
-            if let Some(other) = holding
-                .iter()
-                .find(|other| holders[**other].contains(&object))
-            {
+            if let Some(other) = holding.iter().find(|other| holders[**other].contains(&object)) {
                 let (object, other) = (object.max(*other), object.min(*other));
                 return Err(NestingError {
                     object,
@@ -71,11 +68,7 @@ impl Nesting {
             }
         }
         for (object, of) in points.iter().enumerate() {
-            of.clear_of(body).map_err(|expected| NestingError {
-                object,
-                with: None,
-                expected,
-            })?;
+            of.clear_of(body).map_err(|expected| NestingError { object, with: None, expected })?;
         }
         let in_dome: Vec<bool> = points.iter().map(|of| of.lie_in_silicone(body)).collect();
         let holding = |outside: &[DVec3]| -> Vec<usize> {
@@ -90,10 +83,7 @@ impl Nesting {
         // The innermost of several holders lies in most of the others.
         let depth_of = |object: usize| holders[object].len() + usize::from(in_dome[object]);
         let innermost = |within: &[usize], domed: bool| {
-            let deepest = within
-                .iter()
-                .copied()
-                .max_by_key(|object| depth_of(*object));
+            let deepest = within.iter().copied().max_by_key(|object| depth_of(*object));
             match deepest {
                 Some(object) if !domed || depth_of(object) > about_dome.len() => {
                     (objects[object].inner, Some(object))
@@ -107,16 +97,9 @@ impl Nesting {
             let (outer, with) = innermost(&holders[object], in_dome[object]);
             if outer == Region::Opaque {
                 let expected = "a place that light can reach, not one within the opaque";
-                return Err(NestingError {
-                    object,
-                    with,
-                    expected,
-                });
+                return Err(NestingError { object, with, expected });
             }
-            places.push(NestedPlace {
-                outer,
-                depth: depth_of(object),
-            });
+            places.push(NestedPlace { outer, depth: depth_of(object) });
         }
         let domed = !dome.is_empty();
         let [around_dome, around_box] =
@@ -130,11 +113,7 @@ impl Nesting {
                 });
             }
         }
-        Ok(Self {
-            places,
-            about_dome: around_dome.0,
-            about_box: around_box.0,
-        })
+        Ok(Self { places, about_dome: around_dome.0, about_box: around_box.0 })
     }
 
     /// Sets the outer regions of the body's surfaces.
@@ -159,10 +138,7 @@ fn is_box(surface: &Surface) -> bool {
     surface.inner == Region::Opaque && matches!(surface.shape, Shape::Cuboid(_))
 }
 
-const WHOLE: Reach = Reach {
-    from: 0.0,
-    to: f64::INFINITY,
-};
+const WHOLE: Reach = Reach { from: 0.0, to: f64::INFINITY };
 
 fn most(points: &[DVec3], holds: impl Fn(DVec3) -> bool) -> bool {
     let count = points.iter().filter(|point| holds(**point)).count();
@@ -180,17 +156,11 @@ fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
     let size = around.size().length();
     let shape = shape.clone();
     (0..LINES).map(move |_| {
-        let part = DVec3::new(
-            random::unit(&mut rng),
-            random::unit(&mut rng),
-            random::unit(&mut rng),
-        );
+        let part =
+            DVec3::new(random::unit(&mut rng), random::unit(&mut rng), random::unit(&mut rng));
         let direction = random::isotropic(&mut rng);
         let through = around.low + part * around.size();
-        let line = Ray {
-            origin: through - direction * (2.0 * size),
-            direction,
-        };
+        let line = Ray { origin: through - direction * (2.0 * size), direction };
         let (mut reach, mut met) = (WHOLE, Vec::new());
         while let Some(hit) = shape.intersect(&line, reach, Sides::Both) {
             met.push((hit.distance, hit.primitive));
@@ -221,9 +191,7 @@ fn outside(body: &Prototype, wanted: impl Fn(&Surface) -> bool) -> Vec<DVec3> {
 
 /// Points just outside of a package: of its surfaces to the air, above the bottom.
 pub(super) fn around(body: &Prototype) -> Vec<DVec3> {
-    outside(body, |s| {
-        s.outer == Region::World && s.shape.bounds().high.is_finite()
-    })
+    outside(body, |s| s.outer == Region::World && s.shape.bounds().high.is_finite())
 }
 
 /// Points just within a solid, or on both sides of a sheet.
@@ -264,9 +232,7 @@ impl ProbePoints {
         // The points of an object that holds the LED's box say nothing where they lie within it.
         let seen = self.points.iter().map(|point| body.region_at(*point));
         let seen: Vec<Region> = seen.filter(|seen| *seen != Region::Opaque).collect();
-        let silicone = seen
-            .iter()
-            .filter(|seen| **seen == tracer::package::SILICONE);
+        let silicone = seen.iter().filter(|seen| **seen == tracer::package::SILICONE);
         !body.media.is_empty()
             && !seen.is_empty()
             && silicone.count() as f64 >= MOST * seen.len() as f64
@@ -274,9 +240,7 @@ impl ProbePoints {
 
     /// Refuses objects within the box, and sheets in a surface of the body.
     fn clear_of(&self, body: &Prototype) -> Result<(), &'static str> {
-        if most(&self.points, |point| {
-            body.region_at(point) == Region::Opaque
-        }) {
+        if most(&self.points, |point| body.region_at(point) == Region::Opaque) {
             return Err("a place outside of the LED's box");
         }
         let pairs = self.points.iter().zip(&self.beyond);

@@ -29,10 +29,7 @@ impl Sweep<'_> {
     pub(super) fn account(&self, rule: &Rule) -> Vec<Value> {
         let mut colours: Vec<(Light, Vec<usize>)> = Vec::new();
         for (number, light) in self.job.lights.lights.iter().enumerate() {
-            match colours
-                .iter_mut()
-                .find(|(all, _)| all.light.is(&light.light))
-            {
+            match colours.iter_mut().find(|(all, _)| all.light.is(&light.light)) {
                 Some((all, numbers)) => {
                     *all = all.clone().and(light);
                     numbers.push(number);
@@ -69,23 +66,15 @@ impl Sweep<'_> {
             }
         };
         let names = self.job.design.sources.iter().map(CheckedSource::name);
-        names
-            .map(|name| (name.to_owned(), of_source(name)))
-            .collect()
+        names.map(|name| (name.to_owned(), of_source(name))).collect()
     }
 
     /// The ledger of some nodes together, in shares of their flux.
     fn ledger(&self, nodes: &[Node]) -> Ledger {
         let whole: f64 = nodes.iter().map(|node| node.weight).sum();
-        let parts = nodes
-            .iter()
-            .map(|node| (node.weight / whole, &self.observation(node).powers));
+        let parts = nodes.iter().map(|node| (node.weight / whole, &self.observation(node).powers));
         let powers = Grouped::weighted(&parts.collect::<Vec<_>>());
-        Ledger::new(
-            &self.observation(&nodes[0]).accounts,
-            &powers,
-            flow::EMITTED,
-        )
+        Ledger::new(&self.observation(&nodes[0]).accounts, &powers, flow::EMITTED)
     }
 
     /// Flux out over flux in, in watts and in lumens. The weighting that is not the design's
@@ -95,11 +84,7 @@ impl Sweep<'_> {
         let mut efficiency = BTreeMap::new();
         for (unit, weighting, emitted) in [
             ("W/W", Weighting::Radiometric, watts),
-            (
-                "lm/lm",
-                Weighting::Photometric,
-                watts * self.job.lights.emitted_lm(),
-            ),
+            ("lm/lm", Weighting::Photometric, watts * self.job.lights.emitted_lm()),
         ] {
             if emitted <= 0.0 {
                 continue;

@@ -50,12 +50,7 @@ pub(super) fn medians(lights: &Lights) -> Rule {
 /// Nodes of a light with this share of the flux.
 fn nodes(light: usize, rule: Vec<(f64, f64)>, share: f64) -> Rule {
     let of = rule.len();
-    let node = |(nm, weight): (f64, f64)| Node {
-        light,
-        of,
-        nm,
-        weight: share * weight,
-    };
+    let node = |(nm, weight): (f64, f64)| Node { light, of, nm, weight: share * weight };
     rule.into_iter().map(node).collect()
 }
 

@@ -92,11 +92,7 @@ pub(super) struct Sweep<'a> {
 impl<'a> Sweep<'a> {
     /// Without any wavelength yet.
     pub(super) fn new(job: SpectralJob<'a>) -> Self {
-        Self {
-            job,
-            seen: BTreeMap::new(),
-            prepared: BTreeMap::new(),
-        }
+        Self { job, seen: BTreeMap::new(), prepared: BTreeMap::new() }
     }
 
     /// Whether anything depends on the wavelength: tables and thin films always do, rays if the
@@ -184,10 +180,7 @@ impl<'a> Sweep<'a> {
     /// The traces of `rules`, each node once.
     pub(super) fn plans(&self, rules: &[Rule]) -> Result<Vec<TracePlan<'static>>> {
         let mut nodes: BTreeMap<NodeKey, (&Rule, &Node)> = BTreeMap::new();
-        for (rule, node) in rules
-            .iter()
-            .flat_map(|rule| rule.iter().map(move |n| (rule, n)))
-        {
+        for (rule, node) in rules.iter().flat_map(|rule| rule.iter().map(move |n| (rule, n))) {
             nodes.entry(self.key(node)).or_insert((rule, node));
         }
         let nodes = nodes.into_values();
@@ -250,17 +243,11 @@ impl<'a> Sweep<'a> {
             };
             let surface = dome_surface(&design, self.job.model, tables.as_ref())?;
             let tables = tables.map_or_else(Vec::new, |t| t.describe());
-            self.prepared
-                .insert(bits, Arc::new(Prepared { surface, tables }));
+            self.prepared.insert(bits, Arc::new(Prepared { surface, tables }));
         }
         let prepared = Arc::clone(&self.prepared[&bits]);
         let alone = rule.len() == 1;
-        let mut traced = Traced {
-            design,
-            observation: None,
-            prepared,
-            paths,
-        };
+        let mut traced = Traced { design, observation: None, prepared, paths };
         traced.observation = Some(self.observe(&traced, node, alone, self.job.context)?);
         Ok(traced)
     }
@@ -316,11 +303,7 @@ impl<'a> Sweep<'a> {
         let keys: Vec<NodeKey> = rule.iter().map(|node| self.key(node)).collect();
         let mut take = |key: &NodeKey| self.seen.get_mut(key)?.observation.take();
         let first: Vec<Observation> = keys.iter().filter_map(&mut take).collect();
-        let what = format!(
-            "{} {}",
-            self.job.design.name,
-            self.job.model.key(self.job.design)
-        );
+        let what = format!("{} {}", self.job.design.name, self.job.model.key(self.job.design));
         let wavelengths: Vec<Value> = rule
             .iter()
             .map(|node| {
@@ -392,17 +375,14 @@ impl<'a> Sweep<'a> {
         let one = |node: &Node| {
             let traced = self.at(node);
             let observation = self.observation(node);
-            let figures = observation
-                .figures(self.job.design)
-                .into_iter()
-                .map(|figure| {
-                    let entry = FigureEntry {
-                        peak_place: figure.peak_place,
-                        peak_range_deg: figure.peak_range_deg,
-                        ..FigureEntry::new(figure.estimate)
-                    };
-                    (figure.key.to_owned(), entry)
-                });
+            let figures = observation.figures(self.job.design).into_iter().map(|figure| {
+                let entry = FigureEntry {
+                    peak_place: figure.peak_place,
+                    peak_range_deg: figure.peak_range_deg,
+                    ..FigureEntry::new(figure.estimate)
+                };
+                (figure.key.to_owned(), entry)
+            });
             WavelengthEntry {
                 wavelength_nm: node.nm,
                 weight: node.weight,
@@ -425,12 +405,7 @@ fn alone(rule: &[Node]) -> bool {
 
 /// Index and absorption of the silicone and of all solids that light enters.
 fn media(design: &Design) -> Vec<[f64; 2]> {
-    let solids = design
-        .solids
-        .iter()
-        .filter_map(|solid| solid.medium.as_ref());
+    let solids = design.solids.iter().filter_map(|solid| solid.medium.as_ref());
     let media = [&design.silicone].into_iter().chain(solids);
-    media
-        .map(|medium| [medium.index, medium.absorption_per_mm])
-        .collect()
+    media.map(|medium| [medium.index, medium.absorption_per_mm]).collect()
 }

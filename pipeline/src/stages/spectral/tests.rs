@@ -20,10 +20,8 @@ fn figure(key: &'static str, peak_place: PeakPlace) -> Figure {
 
 #[test]
 fn a_search_ends_at_the_tolerance_or_where_noise_hides_the_change() {
-    let figures = [
-        figure("uniformity", PeakPlace::OffAxis),
-        figure("peak_angle_deg", PeakPlace::OffAxis),
-    ];
+    let figures =
+        [figure("uniformity", PeakPlace::OffAxis), figure("peak_angle_deg", PeakPlace::OffAxis)];
     let of = |uniformity: f64, angle: f64, error: f64| {
         let changes = [
             ("uniformity", Estimate::new(uniformity, error)),
@@ -49,8 +47,5 @@ fn a_peak_angle_of_noise_decides_nothing() {
     // Figures beside the decisive ones are reported only.
     let aside = [("illuminance_valley_to_peak", Estimate::new(1.0, 0.0))];
     let figures = [figure("illuminance_valley_to_peak", PeakPlace::OffAxis)];
-    assert_eq!(
-        verdict(&figures, &aside, 0.01).1,
-        Some(StoppedBy::Tolerance)
-    );
+    assert_eq!(verdict(&figures, &aside, 0.01).1, Some(StoppedBy::Tolerance));
 }

@@ -29,19 +29,11 @@ pub(super) fn add(
         "hybrid.tables = \"matrices\": expected a relief that absorbs nothing or has upright sides alone, not one whose shares are extrapolated from two runs"
     );
     let rows = solved.into_iter().flatten().map(|node| JonesRow {
-        node: NodeId {
-            side: side(node.side),
-            kx_index: node.kx_index,
-            ky_index: node.ky_index,
-        },
+        node: NodeId { side: side(node.side), kx_index: node.kx_index, ky_index: node.ky_index },
         orders: node
             .orders
             .into_iter()
-            .map(|(to, order, jones)| OrderJones {
-                to: side(to),
-                order,
-                jones,
-            })
+            .map(|(to, order, jones)| OrderJones { to: side(to), order, jones })
             .collect(),
     });
     Ok(table.with_jones(rows)?)

@@ -9,10 +9,7 @@ const SILICONE: f64 = 1.41;
 const AIR: f64 = 1.0;
 
 fn polygon(index: f64, points: &[[f64; 2]]) -> Polygon {
-    Polygon {
-        index: index.into(),
-        points: points.to_vec(),
-    }
+    Polygon { index: index.into(), points: points.to_vec() }
 }
 
 fn relief(background: f64, polygons: Vec<Polygon>) -> Relief {
@@ -56,10 +53,7 @@ fn a_triangle_that_leans_over_its_neighbours_foot_hides_nothing() {
 #[test]
 fn a_ridge_leaves_the_flats_beside_it() {
     let ridge = polygon(SILICONE, &[[3.5, 0.0], [4.5, 0.0], [4.5, 1.0], [3.5, 1.0]]);
-    assert_corners(
-        &relief(AIR, vec![ridge]),
-        &[[3.5, 0.0], [3.5, 1.0], [4.5, 1.0], [4.5, 0.0]],
-    );
+    assert_corners(&relief(AIR, vec![ridge]), &[[3.5, 0.0], [3.5, 1.0], [4.5, 1.0], [4.5, 0.0]]);
 }
 
 #[test]
@@ -80,22 +74,14 @@ fn later_polygons_lie_over_earlier_ones_and_parts_of_one_medium_are_one() {
     // Notch: floor at 0.25 with two corners, two more where it meets the block; tooth: feet and
     // apex.
     assert_eq!(got.points().len(), 7, "{:?}", got.points());
-    let lowest = got
-        .points()
-        .iter()
-        .map(|p| p[1])
-        .fold(f64::INFINITY, f64::min);
+    let lowest = got.points().iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
     assert!((lowest - 0.25).abs() < 1e-8);
 }
 
 #[test]
 fn a_plane_has_no_corners_wherever_it_lies() {
     let block = polygon(SILICONE, &[[0.0, 0.0], [4.0, 0.0], [4.0, 0.5], [0.0, 0.5]]);
-    for relief in [
-        relief(AIR, vec![]),
-        relief(SILICONE, vec![]),
-        relief(AIR, vec![block]),
-    ] {
+    for relief in [relief(AIR, vec![]), relief(SILICONE, vec![]), relief(AIR, vec![block])] {
         assert_eq!(outline(&relief), Outline::fourier(4.0, vec![]));
     }
 }
@@ -104,22 +90,10 @@ fn a_plane_has_no_corners_wherever_it_lies() {
 fn islands_are_refused() {
     let bubble = polygon(AIR, &[[1.0, 0.3], [2.0, 0.3], [1.5, 0.7]]);
     let error = outline(&relief(SILICONE, vec![bubble])).expect_err("a bubble");
-    assert_eq!(
-        error,
-        IntegralError::Islands {
-            closed: 1,
-            period: 4.0
-        }
-    );
+    assert_eq!(error, IntegralError::Islands { closed: 1, period: 4.0 });
     let film = polygon(SILICONE, &[[0.0, 0.5], [4.0, 0.5], [4.0, 0.6], [0.0, 0.6]]);
     let error = outline(&relief(AIR, vec![film])).expect_err("a film");
-    assert_eq!(
-        error,
-        IntegralError::Islands {
-            closed: 2,
-            period: 4.0
-        }
-    );
+    assert_eq!(error, IntegralError::Islands { closed: 2, period: 4.0 });
 }
 
 #[test]
@@ -135,9 +109,7 @@ fn other_media_are_refused() {
     let absorbing = Relief::new(4.0, 1.0, Complex64::new(1.0, 0.1), vec![]).expect("a relief");
     let error = outline(&absorbing).expect_err("an absorbing background");
     assert!(
-        error
-            .to_string()
-            .starts_with("the background: expected a real refractive index"),
+        error.to_string().starts_with("the background: expected a real refractive index"),
         "{error}"
     );
     let error = Outline::of_relief(&relief(AIR, vec![]), AIR, AIR).expect_err("one medium");
@@ -162,10 +134,7 @@ fn surfaces_that_touch_themselves_are_refused() {
         vec![[0.0, 0.0], [3.0, 0.0], [2.0, 0.0], [2.0, 1.0]],
     ] {
         let error = Outline::corners(4.0, &crossing).expect_err("crossing");
-        assert!(
-            matches!(error, IntegralError::Touching { .. }),
-            "{crossing:?}: {error}"
-        );
+        assert!(matches!(error, IntegralError::Touching { .. }), "{crossing:?}: {error}");
     }
     Outline::corners(4.0, &[[0.0, 0.0], [4.5, 1.0], [5.0, 1.0], [3.0, 0.0]]).expect("overhanging");
 }

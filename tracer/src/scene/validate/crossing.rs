@@ -61,9 +61,7 @@ impl Space<'_> {
 
     /// Whether one of its shapes was placed among the others.
     fn placed(&self) -> bool {
-        self.surfaces
-            .iter()
-            .any(|s| matches!(s.shape, Shape::Placed(_)))
+        self.surfaces.iter().any(|s| matches!(s.shape, Shape::Placed(_)))
     }
 }
 
@@ -81,30 +79,15 @@ pub(super) fn check(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
         return Ok(());
     }
     let size = bounds.size().max_element();
-    let search = CrossingSearch {
-        space,
-        lines,
-        size,
-        whole,
-    };
+    let search = CrossingSearch { space, lines, size, whole };
     let mut rng = random::stream(0x0c20_551e, 0);
-    let count = if whole {
-        LINES.max(LINES_OF_EACH * solids.len())
-    } else {
-        LINES
-    };
+    let count = if whole { LINES.max(LINES_OF_EACH * solids.len()) } else { LINES };
     for number in 0..count {
         // Half of the lines through the whole body, the others through the solids in turn.
-        let through = if number % 2 == 0 {
-            bounds
-        } else {
-            solids[number / 2 % solids.len()].shape.bounds()
-        };
-        let share = DVec3::new(
-            random::unit(&mut rng),
-            random::unit(&mut rng),
-            random::unit(&mut rng),
-        );
+        let through =
+            if number % 2 == 0 { bounds } else { solids[number / 2 % solids.len()].shape.bounds() };
+        let share =
+            DVec3::new(random::unit(&mut rng), random::unit(&mut rng), random::unit(&mut rng));
         search.follow(through.low + share * through.size(), &mut rng)?;
     }
     let places = search.places();
@@ -212,9 +195,8 @@ impl<'a> CrossingSearch<'a> {
         for (k, b) in opaque.iter().enumerate() {
             for a in &opaque[..k] {
                 let placed = |s: &CompiledSurface| matches!(s.shape, Shape::Placed(_));
-                if let Some(at) = (placed(a) || placed(b))
-                    .then(|| self.common(met, [a, b], ray))
-                    .flatten()
+                if let Some(at) =
+                    (placed(a) || placed(b)).then(|| self.common(met, [a, b], ray)).flatten()
                 {
                     let name = |s: &CompiledSurface| self.lines.surfaces[s.patches[0].line].clone();
                     let region = self.space.name(Region::Opaque);
@@ -261,10 +243,7 @@ impl<'a> CrossingSearch<'a> {
 
     /// Follows the line through a point in this direction.
     fn along(&self, through: DVec3, direction: DVec3) -> Result<(), Error> {
-        let ray = Ray {
-            origin: through - direction * (4.0 * self.size),
-            direction,
-        };
+        let ray = Ray { origin: through - direction * (4.0 * self.size), direction };
         let met = self.crossings(&ray);
         if self.whole {
             self.opaque_apart(&met, &ray)?;
@@ -274,11 +253,7 @@ impl<'a> CrossingSearch<'a> {
             (b.distance - a.distance) * a.cos.min(b.cos) > THICKNESS * self.size
         };
         let clusters: Vec<&[LineCrossing<'a>]> = met.chunk_by(|a, b| !apart(a, b)).collect();
-        let borders_world = self
-            .space
-            .surfaces
-            .iter()
-            .any(|s| s.regions.contains(&Region::World));
+        let borders_world = self.space.surfaces.iter().any(|s| s.regions.contains(&Region::World));
         let mut before: Option<&[LineCrossing<'a>]> = None;
         for cluster in clusters {
             let behind: Vec<Region> = match before {
@@ -351,19 +326,15 @@ impl<'a> CrossingSearch<'a> {
             let borders = |s: &&CompiledSurface| {
                 !std::ptr::eq(*s, met.surface) && s.regions.contains(&region)
             };
-            let both = surfaces
-                .clone()
-                .filter(borders)
-                .find(|s| s.regions.contains(&met.regions[0]));
+            let both =
+                surfaces.clone().filter(borders).find(|s| s.regions.contains(&met.regions[0]));
             both.or_else(|| surfaces.clone().find(borders))
         };
         // Before a placed shape the line may have met something else that lies in it.
         let other = match before {
             Some(before) if !self.whole => name(before.surface, before.patch),
-            Some(before) => between().map_or_else(
-                || name(before.surface, before.patch),
-                |surface| name(surface, 0),
-            ),
+            Some(before) => between()
+                .map_or_else(|| name(before.surface, before.patch), |surface| name(surface, 0)),
             None => between().map_or_else(|| self.space.name(region), |s| name(s, 0)),
         };
         Error::Crossing {
@@ -379,20 +350,12 @@ impl<'a> CrossingSearch<'a> {
         let mut places = Vec::new();
         for (number, surface) in self.space.surfaces.iter().enumerate() {
             let others = self.space.surfaces.iter().enumerate();
-            let others: Vec<&CompiledSurface> = others
-                .filter(|(k, _)| *k != number)
-                .map(|(_, s)| s)
-                .collect();
+            let others: Vec<&CompiledSurface> =
+                others.filter(|(k, _)| *k != number).map(|(_, s)| s).collect();
             let mut try_edge = |[from, to]: [DVec3; 2]| {
                 let length = from.distance(to);
-                let ray = Ray {
-                    origin: from,
-                    direction: (to - from) / length,
-                };
-                let reach = Reach {
-                    from: 0.0,
-                    to: length,
-                };
+                let ray = Ray { origin: from, direction: (to - from) / length };
+                let reach = Reach { from: 0.0, to: length };
                 for other in &others {
                     if let Some(hit) = other.shape.intersect(&ray, reach, Sides::Both) {
                         places.push(ray.at(hit.distance));

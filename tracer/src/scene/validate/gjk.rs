@@ -47,10 +47,7 @@ impl<'a> Solid<'a> {
         let skin = body.skin();
         let hulls = |shape: &Shape| {
             let bounds = shape.bounds();
-            bounds.is_finite().then(|| SurfaceHulls {
-                hulls: shape.hulls(),
-                bounds,
-            })
+            bounds.is_finite().then(|| SurfaceHulls { hulls: shape.hulls(), bounds })
         };
         let surfaces: Option<Vec<SurfaceHulls>> =
             skin.map(|surface| hulls(&surface.shape)).collect();
@@ -91,10 +88,7 @@ impl<'a> Solid<'a> {
 /// Whether a point lies outside of a body: two of three directions decide.
 fn outside(body: &Body, point: DVec3) -> bool {
     let free = |look: &&DVec3| {
-        let ray = Ray {
-            origin: point,
-            direction: look.normalize(),
-        };
+        let ray = Ray { origin: point, direction: look.normalize() };
         let seen = body.first_seen(&ray, Reach::AHEAD);
         seen.is_none_or(|met| met.faces == Region::World)
     };
@@ -127,13 +121,9 @@ fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
     // Directions that are exact for boxes and rods, which may touch.
     let axes = |hulls: &[Hull]| hulls.first().map(Hull::axes).unwrap_or_default();
     let (of_a, of_b) = (axes(a), axes(b));
-    let crossed = of_a
-        .into_iter()
-        .flat_map(|one| of_b.into_iter().map(move |two| one.cross(two)));
-    let aside = of_a
-        .into_iter()
-        .chain(of_b)
-        .map(|axis| at - axis * (at.dot(axis) / axis.length_squared()));
+    let crossed = of_a.into_iter().flat_map(|one| of_b.into_iter().map(move |two| one.cross(two)));
+    let aside =
+        of_a.into_iter().chain(of_b).map(|axis| at - axis * (at.dot(axis) / axis.length_squared()));
     let mut likely = of_a.into_iter().chain(of_b).chain(crossed).chain(aside);
     if likely.any(|d| {
         let unit = d.normalize_or_zero();

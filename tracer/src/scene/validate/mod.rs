@@ -22,28 +22,17 @@ use gjk::Solid;
 /// Checks a compiled scene.
 pub(super) fn check(scene: &Scene, containments: Containments) -> Result<(), Error> {
     // A scene of dark sources has no light.
-    if !scene
-        .sources
-        .last()
-        .is_some_and(|placed| placed.cumulated > 0.0)
-    {
+    if !scene.sources.last().is_some_and(|placed| placed.cumulated > 0.0) {
         return Err(Error::NoSource);
     }
     check_overlaps(scene)?;
     check_ground(scene)?;
     check_walls(scene)?;
     for (number, body) in scene.bodies.iter().enumerate() {
-        let placed = scene
-            .instances
-            .list
-            .iter()
-            .any(|i| i.prototype as usize == number);
+        let placed = scene.instances.list.iter().any(|i| i.prototype as usize == number);
         if placed {
             let media = names(scene, body);
-            let space = Space {
-                surfaces: &body.surfaces,
-                media: &media,
-            };
+            let space = Space { surfaces: &body.surfaces, media: &media };
             crossing::check(&space, &scene.lines)?;
         }
     }
@@ -56,10 +45,7 @@ pub(super) fn check(scene: &Scene, containments: Containments) -> Result<(), Err
 /// Names of the media of a body, and last that of the medium around it.
 fn names<'a>(scene: &'a Scene, body: &'a Body) -> Vec<&'a str> {
     let media = body.media.iter().map(|medium| medium.line);
-    media
-        .chain([body.outside])
-        .map(|line| &*scene.lines.media[line])
-        .collect()
+    media.chain([body.outside]).map(|line| &*scene.lines.media[line]).collect()
 }
 
 /// Checks that array solids cut no instance and no wall, with each as if both were one body.
@@ -76,10 +62,7 @@ fn check_array_solids(scene: &Scene, containments: &Containments) -> Result<(), 
     surfaces.extend(walls.filter(|wall| touches(wall.shape.bounds())).cloned());
     let media = names(scene, array_solids);
     if surfaces.len() > array_solids.surfaces.len() {
-        let space = Space {
-            surfaces: &surfaces,
-            media: &media,
-        };
+        let space = Space { surfaces: &surfaces, media: &media };
         crossing::check(&space, &scene.lines)?;
     }
     let packages: Vec<(&Body, DVec3)> = scene.packages().collect();
@@ -117,11 +100,7 @@ fn check_instance(
     let around = outside.map_or(Region::World, |medium| Region::Body(first + medium));
     for surface in &body.surfaces {
         let shape = vec![surface.shape.clone()];
-        let closing = if surface.shape.closed() {
-            Closing::Closed
-        } else {
-            Closing::Open
-        };
+        let closing = if surface.shape.closed() { Closing::Closed } else { Closing::Open };
         let mut surface = surface.clone();
         surface.shape = Shape::placed(shape, closing, &Placement::at(position))?;
         for region in surface.regions.iter_mut().filter(|r| **r == Region::World) {
@@ -131,10 +110,7 @@ fn check_instance(
         surface.patches.truncate(1);
         surfaces.push(surface);
     }
-    let space = Space {
-        surfaces: &surfaces,
-        media: &media,
-    };
+    let space = Space { surfaces: &surfaces, media: &media };
     crossing::check(&space, &scene.lines)
 }
 
@@ -146,11 +122,7 @@ fn check_overlaps(scene: &Scene) -> Result<(), Error> {
     let body = |number: usize| &scene.bodies[list[number].prototype as usize];
     let width = (0..list.len()).map(|k| width(body(k))).fold(0.0, f64::max);
     let cell = |at: f64| {
-        if width.is_finite() && width > 0.0 {
-            (at / width).floor() as i64
-        } else {
-            0
-        }
+        if width.is_finite() && width > 0.0 { (at / width).floor() as i64 } else { 0 }
     };
     let mut cells: HashMap<[i64; 2], Vec<usize>> = HashMap::new();
     let mut shapes = Shapes::new(scene, width);
@@ -170,12 +142,7 @@ fn check_overlaps(scene: &Scene) -> Result<(), Error> {
             }
         }
         if let Some((first, (distance_mm, needed_mm))) = worst {
-            return Err(Error::Overlap {
-                first,
-                second,
-                distance_mm,
-                needed_mm,
-            });
+            return Err(Error::Overlap { first, second, distance_mm, needed_mm });
         }
         cells.entry([x, y]).or_default().push(second);
     }
@@ -227,12 +194,7 @@ impl<'a> Shapes<'a> {
 /// radius. Two bodies whose origins are farther apart than the larger of their widths do not
 /// overlap.
 fn width(body: &Body) -> f64 {
-    let sides = [
-        body.bounds.low.x,
-        body.bounds.low.y,
-        body.bounds.high.x,
-        body.bounds.high.y,
-    ];
+    let sides = [body.bounds.low.x, body.bounds.low.y, body.bounds.high.x, body.bounds.high.y];
     let farthest = sides.into_iter().map(f64::abs).fold(0.0, f64::max);
     2.0 * farthest.max(body.radius.unwrap_or(0.0))
 }
@@ -271,11 +233,8 @@ const SUNK: f64 = 1e5;
 
 /// Checks that no body reaches below a horizontal ground that is opaque underneath.
 fn check_ground(scene: &Scene) -> Result<(), Error> {
-    for ground in scene
-        .ground
-        .surfaces
-        .iter()
-        .filter(|surface| surface.regions[0] == Region::Opaque)
+    for ground in
+        scene.ground.surfaces.iter().filter(|surface| surface.regions[0] == Region::Opaque)
     {
         let Bounds { low, high } = ground.shape.bounds();
         let level = high.z - low.z <= 0.0 && low.truncate() == DVec2::NEG_INFINITY;
@@ -284,11 +243,7 @@ fn check_ground(scene: &Scene) -> Result<(), Error> {
             let low_mm = body.bounds.low.z + instance.position.z;
             let slack = (1e-6 * body.bounds.size().z).max(SUNK * scene.offset());
             if level && low_mm < low.z - slack {
-                return Err(Error::BelowGround {
-                    instance: number,
-                    low_mm,
-                    ground_mm: low.z,
-                });
+                return Err(Error::BelowGround { instance: number, low_mm, ground_mm: low.z });
             }
         }
     }
@@ -309,10 +264,7 @@ fn check_walls(scene: &Scene) -> Result<(), Error> {
             }
             let nearest = at.clamp(low, high).truncate();
             let away_mm = nearest.distance(at.truncate());
-            if body
-                .radius
-                .is_none_or(|radius| away_mm < radius * (1.0 - 1e-9))
-            {
+            if body.radius.is_none_or(|radius| away_mm < radius * (1.0 - 1e-9)) {
                 return Err(Error::IntoWall {
                     instance: number,
                     surface: scene.lines.surfaces[solid.patches[0].line].clone(),

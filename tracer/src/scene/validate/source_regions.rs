@@ -30,10 +30,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Error> {
     // Ray sets judged in the world, with their heights.
     let mut judged: Vec<(*const RaySet, f64)> = Vec::new();
     // No path begins at a dark source.
-    let mut lit = scene
-        .sources
-        .iter()
-        .filter(|placed| placed.source.weight > 0.0);
+    let mut lit = scene.sources.iter().filter(|placed| placed.source.weight > 0.0);
     lit.try_for_each(|placed| {
         if let Location::Inside { instance, .. } = placed.location
             && !scene.meets_other_bodies(placed.location)
@@ -144,14 +141,10 @@ impl Misplacement {
                 region,
                 surface: scene.lines.surfaces[line].clone(),
             },
-            Self::Into(line) => Error::SourceInSurface {
-                source_name,
-                surface: scene.lines.surfaces[line].clone(),
-            },
-            Self::Nothing => Error::OpenBody {
-                source_name,
-                region,
-            },
+            Self::Into(line) => {
+                Error::SourceInSurface { source_name, surface: scene.lines.surfaces[line].clone() }
+            }
+            Self::Nothing => Error::OpenBody { source_name, region },
         }
     }
 }
@@ -206,10 +199,7 @@ pub(super) fn probe(
     ray: &Ray,
 ) -> Result<(), Misplacement> {
     let back = scene.offset();
-    let before = Ray {
-        origin: exact.origin - back * exact.direction,
-        ..*exact
-    };
+    let before = Ray { origin: exact.origin - back * exact.direction, ..*exact };
     let mut seen = first(scene, placed, &before);
     if let Some((met, _)) = seen
         && met.distance <= 2.0 * back

@@ -20,22 +20,20 @@ const DEEP: f64 = 1e-9;
 impl Mesh {
     /// Refuses a mesh that cuts itself.
     pub(super) fn uncut(&self) -> Result<(), MeshError> {
-        let found = (0..self.triangles.len())
-            .into_par_iter()
-            .find_map_first(|primitive| {
-                let [a, b, c] = self.triangles[primitive];
-                let ways = [(a, b), (b, c), (c, a)].into_iter();
-                // Each edge once.
-                let mut edges = ways.filter(|(from, to)| from < to);
-                edges.find_map(|edge| {
-                    let (other, at) = self.cut_by(edge)?;
-                    Some(MeshError::CutsItself {
-                        first: self.numbers[primitive] as usize,
-                        second: self.numbers[other] as usize,
-                        at: at.to_array(),
-                    })
+        let found = (0..self.triangles.len()).into_par_iter().find_map_first(|primitive| {
+            let [a, b, c] = self.triangles[primitive];
+            let ways = [(a, b), (b, c), (c, a)].into_iter();
+            // Each edge once.
+            let mut edges = ways.filter(|(from, to)| from < to);
+            edges.find_map(|edge| {
+                let (other, at) = self.cut_by(edge)?;
+                Some(MeshError::CutsItself {
+                    first: self.numbers[primitive] as usize,
+                    second: self.numbers[other] as usize,
+                    at: at.to_array(),
                 })
-            });
+            })
+        });
         found.map_or(Ok(()), Err)
     }
 
@@ -43,30 +41,19 @@ impl Mesh {
     fn cut_by(&self, (from, to): (u32, u32)) -> Option<(usize, DVec3)> {
         let ends = [from, to].map(|end| self.vertices[end as usize]);
         let length = ends[0].distance(ends[1]);
-        let ray = Ray {
-            origin: ends[0],
-            direction: (ends[1] - ends[0]) / length,
-        };
-        let reach = Reach {
-            from: 0.0,
-            to: length,
-        };
+        let ray = Ray { origin: ends[0], direction: (ends[1] - ends[0]) / length };
+        let reach = Reach { from: 0.0, to: length };
         let (single, bound) = self.single(&ray, 0.0, reach);
         let sheared = ShearedRay::new(&ray);
         let deep = DEEP * self.bounds.size().max_element();
         let mut found = None;
-        self.hierarchy
-            .ray_traverse(single, &mut RayHit::none(), |_, primitive| {
-                let shares = self.triangles[primitive]
-                    .iter()
-                    .any(|v| *v == from || *v == to);
-                if !shares && found.is_none() {
-                    found = self
-                        .passes(primitive, &sheared, ends, deep)
-                        .map(|at| (primitive, at));
-                }
-                if found.is_some() { 0.0 } else { bound }
-            });
+        self.hierarchy.ray_traverse(single, &mut RayHit::none(), |_, primitive| {
+            let shares = self.triangles[primitive].iter().any(|v| *v == from || *v == to);
+            if !shares && found.is_none() {
+                found = self.passes(primitive, &sheared, ends, deep).map(|at| (primitive, at));
+            }
+            if found.is_some() { 0.0 } else { bound }
+        });
         found
     }
 

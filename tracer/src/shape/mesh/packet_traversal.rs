@@ -166,9 +166,7 @@ impl WithSimd for Traversal<'_, '_> {
     fn with_simd<S: Simd>(mut self, _simd: S) {
         let nodes = &self.mesh.hierarchy.nodes;
         self.buffers.waiting.clear();
-        self.buffers
-            .waiting
-            .push((nodes[0], 0, self.buffers.lists.len()));
+        self.buffers.waiting.push((nodes[0], 0, self.buffers.lists.len()));
         while let Some((node, begin, end)) = self.buffers.waiting.pop() {
             self.visit(&node, begin, end);
         }
@@ -179,13 +177,7 @@ impl Traversal<'_, '_> {
     /// Compares the rays of a list with the children of a node.
     #[inline(always)]
     fn visit(&mut self, node: &CwBvhNode, begin: usize, end: usize) {
-        let PacketTraversal {
-            coarse,
-            here,
-            lists,
-            waiting,
-            ..
-        } = &mut *self.buffers;
+        let PacketTraversal { coarse, here, lists, waiting, .. } = &mut *self.buffers;
         // All lists behind this one are done with; this one is made to fill whole rows.
         lists.truncate(end);
         let rows = (end - begin).div_ceil(WIDE);
@@ -218,14 +210,7 @@ impl Traversal<'_, '_> {
     /// meets.
     #[inline(always)]
     fn cross(&mut self, node: &CwBvhNode, leaves: u32, begin: usize, rows: usize) {
-        let PacketTraversal {
-            coarse,
-            here,
-            prefilter,
-            lists,
-            near,
-            ..
-        } = &mut *self.buffers;
+        let PacketTraversal { coarse, here, prefilter, lists, near, .. } = &mut *self.buffers;
         let (mut primitives, mut homes, mut count) = ([0; PRIMITIVES], [0; PRIMITIVES], 0);
         let mut left = leaves;
         while left != 0 {
@@ -277,11 +262,7 @@ impl Traversal<'_, '_> {
                 };
                 reach.to = distance;
                 coarse.bound[ray] = bound(distance, *start, self.mesh.scale);
-                self.found[ray] = Some(Intersection {
-                    distance,
-                    primitive,
-                    side,
-                });
+                self.found[ray] = Some(Intersection { distance, primitive, side });
             }
         }
     }
@@ -317,11 +298,7 @@ fn order(boxes: &Boxes, here: &Here, set: u32) -> [usize; 8] {
     for child in 0..8 {
         let middle = |axis: usize| ahead[axis] * (boxes.low[axis][child] + boxes.high[axis][child]);
         let key = middle(0) + middle(1) + middle(2);
-        keys[child] = if set >> child & 1 == 0 {
-            keys[child]
-        } else {
-            key
-        };
+        keys[child] = if set >> child & 1 == 0 { keys[child] } else { key };
     }
     for other in 0..8 {
         for child in 0..8 {
@@ -346,11 +323,8 @@ fn gather(coarse: &Coarse, list: &[u32], here: &mut Here) {
             let ray = rays[k] as usize & (PACKET - 1);
             let at = |of: &[[f32; PACKET]; 3]| [of[0][ray], of[1][ray], of[2][ray]];
             let (o, d) = (at(&coarse.origin), at(&coarse.direction));
-            let o_d = [
-                o[1] * d[2] - o[2] * d[1],
-                o[2] * d[0] - o[0] * d[2],
-                o[0] * d[1] - o[1] * d[0],
-            ];
+            let o_d =
+                [o[1] * d[2] - o[2] * d[1], o[2] * d[0] - o[0] * d[2], o[0] * d[1] - o[1] * d[0]];
             for axis in 0..3 {
                 origin[axis][k] = o[axis];
                 direction[axis][k] = d[axis];
@@ -465,11 +439,7 @@ mod tests {
         let mesh = dented();
         let mut rng = random::stream(5, 0);
         let mut traversal = PacketTraversal::new();
-        for (sides, spread) in [
-            (Sides::Inner, 0.4),
-            (Sides::Outer, 3.0),
-            (Sides::Both, 300.0),
-        ] {
+        for (sides, spread) in [(Sides::Inner, 0.4), (Sides::Outer, 3.0), (Sides::Both, 300.0)] {
             let (mut rays, mut reaches) = (Vec::new(), Vec::new());
             for number in 0..PACKET - 7 {
                 let origin = random::isotropic(&mut rng) * spread * random::unit(&mut rng);

@@ -89,11 +89,8 @@ impl Prefilter {
                 let mut longest = 0.0;
                 for edge in 0..3 {
                     let (from, to) = (&self.corners[edge], &self.corners[(edge + 1) % 3]);
-                    let c = [
-                        from[0][row][k] * scale,
-                        from[1][row][k] * scale,
-                        from[2][row][k] * scale,
-                    ];
+                    let c =
+                        [from[0][row][k] * scale, from[1][row][k] * scale, from[2][row][k] * scale];
                     let e = [
                         to[0][row][k] * scale - c[0],
                         to[1][row][k] * scale - c[1],
@@ -139,11 +136,7 @@ impl Prefilter {
                 [rows[0][row][lane], rows[1][row][lane], rows[2][row][lane]]
             };
             let edges = [of(&self.edges, 0), of(&self.edges, 1), of(&self.edges, 2)];
-            let moments = [
-                of(&self.moments, 0),
-                of(&self.moments, 1),
-                of(&self.moments, 2),
-            ];
+            let moments = [of(&self.moments, 0), of(&self.moments, 1), of(&self.moments, 2)];
             let (low, high) = (self.least[row][lane], self.most[row][lane]);
             for k in 0..WIDE {
                 let turn = |edge: usize| {
@@ -173,10 +166,7 @@ mod tests {
     #[test]
     fn no_ray_is_dropped_that_crosses_and_few_others_are_kept() {
         let mut rng = random::stream(7, 0);
-        let whole = Reach {
-            from: f64::NEG_INFINITY,
-            to: f64::INFINITY,
-        };
+        let whole = Reach { from: f64::NEG_INFINITY, to: f64::INFINITY };
         let scale = 0.125;
         for sides in [Sides::Inner, Sides::Outer, Sides::Both] {
             let (mut crossing, mut kept, mut all) = (0, 0, 0);
@@ -214,14 +204,9 @@ mod tests {
                 let homes = [4; PRIMITIVES];
                 let passing = prefilter.pass(&homes, &[4 | 1; WIDE], &d, &m);
                 assert_eq!(prefilter.pass(&homes, &[8 | 1; WIDE], &d, &m), [0; WIDE]);
-                let triangle = Triangle {
-                    corners: [a, b, c],
-                    normal: (b - a).cross(c - a),
-                };
+                let triangle = Triangle { corners: [a, b, c], normal: (b - a).cross(c - a) };
                 for (k, (ray, passing)) in rays.iter().zip(passing).enumerate() {
-                    let crosses = triangle
-                        .cross(&ShearedRay::new(ray), whole, sides)
-                        .is_some();
+                    let crosses = triangle.cross(&ShearedRay::new(ray), whole, sides).is_some();
                     let passes = passing >> place & 1 != 0;
                     assert!(passes || !crosses, "{triangle:?} {ray:?}");
                     // Smaller ones are as narrow as the slack.

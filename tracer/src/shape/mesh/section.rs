@@ -57,10 +57,7 @@ impl Mesh {
                     break;
                 };
                 line.push(at(edge));
-                next = places
-                    .into_iter()
-                    .flatten()
-                    .find(|edge| beside.contains_key(edge));
+                next = places.into_iter().flatten().find(|edge| beside.contains_key(edge));
             }
             if !line.is_empty() {
                 lines.push(line);

@@ -45,11 +45,7 @@ fn halve(corners: [DVec3; 3], large: f64, times: u32, add: &mut impl FnMut([DVec
         return add(corners);
     }
     // Across the longest edge.
-    let lengths = [
-        a.distance_squared(b),
-        b.distance_squared(c),
-        c.distance_squared(a),
-    ];
+    let lengths = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
     let [a, b, c] = if lengths[0] >= lengths[1] && lengths[0] >= lengths[2] {
         [a, b, c]
     } else if lengths[1] >= lengths[2] {

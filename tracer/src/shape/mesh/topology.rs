@@ -28,11 +28,7 @@ pub(super) fn check(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<bool, 
     for (triangle, &corners) in triangles.iter().enumerate() {
         if let Some(&vertex) = corners.iter().find(|k| **k as usize >= vertices.len()) {
             let vertices = vertices.len();
-            return Err(MeshError::NoVertex {
-                triangle,
-                vertex,
-                vertices,
-            });
+            return Err(MeshError::NoVertex { triangle, vertex, vertices });
         }
         let [a, b, c] = corners.map(|k| vertices[k as usize]);
         let area = (b - a).cross(c - a).length();
@@ -99,12 +95,7 @@ fn paired(vertices: &[DVec3], edges: &[HalfEdge]) -> Result<Vec<[u32; 2]>, MeshE
         }
     }
     match first_open {
-        Some((triangle, from, to)) => Err(MeshError::Open {
-            triangle,
-            from,
-            to,
-            open,
-        }),
+        Some((triangle, from, to)) => Err(MeshError::Open { triangle, from, to, open }),
         None => Ok(pairs),
     }
 }
@@ -117,9 +108,7 @@ fn convex(vertices: &[DVec3], triangles: &[[u32; 3]], pairs: &[[u32; 2]]) -> boo
         let [a, b, c] = corners(one);
         let normal = (b - a).cross(c - a);
         let size = normal.length() * (b - a).length().max((c - a).length());
-        corners(other)
-            .iter()
-            .all(|v| normal.dot(*v - a) <= 1e-9 * size)
+        corners(other).iter().all(|v| normal.dot(*v - a) <= 1e-9 * size)
     });
     bends_out && {
         // Two convex bodies side by side are none: join triangles over their edges.

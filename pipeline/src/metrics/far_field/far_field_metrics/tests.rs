@@ -3,12 +3,8 @@ use std::f64::consts::PI;
 
 use super::*;
 
-const BINS: AngularBins = AngularBins {
-    bin_deg: 2.0,
-    polar: 90,
-    azimuths: 36,
-    bins: BinPlacement::Between,
-};
+const BINS: AngularBins =
+    AngularBins { bin_deg: 2.0, polar: 90, azimuths: 36, bins: BinPlacement::Between };
 
 const JUDGE: FarFieldReading = FarFieldReading {
     recorded: BINS,
@@ -38,20 +34,14 @@ fn powers_in(sphere: AngularBins, f: impl Fn(f64) -> f64) -> Vec<f64> {
 }
 
 fn twice(p: &[f64]) -> Grouped {
-    Grouped::new(vec![
-        p.iter().map(|v| 0.4 * v).collect(),
-        p.iter().map(|v| 0.6 * v).collect(),
-    ])
+    Grouped::new(vec![p.iter().map(|v| 0.4 * v).collect(), p.iter().map(|v| 0.6 * v).collect()])
 }
 
 #[test]
 fn parabola_finds_the_peak_between_bins() {
     let f = |t: f64| 1.0 - ((t - 26.3) / 40.0).powi(2);
     let figures = JUDGE.figures(&twice(&powers(|t| f(t).max(0.0))));
-    assert!(
-        (figures.peak_angle_deg.value - 26.3).abs() < 0.02,
-        "{figures:?}"
-    );
+    assert!((figures.peak_angle_deg.value - 26.3).abs() < 0.02, "{figures:?}");
     assert!((figures.peak_w_per_sr.value - 1.0).abs() < 1e-3);
     // Mean over the cap below 2°, where sin θ weights the outer part: θ = 4/3°.
     assert!((figures.centre_to_peak.value - f(4.0 / 3.0)).abs() < 2e-3);
@@ -88,11 +78,7 @@ fn a_peak_off_the_axis_must_stand_out_of_the_noise() {
         let group = |g: usize| {
             let of = |(k, w): (usize, &f64)| {
                 let code = (k / BINS.azimuths * 5 + 3) % 15 + 1;
-                let sign = if (g & code).count_ones().is_multiple_of(2) {
-                    1.0
-                } else {
-                    -1.0
-                };
+                let sign = if (g & code).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 };
                 w / 16.0 * (1.0 + noise * sign)
             };
             p.iter().enumerate().map(of).collect()
@@ -112,10 +98,7 @@ fn a_peak_off_the_axis_must_stand_out_of_the_noise() {
 #[test]
 fn bins_that_noise_makes_alike_are_stated() {
     let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
-    let by_bin = FarFieldReading {
-        peak: PeakMethod::Bin,
-        ..JUDGE
-    };
+    let by_bin = FarFieldReading { peak: PeakMethod::Bin, ..JUDGE };
     let exact = by_bin.figures(&twice(&powers(f)));
     let middle = exact.peak_angle_deg.value;
     assert_eq!(exact.peak_range_deg, Some([middle; 2]));
@@ -132,51 +115,27 @@ fn bins_that_noise_makes_alike_are_stated() {
     assert!(first < middle && last > middle, "{first} {last}");
     // Standard error of the difference at most 0.01 (2 / 7)^(1/2) of the peak: within three of it
     // lie bins up to 60° sqrt(0.016) from the largest.
-    assert!(
-        first > middle - 10.0 && last < middle + 10.0,
-        "{first} {last}"
-    );
+    assert!(first > middle - 10.0 && last < middle + 10.0, "{first} {last}");
     assert_eq!(JUDGE.figures(&twice(&powers(f))).peak_range_deg, None);
 }
 
 #[test]
 fn bins_taken_together_read_as_bins_recorded_so() {
     let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
-    let coarse = AngularBins {
-        bin_deg: 6.0,
-        polar: 30,
-        ..BINS
-    };
+    let coarse = AngularBins { bin_deg: 6.0, polar: 30, ..BINS };
     let (fine, fewer) = (powers(f), powers_in(coarse, f));
-    let judge = |recorded| FarFieldReading {
-        recorded,
-        read_bin_deg: 6.0,
-        centre_deg: 6.0,
-        ..JUDGE
-    };
+    let judge =
+        |recorded| FarFieldReading { recorded, read_bin_deg: 6.0, centre_deg: 6.0, ..JUDGE };
     let (a, b) = (judge(BINS).plain(&fine), judge(coarse).plain(&fewer));
-    assert!(
-        (a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-4,
-        "{a:?} {b:?}"
-    );
-    let (a, b) = (
-        judge(BINS).bin_by_bin(&fine),
-        judge(coarse).bin_by_bin(&fewer),
-    );
-    assert!(
-        (a[0] - 27.0).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-4,
-        "{a:?} {b:?}"
-    );
+    assert!((a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-4, "{a:?} {b:?}");
+    let (a, b) = (judge(BINS).bin_by_bin(&fine), judge(coarse).bin_by_bin(&fewer));
+    assert!((a[0] - 27.0).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-4, "{a:?} {b:?}");
 }
 
 #[test]
 fn bins_about_multiples_hold_the_intensity_about_them() {
     let judge = FarFieldReading {
-        recorded: AngularBins {
-            bin_deg: 2.5,
-            polar: 72,
-            ..BINS
-        },
+        recorded: AngularBins { bin_deg: 2.5, polar: 72, ..BINS },
         read_bin_deg: 5.0,
         read_bins: BinPlacement::About,
         centre_deg: 2.5,
@@ -201,27 +160,15 @@ fn bins_about_multiples_hold_the_intensity_about_them() {
         // Mean over the cap below 2.5 degrees: θ = 5/3 degrees. Over 5 degrees the mean of a
         // parabola lies w²/24 of its curvature lower.
         let bin = |t: f64| f(t) - 25.0 / 12.0 / 3600.0;
-        let ratio = f(5.0 / 3.0)
-            / if about > 0.0 {
-                bin(about)
-            } else {
-                f(5.0 / 3.0)
-            };
-        assert!(
-            (figures.centre_to_peak.value - ratio).abs() < 2e-3,
-            "{figures:?} {ratio}"
-        );
+        let ratio = f(5.0 / 3.0) / if about > 0.0 { bin(about) } else { f(5.0 / 3.0) };
+        assert!((figures.centre_to_peak.value - ratio).abs() < 2e-3, "{figures:?} {ratio}");
         let [angle, drawn] = judge.bin_by_bin(&powers);
         assert!((angle - about).abs() < 1e-12);
         assert!((drawn - figures.centre_to_peak.value).abs() < 1e-12);
         // The parabola through the same bins finds the peak between them, beside the axis a maximum
         // on it.
-        let between = FarFieldReading {
-            peak: PeakMethod::Parabola,
-            peak_fit_deg: 10.0,
-            ..judge
-        }
-        .plain(&powers);
+        let between = FarFieldReading { peak: PeakMethod::Parabola, peak_fit_deg: 10.0, ..judge }
+            .plain(&powers);
         let vertex = if about > 0.0 { peak } else { 0.0 };
         assert!((between[0] - vertex).abs() < 0.1, "{between:?} {peak}");
         // So does that through the recorded bins, which is told beside the bin.
@@ -239,33 +186,16 @@ fn a_cut_has_its_own_peak_and_the_centre_of_all() {
     // Peak at 20° over most azimuths, at 40° and half as high in the bins about φ = 45°, 135°,
     // 225°, 315°.
     let ridge = |t: f64, at: f64, high: f64| (high * (1.0 - ((t - at) / 15.0).powi(2))).max(0.1);
-    let (most, few) = (
-        powers(|t| ridge(t, 20.0, 1.0)),
-        powers(|t| ridge(t, 40.0, 0.5)),
-    );
+    let (most, few) = (powers(|t| ridge(t, 20.0, 1.0)), powers(|t| ridge(t, 40.0, 0.5)));
     let mixed: Vec<f64> = (0..most.len())
-        .map(|k| {
-            if k % BINS.azimuths % 9 == 4 {
-                few[k]
-            } else {
-                most[k]
-            }
-        })
+        .map(|k| if k % BINS.azimuths % 9 == 4 { few[k] } else { most[k] })
         .collect();
     let cut = |cut_deg| FarFieldReading { cut_deg, ..JUDGE }.figures(&twice(&mixed));
     let (mean, along, across) = (cut(None), cut(Some(0.0)), cut(Some(45.0)));
-    for (figures, angle, ratio) in [
-        (mean, 20.0, 0.1 / (8.0 / 9.0 + 0.1 / 9.0)),
-        (along, 20.0, 0.1),
-        (across, 40.0, 0.2),
-    ] {
-        assert!(
-            (figures.peak_angle_deg.value - angle).abs() < 0.1,
-            "{figures:?}"
-        );
-        assert!(
-            (figures.centre_to_peak.value - ratio).abs() < 2e-3,
-            "{figures:?}"
-        );
+    for (figures, angle, ratio) in
+        [(mean, 20.0, 0.1 / (8.0 / 9.0 + 0.1 / 9.0)), (along, 20.0, 0.1), (across, 40.0, 0.2)]
+    {
+        assert!((figures.peak_angle_deg.value - angle).abs() < 0.1, "{figures:?}");
+        assert!((figures.centre_to_peak.value - ratio).abs() < 2e-3, "{figures:?}");
     }
 }

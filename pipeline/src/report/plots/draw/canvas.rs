@@ -34,12 +34,7 @@ pub struct Rect {
 impl Rect {
     /// A rectangle from its edges.
     pub const fn new(left: f64, top: f64, right: f64, bottom: f64) -> Self {
-        Self {
-            left,
-            top,
-            right,
-            bottom,
-        }
+        Self { left, top, right, bottom }
     }
 
     /// Horizontal extent.
@@ -54,20 +49,12 @@ impl Rect {
 
     /// Middle.
     pub fn centre(&self) -> Point {
-        [
-            f64::midpoint(self.left, self.right),
-            f64::midpoint(self.top, self.bottom),
-        ]
+        [f64::midpoint(self.left, self.right), f64::midpoint(self.top, self.bottom)]
     }
 
     /// The rectangle with its edges moved inwards: left, top, right, bottom.
     pub fn inset(&self, left: f64, top: f64, right: f64, bottom: f64) -> Self {
-        Self::new(
-            self.left + left,
-            self.top + top,
-            self.right - right,
-            self.bottom - bottom,
-        )
+        Self::new(self.left + left, self.top + top, self.right - right, self.bottom - bottom)
     }
 
     /// Corners in order, for a polygon.
@@ -95,20 +82,12 @@ pub struct Pen {
 impl Pen {
     /// A solid line.
     pub const fn solid(colour: Colour, width: f64) -> Self {
-        Self {
-            colour,
-            width,
-            dash: &[],
-        }
+        Self { colour, width, dash: &[] }
     }
 
     /// A dashed line.
     pub const fn dashed(colour: Colour, width: f64, dash: &'static [f32]) -> Self {
-        Self {
-            colour,
-            width,
-            dash,
-        }
+        Self { colour, width, dash }
     }
 }
 
@@ -141,13 +120,7 @@ pub struct Letters {
 impl Letters {
     /// Regular letters.
     pub const fn new(size: f64, align: Align) -> Self {
-        Self {
-            size,
-            weight: Weight::Regular,
-            colour: Colour::TEXT,
-            align,
-            turn_deg: 0.0,
-        }
+        Self { size, weight: Weight::Regular, colour: Colour::TEXT, align, turn_deg: 0.0 }
     }
 
     /// The same in another colour.
@@ -157,18 +130,12 @@ impl Letters {
 
     /// The same in bold.
     pub const fn bold(self) -> Self {
-        Self {
-            weight: Weight::Bold,
-            ..self
-        }
+        Self { weight: Weight::Bold, ..self }
     }
 
     /// The same, turned to read upwards.
     pub const fn upwards(self) -> Self {
-        Self {
-            turn_deg: -90.0,
-            ..self
-        }
+        Self { turn_deg: -90.0, ..self }
     }
 
     /// Width of `text` in pixels.
@@ -196,11 +163,7 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 impl Canvas {
     /// A white canvas of so many pixels.
     pub fn new(width: u32, height: u32) -> Self {
-        let mut canvas = Self {
-            elements: String::new(),
-            clips: 0,
-            size: [width, height],
-        };
+        let mut canvas = Self { elements: String::new(), clips: 0, size: [width, height] };
         canvas.rectangle(canvas.area(), Colour::WHITE);
         canvas
     }
@@ -263,17 +226,13 @@ impl Canvas {
     /// A line through points.
     pub fn polyline(&mut self, line: &[Point], pen: &Pen) {
         let (points, stroke) = (points(line), stroke(pen));
-        self.add(format_args!(
-            r#"<polyline points="{points}" fill="none"{stroke}/>"#
-        ));
+        self.add(format_args!(r#"<polyline points="{points}" fill="none"{stroke}/>"#));
     }
 
     /// The outline of a polygon.
     pub fn outline(&mut self, corners: &[Point], pen: &Pen) {
         let (points, stroke) = (points(corners), stroke(pen));
-        self.add(format_args!(
-            r#"<polygon points="{points}" fill="none"{stroke}/>"#
-        ));
+        self.add(format_args!(r#"<polygon points="{points}" fill="none"{stroke}/>"#));
     }
 
     /// A filled polygon.
@@ -305,9 +264,7 @@ impl Canvas {
     /// A filled circle.
     pub fn disk(&mut self, [x, y]: Point, radius: f64, colour: Colour) {
         let fill = paint("fill", colour);
-        self.add(format_args!(
-            r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}"{fill}/>"#
-        ));
+        self.add(format_args!(r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}"{fill}/>"#));
     }
 
     /// One line of text at a place.
@@ -319,12 +276,7 @@ impl Canvas {
     pub fn text_with_rim(&mut self, text: &str, at: Point, letters: &Letters) {
         let rim = Pen::solid(Colour::WHITE.with_opacity(0.85), 3.6);
         let stroke = stroke(&rim);
-        self.write(
-            text,
-            at,
-            letters,
-            &format!(r#" paint-order="stroke"{stroke}"#),
-        );
+        self.write(text, at, letters, &format!(r#" paint-order="stroke"{stroke}"#));
     }
 
     fn write(&mut self, text: &str, [x, y]: Point, letters: &Letters, more: &str) {
@@ -415,10 +367,7 @@ impl Picture {
     /// # Errors
     /// A picture for which there is no memory, or a failing encoder.
     pub fn png(&self) -> Result<Vec<u8>> {
-        let options = usvg::Options {
-            fontdb: FONTS.clone(),
-            ..usvg::Options::default()
-        };
+        let options = usvg::Options { fontdb: FONTS.clone(), ..usvg::Options::default() };
         let tree = usvg::Tree::from_str(&self.svg, &options).context("cannot draw the picture")?;
         let [width, height] = self.size;
         let mut pixels = Pixmap::new(width, height)
@@ -469,12 +418,7 @@ pub mod tests {
         let canvas = Canvas::new(7, 5);
         let picture = decode(&canvas.finish());
         assert_eq!((picture.width(), picture.height()), (7, 5));
-        assert!(
-            picture
-                .pixels()
-                .iter()
-                .all(|p| p.red() == 255 && p.alpha() == 255)
-        );
+        assert!(picture.pixels().iter().all(|p| p.red() == 255 && p.alpha() == 255));
     }
 
     #[test]
@@ -504,22 +448,11 @@ pub mod tests {
     fn pixels_of_an_image_fill_rectangles() {
         let mut canvas = Canvas::new(8, 8);
         let colours = [Colour::new(10, 20, 30), Colour::new(200, 100, 50)];
-        canvas.image(Rect::new(1.0, 1.0, 7.0, 7.0), [2, 1], false, |x, _| {
-            colours[x]
-        });
+        canvas.image(Rect::new(1.0, 1.0, 7.0, 7.0), [2, 1], false, |x, _| colours[x]);
         let picture = decode(&canvas.finish());
-        for (x, colour) in [
-            (1, colours[0]),
-            (3, colours[0]),
-            (4, colours[1]),
-            (6, colours[1]),
-        ] {
+        for (x, colour) in [(1, colours[0]), (3, colours[0]), (4, colours[1]), (6, colours[1])] {
             let pixel = picture.pixel(x, 5).unwrap();
-            assert_eq!(
-                [pixel.red(), pixel.green(), pixel.blue()],
-                colour.rgb,
-                "{x}"
-            );
+            assert_eq!([pixel.red(), pixel.green(), pixel.blue()], colour.rgb, "{x}");
         }
         assert_eq!(picture.pixel(0, 5).unwrap().red(), 255);
     }

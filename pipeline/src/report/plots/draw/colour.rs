@@ -30,10 +30,7 @@ impl Colour {
 
     /// An opaque colour.
     pub const fn new(red: u8, green: u8, blue: u8) -> Self {
-        Self {
-            rgb: [red, green, blue],
-            opacity: 1.0,
-        }
+        Self { rgb: [red, green, blue], opacity: 1.0 }
     }
 
     /// The same colour, partly transparent.
@@ -49,11 +46,7 @@ pub fn glow(share: f64) -> Colour {
     let share = share.clamp(0.0, 1.0);
     let mix = |from: f64, to: f64| from + (to - from) * share;
     let bump = (std::f64::consts::PI * share).sin();
-    oklch(
-        mix(0.14, 0.97),
-        0.035 + 0.145 * bump.powf(0.9),
-        mix(-75.0, 102.0),
-    )
+    oklch(mix(0.14, 0.97), 0.035 + 0.145 * bump.powf(0.9), mix(-75.0, 102.0))
 }
 
 /// The sRGB colour of this lightness, chroma and hue, which must lie within what a screen shows.
@@ -82,11 +75,7 @@ fn linear_rgb(lightness: f64, chroma: f64, hue: f64) -> [f64; 3] {
 
 /// Transfer function of sRGB (IEC 61966-2-1).
 fn encode(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]
@@ -97,20 +86,14 @@ mod tests {
     fn luminance(colour: Colour) -> f64 {
         let [r, g, b] = colour.rgb.map(|v| {
             let v = f64::from(v) / 255.0;
-            if v <= 0.040_45 {
-                v / 12.92
-            } else {
-                ((v + 0.055) / 1.055).powf(2.4)
-            }
+            if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
         });
         0.2126 * r + 0.7152 * g + 0.0722 * b
     }
 
     #[test]
     fn the_scale_grows_lighter_all_the_way() {
-        let steps: Vec<f64> = (0..=64)
-            .map(|i| luminance(glow(f64::from(i) / 64.0)))
-            .collect();
+        let steps: Vec<f64> = (0..=64).map(|i| luminance(glow(f64::from(i) / 64.0))).collect();
         assert!(steps.windows(2).all(|w| w[1] > w[0]), "{steps:?}");
         assert!(luminance(glow(0.0)) < 0.01);
         assert!(luminance(glow(1.0)) > 0.85);
@@ -122,19 +105,12 @@ mod tests {
         // CIE lightness L* of neighbouring steps differs by no more than twice the mean step.
         let star = |i: u32| {
             let y = luminance(glow(f64::from(i) / 32.0));
-            if y > 0.008_856 {
-                116.0 * y.cbrt() - 16.0
-            } else {
-                903.3 * y
-            }
+            if y > 0.008_856 { 116.0 * y.cbrt() - 16.0 } else { 903.3 * y }
         };
         let mean = (star(32) - star(0)) / 32.0;
         for i in 0..32 {
             let step = star(i + 1) - star(i);
-            assert!(
-                step > 0.3 * mean && step < 2.0 * mean,
-                "{i}: {step} of {mean}"
-            );
+            assert!(step > 0.3 * mean && step < 2.0 * mean, "{i}: {step} of {mean}");
         }
     }
 

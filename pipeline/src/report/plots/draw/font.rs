@@ -44,10 +44,9 @@ pub fn width(text: &str, size: f64, weight: Weight) -> f64 {
 /// Whether the fonts hold every letter of `text`.
 #[cfg(test)]
 pub fn covers(text: &str) -> bool {
-    [Weight::Regular, Weight::Bold].iter().all(|&weight| {
-        text.chars()
-            .all(|letter| face(weight).glyph_index(letter).is_some())
-    })
+    [Weight::Regular, Weight::Bold]
+        .iter()
+        .all(|&weight| text.chars().all(|letter| face(weight).glyph_index(letter).is_some()))
 }
 
 fn advance(face: &Face, letter: char) -> f64 {
@@ -63,9 +62,7 @@ mod tests {
 
     #[test]
     fn the_fonts_hold_the_letters_of_labels() {
-        assert!(covers(
-            "Intensity (W/sr) θ φ λ α β µm mm² ° ± × − ≤ ≥ → 10⁻¹²³⁴⁵⁶⁷⁸⁹⁰ · – σ"
-        ));
+        assert!(covers("Intensity (W/sr) θ φ λ α β µm mm² ° ± × − ≤ ≥ → 10⁻¹²³⁴⁵⁶⁷⁸⁹⁰ · – σ"));
         assert!(!covers("漢"));
     }
 

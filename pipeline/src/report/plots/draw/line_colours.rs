@@ -54,9 +54,7 @@ mod tests {
         for colours in [LineColours::Models, LineColours::Ordered] {
             for i in 1..4 {
                 let (a, b) = (colours.pick(i - 1, 6).rgb, colours.pick(i, 6).rgb);
-                let distance: i32 = (0..3)
-                    .map(|k| (i32::from(a[k]) - i32::from(b[k])).abs())
-                    .sum();
+                let distance: i32 = (0..3).map(|k| (i32::from(a[k]) - i32::from(b[k])).abs()).sum();
                 assert!(distance > 30, "{colours:?} {i}: {a:?} {b:?}");
             }
         }

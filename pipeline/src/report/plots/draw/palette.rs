@@ -22,11 +22,7 @@ const fn tone(name: &'static str, light: [u8; 3], dark: [u8; 3]) -> Tone {
     const fn colour([red, green, blue]: [u8; 3]) -> Colour {
         Colour::new(red, green, blue)
     }
-    Tone {
-        name,
-        light: colour(light),
-        dark: colour(dark),
-    }
+    Tone { name, light: colour(light), dark: colour(dark) }
 }
 
 /// Models, as curves: rays on the relief, rays on finer rings, rays in unit cells, waves.
@@ -100,16 +96,9 @@ const FINE_UM: f64 = 50.0;
 
 /// Number of the colour of a model by its key or its name for people; `None` of other names.
 pub fn model_number(name: &str) -> Option<usize> {
-    let digits: String = name
-        .chars()
-        .filter(|c| c.is_ascii_digit() || *c == '.')
-        .collect();
+    let digits: String = name.chars().filter(|c| c.is_ascii_digit() || *c == '.').collect();
     let fine = digits.parse::<f64>().is_ok_and(|um| um < FINE_UM);
-    let kinds = [
-        ("geometric", usize::from(fine)),
-        ("control", 2),
-        ("hybrid", 3),
-    ];
+    let kinds = [("geometric", usize::from(fine)), ("control", 2), ("hybrid", 3)];
     let found = kinds.into_iter().find(|(kind, _)| name.starts_with(kind));
     found.map(|(_, number)| number)
 }
@@ -184,10 +173,7 @@ pub fn style_sheet() -> String {
     for tone in all() {
         for what in ["fill", "stroke"] {
             let (name, light) = (tone.name, hex(tone.light));
-            let _ = writeln!(
-                text,
-                ".sheet [{what}=\"{light}\"] {{ {what}: var(--{name}); }}"
-            );
+            let _ = writeln!(text, ".sheet [{what}=\"{light}\"] {{ {what}: var(--{name}); }}");
         }
     }
     text

@@ -44,18 +44,10 @@ impl PanelAxis {
 
     /// A logarithmic axis; over few decades a common power of ten moves into the label.
     pub fn log(quantity: &Quantity, low: f64, high: f64, count: usize) -> Self {
-        let power = if (high / low).log10() < DECADES_WITH_FACTORS {
-            common_power(high)
-        } else {
-            0
-        };
+        let power =
+            if (high / low).log10() < DECADES_WITH_FACTORS { common_power(high) } else { 0 };
         let label = with_power(quantity, power);
-        Self::scaled(
-            label,
-            AxisScale::Log { low, high },
-            10f64.powi(power),
-            count,
-        )
+        Self::scaled(label, AxisScale::Log { low, high }, 10f64.powi(power), count)
     }
 
     /// An axis numbered in multiples of `unit`.
@@ -64,12 +56,7 @@ impl PanelAxis {
         for tick in &mut ticks {
             tick.at *= unit;
         }
-        Self {
-            scale,
-            ticks,
-            label,
-            numbered: true,
-        }
+        Self { scale, ticks, label, numbered: true }
     }
 
     /// An axis of angles in degrees with a tick every `step`.
@@ -157,23 +144,15 @@ impl Panel {
 
     /// Draws the grid, to be covered by data, and tells scripts where the axes lie.
     pub fn grid(&self, canvas: &mut Canvas) {
-        let Rect {
-            left,
-            top,
-            right,
-            bottom,
-        } = self.area;
+        let Rect { left, top, right, bottom } = self.area;
         let ends = |axis: &PanelAxis| {
             let log = matches!(axis.scale, AxisScale::Log { .. });
             let ends = axis.scale.ends().map(|end| end.to_string()).join(" ");
             ends + if log { " log" } else { "" }
         };
         let area = format!("{left:.2} {top:.2} {right:.2} {bottom:.2}");
-        let attributes = [
-            ("data-panel", area.as_str()),
-            ("data-x", &ends(&self.x)),
-            ("data-y", &ends(&self.y)),
-        ];
+        let attributes =
+            [("data-panel", area.as_str()), ("data-x", &ends(&self.x)), ("data-y", &ends(&self.y))];
         canvas.group(&attributes, |canvas| {
             for (faint, colour) in [(true, Colour::FAINT), (false, Colour::GRID)] {
                 let pen = Pen::solid(colour, 1.0);
@@ -256,9 +235,7 @@ pub fn draw_curves(
     let line = |curve: &Curve, errors: f64| -> Vec<Point> {
         let values = curve.value().iter().zip(curve.standard_error());
         let points = curve.x().iter().zip(values);
-        points
-            .map(|(&x, (v, e))| place(x, v + errors * e))
-            .collect()
+        points.map(|(&x, (v, e))| place(x, v + errors * e)).collect()
     };
     for (curve, pen) in curves.iter().zip(pens) {
         let mut band = line(curve, BAND_ERRORS);
@@ -280,9 +257,7 @@ pub fn draw_curves(
 pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) {
     let beside = panel.area.right + 34.0;
     let area = Rect::new(beside, panel.area.top, beside + 28.0, panel.area.bottom);
-    canvas.image(area, [1, COLOURS], true, |_, row| {
-        glow(1.0 - row as f64 / (COLOURS - 1) as f64)
-    });
+    canvas.image(area, [1, COLOURS], true, |_, row| glow(1.0 - row as f64 / (COLOURS - 1) as f64));
     let pen = Pen::solid(Colour::MUTED, 1.4);
     canvas.outline(&area.corners(), &pen);
     let numbers = Letters::new(TICK_SIZE, Align::Left);
@@ -328,20 +303,12 @@ pub struct Mark {
 impl Mark {
     /// A peak.
     pub fn peak(at: [f64; 2]) -> Self {
-        Self {
-            kind: MarkKind::Peak,
-            at,
-            label: "peak".to_owned(),
-        }
+        Self { kind: MarkKind::Peak, at, label: "peak".to_owned() }
     }
 
     /// A valley with its share of the peak, a fraction.
     pub fn valley(at: [f64; 2], share: f64) -> Self {
-        Self {
-            kind: MarkKind::Valley,
-            at,
-            label: format!("valley {:.1} %", 100.0 * share),
-        }
+        Self { kind: MarkKind::Valley, at, label: format!("valley {:.1} %", 100.0 * share) }
     }
 }
 
@@ -374,14 +341,7 @@ mod tests {
         let y = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
         Panel {
             area: Rect::new(100.0, 50.0, 300.0, 250.0),
-            x: PanelAxis::linear(
-                &x,
-                AxisScale::Linear {
-                    low: -1.0,
-                    high: 1.0,
-                },
-                4,
-            ),
+            x: PanelAxis::linear(&x, AxisScale::Linear { low: -1.0, high: 1.0 }, 4),
             y: PanelAxis::log(&y, 0.01, 1.0, 4),
         }
     }
@@ -398,10 +358,7 @@ mod tests {
     #[test]
     fn small_numbers_move_their_power_into_the_label() {
         let quantity = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
-        let scale = AxisScale::Linear {
-            low: 0.0,
-            high: 4.1e-3,
-        };
+        let scale = AxisScale::Linear { low: 0.0, high: 4.1e-3 };
         let axis = PanelAxis::linear(&quantity, scale, 5);
         assert_eq!(axis.label, "Illuminance (10⁻³ W/mm²)");
         assert_eq!(axis.ticks[1].label.as_deref(), Some("1"));
@@ -411,10 +368,7 @@ mod tests {
     #[test]
     fn fractions_are_numbered_in_per_cent() {
         let share = Quantity::new("share of power", Unit::Fraction);
-        let scale = AxisScale::Linear {
-            low: 0.0,
-            high: 0.05,
-        };
+        let scale = AxisScale::Linear { low: 0.0, high: 0.05 };
         let axis = PanelAxis::linear(&share, scale, 5);
         assert_eq!(axis.label, "Share of power (%)");
         assert_eq!(axis.ticks[2].label.as_deref(), Some("2"));

@@ -51,14 +51,8 @@ impl AxisScale {
     #[must_use]
     pub fn divided(self, unit: f64) -> Self {
         match self {
-            Self::Linear { low, high } => Self::Linear {
-                low: low / unit,
-                high: high / unit,
-            },
-            Self::Log { low, high } => Self::Log {
-                low: low / unit,
-                high: high / unit,
-            },
+            Self::Linear { low, high } => Self::Linear { low: low / unit, high: high / unit },
+            Self::Log { low, high } => Self::Log { low: low / unit, high: high / unit },
         }
     }
 
@@ -93,10 +87,7 @@ pub fn every(low: f64, high: f64, step: f64) -> Vec<Tick> {
     (first..=last)
         .map(|index| {
             let at = index as f64 * step;
-            Tick {
-                at,
-                label: Some(number_label(at, decimals)),
-            }
+            Tick { at, label: Some(number_label(at, decimals)) }
         })
         .collect()
 }
@@ -105,11 +96,7 @@ pub fn every(low: f64, high: f64, step: f64) -> Vec<Tick> {
 pub fn number_label(number: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", number.abs());
     let zero = text.chars().all(|c| matches!(c, '0' | '.'));
-    if number < 0.0 && !zero {
-        format!("−{text}")
-    } else {
-        text
-    }
+    if number < 0.0 && !zero { format!("−{text}") } else { text }
 }
 
 /// A number to so many significant digits, with a power of ten where it is far from 1.
@@ -119,11 +106,7 @@ pub fn significant(number: f64, digits: usize) -> String {
     }
     let power = common_power(number);
     let text = rounded(number / 10f64.powi(power), digits);
-    if power == 0 {
-        text
-    } else {
-        format!("{text} × {}", power_of_ten(power))
-    }
+    if power == 0 { text } else { format!("{text} × {}", power_of_ten(power)) }
 }
 
 /// A number to so many significant digits, without a power of ten.
@@ -208,16 +191,9 @@ fn log_ticks(low: f64, high: f64, count: usize) -> Vec<Tick> {
             }
             let shown = labelled.contains(&factor) && (factor > 1 || power.rem_euclid(stride) == 0);
             let label = || {
-                if plain {
-                    number_label(at, (-power).max(0) as usize)
-                } else {
-                    power_of_ten(power)
-                }
+                if plain { number_label(at, (-power).max(0) as usize) } else { power_of_ten(power) }
             };
-            ticks.push(Tick {
-                at,
-                label: shown.then(label),
-            });
+            ticks.push(Tick { at, label: shown.then(label) });
         }
     }
     ticks
@@ -228,55 +204,26 @@ mod tests {
     use super::*;
 
     fn labels(ticks: &[Tick]) -> Vec<&str> {
-        ticks
-            .iter()
-            .filter_map(|tick| tick.label.as_deref())
-            .collect()
+        ticks.iter().filter_map(|tick| tick.label.as_deref()).collect()
     }
 
     #[test]
     fn linear_ticks_are_round() {
-        let scale = AxisScale::Linear {
-            low: -0.03,
-            high: 1.07,
-        };
-        assert_eq!(
-            labels(&scale.ticks(5)),
-            ["0.00", "0.25", "0.50", "0.75", "1.00"]
-        );
-        let scale = AxisScale::Linear {
-            low: 0.0,
-            high: 1.0,
-        };
-        assert_eq!(
-            labels(&scale.ticks(5)),
-            ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
-        );
-        assert_eq!(
-            labels(&every(-90.0, 90.0, 45.0)),
-            ["−90", "−45", "0", "45", "90"]
-        );
+        let scale = AxisScale::Linear { low: -0.03, high: 1.07 };
+        assert_eq!(labels(&scale.ticks(5)), ["0.00", "0.25", "0.50", "0.75", "1.00"]);
+        let scale = AxisScale::Linear { low: 0.0, high: 1.0 };
+        assert_eq!(labels(&scale.ticks(5)), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(labels(&every(-90.0, 90.0, 45.0)), ["−90", "−45", "0", "45", "90"]);
     }
 
     #[test]
     fn shares_go_from_end_to_end() {
-        let linear = AxisScale::Linear {
-            low: -1.0,
-            high: 4.0,
-        };
-        let log = AxisScale::Log {
-            low: 1e-3,
-            high: 10.0,
-        };
-        for (scale, numbers) in [
-            (linear, [-1.0, 0.5, 4.0]),
-            (log, [1e-3, 1.584_893_192e-2, 10.0]),
-        ] {
+        let linear = AxisScale::Linear { low: -1.0, high: 4.0 };
+        let log = AxisScale::Log { low: 1e-3, high: 10.0 };
+        for (scale, numbers) in [(linear, [-1.0, 0.5, 4.0]), (log, [1e-3, 1.584_893_192e-2, 10.0])]
+        {
             for (number, share) in numbers.into_iter().zip([0.0, 0.3, 1.0]) {
-                assert!(
-                    (scale.share(number) - share).abs() < 1e-9,
-                    "{scale:?} {number}"
-                );
+                assert!((scale.share(number) - share).abs() < 1e-9, "{scale:?} {number}");
             }
         }
         assert!(log.share(0.0) < 0.0);
@@ -284,27 +231,12 @@ mod tests {
 
     #[test]
     fn log_ticks_label_decades_and_mark_between() {
-        let ticks = AxisScale::Log {
-            low: 1e-5,
-            high: 1.0,
-        }
-        .ticks(6);
-        assert_eq!(
-            labels(&ticks),
-            ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰"]
-        );
+        let ticks = AxisScale::Log { low: 1e-5, high: 1.0 }.ticks(6);
+        assert_eq!(labels(&ticks), ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰"]);
         assert_eq!(ticks.len(), 46);
-        let short = AxisScale::Log {
-            low: 0.04,
-            high: 0.9,
-        }
-        .ticks(6);
+        let short = AxisScale::Log { low: 0.04, high: 0.9 }.ticks(6);
         assert_eq!(labels(&short), ["0.05", "0.1", "0.2", "0.5"]);
-        let plain = AxisScale::Log {
-            low: 1e-3,
-            high: 1.0,
-        }
-        .ticks(6);
+        let plain = AxisScale::Log { low: 1e-3, high: 1.0 }.ticks(6);
         assert_eq!(labels(&plain), ["0.001", "0.01", "0.1", "1"]);
     }
 

@@ -52,10 +52,7 @@ pub struct Entry {
 impl Entry {
     /// An entry.
     pub fn new(sample: Sample, label: impl Into<String>) -> Self {
-        Self {
-            sample,
-            label: label.into(),
-        }
+        Self { sample, label: label.into() }
     }
 }
 
@@ -75,11 +72,7 @@ impl Sheet {
         let title = fitted(&heading.title, 28.0, area.width() - 2.0 * MARGIN).bold();
         canvas.text(&heading.title, [MARGIN, 40.0], &title);
         let subtitle = fitted(&heading.subtitle, 19.0, area.width() - 2.0 * MARGIN);
-        canvas.text(
-            &heading.subtitle,
-            [MARGIN, 73.0],
-            &subtitle.coloured(Colour::MUTED),
-        );
+        canvas.text(&heading.subtitle, [MARGIN, 73.0], &subtitle.coloured(Colour::MUTED));
 
         let names = Letters::new(LEGEND_SIZE, Align::Left);
         let mut pen = [MARGIN, 107.0];
@@ -94,15 +87,8 @@ impl Sheet {
             });
             pen[0] += width + 34.0;
         }
-        let top = if legend.is_empty() {
-            95.0
-        } else {
-            pen[1] + 24.0
-        };
-        Self {
-            canvas,
-            body: area.inset(MARGIN, top, MARGIN, 20.0),
-        }
+        let top = if legend.is_empty() { 95.0 } else { pen[1] + 24.0 };
+        Self { canvas, body: area.inset(MARGIN, top, MARGIN, 20.0) }
     }
 
     /// The picture.
@@ -144,12 +130,7 @@ pub fn led_outline(canvas: &mut Canvas, corners: &[Point], colour: Colour) {
 
 /// An open diamond.
 pub fn diamond(canvas: &mut Canvas, [x, y]: Point, radius: f64, colour: Colour) {
-    let points = [
-        [x, y - radius],
-        [x + radius, y],
-        [x, y + radius],
-        [x - radius, y],
-    ];
+    let points = [[x, y - radius], [x + radius, y], [x, y + radius], [x - radius, y]];
     canvas.polygon(&points, Colour::WHITE);
     canvas.outline(&points, &Pen::solid(colour, 2.2));
 }
@@ -163,10 +144,9 @@ pub fn curve_pens(colours: LineColours, count: usize, numbers: &[usize]) -> Vec<
         let number = numbers.get(i).copied().unwrap_or(i);
         let solid = Pen::solid(colours.pick(number, count), 2.6);
         match colours {
-            LineColours::Models | LineColours::OfModel(_) | LineColours::Neutral => Pen {
-                dash: DASHES[number % DASHES.len()],
-                ..solid
-            },
+            LineColours::Models | LineColours::OfModel(_) | LineColours::Neutral => {
+                Pen { dash: DASHES[number % DASHES.len()], ..solid }
+            }
             LineColours::Ordered | LineColours::OrderedAndSum => solid,
         }
     };
@@ -180,14 +160,8 @@ pub fn curve_legend(curves: &[Curve], pens: &[Pen]) -> Vec<Entry> {
         .zip(pens)
         .map(|(curve, pen)| Entry::new(Sample::Line(*pen), curve.label()))
         .collect();
-    if curves
-        .iter()
-        .any(|c| c.standard_error().iter().any(|&e| e > 0.0))
-    {
-        entries.push(Entry::new(
-            Sample::Band(Colour::MUTED),
-            "±2 standard errors",
-        ));
+    if curves.iter().any(|c| c.standard_error().iter().any(|&e| e > 0.0)) {
+        entries.push(Entry::new(Sample::Band(Colour::MUTED), "±2 standard errors"));
     }
     entries
 }
@@ -203,10 +177,7 @@ mod tests {
         let entries = |count: usize| -> Vec<Entry> {
             (0..count)
                 .map(|i| {
-                    Entry::new(
-                        Sample::Dot(Colour::BLACK, 4.0),
-                        format!("a rather long name {i}"),
-                    )
+                    Entry::new(Sample::Dot(Colour::BLACK, 4.0), format!("a rather long name {i}"))
                 })
                 .collect()
         };

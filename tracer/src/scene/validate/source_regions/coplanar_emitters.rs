@@ -43,10 +43,7 @@ struct Cone {
 impl Cone {
     /// The cone of a source, if its directions fill one.
     fn of(source: &Source) -> Option<Self> {
-        let about_normal = |half_angle: f64| Self {
-            axis: source.normal,
-            half_angle,
-        };
+        let about_normal = |half_angle: f64| Self { axis: source.normal, half_angle };
         if matches!(source.emitter, Emitter::Enclosure { .. }) {
             return None;
         }
@@ -58,10 +55,9 @@ impl Cone {
                 Some(about_normal(FRAC_PI_2))
             }
             Emission::Isotropic => Some(about_normal(PI)),
-            Emission::Beam { direction } => Some(Self {
-                axis: direction.normalize(),
-                half_angle: 0.0,
-            }),
+            Emission::Beam { direction } => {
+                Some(Self { axis: direction.normalize(), half_angle: 0.0 })
+            }
             Emission::Table(_) | Emission::Rays(_) => None,
         }
     }
@@ -73,9 +69,7 @@ impl Cone {
             return wanted;
         }
         let aside = wanted - self.axis * wanted.dot(self.axis);
-        let aside = aside
-            .try_normalize()
-            .unwrap_or_else(|| self.axis.any_orthonormal_vector());
+        let aside = aside.try_normalize().unwrap_or_else(|| self.axis.any_orthonormal_vector());
         self.axis * most.cos() + aside * most.sin()
     }
 }
@@ -85,12 +79,9 @@ fn outline(source: &Source, normal: DVec3) -> Vec<DVec3> {
     let (u, v) = source.axes();
     let at = |x: f64, y: f64| source.position + u * x + v * y;
     match source.emitter {
-        Emitter::Rectangle { half_x, half_y } => vec![
-            at(-half_x, -half_y),
-            at(half_x, -half_y),
-            at(half_x, half_y),
-            at(-half_x, half_y),
-        ],
+        Emitter::Rectangle { half_x, half_y } => {
+            vec![at(-half_x, -half_y), at(half_x, -half_y), at(half_x, half_y), at(-half_x, half_y)]
+        }
         Emitter::Disc { radius } => {
             let first = normal.dot(v).atan2(normal.dot(u));
             let corner = |k: usize| {
@@ -114,11 +105,7 @@ pub(super) fn check(scene: &Scene, placed: &PlacedSource) -> Result<(), Misplace
     let Some(cone) = Cone::of(&placed.source) else {
         return Ok(());
     };
-    let judged = Judged {
-        scene,
-        placed,
-        cone,
-    };
+    let judged = Judged { scene, placed, cone };
     let around = match placed.location {
         Location::Inside { instance, .. } => scene.body(instance),
         Location::World => &scene.ground,
@@ -181,9 +168,8 @@ impl Judged<'_> {
         }
         let height = |p: DVec3| (p - face.point).dot(face.normal);
         let heights = corners.iter().map(|corner| height(*corner));
-        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| {
-            (all.0.min(one), all.1.max(one))
-        });
+        let (low, high) = heights
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| (all.0.min(one), all.1.max(one)));
         if low.abs().max(high.abs()) <= self.tolerance() {
             return self.within(surface, face, &corners, own);
         }
@@ -214,15 +200,9 @@ impl Judged<'_> {
             let share = (place as f64 + 0.5) / PLACES as f64;
             for start in [aside, -aside].map(|aside| from + (to - from) * share + aside + at) {
                 for direction in directions {
-                    let exact = Ray {
-                        origin: start,
-                        direction,
-                    };
+                    let exact = Ray { origin: start, direction };
                     let off = self.scene.offset() * direction.dot(emitter).signum();
-                    let ray = Ray {
-                        origin: start + emitter * off,
-                        direction,
-                    };
+                    let ray = Ray { origin: start + emitter * off, direction };
                     probe(self.scene, self.placed, &exact, &ray)?;
                 }
             }
@@ -250,14 +230,8 @@ impl Judged<'_> {
             let mut points = pulled.chain([middle]).chain(face.shared(corners));
             let slack = 4.0 * self.tolerance();
             let patch = points.find_map(|point| {
-                let ray = Ray {
-                    origin: point + face.normal * slack,
-                    direction: -face.normal,
-                };
-                let reach = Reach {
-                    from: 0.0,
-                    to: 2.0 * slack,
-                };
+                let ray = Ray { origin: point + face.normal * slack, direction: -face.normal };
+                let reach = Reach { from: 0.0, to: 2.0 * slack };
                 let met = surface.shape.intersect(&ray, reach, Sides::Both)?;
                 Some(surface.shape.patch(met.primitive))
             });
