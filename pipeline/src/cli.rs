@@ -6,6 +6,11 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
 
+use files::interrupt::Interrupt;
+use files::progress::Console;
+use files::run_context::RunContext;
+use simulate::scene_check;
+
 use crate::commands::arguments::whole;
 use crate::commands::bsdf::{self, BsdfArgs};
 use crate::commands::check::{self, CheckArgs};
@@ -25,10 +30,6 @@ use crate::commands::shardable::Shardable;
 use crate::commands::shards::{self, MergeArgs, PlanArgs, SubmitArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::commands::tolerance::{self, ToleranceArgs};
-use crate::interrupt::Interrupt;
-use crate::progress::Console;
-use crate::run_context::RunContext;
-use crate::stages::scene_check;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
 /// trace, metrics.

@@ -7,10 +7,11 @@ use anyhow::Error;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 
+use files::interrupt::{self, Stopped};
+use files::progress::Closed;
+
 use crate::cli::Cli;
 use crate::cli_errors;
-use crate::interrupt::{self, Stopped};
-use crate::progress::Closed;
 
 /// Exit code of a refused input or a failed computation.
 const REFUSED: u8 = 1;

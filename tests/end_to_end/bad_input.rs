@@ -7,17 +7,18 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::{PATH, batwing};
+use bsdf::Grid;
+use bsdf::formats::native;
+use tempfile::{TempDir, tempdir};
+
 use batwing_tests::bad_input::{Case, good, json_cases, toml_cases};
 use batwing_tests::tables::smooth;
 use batwing_tests::tilted_box::write_box;
 use batwing_tests::{read, workspace};
-use bsdf::Grid;
-use bsdf::formats::native;
-use pipeline::config;
-use pipeline::formats::stl;
-use pipeline::stages::bodies::bodies;
-use tempfile::{TempDir, tempdir};
+use files::formats::stl;
+use simulate::bodies::bodies;
+
+use crate::support::binary::{PATH, batwing};
 
 const DESIGN: &str = include_str!("../bad_input/design.toml");
 const BARE_DOME: &str = include_str!("../bad_input/bare_dome.toml");
@@ -99,7 +100,7 @@ fn bad_parts_of_the_bare_dome_are_refused() {
         b"DATA:\n  - type: tabulated nk\n    data: |\n        0.4 1.6 2e-5\n        0.8 1.4 0\n",
     );
     write_box(&folder.path().join("box.obj"), [1.0, 0.7, 0.3]);
-    let bare = config::embedded("bare-dome.toml").expect("valid");
+    let bare = design::embedded("bare-dome.toml").expect("valid");
     let dome = &bodies(&bare, 1e-2).expect("a mesh")[..1];
     let mut bytes = Vec::new();
     stl::write(dome, "dome", &mut bytes).expect("written");

@@ -6,13 +6,14 @@
 
 use std::path::Path;
 
-use crate::support::binary::batwing;
-use pipeline::config;
-use pipeline::stages::cells;
-use pipeline::stages::tables::interface;
 use rcwa::{Bloch, Pol, Side, Truncation, solve};
 use serde_json::Value;
 use tempfile::tempdir;
+
+use simulate::cells;
+use simulate::tables::interface;
+
+use crate::support::binary::batwing;
 
 const DESIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs/d1.toml");
 
@@ -110,7 +111,7 @@ fn a_field_has_the_solvers_reflectance_and_the_files_that_are_promised() {
     let number = |key: &str| json[key].as_f64().unwrap_or_else(|| panic!("{key}: {json}"));
     assert!(number("energy_residual").abs() < 1e-10 && number("flux_residual") < 1e-10);
 
-    let design = config::embedded("d1.toml").expect("valid");
+    let design = design::embedded("d1.toml").expect("valid");
     let interface = interface(&cells::ring(&design, 15).expect("relief"), 0.55).expect("valid");
     let stack = interface.stack(&interface.relief.slice_plan(6)).expect("a stack");
     let bloch = Bloch::from_angles(&stack, Side::Bottom, (-25f64).to_radians(), 40f64.to_radians());

@@ -6,13 +6,14 @@
 use std::fs::File;
 use std::path::Path;
 
-use crate::support::binary::batwing;
-use pipeline::config;
-use pipeline::formats::stl;
-use pipeline::stages::bodies::bodies;
 use tempfile::tempdir;
 use tracer::formats::lighttools_rays;
 use tracer::formats::rays::RayRecord;
+
+use files::formats::stl;
+use simulate::bodies::bodies;
+
+use crate::support::binary::batwing;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs");
 
@@ -22,7 +23,7 @@ fn design(name: &str) -> String {
 
 /// The smooth dome as a solid in `dome.stl`, and a design that uses it.
 fn with_mesh(folder: &Path) -> String {
-    let bare = config::load(&Path::new(FOLDER).join("bare-dome.toml")).expect("valid");
+    let bare = design::load(&Path::new(FOLDER).join("bare-dome.toml")).expect("valid");
     let mut dome = bodies(&bare, 1e-2).expect("a mesh");
     dome.truncate(1);
     let mut bytes = Vec::new();

@@ -9,25 +9,25 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use crate::support::runs::{estimate, run_text};
-use batwing_tests::tables::{
-    SILICONE, on_silicone, order_table, resolution, scatter_side, solver_side,
-};
 use bsdf::direction::{Wavevector, spherical};
 use bsdf::order_table::{JonesRow, Mueller, OrderJones, OrderMueller, mueller};
 use bsdf::{Grid, NodeId, OrderTable, Side};
 use num_complex::Complex64;
-use pipeline::config;
-use pipeline::stages::cells::band_cells;
-use pipeline::stages::tables::interface;
 use rand::RngExt;
-use rcwa::Bloch;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere_matrices};
-use rcwa::no_progress;
 use rcwa::relief::{Polygon, Relief};
+use rcwa::{Bloch, no_progress};
 use serde_json::Value;
 use tempfile::tempdir;
 use tracer::optics::thin_film::{End, Film};
+
+use batwing_tests::tables::{
+    SILICONE, on_silicone, order_table, resolution, scatter_side, solver_side,
+};
+use simulate::cells::band_cells;
+use simulate::tables::interface;
+
+use crate::support::runs::{estimate, run_text};
 
 /// The table of `interface` with its matrices.
 fn with_matrices(
@@ -168,7 +168,7 @@ fn a_flat_relief_has_the_matrices_of_fresnel_from_both_sides() {
 #[test]
 #[ignore = "slow: a table against single solves (8 s)"]
 fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
-    let design = config::embedded("d1.toml").expect("valid");
+    let design = design::embedded("d1.toml").expect("valid");
     let cell = band_cells(&design)[1].clone().expect("a relief");
     let interface = interface(&cell, 0.55).expect("a relief");
     let (resolution, _) =

@@ -6,19 +6,20 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::support::binary::batwing;
-use pipeline::config;
-use pipeline::config::design::Design;
-use pipeline::config::design::dome::Dome;
-use pipeline::interrupt::Interrupt;
-use pipeline::metrics::far_field::PeakMethod;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::observe;
 use serde_json::Value;
 use tempfile::tempdir;
+
+use design::Design;
+use design::resolved::dome::Dome;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use metrics::far_field::PeakMethod;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::trace::observe;
+
+use crate::support::binary::batwing;
 
 const D1: &str = include_str!("../../data/designs/d1.toml");
 const BARE: &str = include_str!("../../data/designs/bare-dome.toml");
@@ -34,7 +35,7 @@ fn with_curve(text: &str, rows: &str) -> String {
 }
 
 fn parse(text: &str, folder: &Path) -> Design {
-    config::parse("curve.toml", text, folder).expect("a valid design")
+    design::parse("curve.toml", text, folder).expect("a valid design")
 }
 
 fn seen(design: &Design, paths: u64) -> Observation {
@@ -65,7 +66,7 @@ fn apart(a: &Design, b: &Design, paths: u64) -> Vec<(&'static str, f64)> {
 
 /// The corners of D1's steps, every number to its last digit.
 fn rows_of_d1() -> Vec<[f64; 2]> {
-    let design = config::embedded("d1.toml").expect("valid");
+    let design = design::embedded("d1.toml").expect("valid");
     let meridian = design.outline().expect("steps");
     let first = meridian.pieces[0].start;
     let ends = meridian.pieces.iter().map(|piece| piece.end);
@@ -81,7 +82,7 @@ fn d1_written_as_a_curve_gives_the_same_bits() {
         let _ = writeln!(lines, "{r:?}; {z:?}");
     }
     std::fs::write(folder.path().join("d1.csv"), lines).expect("written");
-    let steps = config::embedded("d1.toml").expect("valid");
+    let steps = design::embedded("d1.toml").expect("valid");
     let expected = seen(&steps, 200_000);
     let of_file = with(D1, "[dome]", "[silicone]", "[dome]\nmeridian_file = \"d1.csv\"");
     for text in [with_curve(D1, &rows), of_file] {
@@ -98,7 +99,7 @@ fn d1_written_as_a_curve_gives_the_same_bits() {
 
 #[test]
 fn a_sphere_as_one_arc_is_the_smooth_dome() {
-    let smooth = config::embedded("bare-dome.toml").expect("valid");
+    let smooth = design::embedded("bare-dome.toml").expect("valid");
     let dome = smooth.sphere().expect("a sphere");
     let foot = dome.height_at(1.7);
     let bulge = -(0.85f64.asin() / 4.0).tan();

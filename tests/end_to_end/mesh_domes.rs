@@ -6,13 +6,14 @@
 
 use std::path::Path;
 
-use crate::support::binary::batwing;
 use glam::DVec3;
-use pipeline::config;
-use pipeline::formats::{obj, stl};
-use pipeline::stages::bodies::bodies;
 use serde_json::Value;
 use tempfile::tempdir;
+
+use files::formats::{obj, stl};
+use simulate::bodies::bodies;
+
+use crate::support::binary::batwing;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs");
 
@@ -25,7 +26,7 @@ fn bare() -> String {
 
 /// The bare dome as a solid, in an STL file in millimetres and an OBJ file in inches.
 fn write_meshes(folder: &Path, error_mm: f64) {
-    let design = config::load(&Path::new(FOLDER).join("bare-dome.toml")).expect("valid");
+    let design = design::load(&Path::new(FOLDER).join("bare-dome.toml")).expect("valid");
     let mut dome = bodies(&design, error_mm).expect("a mesh");
     dome.truncate(1);
     let mut bytes = Vec::new();
@@ -76,7 +77,7 @@ fn a_mesh_alone_says_how_high_and_wide_the_dome_is() {
     write_meshes(at, 1e-3);
     let load = |text: &str| {
         std::fs::write(at.join("mesh.toml"), text).expect("written");
-        config::load(&at.join("mesh.toml"))
+        design::load(&at.join("mesh.toml"))
     };
     for (file, unit, scale) in
         [("dome.stl", "mm", 1.0), ("dome.obj", "inch", 1.0), ("dome.stl", "inch", 25.4)]
@@ -212,7 +213,7 @@ fn arrays_of_any_arrangement() {
     let at = folder.path();
     let load = |text: &str| {
         std::fs::write(at.join("array.toml"), text).expect("written");
-        config::load(&at.join("array.toml")).expect("valid")
+        design::load(&at.join("array.toml")).expect("valid")
     };
     let array = "columns = 2\nrows = 2\npitch_mm = 8.3\n";
     let hexagonal = "columns = 5\nrows = 4\npitch_mm = 8.0\narrangement = \"hexagonal\"\n";

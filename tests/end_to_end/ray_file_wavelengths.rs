@@ -4,16 +4,18 @@
 //! Sources: Snell's law and Fresnel's formulas; TM-25 and LightTools files written byte by byte
 //! (`batwing_tests::ray_files`).
 
-use crate::support::binary::{batwing, json};
+use tempfile::tempdir;
+
 use batwing_tests::ray_files::dome::{DOME, agree, fan, folder, index, parse, seen, source};
 use batwing_tests::ray_files::{Ray, Says, write, write_lighttools};
 use batwing_tests::workspace;
-use pipeline::config::design::Design;
-use pipeline::config::{self, schema};
-use pipeline::metrics::jackknife;
-use pipeline::spectrum::lights::Colour;
-use pipeline::stages::observation::Observation;
-use tempfile::tempdir;
+use design::Design;
+use design::schema;
+use design::spectrum::lights::Colour;
+use metrics::jackknife;
+use simulate::observation::Observation;
+
+use crate::support::binary::{batwing, json};
 
 /// Three rays of `file`, which the table `table` of a design names, leave a hemisphere in three
 /// directions, each with its share of the flux.
@@ -344,14 +346,14 @@ fn wavelengths_that_are_none_are_refused_with_the_ray() {
     for (says, radiant, colour, keys, words) in refused() {
         write(&at.join("bad.tm25ray"), &says, radiant, &rays(colour));
         let text = format!("{DOME}{}", source("s", "bad.tm25ray", keys));
-        let message = match config::parse("bad.toml", &text, at) {
+        let message = match design::parse("bad.toml", &text, at) {
             Ok(_) => panic!("accepted: {} {colour}", lm(&says)),
             Err(error) => error.to_string(),
         };
         assert!(message.contains(words) && !message.contains('\n'), "{}: {message}", lm(&says));
         // Whatever the file says, the design's light can be taken.
         let text = format!("{DOME}{}", source("s", "bad.tm25ray", "light = \"design\""));
-        assert!(config::parse("good.toml", &text, at).is_ok(), "{}", lm(&says));
+        assert!(design::parse("good.toml", &text, at).is_ok(), "{}", lm(&says));
     }
 }
 

@@ -6,9 +6,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use pipeline::content_hash::sealed;
 use serde_json::Value;
 use tempfile::TempDir;
+
+use files::content_hash::sealed;
 
 use crate::optimise::PROBLEM;
 use crate::support::binary::batwing;

@@ -5,14 +5,15 @@
 
 use std::path::Path;
 
-use crate::support::binary::batwing;
-use batwing_tests::tables::smooth;
-use batwing_tests::tilted_box::{WEDGE, write_box};
 use bsdf::Grid;
 use bsdf::formats::native;
-use pipeline::config;
-use pipeline::stages::scene_check;
 use tempfile::tempdir;
+
+use batwing_tests::tables::smooth;
+use batwing_tests::tilted_box::{WEDGE, write_box};
+use simulate::scene_check;
+
+use crate::support::binary::batwing;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
 
@@ -35,7 +36,7 @@ fn media_follow_the_wavelength() {
     let solid = format!(
         "solids = [{{ name = \"a\", kind = \"box\", position_mm = [0.0, 0.0, 4.5], size_mm = [1.0, 1.0, 1.0], medium = {medium} }}]"
     );
-    let design = config::parse("a.toml", &domed(&solid), folder.path()).expect("valid");
+    let design = design::parse("a.toml", &domed(&solid), folder.path()).expect("valid");
     let at = |nm: f64| {
         let tuned = design.at(nm).expect("covered");
         let medium = tuned.solids[0].medium.clone().expect("a medium");
@@ -61,7 +62,7 @@ fn relief_by_files_stays_in_the_air() {
     let bands = "[[files.bands]]\nfrom = 1\nto = 2\nfile = \"band.bworders\"\n";
     for (solids, wrong) in [("", false), (lens, true)] {
         let text = format!("{relief}\n{bands}{solids}");
-        let design = config::parse("d1.toml", &text, folder.path()).expect("valid by itself");
+        let design = design::parse("d1.toml", &text, folder.path()).expect("valid by itself");
         let said = scene_check::check(&design).map_or_else(|e| e.to_string(), |()| String::new());
         assert_eq!(said.contains("d1.toml: files.bands"), wrong, "{said}");
         assert_eq!(said.contains("index 1.5"), wrong, "{said}");
@@ -119,7 +120,7 @@ fn can_be_run(name: &str) {
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{arguments:?}: {said}");
     }
-    let design = config::load(&example).expect("valid");
+    let design = design::load(&example).expect("valid");
     let files: Vec<_> = std::fs::read_dir(&out).expect("a folder").flatten().collect();
     let svg = files
         .iter()

@@ -6,20 +6,21 @@
 
 use std::path::Path;
 
-use crate::support::binary::batwing;
-use crate::support::runs::{contents, estimate, files, interrupted, results, run_text};
-use batwing_tests::bad_input::good;
-use batwing_tests::statistics::agree;
-use pipeline::config;
-use pipeline::interrupt::Interrupt;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::spectral::SpectralJob;
-use pipeline::stages::trace::observe;
 use serde_json::Value;
 use tempfile::tempdir;
+
+use batwing_tests::bad_input::good;
+use batwing_tests::statistics::agree;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::spectral::SpectralJob;
+use simulate::trace::observe;
+
+use crate::support::binary::batwing;
+use crate::support::runs::{contents, estimate, files, interrupted, results, run_text};
 
 /// A hemisphere of a glass that disperses, absorbs blue, and stands on a mirror.
 const DOME: &str = r#"
@@ -50,7 +51,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn seen(text: &str, at: &Path, seed: u64) -> Observation {
-    let design = config::parse("two.toml", text, at).unwrap_or_else(|e| panic!("{e}"));
+    let design = design::parse("two.toml", text, at).unwrap_or_else(|e| panic!("{e}"));
     let interrupt = Interrupt::default();
     let env = RunContext::quiet(&interrupt, seed);
     if let Some(lights) = design.all_lights() {
@@ -411,7 +412,7 @@ fn solids_are_of_the_colour_of_each_source() {
         assert!((up - expected).abs() < 4.5 * error, "{k}: {up} +- {error} for {expected}");
     }
     let beyond = beams.replace("650.0", "900.0");
-    let beyond = config::parse("bad.toml", &format!("{GREEN}{bare}{beyond}{flint}"), at);
+    let beyond = design::parse("bad.toml", &format!("{GREEN}{bare}{beyond}{flint}"), at);
     let said = beyond.expect_err("no data there").to_string();
     assert!(
         said.contains("solids[1].medium.material_file = flint.yml: expected a readable material")

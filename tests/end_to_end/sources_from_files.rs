@@ -8,16 +8,19 @@ use std::f64::consts::PI;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::json;
-use batwing_tests::{read, tables::smooth};
 use bsdf::Grid;
 use bsdf::formats::native;
-use pipeline::formats::npy;
 use serde_json::Value;
 use tracer::formats::rays::RayRecord;
 use tracer::formats::{eulumdat, ies, lighttools_rays, tm25};
-use tracer::random;
-use tracer::{Distribution, glam::DVec3};
+use tracer::glam::DVec3;
+use tracer::{Distribution, random};
+
+use batwing_tests::read;
+use batwing_tests::tables::smooth;
+use files::formats::npy;
+
+use crate::support::binary::json;
 
 const TILT: f64 = 0.6;
 const TOWARDS: f64 = 0.5;

@@ -6,10 +6,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::support::binary::batwing;
-use crate::support::runs::files;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
+
+use crate::support::binary::batwing;
+use crate::support::runs::files;
 
 const STUDY: &str = r#"
 name = "small"
@@ -270,7 +271,7 @@ fn studies_that_come_along_can_be_read() {
     let mut read = 0;
     for entry in std::fs::read_dir(&folder).expect("studies") {
         let path = entry.expect("a file").path();
-        let study = pipeline::study::load(&path, None).expect("a study");
+        let study = experiment::study::load(&path, None).expect("a study");
         assert_eq!(path.file_stem().expect("a name"), study.name.as_str());
         assert!(study.setups.len() > 1, "{}", study.name);
         read += 1;

@@ -5,11 +5,13 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::support::binary::batwing;
-use batwing_tests::{read, workspace};
-use pipeline::digits::format_value_with_error;
 use serde_json::Value;
 use tempfile::tempdir;
+
+use batwing_tests::{read, workspace};
+use metrics::digits::format_value_with_error;
+
+use crate::support::binary::batwing;
 
 /// What the page asks its reader to do.
 enum Step {

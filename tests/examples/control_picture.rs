@@ -7,12 +7,12 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+
 use batwing_tests::traces::{design, every_ring, trace};
-use pipeline::atomic_file::write_bytes;
-use pipeline::quantity::{Quantity, Unit};
-use pipeline::report::plots::Heading;
-use pipeline::report::plots::{FarField, LineColours, far_field_cartesian};
-use pipeline::stages::model::Model;
+use files::atomic_file::write_bytes;
+use metrics::quantity::{Quantity, Unit};
+use report::plots::{FarField, Heading, LineColours, far_field_cartesian};
+use simulate::model::Model;
 
 const PATHS: u64 = 20_000_000;
 

@@ -11,19 +11,19 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bsdf::{Binned, Bsdf};
-use pipeline::cache::read_table;
-use pipeline::config;
-use pipeline::geometry::Meridian;
-use pipeline::interrupt::Interrupt;
-use pipeline::run_context::RunContext;
-use pipeline::stages::scene::DomeSurface;
-use pipeline::stages::trace::observe;
+
+use files::cache::read_table;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use geometry::Meridian;
+use simulate::scene::DomeSurface;
+use simulate::trace::observe;
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let folder = arguments.next().expect("the folder of the tables");
     let paths: u64 = arguments.next().map_or(2_000_000, |n| n.parse().expect("a number of paths"));
-    let design = config::embedded("d1.toml").expect("valid");
+    let design = design::embedded("d1.toml").expect("valid");
     let dome = *design.sphere().expect("a sphere");
     let tables: Vec<Arc<dyn Bsdf>> = (1..=17)
         .map(|band| {

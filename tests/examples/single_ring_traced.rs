@@ -12,19 +12,20 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use batwing_tests::supercell::surface::{Neighbours, Ring};
-use batwing_tests::tables::{SILICONE, WAVELENGTH_UM, on_silicone, order_table};
-use batwing_tests::traces::design;
 use bsdf::{Bsdf, Grid, OrderTable};
-use pipeline::interrupt::Interrupt;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::scene::DomeSurface;
-use pipeline::stages::trace::observe;
 use rcwa::Truncation;
 use rcwa::hemisphere::Resolution;
 use rcwa::relief::Relief;
+
+use batwing_tests::supercell::surface::{Neighbours, Ring};
+use batwing_tests::tables::{SILICONE, WAVELENGTH_UM, on_silicone, order_table};
+use batwing_tests::traces::design;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::scene::DomeSurface;
+use simulate::trace::observe;
 
 /// Band of D1, from 1, and the ring that stands for it.
 const BAND: (usize, usize) = (8, 75);

@@ -5,15 +5,14 @@
 use std::path::Path;
 
 use batwing_tests::judgement::{PATHS, account, alike, close};
-use pipeline::config;
-use pipeline::interrupt::Interrupt;
-use pipeline::metrics::jackknife;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
-use pipeline::stages::trace::observe;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use metrics::jackknife;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::scene_check;
+use simulate::trace::observe;
 
 /// A box in air, all black, under a beam that goes up.
 const BLACK: &str = r#"
@@ -30,7 +29,7 @@ const LIGHT: &str = "light = { wavelength_nm = 550.0 }\n";
 const WIDTH_OVER_DEVIATION: f64 = 2.354_820_045_030_949;
 
 fn trace(text: &str) -> Observation {
-    let design = config::parse("diffuser.toml", text, Path::new(""));
+    let design = design::parse("diffuser.toml", text, Path::new(""));
     let design = design.unwrap_or_else(|error| panic!("{error}"));
     scene_check::check(&design).unwrap_or_else(|error| panic!("{error:#}"));
     let interrupt = Interrupt::default();

@@ -2,14 +2,14 @@
 //! Tables held in memory for many designs, beside those of single designs.
 
 use batwing_tests::traces::design;
-use pipeline::cache::Cache;
-use pipeline::interrupt::Interrupt;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::model_traces::ModelTraces;
-use pipeline::stages::tables::tables;
-use pipeline::stages::trace::observe;
+use files::cache::Cache;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::model_traces::ModelTraces;
+use simulate::tables::tables;
+use simulate::trace::observe;
 
 #[test]
 #[ignore = "slow: solves 23 coarse tables"]

@@ -6,11 +6,11 @@
 
 use batwing_tests::judgement::{PATHS, account, alike, close};
 use batwing_tests::traces::{parsed, trace};
-use pipeline::config::design::Design;
-use pipeline::config::design::array::PackagePositions;
-use pipeline::metrics::{Estimate, jackknife};
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
+use design::Design;
+use design::resolved::array::PackagePositions;
+use metrics::{Estimate, jackknife};
+use simulate::model::Model;
+use simulate::observation::Observation;
 
 /// A box in air without reflections.
 const BARE: &str = r#"

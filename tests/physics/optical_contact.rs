@@ -10,16 +10,15 @@
 use std::path::Path;
 
 use batwing_tests::judgement::{PATHS, account, alike, close};
-use pipeline::config;
-use pipeline::config::design::Design;
-use pipeline::interrupt::Interrupt;
-use pipeline::metrics::jackknife;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
-use pipeline::stages::trace::observe;
+use design::Design;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use metrics::jackknife;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::scene_check;
+use simulate::trace::observe;
 
 const CONTACT: &str = "optical_contact = \"bottom\"\n";
 const INDEX: f64 = 1.5;
@@ -47,7 +46,7 @@ fn slab([x, width, height, absorption]: [f64; 4], more: &str) -> String {
 }
 
 fn parse(text: &str) -> Design {
-    let design = config::parse("slab.toml", text, Path::new(""));
+    let design = design::parse("slab.toml", text, Path::new(""));
     let design = design.unwrap_or_else(|error| panic!("{error}"));
     scene_check::check(&design).unwrap_or_else(|error| panic!("{error:#}"));
     design

@@ -13,26 +13,26 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use batwing_tests::tables::{Shares, direct, on_silicone, order_table, scatter_side, solver_side};
 use bsdf::direction::Wavevector;
 use bsdf::formats::native;
 use bsdf::validate::{self, InterpolationReport};
 use bsdf::{Grid, OrderEfficiency, OrderTable, Polarization, Side};
 use num_complex::Complex64;
-use pipeline::config::{self, design::Design};
-use pipeline::stages::cells::band_cells;
-use pipeline::stages::tables::interface;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
-use rcwa::no_progress;
 use rcwa::relief::Relief;
-use rcwa::{Pol, Truncation};
+use rcwa::{Pol, Truncation, no_progress};
+
+use batwing_tests::tables::{Shares, direct, on_silicone, order_table, scatter_side, solver_side};
+use design::Design;
+use simulate::cells::band_cells;
+use simulate::tables::interface;
 
 /// What moves no direction's R or T when the resolution is raised.
 const CONVERGED: f64 = 3e-3;
 
 fn design() -> Design {
-    config::embedded("d1.toml").expect("a valid design")
+    design::embedded("d1.toml").expect("a valid design")
 }
 
 /// The relief of `band` (from 1) of D1 between silicone and air.

@@ -19,9 +19,9 @@
 use std::sync::OnceLock;
 
 use batwing_tests::traces::{design, every_ring, trace};
-use pipeline::config::design::Design;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
+use design::Design;
+use simulate::model::Model;
+use simulate::observation::Observation;
 
 /// Paths of one trace: standard error of uniformity 0.16 points.
 const PATHS: u64 = 5_000_000;

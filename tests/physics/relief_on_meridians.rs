@@ -7,11 +7,11 @@
 use batwing_tests::judgement::{PATHS, account, alike};
 use batwing_tests::statistics::agree;
 use batwing_tests::traces::{parsed, trace};
-use pipeline::config::design::Design;
-use pipeline::geometry::ring_cell;
-use pipeline::metrics::Grouped;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
+use design::Design;
+use geometry::ring_cell;
+use metrics::Grouped;
+use simulate::model::Model;
+use simulate::observation::Observation;
 
 const DESIGN: &str = r#"
 name = "own"
@@ -73,7 +73,7 @@ fn a_sphere_by_rows_carries_the_relief_of_the_sphere() {
             assert_eq!(pair, (None, None));
             continue;
         };
-        let points = |cell: &pipeline::geometry::Cell| cell.polygons[0].points_um.concat();
+        let points = |cell: &geometry::Cell| cell.polygons[0].points_um.concat();
         for (x, y) in points(&a).into_iter().zip(points(&b)) {
             assert!((x - y).abs() < 1e-9, "{a:?} {b:?}");
         }

@@ -4,12 +4,12 @@
 
 use batwing_tests::judgement::{PATHS, account, alike};
 use batwing_tests::traces::{parsed, trace};
-use pipeline::config::design::Design;
-use pipeline::geometry::profile::{Elements, Reference, Rounding, Shape};
-use pipeline::geometry::{Cell, Curve, Meridian, ring_cell};
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::tables::interface;
+use design::Design;
+use geometry::profile::{Elements, Reference, Rounding, Shape};
+use geometry::{Cell, Curve, Meridian, ring_cell};
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::tables::interface;
 
 const DESIGN: &str = r#"
 name = "own"

@@ -3,12 +3,13 @@
 //! order from boundary integrals in planar mount, and of a ring of D2 from a finer run in conical
 //! mount.
 
+use rcwa::hemisphere::{Interface, Resolution};
+use rcwa::{Bloch, Pol, Side, Truncation, no_progress, solve_line};
+
 use batwing_tests::boundary_integral::{Fineness, Grating};
 use batwing_tests::solver_comparison::{KX0, RINGS, ring};
 use pipeline::case::{Accuracy, Case, Polarization, Structure};
-use pipeline::stages::grating::{Efficiencies, solve};
-use rcwa::hemisphere::{Interface, Resolution};
-use rcwa::{Bloch, Pol, Side, Truncation, no_progress, solve_line};
+use pipeline::grating::{Efficiencies, solve};
 
 const TOLERANCE: f64 = 1e-3;
 
@@ -37,9 +38,7 @@ fn solved(case: &Case, what: &str) -> Efficiencies {
 
 /// Largest departure of an order from `exact`, which takes its side and number.
 fn departure(found: &Efficiencies, exact: impl Fn(Side, i32) -> f64) -> f64 {
-    let of = |o: &pipeline::stages::grating::OrderEfficiency| {
-        (o.te + o.tm - exact(o.side, o.order)).abs()
-    };
+    let of = |o: &pipeline::grating::OrderEfficiency| (o.te + o.tm - exact(o.side, o.order)).abs();
     found.orders.iter().map(of).fold(0.0, f64::max)
 }
 

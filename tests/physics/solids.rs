@@ -7,23 +7,22 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use bsdf::Grid;
+use bsdf::formats::native;
+use tempfile::tempdir;
+
 use batwing_tests::judgement::{PATHS, account, alike, close};
 use batwing_tests::tables::smooth;
 use batwing_tests::tilted_box::{WEDGE, write_box};
-use bsdf::Grid;
-use bsdf::formats::native;
-use pipeline::config;
-use pipeline::config::design::Design;
-use pipeline::interrupt::Interrupt;
-use pipeline::metrics::Estimate;
-use pipeline::metrics::jackknife;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
-use pipeline::stages::trace::observe;
-use tempfile::tempdir;
+use design::Design;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use metrics::{Estimate, jackknife};
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::scene_check;
+use simulate::trace::observe;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
 
@@ -45,7 +44,7 @@ position_mm = [0.0, 0.0, 1.0]
 "#;
 
 fn parse(text: &str, folder: &Path) -> Design {
-    let design = config::parse("solids.toml", text, folder).unwrap_or_else(|e| panic!("{e}"));
+    let design = design::parse("solids.toml", text, folder).unwrap_or_else(|e| panic!("{e}"));
     scene_check::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
     design
 }
@@ -442,7 +441,7 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
     alike("ball", account(&by_law, "escaped_up"), account(&by_table, "escaped_up"));
     let wrong = ball.replace("index = 1.41", "index = 1.5");
     let wrong = format!("{wrong}scatter = {{ file = \"smooth.bworders\" }}\n");
-    let wrong = config::parse("solids.toml", &wrong, at).expect("valid by itself");
+    let wrong = design::parse("solids.toml", &wrong, at).expect("valid by itself");
     let said = format!("{:#}", scene_check::check(&wrong).expect_err("another index"));
     assert!(
         said.contains("solids.toml: solids[1].scatter") && said.contains("index 1.5"),
@@ -458,7 +457,7 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
     let lit = |light: &str| {
         let text = glass.replace(LIGHT, &format!("light = {light}\n"));
         assert!(text.starts_with(&format!("light = {light}")));
-        let design = config::parse("solids.toml", &text, at).expect("valid by itself");
+        let design = design::parse("solids.toml", &text, at).expect("valid by itself");
         scene_check::check(&design).map_err(|error| format!("{error:#}"))
     };
     let lines = |nm: &str| {

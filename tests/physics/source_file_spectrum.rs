@@ -9,9 +9,8 @@ use batwing_tests::ray_files::dome::{
     DOME, agree, fan, folder, parse, seen, source, write_two_tables,
 };
 use batwing_tests::ray_files::{Says, write, write_lighttools};
-use pipeline::config;
-use pipeline::config::design::Design;
-use pipeline::metrics::jackknife;
+use design::Design;
+use metrics::jackknife;
 
 /// `[files.source]` with these further keys.
 fn led(file: &str, keys: &str) -> String {
@@ -120,7 +119,7 @@ fn light_that_the_file_of_the_box_has_not_is_refused_by_its_key() {
         ),
     ] {
         let text = format!("{DOME}{}", led(file, keys));
-        let message = config::parse("bad.toml", &text, at).expect_err(words).to_string();
+        let message = design::parse("bad.toml", &text, at).expect_err(words).to_string();
         assert!(
             message.starts_with("bad.toml: ") && message.contains(words) && !message.contains('\n'),
             "{message}"

@@ -6,19 +6,18 @@
 use std::fs::File;
 use std::path::Path;
 
-use pipeline::config;
-use pipeline::config::design::Design;
-use pipeline::interrupt::Interrupt;
-use pipeline::metrics::Estimate;
-use pipeline::metrics::jackknife;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
-use pipeline::stages::trace::observe;
 use tracer::formats::lighttools_rays;
 use tracer::formats::rays::RayRecord;
+
+use design::Design;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use metrics::{Estimate, jackknife};
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::scene_check;
+use simulate::trace::observe;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
 const PATHS: u64 = 400_000;
@@ -34,7 +33,7 @@ receiver = { bin_mm = 0.5 }
 "#;
 
 fn parse(text: &str) -> Design {
-    config::parse("lamps.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"))
+    design::parse("lamps.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn seen(design: &Design) -> Observation {
@@ -157,7 +156,7 @@ fn in_the_plane_of_the_mirror_only_what_faces_up_may_lie() {
     let check = |source: &str| {
         let text =
             format!("{BARE}\n[[sources]]\nname = \"a\"\nposition_mm = [1.5, 0, 0]\n{source}\n");
-        config::parse("lamps.toml", &text, Path::new(""))
+        design::parse("lamps.toml", &text, Path::new(""))
             .map_err(anyhow::Error::from)
             .and_then(|design| scene_check::check(&design))
     };
@@ -264,7 +263,7 @@ fn a_file_of_rays_belongs_to_the_design_by_its_content() {
         let ray = RayRecord { position: [0.0; 3], direction, flux: 1.0, wavelength: 550.0 };
         writer.write(&ray).expect("written");
         writer.finish().expect("finished");
-        let design = config::parse("lamps.toml", &text, folder.path()).expect("a design");
+        let design = design::parse("lamps.toml", &text, folder.path()).expect("a design");
         serde_json::to_string(&design.sources).expect("JSON")
     };
     let up = with([0.0, 0.0, 1.0]);

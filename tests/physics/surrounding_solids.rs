@@ -6,20 +6,20 @@
 
 use std::path::Path;
 
-use batwing_tests::judgement::{PATHS, account, alike, close};
-use pipeline::config;
-use pipeline::config::design::Design;
-use pipeline::interrupt::Interrupt;
-use pipeline::metrics::jackknife;
-use pipeline::run_context::RunContext;
-use pipeline::stages::cells::band_cells;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
-use pipeline::stages::tables::{keys, tables};
-use pipeline::stages::trace::observe;
 use tempfile::tempdir;
+
+use batwing_tests::judgement::{PATHS, account, alike, close};
+use design::Design;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use metrics::jackknife;
+use simulate::cells::band_cells;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::scene_check;
+use simulate::tables::{keys, tables};
+use simulate::trace::observe;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
 const RELIEF: &str = include_str!("../../data/designs/d1.toml");
@@ -35,7 +35,7 @@ light = { wavelength_nm = 550.0 }
 "#;
 
 fn parse(text: &str, folder: &Path) -> Design {
-    let design = config::parse("slab.toml", text, folder).unwrap_or_else(|e| panic!("{e}"));
+    let design = design::parse("slab.toml", text, folder).unwrap_or_else(|e| panic!("{e}"));
     scene_check::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
     design
 }
@@ -139,7 +139,7 @@ fn what_leaves_a_slab_follows_its_index_at_every_wavelength() {
     }
     // In a package that stands beside the slab the source does not lie in it.
     let beside = text.replace("position_mm = [0.0, 0.0, 1.0]", "position_mm = [30.0, 0.0, 1.0]");
-    let beside = config::parse("slab.toml", &beside, folder.path()).expect("valid by itself");
+    let beside = design::parse("slab.toml", &beside, folder.path()).expect("valid by itself");
     let said = scene_check::check(&beside).expect_err("not in the slab").to_string();
     assert!(said.contains("sources[1].inside = \"slab\"") && said.contains("\"air\""), "{said}");
 }
@@ -235,7 +235,7 @@ fn orders_are_judged_by_what_the_relief_stands_in() {
     let stated = |orders: usize, solid: &str| {
         let text =
             relief(solid).replacen("[hybrid]\n", &format!("[hybrid]\norders = {orders}\n"), 1);
-        config::parse("potted.toml", &text, Path::new(""))
+        design::parse("potted.toml", &text, Path::new(""))
             .map_err(anyhow::Error::from)
             .and_then(|design| scene_check::check(&design))
             .map_err(|error| error.to_string())
@@ -291,7 +291,7 @@ fn relief_has_tables_for_what_it_stands_in() {
 
     // Tables of files are for air, and all packages stand in one medium.
     let refused = |text: &str| {
-        let design = config::parse("d1.toml", text, Path::new("")).expect("valid by itself");
+        let design = design::parse("d1.toml", text, Path::new("")).expect("valid by itself");
         scene_check::check(&design).expect_err("refused").to_string()
     };
     let half =

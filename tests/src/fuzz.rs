@@ -14,13 +14,14 @@ use bsdf::direction::spherical;
 use bsdf::formats::text::utf8;
 use bsdf::formats::{lighttools, native, order_json, speos, window, zemax};
 use bsdf::{Bsdf, LobeMotion, Side, convert};
-use pipeline::formats::{npy, npz};
 use sha2::{Digest, Sha256};
 use tracer::formats::rays::RayRecord;
 use tracer::formats::{
     eulumdat, ies, lighttools_rays, photometric_text, speos_rays, tm25, zemax_rays,
 };
 use tracer::{Distribution, random};
+
+use files::formats::{npy, npz};
 
 /// One reader with the valid files that its inputs are made of.
 pub struct Target {
@@ -213,7 +214,7 @@ pub fn targets() -> Vec<Target> {
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
         target("sniff", every_file(), |bytes| {
-            pipeline::formats::sniff::guess(bytes, bytes.len() as u64).is_some()
+            files::formats::sniff::guess(bytes, bytes.len() as u64).is_some()
         }),
         target("lighttools_rays", [corpus("plain.ray"), corpus("colour.ray")].concat(), |bytes| {
             lighttools_rays::LightToolsReader::new(bytes)

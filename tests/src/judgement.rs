@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Comparison of traced estimates with expected values, in standard errors.
 
-use pipeline::metrics::Estimate;
-use pipeline::stages::observation::Observation;
+use metrics::Estimate;
+use simulate::observation::Observation;
 
 /// Paths of these tests, by which powers without scatter are judged too.
 pub const PATHS: u64 = 400_000;

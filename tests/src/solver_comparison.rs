@@ -4,14 +4,15 @@
 //! In: a relief of silicone in air, a Bloch wavevector, a resolution of the RCWA. Out: the largest
 //! differences over all incident waves of the wavevector, from both sides, for each polarisation.
 
-use crate::boundary_integral::{Fineness, Grating, Solution};
 use anyhow::Result;
-use pipeline::stages::cells::band_cells;
-use pipeline::stages::tables::interface;
 use rcwa::convergence::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::{Bloch, Pol, Scattering, Side};
 
+use simulate::cells::band_cells;
+use simulate::tables::interface;
+
+use crate::boundary_integral::{Fineness, Grating, Solution};
 use crate::tables::WAVELENGTH_UM;
 use crate::traces::design;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Statistical bounds that a correct program exceeds once in a million times.
 
-use pipeline::metrics::Grouped;
+use metrics::Grouped;
 
 /// Five standard errors: what a single comparison may be off.
 pub const SIGMAS: f64 = 5.0;

@@ -3,21 +3,21 @@
 
 use std::path::Path;
 
-use pipeline::config::{self, design::Design};
-use pipeline::interrupt::Interrupt;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
-use pipeline::stages::trace::observe;
+use design::Design;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::scene_check;
+use simulate::trace::observe;
 
 /// The design of the paper in `name`.
 ///
 /// # Panics
 /// If it is none.
 pub fn design(name: &str) -> Design {
-    config::embedded(name).expect("a valid design")
+    design::embedded(name).expect("a valid design")
 }
 
 /// The design of `text`, checked with its scene.
@@ -25,7 +25,7 @@ pub fn design(name: &str) -> Design {
 /// # Panics
 /// With what is wrong with it.
 pub fn parsed(text: &str) -> Design {
-    let design = config::parse("own.toml", text, Path::new(""));
+    let design = design::parse("own.toml", text, Path::new(""));
     let design = design.unwrap_or_else(|error| panic!("{error}"));
     scene_check::check(&design).unwrap_or_else(|error| panic!("{error}"));
     design

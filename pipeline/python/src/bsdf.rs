@@ -12,12 +12,6 @@ use bsdf::{
 };
 use glam::DVec3;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
-use pipeline::cache::{EXTENSION, read_table, write_table};
-use pipeline::commands::file_formats::nanometres;
-use pipeline::config::design::incidence_grid::{FIRST_KX, MOST_KX, MOST_KY, first_ky};
-use pipeline::formats::content;
-use pipeline::formats::tables::{self, CellFormat, Fineness};
-use pipeline::stages::tables::efficiency_rows;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rand::SeedableRng;
@@ -27,6 +21,13 @@ use rcwa::Truncation;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Resolution as SolverResolution, hemisphere};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
+
+use design::resolved::incidence_grid::{FIRST_KX, MOST_KX, MOST_KY, first_ky};
+use files::cache::{EXTENSION, read_table, write_table};
+use files::formats::content;
+use files::formats::tables::{self, CellFormat, Fineness};
+use pipeline::commands::file_formats::nanometres;
+use simulate::tables::efficiency_rows;
 
 use crate::errors::to_python;
 use crate::job::{self, Job};
@@ -403,8 +404,8 @@ pub fn design_cell(
     ring: usize,
 ) -> PyResult<CellParts> {
     job::run(py, None, move |_| {
-        let design = pipeline::stages::scene_check::parse(&name, &text, &folder)?;
-        let cell = pipeline::stages::cells::ring(&design, ring)?;
+        let design = simulate::scene_check::parse(&name, &text, &folder)?;
+        let cell = simulate::cells::ring(&design, ring)?;
         let polygons = cell.polygons.into_iter().map(|p| (p.index, p.points_um));
         Ok((
             cell.period_um,

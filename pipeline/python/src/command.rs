@@ -6,11 +6,12 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use clap::Parser;
+use pyo3::prelude::*;
+
+use files::interrupt::Interrupt;
+use files::program::{self, Program};
 use pipeline::cli::Cli;
 use pipeline::exit;
-use pipeline::interrupt::Interrupt;
-use pipeline::program::{self, Program};
-use pyo3::prelude::*;
 
 use crate::job::{self, Job};
 
@@ -46,7 +47,7 @@ pub fn command(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
 /// Removes files of this process that are not whole, at its end.
 #[pyfunction]
 pub fn discard_pending() {
-    pipeline::atomic_file::discard_pending();
+    files::atomic_file::discard_pending();
 }
 
 /// States the file of this module, and the words that start the package as a program.

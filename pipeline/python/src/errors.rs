@@ -4,8 +4,9 @@
 
 use std::any::Any;
 
-use pipeline::config::ConfigError;
 use pyo3::prelude::*;
+
+use design::ConfigError;
 
 /// Where the classes are defined.
 const MODULE: &str = "batwing.errors";

@@ -4,9 +4,10 @@
 use std::path::PathBuf;
 
 use numpy::PyReadonlyArray2;
-use pipeline::formats::ray_files::{self, RayFormat, RayMetadata, StatedWavelengths};
 use pyo3::prelude::*;
 use tracer::formats::rays::RayRecord;
+
+use files::formats::ray_files::{self, RayFormat, RayMetadata, StatedWavelengths};
 
 use crate::job;
 use crate::rcwa::array;

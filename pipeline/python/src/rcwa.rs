@@ -401,7 +401,7 @@ pub fn solve_case(
 ) -> PyResult<String> {
     job::run(py, threads, move |job| {
         let case = pipeline::case::Case::parse(&name, &text)?;
-        let solved = pipeline::stages::grating::solve(&case, &job.watch())?;
+        let solved = pipeline::grating::solve(&case, &job.watch())?;
         let mut json = solved.to_json();
         json["warning"] = solved.missed.into();
         Ok(json.to_string())

@@ -8,9 +8,9 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 
-use crate::cache::Cache;
-use crate::config::design::PATHS;
-use crate::stages::model::Model;
+use design::resolved::PATHS;
+use files::cache::Cache;
+use simulate::model::Model;
 
 /// Ways to compute a design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

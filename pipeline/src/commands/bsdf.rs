@@ -11,18 +11,19 @@ use clap::Args;
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use serde_json::{Value, json};
 
+use design::Design;
+use files::cache::{EXTENSION, write_table};
+use files::progress::Console;
+use files::run_context::RunContext;
+use metrics::plural::count;
+use simulate::job::{Job, SharedWork};
+use simulate::scene_check;
+use simulate::tables::labelled;
+
 use super::arguments::cache;
 use super::outputs::writable;
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
-use crate::cache::{EXTENSION, write_table};
-use crate::config::design::Design;
-use crate::plural::count;
-use crate::progress::Console;
-use crate::run_context::RunContext;
-use crate::stages::job::{Job, SharedWork};
-use crate::stages::rings::{self, RingChoice, RingTable, each};
-use crate::stages::scene_check;
-use crate::stages::tables::labelled;
+use crate::rings::{self, RingChoice, RingTable, each};
 
 /// A parser of tolerances that the solver accepts.
 fn tolerance(text: &str) -> Result<f64, String> {

@@ -9,17 +9,17 @@ use clap::Args;
 use rcwa::error::kept_orders;
 use serde_json::{Value, json};
 
-use crate::cache::{EXTENSION, read_table};
-use crate::config::design::Design;
-use crate::digits::thousands;
-use crate::plural::count;
-use crate::run_context::RunContext;
-use crate::stages::cells::band_cells;
-use crate::stages::description::description;
-use crate::stages::dome_surface::dome_surface;
-use crate::stages::model::Model;
-use crate::stages::solids::SolidOnBottom;
-use crate::stages::{scene, scene_check};
+use design::Design;
+use files::cache::{EXTENSION, read_table};
+use files::run_context::RunContext;
+use metrics::digits::thousands;
+use metrics::plural::count;
+use simulate::cells::band_cells;
+use simulate::description::description;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::solids::SolidOnBottom;
+use simulate::{scene, scene_check};
 
 /// `batwing check`.
 #[derive(Debug, Args)]

@@ -9,15 +9,15 @@ use clap::Args;
 use serde::Deserialize as _;
 use serde_json::json;
 
+use files::atomic_file;
+use files::formats::csv::{Column, write_csv};
+use files::run_context::RunContext;
+use report::convergence_study::ConvergenceStudy;
+use simulate::tables::interface;
+use simulate::{cells, scene_check};
+
 use super::outputs::writable;
-use crate::atomic_file;
-use crate::formats::csv::{Column, write_csv};
-use crate::report::convergence_study::ConvergenceStudy;
-use crate::run_context::RunContext;
-use crate::stages::cells;
-use crate::stages::convergence::{ConvergenceSweep, SweepPlan, SweepPoint, study};
-use crate::stages::scene_check;
-use crate::stages::tables::interface;
+use crate::convergence::{ConvergenceSweep, SweepPlan, SweepPoint, study};
 
 /// `batwing converge`.
 #[derive(Debug, Args)]

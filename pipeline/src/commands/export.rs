@@ -10,29 +10,28 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use tracer::Distribution;
 
+use design::Design;
+use design::resolved::dome::Dome;
+use design::spectrum::Spectrum;
+use files::atomic_file::{write_atomic, write_bytes};
+use files::cache::{EXTENSION, read_table};
+use files::formats::content::{self, Content};
+use files::formats::photometry::{self, Labels, Photometry};
+use files::formats::{dxf, obj, stl, svg, tables};
+use files::run_context::RunContext;
+use metrics::digits::shortest;
+use metrics::plural::count;
+use results::far_field;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::tables::tables as solve;
+use simulate::trace::observe;
+use simulate::{bodies, scene_check};
+
 use super::arguments::{cache, paths};
 use super::file_formats::{CellFile, CellSteps, FileFormat, nanometres, not_over};
 use super::outputs::file_writable;
-use crate::atomic_file::{write_atomic, write_bytes};
-use crate::cache::{EXTENSION, read_table};
-use crate::config::design::Design;
-use crate::config::design::dome::Dome;
-use crate::digits::shortest;
-use crate::formats::content::{self, Content};
-use crate::formats::photometry::{self, Labels, Photometry};
-use crate::formats::tables;
-use crate::formats::{dxf, obj, stl, svg};
-use crate::plural::count;
-use crate::results::far_field;
-use crate::run_context::RunContext;
-use crate::spectrum::Spectrum;
-use crate::stages::bodies;
-use crate::stages::dome_surface::dome_surface;
-use crate::stages::model::Model;
-use crate::stages::ray_export::{ExportedRays, RayExport};
-use crate::stages::scene_check;
-use crate::stages::tables::tables as solve;
-use crate::stages::trace::observe;
+use crate::ray_export::{ExportedRays, RayExport};
 
 /// Models for traced rays and far fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

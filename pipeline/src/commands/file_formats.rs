@@ -10,10 +10,11 @@ use bsdf::convert::Resolution;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
+use files::formats::ray_files::RayFormat;
+use files::formats::tables::{self, CellFormat, Fineness};
+use files::run_context::RunContext;
+
 use super::arguments::whole;
-use crate::formats::ray_files::RayFormat;
-use crate::formats::tables::{self, CellFormat, Fineness};
-use crate::run_context::RunContext;
 
 /// Formats to write, by what they hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

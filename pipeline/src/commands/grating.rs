@@ -7,11 +7,12 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rcwa::error::kept_orders;
 
+use files::progress::Console;
+use files::run_context::RunContext;
+use metrics::plural::count;
+
 use crate::case::Case;
-use crate::plural::count;
-use crate::progress::Console;
-use crate::run_context::RunContext;
-use crate::stages::grating;
+use crate::grating;
 
 /// `batwing grating`.
 #[derive(Debug, Args)]

@@ -8,15 +8,16 @@ use bsdf::{LobeMotion, Side};
 use clap::Args;
 use serde_json::json;
 
+use files::atomic_file::write_bytes;
+use files::formats::content::{self, Content};
+use files::formats::photometry::{self, Labels, Photometry};
+use files::formats::{ray_files, tables};
+use files::run_context::RunContext;
+use metrics::plural::count;
+
 use super::arguments::{IncidentSide, whole};
 use super::file_formats::{CellFile, CellSteps, FileFormat, nanometres, not_over};
 use super::outputs::file_writable;
-use crate::atomic_file::write_bytes;
-use crate::formats::content::{self, Content};
-use crate::formats::photometry::{self, Labels, Photometry};
-use crate::formats::{ray_files, tables};
-use crate::plural::count;
-use crate::run_context::RunContext;
 
 /// `batwing import`.
 #[derive(Debug, Args)]

@@ -14,6 +14,14 @@ use clap::{Parser, Subcommand};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use files::atomic_file;
+use files::cache::SOLVER_VERSION;
+use files::checkpoint::program_sha256;
+use files::content_hash::{hashes, sealed, sha256_hex};
+use files::provenance::FileRecord;
+use files::run_context::RunContext;
+use simulate::job::SharedWork;
+
 use super::bsdf::BsdfArgs;
 use super::optimise::OptimiseArgs;
 use super::reproduce::ReproduceArgs;
@@ -21,13 +29,6 @@ use super::run::RunArgs;
 use super::shardable::Shardable;
 use super::study::StudyArgs;
 use super::tolerance::ToleranceArgs;
-use crate::atomic_file;
-use crate::cache::SOLVER_VERSION;
-use crate::checkpoint::program_sha256;
-use crate::content_hash::{hashes, sealed, sha256_hex};
-use crate::provenance::FileRecord;
-use crate::run_context::RunContext;
-use crate::stages::job::SharedWork;
 
 /// File in the directory of results.
 pub const FILE: &str = "job.json";

@@ -10,20 +10,19 @@ use rcwa::field::Sample;
 use rcwa::{Pol, Side};
 use serde_json::{Value, json};
 
+use design::Design;
+use files::atomic_file;
+use files::formats::exr::{Channel, write_channels};
+use files::run_context::RunContext;
+use geometry::Cell;
+use metrics::plural::count;
+use metrics::quantity::{Map, Quantity, Unit};
+use report::plots::{Heading, NearFieldMap, near_field_map};
+use simulate::{cells, scene_check};
+
 use super::arguments::{IncidentSide, finite, whole};
 use super::outputs::writable;
-use crate::atomic_file;
-use crate::config::design::Design;
-use crate::formats::exr::{Channel, write_channels};
-use crate::geometry::Cell;
-use crate::plural::count;
-use crate::quantity::{Map, Quantity, Unit};
-use crate::report::plots::Heading;
-use crate::report::plots::{NearFieldMap, near_field_map};
-use crate::run_context::RunContext;
-use crate::stages::cells;
-use crate::stages::near_field::{IncidentWave, NearField, NearFieldSettings, near_field};
-use crate::stages::scene_check;
+use crate::near_field::{IncidentWave, NearField, NearFieldSettings, near_field};
 
 /// Polarisations (`docs/explanation/conventions.md`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

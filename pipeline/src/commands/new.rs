@@ -8,11 +8,10 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde_json::json;
 
-use crate::config;
-use crate::run_context::RunContext;
+use files::run_context::RunContext;
 
 /// The design, with `NAME` for its name.
-const DESIGN: &str = include_str!("new_design.toml");
+use design::NEW_DESIGN as DESIGN;
 
 /// `batwing new`.
 #[derive(Debug, Args)]
@@ -28,7 +27,7 @@ pub struct NewArgs {
 /// A name that no design may have.
 pub fn text(name: &str) -> Result<String> {
     let text = DESIGN.replace("NAME", name);
-    config::parse(&format!("{name}.toml"), &text, Path::new(""))?;
+    design::parse(&format!("{name}.toml"), &text, Path::new(""))?;
     Ok(text)
 }
 
@@ -63,9 +62,9 @@ mod tests {
 
     #[test]
     fn the_design_is_valid_under_any_good_name() {
-        let design = config::parse("a.toml", &DESIGN.replace("NAME", "my-own.2"), Path::new(""));
+        let design = design::parse("a.toml", &DESIGN.replace("NAME", "my-own.2"), Path::new(""));
         let design = design.expect("a valid design");
         assert_eq!((design.name.as_str(), design.trace.paths), ("my-own.2", 2_000_000));
-        assert!(config::parse("a.toml", &DESIGN.replace("NAME", "a/b"), Path::new("")).is_err());
+        assert!(design::parse("a.toml", &DESIGN.replace("NAME", "a/b"), Path::new("")).is_err());
     }
 }

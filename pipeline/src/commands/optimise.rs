@@ -9,27 +9,29 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, ensure};
 use clap::Args;
 
+use design::Design;
+use experiment::optimise::problem::{self, Problem};
+use experiment::optimise::recipe::{Optimised, Recipe};
+use experiment::optimise::search_results::plain_text;
+use experiment::optimise::shared_search::SharedSearch;
+use experiment::optimise::verification_run::VerificationRun;
+use experiment::optimise::{external_search, found_design, log};
+use files::atomic_file;
+use files::content_hash::sealed;
+use files::provenance::FileRecord;
+use files::run_context::RunContext;
+use report::optimisation::{convergence_picture, front_picture, sensitivity_picture};
+use results::Results;
+use results::optimisation::{FILE, OptimisationFile};
+use results::published::Published;
+use results::schema::PaperFigures;
+use simulate::job::SharedWork;
+use simulate::model_result;
+use simulate::run::Destination;
+
 use super::outputs::{results_writable, writable};
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
-use crate::atomic_file;
-use crate::config::design::Design;
-use crate::content_hash::sealed;
-use crate::optimise::external_search;
-use crate::optimise::found_design;
-use crate::optimise::log;
-use crate::optimise::problem::{self, Problem};
-use crate::optimise::recipe::{Optimised, Recipe};
-use crate::optimise::search_results::plain_text;
-use crate::optimise::shared_search::SharedSearch;
-use crate::optimise::verification_run::VerificationRun;
-use crate::provenance::FileRecord;
-use crate::published::Published;
-use crate::results::optimisation::{FILE, OptimisationFile};
-use crate::results::schema::PaperFigures;
-use crate::results::{self, Results};
-use crate::run_context::RunContext;
-use crate::stages::job::SharedWork;
-use crate::stages::output;
+use crate::output::ModelFilesWriter;
 
 /// Picture of the convergence of the search.
 const CONVERGENCE: &str = "convergence.png";
@@ -116,7 +118,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let folders = [&problem.design.name, &problem.name].into_iter().flat_map(|name| {
         let design = Design { name: name.clone(), ..problem.design.clone() };
         let models = problem.models.iter();
-        let folders: Vec<PathBuf> = models.map(|&m| output::folder(&design, m)).collect();
+        let folders: Vec<PathBuf> = models.map(|&m| model_result::folder(&design, m)).collect();
         folders
     });
     keeps_inputs(&problem, out)?;
@@ -191,9 +193,9 @@ fn keeps_inputs(problem: &Problem, out: &Path) -> Result<()> {
 /// Draws the convergence of the search, and the front and the sensitivities where there are any.
 fn pictures(file: &OptimisationFile, out: &Path) -> Result<Vec<&'static str>> {
     let all = [
-        (CONVERGENCE, Some(file.convergence_picture()?)),
-        (found_design::FRONT_PICTURE, file.front_picture()?),
-        (SENSITIVITIES, file.sensitivity_picture()?),
+        (CONVERGENCE, Some(convergence_picture(file)?)),
+        (found_design::FRONT_PICTURE, front_picture(file)?),
+        (SENSITIVITIES, sensitivity_picture(file)?),
     ];
     let mut drawn = Vec::new();
     for (name, picture) in all {
@@ -214,11 +216,12 @@ fn verified(
     problem: &Problem,
     found: &Optimised,
     out: &Path,
-    cache: &crate::cache::Cache,
+    cache: &files::cache::Cache,
     context: RunContext,
 ) -> Result<Results> {
     let context = RunContext { seed: VerificationRun::seed(context.seed), ..context };
-    let one = |design| VerificationRun::new(problem, design).results(out, cache, context);
+    let destination = Destination { out, writer: &ModelFilesWriter };
+    let one = |design| VerificationRun::new(problem, design).results(destination, cache, context);
     let designs = vec![one(&problem.design)?, one(&found.design)?];
     Ok(Results {
         quick: false,

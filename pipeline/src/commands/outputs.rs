@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::cache::Cache;
-use crate::checkpoint::Checkpoints;
-use crate::results;
-use crate::run_context::RunContext;
+use files::cache::Cache;
+use files::checkpoint::Checkpoints;
+use files::run_context::RunContext;
 
 /// What an interrupted run keeps: tables of orders.
 pub(super) const TABLES: &str = "tables";

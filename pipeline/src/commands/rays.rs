@@ -7,21 +7,22 @@ use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
 
+use design::Design;
+use files::atomic_file;
+use files::run_context::RunContext;
+use metrics::plural::count;
+use report::path_picture::path_picture;
+use report::plots::Heading;
+use results::ray_paths::PathEnd;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::package_drawing::package_drawing;
+use simulate::paths::{by_light, paths};
+use simulate::scene_check;
+use simulate::tables::tables;
+
 use super::arguments::{ModelChoice, cache, whole};
 use super::outputs::writable;
-use crate::atomic_file;
-use crate::config::design::Design;
-use crate::plural::count;
-use crate::report::path_picture::path_picture;
-use crate::report::plots::Heading;
-use crate::results::ray_paths::PathEnd;
-use crate::run_context::RunContext;
-use crate::stages::dome_surface::dome_surface;
-use crate::stages::model::Model;
-use crate::stages::package_drawing::package_drawing;
-use crate::stages::paths::{by_light, paths};
-use crate::stages::scene_check;
-use crate::stages::tables::tables;
 
 /// `batwing rays`.
 #[derive(Debug, Args)]

@@ -7,15 +7,16 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use serde_json::json;
 
+use files::atomic_file;
+use files::content_hash::sha256_hex;
+use files::run_context::RunContext;
+use metrics::plural::count;
+use report::html::folder::Folder;
+use report::html::orders::Source;
+use report::html::tolerance::ToleranceFolder;
+use report::html::{Page, page, tolerance_page};
+
 use super::outputs::writable;
-use crate::atomic_file;
-use crate::content_hash::sha256_hex;
-use crate::plural::count;
-use crate::report::html::folder::Folder;
-use crate::report::html::tolerance::ToleranceFolder;
-use crate::report::html::{Page, orders::Source, page, tolerance_page};
-use crate::results;
-use crate::run_context::RunContext;
 
 /// Default name of the page, under the directory of results.
 const PAGE: &str = "report.html";

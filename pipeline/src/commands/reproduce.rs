@@ -6,24 +6,27 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 
+use design::Design;
+use files::atomic_file;
+use files::checkpoint::Checkpoints;
+use files::provenance::FileRecord;
+use files::run_context::RunContext;
+use report::plots::{Heading, published_vs_computed};
+use report::summary::{self, SummaryRow};
+use results::published::{self, Published};
+use results::{DesignResult, QUICK_NOTE, Results};
+use simulate::job::{Job, SharedWork, Task};
+use simulate::model::Model;
+use simulate::model_result;
+use simulate::run::{Destination, Run};
+use simulate::tables::{DesignTables, tables};
+use simulate::trace_plan::TracePlan;
+
 use super::arguments::cache;
 use super::outputs::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
 use super::shardable::{JobOptions, Shardable, Sharing};
-use crate::atomic_file;
-use crate::checkpoint::Checkpoints;
-use crate::config::{self, design::Design};
-use crate::provenance::FileRecord;
-use crate::published::{self, Published};
-use crate::report::plots::{Heading, published_vs_computed};
-use crate::report::summary::{self, SummaryRow};
-use crate::results::{self, DesignResult, QUICK_NOTE, Results};
-use crate::run_context::RunContext;
-use crate::stages::job::{Job, SharedWork, Task};
-use crate::stages::model::Model;
-use crate::stages::run::Run;
-use crate::stages::tables::{DesignTables, tables};
-use crate::stages::trace_plan::TracePlan;
-use crate::stages::{output, paper_figures};
+use crate::output::ModelFilesWriter;
+use crate::paper_figures;
 
 /// Designs compared with the paper.
 const COMPARED: [&str; 3] = ["d1.toml", "d2.toml", "d3.toml"];
@@ -86,7 +89,7 @@ impl ReproduceArgs {
     fn designs(&self) -> Result<(Vec<Design>, Vec<Design>)> {
         let load = |names: &[&str]| -> Result<Vec<Design>> {
             let quick = |d: Design| if self.quick { quick(d) } else { d };
-            names.iter().map(|name| Ok(quick(config::embedded(name)?))).collect()
+            names.iter().map(|name| Ok(quick(design::embedded(name)?))).collect()
         };
         Ok((load(&COMPARED)?, load(&REFERENCES)?))
     }
@@ -108,7 +111,7 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     let folders = compared
         .iter()
         .chain(&references)
-        .flat_map(|d| Model::all_of(d).into_iter().map(|m| output::folder(d, m)))
+        .flat_map(|d| Model::all_of(d).into_iter().map(|m| model_result::folder(d, m)))
         .chain([PathBuf::from(paper_figures::FOLDER)]);
     let files = [results::FILE, SUMMARY, COMPARISON];
     results_writable(&arguments.out, folders, &files, Some(&cache))?;
@@ -121,16 +124,11 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     }
     let all_tables = tables(&compared.iter().collect::<Vec<_>>(), Some(&cache), None, context)?;
 
+    let destination = Destination { out: &arguments.out, writer: &ModelFilesWriter };
     let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
-        let run = Run {
-            design,
-            lights: None,
-            stopping_rule: None,
-            cache: Some(&cache),
-            out: &arguments.out,
-        };
+        let run = Run { design, lights: None, stopping_rule: None, cache: Some(&cache) };
         let models = Model::all_of(design).into_iter();
-        let models = models.map(|model| run.model(model, tables, context));
+        let models = models.map(|model| run.model(model, tables, destination, context));
         Ok(DesignResult {
             name: design.name.clone(),
             design_sha256: design.provenance.sha256.clone(),

@@ -8,26 +8,28 @@ use anyhow::{Result, ensure};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
+use design::Design;
+use design::spectrum::Spectrum;
+use files::checkpoint::{Checkpoints, LEAST_PATHS};
+use files::run_context::RunContext;
+use metrics::digits::thousands;
+use report::{run_summary, summary};
+use results::published::Published;
+use results::schema::PaperFigures;
+use results::{DesignResult, Results};
+use simulate::dome_surface::dome_surface;
+use simulate::job::{Job, SharedWork, Task};
+use simulate::model::Model;
+use simulate::run::{Destination, Run};
+use simulate::solids::SolidOnBottom;
+use simulate::stopping_rule::{ErrorTarget, StoppingRule};
+use simulate::trace::GROUPS;
+use simulate::{model_result, scene, scene_check};
+
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
-use crate::checkpoint::{Checkpoints, LEAST_PATHS};
-use crate::config::design::Design;
-use crate::digits::thousands;
-use crate::published::Published;
-use crate::report::{run_summary, summary};
-use crate::results::schema::PaperFigures;
-use crate::results::{self, DesignResult, Results};
-use crate::run_context::RunContext;
-use crate::spectrum::Spectrum;
-use crate::stages::dome_surface::dome_surface;
-use crate::stages::job::{Job, SharedWork, Task};
-use crate::stages::model::Model;
-use crate::stages::run::Run;
-use crate::stages::solids::SolidOnBottom;
-use crate::stages::stopping_rule::{ErrorTarget, StoppingRule};
-use crate::stages::trace::GROUPS;
-use crate::stages::{output, scene, scene_check};
+use crate::output::ModelFilesWriter;
 
 /// `batwing run`.
 #[derive(Debug, Args)]
@@ -87,13 +89,8 @@ impl Shardable for RunArgs {
         let design = self.design()?;
         let models = self.models(&design)?;
         let lights = design.all_lights();
-        let run = Run {
-            design: &design,
-            lights: lights.as_deref(),
-            stopping_rule: None,
-            cache: None,
-            out: &self.out,
-        };
+        let run =
+            Run { design: &design, lights: lights.as_deref(), stopping_rule: None, cache: None };
         run.check(&models, context)?;
         let plans = run.plans(&models, context)?.into_iter();
         let tasks = plans.map(|plan| Box::new(plan) as Box<dyn Task>);
@@ -172,15 +169,16 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         lights: lights.as_deref(),
         stopping_rule: stopping_rule.as_ref(),
         cache: cache.as_ref(),
-        out: &arguments.out,
     };
     run.check(&models, context)?;
-    let folders = models.iter().map(|&m| output::folder(&design, m));
+    let folders = models.iter().map(|&m| model_result::folder(&design, m));
     results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
     let stored = [needs_tables.then_some(TABLES), stores_paths.then_some(outputs::PATHS)];
     note_interrupt(context, cache.as_ref(), &stored);
     let checkpoints = checkpoints(cache.as_ref().filter(|_| stores_paths), context)?;
-    let models = run.models(&models, context.storing(checkpoints.as_ref()))?;
+    let destination = Destination { out: &arguments.out, writer: &ModelFilesWriter };
+    let context = context.storing(checkpoints.as_ref());
+    let models = run.models(&models, destination, context)?;
     let designs = vec![DesignResult {
         name: design.name.clone(),
         design_sha256: design.provenance.sha256.clone(),

@@ -4,8 +4,8 @@
 use anyhow::Result;
 use clap::Args;
 
-use crate::config::json_schema;
-use crate::run_context::RunContext;
+use design::json_schema;
+use files::run_context::RunContext;
 
 /// `batwing schema`.
 #[derive(Debug, Args)]

@@ -7,11 +7,12 @@ use std::path::Path;
 use anyhow::Result;
 use clap::Args;
 
+use files::cache::Cache;
+use files::run_context::RunContext;
+use simulate::job::SharedWork;
+use simulate::shard::ShardChoice;
+
 use super::arguments;
-use crate::cache::Cache;
-use crate::run_context::RunContext;
-use crate::shard::ShardChoice;
-use crate::stages::job::SharedWork;
 
 /// Options of a command whose work may be shared.
 #[derive(Debug, Clone, Args)]

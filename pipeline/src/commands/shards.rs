@@ -11,18 +11,19 @@ use anyhow::{Context, Error, Result, bail, ensure};
 use clap::Args;
 use serde_json::{Value, json};
 
+use files::atomic_file;
+use files::checkpoint::Checkpoints;
+use files::interrupt::Stopped;
+use files::run_context::RunContext;
+use metrics::plural::count;
+use simulate::job::{Cost, MissingPieces, SharedWork};
+use simulate::shard::{SHARDS, ShardChoice};
+
 use super::arguments::whole;
 use super::job_record::{FILE, JobRecord, SharedLine, shell_line};
 use super::outputs::writable;
 use super::shardable::Shardable;
 use super::submit;
-use crate::atomic_file;
-use crate::checkpoint::Checkpoints;
-use crate::interrupt::Stopped;
-use crate::plural::count;
-use crate::run_context::RunContext;
-use crate::shard::{SHARDS, ShardChoice};
-use crate::stages::job::{Cost, MissingPieces, SharedWork};
 
 /// Exit code of a shard or a merge that is worth repeating, as EX_TEMPFAIL of sysexits.h.
 const REPEAT: u8 = 75;

@@ -9,24 +9,24 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 
+use experiment::study::compute::{compute, shared_traces};
+use experiment::study::study_results::{FigureRow, Ranked, StudyResults};
+use experiment::study::{self, Study};
+use files::atomic_file;
+use files::content_hash::sealed;
+use files::formats::csv;
+use files::provenance::FileRecord;
+use files::run_context::RunContext;
+use metrics::digits::format_value_with_error;
+use metrics::estimate::DISTINCT;
+use metrics::plural::count;
+use metrics::quantity::Unit;
+use report::plots::{Heading, MarkedLine, marked_lines};
+use simulate::job::{Job, SharedWork, Task};
+
 use super::arguments::{cache, paths};
 use super::outputs::writable;
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
-use crate::atomic_file;
-use crate::content_hash::sealed;
-use crate::digits::format_value_with_error;
-use crate::formats::csv;
-use crate::metrics::estimate::DISTINCT;
-use crate::plural::count;
-use crate::provenance::FileRecord;
-use crate::quantity::Unit;
-use crate::report::plots::Heading;
-use crate::report::plots::{MarkedLine, marked_lines};
-use crate::run_context::RunContext;
-use crate::stages::job::{Job, SharedWork, Task};
-use crate::study::compute::{compute, shared_traces};
-use crate::study::study_results::{FigureRow, Ranked, StudyResults};
-use crate::study::{self, Study};
 
 /// File under the directory of results.
 pub const FILE: &str = "study.json";

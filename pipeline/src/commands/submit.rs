@@ -6,9 +6,9 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
+use files::{atomic_file, program};
+
 use super::job_record::{JobRecord, shell_line};
-use crate::atomic_file;
-use crate::program;
 
 /// Folder of the scripts and of what the tasks say, in the directory of results.
 const FOLDER: &str = "slurm";

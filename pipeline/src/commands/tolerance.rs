@@ -7,20 +7,21 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Args;
 
+use experiment::tolerance::compute::compute;
+use experiment::tolerance::definition::{self, Overrides, ToleranceAnalysis};
+use experiment::tolerance::shared_traces::shared_traces;
+use experiment::tolerance::tolerance_results::ToleranceResults;
+use files::atomic_file;
+use files::content_hash::sealed;
+use files::formats::csv;
+use files::provenance::FileRecord;
+use files::run_context::RunContext;
+use results::tolerance::FILE;
+use simulate::job::{Job, SharedWork, Task};
+
 use super::arguments::{cache, paths, whole};
 use super::outputs::writable;
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
-use crate::atomic_file;
-use crate::content_hash::sealed;
-use crate::formats::csv;
-use crate::provenance::FileRecord;
-use crate::results::tolerance::FILE;
-use crate::run_context::RunContext;
-use crate::stages::job::{Job, SharedWork, Task};
-use crate::tolerance::compute::compute;
-use crate::tolerance::definition::{self, Overrides, ToleranceAnalysis};
-use crate::tolerance::shared_traces::shared_traces;
-use crate::tolerance::tolerance_results::ToleranceResults;
 
 /// A line for each sample.
 const TABLE: &str = "samples.csv";
@@ -105,7 +106,7 @@ pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
     csv::write_text_csv(&path(TABLE), &headings, &results.rows())?;
     let mut file = results.to_file(context.seed);
     file.files = vec![FileRecord::new(TABLE, &std::fs::read(path(TABLE))?)];
-    if let Some(picture) = file.distribution_picture()? {
+    if let Some(picture) = report::tolerance::distribution_picture(&file)? {
         let png = picture.png()?;
         atomic_file::write_bytes(&path(DISTRIBUTION), &png)?;
         file.files.push(FileRecord::new(DISTRIBUTION, &png));

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime};
 
-use pipeline::content_hash::sha256_hex;
 use serde_json::Value;
-
 use tempfile::{TempDir, tempdir};
 
-use super::binary::{PATH, batwing};
 use batwing_tests::bad_input::good;
+use files::content_hash::sha256_hex;
+
+use super::binary::{PATH, batwing};
 
 /// Figures that every model of a design of the paper has.
 pub const KEYS: [&str; 4] =

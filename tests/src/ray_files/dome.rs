@@ -3,17 +3,17 @@
 
 use std::path::Path;
 
-use pipeline::config;
-use pipeline::config::design::Design;
-use pipeline::interrupt::Interrupt;
-use pipeline::run_context::RunContext;
-use pipeline::stages::dome_surface::dome_surface;
-use pipeline::stages::model::Model;
-use pipeline::stages::observation::Observation;
-use pipeline::stages::scene_check;
-use pipeline::stages::spectral::SpectralJob;
-use pipeline::stages::trace::observe;
 use tempfile::{TempDir, tempdir};
+
+use design::Design;
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::scene_check;
+use simulate::spectral::SpectralJob;
+use simulate::trace::observe;
 
 use super::{Ray, Says, write};
 use crate::statistics;
@@ -60,7 +60,7 @@ pub fn source(name: &str, file: &str, keys: &str) -> String {
 /// # Panics
 /// If it is refused.
 pub fn parse(text: &str, at: &Path) -> Design {
-    config::parse("rays.toml", text, at).unwrap_or_else(|e| panic!("{e}"))
+    design::parse("rays.toml", text, at).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// What a trace of it sees.

@@ -3,11 +3,11 @@
 
 use anyhow::{Context, Result, ensure};
 use num_complex::Complex64;
-use pipeline::geometry::profile::Elements;
-use pipeline::geometry::profile::SphericalDome;
-use pipeline::geometry::{Chord, Meridian, Role, vertices};
 use rcwa::Stack;
 use rcwa::relief::{Layer, Polygon, Relief, SlicePlan};
+
+use geometry::profile::{Elements, SphericalDome};
+use geometry::{Chord, Meridian, Role, vertices};
 
 use crate::tables::{SILICONE, WAVELENGTH_UM};
 use crate::traces::design;

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Design files: TOML text in, a checked [`Design`] out.
+//!
+//! Two steps. [`schema`] mirrors the file key by key and refuses unknown keys; [`resolved`] holds
+//! only values that passed every check, so nothing later asks again whether a length is positive.
+//! Every error names the file, the key, what was found and what was expected.
+
+mod check;
+pub mod dotted_keys;
+pub mod error;
+pub mod json_schema;
+pub mod material;
+pub mod resolve;
+pub mod resolved;
+pub mod schema;
+pub mod serde_arrays;
+pub mod spectrum;
+pub mod tagged;
+#[cfg(test)]
+mod tests;
+pub mod toml_errors;
+
+use std::path::{Path, PathBuf};
+
+pub use error::ConfigError;
+pub use resolved::Design;
+
+/// The embedded design files, by name: `reproduce` needs no file beside the binary.
+pub const EMBEDDED: [(&str, &str); 5] = [
+    ("d1.toml", include_str!("../../../data/designs/d1.toml")),
+    ("d2.toml", include_str!("../../../data/designs/d2.toml")),
+    ("d3.toml", include_str!("../../../data/designs/d3.toml")),
+    ("bare-dome.toml", include_str!("../../../data/designs/bare-dome.toml")),
+    ("commercial-7p5.toml", include_str!("../../../data/designs/commercial-7p5.toml")),
+];
+
+/// Commented design that `batwing new` writes, with NAME where its name stands.
+pub const NEW_DESIGN: &str = include_str!("new_design.toml");
+
+/// Largest design file: its reader takes some eighty times as much memory.
+const MOST_BYTES: u64 = 4_000_000;
+
+/// Reads and checks the design file at `path`. Material files are looked for beside it.
+pub fn load(path: &Path) -> Result<Design, ConfigError> {
+    let file = path.display().to_string();
+    let unreadable = |source| ConfigError::Read { file: file.clone(), source };
+    refuse_large(&file, std::fs::metadata(path).map_err(unreadable)?.len())?;
+    let text = std::fs::read_to_string(path).map_err(unreadable)?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    parse(&file, &text, &folder)
+}
+
+fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {
+    if bytes <= MOST_BYTES {
+        return Ok(());
+    }
+    let message = format!(
+        "expected a design of at most {} MB, got {:.1}; long lists go into files that it names",
+        MOST_BYTES / 1_000_000,
+        bytes as f64 * 1e-6
+    );
+    Err(ConfigError::Syntax { file: file.to_owned(), message })
+}
+
+/// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
+pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design, ConfigError> {
+    refuse_large(file, text.len() as u64)?;
+    let mut raw: schema::Design = toml_errors::read(text, &schema::tagged_tables())
+        .map_err(|message| ConfigError::Syntax { file: file.to_owned(), message })?;
+    let written: toml::Table = text.parse().unwrap_or_default();
+    resolve::defaults::derive(&mut raw, &written);
+    let asks_for_bands = written.contains_key("hybrid");
+    let file = resolve::DesignText { file, text, folder };
+    Design::resolve(&raw, &file, asks_for_bands)
+}
+
+/// The embedded design called `name`, checked like any other.
+pub fn embedded(name: &str) -> Result<Design, ConfigError> {
+    let (file, text) =
+        EMBEDDED.iter().find(|(n, _)| *n == name).ok_or_else(|| ConfigError::Read {
+            file: name.to_owned(),
+            source: std::io::Error::from(std::io::ErrorKind::NotFound),
+        })?;
+    parse(file, text, Path::new(""))
+}

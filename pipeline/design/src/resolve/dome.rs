@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The shape of the dome: a truncated sphere, a generating curve point by point (`dome.meridian_mm`
+//! and `dome.meridian_file`), or a mesh.
+//!
+//! In, for a curve: rows of two numbers (r, z), three (and the bulge of an arc) or four (and its
+//! centre), in the design or in a file. Out: a checked curve. The file holds a row on each line,
+//! numbers with commas, semicolons or spaces between them; `#` begins a comment, a first line of
+//! words is passed over.
+
+use std::path::Path;
+
+use geometry::Meridian;
+use geometry::outline::{Ends, Row, outline};
+
+use super::{dome_mesh, package};
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::resolved::dome::Dome;
+use crate::schema;
+use crate::schema::dome::{DomeForm, MeridianDome, MeridianFileDome};
+
+/// What a row is, in messages.
+const ROW: &str =
+    "two to four numbers: r and z in mm, the bulge of an arc, or the r and z of its centre";
+
+/// The dome of `raw`.
+pub(crate) fn resolve(
+    raw: &schema::Design,
+    folder: &Path,
+    at: &Context,
+) -> Result<Option<Dome>, ConfigError> {
+    let Some(stated) = &raw.dome else {
+        return Ok(None);
+    };
+    let dome = match &stated.kind {
+        DomeForm::Sphere(sphere) => Dome::Sphere(package::dome(sphere, at)?),
+        DomeForm::Meridian(MeridianDome { meridian_mm }) => {
+            let curve = in_design("dome.meridian_mm", meridian_mm, Ends::OnBottom, at)?;
+            Dome::Meridian(curve)
+        }
+        DomeForm::MeridianFile(MeridianFileDome { meridian_file }) => {
+            let key = ["dome.meridian_file", meridian_file];
+            Dome::Meridian(in_file(key, folder, Ends::OnBottom, at)?)
+        }
+        DomeForm::Mesh(mesh) => {
+            let mesh = dome_mesh::load(mesh, folder).map_err(|error| at.of_files(&error))?;
+            if raw.elements.is_some() {
+                let expected = "no such table with dome.mesh, which is the whole surface";
+                return Err(at.value("elements", "given", expected));
+            }
+            Dome::Mesh(mesh)
+        }
+    };
+    Ok(Some(dome))
+}
+
+/// The curve of rows that stand in the design under `key`.
+pub(crate) fn in_design(
+    key: &str,
+    rows: &[Vec<f64>],
+    ends: Ends,
+    at: &Context,
+) -> Result<Meridian, ConfigError> {
+    let row = |(k, numbers): (usize, &Vec<f64>)| {
+        let wrong = || at.value(&format!("{key}[{}]", k + 1), format!("{numbers:?}"), ROW);
+        Row::of(numbers).ok_or_else(wrong)
+    };
+    let rows: Vec<Row> = rows.iter().enumerate().map(row).collect::<Result<_, _>>()?;
+    outline(&rows, ends).map_err(|e| at.value(&format!("{key}[{}]", e.row), e.got, &e.expected))
+}
+
+/// The curve of the file that stands under `key`.
+pub(crate) fn in_file(
+    [key, name]: [&str; 2],
+    folder: &Path,
+    ends: Ends,
+    at: &Context,
+) -> Result<Meridian, ConfigError> {
+    let path = folder.join(name);
+    let text = std::fs::read_to_string(&path).map_err(|e| {
+        let expected = format!("a readable file: `{}`: {e}", path.display());
+        at.value(key, name, &expected)
+    })?;
+    let wrong = |line: usize, got: String, expected: &str| {
+        at.value(key, format!("{name}, line {line}: {got}"), expected)
+    };
+    let (mut rows, mut lines) = (Vec::new(), Vec::new());
+    for (line, number) in text.lines().zip(1..) {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if line.is_empty() {
+            continue;
+        }
+        let words = line.split(|c: char| c == ',' || c == ';' || c.is_whitespace());
+        let numbers: Option<Vec<f64>> =
+            words.filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect();
+        match numbers.as_deref().map(Row::of) {
+            Some(Some(row)) => {
+                rows.push(row);
+                lines.push(number);
+            }
+            None if rows.is_empty() && number == 1 => {}
+            _ => return Err(wrong(number, format!("{line:?}"), ROW)),
+        }
+    }
+    outline(&rows, ends).map_err(|e| {
+        let line = lines.get(e.row.saturating_sub(1)).copied().unwrap_or(1);
+        wrong(line, e.got, &e.expected)
+    })
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `dome.mesh`: the solid of a dome from a file of triangles.
+//!
+//! In: an STL or OBJ file with its unit. Out: a checked shape in two parts, the triangles that lie
+//! in the plane z = 0, which are the bottom, and all others; and the dome's height and largest
+//! radius, which are those of its corners. The solid must be closed and stand on z = 0.
+
+use std::path::Path;
+
+use anyhow::{Context as _, Result, bail, ensure};
+use glam::DVec3;
+use tracer::Shape;
+use tracer::shape::Mesh;
+
+use files::content_hash::sha256_hex;
+use files::formats::{obj, stl};
+
+use crate::resolved::dome::DomeMesh;
+use crate::schema::dome::{MeshDome, MeshUnit};
+
+/// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of
+/// the solid: the rounding of f32.
+const ROUNDING: f64 = 1e-6;
+
+/// Reads the mesh of `raw` and measures it.
+pub(crate) fn load(raw: &MeshDome, folder: &Path) -> Result<DomeMesh> {
+    let name = &raw.mesh;
+    let (triangles, sha256) = triangles("dome", name, raw.mesh_unit, folder)?;
+    let path = folder.join(name);
+    measured(name, sha256, triangles).with_context(|| format!("dome.mesh: `{}`", path.display()))
+}
+
+/// The triangles of the file `mesh` of a table in millimetres, and the hash of the file.
+pub(crate) fn triangles(
+    table: &str,
+    name: &str,
+    unit: MeshUnit,
+    folder: &Path,
+) -> Result<(Vec<[DVec3; 3]>, String)> {
+    let unit_mm = unit.mm();
+    let path = folder.join(name);
+    let bytes = std::fs::read(&path).with_context(|| {
+        format!("{table}.mesh: expected a mesh, cannot read `{}`", path.display())
+    })?;
+    let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
+    let triangles = match ending.as_ref().and_then(|e| e.to_str()) {
+        Some("stl") => stl::read(&bytes, unit_mm),
+        Some("obj") => obj::read(&bytes, unit_mm),
+        _ => bail!("{table}.mesh: expected a file ending in .stl or .obj, got `{name}`"),
+    };
+    let triangles = triangles.with_context(|| format!("{table}.mesh: `{}`", path.display()))?;
+    Ok((triangles, sha256_hex(&bytes)))
+}
+
+/// The solid and its measures.
+fn measured(name: &str, sha256: String, mut triangles: Vec<[DVec3; 3]>) -> Result<DomeMesh> {
+    let corners = || triangles.iter().flatten();
+    let height_mm = corners().map(|corner| corner.z).fold(0.0, f64::max);
+    let radius_mm = corners().map(|corner| corner.truncate().length()).fold(0.0, f64::max);
+    let slack = ROUNDING * height_mm.max(radius_mm);
+    for corner in triangles.iter_mut().flatten() {
+        if corner.z.abs() <= slack {
+            corner.z = 0.0;
+        }
+        ensure!(corner.z >= 0.0, "corner {corner} mm: expected all corners at z = 0 and above");
+    }
+    let part = |t: &[DVec3; 3]| u32::from(t.iter().all(|corner| corner.z <= 0.0));
+    let parts: Vec<u32> = triangles.iter().map(part).collect();
+    ensure!(
+        parts.contains(&0) && parts.contains(&1),
+        "expected a solid that stands on the plane z = 0, with triangles in it and above it"
+    );
+    let mesh = Mesh::welded(&triangles, &parts)?;
+    Ok(DomeMesh {
+        file: name.to_owned(),
+        sha256,
+        height_mm,
+        radius_mm,
+        triangles: triangles.len(),
+        shape: Shape::mesh(mesh),
+    })
+}

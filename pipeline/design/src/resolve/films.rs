@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Thin films, checked: layers on the dome, layers on the metal of the mirror.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::resolved::films::{FilmStacks, Films, GivenIndex, IndexSource, Stack, films};
+use crate::schema::films::{Index, Layer};
+use crate::schema::reflectors::{Law, Metal};
+use crate::serde_arrays::List;
+use crate::{material, schema};
+
+/// The films of `raw`, if there are any.
+pub(crate) fn resolve(
+    raw: &schema::Design,
+    wavelength_nm: f64,
+    folder: &Path,
+    at: &Context,
+) -> Result<Option<Films>, ConfigError> {
+    let dome = raw.dome.as_ref();
+    let dome = dome.map_or(&[][..], |dome| &dome.shared.coating);
+    let metal = match &raw.mirror.kind {
+        Law::Specular(metal) => Stack::on_metal("mirror", metal, folder, at)?,
+        _ => Stack::default(),
+    };
+    if metal.substrate.is_some() && raw.files.mirror.is_some() {
+        let expected = "no such table beside [files.mirror]";
+        return Err(at.value("mirror.substrate", "given", expected));
+    }
+    if dome.is_empty() && metal.substrate.is_none() {
+        return Ok(None);
+    }
+    let stated = FilmStacks { dome: Stack::new("dome", dome, folder, at)?, mirror: metal };
+    films(Arc::new(stated), wavelength_nm, at).map(Some)
+}
+
+impl Stack {
+    /// The layers `coating` of the table `table`.
+    pub(crate) fn new(
+        table: &str,
+        coating: &[Layer],
+        folder: &Path,
+        at: &Context,
+    ) -> Result<Self, ConfigError> {
+        let layers = coating.iter().enumerate().map(|(number, layer)| {
+            let key = format!("{table}.coating[{}]", number + 1);
+            let thickness_key = format!("{key}.thickness_nm");
+            let thickness = at.within(&thickness_key, layer.thickness_nm, 1e-3, 1e9)?;
+            let file = layer.material_file.as_ref();
+            Ok((source(&key, layer.index, file, folder, at)?, thickness))
+        });
+        Ok(Self { layers: layers.collect::<Result<_, ConfigError>>()?, substrate: None })
+    }
+
+    /// The layers and the metal under them of a specular reflector.
+    pub(crate) fn on_metal(
+        table: &str,
+        stated: &Metal,
+        folder: &Path,
+        at: &Context,
+    ) -> Result<Self, ConfigError> {
+        let key = format!("{table}.substrate");
+        let Some(metal) = &stated.substrate else {
+            if stated.coating.is_empty() {
+                return Ok(Self::default());
+            }
+            return Err(at.value(&key, "missing", "what the layers lie on"));
+        };
+        let file = metal.material_file.as_ref();
+        Ok(Self {
+            substrate: Some(source(&key, metal.index, file, folder, at)?),
+            ..Self::new(table, &stated.coating, folder, at)?
+        })
+    }
+}
+
+fn source(
+    key: &str,
+    index: Option<Index>,
+    file: Option<&String>,
+    folder: &Path,
+    at: &Context,
+) -> Result<IndexSource, ConfigError> {
+    let (key, value) = match (index, file) {
+        (Some(Index::Real(n)), None) => (format!("{key}.index"), GivenIndex::Fixed([n, 0.0])),
+        (Some(Index::Complex(List(index))), None) => {
+            (format!("{key}.index"), GivenIndex::Fixed(index))
+        }
+        (None, Some(name)) => {
+            let key = format!("{key}.material_file");
+            let material = material::read(&folder.join(name))
+                .map_err(|e| at.value(&key, name, &format!("a readable material: {e:#}")))?;
+            let name = name.clone();
+            (key, GivenIndex::File { name, material })
+        }
+        _ => {
+            let expected = "one of `index` and `material_file`";
+            return Err(at.value(key, "both or neither", expected));
+        }
+    };
+    Ok(IndexSource { key, value })
+}

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[light]`, checked: one wavelength or a spectrum.
+
+use std::path::Path;
+
+use metrics::columns;
+
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::resolved::Design;
+use crate::schema;
+use crate::schema::light::{SpectrumForm, SpectrumRows};
+use crate::spectrum::{
+    Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting,
+};
+
+/// Change from one number of wavelengths to the next where the design says nothing: half a point.
+pub(crate) const USUAL_TOLERANCE: f64 = 5e-3;
+
+/// The light of a design.
+pub(crate) struct ResolvedLight {
+    /// The wavelength, or the one that stands for the spectrum, nm.
+    pub(crate) wavelength_nm: f64,
+    /// The spectrum, if there is one.
+    pub(crate) spectrum: Option<Spectrum>,
+}
+
+impl ResolvedLight {
+    /// What figures are weighted by.
+    pub(crate) fn weighting(&self) -> Weighting {
+        let spectrum = self.spectrum.as_ref();
+        spectrum.map_or(Weighting::Radiometric, |s| s.weighting)
+    }
+
+    /// It as a spectrum, of one line where it is a wavelength.
+    pub(crate) fn whole(&self, at: &Context) -> Result<Spectrum, ConfigError> {
+        match &self.spectrum {
+            Some(spectrum) => Ok(spectrum.clone()),
+            None => line(self.wavelength_nm, self.weighting(), "light.wavelength_nm", at),
+        }
+    }
+}
+
+pub(crate) fn resolve(
+    design: &schema::Design,
+    folder: &Path,
+    at: &Context,
+) -> Result<ResolvedLight, ConfigError> {
+    let raw = &design.light;
+    // Who states lumens asks for lumens, unless the design says otherwise.
+    let in_lumens = design.led.shared.power_lm.is_some();
+    let usual = in_lumens.then_some(Weighting::Photometric);
+    match (raw.wavelength_nm, &raw.spectrum) {
+        (Some(wavelength_nm), None) => {
+            let key = "light.wavelength_nm";
+            at.within(key, wavelength_nm, WAVELENGTHS_NM[0], WAVELENGTHS_NM[1])?;
+            // Lumens of one wavelength are those of a spectrum of one line.
+            let photometric = raw.weighting.or(usual) == Some(Weighting::Photometric);
+            let line = photometric.then(|| line(wavelength_nm, Weighting::Photometric, key, at));
+            Ok(ResolvedLight { wavelength_nm, spectrum: line.transpose()? })
+        }
+        (None, Some(spectrum)) => {
+            if raw.weighting.is_some() {
+                let expected = "no such key beside [light.spectrum], which states it";
+                return Err(at.value("light.weighting", "given", expected));
+            }
+            let key = "light.spectrum";
+            let weighting = spectrum.shared.weighting.or(usual).ok_or_else(|| {
+                let expected = "\"radiometric\" or \"photometric\"";
+                at.value("light.spectrum.weighting", "missing", expected)
+            })?;
+            let spectrum = resolve_spectrum(spectrum, (key, weighting), folder, at)?;
+            Ok(ResolvedLight { wavelength_nm: spectrum.median_nm(), spectrum: Some(spectrum) })
+        }
+        (both, _) => Err(at.value(
+            "light",
+            if both.is_some() { "both" } else { "neither" },
+            "one of `wavelength_nm` and `[light.spectrum]`",
+        )),
+    }
+}
+
+/// ResolvedLight of one wavelength, from `key`.
+pub(crate) fn line(
+    wavelength_nm: f64,
+    weighting: Weighting,
+    key: &str,
+    at: &Context,
+) -> Result<Spectrum, ConfigError> {
+    let refuse = |error: SpectrumError| at.value(key, wavelength_nm, &error.expected);
+    Spectrum::line(wavelength_nm, weighting).map_err(refuse)
+}
+
+/// Checks the spectrum of the table `table`.
+pub(crate) fn resolve_spectrum(
+    raw: &schema::Spectrum,
+    (table, weighting): (&str, Weighting),
+    folder: &Path,
+    at: &Context,
+) -> Result<Spectrum, ConfigError> {
+    let named = |key: &str| format!("{table}.{key}");
+    let refuse = |error: SpectrumError| at.value(&named(error.key), error.got, &error.expected);
+    let file = match &raw.kind {
+        SpectrumForm::WhiteLed(_) => None,
+        SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) => rows.file.as_ref(),
+    };
+    let source = match &raw.kind {
+        SpectrumForm::WhiteLed(led) => SpectralPower::WhiteLed {
+            blue_nm: led.blue_nm,
+            blue_fwhm_nm: led.blue_fwhm_nm,
+            phosphor_nm: led.phosphor_nm,
+            phosphor_fwhm_nm: led.phosphor_fwhm_nm,
+            blue_part: led.blue_part,
+        },
+        SpectrumForm::Table(stated) => {
+            let [wavelength_nm, power] = rows(stated, table, folder, at)?;
+            SpectralPower::Table { wavelength_nm, power }
+        }
+        SpectrumForm::Lines(stated) => {
+            let [wavelength_nm, power] = rows(stated, table, folder, at)?;
+            SpectralPower::Lines { wavelength_nm, power }
+        }
+    };
+    let sampling = match (raw.shared.tolerance, raw.shared.samples) {
+        (Some(_), Some(_)) => {
+            return Err(at.value(&named("samples"), "beside `tolerance`", "one of the two"));
+        }
+        (Some(tolerance), None) => Some(Sampling::Tolerance(tolerance)),
+        (None, Some(samples)) => Some(Sampling::Samples(samples)),
+        (None, None) if matches!(raw.kind, SpectrumForm::Lines(_)) => None,
+        (None, None) => Some(Sampling::Tolerance(USUAL_TOLERANCE)),
+    };
+    let in_file = |error: SpectrumError| match (file, error.key) {
+        // What is wrong with rows from a file is said of the file.
+        (Some(file), "wavelength_nm" | "power") => at.value(
+            &named("file"),
+            file,
+            &format!("{} with {}, got {}", error.key, error.expected, error.got),
+        ),
+        _ => refuse(error),
+    };
+    Spectrum::new(source, weighting, sampling).map_err(in_file)
+}
+
+/// Wavelengths and powers from the design or from a file.
+fn rows(
+    raw: &SpectrumRows,
+    table: &str,
+    folder: &Path,
+    at: &Context,
+) -> Result<[Vec<f64>; 2], ConfigError> {
+    match (&raw.wavelength_nm, &raw.power, &raw.file) {
+        (Some(wavelength_nm), Some(power), None) => Ok([wavelength_nm.clone(), power.clone()]),
+        (None, None, Some(file)) => {
+            let path = folder.join(file);
+            let refuse = |why: String| {
+                at.value(&format!("{table}.file"), file, &format!("a file of two columns: {why}"))
+            };
+            let text = std::fs::read_to_string(&path)
+                .map_err(|error| refuse(format!("cannot read `{}`: {error}", path.display())))?;
+            columns::read(&text).map_err(|why| refuse(format!("`{}`: {why}", path.display())))
+        }
+        _ => Err(at.value(table, "other keys", "either `wavelength_nm` and `power`, or `file`")),
+    }
+}
+
+/// A design with a spectrum, or with sources that have their own, must make sense over the whole of
+/// each: at both ends there are data of the material, and what `check` asks for.
+pub(crate) fn check_ends(
+    design: &Design,
+    raw: &schema::Design,
+    check: fn(&Design, &Context) -> Result<(), ConfigError>,
+    at: &Context,
+) -> Result<(), ConfigError> {
+    let colours = design.colours();
+    let stated = match (&design.spectrum, &colours) {
+        (None, None) => return Ok(()),
+        (Some(_), _) => "[light.spectrum]",
+        (None, Some(_)) => "sources of other wavelengths",
+    };
+    if !raw.files.bands.is_empty() {
+        return Err(at.value(
+            "files.bands",
+            format!("beside {stated}"),
+            "light.wavelength_nm for all: tables from files hold for one wavelength",
+        ));
+    }
+    let of_design = design.spectrum.iter().map(|s| (None, s.range_nm));
+    let of_sources = colours.iter().flat_map(|lights| &lights.lights);
+    let of_sources = of_sources.map(|light| (Some(light), light.light.range_nm()));
+    for (light, ends) in of_design.chain(of_sources) {
+        for end in ends {
+            let fits = design.tuned(end).and_then(|tuned| check(&tuned, at));
+            fits.map_err(|error| match (light, error) {
+                (Some(light), ConfigError::Value { file, key, got, expected }) => {
+                    ConfigError::Value {
+                        file,
+                        key,
+                        got,
+                        expected: format!(
+                            "{expected}, for light of {end} nm from {}",
+                            light.sources.join(", ")
+                        ),
+                    }
+                }
+                (_, error) => error,
+            })?;
+        }
+    }
+    Ok(())
+}

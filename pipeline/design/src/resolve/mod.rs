@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A design as written → the checked design.
+//!
+//! Every check names file, key, what was found and what was expected.
+
+pub(crate) mod defaults;
+mod dome;
+mod dome_mesh;
+mod elements;
+mod emitted_flux;
+mod files;
+mod films;
+mod form;
+mod input_files;
+mod led;
+mod light;
+mod package;
+mod positions;
+mod receivers;
+mod solids;
+mod source_spectra;
+mod sources;
+pub mod tables;
+
+use std::path::Path;
+
+use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+
+use ::files::content_hash::sha256_hex;
+use ::files::provenance::Provenance;
+use metrics::far_field::{BinPlacement, PeakMethod};
+
+use super::check::{Context, divides, whole_division, whole_multiple};
+use super::error::ConfigError;
+use super::resolved::dome::Dome;
+use super::resolved::files::Files;
+use super::resolved::incidence_grid::MOST_KX;
+use super::resolved::{Design, Mirror, PATHS};
+use super::schema;
+
+/// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
+const MOST_BINS: f64 = 1e6;
+
+/// The text of a design file.
+pub(crate) struct DesignText<'a> {
+    /// Name in messages.
+    pub(crate) file: &'a str,
+    /// The text itself.
+    pub(crate) text: &'a str,
+    /// Where files lie that it names.
+    pub(crate) folder: &'a Path,
+}
+
+impl Design {
+    /// Checks `raw`, read from a text. Bands that cannot be made are refused where the design asks
+    /// for them, and left out where it does not.
+    pub(crate) fn resolve(
+        raw: &schema::Design,
+        &DesignText { file, text, folder }: &DesignText<'_>,
+        asks_for_bands: bool,
+    ) -> Result<Self, ConfigError> {
+        let at = Context { file };
+        at.file_name("name", &raw.name)?;
+        let light = light::resolve(raw, folder, &at)?;
+        let wavelength_nm = light.wavelength_nm;
+        let dome = dome::resolve(raw, folder, &at)?;
+        let base = dome.as_ref().and_then(Dome::base);
+        let elements = elements::resolve(raw.elements.as_ref(), base, &at)?;
+        let of_files = |error| at.of_files(&error);
+        let silicone = package::inside(raw, dome.is_some(), wavelength_nm, folder, &at)?;
+        let mirror = Mirror {
+            reflector: package::reflector("mirror", &raw.mirror.kind, &at)?,
+            extent: raw.mirror.shared.extent,
+        };
+        let led = led::resolve(&raw.led, dome.as_ref(), &at)?;
+        let array = package::array(&raw.array, dome.as_ref(), &led, folder, &at)?;
+        led::one_for_each(&led, array.count(), &at)?;
+        let housing = raw.housing.as_ref();
+        let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
+        let solids = solids::resolve(&raw.solids, wavelength_nm, folder, &at)?;
+        let lit = (&led, dome.is_some(), &*solids);
+        let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;
+        let source_file = sources::of_files(raw, light.weighting(), folder, &at)?;
+        let whole = light.whole(&at)?;
+        let lights =
+            source_spectra::lights(&raw.trace, &sources, source_file.as_ref(), &whole, &at)?;
+        let emitted = emitted_flux::resolve(&raw.led.shared, lights.as_ref(), &whole, &at)?;
+        let mut design = Self {
+            name: raw.name.clone(),
+            description: raw.description.clone(),
+            provenance: Provenance {
+                file: file.to_owned(),
+                sha256: sha256_hex(text.as_bytes()),
+                named: Vec::new(),
+            },
+            dome,
+            elements,
+            silicone,
+            mirror,
+            led,
+            array,
+            housing,
+            wavelength_nm,
+            spectrum: light.spectrum,
+            lights,
+            emitted,
+            without_bands: None,
+            lit: None,
+            receiver: schema::Receiver {
+                margin_mm: Some(raw.receiver.margin_mm(raw.array.pitch_mm)),
+                ..raw.receiver.clone()
+            },
+            far_field: raw.far_field.clone(),
+            receivers: Vec::new(),
+            sources,
+            solids,
+            hybrid: raw.hybrid.clone(),
+            trace: raw.trace.clone(),
+            files: Files::default(),
+            films: films::resolve(raw, wavelength_nm, folder, &at)?,
+            polarization: raw.light.polarization,
+        };
+        design.check_observation(&at)?;
+        let scale = receivers::Scale::of(&design, source_file.as_ref());
+        design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
+        design.check_relief(&at)?;
+        light::check_ends(&design, raw, Self::check_relief, &at)?;
+        let tables = design
+            .check_tables(&at)
+            .and_then(|()| light::check_ends(&design, raw, Self::check_tables, &at));
+        match tables {
+            Err(error) if !asks_for_bands => design.without_bands = Some(error.without_file()),
+            others => others?,
+        }
+        let bands = if design.has_relief() {
+            design.hybrid_rings().shapes.len() / design.hybrid.rings_per_band
+        } else {
+            0
+        };
+        let indices = [design.silicone.index, 1.0];
+        design.files =
+            Files::load(&raw.files, source_file, folder, indices, bands).map_err(of_files)?;
+        // Last: files that cannot be read were refused with their keys.
+        design.provenance.named = input_files::inputs(raw, folder).map_err(of_files)?;
+        Ok(design)
+    }
+
+    fn check_observation(&self, at: &Context) -> Result<(), ConfigError> {
+        let (r, f, h) = (&self.receiver, &self.far_field, &self.hybrid);
+        let margin_mm = r.margin_mm(self.array.pitch_mm);
+        at.length("receiver.plane_height_mm", r.plane_height_mm)?;
+        at.length("receiver.bin_mm", r.bin_mm)?;
+        at.within("receiver.bin_mm", r.bin_mm, 1e-3, self.array.pitch_mm / 4.0)?;
+        if let Some(read) = r.read_bin_mm {
+            let most = self.array.pitch_mm / 4.0;
+            at.within("receiver.read_bin_mm", read, r.bin_mm, most)?;
+            whole_multiple(at, "receiver.read_bin_mm", read, ("receiver.bin_mm", r.bin_mm))?;
+        }
+        at.within(
+            "receiver.smoothing_sigma_mm",
+            r.smoothing_sigma_mm,
+            0.0,
+            self.array.pitch_mm / 4.0,
+        )?;
+        at.within(
+            "receiver.margin_mm",
+            margin_mm,
+            0.5 * self.array.pitch_mm,
+            package::MOST_MARGIN_MM,
+        )?;
+        let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
+        let bins: f64 = self.half_extent_mm().map(across).iter().product();
+        if bins > MOST_BINS {
+            return Err(at.value(
+                "receiver.bin_mm",
+                r.bin_mm,
+                &format!("at most {MOST_BINS} bins on the plane, not {bins:.1e}"),
+            ));
+        }
+        at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
+        at.within("far_field.bin_deg", f.bin_deg, 0.1, 15.0)?;
+        whole_division(at, "far_field.bin_deg", 90.0, f.bin_deg)?;
+        at.within("far_field.azimuth_bin_deg", f.azimuth_bin_deg, 1.0, 45.0)?;
+        whole_division(at, "far_field.azimuth_bin_deg", 90.0, f.azimuth_bin_deg)?;
+        let read = f.read_bin_deg();
+        at.within("far_field.read_bin_deg", read, f.bin_deg, 15.0)?;
+        whole_division(at, "far_field.read_bin_deg", 90.0, read)?;
+        // The innermost bin that is read reaches from the axis to `inner`.
+        let (bin, inner) = match f.read_bins {
+            BinPlacement::Between => (("far_field.bin_deg", f.bin_deg), read),
+            BinPlacement::About => (("twice far_field.bin_deg", 2.0 * f.bin_deg), 0.5 * read),
+        };
+        whole_multiple(at, "far_field.read_bin_deg", read, bin)?;
+        at.within("far_field.centre_deg", f.centre_deg, inner, 45.0)?;
+        if !divides(read, f.centre_deg - inner) {
+            let expected = format!(
+                "{inner} and any multiple of {read} more, where the bins that are read end"
+            );
+            return Err(at.value("far_field.centre_deg", f.centre_deg, &expected));
+        }
+        let least = if f.peak == PeakMethod::Parabola { read } else { 0.0 };
+        at.within("far_field.peak_fit_deg", f.peak_fit_deg, least, 45.0)?;
+        if let Some(cut) = f.cut_deg {
+            at.within("far_field.cut_deg", cut, 0.0, 90.0)?;
+        }
+        at.length_um("hybrid.element_width_um", h.element_width_um)?;
+        at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
+        at.count("hybrid.representative", h.representative, 1, h.rings_per_band)?;
+        if let Some(count) = h.kx_per_zone {
+            at.count("hybrid.kx_per_zone", count, 1, MOST_KX)?;
+        }
+        if let Some(count) = h.ky_count {
+            at.count("hybrid.ky_count", count, 2, 1024)?;
+        }
+        if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&h.tolerance) {
+            let expected = format!("a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}");
+            return Err(at.value("hybrid.tolerance", h.tolerance, &expected));
+        }
+        at.within("hybrid.memory_gib", h.memory_gib, 0.001, 1e6)?;
+        if let Some(stairs) = h.stairs_um {
+            at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
+        }
+        at.within("hybrid.spread_deg", h.spread_deg, 0.0, 45.0)?;
+        if h.spread_deg > 0.0 {
+            whole_division(at, "hybrid.spread_deg", 90.0, h.spread_deg)?;
+        }
+        self.check_trace(at)
+    }
+
+    fn check_trace(&self, at: &Context) -> Result<(), ConfigError> {
+        let t = &self.trace;
+        if !PATHS.contains(&t.paths) {
+            let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
+            return Err(at.value("trace.paths", t.paths, &expected));
+        }
+        at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)?;
+        if let Some(split) = t.split {
+            at.count("trace.split", split as usize, 2, 64)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {
+        let above = |top_mm: f64| {
+            let plane_mm = self.receiver.plane_height_mm;
+            if plane_mm > top_mm {
+                return Ok(());
+            }
+            let expected = format!("a plane above the package, which ends at {top_mm} mm");
+            Err(at.value("receiver.plane_height_mm", plane_mm, &expected))
+        };
+        let Some(dome) = &self.dome else {
+            let (places, _) = self.led.places(self.array.count());
+            let tops = places.into_iter().map(|place| self.led.at(place).top_mm());
+            return above(tops.fold(0.0, f64::max));
+        };
+        let meridian = self.outline().map_err(|e| elements::refused(&e, "elements.shapes", at))?;
+        above(match dome {
+            Dome::Mesh(mesh) => mesh.height_mm,
+            Dome::Sphere(_) | Dome::Meridian(_) => meridian.top_mm(),
+        })?;
+        Ok(())
+    }
+
+    /// Whether the bands of relief can have tables.
+    pub(crate) fn check_tables(&self, at: &Context) -> Result<(), ConfigError> {
+        match self.base() {
+            Some(base) if self.has_relief() => tables::check(self, base, at),
+            _ => Ok(()),
+        }
+    }
+}

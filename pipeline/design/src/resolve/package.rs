@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The tables of a design that say what is built, checked one by one.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use geometry::profile::SphericalDome;
+
+use super::positions;
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::resolved::Housing;
+use crate::resolved::array::{Array, PackagePositions};
+use crate::resolved::dome::Dome;
+use crate::resolved::led::Led;
+use crate::resolved::medium::{MaterialFile, Medium, StatedMedium, medium_at};
+use crate::resolved::reflector::Reflector;
+use crate::schema::dome::SphereDome;
+use crate::schema::reflectors::{Law, Specular};
+use crate::{material, schema};
+
+pub(crate) fn dome(raw: &SphereDome, at: &Context) -> Result<SphericalDome, ConfigError> {
+    let sphere_radius_mm = at.length("dome.sphere_radius_mm", raw.sphere_radius_mm)?;
+    let height_mm = at.length("dome.height_mm", raw.height_mm)?;
+    let width_mm = at.length("dome.width_mm", raw.width_mm)?;
+    let radius_mm = 0.5 * width_mm;
+    if height_mm > 2.0 * sphere_radius_mm {
+        return Err(at.value("dome.height_mm", height_mm, "at most the diameter of the sphere"));
+    }
+    let dome = SphericalDome { sphere_radius_mm, height_mm, radius_mm };
+    if radius_mm > sphere_radius_mm || dome.height_at(radius_mm) < 0.0 {
+        return Err(at.value(
+            "dome.width_mm",
+            width_mm,
+            "a width at which the sphere is still above the bottom",
+        ));
+    }
+    Ok(dome)
+}
+
+/// What fills the dome: silicone, or air where there is none.
+pub(crate) fn inside(
+    raw: &schema::Design,
+    domed: bool,
+    wavelength_nm: f64,
+    folder: &Path,
+    at: &Context,
+) -> Result<Medium, ConfigError> {
+    match (domed, &raw.silicone) {
+        (true, Some(given)) => medium("silicone", given, wavelength_nm, folder, at),
+        (true, None) => Err(at.value(
+            "silicone",
+            "missing",
+            "a table with `index` or `material_file` for the dome",
+        )),
+        (false, Some(_)) => Err(at.value("silicone", "given", "no such table without [dome]")),
+        (false, None) => Ok(Medium {
+            index: 1.0,
+            absorption_per_mm: 0.0,
+            stated: Arc::new(StatedMedium {
+                table: "silicone".to_owned(),
+                index: 1.0,
+                absorption_per_mm: 0.0,
+                material: None,
+            }),
+        }),
+    }
+}
+
+/// The medium of the table `table` at the wavelength.
+pub(crate) fn medium(
+    table: &str,
+    raw: &schema::Silicone,
+    wavelength_nm: f64,
+    folder: &Path,
+    at: &Context,
+) -> Result<Medium, ConfigError> {
+    let absorption_per_mm =
+        at.within(&format!("{table}.absorption_per_mm"), raw.absorption_per_mm, 0.0, 1e6)?;
+    let stated = match (raw.index, &raw.material_file) {
+        (Some(index), None) => {
+            StatedMedium { table: table.to_owned(), index, absorption_per_mm, material: None }
+        }
+        (None, Some(name)) => {
+            let path = folder.join(name);
+            let material = material::read(&path).map_err(|e| {
+                let expected = format!("a readable material: {e:#}");
+                at.value(&format!("{table}.material_file"), name, &expected)
+            })?;
+            StatedMedium {
+                table: table.to_owned(),
+                index: f64::NAN,
+                absorption_per_mm,
+                material: Some(MaterialFile {
+                    file: name.clone(),
+                    path: path.display().to_string(),
+                    material,
+                }),
+            }
+        }
+        _ => {
+            return Err(at.value(table, "both or neither", "one of `index` and `material_file`"));
+        }
+    };
+    medium_at(&Arc::new(stated), wavelength_nm, at)
+}
+
+/// The law of reflection of the table `table`.
+pub(crate) fn reflector<S: Specular>(
+    table: &str,
+    law: &Law<S>,
+    at: &Context,
+) -> Result<Reflector, ConfigError> {
+    let share = |name: &str, value| at.within(&format!("{table}.{name}"), value, 0.0, 1.0);
+    let reflectance = |value| share("reflectance", value);
+    Ok(match law {
+        Law::Specular(stated) => {
+            Reflector::Specular { reflectance: reflectance(stated.reflectance())? }
+        }
+        Law::Lambertian(stated) => {
+            Reflector::Lambertian { reflectance: reflectance(stated.reflectance)? }
+        }
+        Law::Absorbing(stated) => {
+            // A study that makes a mirror black leaves its reflectance in the design.
+            reflectance(stated.reflectance.unwrap_or_default())?;
+            Reflector::Absorbing
+        }
+        Law::Mixed(stated) => Reflector::Mixed {
+            reflectance: reflectance(stated.reflectance)?,
+            specular_fraction: share("specular_fraction", stated.specular_fraction)?,
+        },
+    })
+}
+
+/// Walls around the array.
+pub(crate) fn housing(raw: &schema::Housing, at: &Context) -> Result<Housing, ConfigError> {
+    let keys = &raw.shared;
+    let within = |key: &str, value: f64| at.within(key, value, 1e-3, 1e4);
+    let floor = keys.floor.as_ref();
+    let floor = floor.map(|floor| reflector("housing.floor", &floor.kind, at));
+    Ok(Housing {
+        height_mm: within("housing.height_mm", keys.height_mm)?,
+        thickness_mm: within("housing.thickness_mm", keys.thickness_mm)?,
+        distance_mm: at.length("housing.distance_mm", keys.distance_mm)?,
+        reflector: reflector("housing", &raw.kind, at)?,
+        floor: floor.transpose()?,
+    })
+}
+
+/// Most packages along one axis.
+const MOST_ALONG: usize = 128;
+
+/// Most that the plane may reach beyond the outermost packages, mm.
+pub(crate) const MOST_MARGIN_MM: f64 = 1e3;
+
+/// Largest pitch, mm.
+const MOST_PITCH_MM: f64 = 2.0 * MOST_MARGIN_MM;
+
+pub(crate) fn array(
+    raw: &schema::Array,
+    dome: Option<&Dome>,
+    led: &Led,
+    folder: &Path,
+    at: &Context,
+) -> Result<Array, ConfigError> {
+    if raw.positions_file.is_none() {
+        at.count("array.columns", raw.columns, 1, MOST_ALONG)?;
+        at.count("array.rows", raw.rows, 1, MOST_ALONG)?;
+    }
+    let width = dome.map_or(led.size_mm[0].max(led.size_mm[1]), |d| 2.0 * d.radius_mm());
+    at.length("array.pitch_mm", raw.pitch_mm)?;
+    if raw.pitch_mm < width {
+        return Err(at.value(
+            "array.pitch_mm",
+            raw.pitch_mm,
+            &format!("at least the width of a package, {width} mm"),
+        ));
+    }
+    if raw.pitch_mm > MOST_PITCH_MM {
+        let expected = format!(
+            "at most {MOST_PITCH_MM} mm: receiver.margin_mm, which is at most {MOST_MARGIN_MM}, reaches \
+             half a pitch beyond the outermost packages"
+        );
+        return Err(at.value("array.pitch_mm", raw.pitch_mm, &expected));
+    }
+    let positions = match &raw.positions_file {
+        Some(name) => PackagePositions::List {
+            positions_mm: positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?,
+        },
+        None => PackagePositions::Grid {
+            columns: raw.columns,
+            rows: raw.rows,
+            arrangement: raw.arrangement,
+        },
+    };
+    Ok(Array { positions, pitch_mm: raw.pitch_mm, crossing: raw.crossing })
+}

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[receivers]]`, checked: what each looks at, and which light.
+
+use tracer::glam::DVec3;
+use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout};
+use tracer::{Detector, Filter, Measurement};
+
+use crate::check::{Context, LEAST_LENGTH_MM, whole_division};
+use crate::error::ConfigError;
+use crate::resolved::Design;
+use crate::resolved::files::SourceFile;
+use crate::resolved::receivers::CheckedReceiver;
+use crate::resolved::sources::{self, CheckedSource};
+use crate::schema::Carrying;
+use crate::schema::receivers::{AngularReceiver, Only, Receiver, ReceiverForm, StatedRectangle};
+use crate::serde_arrays::List;
+
+/// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
+const MOST_BINS: f64 = 4e6;
+
+/// Longest rectangle, mm: a thousand kilometres, for what is far away.
+const MOST_SIZE_MM: f64 = 1e9;
+
+/// Least width of a bin of directions, degrees.
+const LEAST_BIN_DEG: f64 = 1e-6;
+
+/// Most bins of a rectangle along u or v.
+const MOST_ALONG_AXIS: usize = 20_000;
+
+/// What the receivers are checked against.
+pub(crate) struct Scale<'a> {
+    /// Radial width of an element, mm; 0 without elements.
+    pub(crate) element_mm: f64,
+    /// Number of elements.
+    pub(crate) elements: usize,
+    /// Number of packages.
+    pub(crate) packages: usize,
+    /// Sources of a package; none for the top of the box.
+    pub(crate) sources: &'a [CheckedSource],
+    /// Number of the tracer's sources in a package.
+    pub(crate) emitters: usize,
+    /// Whether rays carry their polarisation.
+    pub(crate) carried: bool,
+}
+
+impl<'a> Scale<'a> {
+    /// That of a design, whose `[files.source]` emits what `file` says.
+    pub(crate) fn of(design: &'a Design, file: Option<&SourceFile>) -> Self {
+        Self {
+            element_mm: design.elements.width_mm,
+            elements: design.elements.shapes.len(),
+            packages: design.array.count(),
+            sources: &design.sources,
+            emitters: match file {
+                Some(file) => file.parts.len(),
+                None => sources::per_package(&design.sources),
+            },
+            carried: design.polarization == Carrying::Carried,
+        }
+    }
+}
+
+pub(crate) fn resolve(
+    raw: &[Receiver],
+    scale: &Scale<'_>,
+    at: &Context,
+) -> Result<Vec<CheckedReceiver>, ConfigError> {
+    let mut checked: Vec<CheckedReceiver> = Vec::new();
+    let mut bins = 0.0;
+    for (number, receiver) in raw.iter().enumerate() {
+        let key = |name: &str| format!("receivers[{}].{name}", number + 1);
+        let stated = &receiver.shared.name;
+        at.file_name(&key("name"), stated)?;
+        let name = stated.to_lowercase();
+        if checked.iter().any(|c| c.name().to_lowercase() == name) {
+            let expected = "no name twice: it names output files";
+            return Err(at.value(&key("name"), format!("{stated:?}"), expected));
+        }
+        let measurement = ReceiverTable { key: &key, at }.measurement(&receiver.kind)?;
+        let filter = filter(receiver.shared.only.as_ref(), scale, &key, at)?;
+        let mut detector = Detector::new(stated, measurement).filtered(filter);
+        if receiver.kind.stokes() {
+            if !scale.carried {
+                let expected = "no such key without light.polarization = \"carried\"";
+                return Err(at.value(&key("stokes"), true, expected));
+            }
+            detector = detector.stokes();
+        }
+        bins += detector.bins() as f64;
+        if bins > MOST_BINS {
+            let expected = format!("at most {MOST_BINS:e} bins of all receivers together");
+            return Err(at.value(&key("bins"), format!("{bins:e} so far"), &expected));
+        }
+        checked.push(CheckedReceiver { stated: receiver.clone(), detector });
+    }
+    Ok(checked)
+}
+
+/// The table of a receiver that is read.
+struct ReceiverTable<'a, K> {
+    key: &'a K,
+    at: &'a Context<'a>,
+}
+
+impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
+    /// What a receiver of this kind looks at.
+    fn measurement(&self, kind: &ReceiverForm) -> Result<Measurement, ConfigError> {
+        let rectangle = || self.rectangle(kind.rectangle().unwrap_or_default());
+        let sphere = |angular: &AngularReceiver, layout| {
+            let make = |theta, phi| Angles::sphere(layout, theta, phi);
+            self.angles([angular.theta_bin_deg, angular.phi_bin_deg], 180.0, make)
+        };
+        Ok(match kind {
+            ReceiverForm::Plane(_) => Measurement::Plane(rectangle()?),
+            ReceiverForm::FarField(stated) => {
+                Measurement::FarField(sphere(stated, Layout::Between)?)
+            }
+            ReceiverForm::CGamma(stated) => Measurement::FarField(sphere(stated, Layout::About)?),
+            ReceiverForm::Luminance(stated) => {
+                let widths = [stated.theta_bin_deg, stated.phi_bin_deg];
+                let angles = self.angles(widths, 90.0, Angles::hemisphere)?;
+                Measurement::Luminance(rectangle()?, angles)
+            }
+            ReceiverForm::Surface(stated) => Measurement::Flux(stated.surface.clone()),
+        })
+    }
+
+    fn rectangle(&self, stated: StatedRectangle) -> Result<DetectorRectangle, ConfigError> {
+        let (key, at) = (self.key, self.at);
+        let StatedRectangle { position_mm, size_mm, bins, normal } = stated;
+        let facing = normal.facing();
+        let centre = DVec3::from_array(position_mm);
+        let flat = matches!(facing, Facing::Z(_));
+        let low = centre.z - if flat { 0.0 } else { 0.5 * size_mm[1] };
+        if low < 0.0 || (low == 0.0 && flat) {
+            let expected =
+                format!("a rectangle above the bottom, z = 0, not one that begins at z = {low} mm");
+            let got = format!("{position_mm:?}");
+            return Err(at.value(&key("position_mm"), got, &expected));
+        }
+        for length in size_mm {
+            at.within(&key("size_mm"), length, LEAST_LENGTH_MM, MOST_SIZE_MM)?;
+        }
+        for count in bins {
+            at.count(&key("bins"), count, 1, MOST_ALONG_AXIS)?;
+        }
+        DetectorRectangle::new(facing, centre, size_mm, bins).map_err(|error| {
+            let expected = format!("one that fits: {error}");
+            at.value(&key("size_mm"), format!("{size_mm:?}"), &expected)
+        })
+    }
+
+    /// Bins of these widths, those of the polar angle up to `polar`, in degrees.
+    fn angles(
+        &self,
+        widths: [f64; 2],
+        polar: f64,
+        make: impl Fn(f64, f64) -> Result<Angles, tracer::Error>,
+    ) -> Result<Angles, ConfigError> {
+        let (key, at) = (self.key, self.at);
+        let names = ["theta_bin_deg", "phi_bin_deg"];
+        for ((name, width), whole) in names.into_iter().zip(widths).zip([polar, 360.0]) {
+            at.within(&key(name), width, LEAST_BIN_DEG, whole)?;
+            whole_division(at, &key(name), whole, width)?;
+        }
+        // Widths divide their ranges by now.
+        make(widths[0], widths[1]).map_err(|error| {
+            let of_phi = matches!(error, tracer::Error::BinWidth { range, .. } if range > 180.0);
+            let which = usize::from(of_phi);
+            let expected = format!("fewer bins: {error}");
+            at.value(&key(names[which]), widths[which], &expected)
+        })
+    }
+}
+
+fn filter(
+    raw: Option<&Only>,
+    scale: &Scale<'_>,
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<Filter, ConfigError> {
+    let Some(raw) = raw else {
+        return Ok(Filter::default());
+    };
+    let key = |name: &str| key(&format!("only.{name}"));
+    let last_radii_mm = raw
+        .last_elements
+        .map(|List([first, last])| {
+            if !(1 <= first && first <= last && last <= scale.elements) {
+                let expected = format!("first and last of {} elements", scale.elements);
+                let got = format!("[{first}, {last}]");
+                return Err(at.value(&key("last_elements"), got, &expected));
+            }
+            // The riser at the outer end of an element stands exactly on its border, rounding
+            // aside.
+            let slack = 1e-6 * scale.element_mm;
+            let end = |elements: usize| elements as f64 * scale.element_mm + slack;
+            Ok([if first == 1 { -1.0 } else { end(first - 1) }, end(last)])
+        })
+        .transpose()?;
+    let bounces = [raw.min_bounces.unwrap_or(0), raw.max_bounces.unwrap_or(u32::MAX)];
+    if bounces[0] > bounces[1] {
+        let expected = format!("at least min_bounces, {}", bounces[0]);
+        return Err(at.value(&key("max_bounces"), bounces[1], &expected));
+    }
+    Ok(Filter {
+        last_surface: raw.last_surface.clone(),
+        last_radii_mm,
+        bounces,
+        sources: light_of(raw, scale, &key, at)?,
+    })
+}
+
+/// Numbers of the sources whose light is read, package by package; none for all.
+fn light_of(
+    raw: &Only,
+    scale: &Scale<'_>,
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<Option<Vec<usize>>, ConfigError> {
+    if raw.packages.is_none() && raw.sources.is_none() {
+        return Ok(None);
+    }
+    if raw.packages.as_ref().is_some_and(Vec::is_empty) {
+        let expected = "at least one package, or no such key for all";
+        return Err(at.value(&key("packages"), "[]", expected));
+    }
+    if raw.sources.as_ref().is_some_and(Vec::is_empty) {
+        let expected = "the name of one source at least, or no such key for all";
+        return Err(at.value(&key("sources"), "[]", expected));
+    }
+    for package in raw.packages.iter().flatten() {
+        at.count(&key("packages"), *package, 1, scale.packages)?;
+    }
+    let each = scale.emitters;
+    let mut chosen: Vec<usize> = Vec::new();
+    for name in raw.sources.iter().flatten() {
+        let found = sources::numbers(scale.sources, name).ok_or_else(|| {
+            let known = scale.sources.iter().map(|s| format!("{:?}", s.name()));
+            let known = known.collect::<Vec<_>>().join(", ");
+            let expected = if known.is_empty() {
+                "no such key without [[sources]], of which there are none".to_owned()
+            } else {
+                format!("names of [[sources]], of which there are: {known}")
+            };
+            at.value(&key("sources"), format!("{name:?}"), &expected)
+        })?;
+        chosen.extend(found);
+    }
+    if raw.sources.is_none() {
+        chosen = (0..each).collect();
+    }
+    let packages = match &raw.packages {
+        Some(packages) => packages.iter().map(|package| package - 1).collect(),
+        None => (0..scale.packages).collect::<Vec<_>>(),
+    };
+    let of = |package: usize| chosen.iter().map(move |number| package * each + number);
+    Ok(Some(packages.into_iter().flat_map(of).collect()))
+}

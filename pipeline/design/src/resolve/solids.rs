@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[solids]]`, checked: further solids and sheets, what they are of, and what their surfaces do.
+//!
+//! What surrounds each follows from the geometry; the scene checks whether they cut each other, see
+//! `stages::solids`.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
+
+use files::formats::scattering::{self, Scattering};
+use metrics::digits::shortest;
+use metrics::illuminance::Symmetry;
+
+use super::{form, package};
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::resolved::films::Stack;
+use crate::resolved::form::Form;
+use crate::resolved::solids::{
+    CheckedSolid, CheckedSurface, FileReflector, MOST_SOLIDS, SolidOptics,
+};
+use crate::schema::reflectors::Law;
+use crate::schema::solids::{GaussianShares, ReflectorFile, ScatterLaw, Solid};
+
+/// Rounding of a sum of shares.
+const SHARES_ROUNDING: f64 = 1e-12;
+
+/// Names that surfaces and media of a scene have without solids.
+const TAKEN: [&str; 12] = [
+    "air",
+    "silicone",
+    "dome",
+    "side",
+    "bottom",
+    "mask",
+    "box side",
+    "box top",
+    "ground mirror",
+    "floor",
+    "housing floor",
+    "wall",
+];
+
+/// Checks the tables of a design with or without a dome; files lie in `folder`.
+pub(crate) fn resolve(
+    raw: &[Solid],
+    wavelength_nm: f64,
+    folder: &Path,
+    at: &Context,
+) -> Result<Vec<CheckedSolid>, ConfigError> {
+    if raw.len() > MOST_SOLIDS {
+        let expected = format!("at most {MOST_SOLIDS} tables");
+        return Err(at.value("solids", raw.len(), &expected));
+    }
+    let mut checked: Vec<CheckedSolid> = Vec::new();
+    for (number, solid) in raw.iter().enumerate() {
+        let table = format!("solids[{}]", number + 1);
+        let name = &solid.shared.name;
+        let refuse = |expected: &str| {
+            let got = format!("{name:?}");
+            Err(at.value(&format!("{table}.name"), got, expected))
+        };
+        let in_words = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        let usable = !name.is_empty() && name.chars().all(in_words);
+        if !usable || checked.iter().any(|c| c.name() == name) {
+            return refuse(
+                "letters, digits, '-', '_' and '.' only, no name twice, and none that the scene has \
+                 for something else",
+            );
+        }
+        let in_ledger = |taken: &str| taken.replace(' ', "_");
+        if TAKEN.iter().any(|taken| in_ledger(taken) == *name) {
+            let taken = TAKEN.map(in_ledger).join(", ");
+            return refuse(&format!(
+                "a name that the ledger has not for something else, as it has {taken}"
+            ));
+        }
+        checked.push(one(solid, &table, wavelength_nm, folder, at)?);
+    }
+    Ok(checked)
+}
+
+fn one(
+    solid: &Solid,
+    table: &str,
+    wavelength_nm: f64,
+    folder: &Path,
+    at: &Context,
+) -> Result<CheckedSolid, ConfigError> {
+    let key = |name: &str| format!("{table}.{name}");
+    let mut files = Vec::new();
+    let form = form::resolve(solid, table, folder, &mut files, at)?;
+    substance(solid, &key, at)?;
+    if solid.shared.optical_contact.is_some() && form.footprint().is_none() {
+        return Err(no_foot(&form, &key("optical_contact"), at));
+    }
+    let keys = &solid.shared;
+    let medium = keys.medium.as_ref();
+    let medium = medium.map(|raw| package::medium(&key("medium"), raw, wavelength_nm, folder, at));
+    let mut stack = Stack::new(table, &keys.coating, folder, at)?;
+    let of_files = |table: String, error: anyhow::Error| at.of_files(&error.context(table));
+    let mut turns = true;
+    let optics = match (&keys.scatter, &keys.surface) {
+        (Some(scatter), _) => match &scatter.kind {
+            ScatterLaw::File(stated) => {
+                let sides = [&*stated.inner, &*stated.outer];
+                let file = stated.file.as_deref();
+                let loaded = Scattering::load(file, sides, stated.between, folder)
+                    .map_err(|error| of_files(key("scatter"), error))?;
+                turns = loaded.is_isotropic();
+                files.extend(loaded.files.iter().cloned());
+                SolidOptics::Scattering(Box::new(loaded))
+            }
+            ScatterLaw::Lambertian(stated) => {
+                let shares = [stated.reflected, stated.transmitted];
+                diffusing(&key("scatter"), shares, [DiffuseLaw::Lambertian; 2], at)?
+            }
+            ScatterLaw::Gaussian(stated) => {
+                let shares = [stated.reflected, stated.transmitted];
+                diffusing(&key("scatter"), shares, gaussian(&key, stated, at)?, at)?
+            }
+        },
+        (None, None) => SolidOptics::Refracting,
+        (None, Some(surface)) => match surface.kind.law() {
+            Err(ReflectorFile { file, between }) => {
+                let opened = scattering::open(file, folder, &mut files);
+                let (table, isotropic) = opened
+                    .and_then(|content| scattering::reflector(&content, file, *between))
+                    .map_err(|error| of_files(key("surface.file"), error))?;
+                turns = isotropic;
+                SolidOptics::File(FileReflector(table))
+            }
+            Ok(law) => {
+                if let Law::Specular(metal) = &law {
+                    stack = Stack::on_metal(&key("surface"), metal, folder, at)?;
+                }
+                SolidOptics::Law(package::reflector(&key("surface"), &law, at)?)
+            }
+        },
+    };
+    let symmetry = if turns { form.symmetry(&solid.kind) } else { Symmetry::None };
+    Ok(CheckedSolid {
+        stated: solid.clone(),
+        medium: medium.transpose()?,
+        coats: stack.at(wavelength_nm, at)?,
+        files,
+        form,
+        symmetry,
+        surface: Arc::new(CheckedSurface { stack, optics }),
+    })
+}
+
+/// Lobes of what is reflected and of what is transmitted.
+fn gaussian(
+    key: &impl Fn(&str) -> String,
+    stated: &GaussianShares,
+    at: &Context,
+) -> Result<[DiffuseLaw; 2], ConfigError> {
+    let lobe = |name: &str, width_deg: f64| {
+        let [least, most] = GaussianLobe::WIDTHS_DEG;
+        at.within(&key(&format!("scatter.{name}")), width_deg, least, most)?;
+        let lobe = GaussianLobe::new(width_deg);
+        let lobe = lobe.map_err(|error| at.of_files(&anyhow::Error::new(error)))?;
+        Ok(DiffuseLaw::Gaussian(lobe))
+    };
+    let through = lobe("width_deg", stated.width_deg)?;
+    let back = stated
+        .reflected_width_deg
+        .map_or(Ok(through), |width_deg| lobe("reflected_width_deg", width_deg))?;
+    Ok([back, through])
+}
+
+/// The error of a solid that is to touch the bottom and has no flat face there.
+fn no_foot(form: &Form, key: &str, at: &Context) -> ConfigError {
+    let low = form.shape(0.0).map_or(0.0, |shape| shape.bounds().low.z);
+    let expected = format!(
+        "a box, upright cylinder or upright meridian that stands on z = 0 with a flat face; the lowest point of this solid lies at {} mm",
+        shortest(low)
+    );
+    at.value(key, "\"bottom\"", &expected)
+}
+
+/// A diffuser of these reflected and transmitted shares, of the table `table`.
+fn diffusing(
+    table: &str,
+    [reflected, transmitted]: [f64; 2],
+    [back, through]: [DiffuseLaw; 2],
+    at: &Context,
+) -> Result<SolidOptics, ConfigError> {
+    let key = |name: &str| format!("{table}.{name}");
+    let lobe = |name: &str, share: f64, law: DiffuseLaw| {
+        let share = at.within(&key(name), share, 0.0, 1.0)?;
+        Ok(DiffuseLobe { share, law })
+    };
+    let transmission = lobe("transmitted", transmitted, through)?;
+    let reflection = lobe("reflected", reflected, back)?;
+    if reflected + transmitted > 1.0 + SHARES_ROUNDING {
+        let expected =
+            format!("at most {}, what `transmitted` leaves of 1", shortest(1.0 - transmitted));
+        return Err(at.value(&key("reflected"), reflected, &expected));
+    }
+    Ok(SolidOptics::Diffusing { reflection, transmission })
+}
+
+/// What a solid is of, and what a sheet does: one of the tables that say it, and none that says the
+/// opposite.
+fn substance(
+    solid: &Solid,
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<(), ConfigError> {
+    let refuse = |name: &str, got: &str, expected: &str| Err(at.value(&key(name), got, expected));
+    let keys = &solid.shared;
+    let coated = !keys.coating.is_empty();
+    if keys.optical_contact.is_some() && keys.medium.is_none() {
+        return refuse(
+            "optical_contact",
+            "\"bottom\"",
+            "no such key without `medium`: light does not enter the solid",
+        );
+    }
+    if solid.kind.is_sheet() {
+        if keys.medium.is_some() {
+            return refuse("medium", "given", "no such table for a sheet, which has no inside");
+        }
+        if coated {
+            return refuse("coating", "given", "no such key for a sheet");
+        }
+        return match (&keys.surface, &keys.scatter) {
+            (None, None) => refuse("surface", "missing", "this table or `scatter`, for a sheet"),
+            (Some(_), Some(_)) => refuse("scatter", "given", "no such table beside `surface`"),
+            _ => Ok(()),
+        };
+    }
+    match (&keys.medium, &keys.surface) {
+        (None, None) => refuse(
+            "medium",
+            "missing",
+            "this table, or `surface` for a solid that light does not enter",
+        ),
+        (Some(_), Some(_)) => {
+            refuse("surface", "given", "no such table beside `medium`: light enters the solid")
+        }
+        (None, Some(_)) if coated => refuse(
+            "coating",
+            "given",
+            "no such key without `medium`; layers on metal stand in `surface`",
+        ),
+        (None, Some(_)) if keys.scatter.is_some() => refuse(
+            "scatter",
+            "given",
+            "no such table without `medium`; a reflector by a file is `surface.file`",
+        ),
+        (Some(_), None) if coated && keys.scatter.is_some() => {
+            refuse("scatter", "given", "no such table beside `coating`")
+        }
+        _ => Ok(()),
+    }
+}

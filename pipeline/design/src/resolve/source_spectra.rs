@@ -1,0 +1,457 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The light of single sources, checked: a wavelength or a spectrum that a source states, or the
+//! wavelengths of a file of rays.
+//!
+//! In: the table of a source. Out: what the tracer emits, one part for each light, and that light;
+//! then all lights of the design, where they are not one.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use tracer::formats::rays::RayRecord;
+use tracer::{Distribution, Emission, RaySet};
+
+use ::files::formats::content::{self, Content};
+use ::files::formats::ray_files::{self, RayLight, StatedWavelengths};
+use metrics::photopic;
+
+use super::files::{self, Upward};
+use super::light;
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::resolved::files::SourceFile;
+use crate::resolved::sources::{CheckedSource, EmitterLight, Part};
+use crate::schema;
+use crate::schema::files::FileSource;
+use crate::schema::sources::{LightOf, SourceKeys, SourceOfFile};
+use crate::spectrum::lights::{Colour, Light, Lights};
+use crate::spectrum::rays::{ColouredRays, nanometres};
+use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM, Weighting};
+
+/// The name of what emits where there are no `[[sources]]`.
+const LED: &str = "LED";
+
+/// A file that emits, as it is stated.
+struct StatedFile<'a> {
+    name: &'a str,
+    light: Option<LightOf>,
+    sampling: FileSampling,
+}
+
+/// How the wavelengths of a file are sampled, as it is stated.
+pub(crate) struct FileSampling {
+    tolerance: Option<f64>,
+    samples: Option<usize>,
+}
+
+impl FileSampling {
+    /// The first key that is given, and its value.
+    fn given(&self) -> Option<(&'static str, String)> {
+        let tolerance = self.tolerance.map(|value| ("tolerance", value.to_string()));
+        tolerance.or(self.samples.map(|value| ("samples", value.to_string())))
+    }
+}
+
+/// Where to complain, and what all lights are weighted by.
+pub(crate) struct Scope<'a, K> {
+    pub(crate) key: &'a K,
+    pub(crate) at: &'a Context<'a>,
+    pub(crate) weighting: Weighting,
+}
+
+impl<K: Fn(&str) -> String> Scope<'_, K> {
+    fn refuse<T>(
+        &self,
+        key: &str,
+        got: impl std::fmt::Display,
+        expected: &str,
+    ) -> Result<T, ConfigError> {
+        Err(self.at.value(&(self.key)(key), got, expected))
+    }
+
+    /// The light that a source states, one by a file with `sampling`; `None` where it is left to
+    /// the file or the design.
+    pub(crate) fn stated(
+        &self,
+        keys: &SourceKeys,
+        sampling: Option<&FileSampling>,
+        folder: &Path,
+    ) -> Result<Option<EmitterLight>, ConfigError> {
+        let given = [keys.light.is_some(), keys.wavelength_nm.is_some(), keys.spectrum.is_some()];
+        if given.into_iter().filter(|given| *given).count() > 1 {
+            let expected = "one of `light`, `wavelength_nm` and `spectrum`";
+            return self.refuse("light", "several lights", expected);
+        }
+        let own = given[1] || given[2] || keys.light == Some(LightOf::Design);
+        if let Some((name, got)) = sampling.filter(|_| own).and_then(FileSampling::given) {
+            return self.refuse(name, got, "no such key but with the light of a file");
+        }
+        if let Some(wavelength_nm) = keys.wavelength_nm {
+            let key = (self.key)("wavelength_nm");
+            let [low, high] = WAVELENGTHS_NM;
+            self.at.within(&key, wavelength_nm, low, high)?;
+            let line = light::line(wavelength_nm, self.weighting, &key, self.at)?;
+            return Ok(Some(EmitterLight::Colour(Colour::Spectrum(line))));
+        }
+        if let Some(spectrum) = &keys.spectrum {
+            let weighting = spectrum.shared.weighting;
+            if weighting.is_some_and(|w| w != self.weighting) {
+                let expected = "that of [light]: all sources are weighted alike";
+                return self.refuse("spectrum.weighting", "another", expected);
+            }
+            let table = (self.key)("spectrum");
+            let of = (&table[..], self.weighting);
+            let spectrum = light::resolve_spectrum(spectrum, of, folder, self.at)?;
+            return Ok(Some(EmitterLight::Colour(Colour::Spectrum(spectrum))));
+        }
+        match keys.light {
+            Some(LightOf::Design) => Ok(Some(EmitterLight::Design)),
+            Some(LightOf::File) if sampling.is_none() => {
+                self.refuse("light", "\"file\"", "\"design\" for this kind")
+            }
+            Some(LightOf::File) | None => Ok(None),
+        }
+    }
+
+    /// What the file of a source emits, in which light.
+    pub(crate) fn file(
+        &self,
+        keys: &SourceKeys,
+        raw: &SourceOfFile,
+        folder: &Path,
+    ) -> Result<Vec<Part>, ConfigError> {
+        let path = folder.join(&raw.file);
+        let unusable = |error: anyhow::Error| {
+            let expected = format!("a far field or a file of rays: {error:#}");
+            let got = format!("{:?}", raw.file);
+            self.at.value(&(self.key)("file"), got, &expected)
+        };
+        let source = StatedFile {
+            name: &raw.file,
+            light: keys.light,
+            sampling: FileSampling { tolerance: raw.tolerance, samples: raw.samples },
+        };
+        let stated = self.stated(keys, Some(&source.sampling), folder)?;
+        match content::read(&path).map_err(unusable)? {
+            far @ (Content::Ies(_) | Content::Ldt(_)) => {
+                let table = far.distribution().map_err(unusable)?;
+                self.far(&source, stated, table)
+            }
+            Content::Rays(_) => {
+                let lit = ray_files::with_wavelengths(&path).map_err(unusable)?;
+                self.rays(&source, stated, lit)
+            }
+            other => Err(unusable(anyhow::anyhow!(
+                "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
+                other.format()
+            ))),
+        }
+    }
+
+    /// What the file of `[files.source]` emits, in which light.
+    pub(crate) fn upward(
+        &self,
+        raw: &FileSource,
+        folder: &Path,
+    ) -> Result<SourceFile, ConfigError> {
+        let source = StatedFile {
+            name: &raw.file,
+            light: raw.light,
+            sampling: FileSampling { tolerance: raw.tolerance, samples: raw.samples },
+        };
+        let own = raw.light == Some(LightOf::Design);
+        if let Some((name, got)) = source.sampling.given().filter(|_| own) {
+            return self.refuse(name, got, "no such key but with the light of a file");
+        }
+        let stated = own.then_some(EmitterLight::Design);
+        let read = files::upward(&raw.file, folder);
+        let (used, upward) =
+            read.map_err(|error| self.at.of_files(&error.context((self.key)("file"))))?;
+        let parts = match upward {
+            Upward::Table(table) => self.far(&source, stated, table)?,
+            Upward::Rays(lit) => self.rays(&source, stated, lit)?,
+        };
+        Ok(SourceFile { used, parts })
+    }
+
+    /// A far field, which states no wavelengths.
+    fn far(
+        &self,
+        source: &StatedFile,
+        stated: Option<EmitterLight>,
+        table: Distribution,
+    ) -> Result<Vec<Part>, ConfigError> {
+        if source.light == Some(LightOf::File) || source.sampling.given().is_some() {
+            let expected = "a file of rays, which far fields are not, for light = \"file\"";
+            return self.refuse("file", format!("{:?}", source.name), expected);
+        }
+        Ok(vec![Part {
+            emission: Emission::Table(Arc::new(table)),
+            share: 1.0,
+            light: stated.unwrap_or(EmitterLight::Design),
+        }])
+    }
+
+    /// Rays in the light that is stated, or in that of their file.
+    fn rays(
+        &self,
+        source: &StatedFile,
+        stated: Option<EmitterLight>,
+        lit: RayLight,
+    ) -> Result<Vec<Part>, ConfigError> {
+        match stated {
+            Some(own) => Ok(vec![one(lit.rays, own).map_err(|error| {
+                let expected = format!("a far field or a file of rays: {error}");
+                let got = format!("{:?}", source.name);
+                self.at.value(&(self.key)("file"), got, &expected)
+            })?]),
+            None => self.of_rays(source, lit),
+        }
+    }
+
+    /// Rays in the light that their file states.
+    fn of_rays(&self, source: &StatedFile, lit: RayLight) -> Result<Vec<Part>, ConfigError> {
+        let name = source.name;
+        let unusable = |expected: String| {
+            let expected = format!("{expected}; light = \"design\" passes the file's over");
+            self.at.value(&(self.key)("file"), format!("{name:?}"), &expected)
+        };
+        let of_tracer = |error: tracer::Error| unusable(error.to_string());
+        let sampling = self.sampling(&source.sampling)?;
+        let whole = |rays, own| Ok(vec![one(rays, own).map_err(of_tracer)?]);
+        match lit.stated {
+            StatedWavelengths::Nothing if source.light == Some(LightOf::File) => {
+                let expected = format!("\"design\": {name:?} says nothing of wavelengths");
+                self.refuse("light", "\"file\"", &expected)
+            }
+            StatedWavelengths::Nothing => whole(lit.rays, EmitterLight::Design),
+            StatedWavelengths::One(nm) => {
+                possible(nm, "all rays").map_err(unusable)?;
+                whole(lit.rays, self.line(nanometres(nm), &unusable)?)
+            }
+            StatedWavelengths::Spectrum(table) => {
+                let spectrum = self.table(&table, 1, sampling, &unusable)?;
+                whole(lit.rays, EmitterLight::Colour(Colour::Spectrum(spectrum)))
+            }
+            StatedWavelengths::PerRay => self.coloured(lit, sampling, &unusable),
+            StatedWavelengths::Spectra(tables, of_ray) => {
+                let of_table = by_table(lit.rays, &of_ray, tables.len()).map_err(unusable)?;
+                let mut found = Vec::new();
+                for (number, rays) in of_table {
+                    let spectrum = self.table(&tables[number - 1], number, sampling, &unusable)?;
+                    let flux: f64 = rays.iter().map(|ray| f64::from(ray.flux)).sum();
+                    let efficacy = spectrum.luminous_efficacy_lm_per_w;
+                    if !lit.radiant && efficacy <= 0.0 {
+                        return Err(unusable(format!(
+                            "spectral table {number} with light that is seen, since flux is in lm"
+                        )));
+                    }
+                    let own = EmitterLight::Colour(Colour::Spectrum(spectrum));
+                    let mut part = one(rays, own).map_err(of_tracer)?;
+                    part.share = if lit.radiant { flux } else { flux / efficacy };
+                    found.push(part);
+                }
+                let power: f64 = found.iter().map(|part| part.share).sum();
+                for part in &mut found {
+                    part.share /= power;
+                }
+                Ok(found)
+            }
+        }
+    }
+
+    /// How the light of a file is sampled.
+    fn sampling(&self, stated: &FileSampling) -> Result<Sampling, ConfigError> {
+        let sampling = match (stated.tolerance, stated.samples) {
+            (Some(_), Some(_)) => {
+                return self.refuse("samples", "beside `tolerance`", "one of the two");
+            }
+            (Some(tolerance), None) => Sampling::Tolerance(tolerance),
+            (None, Some(samples)) => Sampling::Samples(samples),
+            (None, None) => Sampling::Tolerance(light::USUAL_TOLERANCE),
+        };
+        spectrum::check_sampling(sampling)
+            .map_err(|error| self.at.value(&(self.key)(error.key), error.got, &error.expected))?;
+        Ok(sampling)
+    }
+
+    /// Rays that each have a wavelength.
+    fn coloured(
+        &self,
+        lit: RayLight,
+        sampling: Sampling,
+        unusable: &impl Fn(String) -> ConfigError,
+    ) -> Result<Vec<Part>, ConfigError> {
+        let of_tracer = |error: tracer::Error| unusable(error.to_string());
+        let mut rays = lit.rays;
+        let needs_v = !lit.radiant || self.weighting == Weighting::Photometric;
+        let mut only = None;
+        let mut several = false;
+        for (k, ray) in rays.iter().enumerate().filter(|(_, ray)| ray.flux > 0.0) {
+            possible(ray.wavelength, &format!("ray {}", k + 1)).map_err(unusable)?;
+            let nm = nanometres(ray.wavelength);
+            several |= only.is_some_and(|other: f64| other.to_bits() != nm.to_bits());
+            only = Some(nm);
+            if needs_v && photopic::v(nm) <= 0.0 {
+                let [first, last] = photopic::range_nm();
+                return Err(unusable(format!(
+                    "wavelengths from {first} to {last} nm only, where V(lambda) turns watts and \
+                     lumens into each other, got {nm} nm for ray {}",
+                    k + 1
+                )));
+            }
+        }
+        if let (Some(nm), false) = (only, several) {
+            let own = self.line(nm, unusable)?;
+            return Ok(vec![one(rays, own).map_err(of_tracer)?]);
+        }
+        if !lit.radiant {
+            for ray in rays.iter_mut().filter(|ray| ray.flux > 0.0) {
+                let seen = photopic::v(nanometres(ray.wavelength));
+                ray.flux = (f64::from(ray.flux) / seen) as f32;
+            }
+        }
+        let set = RaySet::new(rays.iter().copied()).map_err(of_tracer)?;
+        let coloured = ColouredRays::new(rays, self.weighting, sampling);
+        Ok(vec![Part {
+            emission: Emission::Rays(Arc::new(set)),
+            share: 1.0,
+            light: EmitterLight::Colour(Colour::Rays(coloured)),
+        }])
+    }
+
+    /// Light of one wavelength of a file.
+    fn line(
+        &self,
+        wavelength_nm: f64,
+        unusable: &impl Fn(String) -> ConfigError,
+    ) -> Result<EmitterLight, ConfigError> {
+        let line = Spectrum::line(wavelength_nm, self.weighting)
+            .map_err(|error| unusable(error.to_string()))?;
+        Ok(EmitterLight::Colour(Colour::Spectrum(line)))
+    }
+
+    /// A spectral table of a file.
+    fn table(
+        &self,
+        rows: &[[f32; 2]],
+        number: usize,
+        sampling: Sampling,
+        unusable: &impl Fn(String) -> ConfigError,
+    ) -> Result<Spectrum, ConfigError> {
+        let source = spectrum::SpectralPower::Table {
+            wavelength_nm: rows.iter().map(|row| nanometres(row[0])).collect(),
+            power: rows.iter().map(|row| f64::from(row[1])).collect(),
+        };
+        Spectrum::new(source, self.weighting, Some(sampling)).map_err(|error| {
+            unusable(format!(
+                "spectral table {number}: {} with {}, got {}",
+                error.key, error.expected, error.got
+            ))
+        })
+    }
+}
+
+/// Refuses a wavelength that is none, of some rays.
+fn possible(stated: f32, of: &str) -> Result<(), String> {
+    let [low, high] = WAVELENGTHS_NM;
+    if (low..=high).contains(&nanometres(stated)) {
+        Ok(())
+    } else {
+        Err(format!(
+            "a file whose wavelengths lie from {low} to {high} nm, got {stated} nm for {of}"
+        ))
+    }
+}
+
+/// Rays with flux by the numbers, from 1, of their spectral tables, of which there are `tables`.
+fn by_table(
+    rays: Vec<RayRecord>,
+    of_ray: &[f32],
+    tables: usize,
+) -> Result<BTreeMap<usize, Vec<RayRecord>>, String> {
+    let mut found: BTreeMap<usize, Vec<RayRecord>> = BTreeMap::new();
+    let numbered = rays.into_iter().zip(of_ray).enumerate();
+    for (k, (ray, &number)) in numbered.filter(|(_, (ray, _))| ray.flux > 0.0) {
+        if !(number >= 1.0 && number <= tables as f32 && number.fract() == 0.0) {
+            return Err(format!(
+                "rays that name one of the {tables} spectral tables, got number {number} \
+                 for ray {}",
+                k + 1
+            ));
+        }
+        found.entry(number as usize).or_default().push(ray);
+    }
+    if found.is_empty() {
+        return Err("rays with flux, got none".to_owned());
+    }
+    Ok(found)
+}
+
+/// All rays in one light.
+fn one(rays: Vec<RayRecord>, own: EmitterLight) -> Result<Part, tracer::Error> {
+    Ok(Part { emission: Emission::Rays(Arc::new(RaySet::new(rays)?)), share: 1.0, light: own })
+}
+
+/// The lights of all sources, or of the file that stands for them; `None` where that of the design
+/// is the only one. Where every source is to have a ledger of its own, no two share a light, and
+/// there is none without.
+pub(crate) fn lights(
+    trace: &schema::Trace,
+    sources: &[CheckedSource],
+    file: Option<&SourceFile>,
+    design: &Spectrum,
+    at: &Context,
+) -> Result<Option<Lights>, ConfigError> {
+    let by_source = trace.ledger_by_source;
+    if by_source && sources.is_empty() {
+        let expected = "[[sources]] beside it: without them there is one source";
+        return Err(at.value("trace.ledger_by_source", true, expected));
+    }
+    let of_sources = sources.iter().flat_map(|source| {
+        let emitters = source.emitters.iter();
+        emitters.map(|emitter| (source.name(), emitter.source.weight, &emitter.light))
+    });
+    let of_file = file.iter().flat_map(|file| &file.parts);
+    let of_file = of_file.map(|part| (LED, part.share, &part.light));
+    let all: Vec<(&str, f64, &EmitterLight)> = of_sources.chain(of_file).collect();
+    let whole: f64 = all.iter().map(|(_, weight, _)| weight).sum();
+    let of_design = Colour::Spectrum(design.clone());
+    let mut lights: Vec<Light> = Vec::new();
+    for (number, (name, weight, own)) in all.into_iter().enumerate() {
+        let light = match own {
+            EmitterLight::Design => &of_design,
+            EmitterLight::Colour(colour) => colour,
+        };
+        let place = lights.iter().position(|known| {
+            known.light.is(light) && (!by_source || known.sources.iter().any(|s| s == name))
+        });
+        let place = place.unwrap_or_else(|| {
+            lights.push(Light {
+                sources: Vec::new(),
+                emitters: Vec::new(),
+                emitted_w: 0.0,
+                emitted_lm: 0.0,
+                light: light.clone(),
+            });
+            lights.len() - 1
+        });
+        let light = &mut lights[place];
+        if light.sources.last().is_none_or(|last| last != name) {
+            light.sources.push(name.to_owned());
+        }
+        light.emitters.push(number);
+        light.emitted_w += weight / whole;
+    }
+    for light in &mut lights {
+        light.emitted_lm = light.emitted_w * light.light.efficacy();
+    }
+    let coloured = lights.iter().any(|light| !light.light.is(&of_design));
+    Ok((by_source || coloured).then_some(Lights {
+        weighting: design.weighting,
+        lights,
+        apart: true,
+        coloured,
+    }))
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A design at one wavelength, or in one of its lights at one wavelength: what a trace sees of it.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::{Design, medium, solids};
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::spectrum::lights::{Colour, Light, Lights};
+
+/// One of the lights of a design at one of its wavelengths, all other sources being dark.
+#[derive(Debug, Clone, Serialize)]
+pub struct LitSources {
+    /// Names of the sources that shine.
+    pub sources: Vec<String>,
+    /// The wavelengths that the rays of a file are shared by, nm; of other sources none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shared_by_nm: Vec<f64>,
+}
+
+impl Design {
+    /// The same design in monochromatic light of this wavelength; material files give index and
+    /// absorption of silicone and solids, and indices of layers, there.
+    ///
+    /// # Errors
+    /// A wavelength at which a material has no data. Within the range of the design's spectrum
+    /// there are none.
+    pub fn at(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
+        Ok(Self { spectrum: None, lights: None, ..self.tuned(wavelength_nm)? })
+    }
+
+    /// The same design with one of its lights alone, at a wavelength of `nodes`, those that stand
+    /// for it; the other sources are dark.
+    ///
+    /// # Errors
+    /// Those of [`Self::at`], and a wavelength at which no ray has flux.
+    pub fn lit_by(&self, light: &Light, nodes: &[f64], node: usize) -> anyhow::Result<Self> {
+        let mut design = self.at(nodes[node])?;
+        let mut shared_by_nm = Vec::new();
+        let of_sources = design.sources.iter_mut().flat_map(|s| &mut s.emitters);
+        let of_sources = of_sources.map(|emitter| &mut emitter.source);
+        let of_sources = of_sources.map(|source| (&mut source.weight, &mut source.emission));
+        let of_file = design.files.parts_mut().iter_mut();
+        let of_file = of_file.map(|part| (&mut part.share, &mut part.emission));
+        for (number, (weight, emission)) in of_sources.chain(of_file).enumerate() {
+            if !light.emitters.contains(&number) {
+                *weight = 0.0;
+            } else if let Colour::Rays(rays) = &light.light {
+                *emission = tracer::Emission::Rays(Arc::new(rays.at(nodes, node)?));
+                shared_by_nm = nodes.to_vec();
+            }
+        }
+        design.lit = Some(LitSources { sources: light.sources.clone(), shared_by_nm });
+        Ok(design)
+    }
+
+    /// The lights of all sources where they are more than one wavelength of the design: a spectrum,
+    /// or what the sources state; or where every source is to have a ledger of its own.
+    pub fn all_lights(&self) -> Option<Cow<'_, Lights>> {
+        let together = || self.spectrum.as_ref().map(Lights::together).map(Cow::Owned);
+        self.lights.as_ref().map(Cow::Borrowed).or_else(together)
+    }
+
+    /// The colours of the sources, unless that of the design is the only one.
+    pub fn colours(&self) -> Option<Lights> {
+        let lights = self.lights.as_ref().filter(|lights| lights.coloured);
+        lights.map(Lights::by_colour)
+    }
+
+    /// [`Self::at`], with the spectrum.
+    pub(crate) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
+        let at = Context { file: &self.provenance.file };
+        Ok(Self {
+            wavelength_nm,
+            silicone: match &self.dome {
+                Some(_) => medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
+                None => self.silicone.clone(),
+            },
+            films: self.films.as_ref().map(|films| films.tuned(wavelength_nm, &at)).transpose()?,
+            solids: solids::tuned(&self.solids, wavelength_nm, &at)?,
+            ..self.clone()
+        })
+    }
+}

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Thin films at a wavelength: layers on the dome, on the metal of the mirror, on solids.
+
+use std::sync::Arc;
+
+use num_complex::Complex64;
+use rcwa::material::Material;
+use serde::Serialize;
+use tracer::{Film, LayeredMirror, SurfaceModel};
+
+use crate::check::Context;
+use crate::error::ConfigError;
+
+/// A layer at the wavelength.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Coat {
+    /// Refractive index [n, k].
+    pub index: [f64; 2],
+    /// Thickness, nm.
+    pub thickness_nm: f64,
+}
+
+/// All films of a design at the wavelength.
+#[derive(Debug, Clone, Serialize)]
+pub struct Films {
+    /// Layers on the dome, from the silicone outwards.
+    pub dome: Vec<Coat>,
+    /// Layers on the mirror, from the light towards the metal.
+    pub mirror: Vec<Coat>,
+    /// Index [n, k] of the metal.
+    pub substrate: Option<[f64; 2]>,
+    #[serde(skip)]
+    pub(crate) stated: Arc<FilmStacks>,
+}
+
+/// What the file says, whatever the wavelength.
+#[derive(Debug)]
+pub(crate) struct FilmStacks {
+    pub(crate) dome: Stack,
+    pub(crate) mirror: Stack,
+}
+
+/// Layers, and the metal under them if there is one, whatever the wavelength.
+#[derive(Debug, Default)]
+pub(crate) struct Stack {
+    pub(crate) layers: Vec<(IndexSource, f64)>,
+    pub(crate) substrate: Option<IndexSource>,
+}
+
+impl Stack {
+    /// At a wavelength.
+    pub(crate) fn at(&self, wavelength_nm: f64, at: &Context) -> Result<Coats, ConfigError> {
+        let coat = |(source, thickness_nm): &(IndexSource, f64)| {
+            Ok(Coat { index: source.at(wavelength_nm, at)?, thickness_nm: *thickness_nm })
+        };
+        let substrate = self.substrate.as_ref();
+        Ok(Coats {
+            layers: self.layers.iter().map(coat).collect::<Result<_, ConfigError>>()?,
+            substrate: substrate.map(|s| s.at(wavelength_nm, at)).transpose()?,
+        })
+    }
+}
+
+/// Layers and metal at the wavelength.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Coats {
+    /// Layers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Coat>,
+    /// Index [n, k] of the metal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub substrate: Option<[f64; 2]>,
+}
+
+/// Where an index comes from.
+#[derive(Debug)]
+pub(crate) struct IndexSource {
+    /// Key of the index or the file.
+    pub(crate) key: String,
+    pub(crate) value: GivenIndex,
+}
+
+#[derive(Debug)]
+pub(crate) enum GivenIndex {
+    Fixed([f64; 2]),
+    File { name: String, material: Material },
+}
+
+impl Coats {
+    /// An interface with the layers on it; `None` where there are none.
+    pub fn interface(&self, wavelength_nm: f64) -> Result<Option<SurfaceModel>, tracer::Error> {
+        if self.layers.is_empty() {
+            return Ok(None);
+        }
+        let film = film(&self.layers, wavelength_nm)?;
+        Ok(Some(SurfaceModel::Layered(Arc::new(film))))
+    }
+
+    /// The metal with its layers, of which `factor` is kept; `None` where no metal is given.
+    pub fn mirror(
+        &self,
+        wavelength_nm: f64,
+        factor: f64,
+    ) -> Result<Option<SurfaceModel>, tracer::Error> {
+        let Some([n, k]) = self.substrate else {
+            return Ok(None);
+        };
+        let mirror = LayeredMirror {
+            film: film(&self.layers, wavelength_nm)?,
+            substrate: Complex64::new(n, k),
+            factor,
+        };
+        Ok(Some(SurfaceModel::LayeredMirror(Arc::new(mirror))))
+    }
+}
+
+impl IndexSource {
+    fn at(&self, wavelength_nm: f64, at: &Context) -> Result<[f64; 2], ConfigError> {
+        let (index, got) = match &self.value {
+            GivenIndex::Fixed(index) => (*index, format!("{index:?}")),
+            GivenIndex::File { name, material } => {
+                let (n, k) = crate::material::index(material, wavelength_nm).map_err(|e| {
+                    at.value(&self.key, name, &format!("a readable material: {e:#}"))
+                })?;
+                ([n, k], format!("{name}: [{n}, {k}]"))
+            }
+        };
+        let [n, k] = index;
+        let good = n > 0.0 && k >= 0.0 && n < 100.0 && k < 1000.0;
+        if good {
+            Ok(index)
+        } else {
+            let expected = "a refractive index n or [n, k] with n above 0 and k not below 0";
+            Err(at.value(&self.key, got, expected))
+        }
+    }
+}
+
+pub(crate) fn films(
+    stated: Arc<FilmStacks>,
+    wavelength_nm: f64,
+    at: &Context,
+) -> Result<Films, ConfigError> {
+    let mirror = stated.mirror.at(wavelength_nm, at)?;
+    Ok(Films {
+        dome: stated.dome.at(wavelength_nm, at)?.layers,
+        mirror: mirror.layers,
+        substrate: mirror.substrate,
+        stated,
+    })
+}
+
+impl Films {
+    /// The same films at another wavelength.
+    pub(crate) fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
+        films(Arc::clone(&self.stated), wavelength_nm, at)
+    }
+
+    /// Whether the mirror is of metal.
+    pub fn mirrors(&self) -> bool {
+        self.substrate.is_some()
+    }
+
+    /// What light meets on the dome; `None` where it is bare.
+    pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<SurfaceModel>, tracer::Error> {
+        let coats = Coats { layers: self.dome.clone(), substrate: None };
+        coats.interface(wavelength_nm)
+    }
+
+    /// The mirror, of which `factor` is kept; `None` where no metal is given.
+    pub fn mirror(
+        &self,
+        wavelength_nm: f64,
+        factor: f64,
+    ) -> Result<Option<SurfaceModel>, tracer::Error> {
+        let coats = Coats { layers: self.mirror.clone(), substrate: self.substrate };
+        coats.mirror(wavelength_nm, factor)
+    }
+}
+
+fn film(coats: &[Coat], wavelength_nm: f64) -> Result<Film, tracer::Error> {
+    let layers = coats.iter().map(|coat| tracer::Layer {
+        index: Complex64::new(coat.index[0], coat.index[1]),
+        thickness_nm: coat.thickness_nm,
+    });
+    Film::new(wavelength_nm, layers.collect())
+}

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The checked design: every value lies in its range, every file it names was read.
+
+pub mod array;
+pub mod at_wavelength;
+pub mod dome;
+pub mod files;
+pub mod films;
+pub mod footprint;
+pub mod form;
+pub mod incidence_grid;
+pub mod led;
+pub mod medium;
+pub mod receivers;
+pub mod reflector;
+pub mod solids;
+pub mod sources;
+pub mod trace_key;
+
+use std::ops::RangeInclusive;
+
+use array::Array;
+use at_wavelength::LitSources;
+use dome::Dome;
+use films::Films;
+use led::Led;
+use medium::Medium;
+use receivers::CheckedReceiver;
+use reflector::Reflector;
+use serde::Serialize;
+use solids::CheckedSolid;
+use sources::CheckedSource;
+
+use ::files::provenance::Provenance;
+use files::Files;
+use geometry::profile::{Elements, Shape, SphericalDome};
+use geometry::{BaseSurface, GeometryError, Meridian};
+
+use super::schema::{self, Extent};
+use crate::spectrum::Spectrum;
+use crate::spectrum::lights::Lights;
+
+/// Paths of use: fewer give no standard error worth the name, more take weeks.
+pub const PATHS: RangeInclusive<u64> = 1_000..=1_000_000_000_000;
+
+/// A checked design.
+#[derive(Debug, Clone, Serialize)]
+pub struct Design {
+    /// Short name, used for output files.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Where it came from and the hash of that text.
+    pub provenance: Provenance,
+    /// The dome, if there is one.
+    pub dome: Option<Dome>,
+    /// Relief of the dome from the axis outwards; empty on a smooth dome.
+    pub elements: Elements,
+    /// Inside of the dome (air where there is none).
+    pub silicone: Medium,
+    /// Reflector in the plane z = 0.
+    pub mirror: Mirror,
+    /// The light source box.
+    pub led: Led,
+    /// Packages side by side.
+    pub array: Array,
+    /// Walls around them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub housing: Option<Housing>,
+    /// Vacuum wavelength, nm; of a spectrum the one with half of the weighted power on either side.
+    pub wavelength_nm: f64,
+    /// Power over the wavelength, unless the light is monochromatic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<Spectrum>,
+    /// The lights of the sources, unless that of the design is the only one; with a light for each
+    /// source where every source has a ledger of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lights: Option<Lights>,
+    /// Flux of the sources of one package, where the design states it; without it all sources of
+    /// all packages together emit 1 W.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub emitted: Option<EmittedFlux>,
+    /// Why its relief has no bands and no tables, of a design that does not ask for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_bands: Option<String>,
+    /// What shines of them, where not all do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lit: Option<LitSources>,
+    /// Plane receiver.
+    pub receiver: schema::Receiver,
+    /// Far-field receiver.
+    pub far_field: schema::FarFieldReceiver,
+    /// Receivers beside these two.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub receivers: Vec<CheckedReceiver>,
+    /// What emits, in place of the top of the LED box.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<CheckedSource>,
+    /// Further solids and sheets.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub solids: Vec<CheckedSolid>,
+    /// Wave/ray hybrid and its tables.
+    pub hybrid: schema::Hybrid,
+    /// Monte Carlo.
+    pub trace: schema::Trace,
+    /// What comes from files of other programs.
+    pub files: Files,
+    /// Thin films on dome and mirror.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub films: Option<Films>,
+    /// Whether rays carry their polarisation.
+    #[serde(skip_serializing_if = "schema::is_default")]
+    pub polarization: schema::Carrying,
+}
+
+/// Reflector in the plane z = 0.
+#[derive(Debug, Clone, Serialize)]
+pub struct Mirror {
+    /// Law of reflection.
+    #[serde(flatten)]
+    pub reflector: Reflector,
+    /// How far it extends.
+    pub extent: Extent,
+}
+
+/// Flux that the sources of one package emit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EmittedFlux {
+    /// Radiant flux, W.
+    pub radiant_w: f64,
+    /// Luminous flux, lm; 0 of light beyond V(λ).
+    pub luminous_lm: f64,
+}
+
+/// Walls around the array.
+#[derive(Debug, Clone, Serialize)]
+pub struct Housing {
+    /// From the outermost packages to the walls, mm.
+    pub distance_mm: f64,
+    /// Height of the walls above the bottom, mm.
+    pub height_mm: f64,
+    /// Thickness of the walls, mm.
+    pub thickness_mm: f64,
+    /// Law of reflection of the walls.
+    #[serde(flatten)]
+    pub reflector: Reflector,
+    /// What the bottom does between the mirror and the walls; black if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub floor: Option<Reflector>,
+}
+
+impl Design {
+    /// Whether thin layers lie on the dome.
+    pub fn is_coated(&self) -> bool {
+        self.films.as_ref().is_some_and(|f| !f.dome.is_empty())
+    }
+
+    /// The key that says which light there is.
+    pub(crate) fn light_key(&self) -> &'static str {
+        if self.spectrum.is_some() { "light.spectrum" } else { "light.wavelength_nm" }
+    }
+
+    /// Whether the dome carries relief, so that a hybrid makes sense.
+    pub fn has_relief(&self) -> bool {
+        self.elements.shapes.iter().any(|s| *s != Shape::Smooth)
+    }
+
+    /// The generating curve of the dome's surface; without pieces for a mesh and a bare package.
+    ///
+    /// # Errors
+    /// Relief that crosses itself or leaves the half-plane.
+    pub fn outline(&self) -> Result<Meridian, GeometryError> {
+        match &self.dome {
+            Some(dome) => dome.outline(&self.elements),
+            None => Ok(Meridian { pieces: Vec::new() }),
+        }
+    }
+
+    /// The smooth surface of the dome that may carry relief.
+    pub fn base(&self) -> Option<BaseSurface<'_>> {
+        self.dome.as_ref().and_then(Dome::base)
+    }
+
+    /// The sphere of the dome, if it is one.
+    pub fn sphere(&self) -> Option<&SphericalDome> {
+        self.dome.as_ref().and_then(Dome::sphere)
+    }
+
+    /// The rings of the hybrid: the relief in steps of `hybrid.element_width_um`.
+    pub fn hybrid_rings(&self) -> Elements {
+        // Checked when the design was made: the ring's width divides the element's.
+        self.elements
+            .refined(self.hybrid.element_width_um * 1e-3)
+            .unwrap_or_else(|| self.elements.clone())
+    }
+
+    /// Largest |x| and |y| of the axes, mm.
+    pub fn half_extent_mm(&self) -> [f64; 2] {
+        let axes = self.array.axes_mm();
+        [0, 1].map(|k| axes.iter().map(|at| at[k].abs()).fold(0.0, f64::max))
+    }
+
+    /// Half the inner lengths of the housing, mm: the packages' outlines and the distance beyond.
+    pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
+        let distance_mm = self.housing.as_ref()?.distance_mm;
+        let width = match &self.dome {
+            Some(dome) => [2.0 * dome.radius_mm(); 2],
+            None => self.led.size_mm,
+        };
+        let half = self.half_extent_mm();
+        Some([0, 1].map(|k| half[k] + 0.5 * width[k] + distance_mm))
+    }
+
+    /// Radiant flux that all sources of all packages emit together, W.
+    pub fn emitted_w(&self) -> f64 {
+        let stated = self.emitted.map(|flux| flux.radiant_w);
+        stated.map_or(1.0, |w| w * self.array.axes_mm().len() as f64)
+    }
+
+    /// Luminous flux of all sources of all packages, lm, where the design states what they emit and
+    /// the eye sees it.
+    pub fn emitted_lm(&self) -> Option<f64> {
+        let lumens = self.emitted?.luminous_lm * self.array.axes_mm().len() as f64;
+        (lumens > 0.0).then_some(lumens)
+    }
+
+    /// Overall width of a package, mm.
+    pub fn package_width_mm(&self) -> f64 {
+        match &self.dome {
+            Some(dome) => 2.0 * dome.radius_mm(),
+            None => self.led.size_mm[0].max(self.led.size_mm[1]),
+        }
+    }
+}

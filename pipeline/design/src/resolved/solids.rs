@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Solids and sheets of a checked design.
+
+use std::sync::Arc;
+
+use bsdf::{Bsdf, DiffuseLobe, Diffuser};
+use serde::Serialize;
+use tracer::{Region, SurfaceModel};
+
+use files::formats::scattering::Scattering;
+use files::provenance::FileRecord;
+use metrics::illuminance::Symmetry;
+
+use super::films::{Coats, Stack};
+use super::form::Form;
+use super::medium::{self, Medium};
+use super::reflector::Reflector;
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::schema::is_default;
+use crate::schema::solids::{Per, Solid};
+
+/// Most solids: the tracer counts media of a body in eight bits, those of packages and those of the
+/// array together.
+pub const MOST_SOLIDS: usize = 100;
+
+/// A solid or a sheet of a checked design.
+#[derive(Debug, Clone, Serialize)]
+pub struct CheckedSolid {
+    /// As written.
+    pub stated: Solid,
+    /// What it is of at the wavelength, if light enters it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub medium: Option<Medium>,
+    /// Layers and metal at the wavelength.
+    #[serde(skip_serializing_if = "is_default")]
+    pub coats: Coats,
+    /// Files of its form and of its surface, with their hashes; those of materials are told by what
+    /// they say at the wavelength.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<FileRecord>,
+    /// Its form, in its own coordinates.
+    #[serde(skip)]
+    pub form: Form,
+    /// The symmetry of the form about the axis of its package, or of the array.
+    #[serde(skip)]
+    pub symmetry: Symmetry,
+    /// What its surface does at any wavelength.
+    #[serde(skip)]
+    pub(crate) surface: Arc<CheckedSurface>,
+}
+
+/// What the design says of a surface, whatever the wavelength.
+#[derive(Debug)]
+pub(crate) struct CheckedSurface {
+    pub(crate) stack: Stack,
+    pub(crate) optics: SolidOptics,
+}
+
+/// What light meets on a solid.
+#[derive(Debug)]
+pub(crate) enum SolidOptics {
+    /// An interface, with the layers on it.
+    Refracting,
+    /// Tables of files.
+    Scattering(Box<Scattering>),
+    /// Stated shares by a formula.
+    Diffusing {
+        /// What is reflected.
+        reflection: DiffuseLobe,
+        /// What is transmitted.
+        transmission: DiffuseLobe,
+    },
+    /// A reflector by a file.
+    File(FileReflector),
+    /// A law of reflection; with the metal under it where it is of metal.
+    Law(Reflector),
+}
+
+/// A reflector by a file.
+pub(crate) struct FileReflector(pub(crate) Arc<dyn Bsdf>);
+
+impl std::fmt::Debug for FileReflector {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a reflector by a file")
+    }
+}
+
+impl CheckedSolid {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.stated.shared.name
+    }
+
+    /// How often it stands.
+    pub fn per(&self) -> Per {
+        self.stated.shared.per
+    }
+
+    /// Whether it stands on the bottom without a gap.
+    pub fn touches_bottom(&self) -> bool {
+        self.stated.shared.optical_contact.is_some()
+    }
+
+    /// At another wavelength.
+    fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
+        let medium = self.medium.as_ref();
+        let medium = medium.map(|m| medium::medium_at(&m.stated, wavelength_nm, at));
+        Ok(Self {
+            medium: medium.transpose()?,
+            coats: self.surface.stack.at(wavelength_nm, at)?,
+            ..self.clone()
+        })
+    }
+
+    /// Whether what it does depends on the wavelength by itself, not only by the indices of media.
+    pub fn is_coated(&self) -> bool {
+        self.coats != Coats::default()
+    }
+
+    /// Whether tables of files that are made for one pair of indices say what light meets on it.
+    pub fn scatters(&self) -> bool {
+        matches!(self.surface.optics, SolidOptics::Scattering(_))
+    }
+
+    /// What light meets on it between media of these indices, inner and outer.
+    ///
+    /// # Errors
+    /// Scattering that does not fit the media.
+    pub fn optics(&self, wavelength_nm: f64, indices: [f64; 2]) -> anyhow::Result<SurfaceModel> {
+        let metal = |reflectance| self.coats.mirror(wavelength_nm, reflectance);
+        Ok(match &self.surface.optics {
+            SolidOptics::Refracting => {
+                let coated = self.coats.interface(wavelength_nm)?;
+                coated.unwrap_or(SurfaceModel::Interface)
+            }
+            SolidOptics::Scattering(scattering) => SurfaceModel::Scatter(scattering.bsdf(indices)?),
+            SolidOptics::Diffusing { reflection, transmission } => {
+                SurfaceModel::Scatter(Arc::new(Diffuser::new(*reflection, *transmission, indices)?))
+            }
+            SolidOptics::File(FileReflector(table)) => SurfaceModel::Coating(Arc::clone(table)),
+            SolidOptics::Law(reflector) => {
+                metal(reflector.reflectance())?.unwrap_or_else(|| reflector.optics())
+            }
+        })
+    }
+}
+
+/// All solids at another wavelength.
+pub(crate) fn tuned(
+    solids: &[CheckedSolid],
+    wavelength_nm: f64,
+    at: &Context,
+) -> Result<Vec<CheckedSolid>, ConfigError> {
+    let tuned = solids.iter().map(|solid| solid.tuned(wavelength_nm, at));
+    tuned.collect()
+}
+
+/// The solids of packages, or of the array, that light enters, with the numbers of their media; in
+/// a package with a dome the silicone is the first one.
+pub fn regions(solids: &[CheckedSolid], per: Per, domed: bool) -> Vec<(&CheckedSolid, Region)> {
+    let first = u8::from(domed && per == Per::Package);
+    let entered = solids.iter().filter(|s| s.per() == per && s.medium.is_some());
+    let numbered = (first..).zip(entered);
+    numbered.map(|(number, solid)| (solid, Region::Body(number))).collect()
+}

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What traces of a design depend on, by name: from this follow the keys under which finished
+//! traces and groups of paths are stored.
+//!
+//! Every struct of the design is taken apart without `..`, so that a new field does not compile
+//! before it is listed here as one that changes a trace or as one that does not. What a design
+//! holds beside its fields as written follows from them, and is left out:
+//!
+//! - `Medium::stated`, `Films::stated` and `CheckedSolid::surface` give indices and reflectors at
+//!   other wavelengths. Index and absorption at the wavelength of the trace are fields of their
+//!   own; a trace of many wavelengths depends on the tables as written and on the content of the
+//!   files that they name, whose hashes are listed.
+//! - Forms, symmetries, detectors, emitters and lights follow from the tables as written and from
+//!   the same hashes. Only the weights of emitters are listed, which say what shines.
+
+use serde_json::{Value, json};
+
+use files::provenance::{FileRecord, Provenance};
+use geometry::Meridian;
+use geometry::profile::{Elements, Rounding, SphericalDome};
+
+use super::array::{Array, PackagePositions};
+use super::at_wavelength::LitSources;
+use super::dome::{Dome, DomeMesh};
+use super::files::{Files, UsedFile};
+use super::films::Films;
+use super::led::{BoxPlace, Led};
+use super::medium::Medium;
+use super::receivers::CheckedReceiver;
+use super::solids::CheckedSolid;
+use super::sources::CheckedSource;
+use super::{Design, Housing, Mirror};
+use crate::schema;
+
+/// Takes a struct apart and lists the fields before `;` by name; those after it change no trace.
+macro_rules! fields {
+    ($value:expr => $type:path { $($listed:ident),* $(; $($omitted:ident),*)? }) => {{
+        let $type { $($listed,)* $($($omitted: _),*)? } = $value;
+        json!({ $(stringify!($listed): $listed),* })
+    }};
+}
+
+/// What light meets on the dome, by which it depends on the settings of `[hybrid]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReliefModel {
+    /// The elements themselves.
+    Elements,
+    /// The elements in steps of the rings' width.
+    Rings,
+    /// Bands that scatter by tables of ray optics.
+    RayTables,
+    /// Bands that scatter by tables of diffraction orders.
+    OrderTables,
+}
+
+impl Design {
+    /// Names and values of all fields on which a trace depends.
+    pub fn trace_fields(&self, relief: ReliefModel) -> Value {
+        let Self {
+            name: _,
+            description: _,
+            provenance,
+            dome,
+            elements,
+            silicone,
+            mirror,
+            led,
+            array,
+            housing,
+            wavelength_nm,
+            spectrum,
+            lights: _,
+            // Readings are scaled where they are written.
+            emitted: _,
+            // Which models there are, not what one of them is.
+            without_bands: _,
+            lit,
+            receiver,
+            far_field,
+            receivers,
+            sources,
+            solids,
+            hybrid,
+            trace,
+            files,
+            films,
+            polarization,
+        } = self;
+        let coated = films.is_some() || solids.iter().any(CheckedSolid::is_coated);
+        // Rays depend on indices, which are listed, and not on the wavelength by itself.
+        let by_wavelength = relief == ReliefModel::OrderTables || coated;
+        json!({
+            "named_files": named_files(provenance),
+            "dome": dome.as_ref().map(dome_fields),
+            "elements": element_fields(elements),
+            "silicone": medium_fields(silicone),
+            "mirror": fields!(mirror => Mirror { reflector, extent }),
+            "led": led_fields(led),
+            "array": array_fields(array),
+            "housing": housing.as_ref().map(housing_fields),
+            "wavelength_nm": by_wavelength.then_some(wavelength_nm),
+            "spectrum": spectrum,
+            "shared_by_nm": lit.as_ref().map(|LitSources { sources: _, shared_by_nm }| shared_by_nm),
+            "receiver": fields!(receiver => schema::Receiver {
+                plane_height_mm, bin_mm, smoothing_sigma_mm, margin_mm, average;
+                read_bin_mm, full_scale, zero
+            }),
+            "far_field": fields!(far_field => schema::FarFieldReceiver {
+                bin_deg, azimuth_bin_deg;
+                centre_deg, peak, peak_fit_deg, read_bin_deg, read_bins, cut_deg
+            }),
+            "receivers": receivers.iter().map(receiver_fields).collect::<Vec<_>>(),
+            "sources": sources.iter().map(source_fields).collect::<Vec<_>>(),
+            "solids": solids.iter().map(solid_fields).collect::<Vec<_>>(),
+            "hybrid": hybrid_fields(hybrid, relief),
+            "trace": fields!(trace => schema::Trace {
+                paths, max_interactions, sampling, split, ledger_by_source
+            }),
+            "files": files_fields(files),
+            "films": films.as_ref().map(films_fields),
+            "polarization": polarization,
+        })
+    }
+
+    /// Names and values of the fields that say how figures are read from a trace.
+    pub fn reading_fields(&self) -> Value {
+        json!({
+            "receiver": fields!(&self.receiver => schema::Receiver {
+                read_bin_mm, full_scale, zero;
+                plane_height_mm, bin_mm, smoothing_sigma_mm, margin_mm, average
+            }),
+            "far_field": fields!(&self.far_field => schema::FarFieldReceiver {
+                centre_deg, peak, peak_fit_deg, read_bin_deg, read_bins, cut_deg;
+                bin_deg, azimuth_bin_deg
+            }),
+        })
+    }
+}
+
+fn named_files(provenance: &Provenance) -> Vec<&str> {
+    // A design's own text is what all other fields were made of.
+    let Provenance { file: _, sha256: _, named } = provenance;
+    named.iter().map(hash).collect()
+}
+
+fn hash(FileRecord { file: _, sha256 }: &FileRecord) -> &str {
+    sha256
+}
+
+fn dome_fields(dome: &Dome) -> Value {
+    match dome {
+        Dome::Sphere(sphere) => fields!(sphere => SphericalDome {
+            sphere_radius_mm, height_mm, radius_mm
+        }),
+        Dome::Meridian(meridian) => fields!(meridian => Meridian { pieces }),
+        Dome::Mesh(mesh) => fields!(mesh => DomeMesh {
+            sha256, height_mm, radius_mm;
+            file, triangles, shape
+        }),
+    }
+}
+
+fn medium_fields(medium: &Medium) -> Value {
+    fields!(medium => Medium { index, absorption_per_mm; stated })
+}
+
+/// Sharp relief has the fields of designs that cannot say otherwise.
+fn element_fields(elements: &Elements) -> Value {
+    let mut fields = fields!(elements => Elements { width_mm, shapes; rounding });
+    let Rounding { tip_mm, valley_mm } = elements.rounding;
+    if !elements.rounding.is_sharp() {
+        fields["tip_mm"] = json!(tip_mm);
+        fields["valley_mm"] = json!(valley_mm);
+    }
+    fields
+}
+
+/// A box that stands level about the axis has the fields of designs that cannot say otherwise.
+fn led_fields(led: &Led) -> Value {
+    let mut fields = fields!(led => Led {
+        size_mm, height_mm, reflector; offset_mm, tilt_deg, offsets_mm, tilts_deg
+    });
+    if !led.is_centred() {
+        let places = led.stated_places();
+        let (offsets, tilts): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
+            places.map(|BoxPlace { offset_mm, tilt_deg }| (offset_mm, tilt_deg)).unzip();
+        fields["offsets_mm"] = json!(offsets);
+        fields["tilts_deg"] = json!(tilts);
+    }
+    fields
+}
+
+fn array_fields(array: &Array) -> Value {
+    let Array { positions, pitch_mm, crossing } = array;
+    let positions = match positions {
+        PackagePositions::Grid { columns, rows, arrangement } => {
+            json!({"columns": columns, "rows": rows, "arrangement": arrangement})
+        }
+        PackagePositions::List { positions_mm } => json!(positions_mm),
+    };
+    json!({"positions": positions, "pitch_mm": pitch_mm, "crossing": crossing})
+}
+
+fn housing_fields(housing: &Housing) -> Value {
+    fields!(housing => Housing { distance_mm, height_mm, thickness_mm, reflector, floor })
+}
+
+fn receiver_fields(receiver: &CheckedReceiver) -> Value {
+    fields!(receiver => CheckedReceiver { stated; detector })
+}
+
+fn source_fields(source: &CheckedSource) -> Value {
+    let CheckedSource { stated, file_sha256, emitters, symmetry: _ } = source;
+    let weights: Vec<f64> = emitters.iter().map(|emitter| emitter.source.weight).collect();
+    json!({"stated": stated, "file_sha256": file_sha256, "weights": weights})
+}
+
+fn solid_fields(solid: &CheckedSolid) -> Value {
+    let CheckedSolid { stated, medium, coats, files, form, symmetry: _, surface: _ } = solid;
+    json!({
+        "stated": stated,
+        "medium": medium.as_ref().map(medium_fields),
+        "coats": coats,
+        "files": files.iter().map(hash).collect::<Vec<_>>(),
+        // A package that is traced by itself moves the solids of the array.
+        "origin_mm": form.placement.origin.to_array(),
+    })
+}
+
+fn hybrid_fields(hybrid: &schema::Hybrid, relief: ReliefModel) -> Value {
+    match relief {
+        ReliefModel::Elements => Value::Null,
+        ReliefModel::Rings => json!({"element_width_um": hybrid.element_width_um}),
+        ReliefModel::RayTables | ReliefModel::OrderTables => fields!(hybrid => schema::Hybrid {
+            element_width_um, rings_per_band, representative, kx_per_zone, ky_count, tolerance,
+            orders, stairs_um, tables, polarization, incidence, scattering, spread_deg;
+            memory_gib
+        }),
+    }
+}
+
+fn files_fields(files: &Files) -> Value {
+    let used = |used: &UsedFile| fields!(used => UsedFile { sha256; file, flux_used });
+    let shares: Vec<f64> = files.parts().iter().map(|part| part.share).collect();
+    let Files { stated, used: all, bands: _, mirror: _, mirror_turns: _, source: _ } = files;
+    let all: Vec<Value> = all.iter().map(used).collect();
+    json!({"stated": stated, "used": all, "shares": shares})
+}
+
+fn films_fields(films: &Films) -> Value {
+    fields!(films => Films { dome, mirror, substrate; stated })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn traces_depend_on_what_changes_them_and_on_nothing_else() {
+        type Change = fn(&mut Design);
+        let of = |change: Change, relief| {
+            let mut design = crate::embedded("d2.toml").expect("valid");
+            change(&mut design);
+            (design.trace_fields(relief), design.reading_fields())
+        };
+        let all = ReliefModel::OrderTables;
+        let base = of(|_| {}, all);
+        let tolerance: Change = |d| d.hybrid.tolerance = 1e-3;
+        let wavelength: Change = |d| d.wavelength_nm = 551.0;
+        let traced: [Change; 12] = [
+            |d| d.led.height_mm = 0.3,
+            |d| d.elements.rounding.tip_mm = 1e-3,
+            |d| d.elements.rounding.valley_mm = 1e-3,
+            |d| d.led.offset_mm = [0.01, 0.0],
+            |d| d.led.tilt_deg = [0.0, 1.0],
+            |d| d.led.offsets_mm = vec![[0.0; 2], [0.01, 0.0]],
+            |d| d.led.tilts_deg = vec![[0.0; 2], [0.0, 1.0]],
+            |d| d.receiver.bin_mm = 0.05,
+            |d| d.array.positions = PackagePositions::SINGLE,
+            tolerance,
+            wavelength,
+            |d| d.silicone.absorption_per_mm = 1e-3,
+        ];
+        for change in traced {
+            let changed = of(change, all);
+            assert!(changed.0 != base.0 && changed.1 == base.1);
+        }
+        assert_eq!(of(|d| d.name.push('x'), all), base);
+        let changed = of(|d| d.far_field.centre_deg = 7.5, all);
+        assert!(changed.0 == base.0 && changed.1 != base.1);
+        // Rays on the elements know neither tables nor, without films, the wavelength.
+        let rays = of(|_| {}, ReliefModel::Elements);
+        for change in [tolerance, wavelength] {
+            assert_eq!(of(change, ReliefModel::Elements), rays);
+        }
+    }
+
+    #[test]
+    fn files_of_other_programs_count_as_they_are_used() {
+        let mut design = crate::embedded("d2.toml").expect("valid");
+        let base = design.trace_fields(ReliefModel::Elements);
+        design.files.stated.mirror = Some(schema::files::FileMirror {
+            file: "mirror.bsdf".to_owned(),
+            between: bsdf::LobeMotion::default(),
+        });
+        assert_ne!(design.trace_fields(ReliefModel::Elements), base);
+    }
+}

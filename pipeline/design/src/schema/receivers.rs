@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[receivers]]` as written.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use tracer::receiver::{Facing, Sense};
+
+use super::is_default;
+use crate::serde_arrays::List;
+use crate::tagged::{Kinds, Tagged};
+
+/// `[[receivers]]`.
+pub type Receiver = Tagged<ReceiverKeys, ReceiverForm>;
+
+/// Keys of all receivers.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReceiverKeys {
+    /// Names its files.
+    pub name: String,
+    /// Which light.
+    pub only: Option<Only>,
+}
+
+/// Kinds of receiver with their keys.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReceiverForm {
+    /// Irradiance on a rectangle.
+    Plane(PlaneReceiver),
+    /// Intensity over polar angle and azimuth, bins between multiples of their widths.
+    FarField(AngularReceiver),
+    /// Intensity on C-γ planes, bins about them.
+    CGamma(AngularReceiver),
+    /// Radiance on a rectangle by place and direction.
+    Luminance(LuminanceReceiver),
+    /// Flux on surfaces.
+    Surface(SurfaceReceiver),
+}
+
+impl Kinds for ReceiverForm {
+    const TAG: &'static str = "kind";
+}
+
+/// Keys of a plane.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneReceiver {
+    /// Middle of the rectangle, mm.
+    pub position_mm: List<f64, 3>,
+    /// Lengths along u and v, mm.
+    pub size_mm: List<f64, 2>,
+    /// Bins along u and v.
+    pub bins: List<usize, 2>,
+    /// The direction in which light passes.
+    pub normal: Option<Normal>,
+    /// Whether it reads I, Q, U and V.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stokes: bool,
+}
+
+/// Keys of a far field and of C-γ planes.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AngularReceiver {
+    /// Bin of the polar angle, degrees.
+    pub theta_bin_deg: f64,
+    /// Bin of the azimuth, degrees.
+    pub phi_bin_deg: f64,
+    /// Whether it reads I, Q, U and V.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stokes: bool,
+}
+
+/// Keys of a receiver of radiance.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LuminanceReceiver {
+    /// Middle of the rectangle, mm.
+    pub position_mm: List<f64, 3>,
+    /// Lengths along u and v, mm.
+    pub size_mm: List<f64, 2>,
+    /// Bins along u and v.
+    pub bins: List<usize, 2>,
+    /// The direction in which light passes.
+    pub normal: Option<Normal>,
+    /// Bin of the polar angle, degrees.
+    pub theta_bin_deg: f64,
+    /// Bin of the azimuth, degrees.
+    pub phi_bin_deg: f64,
+    /// Whether it reads I, Q, U and V.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stokes: bool,
+}
+
+/// Keys of a receiver on surfaces.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceReceiver {
+    /// Their name in the ledger.
+    pub surface: String,
+}
+
+/// A rectangle as written.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StatedRectangle {
+    /// Its middle, mm.
+    pub position_mm: [f64; 3],
+    /// Lengths along u and v, mm.
+    pub size_mm: [f64; 2],
+    /// Bins along u and v.
+    pub bins: [usize; 2],
+    /// The direction in which light passes.
+    pub normal: Normal,
+}
+
+impl ReceiverForm {
+    /// The kind by itself.
+    pub fn kind(&self) -> ReceiverKind {
+        match self {
+            Self::Plane(_) => ReceiverKind::Plane,
+            Self::FarField(_) => ReceiverKind::FarField,
+            Self::CGamma(_) => ReceiverKind::CGamma,
+            Self::Luminance(_) => ReceiverKind::Luminance,
+            Self::Surface(_) => ReceiverKind::Surface,
+        }
+    }
+
+    /// The rectangle of a plane and of a receiver of radiance.
+    pub fn rectangle(&self) -> Option<StatedRectangle> {
+        match self {
+            Self::Plane(plane) => Some(StatedRectangle {
+                position_mm: plane.position_mm.0,
+                size_mm: plane.size_mm.0,
+                bins: plane.bins.0,
+                normal: plane.normal.unwrap_or_default(),
+            }),
+            Self::Luminance(luminance) => Some(StatedRectangle {
+                position_mm: luminance.position_mm.0,
+                size_mm: luminance.size_mm.0,
+                bins: luminance.bins.0,
+                normal: luminance.normal.unwrap_or_default(),
+            }),
+            Self::FarField(_) | Self::CGamma(_) | Self::Surface(_) => None,
+        }
+    }
+
+    /// Whether it reads I, Q, U and V.
+    pub fn stokes(&self) -> bool {
+        match self {
+            Self::Plane(plane) => plane.stokes,
+            Self::FarField(angular) | Self::CGamma(angular) => angular.stokes,
+            Self::Luminance(luminance) => luminance.stokes,
+            Self::Surface(_) => false,
+        }
+    }
+}
+
+/// Kinds of receiver, as results name them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReceiverKind {
+    /// Irradiance on a rectangle.
+    Plane,
+    /// Intensity over polar angle and azimuth, bins between multiples of their widths.
+    FarField,
+    /// Intensity on C-γ planes, bins about them.
+    CGamma,
+    /// Radiance on a rectangle by place and direction.
+    Luminance,
+    /// Flux on surfaces.
+    Surface,
+}
+
+/// Directions along the axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+pub enum Normal {
+    /// Upwards.
+    #[default]
+    #[serde(rename = "+z")]
+    Up,
+    /// Downwards.
+    #[serde(rename = "-z")]
+    Down,
+    /// Along x.
+    #[serde(rename = "+x")]
+    AlongX,
+    /// Against x.
+    #[serde(rename = "-x")]
+    AgainstX,
+    /// Along y.
+    #[serde(rename = "+y")]
+    AlongY,
+    /// Against y.
+    #[serde(rename = "-y")]
+    AgainstY,
+}
+
+impl Normal {
+    pub(crate) fn facing(self) -> Facing {
+        match self {
+            Self::Up => Facing::Z(Sense::Plus),
+            Self::Down => Facing::Z(Sense::Minus),
+            Self::AlongX => Facing::X(Sense::Plus),
+            Self::AgainstX => Facing::X(Sense::Minus),
+            Self::AlongY => Facing::Y(Sense::Plus),
+            Self::AgainstY => Facing::Y(Sense::Minus),
+        }
+    }
+
+    /// Names of u and v.
+    pub fn axes(self) -> [&'static str; 2] {
+        match self {
+            Self::Up | Self::Down => ["x", "y"],
+            Self::AlongX | Self::AgainstX => ["y", "z"],
+            Self::AlongY | Self::AgainstY => ["x", "z"],
+        }
+    }
+}
+
+/// `[receivers.only]`: all of what is given must hold.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Only {
+    /// Name in the ledger of the surface met last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub last_surface: Option<String>,
+    /// First and last element, from 1, within whose radii the last surface was met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub last_elements: Option<List<usize, 2>>,
+    /// Least number of surfaces met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_bounces: Option<u32>,
+    /// Largest number of surfaces met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_bounces: Option<u32>,
+    /// Packages from which the light comes, from 1, row by row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub packages: Option<Vec<usize>>,
+    /// Names of the sources from which the light comes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sources: Option<Vec<String>>,
+}

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Spectra against closed forms and published figures.
+
+use super::*;
+
+fn table(wavelength_nm: &[f64], power: &[f64]) -> SpectralPower {
+    SpectralPower::Table { wavelength_nm: wavelength_nm.to_vec(), power: power.to_vec() }
+}
+
+fn led() -> SpectralPower {
+    SpectralPower::WhiteLed {
+        blue_nm: 450.0,
+        blue_fwhm_nm: 20.0,
+        phosphor_nm: 560.0,
+        phosphor_fwhm_nm: 120.0,
+        blue_part: 0.25,
+    }
+}
+
+fn spectrum(source: SpectralPower, weighting: Weighting) -> Spectrum {
+    let sampling = match source {
+        SpectralPower::Lines { .. } => None,
+        _ => Some(Sampling::Samples(7)),
+    };
+    Spectrum::new(source, weighting, sampling).expect("valid")
+}
+
+fn refused(source: SpectralPower, weighting: Weighting, sampling: Option<Sampling>) -> String {
+    Spectrum::new(source, weighting, sampling).expect_err("refused").to_string()
+}
+
+fn integral(spectrum: &Spectrum, count: usize, f: impl Fn(f64) -> f64) -> f64 {
+    spectrum.rule(count).iter().map(|&(nm, w)| w * f(nm)).sum()
+}
+
+#[test]
+fn equal_energy_has_the_efficacy_of_the_sum_of_v() {
+    // ∫ V dλ = 106.857 nm (5 nm times 21.3714, the sum of ȳ in CIE 015), over the 470 nm of the
+    // table.
+    for weighting in [Weighting::Radiometric, Weighting::Photometric] {
+        let flat = spectrum(table(&[360.0, 830.0], &[2.0, 2.0]), weighting);
+        let expected = 683.0 * 106.857 / 470.0;
+        let got = flat.luminous_efficacy_lm_per_w;
+        assert!((got / expected - 1.0).abs() < 1e-6, "{got} and {expected}");
+    }
+    // Half of that light lies below 560 nm, where the eye's curve is nearly symmetrical about 559
+    // nm.
+    let flat = spectrum(table(&[360.0, 830.0], &[1.0, 1.0]), Weighting::Photometric);
+    let below: f64 =
+        metrics::photopic::knots_nm().filter(|&nm| nm < 560.0).map(metrics::photopic::v).sum();
+    let half = 0.5 * 21.3714;
+    // The trapezium to 560 nm: all rows before it and half of its own.
+    assert!((flat.median_nm() - 560.0) * (half - below - 0.5 * metrics::photopic::v(560.0)) >= 0.0);
+    assert!((flat.median_nm() - 559.0).abs() < 2.0, "{}", flat.median_nm());
+}
+
+#[test]
+fn a_line_at_the_peak_of_the_eye_has_683_lumens_per_watt() {
+    let line = |nm: f64| SpectralPower::Lines { wavelength_nm: vec![nm], power: vec![3.0] };
+    let green = spectrum(line(555.0), Weighting::Photometric);
+    assert!((green.luminous_efficacy_lm_per_w - 683.0).abs() < 1e-9);
+    assert_eq!(green.rule(7), [(555.0, 1.0)]);
+    assert_eq!((green.median_nm(), green.range_nm), (555.0, [555.0, 555.0]));
+    // Helium-neon: V(632.8 nm) = 0.238, 162 to 163 lm/W.
+    let red = spectrum(line(632.8), Weighting::Radiometric);
+    assert!((red.luminous_efficacy_lm_per_w - 683.0 * 0.238).abs() < 1.0);
+}
+
+#[test]
+fn lines_are_weighted_by_power_or_by_flux() {
+    let lines = SpectralPower::Lines {
+        wavelength_nm: vec![450.0, 500.0, 530.0, 620.0],
+        power: vec![1.0, 0.0, 2.0, 1.0],
+    };
+    let power = spectrum(lines.clone(), Weighting::Radiometric);
+    assert_eq!(power.rule(1), [(450.0, 0.25), (530.0, 0.5), (620.0, 0.25)]);
+    let flux = spectrum(lines, Weighting::Photometric).rule(1);
+    let total = 0.038 + 2.0 * 0.862 + 0.381;
+    for ((_, weight), v) in flux.iter().zip([0.038, 2.0 * 0.862, 0.381]) {
+        assert!((weight - v / total).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_flat_spectrum_is_integrated_like_a_polynomial() {
+    let flat = spectrum(table(&[400.0, 700.0], &[1.0, 1.0]), Weighting::Radiometric);
+    for count in quadrature::COUNTS {
+        let rule = flat.rule(count);
+        assert!((rule.iter().map(|p| p.1).sum::<f64>() - 1.0).abs() < 1e-14);
+        assert!(rule.iter().all(|p| p.1 > 0.0));
+        // Mean of λ is 550 nm; wavelengths are rounded to 0.001 nm.
+        assert!((integral(&flat, count, |nm| nm) - 550.0).abs() < 1e-3);
+    }
+    // Mean of λ²: (700³ - 400³)/(3 · 300).
+    let exact = (700f64.powi(3) - 400f64.powi(3)) / 900.0;
+    assert!((integral(&flat, 3, |nm| nm * nm) / exact - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn rules_converge_on_an_oscillating_function_of_a_white_led() {
+    // What interference makes of a step of 1.5 µm: cos(2π h (n - 1)/λ), integrated finely here.
+    let f = |nm: f64| (std::f64::consts::TAU * 1500.0 * 0.41 / nm).cos();
+    for weighting in [Weighting::Radiometric, Weighting::Photometric] {
+        let white = spectrum(led(), weighting);
+        let [low, high] = white.range_nm;
+        let SpectralPower::WhiteLed { blue_part, .. } = white.source else {
+            unreachable!("a white LED")
+        };
+        let gauss = |nm: f64, peak: f64, fwhm: f64| {
+            let x = (nm - peak) / fwhm * 2.354_820_045;
+            if x.abs() <= 3.0 { (-0.5 * x * x).exp() / fwhm } else { 0.0 }
+        };
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for k in 0..200_000 {
+            let nm = low + (high - low) * (f64::from(k) + 0.5) / 2e5;
+            let p =
+                blue_part * gauss(nm, 450.0, 20.0) + (1.0 - blue_part) * gauss(nm, 560.0, 120.0);
+            let w =
+                if weighting == Weighting::Photometric { p * metrics::photopic::v(nm) } else { p };
+            sum += w * f(nm);
+            weight += w;
+        }
+        let errors = [3, 7, 15, 31].map(|n| (integral(&white, n, f) - sum / weight).abs());
+        assert!(
+            errors[3] < 1e-3 && errors[2] < 5e-3 && errors[1] < 5e-2,
+            "{weighting:?}: {errors:?}"
+        );
+    }
+}
+
+#[test]
+fn a_white_led_is_plausible() {
+    let white = spectrum(led(), Weighting::Photometric);
+    // The most that white light of one colour temperature or another can have: 250 to 370 lm/W
+    // [Murphy2012].
+    let efficacy = white.luminous_efficacy_lm_per_w;
+    assert!((250.0..370.0).contains(&efficacy), "{efficacy}");
+    assert!((540.0..570.0).contains(&white.median_nm()));
+    // A quarter of the radiant power is blue: the quantile at 0.125 is the die's peak, but for the
+    // phosphor's faint tail below it.
+    let Shares::Continuous(power) = spectrum(led(), Weighting::Radiometric).shares else {
+        unreachable!("continuous")
+    };
+    assert!((power.quantile_nm(0.125) - 450.0).abs() < 1.0);
+    assert!((power.total() - 1.0).abs() < 1e-6, "{}", power.total());
+    // The order of what is said of a spectrum does not matter to it: without a die it is its
+    // phosphor.
+    let mut bare = led();
+    if let SpectralPower::WhiteLed { blue_part, .. } = &mut bare {
+        *blue_part = 0.0;
+    }
+    let bare = spectrum(bare, Weighting::Radiometric);
+    assert!((bare.median_nm() - 560.0).abs() < 2e-3);
+    assert!((bare.range_nm[0] - (560.0 - 3.0 * 120.0 / 2.354_82)).abs() < 1e-3);
+}
+
+#[test]
+fn gaps_and_zeros_hold_no_wavelength() {
+    let gap = table(&[400.0, 410.0, 420.0, 600.0, 610.0, 620.0], &[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
+    let gap = spectrum(gap, Weighting::Radiometric);
+    for (nm, _) in gap.rule(31) {
+        assert!((400.0..=420.0).contains(&nm) || (600.0..=620.0).contains(&nm), "{nm}");
+    }
+    let padded = table(&[300.0, 400.0, 500.0, 900.0], &[0.0, 0.0, 1.0, 0.0]);
+    let [low, high] = spectrum(padded, Weighting::Radiometric).range_nm;
+    assert!((low - 400.0).abs() < 1e-12 && (high - 900.0).abs() < 1e-12);
+}
+
+#[test]
+fn bad_spectra_are_refused_by_key() {
+    use Weighting::{Photometric, Radiometric};
+    let seven = Some(Sampling::Samples(7));
+    let rows = |nm: &[f64], p: &[f64]| refused(table(nm, p), Radiometric, seven);
+    for (message, words) in [
+        (rows(&[400.0, 500.0], &[1.0, -1.0]), "power = -1: expected finite numbers from 0"),
+        (rows(&[400.0, 500.0], &[1.0, f64::NAN]), "power = NaN"),
+        (rows(&[400.0, 500.0], &[0.0, 0.0]), "power = 0 everywhere"),
+        (rows(&[], &[]), "wavelength_nm = 0 wavelengths: expected at least 2"),
+        (rows(&[500.0, 400.0], &[1.0, 1.0]), "wavelength_nm = 400 after 500"),
+        (rows(&[400.0, 400.0], &[1.0, 1.0]), "ascending"),
+        (rows(&[400.0, 500.0], &[1.0]), "power = 1 numbers"),
+        (rows(&[1.0, 500.0], &[1.0, 1.0]), "wavelength_nm = 1: expected wavelengths from 10"),
+        (
+            refused(table(&[300.0, 500.0], &[1.0, 1.0]), Photometric, seven),
+            "weighting = photometric for power from 300.0",
+        ),
+        (
+            refused(table(&[500.0, 900.0], &[1.0, 1.0]), Photometric, seven),
+            "from 360 to 830 nm only",
+        ),
+        (
+            refused(led(), Radiometric, Some(Sampling::Samples(8))),
+            "samples = 8: expected one of 1, 3, 7, 15, 31",
+        ),
+        (refused(led(), Radiometric, Some(Sampling::Tolerance(0.0))), "tolerance = 0"),
+        (refused(led(), Radiometric, None), "tolerance = missing"),
+        (
+            refused(
+                SpectralPower::Lines { wavelength_nm: vec![550.0], power: vec![1.0] },
+                Radiometric,
+                seven,
+            ),
+            "kind = lines",
+        ),
+    ] {
+        assert!(message.contains(words), "no `{words}` in: {message}");
+    }
+    let mut wide = led();
+    if let SpectralPower::WhiteLed { phosphor_fwhm_nm, .. } = &mut wide {
+        *phosphor_fwhm_nm = 500.0;
+    }
+    assert!(refused(wide, Radiometric, seven).contains("phosphor_fwhm_nm = 500"));
+}

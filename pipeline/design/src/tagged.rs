@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Tables that are of one of several kinds, each with keys of its own.
+//!
+//! serde finds out the kind of a table through a buffer that forgets where keys stand. Therefore
+//! the parsed text is rearranged before serde reads it:
+//!
+//! ```toml
+//! { kind = "sphere", name = "ball", radius_mm = 1.0 }
+//! { "(shared)" = { name = "ball" }, "(kind)" = { sphere = { radius_mm = 1.0 } } }
+//! ```
+//!
+//! The second form is a struct of a struct and an enum, and all positions stay as they are.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{DeserializeOwned, Deserializer, Visitor, value};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+/// Where the shared keys of a table go.
+const SHARED: &str = "(shared)";
+/// Where its kind goes, with the keys of that kind.
+const KIND: &str = "(kind)";
+
+/// Whether a step of a path is none of the file.
+pub(super) fn is_inserted(step: &str) -> bool {
+    step == SHARED || step == KIND
+}
+
+/// A table of one of several kinds: the keys that all kinds share, and those of its kind.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Tagged<S, K> {
+    /// Keys of every kind.
+    #[serde(rename = "(shared)")]
+    pub shared: S,
+    /// The kind with its own keys.
+    #[serde(rename = "(kind)")]
+    pub kind: K,
+}
+
+/// Tells the kind of a table by the keys that it has.
+type Untagged = fn(&dyn Fn(&str) -> bool) -> Option<&'static str>;
+
+/// Kinds of a table, one variant each, which holds a struct of the keys.
+pub trait Kinds: DeserializeOwned + Serialize {
+    /// The key that names the kind.
+    const TAG: &'static str;
+
+    /// The kind of a table without that key.
+    fn untagged(_keys: &dyn Fn(&str) -> bool) -> Option<&'static str> {
+        None
+    }
+}
+
+/// As written: keys of both kinds side by side; those that are left out stay so.
+impl<S: Serialize, K: Kinds> Serialize for Tagged<S, K> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        let object = |value: Result<Value, serde_json::Error>| match value {
+            Ok(Value::Object(object)) => Ok(object),
+            Ok(other) => Err(serde::ser::Error::custom(format!("expected a table, got {other}"))),
+            Err(error) => Err(serde::ser::Error::custom(error)),
+        };
+        let mut all = object(serde_json::to_value(&self.shared))?;
+        for (kind, keys) in object(serde_json::to_value(&self.kind))? {
+            all.insert(K::TAG.to_owned(), kind.into());
+            all.extend(object(Ok(keys))?);
+        }
+        all.retain(|_, value| !value.is_null());
+        all.serialize(serializer)
+    }
+}
+
+/// What is wrong with the kind of a table.
+pub(super) struct WrongKind {
+    /// Where it stands in the text.
+    pub(super) span: Range<usize>,
+    /// Dotted key, entries of lists from 1.
+    pub(super) key: String,
+    /// What was expected and found.
+    pub(super) message: String,
+}
+
+/// Tables that are of one of several kinds.
+pub struct TaggedTable {
+    path: &'static [&'static str],
+    tag: &'static str,
+    shared: &'static [&'static str],
+    kinds: &'static [&'static str],
+    untagged: Untagged,
+}
+
+impl TaggedTable {
+    /// Those at `path`, or in the list there.
+    pub(super) fn new<S: DeserializeOwned, K: Kinds>(path: &'static [&'static str]) -> Self {
+        Self { path, tag: K::TAG, shared: names::<S>(), kinds: names::<K>(), untagged: K::untagged }
+    }
+
+    /// Rearranges all of them in a file.
+    pub(super) fn rearrange(&self, file: &mut DeTable<'_>) -> Result<(), WrongKind> {
+        self.descend(self.path, file, "")
+    }
+
+    fn descend(
+        &self,
+        path: &[&str],
+        table: &mut DeTable<'_>,
+        above: &str,
+    ) -> Result<(), WrongKind> {
+        let [step, rest @ ..] = path else {
+            return Ok(());
+        };
+        let Some(value) = table.get_mut(*step) else {
+            return Ok(());
+        };
+        let key = [above, step].concat();
+        let each = |value: &mut Spanned<DeValue<'_>>, key: &str| {
+            let span = value.span();
+            match value.get_mut() {
+                DeValue::Table(table) if rest.is_empty() => self.split(table, span, key),
+                DeValue::Table(table) => self.descend(rest, table, &format!("{key}.")),
+                // Of a value that is no table serde says so.
+                _ => Ok(()),
+            }
+        };
+        if let DeValue::Array(list) = value.get_mut() {
+            let mut numbered = list.iter_mut().zip(1..);
+            return numbered
+                .try_for_each(|(entry, number)| each(entry, &format!("{key}[{number}]")));
+        }
+        each(value, &key)
+    }
+
+    fn split(
+        &self,
+        table: &mut DeTable<'_>,
+        span: Range<usize>,
+        key: &str,
+    ) -> Result<(), WrongKind> {
+        let wrong = |span: Range<usize>, got: &str| WrongKind {
+            span,
+            key: format!("{key}.{}", self.tag),
+            message: format!("expected one of {}, got {got}", self.kinds.join(", ")),
+        };
+        let all = std::mem::take(table);
+        let untagged = (self.untagged)(&|name| all.contains_key(name));
+        let (mut kind, mut shared, mut own) = (None, DeTable::new(), DeTable::new());
+        for (name, value) in all {
+            if name.get_ref() == self.tag {
+                kind = Some(value);
+            } else if self.shared.contains(&name.get_ref().as_ref()) {
+                shared.insert(name, value);
+            } else {
+                own.insert(name, value);
+            }
+        }
+        let kind = match (kind, untagged) {
+            (Some(kind), _) => match kind.get_ref() {
+                DeValue::String(name) if self.kinds.contains(&name.as_ref()) => {
+                    Spanned::new(kind.span(), name.clone())
+                }
+                DeValue::String(name) => return Err(wrong(kind.span(), &format!("{name:?}"))),
+                other => return Err(wrong(kind.span(), other.type_str())),
+            },
+            (None, Some(name)) => Spanned::new(span.clone(), DeString::Borrowed(name)),
+            (None, None) => return Err(wrong(span, "none")),
+        };
+        let inner = |table| Spanned::new(span.clone(), DeValue::Table(table));
+        let name = |name| Spanned::new(span.clone(), DeString::Borrowed(name));
+        let of_kind = DeTable::from_iter([(kind, inner(own))]);
+        table.insert(name(SHARED), inner(shared));
+        table.insert(name(KIND), inner(of_kind));
+        Ok(())
+    }
+}
+
+/// Names of the fields of a struct, or of the variants of an enum, as serde reads them.
+pub(super) fn names<T: DeserializeOwned>() -> &'static [&'static str] {
+    struct Names<'a>(&'a mut &'static [&'static str]);
+
+    impl<'de> Deserializer<'de> for Names<'_> {
+        type Error = value::Error;
+
+        fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, value::Error> {
+            Err(serde::de::Error::custom("only names are asked for"))
+        }
+
+        fn deserialize_struct<V: Visitor<'de>>(
+            self,
+            _: &'static str,
+            fields: &'static [&'static str],
+            visitor: V,
+        ) -> Result<V::Value, value::Error> {
+            *self.0 = fields;
+            self.deserialize_any(visitor)
+        }
+
+        fn deserialize_enum<V: Visitor<'de>>(
+            self,
+            _: &'static str,
+            variants: &'static [&'static str],
+            visitor: V,
+        ) -> Result<V::Value, value::Error> {
+            *self.0 = variants;
+            self.deserialize_any(visitor)
+        }
+
+        serde::forward_to_deserialize_any! {
+            bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit
+            unit_struct newtype_struct seq tuple tuple_struct map identifier ignored_any
+        }
+    }
+
+    let mut names: &'static [&'static str] = &[];
+    // The answer is in the names; there is no value.
+    let _ = T::deserialize(Names(&mut names));
+    names
+}
+
+/// Keys of all kinds beside those of each, with the key that names the kind.
+impl<S: JsonSchema, K: JsonSchema + Kinds> JsonSchema for Tagged<S, K> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("{} of {}", K::schema_name(), S::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let shared = S::json_schema(generator).to_value();
+        let kinds = K::json_schema(generator).to_value();
+        let of_kind = |kind: &Value| one_kind::<K>(kind, &shared);
+        let kinds: Vec<Value> = kinds["oneOf"]
+            .as_array()
+            .map_or_else(Vec::new, |all| all.iter().filter_map(of_kind).collect());
+        json_schema!({"oneOf": kinds})
+    }
+}
+
+/// The table of one kind, from `{"kind": {keys}}` as serde writes an enum.
+fn one_kind<K: Kinds>(kind: &Value, shared: &Value) -> Option<Value> {
+    let (name, own) = kind["properties"].as_object()?.iter().next()?;
+    let properties = |of: &Value| of["properties"].as_object().cloned().unwrap_or_default();
+    let required = |of: &Value| of["required"].as_array().cloned().unwrap_or_default();
+    let mut keys: Map<String, Value> = properties(shared);
+    let own_keys = properties(own);
+    let told_by_keys = K::untagged(&|key| own_keys.contains_key(key)) == Some(name.as_str());
+    keys.extend(own_keys);
+    keys.insert(K::TAG.to_owned(), json!({"const": name}));
+    let mut needed = [required(shared), required(own)].concat();
+    if !told_by_keys {
+        needed.insert(0, K::TAG.into());
+    }
+    Some(json!({
+        "description": kind["description"],
+        "type": "object",
+        "properties": keys,
+        "required": needed,
+        "additionalProperties": false,
+    }))
+}

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Reads TOML, and says what the reader complains of in one line: place, key, what it expected,
+//! what it found.
+
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+use serde_path_to_error::{Path, Segment};
+use toml::de::DeTable;
+
+use files::serde_messages::plain;
+
+use super::tagged::{TaggedTable, is_inserted};
+
+/// Most characters of the text that are shown.
+const MOST_SHOWN: usize = 40;
+
+/// What `text` holds; `tagged` are the tables in it that are of one of several kinds.
+///
+/// # Errors
+/// The complaint about it, with line and column, both from 1, and the key whose value is at fault.
+pub fn read<T: DeserializeOwned>(text: &str, tagged: &[TaggedTable]) -> Result<T, String> {
+    let syntax = |error: toml::de::Error| {
+        let span = error.span().unwrap_or_default();
+        at(text, &span) + &in_syntax(error.message(), text, span)
+    };
+    let mut file = DeTable::parse(text).map_err(syntax)?;
+    for table in tagged {
+        table.rearrange(file.get_mut()).map_err(|wrong| {
+            let place = at(text, &wrong.span);
+            format!("{place}{}: {}", wrong.key, wrong.message)
+        })?;
+    }
+    serde_path_to_error::deserialize(toml::Deserializer::from(file))
+        .map_err(|e| complaint(text, e.path(), e.inner()))
+}
+
+/// The place of a complaint.
+fn at(text: &str, span: &Range<usize>) -> String {
+    let before = text.get(..span.start).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+    format!("line {line}, column {column}: ")
+}
+
+/// The key that leads to the value at fault, entries of lists from 1, and the kind of table that it
+/// lies in.
+fn key(path: &Path) -> (String, Option<&str>) {
+    let (mut steps, mut kind) = (Vec::new(), None);
+    for segment in path {
+        match segment {
+            Segment::Seq { index } => steps.push(format!("[{}]", index + 1)),
+            Segment::Map { key } if is_inserted(key) => {}
+            Segment::Map { key } => steps.push(format!(".{key}")),
+            Segment::Enum { variant } => kind = Some(&**variant),
+            Segment::Unknown => {}
+        }
+    }
+    (steps.concat().trim_start_matches('.').to_owned(), kind)
+}
+
+fn complaint(text: &str, path: &Path, error: &toml::de::Error) -> String {
+    let span = error.span().unwrap_or_default();
+    let place = at(text, &span);
+    let said = error.message().split_whitespace();
+    let said = said.collect::<Vec<_>>().join(" ");
+    let (mut key, kind) = key(path);
+    let message = match plain(&said, "a table", kind) {
+        Some(words) => {
+            if let Some(missing) = words.missing {
+                key = format!("{key}.{missing}");
+            }
+            words.message
+        }
+        None => in_syntax(&said, text, span),
+    };
+    match key.trim_start_matches('.') {
+        "" => place + &message,
+        key => format!("{place}{key}: {message}"),
+    }
+}
+
+/// What is wrong with the form of the text, and what stands there.
+fn in_syntax(said: &str, text: &str, span: Range<usize>) -> String {
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let expected = match &*said {
+        "duplicate key" => "expected each key once".to_owned(),
+        // A type that states what it expects, and nothing else.
+        _ if said.starts_with("a ") => format!("expected {said}"),
+        _ if said.contains("expected") => said,
+        _ => said + ", expected TOML",
+    };
+    format!("{expected}, got {}", found(text, span))
+}
+
+/// The text of a place, to the end of its line; of an empty place, what follows it.
+fn found(text: &str, span: Range<usize>) -> String {
+    let rest = text.get(span.start..).unwrap_or_default();
+    let length = if span.is_empty() { rest.len() } else { span.len() };
+    let line = rest.get(..length).unwrap_or(rest).lines().next();
+    let shown: String = line.unwrap_or_default().chars().take(MOST_SHOWN).collect();
+    match shown.trim_end() {
+        "" if rest.trim().is_empty() => "the end of the file".to_owned(),
+        "" => "the end of the line".to_owned(),
+        shown => format!("`{shown}`"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Sheet {
+        #[expect(dead_code, reason = "only refused")]
+        name: String,
+        #[expect(dead_code, reason = "only refused")]
+        size: Option<[f64; 2]>,
+        #[expect(dead_code, reason = "only refused")]
+        #[serde(default)]
+        parts: Vec<Part>,
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Part {
+        #[expect(dead_code, reason = "only refused")]
+        height: f64,
+        #[expect(dead_code, reason = "only refused")]
+        count: Option<usize>,
+    }
+
+    #[test]
+    fn every_complaint_is_one_line_with_its_place() {
+        for (text, expected) in [
+            ("name = = \"bad\"\n", "line 1, column 8: "),
+            (
+                "name = \"a\"\nname = \"b\"\n",
+                "line 2, column 1: expected each key once, got `name`",
+            ),
+            ("name = \"a\"\n\n[size", "line 3, column 6: "),
+            ("name = \"a\nsize = 1", "line 1, column 10: "),
+            ("name = \"ä\" size = [1, 2]", "line 1, column 12: "),
+            ("name = 3", "line 1, column 8: name: expected a text, got 3"),
+            (
+                "name = \"a\"\nwidth = 3",
+                "line 2, column 1: width: no such key, expected one of name, size, parts",
+            ),
+            ("size = [1.0, 2.0]", "line 1, column 1: name: expected a value, got none"),
+            ("name = \"a\"\nsize = [1.0]", "line 2, column 8: size: expected a list of 2, got 1"),
+            (
+                "name = \"a\"\nsize = [1.0, \"b\"]",
+                "line 2, column 14: size[2]: expected a number, got \"b\"",
+            ),
+            ("name = \"a\"\nparts = 1.5", "line 2, column 9: parts: expected a list, got 1.5"),
+            (
+                "name = \"a\"\n[[parts]]\nheight = 1.0\nwidth = 1.0",
+                "line 4, column 1: parts[1].width: no such key, expected height or count",
+            ),
+            (
+                "name = \"a\"\n[[parts]]\nheight = 1.0\n[[parts]]\nheight = true",
+                "line 5, column 10: parts[2].height: expected a number, got true",
+            ),
+            (
+                "name = \"a\"\n[[parts]]\nheight = 1.0\ncount = -1",
+                "line 4, column 9: parts[1].count: expected a whole number from 0, got -1",
+            ),
+            (
+                "name = \"a\"\n[[parts]]\nheight = 1.0\ncount = 1.5",
+                "line 4, column 9: parts[1].count: expected a whole number from 0, got 1.5",
+            ),
+        ] {
+            let said = read::<Sheet>(text, &[]).expect_err(text);
+            assert!(said.starts_with(expected) && !said.contains('\n'), "{said}");
+            assert!(said.contains("expected"), "{said}");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Evaluates candidates: settings, design, limits, trace, objective. Nothing is written but
+//! tables of orders, which the cache keeps.
+
+use anyhow::Result;
+
+use design::Design;
+use design::dotted_keys::Settings;
+use design::resolved::PATHS;
+use files::atomic_file::is_of_files;
+use files::cache::Cache;
+use files::interrupt::Interrupted;
+use files::run_context::RunContext;
+use simulate::model_traces::ModelTraces;
+use simulate::seeds::mix;
+
+use super::objective::{Judged, Objective};
+use super::outcome::Outcome;
+use super::problem::{Problem, StageSettings};
+use super::robust::RobustObjective;
+use super::shared_evaluations::{Batch, Evaluation, SharedEvaluations};
+use super::variables::Variables;
+use crate::design_file::DesignFile;
+
+/// Traces candidates of one stage.
+pub(super) struct Evaluator<'a> {
+    pub variables: &'a Variables,
+    pub objective: &'a Objective,
+    pub robust: Option<&'a RobustObjective>,
+    pub stage: &'a StageSettings,
+    traces: ModelTraces<'a>,
+    /// Who else judges candidates.
+    shared: Option<&'a SharedEvaluations<'a>>,
+    /// Tables of orders solved so far.
+    pub tables: usize,
+}
+
+impl<'a> Evaluator<'a> {
+    /// What judges the candidates of a stage of `problem`, alone or with others; tables come from
+    /// `cache`.
+    pub fn new(
+        problem: &'a Problem,
+        variables: &'a Variables,
+        stage: &'a StageSettings,
+        cache: &'a Cache,
+        shared: Option<&'a SharedEvaluations<'a>>,
+    ) -> Self {
+        Self {
+            variables,
+            objective: &problem.objective,
+            robust: problem.robust.as_ref(),
+            stage,
+            traces: ModelTraces::new(stage.model, cache),
+            shared,
+            tables: 0,
+        }
+    }
+
+    /// The outcomes of `batch`, in order: here, or here and by others. `judge` makes one of them.
+    ///
+    /// # Errors
+    /// Those of `judge` and of sharing; an interrupt.
+    pub fn outcomes(
+        &mut self,
+        batch: &Batch,
+        context: RunContext,
+        judge: impl Fn(&mut Self, usize) -> Result<Outcome>,
+    ) -> Result<Vec<Outcome>> {
+        let shared = self.shared;
+        let mut one = |number| -> Result<Evaluation> {
+            let before = self.traces.tables_solved();
+            let outcome = judge(self, number)?;
+            let tables = self.traces.tables_solved() - before;
+            Ok(Evaluation { outcome, tables })
+        };
+        let all = match shared {
+            Some(shared) => shared.of(batch, context, &mut one)?,
+            None => (0..batch.count)
+                .map(|number| {
+                    context.interrupt.check()?;
+                    let one = one(number);
+                    batch.progress.inc(1);
+                    one
+                })
+                .collect::<Result<_>>()?,
+        };
+        self.tables += all.iter().map(|one| one.tables).sum::<usize>();
+        Ok(all.into_iter().map(|one| one.outcome).collect())
+    }
+
+    /// The design at `point`, or why there is none.
+    fn design(&self, point: &[f64]) -> Result<DesignFile, String> {
+        let made = || -> Result<(DesignFile, Design)> {
+            let mut settings = self.variables.settings(point)?;
+            settings.extend(self.stage.set.clone());
+            let source = &self.variables.source;
+            let file = DesignFile::new(source.path.clone(), source.table_with(&settings)?);
+            // Parsed with its settings, so that messages name them.
+            Ok((file, source.with(&settings)?))
+        };
+        let (file, design) = made().map_err(|why| format!("{why:#}"))?;
+        match self.variables.limits.broken(&design) {
+            Some(broken) => Err(broken),
+            None => Ok(file),
+        }
+    }
+
+    /// Why the candidate at `point` is not traced, if it is not.
+    pub fn refusal(&self, point: &[f64]) -> Option<String> {
+        self.design(point).err()
+    }
+
+    /// Judges the candidate at `point` by `paths` paths.
+    ///
+    /// # Errors
+    /// An interrupt, those of files. Other failures refuse the candidate.
+    pub fn evaluate(&mut self, point: &[f64], paths: u64, context: RunContext) -> Result<Outcome> {
+        let design = match self.design(point) {
+            Ok(design) => design,
+            Err(why) => return Ok(Outcome::Refused(why)),
+        };
+        self.outcome(&design, paths, context)
+    }
+
+    /// Judges the design of `file` by `paths` paths.
+    ///
+    /// # Errors
+    /// An interrupt, those of files. Other failures refuse the design.
+    pub fn outcome(
+        &mut self,
+        file: &DesignFile,
+        paths: u64,
+        context: RunContext,
+    ) -> Result<Outcome> {
+        match self.judge(file, paths, context) {
+            Ok(judged) => Ok(Outcome::Judged(judged)),
+            // A failure of files may pass: it says nothing of the candidate.
+            Err(error) if error.is::<Interrupted>() || is_of_files(&error) => Err(error),
+            Err(error) => Ok(Outcome::Refused(format!("{error:#}"))),
+        }
+    }
+
+    /// Judges the design of `file` by `paths` paths: the design itself, or packages that deviate
+    /// from it, which share the paths.
+    ///
+    /// # Errors
+    /// Those of the solver and the tracer; figures that cannot be read; an interrupt.
+    fn judge(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
+        let Some(robust) = self.robust else {
+            return self.judge_one(file, paths, context);
+        };
+        let packages = robust.packages(file, context.seed)?;
+        let paths = (paths / robust.samples as u64).max(*PATHS.start());
+        let judged = (0..).zip(&packages).map(|(number, package)| {
+            let seed = mix(context.seed ^ mix(number));
+            self.judge_one(package, paths, RunContext { seed, ..context })
+        });
+        Ok(robust.combine(&judged.collect::<Result<Vec<_>>>()?, self.objective))
+    }
+
+    fn judge_one(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
+        let mut design = file.with(&Settings::new())?;
+        design.trace.paths = paths;
+        let context = RunContext {
+            // An outcome is kept, if at all, not groups of paths.
+            checkpoints: None,
+            ..context.silent()
+        };
+        let seen = self.traces.observe(&design, context)?;
+        self.objective.judge(file, &design, &seen)
+    }
+}

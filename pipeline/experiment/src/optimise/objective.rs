@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The objective and the constraints: from figures of a trace to one value, smaller is better.
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use design::Design;
+use design::dotted_keys::{self, Settings};
+use files::provenance::FileRecord;
+use metrics::{Bounds, Estimate, JackknifedFigure, colour_difference, spread};
+use simulate::observation::{Observation, figure_keys};
+
+use super::file::{ConstraintKeys, Goal, TermKeys};
+use super::target::{DISTANCES, Target};
+use crate::design_file::DesignFile;
+
+/// Before a dotted key of the design: its number, without error.
+const DESIGN: &str = "design.";
+/// Before the name of a receiver: its share of the light.
+const RECEIVER: &str = "receiver.";
+
+/// Scales and weights of terms.
+const FACTORS: RangeInclusive<f64> = 1e-12..=1e12;
+
+/// A term of the objective.
+#[derive(Debug, Clone)]
+struct Term {
+    figure: String,
+    goal: Goal,
+    target: f64,
+    scale: f64,
+    weight: f64,
+}
+
+impl Term {
+    /// What it adds to the objective.
+    fn cost(&self, value: f64) -> f64 {
+        self.weight
+            * match self.goal {
+                Goal::Maximise => -value / self.scale,
+                Goal::Minimise => value / self.scale,
+                Goal::Target => (value - self.target).abs() / self.scale,
+            }
+    }
+}
+
+/// A bound of a figure.
+#[derive(Debug, Clone)]
+pub(super) struct Constraint {
+    pub figure: String,
+    pub bounds: Bounds,
+    pub margin: f64,
+}
+
+impl Constraint {
+    /// How far `figure` is from meeting it, relative to the bound; 0 where it is met.
+    fn miss(&self, figure: &JackknifedFigure) -> f64 {
+        let margin = self.margin * figure.standard_error;
+        self.bounds.miss(figure.value, margin)
+    }
+
+    /// Whether `figure` meets it, margin included.
+    pub fn is_met(&self, figure: &JackknifedFigure) -> bool {
+        self.miss(figure) <= 0.0
+    }
+
+    /// Whether one standard error of `figure` to either side decides if it is met.
+    pub fn is_undecided(&self, figure: &JackknifedFigure) -> bool {
+        let miss = |errors: f64| self.bounds.miss(figure.value, errors * figure.standard_error);
+        miss(self.margin + 1.0) > 0.0 && miss(self.margin - 1.0) <= 0.0
+    }
+
+    /// Bounds for people.
+    pub fn words(&self) -> String {
+        format!("{} {}", self.figure, self.bounds.words())
+    }
+}
+
+/// What a search seeks.
+#[derive(Debug, Clone)]
+pub(super) struct Objective {
+    terms: Vec<Term>,
+    pub constraints: Vec<Constraint>,
+    /// Targets of figures that are distances.
+    targets: BTreeMap<String, Target>,
+}
+
+/// A candidate judged.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Judged {
+    /// Objective; smaller is better.
+    pub value: f64,
+    /// The objective without each group of paths.
+    pub without: Vec<f64>,
+    /// The objective without each package, where it is taken over tolerances.
+    pub without_package: Vec<f64>,
+    /// Sum of the misses of constraints.
+    pub miss: f64,
+    /// Figures of the objective and the constraints.
+    pub figures: Vec<(String, JackknifedFigure)>,
+}
+
+impl Judged {
+    /// Standard error of the objective by its paths, for the packages that were drawn.
+    pub fn standard_error(&self) -> f64 {
+        spread(&self.without)
+    }
+
+    /// Estimate of a figure.
+    pub fn figure(&self, key: &str) -> Option<Estimate> {
+        let mut all = self.figures.iter();
+        let found = all.find(|(known, _)| known == key)?;
+        Some(found.1.estimate())
+    }
+
+    /// The objective with its standard error. That over packages holds the noise of their paths; where
+    /// few packages happen to lie near each other, it is no less than the error by paths.
+    pub fn estimate(&self) -> Estimate {
+        let of_packages = match self.without_package.len() {
+            0 => 0.0,
+            _ => spread(&self.without_package),
+        };
+        Estimate::new(self.value, self.standard_error().max(of_packages))
+    }
+}
+
+impl Objective {
+    /// Checks `terms` and `constraints` against `design`; files of targets lie beside `folder` and
+    /// come back as records.
+    ///
+    /// # Errors
+    /// Figures that there are not, bounds that cross, targets that cannot be read.
+    pub fn new(
+        terms: &[TermKeys],
+        constraints: &[ConstraintKeys],
+        source: &DesignFile,
+        folder: &Path,
+    ) -> Result<(Self, Vec<FileRecord>)> {
+        let design = &source.with(&Settings::new())?;
+        ensure!(!terms.is_empty(), "objective.terms: expected at least one, got none");
+        let (mut targets, mut inputs) = (BTreeMap::new(), Vec::new());
+        for (k, keys) in terms.iter().enumerate() {
+            let at = || format!("objective.terms[{}]", k + 1);
+            known(&keys.figure, design, source).with_context(at)?;
+            if let Some((target, record)) = target(keys, folder).with_context(at)? {
+                ensure!(
+                    targets.insert(keys.figure.clone(), target).is_none(),
+                    "{}.figure: expected {} in one term, got it in two",
+                    at(),
+                    keys.figure
+                );
+                inputs.push(record);
+            }
+        }
+        let terms = terms.iter().enumerate();
+        let terms = terms
+            .map(|(k, keys)| term(keys).with_context(|| format!("objective.terms[{}]", k + 1)));
+        let bounds = constraints.iter().enumerate();
+        let bounds = bounds.map(|(k, keys)| {
+            constraint(keys, design, source).with_context(|| format!("constraints[{}]", k + 1))
+        });
+        let objective = Self {
+            terms: terms.collect::<Result<_>>()?,
+            constraints: bounds.collect::<Result<_>>()?,
+            targets,
+        };
+        Ok((objective, inputs))
+    }
+
+    /// Figures that are needed, in order of first use.
+    fn wanted(&self) -> Vec<&str> {
+        let terms = self.terms.iter().map(|t| t.figure.as_str());
+        let bounds = self.constraints.iter().map(|c| c.figure.as_str());
+        let mut wanted: Vec<&str> = Vec::new();
+        for figure in terms.chain(bounds) {
+            if !wanted.contains(&figure) {
+                wanted.push(figure);
+            }
+        }
+        wanted
+    }
+
+    /// Judges an observation of `design`, read from `file`.
+    ///
+    /// # Errors
+    /// A figure that cannot be read from it.
+    pub fn judge(&self, file: &DesignFile, design: &Design, seen: &Observation) -> Result<Judged> {
+        let wanted = self.wanted();
+        let read = seen.replicated(design, |key| wanted.contains(&key));
+        let figure = |key: &str| -> Result<JackknifedFigure> {
+            if let Some(target) = self.targets.get(key) {
+                return target.distance(seen);
+            }
+            if let Some(key) = key.strip_prefix(DESIGN) {
+                let groups = seen.far_field.count();
+                let value = number_of(key, file)?;
+                return Ok(JackknifedFigure::new(value, vec![value; groups]));
+            }
+            if let Some(name) = key.strip_prefix(RECEIVER) {
+                let of_receiver = share_of_receiver(name, design, seen);
+                return of_receiver.with_context(|| format!("no receiver {name}"));
+            }
+            let found = read.iter().find(|(known, _)| *known == key);
+            let (_, figure) =
+                found.with_context(|| format!("{key} cannot be read from so dark a map"))?;
+            Ok(figure.clone())
+        };
+        let figures: Vec<(String, JackknifedFigure)> = wanted
+            .into_iter()
+            .map(|key| Ok((key.to_owned(), figure(key)?)))
+            .collect::<Result<_>>()?;
+        Ok(self.of_figures(figures))
+    }
+
+    /// Figures of the terms, if there are two different ones.
+    pub fn pair(&self) -> Option<[&str; 2]> {
+        match &self.terms[..] {
+            [first, second] if first.figure != second.figure => {
+                Some([&first.figure, &second.figure])
+            }
+            _ => None,
+        }
+    }
+
+    /// Costs of both terms by their figures.
+    pub fn pair_of_costs(&self, figures: &BTreeMap<String, Estimate>) -> Option<[f64; 2]> {
+        self.pair()?;
+        let cost = |term: &Term| Some(term.cost(figures.get(&term.figure)?.value));
+        Some([cost(&self.terms[0])?, cost(&self.terms[1])?])
+    }
+
+    /// Sum of the misses of constraints of `figures`.
+    pub fn miss(&self, figures: &[(String, JackknifedFigure)]) -> f64 {
+        let misses = self.constraints.iter().filter_map(|constraint| {
+            let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
+            Some(constraint.miss(figure))
+        });
+        misses.sum()
+    }
+
+    /// Objective and misses of `figures`.
+    pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
+        let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
+        let terms: Vec<(&Term, &JackknifedFigure)> =
+            self.terms.iter().filter_map(|term| Some((term, find(&term.figure)?))).collect();
+        let groups = terms.iter().map(|(_, f)| f.without.len()).min();
+        let without = |g: usize| terms.iter().map(|(t, f)| t.cost(f.without[g])).sum();
+        let miss = self.miss(&figures);
+        Judged {
+            value: terms.iter().map(|(t, f)| t.cost(f.value)).sum(),
+            without: (0..groups.unwrap_or(0)).map(without).collect(),
+            without_package: Vec::new(),
+            miss,
+            figures,
+        }
+    }
+}
+
+/// Share of the emitted light in the bins of the receiver called `name`.
+fn share_of_receiver(name: &str, design: &Design, seen: &Observation) -> Option<JackknifedFigure> {
+    let place = design.receivers.iter().position(|r| r.name() == name)?;
+    let received = seen.receivers.get(place)?;
+    let emitted = design.emitted_w();
+    let share = |powers: &[f64]| powers.iter().sum::<f64>() / emitted;
+    let without = (0..received.count()).map(|g| share(&received.without(g)));
+    Some(JackknifedFigure::new(share(received.total()), without.collect()))
+}
+
+/// The number under a dotted key of a design.
+fn number_of(key: &str, file: &DesignFile) -> Result<f64> {
+    let value = dotted_keys::get(&file.table, key).and_then(dotted_keys::number);
+    value.with_context(|| format!("figure: expected a key of the design with a number, got {key}"))
+}
+
+fn is_distance(figure: &str) -> bool {
+    DISTANCES.contains(&figure)
+}
+
+/// The target of a term, where its figure is a distance, and the record of its file.
+fn target(keys: &TermKeys, folder: &Path) -> Result<Option<(Target, FileRecord)>> {
+    match (&keys.file, is_distance(&keys.figure)) {
+        (Some(file), true) => Target::read(&keys.figure, &folder.join(file)).map(Some),
+        (None, false) => Ok(None),
+        (Some(_), false) => bail!("file: expected it with {} alone", DISTANCES.join(" and ")),
+        (None, true) => bail!("file: expected a file with the target of {}", keys.figure),
+    }
+}
+
+fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
+    if let Some(key) = figure.strip_prefix(DESIGN) {
+        return number_of(key, source).map(drop);
+    }
+    if let Some(name) = figure.strip_prefix(RECEIVER) {
+        ensure!(
+            design.receivers.iter().any(|r| r.name() == name),
+            "figure: expected the name of one of [[receivers]] of the design, got {name:?}"
+        );
+        return Ok(());
+    }
+    let mut all: Vec<&str> = figure_keys().collect();
+    all.extend(DISTANCES);
+    ensure!(
+        all.contains(&figure),
+        "figure: expected one of {}, receiver.NAME, design.KEY, got {figure:?}",
+        all.join(", ")
+    );
+    ensure!(
+        figure != colour_difference::KEY
+            || design.all_lights().is_some_and(|all| all.lights.len() > 1),
+        "figure: expected a figure that the design has, got {figure:?}, which needs light of several \
+         wavelengths ([light.spectrum] or sources of their own)"
+    );
+    Ok(())
+}
+
+fn term(keys: &TermKeys) -> Result<Term> {
+    let scale = keys.scale.unwrap_or(1.0);
+    for (key, value) in [("scale", scale), ("weight", keys.weight)] {
+        ensure!(
+            FACTORS.contains(&value),
+            "{key}: expected a number from {:e} to {:e}, got {value:e}",
+            FACTORS.start(),
+            FACTORS.end()
+        );
+    }
+    ensure!(
+        keys.target.is_none_or(f64::is_finite),
+        "target: expected a finite number, got {}",
+        keys.target.unwrap_or_default()
+    );
+    ensure!(
+        keys.target.is_some() == (keys.goal == Goal::Target),
+        "target: expected it with goal = \"target\", and there alone"
+    );
+    ensure!(
+        !is_distance(&keys.figure) || keys.goal != Goal::Maximise,
+        "goal: expected \"minimise\" or \"target\" with {}",
+        keys.figure
+    );
+    Ok(Term {
+        figure: keys.figure.clone(),
+        goal: keys.goal,
+        target: keys.target.unwrap_or(0.0),
+        scale,
+        weight: keys.weight,
+    })
+}
+
+fn constraint(keys: &ConstraintKeys, design: &Design, source: &DesignFile) -> Result<Constraint> {
+    known(&keys.figure, design, source)?;
+    ensure!(!is_distance(&keys.figure), "figure: expected {} in the objective alone", keys.figure);
+    let bounds = Bounds::new(keys.at_least, keys.at_most)?;
+    ensure!(
+        keys.margin >= 0.0 && keys.margin.is_finite(),
+        "margin: expected a number of standard errors from 0, got {}",
+        keys.margin
+    );
+    Ok(Constraint { figure: keys.figure.clone(), bounds, margin: keys.margin })
+}

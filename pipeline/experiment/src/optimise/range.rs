@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Values of one coefficient by a coordinate of the unit box: numbers between bounds, or choices.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Result, bail, ensure};
+use toml::Value;
+
+use super::file::VariableKeys;
+use crate::design_file::DesignFile;
+
+/// Most choices of a variable.
+const MOST: usize = 1000;
+
+/// Values of one coefficient.
+#[derive(Debug, Clone)]
+pub(super) enum Range {
+    Between { from: f64, to: f64, resolution: Option<f64>, whole: bool },
+    Choices(Vec<Value>),
+}
+
+impl Range {
+    /// The values that `keys` ask for, of a key of the design or of a profile.
+    ///
+    /// # Errors
+    /// Bounds that cross, a resolution or choices that do not fit.
+    pub fn new(keys: &VariableKeys, of_key: bool) -> Result<Self> {
+        if let Some(choices) = &keys.choices {
+            ensure!(
+                of_key && keys.from.is_none() && keys.to.is_none(),
+                "choices: expected a `key` without `from` and `to` beside them"
+            );
+            ensure!(
+                (2..=MOST).contains(&choices.len()),
+                "choices: expected 2 to {MOST}, got {}",
+                choices.len()
+            );
+            return Ok(Self::Choices(choices.clone()));
+        }
+        let (Some(from), Some(to)) = (keys.from, keys.to) else {
+            bail!("expected `from` and `to`, or `choices`");
+        };
+        ensure!(
+            from.is_finite() && to.is_finite() && from < to,
+            "from, to: expected a number and a larger one, got {from} and {to}"
+        );
+        if let Some(step) = keys.resolution {
+            ensure!(
+                step > 0.0 && step <= (to - from) * (1.0 + 1e-12),
+                "resolution: expected a number above 0 and up to {}, got {step}",
+                to - from
+            );
+        }
+        Ok(Self::Between { from, to, resolution: keys.resolution, whole: false })
+    }
+
+    /// These values of `key`, tried in the design before anything is traced: whole numbers where
+    /// the design takes no others.
+    pub fn tried(self, key: &str, source: &DesignFile) -> Result<Self> {
+        let of_key = |range: &Self| BTreeMap::from([(key.to_owned(), range.value(0.5))]);
+        let Err(refused) = source.with(&of_key(&self)) else {
+            return Ok(self);
+        };
+        let Self::Between { from, to, resolution, .. } = self else {
+            return Err(refused);
+        };
+        let counted = Self::Between { from, to, resolution, whole: true };
+        if from.ceil() > to.floor() {
+            return Err(refused);
+        }
+        // Its own reason: that the key takes whole numbers alone is not what is wrong.
+        source.with(&of_key(&counted)).map(|_| counted)
+    }
+
+    /// The value at a coordinate of the unit box, as the design states it.
+    pub fn value(&self, coordinate: f64) -> Value {
+        match self {
+            Self::Between { whole, .. } => {
+                let value = self.number(coordinate);
+                if *whole { Value::Integer(value as i64) } else { Value::Float(value) }
+            }
+            Self::Choices(choices) => {
+                let place = (coordinate * choices.len() as f64) as usize;
+                choices[place.min(choices.len() - 1)].clone()
+            }
+        }
+    }
+
+    /// The number at a coordinate of the unit box; of choices the coordinate.
+    pub fn number(&self, coordinate: f64) -> f64 {
+        match self {
+            Self::Between { from, to, .. } => self.rounded(from + coordinate * (to - from)),
+            Self::Choices(_) => coordinate,
+        }
+    }
+
+    /// To a multiple of the resolution and to a whole number, within the bounds.
+    pub fn rounded(&self, value: f64) -> f64 {
+        match self {
+            Self::Between { from, to, resolution, whole: true } => {
+                let step = resolution.unwrap_or(1.0);
+                let value = (value / step).round() * step;
+                value.round().clamp(from.ceil(), to.floor())
+            }
+            Self::Between { from, to, resolution: Some(step), .. } => {
+                ((value / step).round() * step).clamp(*from, *to)
+            }
+            _ => value,
+        }
+    }
+
+    /// Where `value` lies in the unit box, moved into the bounds.
+    pub fn coordinate(&self, value: f64) -> f64 {
+        match self {
+            Self::Between { from, to, .. } => ((value - from) / (to - from)).clamp(0.0, 1.0),
+            Self::Choices(_) => value,
+        }
+    }
+}

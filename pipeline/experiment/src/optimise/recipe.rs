@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The recipe of an optimisation: stages of search → selection → sensitivities → verification of the
+//! result beside the design that it began with, both by paths of a fresh seed.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+
+use design::Design;
+use design::dotted_keys::Settings;
+use files::atomic_file;
+use files::cache::Cache;
+use files::interrupt::Interrupted;
+use files::run_context::RunContext;
+use metrics::{Estimate, JackknifedFigure};
+use results::optimisation::FILE;
+use search::Point;
+use simulate::seeds::mix;
+
+use super::evaluate::Evaluator;
+use super::found_design::{DESIGN, FRONT, FoundDesign, remove_front};
+use super::front::FrontDesign;
+use super::log::{self, Log};
+use super::objective::Judged;
+use super::outcome::Outcome;
+use super::problem::{Problem, StageSettings};
+use super::robust::RobustObjective;
+use super::sensitivities::sensitivities;
+use super::shared_evaluations::{Batch, SharedEvaluations};
+use super::stage::{StageResult, StageSearch};
+use super::variables::Variables;
+use crate::design_file::DesignFile;
+
+/// Number of the seed beside those of the search.
+const VERIFICATION: u64 = 0x5eed;
+
+/// How an optimisation is made.
+pub struct Recipe<'a> {
+    /// The problem.
+    pub problem: &'a Problem,
+    /// Where tables come from and go to.
+    pub cache: &'a Cache,
+    /// Time for the search; what is begun is finished.
+    pub budget: Option<Duration>,
+    /// Who else judges candidates.
+    pub(super) shared: Option<&'a SharedEvaluations<'a>>,
+}
+
+/// What a stage of the search found, for results.
+#[derive(Debug, Clone)]
+pub struct StageOutcome {
+    /// The stage as it ran.
+    pub settings: StageSettings,
+    pub(super) result: StageResult,
+}
+
+/// A coefficient of a variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coefficient {
+    /// Key or profile with the number of the coefficient.
+    pub label: String,
+    /// At the start of the last stage.
+    pub start: f64,
+    /// Where the search ended.
+    pub found: f64,
+    /// Change of the objective for one unit, where it was looked at.
+    pub sensitivity: Option<Estimate>,
+}
+
+/// What an optimisation found.
+#[derive(Debug, Clone)]
+pub struct Optimised {
+    /// Stages in their order.
+    pub stages: Vec<StageOutcome>,
+    /// The design that was found, read again from its file.
+    pub design: Design,
+    /// Coefficients of the last stage.
+    pub coefficients: Vec<Coefficient>,
+    /// Limits at which the design stands.
+    pub active_limits: Vec<String>,
+    pub(super) before: Option<Judged>,
+    pub(super) after: Judged,
+    /// The design found with `set` of the last stage.
+    pub(super) as_in_search: Judged,
+    pub(super) front: Vec<FrontDesign>,
+}
+
+/// What all stages found.
+pub(super) struct Searched {
+    stages: Vec<StageOutcome>,
+    /// Keys of the design found.
+    settings: Settings,
+    /// Variables of the last stage, and where it began and ended.
+    variables: Variables,
+    start: Point,
+    best: Point,
+}
+
+/// What fresh paths show of the designs that were found.
+pub(super) struct Verified {
+    coefficients: Vec<Coefficient>,
+    before: Option<Judged>,
+    after: Judged,
+    /// The design found with `set` of the last stage.
+    as_in_search: Judged,
+    /// Of the designs of the front.
+    front: Vec<Judged>,
+}
+
+impl<'a> Recipe<'a> {
+    /// The recipe of `problem`, of whose candidates this process judges all.
+    pub fn new(problem: &'a Problem, cache: &'a Cache, budget: Option<Duration>) -> Self {
+        Self { problem, cache, budget, shared: None }
+    }
+
+    /// Searches, chooses and verifies; writes the log and the design into `out`. With `resume` the
+    /// search goes on with the log there.
+    ///
+    /// Where the pieces of a job are merged, nothing is traced.
+    ///
+    /// # Errors
+    /// Those of the tracer, the solver and the files; constraints that no candidate meets; an
+    /// interrupt.
+    pub fn run(&self, out: &Path, resume: bool, context: RunContext) -> Result<Optimised> {
+        let key = self.problem.key(context.seed);
+        if context.is_merging() {
+            let all = SharedEvaluations::new(key.hex(), None, context)?;
+            let shared = Recipe { shared: Some(&all), ..*self };
+            return shared.run_with(
+                Log::open(&out.join(log::FILE), key.hex(), false)?,
+                out,
+                context,
+            );
+        }
+        self.run_with(Log::open(&out.join(log::FILE), key.hex(), resume)?, out, context)
+    }
+
+    fn run_with(&self, mut log: Log, out: &Path, context: RunContext) -> Result<Optimised> {
+        let found = self.search(&mut log, context)?;
+        // It lists the files that are replaced from here on.
+        atomic_file::supersede(&out.join(FILE))?;
+        remove_front(out)?;
+        let designs = self.designs(&found)?.into_iter();
+        let designs = designs.map(|design| design.write(self.problem, out));
+        let designs = designs.collect::<Result<Vec<_>>>()?;
+        let verified = self.verify(&found, &designs, context)?;
+        let points = &found.last_result().front;
+        let front = designs[1..].iter().zip(points).zip(verified.front);
+        let front = front.map(|((design, point), judged)| FrontDesign {
+            file: design.name.clone(),
+            coefficients: found.variables.coefficients(point),
+            judged,
+        });
+        let design = designs[0].design.clone();
+        Ok(Optimised {
+            front: front.collect(),
+            stages: found.stages,
+            active_limits: [
+                found.variables.limits.active(&design),
+                found.variables.at_bounds(&found.best),
+            ]
+            .concat(),
+            coefficients: verified.coefficients,
+            design,
+            before: verified.before,
+            after: verified.after,
+            as_in_search: verified.as_in_search,
+        })
+    }
+
+    /// Runs all stages, each from where the one before ended.
+    ///
+    /// # Errors
+    /// As [`Recipe::run`].
+    pub(super) fn search(&self, log: &mut Log, context: RunContext) -> Result<Searched> {
+        let problem = self.problem;
+        let started = Instant::now();
+        let deadline = self.budget.map(|budget| started + budget);
+        let mut found = Searched {
+            stages: Vec::new(),
+            settings: Settings::new(),
+            variables: problem.variables.clone(),
+            start: Point::new(),
+            best: Point::new(),
+        };
+        let all = problem.stages.len();
+        for (number, stage) in (1..).zip(&problem.stages) {
+            found.variables = problem.variables.resumed(&found.settings, stage.knots)?;
+            found.start = found.variables.start()?;
+            let what = format!("{} stage {number} of {all}", problem.name);
+            let progress = context.console.progress(stage.evaluations as u64, &what);
+            let search = StageSearch {
+                number,
+                evaluator: self.evaluator(&found.variables, stage),
+                log: &mut *log,
+                context,
+                started,
+                deadline,
+                progress: &progress,
+            };
+            if let Some(why) = search.evaluator.refusal(&found.start) {
+                let file = &problem.inputs[0].file;
+                context.console.say(&format!(
+                    "batwing: {file}: the start of stage {number} is refused, the search begins around \
+                     it: {why}"
+                ));
+            }
+            let result = search.run(&found.start);
+            progress.finish_and_clear();
+            let result = result.map_err(|error| self.about(error))?;
+            found.best.clone_from(&result.final_candidates[0].point);
+            // All that was set before stays; what this stage sets goes on top.
+            found.settings.extend(found.variables.settings(&found.best)?);
+            found.stages.push(StageOutcome { settings: stage.clone(), result });
+        }
+        self.feasible(&found.stages).map_err(|error| self.about(error))?;
+        Ok(found)
+    }
+
+    /// The design that was found, then those of the Pareto front, where one was sought. They read
+    /// files that they name beside the design of the problem.
+    ///
+    /// # Errors
+    /// A design that does not pass its checks.
+    pub(super) fn designs(&self, found: &Searched) -> Result<Vec<FoundDesign>> {
+        let name = &self.problem.name;
+        let of =
+            |settings: &Settings, name, file| FoundDesign::new(self.problem, settings, name, file);
+        let mut designs = vec![of(&found.settings, name.clone(), DESIGN.to_owned())?];
+        for (number, point) in (1..).zip(&found.last_result().front) {
+            let mut settings = found.settings.clone();
+            settings.extend(found.variables.settings(point)?);
+            let name = format!("{name}-{number:02}");
+            designs.push(of(&settings, name, format!("{FRONT}{number:02}.toml"))?);
+        }
+        Ok(designs)
+    }
+
+    /// Judges the design of the problem and `designs` by paths of a fresh seed, and looks for
+    /// sensitivities.
+    ///
+    /// # Errors
+    /// As [`Recipe::run`].
+    pub(super) fn verify(
+        &self,
+        found: &Searched,
+        designs: &[FoundDesign],
+        context: RunContext,
+    ) -> Result<Verified> {
+        let coefficients = self.coefficients(found, context)?;
+        let mut stage = self.last_stage().clone();
+        // At the settings of the design.
+        let of_search = std::mem::take(&mut stage.set);
+        let robust = self.problem.robust.as_ref().map(RobustObjective::verified);
+        let mut evaluator = self.evaluator(&found.variables, &stage);
+        evaluator.robust = robust.as_ref();
+        let source = &self.problem.variables.source;
+        let best = &designs[0];
+        let paths = self.verification_paths(&best.design);
+        let as_in_search = best.file.table_with(&of_search)?;
+        let as_in_search = DesignFile::new(best.file.path.clone(), as_in_search);
+        let mut all = vec![(&best.file, paths), (source, paths)];
+        if !of_search.is_empty() {
+            all.push((&as_in_search, paths));
+        }
+        let point = std::slice::from_ref(&found.best);
+        let outcomes = verification("the verification", &all, point, &mut evaluator, context)?;
+        let mut outcomes = outcomes.into_iter();
+        let mut next = || outcomes.next().context("expected the outcome of a design");
+        let after = next()?.judged()?;
+        // The design of the problem may lack what is judged.
+        let before = next()?.judged().ok();
+        let as_in_search = if of_search.is_empty() { after.clone() } else { next()?.judged()? };
+        let front = designs[1..].iter();
+        let front = front.map(|one| (&one.file, self.verification_paths(&one.design)));
+        let points = &found.last_result().front;
+        let front: Vec<_> = front.collect();
+        let name = "the verification of the front";
+        let front = verification(name, &front, points, &mut evaluator, context)?;
+        let front = front.into_iter().map(Outcome::judged);
+        Ok(Verified {
+            coefficients,
+            before,
+            after,
+            as_in_search,
+            front: front.collect::<Result<_>>()?,
+        })
+    }
+
+    /// Paths of the verification of `design`.
+    fn verification_paths(&self, design: &Design) -> u64 {
+        let paths = self.problem.verification_paths;
+        paths.unwrap_or(design.trace.paths)
+    }
+
+    /// The coefficients of the last stage with their sensitivities.
+    fn coefficients(&self, found: &Searched, context: RunContext) -> Result<Vec<Coefficient>> {
+        let variables = &found.variables;
+        let evaluator = self.evaluator(variables, self.last_stage());
+        let sensitivities = sensitivities(evaluator, &found.best, context)?;
+        let labels = variables.labels().into_iter().zip(sensitivities);
+        let ends = [&found.start, &found.best].map(|point| variables.coefficients(point));
+        let [start, best] = ends;
+        let all = labels.zip(start.into_iter().zip(best));
+        let all = all.map(|((label, sensitivity), (start, found))| Coefficient {
+            label,
+            start,
+            found,
+            sensitivity,
+        });
+        Ok(all.collect())
+    }
+
+    fn last_stage(&self) -> &StageSettings {
+        &self.problem.stages[self.problem.stages.len() - 1]
+    }
+
+    fn evaluator<'b>(
+        &'b self,
+        variables: &'b Variables,
+        stage: &'b StageSettings,
+    ) -> Evaluator<'b> {
+        Evaluator::new(self.problem, variables, stage, self.cache, self.shared)
+    }
+
+    /// An error of the search with the file of the problem; an interrupt stays as it is.
+    fn about(&self, error: anyhow::Error) -> anyhow::Error {
+        if error.is::<Interrupted>() {
+            return error;
+        }
+        error.context(self.problem.inputs[0].file.clone())
+    }
+
+    /// Refuses a search that met no candidate within the constraints.
+    fn feasible(&self, stages: &[StageOutcome]) -> Result<()> {
+        let last = &stages[stages.len() - 1].result;
+        if last.final_candidates[0].feasible {
+            return Ok(());
+        }
+        let nearest = stages.iter().filter_map(|s| s.result.nearest.as_ref());
+        let nearest = nearest.min_by(|a, b| a.value().total_cmp(&b.value()));
+        let misses = self.problem.objective.constraints.iter().map(|constraint| {
+            let figures = nearest.map(|candidate| &candidate.figures);
+            let figure = figures.and_then(|figures| figures.get(&constraint.figure));
+            let got = figure.map_or_else(
+                || "nothing".to_owned(),
+                |f| format!("{:.4} ± {:.4}", f.value, f.standard_error),
+            );
+            format!("{} (nearest: {got})", constraint.words())
+        });
+        let misses: Vec<String> = misses.collect();
+        anyhow::bail!(
+            "constraints: expected a candidate that meets {}, got none in {}",
+            misses.join("; "),
+            metrics::plural::count(
+                stages.iter().map(|s| s.result.evaluations).sum::<usize>(),
+                "candidate"
+            )
+        )
+    }
+}
+
+/// Judges designs by paths of the verification; `points` are what they follow from.
+fn verification(
+    name: &str,
+    designs: &[(&DesignFile, u64)],
+    points: &[Point],
+    evaluator: &mut Evaluator,
+    context: RunContext,
+) -> Result<Vec<Outcome>> {
+    let context = RunContext { seed: mix(context.seed ^ mix(VERIFICATION)), ..context };
+    let progress = context.console.progress(designs.len() as u64, name);
+    let batch = Batch {
+        name: name.to_owned(),
+        count: designs.len(),
+        points,
+        paths: designs.first().map_or(1, |(_, paths)| *paths),
+        progress: &progress,
+    };
+    let outcomes = evaluator.outcomes(&batch, context, |evaluator, number| {
+        let (file, paths) = designs[number];
+        evaluator.outcome(file, paths, context)
+    });
+    progress.finish_and_clear();
+    outcomes
+}
+
+impl Searched {
+    fn last_result(&self) -> &StageResult {
+        &self.stages[self.stages.len() - 1].result
+    }
+}
+
+impl Optimised {
+    /// Name of the figure of the first term, before and after.
+    pub(super) fn figures(
+        &self,
+    ) -> impl Iterator<Item = (&str, Option<&JackknifedFigure>, &JackknifedFigure)> {
+        self.after.figures.iter().map(|(key, after)| {
+            let before = self.before.as_ref();
+            let before = before.and_then(|b| b.figures.iter().find(|(known, _)| known == key));
+            (key.as_str(), before.map(|b| &b.1), after)
+        })
+    }
+}

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What an optimisation says of itself: the content of `optimise.json`, and lines for people.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use metrics::Estimate;
+use metrics::digits::{format_value_with_error, thousands};
+use metrics::plural::count;
+use results::optimisation::{
+    CoefficientEntry, ConstraintEntry, FigureEntry, FinalCandidateEntry, FrontDesignEntry,
+    FrontEntry, GenerationEntry, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION, StageEntry,
+};
+use results::schema::Program;
+
+use super::front::FrontDesign;
+use super::log::{Candidate, GenerationEnd};
+use super::objective::Judged;
+use super::outcome::INFEASIBLE;
+use super::problem::Problem;
+use super::recipe::{Coefficient, Optimised, StageOutcome};
+use super::stage::FinalCandidate;
+
+/// Coefficients whose sensitivity is listed for people.
+const LISTED: usize = 8;
+/// Reasons of refusals that are listed.
+const REASONS: usize = 5;
+/// A difference of so many standard errors is seen.
+const SEEN: f64 = 2.0;
+
+impl Optimised {
+    /// The content of `optimise.json`, without the files that came out.
+    pub fn to_file(&self, problem: &Problem, seed: u64) -> OptimisationFile {
+        let figures = self.figures().map(|(key, before, after)| {
+            let entry = FigureEntry {
+                before: before.map(metrics::JackknifedFigure::estimate),
+                after: after.estimate(),
+                change: before.map(|before| after.change(before)),
+            };
+            (key.to_owned(), entry)
+        });
+        OptimisationFile {
+            schema_version: SCHEMA_VERSION,
+            program: Program::this(),
+            name: problem.name.clone(),
+            design: problem.design.name.clone(),
+            description: problem.description.clone(),
+            seed,
+            inputs: problem.inputs.clone(),
+            files: Vec::new(),
+            objective: self.objective(),
+            figures: figures.collect::<BTreeMap<_, _>>(),
+            constraints: self.constraints(problem),
+            front: self.front_entry(problem),
+            active_limits: self.active_limits.clone(),
+            coefficients: self.coefficients.iter().map(Coefficient::entry).collect(),
+            stages: self.stages.iter().map(StageOutcome::entry).collect(),
+        }
+    }
+
+    fn objective(&self) -> ObjectiveEntry {
+        let selected = &self.stages[self.stages.len() - 1].result.final_candidates[0];
+        let after = self.after.estimate();
+        let in_search = Some(selected.search_value).filter(|value| *value < INFEASIBLE);
+        let as_in_search = self.as_in_search.estimate();
+        ObjectiveEntry {
+            before: self.before.as_ref().map(Judged::estimate),
+            after,
+            in_search,
+            at_selection: selected
+                .selection_error
+                .map(|error| Estimate::new(selected.selection_value, error)),
+            bias_of_search: in_search.map(|value| {
+                Estimate::new(as_in_search.value - value, as_in_search.standard_error)
+            }),
+            as_in_search,
+        }
+    }
+
+    fn constraints(&self, problem: &Problem) -> Vec<ConstraintEntry> {
+        let all = problem.objective.constraints.iter().map(|constraint| {
+            let mut figures = self.after.figures.iter();
+            let figure = figures.find(|(key, _)| *key == constraint.figure);
+            ConstraintEntry {
+                figure: constraint.figure.clone(),
+                at_least: constraint.bounds.at_least,
+                at_most: constraint.bounds.at_most,
+                margin: constraint.margin,
+                value: figure.map(|(_, f)| f.estimate()),
+                met: figure.is_some_and(|(_, f)| constraint.is_met(f)),
+            }
+        });
+        all.collect()
+    }
+
+    /// The Pareto front with both figures of every design; none where no front was sought.
+    fn front_entry(&self, problem: &Problem) -> Option<FrontEntry> {
+        let names = problem.objective.pair()?;
+        let pair = |judged: &Judged| {
+            let [first, second] = names.map(|key| judged.figure(key));
+            Some([first?, second?])
+        };
+        let entry = |one: &FrontDesign| {
+            Some(FrontDesignEntry {
+                design: one.file.clone(),
+                coefficients: one.coefficients.clone(),
+                figures: pair(&one.judged)?,
+                feasible: one.judged.miss <= 0.0,
+            })
+        };
+        let designs: Vec<FrontDesignEntry> = self.front.iter().filter_map(entry).collect();
+        (!designs.is_empty()).then(|| FrontEntry {
+            figures: names.map(str::to_owned),
+            before: self.before.as_ref().and_then(pair),
+            designs,
+        })
+    }
+
+    /// Constraints that the verified figures do not meet.
+    pub fn missed_constraints(&self, problem: &Problem) -> Vec<String> {
+        let missed = problem.objective.constraints.iter().filter_map(|constraint| {
+            let figures = &self.after.figures;
+            let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
+            (!constraint.is_met(figure)).then(|| {
+                format!(
+                    "constraints: expected {} by {} standard errors, got {} when verified",
+                    constraint.words(),
+                    constraint.margin,
+                    format_value_with_error(figure.value, figure.standard_error)
+                )
+            })
+        });
+        missed.collect()
+    }
+}
+
+impl Coefficient {
+    fn entry(&self) -> CoefficientEntry {
+        CoefficientEntry {
+            variable: self.label.clone(),
+            start: self.start,
+            found: self.found,
+            sensitivity: self.sensitivity,
+        }
+    }
+}
+
+impl StageOutcome {
+    fn entry(&self) -> StageEntry {
+        let (settings, result) = (&self.settings, &self.result);
+        let generations = result.generations.iter();
+        let final_candidates = result.final_candidates.iter();
+        StageEntry {
+            model: settings.model.word().to_owned(),
+            method: settings.method.name().to_owned(),
+            most_evaluations: settings.evaluations,
+            restarts: settings.restarts,
+            population: settings.population,
+            evaluations: result.evaluations,
+            cut_short: result.cut_short,
+            refusals: result.refusals.iter().take(REASONS).cloned().collect(),
+            generations: generations.map(|(end, best)| generation(end, best.as_ref())).collect(),
+            final_candidates: final_candidates.map(FinalCandidate::entry).collect(),
+        }
+    }
+}
+
+fn generation(end: &GenerationEnd, best: Option<&Candidate>) -> GenerationEntry {
+    GenerationEntry {
+        generation: end.generation,
+        candidates: end.candidates,
+        paths: end.paths,
+        best: best.and_then(|b| b.value),
+        standard_error: best.and_then(|b| b.standard_error),
+        feasible: best.is_some_and(|b| b.feasible),
+        noise: end.noise,
+    }
+}
+
+impl FinalCandidate {
+    fn entry(&self) -> FinalCandidateEntry {
+        FinalCandidateEntry {
+            run: self.run,
+            in_search: Some(self.search_value).filter(|value| *value < INFEASIBLE),
+            value: Some(self.selection_value).filter(|v| v.is_finite()),
+            standard_error: self.selection_error,
+            feasible: self.feasible,
+        }
+    }
+}
+
+/// Lines for people.
+pub fn plain_text(file: &OptimisationFile) -> String {
+    let mut text = String::new();
+    for (number, stage) in (1..).zip(&file.stages) {
+        add_stage(&mut text, number, stage);
+    }
+    add_figures(&mut text, file);
+    if let Some(front) = &file.front {
+        add_front(&mut text, front);
+    }
+    add_sensitivities(&mut text, file);
+    text
+}
+
+// Writing to a string cannot fail.
+
+fn number(e: Estimate) -> String {
+    format_value_with_error(e.value, e.standard_error)
+}
+
+fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
+    let paths = stage.generations.last().map_or(0, |end| end.paths);
+    let _ = writeln!(
+        text,
+        "stage {at}: {} in {}, last with {} paths each{}",
+        count(stage.evaluations, "candidate"),
+        count(stage.generations.len(), "generation"),
+        thousands(paths),
+        if stage.cut_short { "; ended by the budget of time" } else { "" }
+    );
+    for (why, times) in &stage.refusals {
+        let _ = writeln!(text, "  refused {}: {why}", count(*times, "time"));
+    }
+}
+
+/// Whether the design that the search began with meets the constraints.
+fn begins_feasible(file: &OptimisationFile) -> bool {
+    file.constraints.iter().all(|constraint| {
+        let figure = file.figures.get(&constraint.figure);
+        figure.and_then(|figure| figure.before).is_some_and(|before| {
+            constraint.at_least.is_none_or(|least| before.value >= least)
+                && constraint.at_most.is_none_or(|most| before.value <= most)
+        })
+    })
+}
+
+fn add_figures(text: &mut String, file: &OptimisationFile) {
+    text.push('\n');
+    let mut row = |name: &str, before: Option<String>, after: &str| {
+        let before = before.unwrap_or_default();
+        let _ = writeln!(text, "{name:<28} {before:>18} {after:>18}");
+    };
+    row("verified", Some(file.design.clone()), &file.name);
+    for (key, figure) in &file.figures {
+        row(key, figure.before.map(number), &number(figure.after));
+    }
+    let objective = &file.objective;
+    row("objective", objective.before.map(number), &number(objective.after));
+    if !begins_feasible(file) {
+        let _ = writeln!(text, "{} does not meet the constraints", file.design);
+    }
+    if let Some(before) = objective.before.filter(|_| begins_feasible(file)) {
+        let change = Estimate::new(
+            objective.after.value - before.value,
+            objective.after.standard_error.hypot(before.standard_error),
+        );
+        if change.value > -SEEN * change.standard_error {
+            let _ = writeln!(
+                text,
+                "not better than {} beyond errors: the objective changed by {}",
+                file.design,
+                number(change)
+            );
+        }
+    }
+    if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
+        let _ = writeln!(
+            text,
+            "the search's own best value was {value:.4}, {} better than by fresh paths in the same \
+             settings",
+            number(bias)
+        );
+    }
+    let runs = file.stages.last().map(StageEntry::runs);
+    let runs = runs.unwrap_or_default();
+    if runs.len() > 1 {
+        let listed: Vec<String> =
+            runs.iter().map(|(run, e)| format!("{} (run {run})", number(*e))).collect();
+        let _ = writeln!(text, "runs of the last stage ended at {}", listed.join(", "));
+    }
+}
+
+fn add_front(text: &mut String, front: &FrontEntry) {
+    let [first, second] = &front.figures;
+    let _ = writeln!(text, "\n{:<28} {first:>28} {second:>28}", "front, verified");
+    for one in &front.designs {
+        let [a, b] = one.figures.map(number);
+        let missed = if one.feasible { "" } else { "  misses a constraint" };
+        let _ = writeln!(text, "{:<28} {a:>28} {b:>28}{missed}", one.design);
+    }
+}
+
+fn add_sensitivities(text: &mut String, file: &OptimisationFile) {
+    if !file.active_limits.is_empty() {
+        let _ = writeln!(text, "at the limits: {}", file.active_limits.join("; "));
+    }
+    let seen = |c: &CoefficientEntry| {
+        let sensitivity = c.sensitivity?;
+        let clear = sensitivity.value.abs() > SEEN * sensitivity.standard_error;
+        clear.then(|| (c.clone(), sensitivity))
+    };
+    let mut strongest: Vec<(CoefficientEntry, Estimate)> =
+        file.coefficients.iter().filter_map(seen).collect();
+    strongest.sort_by(|a, b| b.1.value.abs().total_cmp(&a.1.value.abs()));
+    if !strongest.is_empty() {
+        let _ = writeln!(text, "objective for one unit of:");
+    }
+    for (c, sensitivity) in strongest.into_iter().take(LISTED) {
+        let _ =
+            writeln!(text, "  {:<26} {:>18}, at {:.4}", c.variable, number(sensitivity), c.found);
+    }
+}

@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! One stage of a search: candidates generation by generation, runs one after the other, and the
+//! selection among what the runs found.
+//!
+//! Every generation has a seed of its own, so that no candidate is kept for a lucky one. Within a
+//! generation all candidates have the same seed and paths, also those that replace refused ones.
+//! Paths are doubled where the error of a ranking is too large for it ([`MOST_NOISE`]).
+
+use std::cmp::Reverse;
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+
+use files::progress::Progress;
+use files::run_context::RunContext;
+use metrics::plural::count;
+use search::bipop::{self, Bipop};
+use search::cma_es::{self, CmaEs};
+use search::coordinate::{self, CoordinateSearch};
+use search::normal::Normal;
+use search::random::RandomSearch;
+use search::{Minimiser, Point};
+use simulate::seeds::mix;
+
+use super::evaluate::Evaluator;
+use super::file::Method;
+use super::log::{Candidate, Generation, GenerationEnd, Log};
+use super::noise::noise;
+use super::problem::StageSettings;
+use super::shared_evaluations::Batch;
+
+/// Paths are doubled where the noise of a generation is a larger share of its scatter.
+const MOST_NOISE: f64 = 0.7;
+/// A search has converged when its standard deviations are below this share of the ranges.
+const SMALLEST_STEP: f64 = 2e-3;
+/// Paths of the traces among which the best is chosen, beside the largest number of the search.
+const SELECTION: u64 = 4;
+
+/// One of the points among which a stage chooses.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FinalCandidate {
+    /// In the unit box.
+    pub point: Point,
+    /// Run, from 1.
+    pub run: usize,
+    /// Value of the best candidate of the run, as the search saw it.
+    pub search_value: f64,
+    /// Objective by the paths of the selection.
+    pub selection_value: f64,
+    /// Its standard error.
+    pub selection_error: Option<f64>,
+    /// Whether all constraints are met.
+    pub feasible: bool,
+}
+
+/// What a stage found.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct StageResult {
+    /// Best first.
+    pub final_candidates: Vec<FinalCandidate>,
+    /// Every generation of the search, without candidates, and its best.
+    pub generations: Vec<(GenerationEnd, Option<Candidate>)>,
+    /// Candidates traced or refused.
+    pub evaluations: usize,
+    /// Reasons of refusals with their numbers, most frequent first.
+    pub refusals: Vec<(String, usize)>,
+    /// Candidate that came nearest to meeting the constraints, where none met them.
+    pub nearest: Option<Candidate>,
+    /// Whether the budget of time ended it.
+    pub cut_short: bool,
+    /// Points of the Pareto front, by the first term; empty of a search for one objective.
+    pub front: Vec<Point>,
+}
+
+/// A search under way, beside its log.
+pub(super) struct StageSearch<'a, 'b> {
+    /// From 1.
+    pub number: usize,
+    pub evaluator: Evaluator<'a>,
+    pub log: &'b mut Log,
+    pub context: RunContext<'a>,
+    /// When the search began or was resumed.
+    pub started: Instant,
+    /// When no further generation is begun.
+    pub deadline: Option<Instant>,
+    pub progress: &'b Progress,
+}
+
+/// What the candidates that are ranked with each other have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Common {
+    /// Number of the seed.
+    seed: usize,
+    paths: u64,
+}
+
+/// State that goes from one generation to the next.
+pub(super) struct SearchState {
+    paths: u64,
+    generation: usize,
+    common: Common,
+    pub result: StageResult,
+}
+
+impl StageSearch<'_, '_> {
+    pub(super) fn settings(&self) -> &StageSettings {
+        self.evaluator.stage
+    }
+
+    /// Runs the search from `start`.
+    ///
+    /// # Errors
+    /// An interrupt; a search without a single candidate that could be traced.
+    pub fn run(mut self, start: &Point) -> Result<StageResult> {
+        if self.settings().method == Method::Nsga2 {
+            return self.front(start);
+        }
+        let mut state = SearchState::new(self.settings().paths);
+        // The start is one of those to select from: a search never ends worse.
+        let mut final_candidates = vec![(start.clone(), 0, f64::INFINITY)];
+        let runs = match self.settings().method {
+            Method::CmaEs => self.settings().restarts,
+            _ => 1,
+        };
+        for run in 1..=runs {
+            if state.result.cut_short {
+                break;
+            }
+            let budget =
+                (self.settings().evaluations - state.result.evaluations) / (runs - run + 1);
+            let seed = mix(mix(self.context.seed ^ mix(self.number as u64)) ^ run as u64);
+            // A wide search scatters far above the noise of few paths.
+            state.paths = self.settings().paths;
+            let mut search = self.search(start, run, budget, seed);
+            self.generations(search.as_dyn(), &mut state)?;
+            final_candidates.extend(search.found(run));
+        }
+        self.select(final_candidates, &mut state)?;
+        Ok(state.result)
+    }
+
+    fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> AnyMinimiser {
+        let stage = self.settings();
+        let start = match run {
+            1 => start.clone(),
+            _ => Normal::new(seed).point(start.len()),
+        };
+        let cma_es = cma_es::Settings {
+            sigma: stage.step,
+            population: stage.population,
+            smallest_step: SMALLEST_STEP,
+            ..cma_es::Settings::new(start.clone(), seed, budget)
+        };
+        match stage.method {
+            Method::CmaEs => AnyMinimiser::CmaEs(Box::new(CmaEs::new(cma_es))),
+            Method::Bipop => AnyMinimiser::Bipop(Box::new(Bipop::new(cma_es))),
+            Method::Coordinate => {
+                AnyMinimiser::Coordinate(Box::new(CoordinateSearch::new(coordinate::Settings {
+                    start,
+                    step: stage.step,
+                    smallest_step: SMALLEST_STEP,
+                    most_evaluations: budget,
+                })))
+            }
+            // The front has a loop of its own.
+            Method::Random | Method::Nsga2 => AnyMinimiser::Random(Box::new(RandomSearch::new(
+                start.len(),
+                stage.population,
+                seed,
+                budget,
+            ))),
+        }
+    }
+
+    fn generations(&mut self, search: &mut dyn Minimiser, state: &mut SearchState) -> Result<()> {
+        loop {
+            let points = search.ask();
+            if points.is_empty() {
+                return Ok(());
+            }
+            let Some(candidates) = self.next_generation(&points, state, search.fills_up())? else {
+                return Ok(());
+            };
+            let values: Vec<f64> = candidates.iter().map(Candidate::value).collect();
+            search.tell(&values);
+        }
+    }
+
+    /// The candidates of the next generation, judged; none where the time is over. Those that fill
+    /// up the generation before are judged by its seed and paths.
+    pub(super) fn next_generation(
+        &mut self,
+        points: &[Point],
+        state: &mut SearchState,
+        fills_up: bool,
+    ) -> Result<Option<Vec<Candidate>>> {
+        let common = state.begin(fills_up);
+        let Some(generation) = self.generation(points, state.generation, common)? else {
+            state.result.cut_short = true;
+            return Ok(None);
+        };
+        state.paths = generation.end.next_paths;
+        let candidates = generation.candidates.clone();
+        state.book(generation);
+        if let Some(best) = state.result.nearest.as_ref().and_then(|best| best.value) {
+            let progress = format!("stage {}, best {best:.4}", self.number);
+            self.progress.set_message(progress);
+        }
+        Ok(Some(candidates))
+    }
+
+    /// A generation out of the log, or traced; none where the time is over.
+    fn generation(
+        &mut self,
+        points: &[Point],
+        number: usize,
+        common: Common,
+    ) -> Result<Option<Generation>> {
+        let paths = common.paths;
+        if let Some(known) = self.log.replayed(number, points)? {
+            self.progress.inc(points.len() as u64);
+            return Ok(Some(known));
+        }
+        if number > 0 && self.deadline.is_some_and(|deadline| Instant::now() > deadline) {
+            return Ok(None);
+        }
+        let seed =
+            mix(mix(self.context.seed) ^ mix(common.seed as u64) ^ ((self.number as u64) << 32));
+        let context = RunContext { seed, ..self.context };
+        let batch = Batch {
+            name: match number {
+                0 => format!("the selection of stage {}", self.number),
+                _ => format!("stage {}, generation {number}", self.number),
+            },
+            count: points.len(),
+            points,
+            paths,
+            progress: self.progress,
+        };
+        let outcomes = self.evaluator.outcomes(&batch, context, |evaluator, k| {
+            evaluator.evaluate(&points[k], paths, context)
+        })?;
+        let candidates = points.iter().zip(&outcomes).map(|(point, outcome)| {
+            let coefficients = self.evaluator.variables.coefficients(point);
+            Candidate::new(point, coefficients, outcome)
+        });
+        let candidates: Vec<Candidate> = candidates.collect();
+        let judged = outcomes.into_iter().filter_map(|one| one.judged().ok());
+        let noise = noise(&judged.collect::<Vec<_>>(), &self.evaluator.objective.constraints);
+        let coarse = noise.is_some_and(|noise| noise > MOST_NOISE);
+        let generation = Generation {
+            end: GenerationEnd {
+                stage: self.number,
+                generation: number,
+                candidates: candidates.len(),
+                paths,
+                next_paths: if coarse {
+                    (2 * paths).min(self.settings().most_paths)
+                } else {
+                    paths
+                },
+                noise,
+                tables: self.evaluator.tables,
+                seconds: self.started.elapsed().as_secs_f64(),
+            },
+            candidates,
+        };
+        self.log.add(&generation)?;
+        Ok(Some(generation))
+    }
+
+    /// Judges what the runs found by more paths and a seed of its own.
+    pub(super) fn select(
+        &mut self,
+        found: Vec<(Point, usize, f64)>,
+        state: &mut SearchState,
+    ) -> Result<Vec<Candidate>> {
+        let points: Vec<Point> = found.iter().map(|(point, ..)| point.clone()).collect();
+        let common = Common { seed: 0, paths: SELECTION * self.settings().most_paths };
+        // Generation 0 is never refused for lack of time.
+        let Some(Generation { candidates, .. }) = self.generation(&points, 0, common)? else {
+            return Ok(Vec::new());
+        };
+        let mut final_candidates: Vec<FinalCandidate> = candidates
+            .iter()
+            .zip(found)
+            .map(|(candidate, (point, run, search_value))| FinalCandidate {
+                point,
+                run,
+                search_value,
+                selection_value: candidate.value(),
+                selection_error: candidate.standard_error,
+                feasible: candidate.feasible,
+            })
+            .collect();
+        final_candidates.sort_by(|a, b| a.selection_value.total_cmp(&b.selection_value));
+        if final_candidates.iter().all(|f| f.selection_value.is_infinite()) {
+            let why = state.result.refusals.first();
+            let why = why.map_or_else(|| "nothing was traced".to_owned(), |(why, _)| why.clone());
+            bail!(
+                "stages[{}]: expected a candidate that can be traced, got none in {}: {why}",
+                self.number,
+                count(state.result.evaluations, "candidate")
+            );
+        }
+        state.result.final_candidates = final_candidates;
+        Ok(candidates)
+    }
+}
+
+impl SearchState {
+    pub fn new(paths: u64) -> Self {
+        Self {
+            paths,
+            generation: 0,
+            common: Common { seed: 0, paths },
+            result: StageResult {
+                final_candidates: Vec::new(),
+                generations: Vec::new(),
+                evaluations: 0,
+                refusals: Vec::new(),
+                nearest: None,
+                cut_short: false,
+                front: Vec::new(),
+            },
+        }
+    }
+
+    /// Begins a generation: what its candidates have in common, which those that fill up the one
+    /// before share with it.
+    fn begin(&mut self, fills_up: bool) -> Common {
+        self.generation += 1;
+        if !fills_up {
+            self.common = Common { seed: self.generation, paths: self.paths };
+        }
+        self.common
+    }
+
+    /// Books what a generation showed.
+    fn book(&mut self, generation: Generation) {
+        let result = &mut self.result;
+        result.evaluations += generation.candidates.len();
+        for candidate in &generation.candidates {
+            if let Some(why) = &candidate.refused {
+                // Alike but for their numbers.
+                let alike = |known: &str| words(known) == words(why);
+                match result.refusals.iter_mut().find(|(known, _)| alike(known)) {
+                    Some((_, number)) => *number += 1,
+                    None => result.refusals.push((why.clone(), 1)),
+                }
+            }
+        }
+        result.refusals.sort_by_key(|(_, number)| Reverse(*number));
+        let best = generation.candidates.into_iter();
+        let best = best.min_by(|a, b| a.value().total_cmp(&b.value()));
+        let best = best.filter(|candidate| candidate.value.is_some());
+        if let Some(best) = &best {
+            let nearer = result.nearest.as_ref();
+            if nearer.is_none_or(|known| best.value() < known.value()) {
+                result.nearest = Some(best.clone());
+            }
+        }
+        result.generations.push((generation.end, best));
+    }
+}
+
+/// A reason without its numbers.
+fn words(why: &str) -> String {
+    let number = |c: char| c.is_ascii_digit() || ".-".contains(c);
+    why.split_whitespace().map(|word| word.trim_matches(number)).collect()
+}
+
+/// The searches, each with what it leaves to choose from.
+enum AnyMinimiser {
+    CmaEs(Box<CmaEs>),
+    Bipop(Box<Bipop>),
+    Coordinate(Box<CoordinateSearch>),
+    Random(Box<RandomSearch>),
+}
+
+impl AnyMinimiser {
+    fn as_dyn(&mut self) -> &mut dyn Minimiser {
+        match self {
+            Self::CmaEs(search) => search.as_mut(),
+            Self::Bipop(search) => search.as_mut(),
+            Self::Coordinate(search) => search.as_mut(),
+            Self::Random(search) => search.as_mut(),
+        }
+    }
+
+    /// Mean of the last distribution and best candidate of every run, with the best value.
+    fn found(&mut self, run: usize) -> Vec<(Point, usize, f64)> {
+        if let Self::Bipop(search) = self {
+            let points = |run: bipop::Run, number: usize| {
+                let mut points = vec![run.favourite];
+                if run.best_point != points[0] {
+                    points.push(run.best_point);
+                }
+                points.into_iter().map(move |point| (point, number, run.best_value))
+            };
+            let runs = search.runs().into_iter().zip(run..);
+            return runs.flat_map(|(run, number)| points(run, number)).collect();
+        }
+        let search = self.as_dyn();
+        let best = search.best().cloned();
+        let value = best.as_ref().map_or(f64::INFINITY, |best| best.value);
+        let mut points = vec![search.favourite()];
+        points.extend(best.map(|best| best.point).filter(|p| *p != points[0]));
+        points.into_iter().map(|point| (point, run, value)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn candidates_that_fill_up_a_generation_have_its_seed_and_paths() {
+        let mut state = SearchState::new(1000);
+        let first = state.begin(false);
+        state.paths = 2000;
+        assert_eq!(state.begin(true), first);
+        assert_eq!((first.paths, state.generation), (1000, 2));
+        let next = state.begin(false);
+        assert_eq!(next.paths, 2000);
+        assert_ne!(next.seed, first.seed);
+    }
+}

@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The variables of a problem: from a point of the unit box to settings of the design.
+//!
+//! Keys are set first. Profiles follow on the design that they make: slopes of the two sides of
+//! every ring, or heights of a smooth dome.
+
+use anyhow::{Context, Result, bail, ensure};
+
+use design::Design;
+use design::dotted_keys::{self, Settings, number};
+
+use super::file::{Profile, VariableKeys};
+use super::heights;
+use super::limits::Limits;
+use super::range::Range;
+use super::spline::BSpline;
+use crate::design_file::DesignFile;
+use crate::ring_slopes::{RingSlopes, Side};
+
+/// Key of the shapes of rings.
+const SHAPES: &str = "elements.shapes";
+
+/// How near to a bound a coefficient counts as at it, as a share of its range.
+const AT_BOUND: f64 = 1e-3;
+
+/// A checked variable.
+#[derive(Debug, Clone)]
+pub(super) struct Variable {
+    /// Key or profile, for people.
+    pub label: String,
+    place: Place,
+    range: Range,
+    /// Coefficients in the unit box.
+    pub count: usize,
+    start: Option<f64>,
+}
+
+#[derive(Debug, Clone)]
+enum Place {
+    Key(String),
+    Rings(Side, [usize; 2]),
+    Height,
+}
+
+impl Place {
+    /// Whether a profile here sets what stands under `key`.
+    fn sets(&self, key: &str) -> bool {
+        let within = |whole: &str| contains(whole, key) || contains(key, whole);
+        match self {
+            // Coatings of the dome are kept.
+            Self::Height => within("dome") && !contains("dome.coating", key),
+            Self::Rings(..) => within(SHAPES),
+            Self::Key(own) => within(own),
+        }
+    }
+}
+
+/// All variables of a problem with what they act on.
+#[derive(Debug, Clone)]
+pub(super) struct Variables {
+    /// The design to begin with.
+    pub source: DesignFile,
+    /// In the order of the file.
+    pub all: Vec<Variable>,
+    /// What slopes are clipped by.
+    pub limits: Limits,
+}
+
+impl Variables {
+    /// Checks `keys` against the design of `source`.
+    ///
+    /// # Errors
+    /// Bounds that cross, keys that the design does not have, profiles that do not fit.
+    pub fn new(source: DesignFile, keys: &[VariableKeys], limits: Limits) -> Result<Self> {
+        ensure!(!keys.is_empty(), "variables: expected at least one, got none");
+        let design = source.with(&Settings::new())?;
+        let variable = |(k, keys): (usize, &VariableKeys)| {
+            variable(keys, &source, &design).with_context(|| format!("variables[{}]", k + 1))
+        };
+        let all = keys.iter().enumerate().map(variable);
+        let all: Vec<Variable> = all.collect::<Result<_>>()?;
+        for (k, variable) in all.iter().enumerate() {
+            let other = all[..k].iter().find(|other| other.overlaps(variable));
+            if let Some(other) = other {
+                bail!(
+                    "variables[{}]: expected keys and profiles that set different parts of the \
+                     design, got {} beside {}",
+                    k + 1,
+                    variable.label,
+                    other.label
+                );
+            }
+        }
+        Ok(Self { source, all, limits })
+    }
+
+    /// Number of coefficients of all variables.
+    pub fn dimension(&self) -> usize {
+        self.all.iter().map(|variable| variable.count).sum()
+    }
+
+    /// The same variables with `knots` coefficients in each profile over rings, from the design
+    /// that `settings` make.
+    ///
+    /// # Errors
+    /// Settings that make no design.
+    pub fn resumed(&self, settings: &Settings, knots: Option<usize>) -> Result<Self> {
+        let table = self.source.table_with(settings)?;
+        let mut next = self.clone();
+        next.source = DesignFile::new(self.source.path.clone(), table);
+        for variable in &mut next.all {
+            if let (Place::Rings(_, [first, last]), Some(knots)) = (&variable.place, knots) {
+                variable.count = knots.clamp(1, last - first + 1);
+            }
+            if !settings.is_empty() {
+                variable.start = None;
+            }
+        }
+        Ok(next)
+    }
+
+    /// The point of the design to begin with, moved into the bounds.
+    ///
+    /// # Errors
+    /// A key without a value in the design.
+    pub fn start(&self) -> Result<Vec<f64>> {
+        let design = self.source.with(&Settings::new())?;
+        let mut slopes = None;
+        let mut point = Vec::new();
+        for variable in &self.all {
+            let spline = BSpline::new(variable.count);
+            let values: Vec<f64> = match (&variable.place, variable.start) {
+                (_, Some(start)) => vec![start; variable.count],
+                (Place::Key(key), None) => vec![variable.at_present(key, &self.source.table)?],
+                (Place::Height, None) => heights::of_design(&design, variable.count)?,
+                (Place::Rings(side, [first, last]), None) => {
+                    if slopes.is_none() {
+                        slopes = Some(RingSlopes::of(&design)?);
+                    }
+                    let all = slopes.as_ref().map(|s| s.values(*side));
+                    let all = &all.unwrap_or_default()[first - 1..*last];
+                    let nearest =
+                        |share: f64| all[(share * (all.len() - 1) as f64).round() as usize];
+                    if variable.count == all.len() {
+                        all.to_vec()
+                    } else {
+                        spline.abscissae().into_iter().map(nearest).collect()
+                    }
+                }
+            };
+            point.extend(values.into_iter().map(|value| variable.range.coordinate(value)));
+        }
+        Ok(point)
+    }
+
+    /// What the coordinates of a point are, for people.
+    pub fn labels(&self) -> Vec<String> {
+        let of = |variable: &Variable| -> Vec<String> {
+            match variable.count {
+                1 => vec![variable.label.clone()],
+                count => (1..=count).map(|k| format!("{} {k}", variable.label)).collect(),
+            }
+        };
+        self.all.iter().flat_map(of).collect()
+    }
+
+    /// The range of every coordinate of a point.
+    fn ranges(&self) -> impl Iterator<Item = &Range> {
+        let all = self.all.iter();
+        all.flat_map(|v| std::iter::repeat_n(&v.range, v.count))
+    }
+
+    /// Whether the coordinate `k` is a number, no choice.
+    pub fn is_number(&self, k: usize) -> bool {
+        let range = self.ranges().nth(k);
+        range.is_some_and(|range| matches!(range, Range::Between { .. }))
+    }
+
+    /// Coefficients that stand at a bound at `point`, for people.
+    pub fn at_bounds(&self, point: &[f64]) -> Vec<String> {
+        let all = self.labels().into_iter().zip(self.ranges()).zip(point);
+        let at_bound = all.filter_map(|((label, range), &x)| match range {
+            Range::Between { .. } if x.min(1.0 - x) < AT_BOUND => {
+                Some(format!("{label} at {}", range.number(x.round())))
+            }
+            _ => None,
+        });
+        at_bound.collect()
+    }
+
+    /// Values of the coefficients at `point`, in the units of the design; shares of choices.
+    pub fn coefficients(&self, point: &[f64]) -> Vec<f64> {
+        self.ranges().zip(point).map(|(r, x)| r.number(*x)).collect()
+    }
+
+    /// Keys of the design at `point`.
+    ///
+    /// # Errors
+    /// Keys that make no design that profiles could stand on.
+    pub fn settings(&self, point: &[f64]) -> Result<Settings> {
+        let mut settings = Settings::new();
+        let mut rest = point;
+        let mut profiles = Vec::new();
+        for variable in &self.all {
+            let (own, others) = rest.split_at(variable.count);
+            rest = others;
+            match &variable.place {
+                Place::Key(key) => {
+                    settings.insert(key.clone(), variable.range.value(own[0]));
+                }
+                _ => profiles.push((variable, own)),
+            }
+        }
+        if profiles.is_empty() {
+            return Ok(settings);
+        }
+        let mut design = self.source.with(&settings)?;
+        let rings = profiles.iter().any(|(v, _)| matches!(v.place, Place::Rings(..)));
+        let mut slopes = rings.then(|| RingSlopes::of(&design)).transpose()?;
+        for (variable, own) in &profiles {
+            if matches!(variable.place, Place::Height) {
+                let values: Vec<f64> = own.iter().map(|x| variable.range.number(*x)).collect();
+                let dome = heights::dome(&values, &design, &self.source.table)?;
+                settings.insert("dome".to_owned(), dome);
+                if let Some(slopes) = &slopes {
+                    // Rings of the former dome need not fit this one.
+                    settings.insert(SHAPES.to_owned(), slopes.smooth());
+                }
+                design = self.source.with(&settings)?;
+            }
+        }
+        if let Some(slopes) = &mut slopes {
+            for (variable, own) in &profiles {
+                if let Place::Rings(side, rings) = &variable.place {
+                    variable.set_slopes(own, *side, *rings, slopes)?;
+                }
+            }
+            slopes.place_on(&design)?;
+            slopes.clip(90.0 - self.limits.draft_deg, self.limits.apex_deg);
+            settings.insert(SHAPES.to_owned(), slopes.shapes());
+        }
+        Ok(settings)
+    }
+}
+
+impl Variable {
+    fn overlaps(&self, other: &Self) -> bool {
+        match (&self.place, &other.place) {
+            (Place::Rings(a, [first, last]), Place::Rings(b, [from, to])) => {
+                a == b && first <= to && from <= last
+            }
+            (Place::Height, Place::Height) => true,
+            (Place::Key(key), profile) | (profile, Place::Key(key)) => profile.sets(key),
+            _ => false,
+        }
+    }
+
+    /// The value of `key` in `table`.
+    fn at_present(&self, key: &str, table: &toml::Table) -> Result<f64> {
+        let value = dotted_keys::get(table, key);
+        match (&self.range, value) {
+            (Range::Choices(choices), value) => {
+                let place = choices.iter().position(|choice| Some(choice) == value);
+                Ok((place.unwrap_or(0) as f64 + 0.5) / choices.len() as f64)
+            }
+            (Range::Between { .. }, Some(value)) => number(value)
+                .with_context(|| format!("{key}: expected a number in the design, got {value}")),
+            (Range::Between { .. }, None) => {
+                bail!("{key}: expected `start`, as the design does not state the key")
+            }
+        }
+    }
+
+    fn set_slopes(
+        &self,
+        own: &[f64],
+        side: Side,
+        [first, last]: [usize; 2],
+        slopes: &mut RingSlopes,
+    ) -> Result<()> {
+        ensure!(
+            last <= slopes.count(),
+            "{}: expected {last} rings, got {}",
+            self.label,
+            slopes.count()
+        );
+        let count = last - first + 1;
+        let numbers: Vec<f64> = own.iter().map(|x| self.range.number(*x)).collect();
+        let spline = BSpline::new(self.count);
+        for ring in first..=last {
+            let value = if self.count == count {
+                numbers[ring - first]
+            } else {
+                let share = (ring - first) as f64 / (count.max(2) - 1) as f64;
+                self.range.rounded(spline.value(&numbers, share))
+            };
+            slopes.set(side, ring, value);
+        }
+        Ok(())
+    }
+}
+
+/// Whether the dotted key `outer` is `inner` or holds it.
+fn contains(outer: &str, inner: &str) -> bool {
+    let rest = inner.strip_prefix(outer);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result<Variable> {
+    let (label, place, count) = match (&keys.key, keys.profile) {
+        (Some(key), None) => {
+            ensure!(
+                keys.knots.is_none() && keys.rings.is_none(),
+                "expected `knots` and `rings` of a profile alone, got them beside `key`"
+            );
+            (key.clone(), Place::Key(key.clone()), 1)
+        }
+        (None, Some(Profile::HeightMm)) => {
+            heights::radius_mm(design)?;
+            let count = keys.knots.unwrap_or(8);
+            ensure!((3..=40).contains(&count), "knots: expected 3 to 40, got {count}");
+            ("height_mm".to_owned(), Place::Height, count)
+        }
+        (None, Some(profile)) => {
+            let rings = RingSlopes::of(design)?.count();
+            let [first, last] = keys.rings.unwrap_or([1, rings]);
+            ensure!(
+                first >= 1 && first <= last && last <= rings,
+                "rings: expected a first and a last ring from 1 to {rings}, got [{first}, {last}]"
+            );
+            let all = last - first + 1;
+            let count = keys.knots.unwrap_or(all);
+            ensure!(
+                (1..=all).contains(&count),
+                "knots: expected 1 to {all}, one for each ring, got {count}"
+            );
+            let side = match profile {
+                Profile::InnerSlopeDeg => Side::Inner,
+                _ => Side::Outer,
+            };
+            let place = Place::Rings(side, [first, last]);
+            (side.key().to_owned(), place, count)
+        }
+        _ => bail!("expected one of `key` and `profile`, got both or neither"),
+    };
+    let range = Range::new(keys, matches!(place, Place::Key(_)))?;
+    ensure!(
+        keys.start.is_none() || matches!(range, Range::Between { .. }),
+        "start: expected it with `from` and `to` alone, got it with `choices`"
+    );
+    if let (Some(start), Range::Between { from, to, .. }) = (keys.start, &range) {
+        ensure!(
+            (*from..=*to).contains(&start),
+            "start: expected a number from {from} to {to}, got {start}"
+        );
+    }
+    let range = match &place {
+        Place::Key(key) => range.tried(key, source)?,
+        _ => range,
+    };
+    Ok(Variable { label, place, range, count, start: keys.start })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profiles_set_their_part_of_the_design_alone() {
+        let rings = Place::Rings(Side::Inner, [1, 2]);
+        for (place, key, sets) in [
+            (&Place::Height, "dome.height_mm", true),
+            (&Place::Height, "dome", true),
+            (&Place::Height, "dome.coating.0.thickness_nm", false),
+            (&Place::Height, "domes", false),
+            (&rings, "elements.shapes.0.apex_angle_deg", true),
+            (&rings, "elements", true),
+            (&rings, "elements.tip_radius_um", false),
+        ] {
+            assert_eq!(place.sets(key), sets, "{place:?} {key}");
+        }
+    }
+}

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Checks of a study file against the designs of its base.
+
+use anyhow::{Context, Result, ensure};
+
+use design::Design;
+use design::resolved::PATHS;
+use simulate::model::Model;
+use simulate::trace::GROUPS;
+
+use super::file::{Probe, StudyFile};
+use super::targets::Targets;
+use crate::design_file::DesignFile;
+
+/// Checks name, models, designs and paths.
+pub(super) fn head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
+    let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    ensure!(
+        !file.name.is_empty() && !file.name.starts_with('.') && file.name.chars().all(usable),
+        "name: expected letters, digits, '-', '_' and '.', got {:?}",
+        file.name
+    );
+    ensure!(!file.models.is_empty(), "models: expected at least one, got none");
+    ensure!(!file.designs.is_empty(), "designs: expected at least one file, got none");
+    if let Some(paths) = paths {
+        ensure!(
+            PATHS.contains(&paths),
+            "paths: expected a whole number from {} to {}, got {paths}",
+            PATHS.start(),
+            PATHS.end()
+        );
+    }
+    Ok(())
+}
+
+/// Checks that designs have different names, which tell results apart.
+pub(super) fn sources(sources: &[DesignFile]) -> Result<()> {
+    for (number, source) in sources.iter().enumerate() {
+        let twice = sources[..number].iter().find(|s| s.name == source.name);
+        ensure!(
+            twice.is_none(),
+            "designs: expected a name of its own for each, got {:?} twice, the second time in `{}`",
+            source.name,
+            source.path.display()
+        );
+    }
+    Ok(())
+}
+
+/// Checks targets: each target in the study itself, and at least one of a shared file, belongs to a
+/// trace of the study.
+pub(super) fn targets(
+    file: &StudyFile,
+    figures: &Targets,
+    designs: &[Design],
+    models: &[Model],
+) -> Result<()> {
+    let traced = |design: &str, model: &str| {
+        let design = designs.iter().find(|d| d.name == design);
+        design.is_some_and(|d| models.iter().any(|m| m.key(d) == model))
+    };
+    let known = || {
+        let all = designs.iter().flat_map(|d| {
+            let of = move |m: &Model| format!("{}.{}", d.name, m.key(d));
+            models.iter().map(of)
+        });
+        all.collect::<Vec<_>>().join(", ")
+    };
+    let named = || {
+        let designs = figures.figures.iter();
+        designs.flat_map(|(design, of)| of.keys().map(move |model| (design, model)))
+    };
+    if file.targets.is_some() {
+        for (design, model) in named() {
+            ensure!(
+                traced(design, model),
+                "targets.{design}.{model}: expected a design and a model of the study: {}",
+                known()
+            );
+        }
+        ensure!(named().next().is_some(), "targets: expected at least one target, got none");
+    }
+    ensure!(
+        file.targets_file.is_none() || named().any(|(design, model)| traced(design, model)),
+        "targets_file: expected a target of one of {}, got none",
+        known()
+    );
+    Ok(())
+}
+
+/// Checks that every design has the models of the study.
+pub(super) fn designs(designs: &[Design], models: &[Model]) -> Result<()> {
+    for design in designs {
+        for model in models {
+            model.of(design).context("models")?;
+        }
+    }
+    Ok(())
+}
+
+/// Most traces for short runs of each model.
+const MOST_TRACES: u64 = 1000;
+
+/// Checks that a short run holds at least one whole group of paths and at most half of them.
+pub(super) fn short_runs(file: &StudyFile, designs: &[Design]) -> Result<()> {
+    let (runs, traces) = (&file.short_runs, file.short_run_traces);
+    ensure!(
+        (1..=MOST_TRACES).contains(&traces) && (traces == 1 || !runs.is_empty()),
+        "short_run_traces: expected 1 to {MOST_TRACES}, and 1 without short_runs, got {traces}"
+    );
+    for design in designs {
+        let all = design.trace.paths;
+        let (least, most) = (all.div_ceil(GROUPS as u64), all / 2);
+        for &paths in runs {
+            ensure!(
+                (least..=most).contains(&paths),
+                "short_runs: expected {least} to {most}, from a {GROUPS}th to a half of the {all} paths of {}, got {paths}",
+                design.name
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Checks element, ranges of angles, target and scale of a probe.
+pub(super) fn probe(probe: &Probe, designs: &[Design]) -> Result<()> {
+    let design = designs.iter().find(|d| d.name == probe.design);
+    let elements = design.map_or(0, |d| d.elements.shapes.len());
+    ensure!(
+        (1..=elements).contains(&probe.element),
+        "probes: expected an element of a design of the study, got element {} of {:?}",
+        probe.element,
+        probe.design
+    );
+    let angles: Vec<f64> = probe.ranges_deg.iter().flat_map(|range| range.0).collect();
+    let rising = angles.chunks(2).all(|r| r[0] < r[1]) && angles.is_sorted();
+    ensure!(
+        rising && angles.iter().all(|a| (0.0..=180.0).contains(a)) && !angles.is_empty(),
+        "probes.ranges_deg: expected ranges of angles from 0 to 180 degrees, one after the other, got {:?}",
+        probe.ranges_deg
+    );
+    if let Some(target) = probe.target {
+        ensure!(
+            (0.0..=1.0).contains(&target),
+            "probes.target: expected a share from 0 to 1, got {target}"
+        );
+    }
+    ensure!(
+        probe.scale.is_finite() && probe.scale > 0.0,
+        "probes.scale: expected a number above 0, got {}",
+        probe.scale
+    );
+    Ok(())
+}

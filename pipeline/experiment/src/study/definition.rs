@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A checked study: reads the study file and its designs, makes every set-up's designs and checks
+//! them.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+
+use design::{Design, toml_errors};
+use files::provenance::FileRecord;
+use simulate::model::Model;
+
+use super::checks;
+use super::file::{Level, Probe, StudyFile};
+use super::setups::{self, FactorLevels, Setup};
+use super::targets::Targets;
+use crate::design_file::DesignFile;
+
+/// A checked study.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Short name.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Models of each design.
+    pub models: Vec<Model>,
+    /// Factors and their levels.
+    pub factors: Vec<FactorLevels>,
+    /// Set-ups with the designs they make, the base first.
+    pub setups: Vec<(Setup, Vec<Design>)>,
+    /// Set-ups without a valid design, and why.
+    pub impossible: Vec<(String, String)>,
+    /// Paths of short runs.
+    pub short_runs: Vec<u64>,
+    /// Traces of each model that short runs are cut from.
+    pub short_run_traces: u64,
+    /// Probes of single elements.
+    pub probes: Vec<Probe>,
+    /// Target figures.
+    pub targets: Targets,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+}
+
+/// Reads and checks the study at `path` and all its designs; `paths` replaces its own number of
+/// paths.
+///
+/// # Errors
+/// A file that cannot be read; a set-up whose design is invalid.
+pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
+    parse(path, &text, paths).with_context(|| path.display().to_string())
+}
+
+fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
+    let file: StudyFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
+    let paths = paths.or(file.paths);
+    checks::head(&file, paths)?;
+    let mut read = InputReader {
+        folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
+        inputs: vec![input(&path.display().to_string(), text)],
+    };
+    let sources: Vec<DesignFile> = file
+        .designs
+        .iter()
+        .map(|name| {
+            let read_file = DesignFile::read(&read.folder.join(name)).context("designs");
+            let (source, record) = read_file?;
+            read.inputs.push(record);
+            Ok(source)
+        })
+        .collect::<Result<_>>()?;
+    checks::sources(&sources)?;
+    let targets = match (&file.targets, &file.targets_file) {
+        (Some(_), Some(_)) => {
+            bail!("targets: expected one of `targets` and `targets_file`, got both")
+        }
+        (Some(table), None) => Targets::new(table, &file.scales)?,
+        (None, Some(name)) => {
+            let (path, table) = read.toml("targets_file", name)?;
+            Targets::new(&table, &file.scales)
+                .with_context(|| format!("targets_file: `{}`", path.display()))?
+        }
+        (None, None) => Targets::new(&toml::Table::new(), &file.scales)?,
+    };
+    let targets = targets.rounded(&file.rounding)?.with_probes(&file.probes);
+    let factors = setups::factors(&file)?;
+    let (setups, impossible) = designs(&file, &factors, &sources, paths)?;
+    for (setup, designs) in &setups {
+        checks::designs(designs, &file.models)
+            .with_context(|| format!("set-up {:?}", setup.name))?;
+    }
+    checks::targets(&file, &targets, &setups[0].1, &file.models)?;
+    for probe in &file.probes {
+        checks::probe(probe, &setups[0].1)?;
+    }
+    checks::short_runs(&file, &setups[0].1)?;
+    for design in setups.iter().flat_map(|(_, designs)| designs) {
+        for beside in &design.provenance.named {
+            if !read.inputs.contains(beside) {
+                read.inputs.push(beside.clone());
+            }
+        }
+    }
+    Ok(Study {
+        name: file.name,
+        description: file.description,
+        models: file.models,
+        factors,
+        setups,
+        impossible,
+        short_runs: file.short_runs,
+        short_run_traces: file.short_run_traces,
+        probes: file.probes,
+        targets,
+        inputs: read.inputs,
+    })
+}
+
+/// Reads the files that a study names, and records them.
+struct InputReader {
+    folder: PathBuf,
+    inputs: Vec<FileRecord>,
+}
+
+impl InputReader {
+    fn toml(&mut self, key: &str, name: &str) -> Result<(PathBuf, toml::Table)> {
+        let path = self.folder.join(name);
+        let at = || format!("{key}: `{}`", path.display());
+        let text =
+            std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
+        let table =
+            toml_errors::read(&text, &[]).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
+        self.inputs.push(input(&path.display().to_string(), &text));
+        Ok((path, table))
+    }
+}
+
+/// Set-ups with their designs.
+type Possible = Vec<(Setup, Vec<Design>)>;
+/// Set-ups without a valid design, with the reason.
+type Impossible = Vec<(String, String)>;
+
+/// The designs of every set-up; set-ups without valid designs apart.
+fn designs(
+    file: &StudyFile,
+    factors: &[FactorLevels],
+    sources: &[DesignFile],
+    paths: Option<u64>,
+) -> Result<(Possible, Impossible)> {
+    let (mut possible, mut impossible) = (Possible::new(), Impossible::new());
+    for setup in setups::setups(file, factors)? {
+        if paths.is_some() {
+            let key = "trace.paths";
+            let sets = |level: &Level| {
+                level.set.contains_key(key) || level.set_of.values().any(|s| s.contains_key(key))
+            };
+            ensure!(
+                !setup.settings.iter().any(sets),
+                "set-up {:?}: {key}: expected no such key, as `paths` of the study or the command holds for all of its traces",
+                setup.name
+            );
+        }
+        let named = setup.settings.iter().flat_map(|level| level.set_of.keys());
+        for design in named {
+            ensure!(
+                sources.iter().any(|s| s.name == *design),
+                "set-up {:?}: set_of.{design}: expected the name of a design of the study",
+                setup.name
+            );
+        }
+        let designs: Result<Vec<Design>> = sources.iter().map(|s| make(s, &setup, paths)).collect();
+        match designs {
+            Ok(designs) => possible.push((setup, designs)),
+            Err(why) if file.skip_impossible && !possible.is_empty() => {
+                impossible.push((setup.name, format!("{why:#}")));
+            }
+            Err(why) => return Err(why.context(format!("set-up {:?}", setup.name))),
+        }
+    }
+    Ok((possible, impossible))
+}
+
+fn input(file: &str, text: &str) -> FileRecord {
+    FileRecord::new(file, text.as_bytes())
+}
+
+/// The design that `setup` makes of `source`.
+fn make(source: &DesignFile, setup: &Setup, paths: Option<u64>) -> Result<Design> {
+    let mut design = source.with(&setup.of(&source.name))?;
+    if let Some(paths) = paths {
+        design.trace.paths = paths;
+    }
+    Ok(design)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, text) in design::EMBEDDED {
+            std::fs::write(folder.path().join(name), text).expect("written");
+        }
+        folder
+    }
+
+    fn refused(text: &str) -> String {
+        let folder = folder();
+        let path = folder.path().join("study.toml");
+        std::fs::write(&path, text).expect("written");
+        format!("{:#}", load(&path, None).expect_err(text))
+    }
+
+    const HEAD: &str = "name = \"s\"\ndesigns = [\"d1.toml\", \"d2.toml\"]\nmodels = [\"geometric\", \"hybrid\"]\n";
+
+    #[test]
+    fn every_set_up_has_the_designs_it_should() {
+        let folder = folder();
+        let path = folder.path().join("study.toml");
+        let text = format!(
+            "{HEAD}paths = 5000\n[base.set]\n\"led.reflectance\" = 0.5\n[[factors]]\nname = \"angle\"\n[[factors.levels]]\nname = \"A\"\nset_of.D2 = {{ \"elements.shapes.0.apex_angle_deg\" = 50.0 }}"
+        );
+        std::fs::write(&path, text).expect("written");
+        let study = load(&path, None).expect("valid");
+        assert_eq!(study.setups.len(), 2);
+        let [d1, d2] = &study.setups[1].1[..] else { panic!("two designs") };
+        assert!((d1.led.reflector.reflectance() - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
+        let apex = |d: &Design| match d.elements.shapes[0] {
+            geometry::profile::Shape::Triangle { apex_deg, .. } => apex_deg,
+            _ => 0.0,
+        };
+        assert!((apex(d2) - 50.0).abs() < 1e-15 && apex(d1).abs() < 1e-15);
+        assert!((apex(&study.setups[0].1[1]) - 60.0).abs() < 1e-15);
+        assert_eq!(study.inputs.len(), 3);
+        assert_eq!(load(&path, Some(7000)).expect("valid").setups[0].1[0].trace.paths, 7000);
+    }
+
+    #[test]
+    fn bad_studies_name_set_up_file_and_key() {
+        for (text, words) in [
+            (
+                "[base.set]\n\"led.reflectance\" = 2.0",
+                &["base", "d1.toml", "led.reflectance", "0 to 1"][..],
+            ),
+            ("[base.set]\n\"led.colour\" = 2.0", &["d1.toml", "led.colour", "no such key"]),
+            ("[base.set]\n\"led.reflectance\" = \"high\"", &["d1.toml", "expected"]),
+            ("paths = 5000\n[base.set]\n\"trace.paths\" = 6000", &["base", "trace.paths", "paths"]),
+            (
+                "[targets.D9.geometric_100um]\nuniformity = 0.8",
+                &["targets.D9.geometric_100um", "D1.geometric_100um"],
+            ),
+            (
+                "[targets.D1.geometric_100m]\nuniformity = 0.8",
+                &["targets.D1.geometric_100m", "D2.hybrid_10um"],
+            ),
+            ("[targets]", &["targets", "at least one"]),
+            (
+                "[targets.D1.geometric_100um]\nuniformity = 75.0",
+                &["targets.D1.geometric_100um.uniformity", "0 to 1", "75"],
+            ),
+            (
+                "arrangement = \"grid\"\n[[factors]]\nname = \"f\"\nkey = \"led.reflectance\"\nvalues = [0.5]\n[[factors]]\nname = \"g\"\nkey = \"led.reflectance\"\nvalues = [0.6]",
+                &["factors", "led.reflectance", "\"f\"", "\"g\""],
+            ),
+            ("[base]\nset_of.D9 = { a = 1 }", &["set_of.D9"]),
+            ("colour = 1", &["colour: no such key"]),
+            ("paths = 3", &["paths", "1000"]),
+            ("targets_file = \"none.toml\"", &["targets_file", "none.toml"]),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 40\nranges_deg = [[20, 30]]",
+                &["probes", "element 40"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30], [25, 90]]",
+                &["probes.ranges_deg", "25.0, 90.0"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = []",
+                &["probes.ranges_deg", "got []"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30]]\ntarget = 1.5",
+                &["probes.target", "1.5"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30]]\nscale = 0",
+                &["probes.scale", "above 0"],
+            ),
+        ] {
+            let error = refused(&format!("{HEAD}{text}"));
+            for word in words.iter().chain(&["study.toml"]) {
+                assert!(error.contains(word), "no {word} in: {error}");
+            }
+        }
+        assert!(
+            refused("name = \"\"\ndesigns = [\"d1.toml\"]\nmodels = [\"hybrid\"]").contains("name")
+        );
+        let twice = "name = \"s\"\ndesigns = [\"d1.toml\", \"d1.toml\"]\nmodels = [\"hybrid\"]";
+        assert!(refused(twice).contains("\"D1\" twice"));
+        assert!(refused("name = \"s\"\ndesigns = []\nmodels = [\"hybrid\"]").contains("designs"));
+        assert!(
+            refused("name = \"s\"\ndesigns = [\"bare-dome.toml\"]\nmodels = [\"hybrid\"]")
+                .contains("smooth")
+        );
+    }
+}

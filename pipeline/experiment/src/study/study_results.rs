@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Results of a study: figures of every set-up, changes against the base, misfits to targets.
+//!
+//! All traces of a study use the same random numbers, group of paths by group. A figure keeps its
+//! values without each group, so that the standard error of a difference comes from the differences
+//! of each group (paired jackknife).
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use files::provenance::FileRecord;
+use metrics::estimate::DISTINCT;
+use metrics::{Estimate, JackknifedFigure, spread};
+
+use super::definition::Study;
+use super::resampling_test::{Comparison, compare};
+use super::targets::Targets;
+use super::trace_figures::{SetupFigures, ShortRuns, TraceId, find};
+
+/// Version of the layout of `study.json`.
+const SCHEMA_VERSION: u32 = 2;
+
+/// A misfit, with and without each group of paths.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Misfit {
+    /// Root mean square of misses in units of their scales.
+    pub value: f64,
+    without: Vec<f64>,
+}
+
+impl Misfit {
+    /// With its standard error.
+    pub fn estimate(&self) -> Estimate {
+        Estimate::new(self.value, spread(&self.without))
+    }
+
+    /// How far it lies above another one, group by group.
+    pub fn above(&self, other: &Self) -> Estimate {
+        let pairs = self.without.iter().zip(&other.without);
+        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        Estimate::new(self.value - other.value, spread(&differences))
+    }
+}
+
+/// A set-up in the ranking.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranked {
+    /// Number of the set-up.
+    pub setup: usize,
+    /// Its misfit.
+    pub misfit: Estimate,
+    /// How far it lies above the first one.
+    pub above_first: Estimate,
+}
+
+impl Ranked {
+    /// Whether it cannot be told from the first one, which itself is among these.
+    pub fn is_tied(&self) -> bool {
+        self.above_first.value <= DISTINCT * self.above_first.standard_error
+    }
+}
+
+/// Misfit of a set-up. `None` without targets, or with fewer figures than `base`.
+pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> Option<Misfit> {
+    let misses = misses(found, targets);
+    if misses.len() < self::misses(base, targets).len() {
+        return None;
+    }
+
+    let count = misses.len() as f64;
+    let groups = misses.iter().map(|(f, ..)| f.without.len()).min()?;
+    let of = |value: &dyn Fn(&JackknifedFigure) -> f64| {
+        let squares = misses.iter().map(|(f, target, scale)| ((value(f) - target) / scale).powi(2));
+        (squares.sum::<f64>() / count).sqrt()
+    };
+    Some(Misfit {
+        value: of(&|f| f.value),
+        without: (0..groups).map(|g| of(&|f| f.without[g])).collect(),
+    })
+}
+
+/// Figures with a target, with target and scale.
+fn misses<'a>(found: &'a SetupFigures, targets: &Targets) -> Vec<(&'a JackknifedFigure, f64, f64)> {
+    let of = |place: &TraceId, name: &str| targets.of(&place.design, &place.model, name);
+    let all = found
+        .iter()
+        .flat_map(|(place, judged)| judged.figures.iter().map(move |(name, f)| (place, name, f)));
+    all.filter_map(|(place, name, figure)| {
+        let (target, scale) = of(place, name)?;
+        Some((figure, target, scale))
+    })
+    .collect()
+}
+
+/// A study with the figures of its traces.
+pub struct StudyResults<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// By set-up.
+    pub found: Vec<SetupFigures>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// One line of the tidy table.
+pub struct FigureRow<'a> {
+    /// Set-up.
+    pub setup: &'a str,
+    /// Design and model.
+    pub place: &'a TraceId,
+    /// Name of the figure.
+    pub figure: &'a str,
+    /// Value.
+    pub value: Estimate,
+    /// Difference from the base.
+    pub change: Option<Estimate>,
+    /// Target and scale.
+    pub target: Option<(f64, f64)>,
+}
+
+impl StudyResults<'_> {
+    /// Set-ups by misfit, the smallest first; empty without targets.
+    pub fn ranking(&self) -> Vec<Ranked> {
+        let misfits = self.found.iter().enumerate();
+        let mut all: Vec<(usize, Misfit)> = misfits
+            .filter_map(|(i, found)| Some((i, misfit(found, &self.found[0], &self.study.targets)?)))
+            .collect();
+        all.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        let ranked = |(setup, misfit): &(usize, Misfit)| Ranked {
+            setup: *setup,
+            misfit: misfit.estimate(),
+            above_first: misfit.above(&all[0].1),
+        };
+        all.iter().map(ranked).collect()
+    }
+
+    /// Every figure of set-up `index`.
+    pub fn lines(&self, index: usize) -> impl Iterator<Item = FigureRow<'_>> {
+        let setup = self.study.setups[index].0.name.as_str();
+        self.found[index].iter().flat_map(move |(place, judged)| {
+            judged.figures.iter().map(move |(name, figure)| FigureRow {
+                setup,
+                place,
+                figure: name,
+                value: figure.estimate(),
+                change: (index > 0)
+                    .then(|| self.base(place, name))
+                    .flatten()
+                    .map(|b| figure.change(b)),
+                target: self.study.targets.of(&place.design, &place.model, name),
+            })
+        })
+    }
+
+    /// Rows of the short runs: set-up, design, model, figure, paths, number of the run, value.
+    pub fn short_runs(&self) -> Vec<Vec<String>> {
+        let mut rows = Vec::new();
+        for ((setup, _), found) in self.study.setups.iter().zip(&self.found) {
+            for (place, judged) in found {
+                for runs in &judged.short_runs {
+                    for (run, value) in runs.values.iter().enumerate() {
+                        rows.push(vec![
+                            setup.name.clone(),
+                            place.design.clone(),
+                            place.model.clone(),
+                            runs.figure.clone(),
+                            runs.paths.to_string(),
+                            (run + 1).to_string(),
+                            value.to_string(),
+                        ]);
+                    }
+                }
+            }
+        }
+        rows
+    }
+
+    /// Resampling tests of set-up `index`, one for each length of run.
+    pub fn as_single_runs(&self, index: usize) -> Vec<Comparison> {
+        compare(&self.found[index], &self.study.targets)
+    }
+
+    fn base(&self, place: &TraceId, figure: &str) -> Option<&JackknifedFigure> {
+        find(&self.found[0], place, figure)
+    }
+
+    /// Sensitivities: change of every figure per unit of each numeric factor, the slope of the line
+    /// through its levels.
+    fn slopes(&self) -> Vec<Value> {
+        let mut slopes = Vec::new();
+        for factor in &self.study.factors {
+            let Some(numbers) = &factor.numbers else {
+                continue;
+            };
+            let at: Vec<(f64, &SetupFigures)> = factor
+                .levels
+                .iter()
+                .zip(numbers)
+                .filter_map(|((label, _), &x)| {
+                    let alone = |levels: &BTreeMap<String, String>| {
+                        levels.len() == 1 && levels.get(&factor.name) == Some(label)
+                    };
+                    let index = self.study.setups.iter().position(|s| alone(&s.0.levels))?;
+                    Some((x, &self.found[index]))
+                })
+                .collect();
+            if at.len() < 2 {
+                continue;
+            }
+            for (place, judged) in &self.found[0] {
+                for (name, _) in &judged.figures {
+                    let points: Option<Vec<(f64, &JackknifedFigure)>> =
+                        at.iter().map(|(x, found)| Some((*x, find(found, place, name)?))).collect();
+                    let Some(slope) = points.and_then(|p| slope(&p)) else {
+                        continue;
+                    };
+                    slopes.push(json!({
+                        "factor": factor.name,
+                        "key": factor.key,
+                        "design": place.design,
+                        "model": place.model,
+                        "figure": name,
+                        "change_per_unit": slope,
+                    }));
+                }
+            }
+        }
+        slopes
+    }
+
+    /// The content of `study.json` (`docs/reference/study-file.md`); `files` are those beside it.
+    pub fn to_json(&self, files: &[FileRecord]) -> Value {
+        let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
+            let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();
+            let short_runs = self.found[i].iter().flat_map(|(place, judged)| {
+                let line = |runs: &ShortRuns| {
+                    runs.to_json(
+                        place,
+                        self.study
+                            .targets
+                            .of(&place.design, &place.model, &runs.figure),
+                    )
+                };
+                judged.short_runs.iter().map(line)
+            });
+            let short_runs: Vec<Value> = short_runs.collect();
+            json!({
+                "name": setup.name,
+                "levels": setup.levels,
+                "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets).map(|m| m.estimate()),
+                "figures": figures,
+                "short_runs": short_runs,
+                "targets_as_single_runs": self.as_single_runs(i),
+            })
+        });
+        let factors = self.study.factors.iter().map(|f| {
+            let levels: Vec<&String> = f.levels.iter().map(|l| &l.0).collect();
+            json!({"name": f.name, "description": f.description, "key": f.key, "levels": levels})
+        });
+        let ranking = self.ranking();
+        let ranking = ranking.iter().map(|ranked| {
+            json!({
+                "setup": self.study.setups[ranked.setup].0.name,
+                "misfit": ranked.misfit,
+                "above_first": ranked.above_first,
+                "tied_with_first": ranked.is_tied(),
+            })
+        });
+        let impossible = self.study.impossible.iter();
+        let impossible = impossible.map(|(setup, why)| json!({"setup": setup, "why": why}));
+        json!({
+            "schema": "batwing-study",
+            "schema_version": SCHEMA_VERSION,
+            "program": "batwing",
+            "version": env!("CARGO_PKG_VERSION"),
+            "name": self.study.name,
+            "description": self.study.description,
+            "seed": self.seed,
+            "inputs": self.study.inputs,
+            "files": files,
+            "scales": self.study.targets.scales,
+            "rounding": self.study.targets.rounding,
+            "factors": factors.collect::<Vec<_>>(),
+            "setups": setups.collect::<Vec<_>>(),
+            "impossible": impossible.collect::<Vec<_>>(),
+            "ranking": ranking.collect::<Vec<_>>(),
+            "sensitivities": self.slopes(),
+        })
+    }
+}
+
+impl FigureRow<'_> {
+    fn to_json(&self) -> Value {
+        let mut line = json!({
+            "design": self.place.design,
+            "model": self.place.model,
+            "figure": self.figure,
+            "value": self.value.value,
+            "standard_error": self.value.standard_error,
+        });
+        if let Some(change) = self.change {
+            line["change"] = json!(change);
+        }
+        if let Some((target, scale)) = self.target {
+            line["target"] = target.into();
+            line["miss"] = ((self.value.value - target) / scale).into();
+        }
+        line
+    }
+}
+
+/// Slope of the least-squares line through `points`, with its standard error; `None` where all x
+/// are the same.
+fn slope(points: &[(f64, &JackknifedFigure)]) -> Option<Estimate> {
+    let count = points.len() as f64;
+    let mean = points.iter().map(|p| p.0).sum::<f64>() / count;
+    let square: f64 = points.iter().map(|p| (p.0 - mean).powi(2)).sum();
+    let groups = points.iter().map(|p| p.1.without.len()).min()?;
+    let of = |value: &dyn Fn(&JackknifedFigure) -> f64| {
+        points.iter().map(|(x, f)| (x - mean) * value(f)).sum::<f64>() / square
+    };
+    let without: Vec<f64> = (0..groups).map(|g| of(&|f| f.without[g])).collect();
+    (square > 0.0).then(|| Estimate::new(of(&|f| f.value), spread(&without)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::trace_figures::TraceFigures;
+    use super::*;
+
+    fn figure(value: f64, without: &[f64]) -> JackknifedFigure {
+        JackknifedFigure { value, standard_error: spread(without), without: without.to_vec() }
+    }
+
+    fn found(uniformity: JackknifedFigure) -> SetupFigures {
+        let place = TraceId { design: "D1".to_owned(), model: "hybrid_10um".to_owned() };
+        let figures = vec![("uniformity".to_owned(), uniformity)];
+        let judged = TraceFigures { figures, short_runs: Vec::new() };
+        SetupFigures::from([(place, judged)])
+    }
+
+    #[test]
+    fn what_groups_have_in_common_cancels_in_a_change() {
+        let base = figure(2.0, &[1.9, 2.0, 2.1, 2.0]);
+        let moved = figure(2.5, &[2.4, 2.5, 2.6, 2.5]);
+        let change = moved.change(&base);
+        assert!((change.value - 0.5).abs() < 1e-15 && change.standard_error < 1e-12);
+        assert!(moved.standard_error > 0.1);
+    }
+
+    #[test]
+    fn misfits_are_in_units_of_the_scales() {
+        let table = toml::from_str("[D1.hybrid_10um]\nuniformity = 0.75").expect("valid");
+        let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
+        let of = |found: &SetupFigures| misfit(found, found, &targets);
+        let third = of(&found(figure(0.79, &[0.79, 0.80, 0.78]))).expect("a target");
+        let estimate = third.estimate();
+        assert!((estimate.value - 2.0).abs() < 1e-12);
+        // √((3-1)/3 · 2 · 0.5²) of misses 2, 2.5 and 1.5.
+        assert!((estimate.standard_error - (1.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        let one = found(figure(0.79, &[0.79, 0.78]));
+        assert_eq!(misfit(&one, &one, &Targets::default()), None);
+        // Both vary alike, so that their difference has no error.
+        let first = of(&found(figure(0.77, &[0.77, 0.78, 0.76]))).expect("a target");
+        let above = third.above(&first);
+        assert!((above.value - 1.0).abs() < 1e-12 && above.standard_error < 1e-12);
+        let ranked = |above_first| Ranked { setup: 0, misfit: estimate, above_first };
+        assert!(!ranked(above).is_tied() && ranked(first.above(&first)).is_tied());
+        assert!(ranked(Estimate::new(0.2, 0.1)).is_tied());
+        // Without the figure that the base has there is nothing to rank.
+        assert_eq!(misfit(&SetupFigures::new(), &one, &targets), None);
+    }
+
+    #[test]
+    fn short_runs_are_told_by_mean_deviation_and_extremes() {
+        let place = TraceId { design: "D1".to_owned(), model: "hybrid_10um".to_owned() };
+        let runs = ShortRuns {
+            figure: "uniformity".to_owned(),
+            paths: 1e5,
+            values: vec![0.70, 0.72, 0.77],
+        };
+        let line = runs.to_json(&place, Some((0.75, 0.025)));
+        let number = |key: &str| line[key].as_f64().expect("a number");
+        assert!((number("mean") - 0.73).abs() < 1e-15 && (number("smallest") - 0.70).abs() < 1e-15);
+        // (0.03² + 0.01² + 0.04²) / 2.
+        assert!((number("standard_deviation") - 0.0013f64.sqrt()).abs() < 1e-15);
+        assert!((number("share_within_scale") - 1.0 / 3.0).abs() < 1e-15);
+        assert_eq!(line["runs"], 3);
+    }
+
+    #[test]
+    fn slopes_are_those_of_straight_lines() {
+        let figures: Vec<JackknifedFigure> = [1.0, 2.0, 4.0]
+            .iter()
+            .map(|x| figure(3.0 * x + 1.0, &[3.1 * x + 1.0, 2.9 * x + 1.0]))
+            .collect();
+        let points: Vec<(f64, &JackknifedFigure)> =
+            [1.0, 2.0, 4.0].into_iter().zip(&figures).collect();
+        let found = slope(&points).expect("a slope");
+        // Jackknife of two: √(½ · 2 · 0.1²).
+        assert!((found.value - 3.0).abs() < 1e-12 && (found.standard_error - 0.1).abs() < 1e-12);
+        assert!(slope(&points[..1]).is_none());
+    }
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Traces the samples of a tolerance analysis, each with a seed of its own, and the design without
+//! deviations.
+//!
+//! Samples that break symmetries of the design are read without averaging over them. The extremes
+//! of their noisier maps are biased, so that the design is read like them too: what that adds to
+//! its figures is taken off those of the samples.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result, ensure};
+
+use files::cache::Cache;
+use files::run_context::RunContext;
+use metrics::Estimate;
+
+use super::definition::ToleranceAnalysis;
+use super::deviations::Offset;
+use super::drawn_samples::{DrawnSamples, Traced};
+use super::sample_tracer::{Figures, SampleTracer};
+
+/// One package of many.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SampledPackage {
+    /// What is added to numbers of the design.
+    pub offsets: Vec<Offset>,
+    /// Its figures, or why it makes no design.
+    pub figures: Result<Figures, String>,
+}
+
+/// What the traces show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sampled {
+    /// Figures of the design without deviations.
+    pub nominal: Figures,
+    /// What reading without symmetries adds to them; it is taken off the figures of the samples.
+    /// Empty where samples have the symmetries of the design.
+    pub reading_bias: Figures,
+    /// Figures of all samples.
+    pub samples: Vec<SampledPackage>,
+}
+
+/// Traces all samples of `analysis`; tables of orders are kept in `cache`.
+///
+/// # Errors
+/// Those of the solver and the tracer for the design without deviations; more samples without a
+/// design than with one; an interrupt.
+pub fn compute(
+    analysis: &ToleranceAnalysis,
+    cache: &Cache,
+    context: RunContext,
+) -> Result<Sampled> {
+    let drawn = DrawnSamples::new(analysis, context.seed)?;
+    let mut tracer = SampleTracer::new(analysis, &drawn, cache, context);
+    let traces = drawn.traces();
+    let progress = context.console.progress(traces, &analysis.name);
+    let mut nominal: Vec<Figures> = Vec::new();
+    let mut unaveraged: Vec<Figures> = Vec::new();
+    let mut samples = Vec::new();
+    for number in 0..traces {
+        context.interrupt.check()?;
+        let figures = if context.is_merging() {
+            let found = tracer.kept(number);
+            found.with_context(|| format!("{}: trace {number} is missing", analysis.name))?
+        } else {
+            tracer.trace(number)?
+        };
+        match drawn.traced(number) {
+            Traced::Nominal => nominal.push(figures.map_err(anyhow::Error::msg)?),
+            Traced::Unaveraged => unaveraged.push(figures.map_err(anyhow::Error::msg)?),
+            Traced::Sample(sample) => samples
+                .push(SampledPackage { offsets: drawn.samples[sample].offsets.clone(), figures }),
+        }
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let failed: Vec<&String> = samples.iter().filter_map(|s| s.figures.as_ref().err()).collect();
+    ensure!(
+        2 * failed.len() < samples.len(),
+        "{}: tolerances: expected deviations with which more than half of the packages can be \
+         built, got {} of {} without a design: {}",
+        analysis.inputs[0].file,
+        failed.len(),
+        samples.len(),
+        failed.first().map_or("", |why| why)
+    );
+    let nominal = mean(&nominal);
+    let reading_bias = differences(&mean(&unaveraged), &nominal);
+    for figures in samples.iter_mut().filter_map(|s| s.figures.as_mut().ok()) {
+        for (key, added) in &reading_bias {
+            if let Some(figure) = figures.get_mut(key) {
+                figure.value -= added.value;
+            }
+        }
+    }
+    Ok(Sampled { nominal, reading_bias, samples })
+}
+
+/// Figures of `to` less those of `from`, which are independent.
+fn differences(to: &Figures, from: &Figures) -> Figures {
+    let of = |(key, to): (&String, &Estimate)| {
+        let from = from.get(key)?;
+        let error = to.standard_error.hypot(from.standard_error);
+        Some((key.clone(), Estimate::new(to.value - from.value, error)))
+    };
+    to.iter().filter_map(of).collect()
+}
+
+/// Means of figures that all of `traces` have, with their errors.
+fn mean(traces: &[Figures]) -> Figures {
+    let count = traces.len() as f64;
+    let of = |key: &String| -> Option<(String, Estimate)> {
+        let all: Option<Vec<&Estimate>> = traces.iter().map(|figures| figures.get(key)).collect();
+        let all = all?;
+        let value = all.iter().map(|e| e.value).sum::<f64>() / count;
+        let squares: f64 = all.iter().map(|e| e.standard_error.powi(2)).sum();
+        Some((key.clone(), Estimate::new(value, squares.sqrt() / count)))
+    };
+    traces.first().into_iter().flat_map(BTreeMap::keys).filter_map(of).collect()
+}

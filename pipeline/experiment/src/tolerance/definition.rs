@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A checked tolerance analysis: reads the file and its design, and checks them against each other.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+
+use design::dotted_keys::Settings;
+use design::resolved::PATHS;
+use design::{Design, toml_errors};
+use files::provenance::FileRecord;
+use metrics::Bounds;
+use simulate::model::Model;
+use simulate::observation::figure_keys;
+
+use super::deviations::Deviations;
+use super::file::{ConstraintKeys, ToleranceFile};
+use crate::design_file::DesignFile;
+
+/// Samples where the file states none.
+const SAMPLES: usize = 200;
+/// Samples of use: fewer give no quantile, more no news.
+const ALLOWED: std::ops::RangeInclusive<usize> = 8..=100_000;
+
+/// What `[[constraints]]` were called; `[limits]` of a problem file are those of a mould.
+const FORMER_CONSTRAINTS: &str = "limits";
+
+/// A checked tolerance analysis.
+#[derive(Debug, Clone)]
+pub struct ToleranceAnalysis {
+    /// Short name.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// The design without deviations.
+    pub design: Design,
+    /// Its file.
+    pub source: DesignFile,
+    /// Keys that are set before anything deviates.
+    pub set: Settings,
+    /// What deviates.
+    pub deviations: Deviations,
+    /// Model of the traces.
+    pub model: Model,
+    /// Number of samples.
+    pub samples: usize,
+    /// Paths of each sample's trace.
+    pub paths: u64,
+    /// Figures that are reported.
+    pub figures: Vec<String>,
+    /// What a package has to meet.
+    pub constraints: Vec<Constraint>,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+}
+
+/// A constraint on a figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Constraint {
+    /// Key of the figure.
+    pub figure: String,
+    /// Where it has to lie.
+    pub bounds: Bounds,
+}
+
+/// What a command replaces in a tolerance file.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Overrides {
+    /// Number of samples.
+    pub samples: Option<usize>,
+    /// Paths of each sample.
+    pub paths: Option<u64>,
+}
+
+/// Reads and checks the analysis at `path`.
+///
+/// # Errors
+/// A file that cannot be read, a key out of range, keys or figures that the design does not have.
+pub fn load(path: &Path, overrides: Overrides) -> Result<ToleranceAnalysis> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
+    parse(path, &text, overrides).with_context(|| path.display().to_string())
+}
+
+fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnalysis> {
+    let has_limits = |table: toml::Table| table.contains_key(FORMER_CONSTRAINTS);
+    ensure!(
+        !toml::from_str(text).is_ok_and(has_limits),
+        "{FORMER_CONSTRAINTS}: expected it to be called `constraints`, got the former name"
+    );
+    let file: ToleranceFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let place = folder.join(&file.design);
+    let (source, record) = DesignFile::read(&place).context("design")?;
+    let table = source.table_with(&file.set).context("set")?;
+    let source = DesignFile::new(place, table);
+    let design = source.with(&Settings::new())?;
+    let model = file.model.unwrap_or(Model::Geometric).of(&design)?;
+    let samples = overrides.samples.or(file.samples).unwrap_or(SAMPLES);
+    ensure!(
+        ALLOWED.contains(&samples),
+        "samples: expected a whole number from {} to {}, got {samples}",
+        ALLOWED.start(),
+        ALLOWED.end()
+    );
+    let paths = overrides.paths.or(file.paths).unwrap_or(design.trace.paths);
+    ensure!(
+        PATHS.contains(&paths),
+        "paths: expected a whole number from {} to {}, got {paths}",
+        PATHS.start(),
+        PATHS.end()
+    );
+    let known: Vec<&str> = figure_keys().collect();
+    let figures =
+        file.figures.unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
+    ensure!(!figures.is_empty(), "figures: expected at least one, got none");
+    for figure in &figures {
+        ensure!(
+            known.contains(&figure.as_str()),
+            "figures: expected some of {}, got {figure:?}",
+            known.join(", ")
+        );
+    }
+    let constraints = file.constraints.iter().enumerate().map(|(k, keys)| {
+        constraint(keys, &figures).with_context(|| format!("constraints[{}]", k + 1))
+    });
+    let constraints = constraints.collect::<Result<_>>()?;
+    let deviations = Deviations::new(&source, &file.tolerances, &file.correlations)?;
+    let mut inputs = vec![FileRecord::new(path.display().to_string(), text.as_bytes()), record];
+    inputs.extend(design.provenance.named.iter().cloned());
+    Ok(ToleranceAnalysis {
+        name: file.name,
+        description: file.description,
+        design,
+        source,
+        set: file.set,
+        deviations,
+        model,
+        samples,
+        paths,
+        figures,
+        constraints,
+        inputs,
+    })
+}
+
+fn constraint(keys: &ConstraintKeys, figures: &[String]) -> Result<Constraint> {
+    ensure!(
+        figures.contains(&keys.figure),
+        "figure: expected one of the reported figures, {}, got {:?}",
+        figures.join(", "),
+        keys.figure
+    );
+    Ok(Constraint {
+        figure: keys.figure.clone(),
+        bounds: Bounds::new(keys.at_least, keys.at_most)?,
+    })
+}

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The traces of a tolerance analysis as pieces of a job that several processes share.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use anyhow::Result;
+
+use design::Design;
+use files::cache::Cache;
+use files::run_context::RunContext;
+use simulate::job::{TableCost, Task};
+use simulate::model::Model;
+use simulate::tables::Ring;
+
+use super::definition::ToleranceAnalysis;
+use super::drawn_samples::DrawnSamples;
+use super::sample_tracer::{SampleTracer, groups};
+
+/// The traces of `analysis` with this seed, for several processes to share: those without
+/// deviations and the samples.
+///
+/// # Errors
+/// Deviations that set what the design does not have.
+pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<SharedTraces>> {
+    let nominal = rings(&analysis, &analysis.design);
+    // Every sample has about as many rings of its own as the first one that makes a design.
+    let drawn = DrawnSamples::new(&analysis, seed)?;
+    let of_design = 0..drawn.nominal();
+    let of_samples = drawn.nominal()..drawn.traces();
+    let mut designs = drawn.samples.iter().map(|of| analysis.source.with(&of.settings));
+    let first = designs.find_map(Result::ok);
+    let of_sample = first.map_or_else(Vec::new, |design| rings(&analysis, &design));
+    let is_shared = |ring: &Ring| nominal.iter().any(|other| other.key == ring.key);
+    let (shared, own): (Vec<&Ring>, Vec<&Ring>) = of_sample.iter().partition(|r| is_shared(r));
+    let own = TableCost::of(own);
+    let analysis = Arc::new(analysis);
+    let traces = |numbers, needs_tables, own_tables| SharedTraces {
+        analysis: Arc::clone(&analysis),
+        seed,
+        numbers,
+        needs_tables,
+        own_tables,
+    };
+    Ok(vec![
+        traces(of_design, !nominal.is_empty(), TableCost::default()),
+        traces(of_samples, !shared.is_empty(), own),
+    ])
+}
+
+/// Rings whose tables a trace of `design` needs, each once.
+fn rings(analysis: &ToleranceAnalysis, design: &Design) -> Vec<Ring> {
+    // With several wavelengths, each has tables of its own.
+    if analysis.model != Model::Hybrid || design.all_lights().is_some() {
+        return Vec::new();
+    }
+    let all = Ring::of_design(design, None).into_iter();
+    let distinct: BTreeMap<_, _> = all.map(|ring| (ring.key.clone(), ring)).collect();
+    distinct.into_values().collect()
+}
+
+/// Some traces of an analysis, each a piece.
+pub struct SharedTraces {
+    analysis: Arc<ToleranceAnalysis>,
+    /// Seed of all random numbers.
+    seed: u64,
+    /// Numbers of the traces.
+    numbers: Range<u64>,
+    /// Whether they need tables of the design without deviations.
+    needs_tables: bool,
+    /// Tables that each of them needs beside these.
+    own_tables: TableCost,
+}
+
+impl Task for SharedTraces {
+    fn label(&self) -> &str {
+        &self.analysis.name
+    }
+
+    fn pieces(&self) -> u64 {
+        self.numbers.end - self.numbers.start
+    }
+
+    fn paths(&self) -> u64 {
+        self.analysis.paths
+    }
+
+    fn tables_of(&self) -> Option<&Design> {
+        self.needs_tables.then_some(&self.analysis.design)
+    }
+
+    fn own_tables(&self) -> TableCost {
+        self.own_tables
+    }
+
+    fn missing(&self, _: &Cache, context: RunContext) -> Result<Vec<u64>> {
+        let seed = self.seed;
+        let groups = groups(&self.analysis, RunContext { seed, ..context });
+        let missing = groups.map_or_else(Vec::new, |groups| groups.missing(self.numbers.clone()));
+        let numbers = missing.into_iter();
+        Ok(numbers.map(|number| number - self.numbers.start).collect())
+    }
+
+    fn compute(&self, pieces: Range<u64>, cache: &Cache, context: RunContext) -> Result<()> {
+        let seed = self.seed;
+        let context = RunContext { seed, ..context };
+        let drawn = DrawnSamples::new(&self.analysis, seed)?;
+        let mut tracer = SampleTracer::new(&self.analysis, &drawn, cache, context);
+        for number in pieces.map(|piece| self.numbers.start + piece) {
+            context.interrupt.check()?;
+            if tracer.kept(number).is_none() {
+                let figures = tracer.trace(number)?;
+                tracer.keep(number, figures)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a tolerance analysis found: `tolerance.json`, a line for each sample, and lines for people.
+
+use std::fmt::Write as _;
+
+use metrics::Estimate;
+use metrics::digits::format_value_with_error;
+use results::schema::Program;
+use results::tolerance::{
+    BoundEntry, ContributionEntry, ContributionsEntry, CumulativeShareEntry, DistributionEntry,
+    QuantileEntry, SCHEMA_VERSION, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
+};
+
+use super::compute::Sampled;
+use super::definition::ToleranceAnalysis;
+use super::sample_tracer::Figures;
+use super::statistics::{Contribution, Scatter, contributions, scatter, share, without_noise};
+
+/// Packages of a distribution that are kept for its picture.
+const DRAWN: usize = 500;
+/// Contributors that are listed for people.
+const LISTED: usize = 6;
+
+/// Statistics of one figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FigureStatistics {
+    /// Key of the figure.
+    pub key: String,
+    /// Without deviations.
+    pub nominal: Estimate,
+    /// Over the samples.
+    pub scatter: Scatter,
+    /// Mean of the samples less the nominal value.
+    pub shift: Estimate,
+    /// What contributes to the scatter, with the share that no straight line explains.
+    pub contributions: Option<(Vec<Contribution>, Estimate)>,
+}
+
+/// Everything that one analysis found.
+#[derive(Debug, Clone)]
+pub struct ToleranceResults<'a> {
+    /// The analysis.
+    pub analysis: &'a ToleranceAnalysis,
+    /// What its traces show.
+    pub sampled: &'a Sampled,
+    /// By figure, in the order of the file.
+    pub figures: Vec<FigureStatistics>,
+}
+
+impl<'a> ToleranceResults<'a> {
+    /// Statistics of all figures that every sample has.
+    pub fn new(analysis: &'a ToleranceAnalysis, sampled: &'a Sampled) -> Self {
+        let figures = analysis.figures.iter();
+        let figures = figures.filter_map(|key| statistics(analysis, sampled, key));
+        Self { analysis, sampled, figures: figures.collect() }
+    }
+
+    /// Packages that meet all constraints, of all packages, with the 95 % interval of their share;
+    /// one without a design meets none. None without constraints.
+    fn yielded(&self) -> Option<YieldEntry> {
+        let constraints = &self.analysis.constraints;
+        let holds = |figures: &Figures| {
+            constraints.iter().all(|constraint| {
+                figures
+                    .get(&constraint.figure)
+                    .is_some_and(|e| constraint.bounds.miss(e.value, 0.0) <= 0.0)
+            })
+        };
+        let samples = &self.sampled.samples;
+        let good = samples.iter().filter(|s| s.figures.as_ref().is_ok_and(holds)).count();
+        let of = samples.len();
+        let (share, interval_95) = share(good, of);
+        (!constraints.is_empty()).then_some(YieldEntry { good, of, share, interval_95 })
+    }
+
+    /// Samples that make no design.
+    pub fn failed(&self) -> Vec<&str> {
+        let samples = self.sampled.samples.iter();
+        samples.filter_map(|s| s.figures.as_ref().err().map(String::as_str)).collect()
+    }
+
+    /// The content of `tolerance.json`, without the files that came out.
+    pub fn to_file(&self, seed: u64) -> ToleranceResultsFile {
+        let analysis = self.analysis;
+        let figures = self.figures.iter().map(|f| (f.key.clone(), self.entry(f)));
+        let constraints = analysis.constraints.iter().map(|constraint| BoundEntry {
+            figure: constraint.figure.clone(),
+            at_least: constraint.bounds.at_least,
+            at_most: constraint.bounds.at_most,
+        });
+        ToleranceResultsFile {
+            schema_version: SCHEMA_VERSION,
+            program: Program {
+                name: "batwing".to_owned(),
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+            },
+            name: analysis.name.clone(),
+            description: analysis.description.clone(),
+            design: analysis.design.name.clone(),
+            model: analysis.model.key(&analysis.design),
+            samples: self.sampled.samples.len(),
+            paths: analysis.paths,
+            seed,
+            inputs: analysis.inputs.clone(),
+            files: Vec::new(),
+            tolerances: self.names().into_iter().map(str::to_owned).collect(),
+            figures: figures.collect(),
+            constraints: constraints.collect(),
+            yielded: self.yielded(),
+            distribution: self.distribution(),
+            without_design: self.failed().into_iter().map(str::to_owned).collect(),
+        }
+    }
+
+    fn entry(&self, figure: &FigureStatistics) -> ToleranceFigureEntry {
+        let names = self.names();
+        let quantiles = figure.scatter.quantiles.iter();
+        let quantiles = quantiles.map(|(level, quantile)| QuantileEntry {
+            level: *level,
+            value: quantile.value,
+            standard_error: quantile.standard_error,
+        });
+        let contributions = figure.contributions.as_ref().map(|(parts, rest)| {
+            let parts = parts.iter().map(|part| ContributionEntry {
+                tolerance: names[part.tolerance].to_owned(),
+                share: part.share,
+                change_per_deviation: part.slope,
+            });
+            ContributionsEntry { by_tolerance: parts.collect(), unexplained: *rest }
+        });
+        ToleranceFigureEntry {
+            nominal: figure.nominal,
+            mean: figure.scatter.mean,
+            shift: figure.shift,
+            deviation: figure.scatter.deviation,
+            noise_of_a_trace: figure.scatter.noise,
+            quantiles: quantiles.collect(),
+            contributions,
+        }
+    }
+
+    /// The distribution of the first figure over the packages, without the noise of the traces;
+    /// none where it has no scatter.
+    fn distribution(&self) -> Option<DistributionEntry> {
+        let first = self.figures.first()?;
+        let samples = self.sampled.samples.iter();
+        let values = samples.filter_map(|s| s.figures.as_ref().ok()?.get(&first.key).copied());
+        let (_, variance, sorted) = without_noise(&values.collect::<Vec<_>>());
+        if variance <= 0.0 {
+            return None;
+        }
+        let packages = sorted.len();
+        let stride = packages.div_ceil(DRAWN);
+        let shares = (1..).zip(&sorted).map(|(below, value)| {
+            let (share, interval_95) = share(below, packages);
+            CumulativeShareEntry { value: *value, share, interval_95 }
+        });
+        let last = packages - 1;
+        let drawn = shares.enumerate().filter(|(k, _)| k % stride == 0 || *k == last);
+        Some(DistributionEntry {
+            figure: first.key.clone(),
+            packages,
+            shares: drawn.map(|(_, share)| share).collect(),
+        })
+    }
+
+    fn names(&self) -> Vec<&str> {
+        let tolerances = self.analysis.deviations.tolerances.iter();
+        tolerances.map(|tolerance| tolerance.name.as_str()).collect()
+    }
+
+    /// Headings of the table of samples.
+    pub fn headings(&self) -> Vec<String> {
+        let first = self.sampled.samples.first();
+        let offsets = first.into_iter().flat_map(|sample| &sample.offsets);
+        let names = self.names();
+        let offsets = offsets.map(|offset| {
+            let name = names[offset.tolerance];
+            if name == offset.place { name.to_owned() } else { format!("{name} {}", offset.place) }
+        });
+        let figures = self.analysis.figures.iter();
+        let figures = figures.flat_map(|key| [key.clone(), format!("{key}_standard_error")]);
+        offsets.chain(figures).collect()
+    }
+
+    /// A line for each sample: offsets, then figures with their errors.
+    pub fn rows(&self) -> Vec<Vec<String>> {
+        let row = |sample: &super::compute::SampledPackage| -> Vec<String> {
+            let offsets = sample.offsets.iter().map(|offset| offset.value.to_string());
+            let figures = self.analysis.figures.iter().flat_map(|key| {
+                let found = sample.figures.as_ref().ok().and_then(|f| f.get(key));
+                found.map_or_else(
+                    || [String::new(), String::new()],
+                    |e| [e.value.to_string(), e.standard_error.to_string()],
+                )
+            });
+            offsets.chain(figures).collect()
+        };
+        self.sampled.samples.iter().map(row).collect()
+    }
+
+    /// Lines for people.
+    pub fn plain_text(&self) -> String {
+        let number = |e: Estimate| format_value_with_error(e.value, e.standard_error);
+        let mut text = format!(
+            "{:<28} {:>16} {:>16} {:>14} {:>14} {:>14}\n",
+            "figure", "nominal", "mean shift", "deviation", "5 %", "95 %"
+        );
+        // Writing to a string cannot fail.
+        for f in &self.figures {
+            let _ = writeln!(
+                text,
+                "{:<28} {:>16} {:>16} {:>14} {:>14} {:>14}",
+                f.key,
+                number(f.nominal),
+                number(f.shift),
+                number(f.scatter.deviation),
+                number(f.scatter.quantiles[0].1),
+                number(f.scatter.quantiles[2].1),
+            );
+        }
+        if let Some(found) = self.yielded() {
+            let [low, high] = found.interval_95.map(|share| 100.0 * share);
+            let _ = writeln!(
+                text,
+                "\nyield: {} of {} meet the constraints, {:.1} % \
+                 (95 % interval {low:.1} to {high:.1} %)",
+                found.good,
+                found.of,
+                100.0 * found.share,
+            );
+        }
+        if let Some(why) = self.failed().first() {
+            let _ = writeln!(text, "{} without a design, such as: {why}", self.failed().len());
+        }
+        let names = self.names();
+        let main = self.figures.first().and_then(|f| Some((&f.key, f.contributions.as_ref()?)));
+        if let Some((key, (parts, rest))) = main {
+            let _ = writeln!(text, "\nshare of the variance of {key}:");
+            let mut parts: Vec<&Contribution> = parts.iter().collect();
+            parts.sort_by(|a, b| b.share.value.total_cmp(&a.share.value));
+            for part in parts.into_iter().take(LISTED) {
+                let _ =
+                    writeln!(text, "  {:<26} {:>16}", names[part.tolerance], number(part.share));
+            }
+            let _ = writeln!(text, "  {:<26} {:>16}", "not by straight lines", number(*rest));
+        }
+        text
+    }
+}
+
+fn statistics(
+    analysis: &ToleranceAnalysis,
+    sampled: &Sampled,
+    key: &str,
+) -> Option<FigureStatistics> {
+    let nominal = *sampled.nominal.get(key)?;
+    let samples = sampled.samples.iter().filter_map(|s| Some((s, s.figures.as_ref().ok()?)));
+    let found: Vec<(&super::compute::SampledPackage, Estimate)> = samples
+        .map(|(sample, figures)| Some((sample, *figures.get(key)?)))
+        .collect::<Option<_>>()?;
+    let values: Vec<Estimate> = found.iter().map(|(_, value)| *value).collect();
+    let mut scatter = scatter(&values)?;
+    let independent = |sample: &super::compute::SampledPackage| -> (Vec<usize>, Vec<f64>) {
+        let columns = analysis.deviations.independent(&sample.offsets);
+        let columns = columns.into_iter();
+        columns.map(|offset| (offset.tolerance, offset.value)).unzip()
+    };
+    let inputs: Vec<Vec<f64>> = found.iter().map(|(sample, _)| independent(sample).1).collect();
+    let groups: Vec<usize> = independent(sampled.samples.first()?).0;
+    // What is taken off holds the nominal value too, which drops out of the shift.
+    let bias_error = sampled.reading_bias.get(key).map_or(0.0, |e| e.standard_error);
+    let of_nominal = (bias_error.powi(2) - nominal.standard_error.powi(2)).abs().sqrt();
+    let shift = Estimate::new(
+        scatter.mean.value - nominal.value,
+        scatter.mean.standard_error.hypot(of_nominal),
+    );
+    let quantiles = scatter.quantiles.iter_mut().map(|(_, quantile)| quantile);
+    for estimate in quantiles.chain([&mut scatter.mean]) {
+        estimate.standard_error = estimate.standard_error.hypot(bias_error);
+    }
+    Some(FigureStatistics {
+        key: key.to_owned(),
+        nominal,
+        shift,
+        contributions: contributions(&values, &inputs, &groups)
+            .filter(|_| analysis.deviations.tolerances.len() > 1),
+        scatter,
+    })
+}

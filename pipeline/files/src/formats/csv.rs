@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Tables for programs: arrays as `.npy` and columns as CSV.
+//!
+//! In: numbers with their quantity. Out: files whose column names carry the unit and whose numbers
+//! are the shortest text that reads back to the same `f64`.
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use ndarray::{ArrayView, IxDyn};
+use ndarray_npy::WriteNpyExt;
+
+use metrics::quantity::{Curve, Map, Quantity};
+
+use crate::atomic_file::write_atomic;
+
+/// One column of a CSV table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Heading, with the unit at its end: `theta_deg`.
+    pub name: String,
+    /// One number a row. NaN stands for a missing value and leaves its field empty.
+    pub values: Vec<f64>,
+}
+
+impl Column {
+    /// A column headed by the quantity's name and unit.
+    pub fn new(quantity: &Quantity, values: impl Into<Vec<f64>>) -> Self {
+        Self { name: quantity.key(), values: values.into() }
+    }
+
+    /// A column of standard errors of `quantity`: `intensity_standard_error_w_per_sr`.
+    pub fn standard_error(quantity: &Quantity, values: impl Into<Vec<f64>>) -> Self {
+        let name = format!("{} standard error", quantity.name());
+        Self::new(&Quantity::new(name, quantity.unit()), values)
+    }
+}
+
+/// Writes `columns` side by side under their names.
+///
+/// # Errors
+/// No columns, lengths that differ, a name that is empty, appears twice or needs quoting, an
+/// infinite value, or a file that cannot be written.
+pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
+    let Some(first) = columns.first() else {
+        anyhow::bail!("a table needs at least one column");
+    };
+    for (index, column) in columns.iter().enumerate() {
+        let name = &column.name;
+        ensure!(
+            !name.is_empty() && !name.contains([',', '"', '\n', '\r']),
+            "column {index}: expected a name without commas, quotes and line ends, got {name:?}"
+        );
+        ensure!(columns[..index].iter().all(|c| c.name != *name), "column `{name}` appears twice");
+        ensure!(
+            column.values.len() == first.values.len(),
+            "column `{name}`: expected {} values as in `{}`, got {}",
+            first.values.len(),
+            first.name,
+            column.values.len()
+        );
+        ensure!(
+            !column.values.iter().any(|v| v.is_infinite()),
+            "column `{name}` holds an infinite value"
+        );
+    }
+    write_atomic(path, |file| {
+        let names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+        writeln!(file, "{}", names.join(","))?;
+        for row in 0..first.values.len() {
+            let fields: Vec<String> = columns.iter().map(|c| shortest(c.values[row])).collect();
+            writeln!(file, "{}", fields.join(","))?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes lines of text fields under `headings`, quoted where they need it.
+///
+/// # Errors
+/// A line that has not as many fields as there are headings, or a file that cannot be written.
+pub fn write_text_csv(path: &Path, headings: &[&str], lines: &[Vec<String>]) -> Result<()> {
+    for (index, line) in lines.iter().enumerate() {
+        ensure!(
+            line.len() == headings.len(),
+            "line {index}: expected {} fields, got {}",
+            headings.len(),
+            line.len()
+        );
+    }
+    let quoted = |field: &str| {
+        if field.contains([',', '"', '\n', '\r']) {
+            format!("\"{}\"", field.replace('"', "\"\""))
+        } else {
+            field.to_owned()
+        }
+    };
+    write_atomic(path, |file| {
+        writeln!(file, "{}", headings.join(","))?;
+        for line in lines {
+            let fields: Vec<String> = line.iter().map(|f| quoted(f)).collect();
+            writeln!(file, "{}", fields.join(","))?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes curves over the same positions as one table: the position, then value and standard error
+/// of each curve, whose label becomes part of its column names.
+///
+/// # Errors
+/// Curves at different positions, and those of [`write_csv`].
+pub fn write_curves_csv(
+    path: &Path,
+    position: &Quantity,
+    quantity: &Quantity,
+    curves: &[Curve],
+) -> Result<()> {
+    let Some(first) = curves.first() else {
+        anyhow::bail!("a table of curves needs at least one curve");
+    };
+    let mut columns = vec![Column::new(position, first.x())];
+    for curve in curves {
+        ensure!(
+            curve.x() == first.x(),
+            "curve `{}` has other positions than `{}`; write them to separate tables",
+            curve.label(),
+            first.label()
+        );
+        let named = if curves.len() == 1 {
+            quantity.clone()
+        } else {
+            Quantity::new(format!("{} {}", plain(curve.label()), quantity.name()), quantity.unit())
+        };
+        columns.push(Column::new(&named, curve.value()));
+        columns.push(Column::standard_error(&named, curve.standard_error()));
+    }
+    write_csv(path, &columns)
+}
+
+/// Writes `values` as a C-ordered `.npy` array of f64 with this shape.
+///
+/// # Errors
+/// A shape whose product is not the number of values, or a file that cannot be written.
+pub fn write_npy(path: &Path, shape: &[usize], values: &[f64]) -> Result<()> {
+    let count: usize = shape.iter().product();
+    ensure!(
+        count == values.len(),
+        "array of shape {shape:?}: expected {count} values, got {}",
+        values.len()
+    );
+    let array = ArrayView::from_shape(IxDyn(shape), values)?;
+    write_atomic(path, |file| Ok(array.write_npy(file)?))
+}
+
+/// Writes a map as a `.npy` array of shape (2, rows, columns): values, then standard errors.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_map_npy(path: &Path, map: &Map) -> Result<()> {
+    let both: Vec<f64> = [map.value(), map.standard_error()].concat();
+    write_npy(path, &[2, map.rows().bins(), map.columns().bins()], &both)
+}
+
+/// Writes a curve as a `.npy` array of shape (3, points): positions, values, standard errors.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_curve_npy(path: &Path, curve: &Curve) -> Result<()> {
+    let all: Vec<f64> = [curve.x(), curve.value(), curve.standard_error()].concat();
+    write_npy(path, &[3, curve.x().len()], &all)
+}
+
+/// Shortest text that reads back to the same number; empty for NaN.
+fn shortest(value: f64) -> String {
+    if value.is_nan() { String::new() } else { format!("{value:?}") }
+}
+
+/// How the columns of a curve with this label begin, by which [`write_curves_csv`] tells curves
+/// apart.
+pub fn column_of(label: &str) -> String {
+    plain(label)
+}
+
+/// A label as part of a column name: letters and digits, words joined by underscores.
+fn plain(label: &str) -> String {
+    let words: Vec<String> = label
+        .replace('µ', "u")
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .map(str::to_lowercase)
+        .collect();
+    words.join("_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    use ndarray::{Array1, Array3};
+    use ndarray_npy::read_npy;
+
+    use metrics::quantity::{Axis, Unit};
+
+    fn intensity() -> Quantity {
+        Quantity::new("intensity", Unit::WattPerSteradian)
+    }
+
+    fn theta() -> Quantity {
+        Quantity::new("theta", Unit::Degree)
+    }
+
+    #[test]
+    fn csv_names_units_and_numbers_read_back_exactly() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("cut.csv");
+        let values = vec![0.1 + 0.2, 1e-300, -2.5e17, f64::MIN_POSITIVE, 1.0 / 3.0];
+        let columns = [
+            Column::new(&theta(), vec![0.0, 1.0, 2.0, 3.0, 4.0]),
+            Column::new(&intensity(), values.clone()),
+            Column::standard_error(&intensity(), vec![f64::NAN; 5]),
+        ];
+        write_csv(&path, &columns).unwrap();
+        let text = fs::read_to_string(path).unwrap();
+        let mut lines = text.lines();
+        assert_eq!(
+            lines.next(),
+            Some("theta_deg,intensity_w_per_sr,intensity_standard_error_w_per_sr")
+        );
+        for (line, value) in lines.zip(&values) {
+            let fields: Vec<&str> = line.split(',').collect();
+            assert_eq!(fields[1].parse::<f64>().unwrap().to_bits(), value.to_bits());
+            assert_eq!(fields[2], "");
+        }
+        assert!(text.contains("0.30000000000000004") && text.contains("1e-300"));
+    }
+
+    #[test]
+    fn csv_refuses_ragged_doubled_and_infinite_columns() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("bad.csv");
+        let column =
+            |name: &str, values: &[f64]| Column { name: name.into(), values: values.to_vec() };
+        let a = column("a", &[1.0, 2.0]);
+        assert!(write_csv(&path, &[]).is_err());
+        assert!(write_csv(&path, &[a.clone(), column("b", &[1.0])]).is_err());
+        assert!(write_csv(&path, &[a.clone(), a.clone()]).is_err());
+        assert!(write_csv(&path, &[a.clone(), column("b,c", &[1.0, 2.0])]).is_err());
+        assert!(write_csv(&path, &[a, column("b", &[1.0, f64::INFINITY])]).is_err());
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn curves_share_one_position_column() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("curves.csv");
+        let curve = |label: &str, x: Vec<f64>| {
+            Curve::new(label, x, vec![1.0, 2.0], vec![0.1, 0.2]).unwrap()
+        };
+        let curves = [curve("D1, 10 µm", vec![0.0, 1.0]), curve("D2", vec![0.0, 1.0])];
+        write_curves_csv(&path, &theta(), &intensity(), &curves).unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        assert_eq!(
+            text.lines().next().unwrap(),
+            "theta_deg,d1_10_um_intensity_w_per_sr,d1_10_um_intensity_standard_error_w_per_sr,\
+             d2_intensity_w_per_sr,d2_intensity_standard_error_w_per_sr"
+        );
+        assert_eq!(text.lines().nth(1), Some("0.0,1.0,0.1,1.0,0.1"));
+        let apart = [curves[0].clone(), curve("D3", vec![0.0, 2.0])];
+        assert!(write_curves_csv(&path, &theta(), &intensity(), &apart).is_err());
+    }
+
+    #[test]
+    fn npy_keeps_shape_order_and_bits() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("map.npy");
+        let y = Axis::uniform(Quantity::new("y", Unit::Millimetre), 0.0, 1.0, 2).unwrap();
+        let x = Axis::uniform(Quantity::new("x", Unit::Millimetre), 0.0, 1.0, 3).unwrap();
+        let value: Vec<f64> = (0..6).map(|i| f64::from(i) / 7.0).collect();
+        let map = Map::new(intensity(), y, x, value, vec![0.5; 6]).unwrap();
+        write_map_npy(&path, &map).unwrap();
+        let back: Array3<f64> = read_npy(&path).unwrap();
+        assert_eq!(back.shape(), [2, 2, 3]);
+        assert_eq!(back[[0, 1, 2]].to_bits(), (5.0f64 / 7.0).to_bits());
+        assert_eq!(back[[1, 0, 0]].to_bits(), 0.5f64.to_bits());
+    }
+
+    #[test]
+    fn npy_refuses_a_shape_that_does_not_fit() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.npy");
+        assert!(write_npy(&path, &[2, 2], &[1.0; 3]).is_err());
+        write_npy(&path, &[3], &[1.0, 2.0, 3.0]).unwrap();
+        let back: Array1<f64> = read_npy(&path).unwrap();
+        assert_eq!(back.to_vec(), [1.0, 2.0, 3.0]);
+    }
+}

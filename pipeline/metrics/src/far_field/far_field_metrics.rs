@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Peak angle and centre/peak of a far field.
+//!
+//! The profile is the mean over azimuth or a cut. Its peak is the vertex of the parabola fitted to
+//! the largest bin and its neighbours, or the middle of the largest bin. Across the axis the
+//! profile continues as its mirror image. The centre is the mean intensity below `centre_deg` over
+//! all azimuths, for a cut too: near the axis azimuths hardly differ, and a cut holds few rays
+//! there.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{AngularBins, BinPlacement};
+use crate::estimate::DISTINCT;
+use crate::{Estimate, Grouped, jackknife};
+
+/// The largest of the bins of the upper hemisphere of `profile`.
+fn largest(profile: &[f64], sphere: &AngularBins) -> usize {
+    (0..sphere.upper()).fold(0, |best, i| if profile[i] > profile[best] { i } else { best })
+}
+
+/// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola
+/// fitted to the largest bin of the upper hemisphere and `reach` bins on either side.
+fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
+    let best = largest(profile, sphere);
+    let middle = sphere.centre_deg(best);
+    let reach = reach.max(1) as i64;
+    // Beyond the axis lies the mirror image: of bin 0 itself, or of the bin beside it.
+    let first = match sphere.bins {
+        BinPlacement::Between => -1,
+        BinPlacement::About => 0,
+    };
+    let bin = |i: i64| {
+        profile.get(if i < 0 { first - i } else { i } as usize).map(|&v| (i - best as i64, v))
+    };
+    let points: Vec<(f64, f64)> = (best as i64 - reach..=best as i64 + reach)
+        .filter_map(bin)
+        .map(|(x, v)| (x as f64, v))
+        .collect();
+    let Some([a, b, c]) = parabola(&points) else {
+        return (middle, profile[best]);
+    };
+    if c >= 0.0 {
+        return (middle, profile[best]);
+    }
+    let vertex = (-0.5 * b / c).clamp(-(reach as f64), reach as f64);
+    ((middle + vertex * sphere.bin_deg).abs(), a + vertex * (b + vertex * c))
+}
+
+/// Coefficients of the least-squares parabola a + b x + c x²; `None` if the points do not determine
+/// it.
+fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
+    let moment = |k: i32| points.iter().map(|p| p.0.powi(k)).sum::<f64>();
+    let right = |k: i32| points.iter().map(|p| p.0.powi(k) * p.1).sum::<f64>();
+    let m: Vec<f64> = (0..5).map(moment).collect();
+    let column = |k: usize| [m[k], m[k + 1], m[k + 2]];
+    let (x, y, z, r) = (column(0), column(1), column(2), [right(0), right(1), right(2)]);
+    let det = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
+            + c[0] * (a[1] * b[2] - a[2] * b[1])
+    };
+    // Cramer's rule on the normal equations.
+    let whole = det(x, y, z);
+    (whole.abs() > 1e-9 * m[0] * m[2] * m[4])
+        .then(|| [det(r, y, z) / whole, det(x, r, z) / whole, det(x, y, r) / whole])
+}
+
+/// Centre over peak; 0 without light.
+fn over(centre: f64, peak: f64) -> f64 {
+    if peak > 0.0 { centre / peak } else { 0.0 }
+}
+
+/// Figures of one far field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FarFieldFigures {
+    /// Polar angle of the largest azimuthal mean, degrees.
+    pub peak_angle_deg: Estimate,
+    /// The same by a parabola through recorded bins, where `peak_angle_deg` is the middle of a bin.
+    pub peak_angle_parabola_deg: Option<Estimate>,
+    /// Mean below the centre angle over the peak.
+    pub centre_to_peak: Estimate,
+    /// Intensity at the peak, W/sr.
+    pub peak_w_per_sr: Estimate,
+    /// Mean intensity below the centre angle, W/sr.
+    pub centre_w_per_sr: Estimate,
+    /// Whether there is a peak off the axis.
+    pub peak_place: PeakPlace,
+    /// Of a peak read as the middle of a bin: middles of the first and last bins that cannot be
+    /// told from it, degrees. Their intensity is below the largest by at most [`DISTINCT`] standard
+    /// errors of the difference.
+    pub peak_range_deg: Option<[f64; 2]>,
+}
+
+/// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
+/// see before it may say that there is none.
+pub const VISIBLE: f64 = 0.02;
+
+/// Where a far field has its peak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PeakPlace {
+    /// Off the axis: it exceeds the centre by more than [`DISTINCT`] standard errors of the
+    /// difference.
+    #[default]
+    OffAxis,
+    /// On the axis: it exceeds the centre by less than that, and [`DISTINCT`] standard errors are
+    /// at most [`VISIBLE`] of the peak. The peak angle is noise.
+    OnAxis,
+    /// The run is too short to tell. The peak angle is noise.
+    NotResolved,
+}
+
+impl PeakPlace {
+    /// Of a peak of this excess over the centre; `beside` says whether its angle lies off the axis.
+    fn of(excess: Estimate, peak: f64, beside: bool) -> Self {
+        let noise = DISTINCT * excess.standard_error;
+        if beside && excess.value > noise {
+            Self::OffAxis
+        } else if noise <= VISIBLE * peak {
+            Self::OnAxis
+        } else {
+            Self::NotResolved
+        }
+    }
+
+    /// What stands in place of an angle that is noise.
+    pub fn words(self) -> Option<&'static str> {
+        match self {
+            Self::OffAxis => None,
+            Self::OnAxis => Some("none (maximum on axis)"),
+            Self::NotResolved => Some("not resolved (too few paths)"),
+        }
+    }
+
+    /// Whether the angle is that of a peak, so that a file need not say anything.
+    pub fn is_off_axis(&self) -> bool {
+        *self == Self::OffAxis
+    }
+}
+
+/// Where a profile has its peak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PeakMethod {
+    /// At the vertex of a parabola through the bins about the largest.
+    #[default]
+    Parabola,
+    /// In the middle of the largest bin, as a plot of the bins shows it.
+    Bin,
+}
+
+/// Settings of the figures of a far field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FarFieldReading {
+    /// Recorded bins, between multiples of their width.
+    pub recorded: AngularBins,
+    /// Width of the bins of θ that are read, degrees: a whole multiple of recorded ones, an even
+    /// one for bins about multiples.
+    pub read_bin_deg: f64,
+    /// Placement of the bins that are read.
+    pub read_bins: BinPlacement,
+    /// The centre is the mean below this polar angle, degrees.
+    pub centre_deg: f64,
+    /// Where the profile has its peak.
+    pub peak: PeakMethod,
+    /// Half width of the parabola through the peak, degrees.
+    pub peak_fit_deg: f64,
+    /// Azimuth of the cut that the peak is read from, degrees; `None`: from the mean over azimuth.
+    pub cut_deg: Option<f64>,
+}
+
+impl FarFieldReading {
+    /// Recorded rings in one that is read.
+    fn together(&self) -> usize {
+        (self.read_bin_deg / self.recorded.bin_deg).round() as usize
+    }
+
+    /// Recorded rings in the first that is read.
+    fn first(&self) -> usize {
+        match self.read_bins {
+            BinPlacement::Between => self.together(),
+            BinPlacement::About => self.together() / 2,
+        }
+    }
+
+    /// Bins that are read.
+    fn sphere(&self) -> AngularBins {
+        AngularBins {
+            bin_deg: self.read_bin_deg,
+            polar: 1 + (self.recorded.polar - self.first()).div_ceil(self.together()),
+            azimuths: self.recorded.azimuths,
+            bins: self.read_bins,
+        }
+    }
+
+    /// Powers in the bins that are read.
+    fn rebinned(&self, powers: &[f64]) -> Vec<f64> {
+        let azimuths = self.recorded.azimuths;
+        let (first, rest) = powers.split_at(azimuths * self.first());
+        let rings = std::iter::once(first).chain(rest.chunks(azimuths * self.together()));
+        let sum = |rings: &[f64], j: usize| rings.iter().skip(j).step_by(azimuths).sum();
+        rings.flat_map(|rings| (0..azimuths).map(move |j| sum(rings, j))).collect()
+    }
+
+    /// Intensities that the peak is read from, W/sr, for powers in the bins that are read.
+    fn profile(&self, powers: &[f64]) -> Vec<f64> {
+        self.cut_deg.map_or_else(
+            || self.sphere().profile(powers),
+            |azimuth| self.sphere().cut(powers, azimuth),
+        )
+    }
+
+    /// Intensity of the centre, then the profile, from the powers in all recorded bins.
+    fn seen(&self, powers: &[f64]) -> Vec<f64> {
+        let sphere = self.sphere();
+        let powers = &self.rebinned(powers)[..];
+        let inner = sphere.below(self.centre_deg);
+        let power: f64 = powers[..inner * sphere.azimuths].iter().sum();
+        let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+        let mut seen = vec![power / solid];
+        seen.extend(self.profile(powers));
+        seen
+    }
+
+    /// Angle and intensity of the peak of what was [seen](Self::seen).
+    fn peak(&self, seen: &[f64]) -> (f64, f64) {
+        let (sphere, profile) = (self.sphere(), &seen[1..]);
+        match self.peak {
+            PeakMethod::Parabola => {
+                let reach = (self.peak_fit_deg / self.read_bin_deg).round() as usize;
+                vertex(profile, &sphere, reach)
+            }
+            PeakMethod::Bin => {
+                let best = largest(profile, &sphere);
+                (sphere.centre_deg(best), profile[best])
+            }
+        }
+    }
+
+    /// The reading by a parabola through recorded bins, if this one takes the middle of a bin.
+    fn between(&self) -> Option<Self> {
+        (self.peak == PeakMethod::Bin).then_some(Self {
+            read_bin_deg: self.recorded.bin_deg,
+            read_bins: BinPlacement::Between,
+            peak: PeakMethod::Parabola,
+            ..*self
+        })
+    }
+
+    /// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
+    pub fn figures(&self, powers: &Grouped) -> FarFieldFigures {
+        let seen = powers.map(|p| self.seen(p));
+        let excess = jackknife(&seen, |s| self.peak(s).1 - s[0]);
+        let between = self.between().map(|judge| {
+            let seen = powers.map(|p| judge.seen(p));
+            jackknife(&seen, |s| judge.peak(s).0)
+        });
+        let peak_w_per_sr = jackknife(&seen, |s| self.peak(s).1);
+        let peak_angle_deg = jackknife(&seen, |s| self.peak(s).0);
+        // Bins about the axis have their first middle on it.
+        let beside = peak_angle_deg.value > 1e-6 * self.read_bin_deg;
+        FarFieldFigures {
+            peak_angle_deg,
+            peak_angle_parabola_deg: between,
+            centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
+            peak_w_per_sr,
+            centre_w_per_sr: jackknife(&seen, |s| s[0]),
+            peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
+            peak_range_deg: (self.peak == PeakMethod::Bin).then(|| self.peak_range(&seen)),
+        }
+    }
+
+    /// Middles of the first and last bins that cannot be told from the largest, degrees.
+    fn peak_range(&self, seen: &Grouped) -> [f64; 2] {
+        let sphere = self.sphere();
+        let best = 1 + largest(&seen.total()[1..], &sphere);
+        let tied = |bin: &usize| {
+            let below = jackknife(seen, |s| s[best] - s[*bin]);
+            below.value <= DISTINCT * below.standard_error
+        };
+        let bins: Vec<usize> = (0..sphere.upper()).map(|i| i + 1).filter(tied).collect();
+        let [first, last] = [bins.first(), bins.last()].map(|bin| bin.copied().unwrap_or(best));
+        [first, last].map(|bin| sphere.centre_deg(bin - 1))
+    }
+
+    /// Peak angle (degrees) and centre/peak read bin by bin, as from a plot: the middle of the
+    /// largest bin, and the centre from the profile.
+    pub fn bin_by_bin(&self, powers: &[f64]) -> [f64; 2] {
+        let sphere = self.sphere();
+        let profile = self.profile(&self.rebinned(powers));
+        let best = largest(&profile, &sphere);
+        let inner = sphere.below(self.centre_deg);
+        let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+        let centre: f64 = (0..inner).map(|i| profile[i] * sphere.ring_sr(i)).sum();
+        [sphere.centre_deg(best), centre / solid / profile[best]]
+    }
+
+    /// Peak angle (degrees) and centre/peak of one far field without groups; then the parabola's
+    /// angle where the peak is the middle of a bin.
+    pub fn plain(&self, powers: &[f64]) -> Vec<f64> {
+        let seen = self.seen(powers);
+        let (angle, height) = self.peak(&seen);
+        let between = self.between().map(|judge| judge.peak(&judge.seen(powers)).0);
+        [angle, over(seen[0], height)].into_iter().chain(between).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

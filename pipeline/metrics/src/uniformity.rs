@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Uniformity of the illuminance map: the darkest place between neighbouring LEDs beside the
+//! brightest, on a logarithmic scale.
+//!
+//! Equations 1 to 4 of the paper: L_N = L scaled so that its maximum is `full_scale` (256), L_log =
+//! max(0, ln L_N), uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is
+//! max(0, 1 + ln v / ln 256), of the map as it is or above its smallest bin ([`above_smallest`]).
+//! Here are the figures of a single map; [`super::uniformity_forms`] adds their errors.
+
+use super::Grouped;
+use super::illuminance::Grid;
+use super::layout::Layout;
+use super::valley::Valley;
+
+/// How the valley between neighbours is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ValleyReading {
+    /// Lowest value of a fit to the bins about it.
+    Fit,
+    /// Smallest of the bins that the segments pass through.
+    Bins,
+}
+
+impl ValleyReading {
+    fn valley(
+        self,
+        grid: Grid,
+        map: &[f64],
+        segments: &[[[f64; 2]; 2]],
+        pitch_mm: f64,
+    ) -> Option<Valley> {
+        match self {
+            Self::Fit => Valley::fit(grid, map, segments, pitch_mm),
+            Self::Bins => Valley::bins(grid, segments),
+        }
+    }
+}
+
+/// How figures are read from the maps of one design.
+#[derive(Debug, Clone)]
+pub struct MapReading {
+    /// Bins of the maps.
+    pub grid: Grid,
+    /// LEDs below them.
+    pub layout: Layout,
+    /// Level that the largest illuminance is scaled to before the logarithm.
+    pub full_scale: f64,
+    /// How the valley is read.
+    pub valley: ValleyReading,
+}
+
+impl MapReading {
+    pub(super) fn valley(&self, map: &[f64], segments: &[[[f64; 2]; 2]]) -> Option<Valley> {
+        let pitch_mm = self.layout.pitch_mm;
+        self.valley.valley(self.grid, map, segments, pitch_mm)
+    }
+
+    /// Valleys on the straight segments and on the diagonals. A single row has no diagonal and
+    /// repeats the straight valley.
+    fn valleys(&self, map: &[f64]) -> Option<[Valley; 2]> {
+        let straight = self.valley(map, &self.layout.straight())?;
+        let diagonal = self.valley(map, &self.layout.diagonal());
+        let diagonal = diagonal.unwrap_or_else(|| straight.clone());
+        Some([straight, diagonal])
+    }
+
+    /// Where the valleys and the peak of `map` are; `None` as for [`MapReading::plain`].
+    pub fn places(&self, map: &[f64]) -> Option<Places> {
+        let valleys = self.valleys(map)?;
+        let [straight_mm, diagonal_mm] = valleys.map(|valley| valley.place_mm(self.grid, map));
+        Some(Places { straight_mm, diagonal_mm, peak_mm: self.grid.middle_mm(largest(map).0) })
+    }
+
+    /// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as
+    /// peak; 0 for a dark map, `None` without neighbours, or with bins too coarse for the fit.
+    pub fn plain(&self, map: &[f64]) -> Option<[f64; 3]> {
+        let peak = largest(map).1;
+        let valleys = self.valleys(map)?;
+        let [low, corner] = valleys.map(|valley| ratio(valley.minimum(map), peak));
+        let on_scale = |v: f64| logarithmic(v, self.full_scale);
+        Some([on_scale(low), on_scale(corner), low])
+    }
+}
+
+/// Where the figures of [`MapReading::plain`] are read on one map, (x, y) in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Places {
+    /// Valley on the straight segments.
+    pub straight_mm: [f64; 2],
+    /// Valley on the diagonals; where there are none, that of the segments.
+    pub diagonal_mm: [f64; 2],
+    /// Middle of the largest bin.
+    pub peak_mm: [f64; 2],
+}
+
+/// The bin that counts as dark where equation 1 scales a range.
+pub fn smallest_bin(map: &[f64]) -> usize {
+    let bins = map.iter().enumerate();
+    bins.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0)
+}
+
+/// A map less its smallest bin, which is picked once, from all groups.
+pub fn above_smallest(map: &Grouped) -> Grouped {
+    let least = smallest_bin(map.total());
+    map.map(|m| m.iter().map(|l| l - m[least]).collect())
+}
+
+/// Uniformity of one map read bin by bin, as from a display: the largest bin, and the smallest on
+/// the segment between the first two neighbours. Noise raises the one and lowers the other. `None`
+/// without neighbours.
+pub fn bin_by_bin(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<f64> {
+    let first = layout.straight().first().copied();
+    let valley = Valley::bins(grid, first.as_slice())?;
+    let peak = largest(map).1;
+    Some(logarithmic(ratio(valley.minimum(map), peak), full_scale))
+}
+
+/// Valley over peak; 0 where there is no light.
+pub(super) fn ratio(valley: f64, peak: f64) -> f64 {
+    if peak > 0.0 { valley / peak } else { 0.0 }
+}
+
+/// Equation 4: max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
+pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
+    if valley_to_peak <= 0.0 { 0.0 } else { (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0) }
+}
+
+/// Place and value of the largest bin.
+pub(super) fn largest(map: &[f64]) -> (usize, f64) {
+    map.iter().enumerate().fold(
+        (0, f64::NEG_INFINITY),
+        |best, (k, &v)| {
+            if v > best.1 { (k, v) } else { best }
+        },
+    )
+}
+
+/// Which of `bins` is the smallest.
+pub(super) fn smallest(map: &[f64], bins: &[usize]) -> usize {
+    let least = bins.iter().min_by(|a, b| map[**a].total_cmp(&map[**b]));
+    least.copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::illuminance::{Symmetry, coarser, smoothed};
+    use crate::uniformity_forms::{Regions, Uniformity};
+
+    fn reading_of(
+        grid: Grid,
+        layout: &Layout,
+        full_scale: f64,
+        valley: ValleyReading,
+    ) -> MapReading {
+        MapReading { grid, layout: layout.clone(), full_scale, valley }
+    }
+
+    fn uniformity(
+        map: &Grouped,
+        grid: Grid,
+        layout: &Layout,
+        full_scale: f64,
+        reading: ValleyReading,
+    ) -> Option<Uniformity> {
+        let reading = reading_of(grid, layout, full_scale, reading);
+        let regions = Regions::between_neighbours(&reading, map.total());
+        Uniformity::of(&regions.estimates(map))
+    }
+
+    const GRID: Grid = Grid { columns: 204, rows: 204, bin_mm: 0.1 };
+    fn square(side: usize) -> Layout {
+        let at = |k: usize| (k as f64 - 0.5 * (side as f64 - 1.0)) * 8.3;
+        let axes = (0..side * side).map(|k| [at(k % side), at(k / side)]);
+        Layout::rectangular(axes.collect(), side, side, 8.3)
+    }
+
+    /// Four Gaussians of width `w` on the LED axes over a floor, scaled by noise of relative size
+    /// `noise`.
+    fn map(w: f64, floor: f64, noise: f64, groups: usize) -> Grouped {
+        let mut state = 1u64;
+        let mut normal = || {
+            // Sum of twelve uniform numbers, minus six.
+            (0..12)
+                .map(|_| {
+                    state = state
+                        .wrapping_mul(6_364_136_223_846_793_005)
+                        .wrapping_add(1_442_695_040_888_963_407);
+                    (state >> 11) as f64 / 9_007_199_254_740_992.0
+                })
+                .sum::<f64>()
+                - 6.0
+        };
+        let exact: Vec<f64> = (0..GRID.columns * GRID.rows)
+            .map(|k| {
+                let (x, y) = (
+                    GRID.centre_mm(k % GRID.columns, GRID.columns),
+                    GRID.centre_mm(k / GRID.columns, GRID.rows),
+                );
+                let light: f64 = [-4.15f64, 4.15]
+                    .iter()
+                    .flat_map(|a| {
+                        [-4.15f64, 4.15].iter().map(move |b| {
+                            (-((x - a).powi(2) + (y - b).powi(2)) / (2.0 * w * w)).exp()
+                        })
+                    })
+                    .sum();
+                (light + floor) * 0.01
+            })
+            .collect();
+        Grouped::new(
+            (0..groups)
+                .map(|_| {
+                    exact
+                        .iter()
+                        .map(|v| {
+                            v / groups as f64 * (1.0 + noise * (groups as f64).sqrt() * normal())
+                        })
+                        .collect()
+                })
+                .collect(),
+        )
+    }
+
+    #[test]
+    fn quarter_of_the_peak_is_three_quarters_uniform() {
+        assert!((logarithmic(0.25, 256.0) - 0.75).abs() < 1e-15);
+        assert!((logarithmic(1.0, 256.0) - 1.0).abs() < 1e-15);
+        assert!(logarithmic(1.0 / 300.0, 256.0).abs() < 1e-15);
+        assert!(logarithmic(0.0, 256.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn valley_of_gaussians_is_at_the_middle_of_the_segment() {
+        let (w, floor) = (2.0f64, 0.01);
+        let u = uniformity(&map(w, floor, 0.0, 4), GRID, &square(2), 256.0, ValleyReading::Fit)
+            .expect("neighbours");
+        let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
+        let peak = 1.0 + 2.0 * e(8.3 * 8.3) + e(2.0 * 8.3 * 8.3) + floor;
+        let middle = 2.0 * e(4.15 * 4.15) + 2.0 * e(4.15f64.powi(2) + 8.3 * 8.3) + floor;
+        let centre = 4.0 * e(2.0 * 4.15 * 4.15) + floor;
+        assert!((u.straight.value - logarithmic(middle / peak, 256.0)).abs() < 2e-4, "{u:?}");
+        assert!((u.diagonal.value - logarithmic(centre / peak, 256.0)).abs() < 5e-4, "{u:?}");
+        assert!(u.straight.standard_error < 1e-12);
+        let reading = reading_of(GRID, &square(2), 256.0, ValleyReading::Fit);
+        let one = map(w, floor, 0.0, 4);
+        let [straight, diagonal, ratio] = reading.plain(one.total()).expect("neighbours");
+        assert!((straight - u.straight.value).abs() < 1e-12);
+        assert!((diagonal - u.diagonal.value).abs() < 1e-12);
+        assert!((ratio - u.valley_to_peak.value).abs() < 1e-12);
+    }
+
+    #[test]
+    fn noise_biases_neither_value_beyond_its_error() {
+        let noisy = map(2.0, 0.05, 0.04, 64);
+        let exact = map(2.0, 0.05, 0.0, 4);
+        let smooth = |m: &Grouped| smoothed(m.clone(), GRID, Symmetry::Square, 0.1);
+        let estimate = uniformity(&smooth(&noisy), GRID, &square(2), 256.0, ValleyReading::Fit)
+            .expect("neighbours")
+            .straight;
+        assert!(
+            estimate.bias_bound.expect("a peak is picked") < estimate.standard_error,
+            "{estimate:?}"
+        );
+        let truth = uniformity(&smooth(&exact), GRID, &square(2), 256.0, ValleyReading::Fit)
+            .expect("neighbours")
+            .straight
+            .value;
+        assert!(
+            (estimate.value - truth).abs() < 3.0 * estimate.standard_error,
+            "{estimate:?} against {truth}"
+        );
+        assert!(estimate.standard_error > 1e-5);
+    }
+
+    #[test]
+    fn bins_that_are_read_have_the_means_of_the_exact_map() {
+        let (w, floor) = (2.0f64, 0.05);
+        let (fine, grid) = (map(w, floor, 0.0, 4), coarser(&[], GRID, 6).1);
+        let seen = fine.map(|m| coarser(m, GRID, 6).0);
+        let read =
+            uniformity(&seen, grid, &square(2), 256.0, ValleyReading::Bins).expect("neighbours");
+        let mean = |x: f64, y: f64| {
+            let part = |k: i32| 0.6 * ((f64::from(k) + 0.5) / 6.0 - 0.5);
+            let light = |x: f64, y: f64| -> f64 {
+                let near = |v: f64| -> f64 {
+                    let at = |a: f64| (-(v - a).powi(2) / (2.0 * w * w)).exp();
+                    at(-4.15) + at(4.15)
+                };
+                near(x) * near(y) + floor
+            };
+            let sum: f64 = (0..36).map(|k| light(x + part(k % 6), y + part(k / 6))).sum();
+            sum / 36.0
+        };
+        // Bins have their middles at odd multiples of 0.3 mm: 3.9 or 4.5 mm is nearest to an axis,
+        // 0.3 mm to the middle of four.
+        let peak = mean(3.9, 3.9).max(mean(4.5, 4.5)).max(mean(3.9, 4.5));
+        // The segment at y = 4.15 mm passes through bins from 3.6 to 4.2 mm.
+        let valley = mean(0.3, 3.9);
+        let expected = logarithmic(valley / peak, 256.0);
+        assert!((read.straight.value - expected).abs() < 1e-9, "{read:?} {expected}");
+        assert!((read.diagonal.value - logarithmic(mean(0.3, 0.3) / peak, 256.0)).abs() < 1e-9);
+        let reading = reading_of(grid, &square(2), 256.0, ValleyReading::Bins);
+        let plain = reading.plain(seen.total());
+        assert!((plain.expect("neighbours")[0] - read.straight.value).abs() < 1e-12);
+    }
+
+    #[test]
+    fn noise_of_read_bins_is_within_error_and_bias_bound() {
+        let read = |noise: f64| {
+            let seen = map(2.0, 0.05, noise, 64);
+            let seen = smoothed(seen, GRID, Symmetry::Square, 0.0).map(|m| coarser(m, GRID, 6).0);
+            let grid = coarser(&[], GRID, 6).1;
+            uniformity(&seen, grid, &square(2), 256.0, ValleyReading::Bins)
+                .expect("neighbours")
+                .straight
+        };
+        let (noisy, exact) = (read(0.3), read(0.0));
+        let bound = 3.0 * noisy.standard_error + noisy.bias_bound.expect("extremes are picked");
+        assert!((noisy.value - exact.value).abs() < bound, "{noisy:?} {exact:?}");
+        assert!(noisy.standard_error > 1e-4 && bound < 0.02, "{noisy:?}");
+    }
+
+    #[test]
+    fn what_is_subtracted_is_the_smallest_bin() {
+        let (w, floor) = (2.0f64, 0.05);
+        let seen = above_smallest(&map(w, floor, 0.0, 4));
+        let u = uniformity(&seen, GRID, &square(2), 256.0, ValleyReading::Fit).expect("neighbours");
+        // The corner of the map is darkest; with or without a floor the figure is the same.
+        let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
+        let corner = GRID.centre_mm(0, GRID.columns).abs();
+        let at = |x: f64, y: f64| -> f64 {
+            let places = [[-4.15, -4.15], [-4.15, 4.15], [4.15, -4.15], [4.15, 4.15f64]];
+            places.iter().map(|[a, b]| e((x - a).powi(2) + (y - b).powi(2))).sum()
+        };
+        let dark = at(corner, corner);
+        let expected = logarithmic((at(0.0, 4.15) - dark) / (at(4.15, 4.15) - dark), 256.0);
+        assert!((u.straight.value - expected).abs() < 2e-4, "{u:?} {expected}");
+        assert!(seen.total().iter().all(|l| *l >= 0.0));
+    }
+
+    #[test]
+    fn bins_alone_read_less_the_noisier_they_are() {
+        let read = |noise: f64| {
+            let map = map(2.0, 0.05, noise, 4);
+            bin_by_bin(map.total(), GRID, &square(2), 256.0).expect("neighbours")
+        };
+        let exact =
+            uniformity(&map(2.0, 0.05, 0.0, 4), GRID, &square(2), 256.0, ValleyReading::Fit)
+                .expect("neighbours")
+                .straight
+                .value;
+        // Bins are level here, their centres half a bin from the valley: no more than that is lost.
+        assert!((read(0.0) - exact).abs() < 1e-3, "{} {exact}", read(0.0));
+        // Dozens of bins lie in the valley: its lowest is two standard deviations or more below.
+        let floor = |noise: f64| (1.0 - 2.0 * noise).ln() / 256f64.ln();
+        for noise in [0.02, 0.05, 0.1] {
+            assert!(read(noise) < exact + 0.7 * floor(noise), "{noise}");
+        }
+        assert_eq!(bin_by_bin(map(2.0, 0.0, 0.0, 2).total(), GRID, &square(1), 256.0), None);
+    }
+
+    #[test]
+    fn a_single_package_has_no_uniformity() {
+        assert_eq!(
+            uniformity(&map(2.0, 0.0, 0.0, 2), GRID, &square(1), 256.0, ValleyReading::Fit),
+            None
+        );
+    }
+}

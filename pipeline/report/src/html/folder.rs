@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A folder of results, checked before anything is read from it.
+//!
+//! In: the directory that `reproduce`, `run` or `optimise` wrote. Out: `results.json` and the
+//! certainty that every file that it lists is there and is the one that the run wrote. Files that
+//! it does not list are no part of the results.
+
+use std::path::{Component, Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+
+use files::content_hash::{self, sha256_hex};
+use files::provenance::FileRecord;
+use results::FILE;
+use results::schema::ResultsFile;
+
+/// A folder of results.
+#[derive(Debug)]
+pub struct Folder {
+    directory: PathBuf,
+    path: PathBuf,
+    results: ResultsFile,
+}
+
+impl Folder {
+    /// Reads `results.json` in `directory` and checks every file that it lists.
+    ///
+    /// # Errors
+    /// No such folder, no results in it, another schema version, a file that is missing or altered.
+    pub fn open(directory: &Path) -> Result<Self> {
+        let shown = directory.display();
+        let kind = directory.metadata();
+        let kind = kind.with_context(|| format!("`{shown}`: expected a directory of results"))?;
+        ensure!(kind.is_dir(), "`{shown}`: expected a directory of results, got a file");
+        let path = directory.join(FILE);
+        let text = std::fs::read(&path).with_context(|| {
+            format!(
+                "cannot read `{}`; expected a directory written by `reproduce`, `run`, `optimise` or `tolerance`",
+                path.display()
+            )
+        })?;
+        let json = bsdf::json::parse(&text)
+            .with_context(|| format!("`{}` is no usable JSON", path.display()))?;
+        let of_file = |said: String| anyhow!("`{}`: {said}", path.display());
+        for key in ["schema_version", content_hash::KEY] {
+            if json.get(key).is_none() {
+                bail!(of_file(format!("{key}: expected a value, got none")));
+            }
+        }
+        ResultsFile::check_version(&json).map_err(of_file)?;
+        let (expected, got) =
+            std::str::from_utf8(&text).ok().and_then(content_hash::hashes).unwrap_or_default();
+        ensure!(
+            !got.is_empty() && expected == got,
+            "`{0}`: {1}: `{0}` was altered after the run: its content has SHA-256 {expected}, got {got}",
+            path.display(),
+            content_hash::KEY
+        );
+        let results = ResultsFile::of(&json).map_err(of_file)?;
+        let folder = Self { directory: directory.to_owned(), path, results };
+        for (i, file) in folder.results.files.iter().enumerate() {
+            checked_file(directory, file, &folder.place(&format!("files[{i}]")))?;
+        }
+        Ok(folder)
+    }
+
+    /// The directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// `results.json`.
+    pub fn results(&self) -> &ResultsFile {
+        &self.results
+    }
+
+    /// File and key, as messages begin.
+    pub fn place(&self, key: &str) -> String {
+        format!("`{}`: {key}", self.path.display())
+    }
+
+    /// The path of a file that the entry under the key `user` needs.
+    ///
+    /// # Errors
+    /// If the results do not list it.
+    pub fn file(&self, name: &str, user: &str) -> Result<PathBuf> {
+        ensure!(
+            self.results.files.iter().any(|entry| entry.file == name),
+            "{}: expected `{name}`, which {user} needs, got none",
+            self.place("files")
+        );
+        Ok(self.directory.join(name))
+    }
+
+    /// Whether `path` is one of the files of the results, or `results.json` itself.
+    pub fn holds(&self, path: &Path) -> bool {
+        is_one_of(&self.directory, &self.results.files, FILE, path)
+    }
+}
+
+/// Whether `path` is `main` in `directory` or one of the `files` that it lists.
+pub(super) fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
+    let Ok(path) = path.canonicalize() else {
+        return false;
+    };
+    let own = files.iter().map(|entry| entry.file.as_str());
+    own.chain([main]).any(|name| directory.join(name).canonicalize().ok().as_deref() == Some(&path))
+}
+
+/// Checks that the file of `entry`, which stands at `place`, lies under `directory` and is the one
+/// that was written.
+pub(super) fn checked_file(directory: &Path, entry: &FileRecord, place: &str) -> Result<()> {
+    let file = Path::new(&entry.file);
+    let inside = |part: Component| matches!(part, Component::Normal(_));
+    ensure!(
+        file.components().all(inside) && file.components().next().is_some(),
+        "{place}.file: expected a path under the folder, got {:?}",
+        entry.file
+    );
+    let path = directory.join(file);
+    let bytes = std::fs::read(&path).with_context(|| {
+        format!("{place}.file: cannot read `{}`, which belongs to these results", path.display())
+    })?;
+    let (expected, got) = (&entry.sha256, sha256_hex(&bytes));
+    ensure!(
+        *expected == got,
+        "{place}.sha256: `{}` was altered after the run that wrote it: expected {expected}, got {got}",
+        path.display()
+    );
+    Ok(())
+}

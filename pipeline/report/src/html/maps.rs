@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Maps of the receiver plane and profiles through them: axes, LEDs and marks. The page's script
+//! paints the bins and draws the profiles.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
+use results::VALLEY_TO_PEAK;
+use results::package::PackageFile;
+
+use super::models::{Model, Plane};
+use super::pictures::Album;
+use crate::plots::{
+    BinImage, Heading, IlluminanceMap, LedOutline, LineColours, MapScale, Mark, Section,
+    cross_section, map_on_scale, palette,
+};
+
+impl Album {
+    /// Axes of the maps, linear and logarithmic, and of profiles through them. Those of models of
+    /// one design have one range.
+    ///
+    /// # Errors
+    /// A map without extent.
+    pub fn maps(
+        &mut self,
+        models: &[Model],
+        planes: &[Plane],
+        packages: &[Option<PackageFile>],
+    ) -> Result<[Vec<Value>; 2]> {
+        let (mut maps, mut profiles) = (Vec::new(), Vec::new());
+        for (i, (model, plane)) in models.iter().zip(planes).enumerate() {
+            let range = shared_range(model, models, planes);
+            let leds = packages[i].as_ref().map_or(Vec::new(), leds);
+            let quantity = Quantity::new(&plane.quantity, plane.unit);
+            let subtitle = format!("{}, {}", model.design, model.label());
+            let [across, along] = plane.bin_mm.map(|mm| (mm * 1e4).round() / 1e4);
+            let merged = match plane.merged {
+                1 => String::new(),
+                n => format!("; {n} × {n} bins of the file are one here"),
+            };
+            for (scale, name) in
+                [(MapScale::Linear, "linear"), (MapScale::Logarithmic, "logarithmic")]
+            {
+                let picture = map_on_scale(
+                    &IlluminanceMap {
+                        heading: &Heading::new(
+                            Quantity::new(&plane.quantity, Unit::Relative).label(),
+                            &subtitle,
+                        ),
+                        map: &frame(plane, range)?,
+                        leds: &leds,
+                        range: Some(range),
+                        image: BinImage::Omitted,
+                        marks: &marks(model),
+                        section: None,
+                    },
+                    scale,
+                )?;
+                let caption = format!(
+                    "{subtitle}: {}, {name} scale, bins of {across} × {along} mm{merged}.",
+                    plane.quantity
+                );
+                let keys = json!({"model": i.to_string(), "scale": name});
+                maps.push(self.add(&picture, &caption, &keys, i == 0));
+            }
+            let [x, y] = plane.ends_mm();
+            let curve = |name: &str, [low, high]: [f64; 2]| {
+                Curve::new(name, vec![low, high], range.to_vec(), vec![0.0; 2])
+            };
+            let picture = cross_section(&Section {
+                heading: &Heading::new("Profiles through the cross", &subtitle),
+                position: &Quantity::new("position", Unit::Millimetre),
+                quantity: &quantity,
+                curves: &[curve("along x", x)?, curve("along y", y)?],
+                leds: &[],
+                marks: &[],
+                level: None,
+                colours: LineColours::OfModel(palette::model_number(model.key).unwrap_or(0)),
+                range: Some(range),
+            })?;
+            let caption =
+                format!("{subtitle}: profiles along x and y through the cross on the map.");
+            profiles.push(self.add(&picture, &caption, &json!({"model": i.to_string()}), i == 0));
+        }
+        Ok([maps, profiles])
+    }
+}
+
+/// Smallest positive and largest value of the maps of all models of the design of `model`.
+pub fn shared_range(model: &Model, models: &[Model], planes: &[Plane]) -> [f64; 2] {
+    let all = models.iter().zip(planes);
+    let same = all.filter(|(other, _)| other.design == model.design);
+    // A dark map has no range of its own.
+    let lit = same.filter(|(_, plane)| plane.is_lit());
+    let ranges = lit.map(|(_, plane)| plane.range());
+    let range = ranges.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
+    range.unwrap_or([1.0, 2.0])
+}
+
+/// A map of one bin, for its axes.
+fn frame(plane: &Plane, [_, most]: [f64; 2]) -> Result<Map> {
+    let [x, y] = plane.ends_mm();
+    let axis = |name, [low, high]: [f64; 2]| {
+        Axis::uniform(Quantity::new(name, Unit::Millimetre), low, high, 1)
+    };
+    let quantity = Quantity::new(&plane.quantity, plane.unit);
+    Map::new(quantity, axis("y", y)?, axis("x", x)?, vec![most], vec![0.0])
+}
+
+fn leds(package: &PackageFile) -> Vec<LedOutline> {
+    let [width, depth, _] = package.drawing.led_mm;
+    let offsets = package.drawing.led_offsets_mm.iter().copied();
+    let offsets = offsets.chain(std::iter::repeat([0.0; 2]));
+    let axes = package.drawing.axes_mm.iter().zip(offsets);
+    axes.map(|(axis, offset)| LedOutline {
+        centre: [0, 1].map(|k| axis[k] + offset[k]),
+        size: [width, depth],
+    })
+    .collect()
+}
+
+/// Where valley and peak were read.
+fn marks(model: &Model) -> Vec<Mark> {
+    let Some(figure) = model.entry.figures.get(VALLEY_TO_PEAK) else {
+        return Vec::new();
+    };
+    let valley = figure.valley_at_mm.map(|at| Mark::valley(at, figure.value));
+    let peak = figure.peak_at_mm.map(Mark::peak);
+    valley.into_iter().chain(peak).collect()
+}

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A folder of results as one page of HTML that needs nothing else: no network, no other file.
+//!
+//! In: a folder that [`folder`] has checked, and the tables that its hybrids list. Out: the text of
+//! the page. Its template takes tables of numbers ([`tables`]) and pictures ([`pictures`]); what
+//! its scripts read under the pointer or look up stands in the page as JSON, quantised where it is
+//! large ([`pack`], [`models`], [`orders`]). The same folder gives the same bytes.
+
+pub mod folder;
+pub mod maps;
+pub mod models;
+pub mod optimisation;
+pub mod orders;
+pub mod pack;
+pub mod package;
+pub mod pictures;
+pub mod tables;
+pub mod tolerance;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use folder::Folder;
+use maps::shared_range;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior};
+use models::{FarFieldTable, Model, Plane};
+use orders::Source;
+use pictures::{Album, cuts, designs};
+use serde_json::{Value, json};
+use tolerance::ToleranceFolder;
+
+use results::schema::PaperFigures;
+
+use super::plots::{LineColours, glow, palette};
+
+/// Largest page in bytes.
+pub const LIMIT: usize = 6_000_000;
+/// Letters that all maps together may take; beyond that neighbouring bins are merged.
+const MAPS_BUDGET: usize = 1_000_000;
+
+/// The page of results; that of a tolerance analysis alone. Both begin with the macros.
+const TEMPLATE: &str = concat!(
+    include_str!("assets/macros.html"),
+    include_str!("assets/tolerance.html"),
+    include_str!("assets/page.html")
+);
+const TOLERANCE_TEMPLATE: &str = concat!(
+    include_str!("assets/macros.html"),
+    include_str!("assets/tolerance.html"),
+    include_str!("assets/tolerance_page.html")
+);
+const STYLES: [&str; 5] = [
+    include_str!("assets/base.css"),
+    include_str!("assets/parts.css"),
+    include_str!("assets/pictures.css"),
+    include_str!("assets/view_3d.css"),
+    include_str!("assets/print.css"),
+];
+const SCRIPTS: [&str; 9] = [
+    include_str!("assets/core.js"),
+    include_str!("assets/controls.js"),
+    include_str!("assets/axes.js"),
+    include_str!("assets/pictures.js"),
+    include_str!("assets/far-field.js"),
+    include_str!("assets/map.js"),
+    include_str!("assets/webgl.js"),
+    include_str!("assets/view_3d.js"),
+    include_str!("assets/bsdf.js"),
+];
+
+/// A page and what is in it.
+#[derive(Debug)]
+pub struct Page {
+    /// The page.
+    pub html: String,
+    /// How many of the tables that the results list were found, of how many.
+    pub tables: (usize, usize),
+}
+
+/// The page of `folder`, with the tables that `source` holds.
+///
+/// # Errors
+/// Results of another layout, tables that are not the ones listed, a page beyond [`LIMIT`].
+pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
+    let results = folder.results();
+    let models = models::models(folder)?;
+    models.iter().try_for_each(|model| model.complete(folder))?;
+    let listed = orders::listed(&models, folder);
+    let embedded = orders::embed(&listed, source)?;
+    let fields = models
+        .iter()
+        .map(|model| FarFieldTable::read(model, folder))
+        .collect::<Result<Vec<_>>>()?;
+    let mut maps =
+        models.iter().map(|model| Plane::read(model, folder)).collect::<Result<Vec<_>>>()?;
+    while maps.iter().map(Plane::letters).sum::<usize>() > MAPS_BUDGET {
+        maps.iter_mut().for_each(Plane::halve);
+    }
+    let packages = models.iter().map(|model| model.package(folder));
+    let packages = packages.collect::<Result<Vec<_>>>()?;
+    let views = models.iter().zip(&packages);
+    let views = views
+        .map(|(model, package)| package::view_3d(model, package.as_ref(), folder, models.len()));
+    let views = views.collect::<Result<Vec<_>>>()?;
+    let of_model = |((model, field), (map, view)): ((&Model, &FarFieldTable), (&Plane, &Value))| {
+        json!({
+            "design": model.design, "label": model.label(),
+            "farField": field.to_json(), "map": map.to_json(shared_range(model, &models, &maps)), "view3d": view,
+        })
+    };
+    let of_models = models.iter().zip(&fields).zip(maps.iter().zip(&views));
+    let data = json!({
+        "models": of_models.map(of_model).collect::<Vec<_>>(),
+        "fates": package::fates(),
+        "orders": embedded.json,
+        "palette": palette(),
+    });
+
+    let mut album = Album::default();
+    let [far, far_polar] = album.far_fields(&models, &fields)?;
+    let sections = album.sections(&models, &packages);
+    let [map, profile] = album.maps(&models, &maps, &packages)?;
+    let single = single_elements(&mut album, &results.figures)?;
+    let mut labels: Vec<String> = models.iter().map(Model::label).collect();
+    labels.sort();
+    labels.dedup();
+    let note = results.quick_note.as_deref();
+    checked_note(folder)?;
+
+    let tolerance = ToleranceFolder::open(folder.directory())?;
+    let tolerance = tolerance.map(|found| tolerance::tolerance(&mut album, &found.file));
+    let values = json!({
+        "title": format!("batwing: {}", designs(&models)),
+        "style": style(),
+        "script": SCRIPTS.concat(),
+        "data": script_json(&data),
+        "version": results.program.version,
+        "seed": results.seed,
+        "quick_note": note.filter(|_| results.quick),
+        "designs": models.chunk_by(|a, b| a.design == b.design).map(|m| m[0].design).collect::<Vec<_>>(),
+        "models": models.iter().map(|m| format!("{}, {}", m.design, m.label())).collect::<Vec<_>>(),
+        "labels": labels,
+        "cuts": cuts(&fields),
+        "overview": package::overview(&models, &packages),
+        "sections": sections,
+        "fates": package::fates(),
+        "spectra": tables::spectra(&models),
+        "results": tables::results(&models),
+        "uniformity": tables::uniformity(&models),
+        "merit": album.merit(&models)?,
+        "far": far,
+        "far_polar": far_polar,
+        "map": map,
+        "profile": profile,
+        "bsdf_note": bsdf_note(embedded.found, &embedded.json),
+        "tables_found": embedded.found.0,
+        "tables_listed": embedded.found.1,
+        "optimisation": optimisation::optimisation(&mut album, folder)?,
+        "tolerance": tolerance.transpose()?,
+        "studies": album.studies(folder.directory())?,
+        "table_errors": album.table_errors(&listed)?,
+        "table_heads": tables::TABLE_HEADS,
+        "tables": tables::orders(&listed),
+        "losses": album.losses(&models)?,
+        "ledger": tables::ledger(&models),
+        "single": single,
+        "provenance": tables::provenance(folder, &models),
+    });
+    Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: embedded.found })
+}
+
+/// The page of a tolerance analysis in a folder without other results.
+///
+/// # Errors
+/// A distribution that cannot be drawn, a page beyond [`LIMIT`].
+pub fn tolerance_page(folder: &ToleranceFolder) -> Result<Page> {
+    let file = &folder.file;
+    let values = json!({
+        "title": format!("batwing: {}", file.name),
+        "style": style(),
+        "version": file.program.version,
+        "seed": file.seed,
+        "tolerance": tolerance::tolerance(&mut Album::default(), file)?,
+        "provenance": tolerance::provenance(file),
+    });
+    Ok(Page { html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+}
+
+fn style() -> String {
+    palette::style_sheet() + &STYLES.concat()
+}
+
+/// The page that `template` makes of `values`, of the results in `directory`.
+fn rendered(template: &str, values: &Value, directory: &Path) -> Result<String> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_template("page.html", template)?;
+    let template = environment.get_template("page.html")?;
+    // The template engine drops the last newline.
+    let html = template.render(Serde(values))? + "\n";
+    ensure!(
+        html.len() <= LIMIT,
+        "`{}`: the page would take {} bytes, more than {LIMIT}; results of fewer designs at a time take less",
+        directory.display(),
+        html.len()
+    );
+    Ok(html)
+}
+
+/// Refuses a quick run that does not say what that means.
+fn checked_note(folder: &Folder) -> Result<()> {
+    let results = folder.results();
+    ensure!(
+        !results.quick || results.quick_note.is_some(),
+        "{}: expected a value, got none",
+        folder.place("quick_note")
+    );
+    Ok(())
+}
+
+/// Pictures of the paper's Figures 3, 4 and 6.
+fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>> {
+    let [third, fourth] = [
+        ("Figure 3: single elements", "S1 to S6 as OS1, all others absorbing"),
+        ("Figure 4: shapes of one element", "S6 as OS1, OS2, OS3, all others absorbing"),
+    ];
+    let elements = [
+        (&paper.figure_3, third, LineColours::Ordered),
+        (&paper.figure_4, fourth, LineColours::Ordered),
+    ];
+    let mut single = Vec::new();
+    for (figure, words, colours) in elements {
+        if let Some(figure) = figure {
+            single.push(album.elements(figure, words, colours)?);
+        }
+    }
+    if let Some(figure) = &paper.figure_6 {
+        single.push(album.lobes(figure)?);
+    }
+    Ok(single)
+}
+
+/// `value` as JSON that may stand within a `script` element: nothing in it can end the element or
+/// begin a comment.
+fn script_json(value: &Value) -> String {
+    value.to_string().replace('<', "\\u003c")
+}
+
+/// Colours of maps from the least to the largest share, six hexadecimal digits each.
+fn palette() -> String {
+    let mut text = String::new();
+    for step in 0..=u8::MAX {
+        let [r, g, b] = glow(f64::from(step) / 255.0).rgb;
+        let _ = write!(text, "{r:02x}{g:02x}{b:02x}");
+    }
+    text
+}
+
+/// How much of the tables is in the page.
+fn bsdf_note((found, listed): (usize, usize), json: &Value) -> String {
+    let missing = match listed - found {
+        0 => String::new(),
+        count => format!(" {count} of {listed} tables were not found and are left out."),
+    };
+    let every = |stride: &Value| match stride.as_i64() {
+        None | Some(1) => "every node of kx".to_owned(),
+        Some(stride) => format!("one node of kx in {stride}"),
+    };
+    let mut kept = format!("the lowest ky with {}", every(&json["stride"]));
+    if let Some(more @ 1..) = json["moreKy"].as_u64() {
+        let _ = write!(kept, ", {more} more ky with {}", every(&json["moreStride"]));
+    }
+    format!(
+        "In this page: {found} tables, {kept}; both sides, s and p. Roots of shares are kept in 16 bits: a share x is exact to √x / 65 535.{missing}"
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The part of the page on the search that led to the design, where the folder holds one.
+
+use anyhow::{Result, ensure};
+use serde_json::{Value, json};
+
+use files::content_hash::sha256_hex;
+use metrics::digits::format_value_with_error;
+use metrics::{Bounds, Estimate};
+use results::optimisation::{self, OptimisationFile};
+
+use super::folder::{Folder, checked_file};
+use super::pictures::Album;
+use crate::optimisation as pictures;
+
+/// Tables and pictures of `optimise.json`; nothing where there is none.
+///
+/// # Errors
+/// A file of another layout, or one of other results.
+pub fn optimisation(album: &mut Album, folder: &Folder) -> Result<Value> {
+    let Some(file) = OptimisationFile::read(folder.directory())? else {
+        return Ok(Value::Null);
+    };
+    belongs(&file, folder)?;
+    let captions = [
+        "Best candidate of every generation that met the constraints, as the search saw it, and the objective verified by fresh paths; smaller is better.",
+        "Designs of the Pareto front, verified by fresh paths.",
+        "Change of the objective for one unit of each coefficient at the design found, by paired traces.",
+    ];
+    let drawn = [
+        Some(pictures::convergence_picture(&file)?),
+        pictures::front_picture(&file)?,
+        pictures::sensitivity_picture(&file)?,
+    ];
+    let drawn = drawn.into_iter().zip(captions);
+    let drawn = drawn.filter_map(|(picture, words)| Some(album.fixed(&picture?, words)));
+    Ok(json!({
+        "design": file.design,
+        "name": file.name,
+        "rows": rows(&file),
+        "constraints": file.constraints.iter().map(constraint).collect::<Vec<_>>(),
+        "runs": runs(&file),
+        "bias": file.objective.bias_of_search.map(number),
+        "evaluations": file.stages.iter().map(|stage| stage.evaluations).sum::<usize>(),
+        "limits": file.active_limits,
+        "pictures": drawn.collect::<Vec<_>>(),
+    }))
+}
+
+/// Refuses a search whose results are not those of the folder.
+fn belongs(file: &OptimisationFile, folder: &Folder) -> Result<()> {
+    let path = folder.directory().join(results::FILE);
+    let got = sha256_hex(&std::fs::read(&path)?);
+    let listed = file.files.iter().find(|entry| entry.file == results::FILE);
+    let expected = listed.map_or("none", |entry| entry.sha256.as_str());
+    ensure!(
+        expected == got,
+        "`{}`: files: expected the hash of `{}`, {got}, got {expected}; it belongs to other results",
+        folder.directory().join(optimisation::FILE).display(),
+        path.display()
+    );
+    let listing = folder.directory().join(optimisation::FILE);
+    for (k, entry) in file.files.iter().enumerate() {
+        let place = format!("`{}`: files[{k}]", listing.display());
+        checked_file(folder.directory(), entry, &place)?;
+    }
+    Ok(())
+}
+
+fn number(e: Estimate) -> String {
+    format_value_with_error(e.value, e.standard_error)
+}
+
+fn rows(file: &OptimisationFile) -> Vec<Value> {
+    let row = |name: &str, before: Option<Estimate>, after: Estimate, change: Option<Estimate>| {
+        json!({
+            "name": name.replace('_', " "),
+            "before": before.map(number),
+            "after": number(after),
+            "change": change.map(number),
+        })
+    };
+    let figures = file.figures.iter();
+    let figures = figures.map(|(key, f)| row(key, f.before, f.after, f.change));
+    let objective = &file.objective;
+    let objective = row("objective", objective.before, objective.after, None);
+    figures.chain([objective]).collect()
+}
+
+/// Where the runs of the last stage ended; nothing of a single one.
+fn runs(file: &OptimisationFile) -> Vec<String> {
+    let runs = file.stages.last().map(optimisation::StageEntry::runs);
+    let runs = runs.filter(|runs| runs.len() > 1).unwrap_or_default();
+    runs.into_iter().map(|(_, value)| number(value)).collect()
+}
+
+fn constraint(entry: &optimisation::ConstraintEntry) -> Value {
+    let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
+    json!({
+        "words": format!(
+            "{} {}",
+            entry.figure.replace('_', " "),
+            bounds.words()
+        ),
+        "met": entry.met,
+    })
+}

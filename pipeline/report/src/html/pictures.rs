@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The pictures of the page: those of [`plots`](crate::plots), as SVG images within it.
+//!
+//! Of what a control chooses between, every picture is there; the page's script shows one of them
+//! and hides curves of models that are switched off.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow};
+use minijinja::HtmlEscape;
+use serde_json::{Value, json};
+
+use metrics::Estimate;
+use metrics::quantity::{Curve, Quantity, Unit};
+use results::schema::{CurvesEntry, LobeEntry, LobesEntry};
+
+use super::models::{FarFieldTable, Model};
+use super::orders::Listed;
+use super::tables::{self, PEAK};
+use crate::convergence_study::ConvergenceStudy;
+use crate::plots::{
+    Colour, ErrorCurve, FarField, Heading, LineColours, LobeSide, Picture, PlaneLobe, Refinement,
+    ShareBar, convergence, element_far_fields, far_field_cartesian, far_field_polar, grating_lobes,
+    palette, published_vs_computed, share_bars,
+};
+
+/// Points of a curve over 90° that the page draws; more would only make it longer.
+const MOST_POINTS: usize = 360;
+
+/// How files of `batwing converge` end.
+const ENDING: &str = "-convergence.json";
+/// Folders under the results that are looked into: itself, and the default of `batwing converge`.
+const FOLDERS: [&str; 2] = ["", "convergence"];
+
+/// An error of a table by the name of its cause.
+type NamedError = (&'static str, fn(&Listed) -> f64);
+
+/// Collects pictures, whose parts have names of their own in the page.
+#[derive(Debug, Default)]
+pub struct Album {
+    count: usize,
+}
+
+impl Album {
+    /// A picture with its caption, which is also what it is to those who cannot see it. `choice`
+    /// says which choices show it; `shown` whether it is shown before any choice.
+    pub(super) fn add(
+        &mut self,
+        picture: &Picture,
+        caption: &str,
+        choice: &Value,
+        shown: bool,
+    ) -> Value {
+        self.count += 1;
+        let clip = format!("p{}clip", self.count);
+        let svg = picture
+            .svg()
+            .replace("<clipPath id=\"clip", &format!("<clipPath id=\"{clip}"))
+            .replace("url(#clip", &format!("url(#{clip}"))
+            .replacen(
+                "<svg ",
+                &format!("<svg role=\"img\" aria-label=\"{}\" ", HtmlEscape(caption)),
+                1,
+            );
+        json!({"svg": svg, "caption": caption, "choice": choice, "hidden": !shown})
+    }
+
+    /// A picture that is always shown.
+    pub(super) fn fixed(&mut self, picture: &Picture, caption: &str) -> Value {
+        self.add(picture, caption, &json!({}), true)
+    }
+
+    /// Figures of merit, computed and published.
+    ///
+    /// # Errors
+    /// Rows that cannot be drawn.
+    pub fn merit(&mut self, models: &[Model]) -> Result<Option<Value>> {
+        let mut rows = tables::rows(models);
+        let compared = rows.iter().any(|row| row.published.is_some());
+        let mut quantities: Vec<String> = rows.iter().map(|row| row.quantity.clone()).collect();
+        quantities.sort();
+        quantities.dedup();
+        // More are in the tables only.
+        quantities.truncate(6);
+        rows.retain(|row| quantities.contains(&row.quantity));
+        if rows.iter().all(|row| row.published.is_none() && row.computed.is_none()) {
+            return Ok(None);
+        }
+        let (title, caption) = if compared {
+            (
+                "Published and computed",
+                "Computed figures of merit (dot, bar of two standard errors to each side) and published ones (diamond). Bars shorter than the dot do not show.",
+            )
+        } else {
+            (
+                "Figures of merit",
+                "Computed figures of merit, with bars of two standard errors to each side.",
+            )
+        };
+        let picture = published_vs_computed(&Heading::new(title, designs(models)), &rows)?;
+        Ok(Some(self.fixed(&picture, caption)))
+    }
+
+    /// Far fields: straight and polar, by design, cut, scale and range of angles.
+    ///
+    /// # Errors
+    /// Curves that cannot be drawn.
+    pub fn far_fields(
+        &mut self,
+        models: &[Model],
+        fields: &[FarFieldTable],
+    ) -> Result<[Vec<Value>; 2]> {
+        let (mut straight, mut polar) = (Vec::new(), Vec::new());
+        let all: Vec<(&Model, &FarFieldTable)> = models.iter().zip(fields).collect();
+        for design in all.chunk_by(|a, b| a.0.design == b.0.design) {
+            let name = design[0].0.design;
+            for cut in cuts(fields) {
+                for (scale, words) in [("absolute", ""), ("relative", ", each to its maximum")] {
+                    let mut chosen = Chosen::default();
+                    for (model, field) in design {
+                        let Some(curve) = field.curve(&cut) else {
+                            continue;
+                        };
+                        let curve = match scale {
+                            "relative" if curve.maximum() > 0.0 => {
+                                curve.relative_to(curve.maximum())?
+                            }
+                            _ => curve.clone(),
+                        };
+                        let number = palette::model_number(model.key).unwrap_or(0);
+                        chosen.add(model, &curve, number)?;
+                    }
+                    if chosen.whole.is_empty() {
+                        continue;
+                    }
+                    let quantity = match (scale, design[0].1.unit) {
+                        ("relative", _) => Quantity::new("share of the maximum", Unit::Fraction),
+                        (_, Unit::Candela) => Quantity::new("luminous intensity", Unit::Candela),
+                        (_, unit) => Quantity::new("intensity", unit),
+                    };
+                    let subtitle = format!("{name}, {cut}{words}");
+                    let heading = Heading::new("Far field", &subtitle);
+                    let field = |curves, peaks| FarField {
+                        heading: &heading,
+                        quantity: &quantity,
+                        curves,
+                        colours: LineColours::Models,
+                        numbers: &chosen.numbers,
+                        peaks,
+                    };
+                    let first = straight.is_empty();
+                    for (reach, curves) in [("90", &chosen.upper), ("180", &chosen.whole)] {
+                        let picture = far_field_cartesian(&field(curves, &chosen.peaks))?;
+                        let keys =
+                            json!({"design": name, "cut": cut, "scale": scale, "reach": reach});
+                        let shown = first && reach == "90";
+                        straight.push(self.add(
+                            &picture,
+                            &format!("Far field of {subtitle}."),
+                            &keys,
+                            shown,
+                        ));
+                    }
+                    let picture = far_field_polar(&field(&chosen.upper, &[]))?;
+                    let keys = json!({"design": name, "cut": cut, "scale": scale});
+                    let caption = format!(
+                        "Far field of {subtitle}, over the angle; 0° is the axis of the package."
+                    );
+                    polar.push(self.add(&picture, &caption, &keys, first));
+                }
+            }
+        }
+        Ok([straight, polar])
+    }
+
+    /// Power that does not escape upwards; none where all does.
+    ///
+    /// # Errors
+    /// None.
+    pub fn losses(&mut self, models: &[Model]) -> Result<Option<Value>> {
+        let lost = |name: &String| {
+            let begins = ["absorbed_", "lost_", "escaped_down"];
+            begins.iter().any(|begin| name.starts_with(begin))
+        };
+        let mut accounts: Vec<String> = tables::accounts(models).into_iter().filter(lost).collect();
+        accounts.sort_by_key(|account| palette::fate_of_account(account));
+        if accounts.is_empty() {
+            return Ok(None);
+        }
+        let bar = |model: &Model| {
+            let all = &model.entry.power_ledger.accounts;
+            let share = |account: &String| {
+                let found = all.iter().find(|(name, _)| name == account);
+                found.map_or(Estimate::new(0.0, 0.0), |(_, share)| *share)
+            };
+            ShareBar {
+                label: format!("{}, {}", model.design, model.label()),
+                shares: accounts.iter().map(share).collect(),
+            }
+        };
+        let bars: Vec<ShareBar> = models.iter().map(bar).collect();
+        let part = |name: &String| (name.replace('_', " "), account_colour(name, &accounts));
+        let names: Vec<(String, Colour)> = accounts.iter().map(part).collect();
+        let heading = Heading::new("Power that does not escape upwards", designs(models));
+        let picture = share_bars(&heading, "share of the emitted power", &names, &bars)?;
+        let caption = "Shares of the emitted power that do not escape upwards; the rest does. The numbers stand in the tables below.";
+        Ok(Some(self.fixed(&picture, caption)))
+    }
+
+    /// Errors that the tables of orders state of themselves, a column for each design.
+    ///
+    /// # Errors
+    /// Errors that cannot be drawn.
+    pub fn table_errors(&mut self, listed: &[Listed]) -> Result<Option<Value>> {
+        let kinds: [NamedError; 3] = [
+            ("orders and slices", |t| t.entry.estimated_error),
+            ("ky", |t| t.entry.grid_error.unwrap_or(0.0)),
+            ("power balance", |t| t.entry.energy_residual),
+        ];
+        let mut kinds = kinds.to_vec();
+        kinds.retain(|(_, error)| listed.iter().any(|t| error(t) > 0.0));
+        if kinds.is_empty() {
+            return Ok(None);
+        }
+        let of_design = |tables: &[Listed]| Refinement {
+            what: "band, from the axis outwards".to_owned(),
+            title: tables[0].design.to_owned(),
+            at: tables.iter().map(|t| t.entry.band as f64).collect(),
+            logarithmic: false,
+            curves: kinds
+                .iter()
+                .map(|(label, error)| ErrorCurve {
+                    label: (*label).to_owned(),
+                    errors: tables.iter().map(error).collect(),
+                })
+                .collect(),
+            cost: Vec::new(),
+        };
+        let designs = listed.chunk_by(|a, b| a.design == b.design);
+        let columns: Vec<Refinement> = designs.map(of_design).collect();
+        let heading = Heading::new("Estimated errors of the tables", "as each table states them");
+        let picture = convergence(&heading, &columns, None, "")?;
+        let caption = "Estimated errors of the tables of orders by band: orders and slices, interpolation in ky, power balance.";
+        Ok(Some(self.fixed(&picture, caption)))
+    }
+
+    /// Every study of convergence in the folder, by name.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is of another layout.
+    pub fn studies(&mut self, results: &Path) -> Result<Vec<Value>> {
+        let mut all = Vec::new();
+        for folder in FOLDERS.map(|f| results.join(f)) {
+            let Ok(entries) = std::fs::read_dir(&folder) else {
+                continue;
+            };
+            let mut paths: Vec<PathBuf> = entries
+                .filter_map(|entry| entry.ok().map(|e| e.path()))
+                .filter(|p| p.to_string_lossy().ends_with(ENDING))
+                .collect();
+            paths.sort();
+            for path in paths {
+                let study = ConvergenceStudy::read(&path)?;
+                let picture = study.picture().with_context(|| format!("`{}`", path.display()))?;
+                all.extend(picture.map(|picture| self.fixed(&picture, &study.caption())));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Figures 3 and 4 of the paper: far fields of single elements.
+    ///
+    /// # Errors
+    /// Curves that cannot be drawn.
+    pub fn elements(
+        &mut self,
+        figure: &CurvesEntry,
+        (title, subtitle): (&str, &str),
+        colours: LineColours,
+    ) -> Result<Value> {
+        let curve = |c: &results::schema::CurveEntry| {
+            let [x, value, error] =
+                [&c.theta_deg, &c.intensity_w_per_sr, &c.standard_error_w_per_sr];
+            Curve::new(&c.label, x.clone(), value.clone(), error.clone())?.mirrored()
+        };
+        let curves = figure.curves.iter().map(curve).collect::<Result<Vec<_>>>();
+        let curves = curves.with_context(|| anyhow!("figures"))?;
+        let picture = element_far_fields(&FarField {
+            heading: &Heading::new(title, subtitle),
+            quantity: &Quantity::new("intensity", Unit::WattPerSteradian),
+            curves: &curves,
+            colours,
+            numbers: &[],
+            peaks: &[],
+        })?;
+        Ok(self.fixed(
+            &picture,
+            &format!("{title}; {subtitle}; azimuthal means with two standard errors."),
+        ))
+    }
+
+    /// Figure 6 of the paper: one ring by rays and by waves.
+    ///
+    /// # Errors
+    /// Lobes that cannot be drawn.
+    pub fn lobes(&mut self, figure: &LobesEntry) -> Result<Value> {
+        let lobes = |list: &[LobeEntry]| -> Vec<PlaneLobe> {
+            let lobe = |l: &LobeEntry| PlaneLobe {
+                side: if l.side == "reflected" {
+                    LobeSide::Reflected
+                } else {
+                    LobeSide::Transmitted
+                },
+                angle_deg: l.theta_deg,
+                power: l.share,
+            };
+            list.iter().map(lobe).collect()
+        };
+        let subtitle = format!(
+            "band {}, ring {}, normal incidence from the silicone",
+            figure.band, figure.ring
+        );
+        let heading = Heading::new("Figure 6: rays and waves", &subtitle);
+        let picture = grating_lobes(&heading, &lobes(&figure.rays), &lobes(&figure.rcwa))?;
+        let caption = format!("Figure 6: {subtitle}, by rays and by RCWA.");
+        Ok(self.fixed(&picture, &caption))
+    }
+}
+
+/// The colour of an account's fate; accounts of one fate grow lighter.
+fn account_colour(name: &str, accounts: &[String]) -> Colour {
+    let fate = |name: &str| palette::fate_of_account(name);
+    let before = accounts.iter().take_while(|other| *other != name);
+    let same = before.filter(|other| fate(other) == fate(name)).count();
+    palette::fate(fate(name)).with_opacity(0.75f64.powi(same as i32))
+}
+
+/// Names of the curves of far fields.
+pub fn cuts(fields: &[FarFieldTable]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for curve in fields.iter().flat_map(|field| &field.curves) {
+        if names.iter().all(|name| name != curve.label()) {
+            names.push(curve.label().to_owned());
+        }
+    }
+    names
+}
+
+/// Names of designs, each once.
+pub fn designs(models: &[Model]) -> String {
+    let mut names: Vec<&str> = models.iter().map(|m| m.design).collect();
+    names.dedup();
+    names.join(", ")
+}
+
+/// Curves of one picture of far fields.
+#[derive(Default)]
+struct Chosen {
+    /// From 0 to 180°.
+    whole: Vec<Curve>,
+    /// The upper half-space, both half-planes.
+    upper: Vec<Curve>,
+    numbers: Vec<usize>,
+    /// Published peak angles.
+    peaks: Vec<(usize, f64)>,
+}
+
+impl Chosen {
+    fn add(&mut self, model: &Model, curve: &Curve, number: usize) -> Result<()> {
+        let upper = curve.x().iter().filter(|theta| **theta <= 90.0).count();
+        let named = |count: usize| {
+            let [x, value, error] = [curve.x(), curve.value(), curve.standard_error()];
+            let cut = |list: &[f64]| list[..count].to_vec();
+            Curve::new(model.label(), cut(x), cut(value), cut(error))
+        };
+        let published = model.entry.figures.get(PEAK).and_then(|peak| peak.published);
+        self.peaks.extend(published.map(|angle| (self.whole.len(), angle)));
+        self.upper.push(named(upper)?.thinned(MOST_POINTS)?.mirrored()?);
+        self.whole.push(named(curve.x().len())?.thinned(2 * MOST_POINTS)?);
+        self.numbers.push(number);
+        Ok(())
+    }
+}

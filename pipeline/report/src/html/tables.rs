@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The parts of the page that are tables of numbers: figures of merit, power ledger, tables of
+//! orders, provenance. They go into the page's template as JSON.
+
+use serde_json::{Value, json};
+
+use metrics::Estimate;
+use metrics::digits::{self, format_value_with_error};
+use metrics::quantity::Unit;
+use metrics::uniformity_forms::FORMS;
+use results::VALLEY_TO_PEAK;
+use results::schema::FigureEntry;
+
+use super::folder::Folder;
+use super::models::{Model, SURFACES};
+use super::orders::Listed;
+use crate::summary::SummaryRow;
+
+/// Figures by key, in the order of the paper's tables, and their names for people.
+const FIGURES: [(&str, &str); 6] = [
+    (PEAK, "peak angle"),
+    ("centre_to_peak", "centre / peak"),
+    ("uniformity", "uniformity"),
+    ("uniformity_diagonal", "uniformity, diagonal"),
+    (VALLEY_TO_PEAK, "illuminance valley / peak"),
+    ("extraction_efficiency", "extraction"),
+];
+
+/// The peak angle, and the same between bins, which stands below it.
+pub const PEAK: &str = "peak_angle_deg";
+const PARABOLA: &str = "peak_angle_parabola_deg";
+
+/// Power below which an account of the ledger is left out where it is so in every model.
+const NOTHING: f64 = 5e-7;
+
+/// Part of its standard error from which on the bound of a figure's bias is shown.
+const SEEN: f64 = 0.1;
+
+/// What stands for a missing number.
+const NONE: &str = "–";
+
+/// One figure of a model.
+#[derive(Clone, Debug)]
+pub struct FigureOfMerit<'a> {
+    /// Name for people.
+    pub label: String,
+    /// Unit of the stored value: a fraction or degrees.
+    pub unit: Unit,
+    /// The entry of `results.json`.
+    pub entry: &'a FigureEntry,
+    /// Of a peak angle that is the middle of a bin the entry of that between bins.
+    between: Option<&'a FigureEntry>,
+}
+
+impl FigureOfMerit<'_> {
+    /// Factor from the stored value to the one shown, and the symbol of its unit.
+    fn shown(&self) -> (f64, &'static str) {
+        match self.unit {
+            Unit::Fraction => (100.0, "%"),
+            other => (1.0, other.symbol()),
+        }
+    }
+
+    /// The cell of a table: the value, and short notes below it.
+    fn cell(&self) -> Value {
+        let e = self.entry;
+        let (scale, _) = self.shown();
+        let with_error = |e: &Estimate, scale: f64| {
+            format_value_with_error(e.value * scale, e.standard_error * scale)
+        };
+        let value = with_error(&Estimate::new(e.value, e.standard_error), scale);
+        let mut notes = Vec::new();
+        let mut note =
+            |words: String, wrap: bool| notes.push(json!({"words": words, "wrap": wrap}));
+        let noise = e.peak_place.words();
+        if let Some((_, why)) = noise.and_then(|words| words.split_once('(')) {
+            note(why.trim_end_matches(')').to_owned(), false);
+        } else if let Some([first, last]) = e.peak_range_deg.filter(|[a, b]| a < b) {
+            note(format!("any of the bins from {first} to {last}"), true);
+        }
+        if noise.is_some() {
+            // An angle that is noise has none between bins either.
+        } else if let Some(between) = self.between {
+            let between = Estimate::new(between.value, between.standard_error);
+            note(format!("by a parabola {}", with_error(&between, 1.0)), true);
+        }
+        let mut difference = None;
+        if let Some(published) = e.published {
+            note(format!("published {}", short(published * scale)), false);
+            if noise.is_none() {
+                let decimals = decimals(e.standard_error * scale);
+                let shown = format!("{:+.decimals$}", (e.value - published) * scale);
+                difference = Some(shown.replace('-', "\u{2212}"));
+            }
+        }
+        let mut after = Vec::new();
+        let mut note =
+            |words: String, wrap: bool| after.push(json!({"words": words, "wrap": wrap}));
+        if let Some(bound) = e.bias_bound.filter(|b| *b > SEEN * e.standard_error) {
+            note(format!("bias below {}", short(two_digits(bound * scale))), false);
+        }
+        if let Some(error) = e.wavelength_error.filter(|_| noise.is_none()) {
+            note(format!("last wavelengths {}", with_error(&error, scale)), true);
+        }
+        json!({
+            "value": noise.map_or(value.as_str(), |words| words.split(" (").next().unwrap_or(words)),
+            "notes": notes, "difference": difference, "after": after,
+        })
+    }
+}
+
+/// The figures of the paper's tables of a model, in their order.
+pub fn figures<'a>(model: &Model<'a>) -> Vec<FigureOfMerit<'a>> {
+    let all = &model.entry.figures;
+    let known = |key: &str| FIGURES.iter().position(|(known, _)| *known == key);
+    let shown = |key: &str| known(key).is_some();
+    let mut found: Vec<_> = all.iter().filter(|(key, _)| shown(key)).collect();
+    found.sort_by_key(|(key, _)| known(key));
+    let figure = |(key, entry): (&'a String, &'a FigureEntry)| FigureOfMerit {
+        label: known(key).map_or_else(|| key.replace('_', " "), |i| FIGURES[i].1.to_owned()),
+        unit: if key.ends_with("_deg") { Unit::Degree } else { Unit::Fraction },
+        entry,
+        between: (key == PEAK).then(|| all.get(PARABOLA)).flatten(),
+    };
+    found.into_iter().map(figure).collect()
+}
+
+/// The figures as lines of a picture: those that have published ones, of designs that have some;
+/// without any, all.
+pub fn rows(models: &[Model]) -> Vec<SummaryRow> {
+    let all: Vec<(&Model, FigureOfMerit)> = models
+        .iter()
+        .flat_map(|model| figures(model).into_iter().map(move |figure| (model, figure)))
+        .collect();
+    let published = all.iter().filter(|(_, figure)| figure.entry.published.is_some());
+    let (designs, labels): (Vec<&str>, Vec<&str>) =
+        published.map(|(model, figure)| (model.design, figure.label.as_str())).unzip();
+    let chosen = |model: &Model, figure: &FigureOfMerit| {
+        let compared = designs.contains(&model.design) && labels.contains(&figure.label.as_str());
+        compared || designs.is_empty()
+    };
+    all.iter()
+        .filter(|(model, figure)| chosen(model, figure))
+        .map(|(model, figure)| SummaryRow {
+            design: model.design.to_owned(),
+            model: model.label(),
+            quantity: figure.label.clone(),
+            unit: figure.unit,
+            published: figure.entry.published,
+            computed: figure
+                .entry
+                .peak_place
+                .is_off_axis()
+                .then(|| Estimate::new(figure.entry.value, figure.entry.standard_error)),
+            instead: None,
+        })
+        .collect()
+}
+
+/// Models of one design after the other.
+fn by_design<'m, 'a>(models: &'m [Model<'a>]) -> impl Iterator<Item = &'m [Model<'a>]> {
+    models.chunk_by(|a, b| a.design == b.design)
+}
+
+/// A table of figures for each design.
+pub fn results(models: &[Model]) -> Vec<Value> {
+    let of_design = |design: &[Model]| {
+        let heads = figures(&design[0]);
+        let row = |model: &Model| {
+            let own = figures(model);
+            let cell = |head: &FigureOfMerit| {
+                let figure = own.iter().find(|figure| figure.label == head.label);
+                let (_, unit) = head.shown();
+                json!({
+                    "label": head.label, "unit": unit,
+                    "cell": figure.map(FigureOfMerit::cell),
+                })
+            };
+            json!({"model": model.label(), "cells": heads.iter().map(cell).collect::<Vec<_>>()})
+        };
+        let head = |head: &FigureOfMerit| json!({"label": head.label, "unit": head.shown().1});
+        json!({
+            "design": design[0].design,
+            "heads": heads.iter().map(head).collect::<Vec<_>>(),
+            "rows": design.iter().map(row).collect::<Vec<_>>(),
+        })
+    };
+    by_design(models).map(of_design).collect()
+}
+
+/// A line on the light of each model in a spectrum.
+pub fn spectra(models: &[Model]) -> Vec<Value> {
+    let line = |model: &Model| {
+        let spectrum = model.entry.spectrum.as_ref()?;
+        Some(json!({
+            "design": model.design, "model": model.label(), "weighting": spectrum.light.weighting,
+            "count": metrics::plural::count(spectrum.wavelengths.len(), "wavelength"),
+            "stopped_by": spectrum.stopped_by,
+        }))
+    };
+    models.iter().filter_map(line).collect()
+}
+
+/// Where the power went, a table for each design.
+pub fn ledger(models: &[Model]) -> Vec<Value> {
+    let of_design = |design: &[Model]| {
+        let names = accounts(design).into_iter();
+        let rows: Vec<_> = names.map(|key| (key.replace('_', " "), key)).collect();
+        by_model(design, &rows, |model, account| model.entry.power_ledger.account(account))
+    };
+    by_design(models).map(of_design).collect()
+}
+
+/// Forms of uniformity, a table for each design that has any.
+pub fn uniformity(models: &[Model]) -> Vec<Value> {
+    let figure = |model: &Model, key: &str| {
+        let entry = model.entry.figures.get(key)?;
+        Some(Estimate::new(entry.value, entry.standard_error))
+    };
+    let of_design = |design: &[Model]| {
+        let forms = FORMS.iter();
+        let there = forms.filter(|form| design.iter().any(|m| figure(m, form.key).is_some()));
+        let rows: Vec<_> = there.map(|form| (form.label.to_owned(), form.key.to_owned())).collect();
+        (!rows.is_empty()).then(|| by_model(design, &rows, figure))
+    };
+    by_design(models).filter_map(of_design).collect()
+}
+
+/// A table of percentages of one design: a row for each name and key, a column for each model.
+fn by_model(
+    design: &[Model],
+    rows: &[(String, String)],
+    value: impl Fn(&Model, &str) -> Option<Estimate>,
+) -> Value {
+    let row = |(name, key): &(String, String)| {
+        let cell =
+            |model: &Model| json!({"model": model.label(), "text": percent(value(model, key))});
+        json!({"name": name, "cells": design.iter().map(cell).collect::<Vec<_>>()})
+    };
+    json!({
+        "design": design[0].design,
+        "models": design.iter().map(Model::label).collect::<Vec<_>>(),
+        "rows": rows.iter().map(row).collect::<Vec<_>>(),
+    })
+}
+
+/// A share in per cent with its error.
+pub fn percent(share: Option<Estimate>) -> String {
+    share.map_or(NONE.to_owned(), |e| {
+        format_value_with_error(100.0 * e.value, 100.0 * e.standard_error)
+    })
+}
+
+/// Accounts that hold power in one of the models at least, in the order of a ray's life.
+pub fn accounts(models: &[Model]) -> Vec<String> {
+    const BEGINNINGS: [&str; 5] = ["emitted", "escaped_", "absorbed_by_", "absorbed_in_", "lost_"];
+    let all = models.iter().flat_map(|m| &m.entry.power_ledger.accounts);
+    let held = all.filter(|(_, share)| share.value.abs() > NOTHING);
+    let mut names: Vec<String> = held.map(|(name, _)| name.clone()).collect();
+    let rank = |account: &str| {
+        let rank = BEGINNINGS.iter().position(|b| account.starts_with(b));
+        rank.unwrap_or(BEGINNINGS.len())
+    };
+    names.sort_by(|a, b| (rank(a), a).cmp(&(rank(b), b)));
+    names.dedup();
+    names
+}
+
+/// Headings of a design's tables of orders.
+pub const TABLE_HEADS: [&str; 11] = [
+    "band",
+    "ring",
+    "period (µm)",
+    "depth (µm)",
+    "highest order",
+    "slices",
+    "ky",
+    "error, orders and slices",
+    "error, ky",
+    "error, kx",
+    "power balance",
+];
+
+/// What each table of diffraction orders says of itself, design by design.
+pub fn orders(listed: &[Listed]) -> Vec<Value> {
+    let row = |table: &Listed| {
+        let e = table.entry;
+        let numbers = [e.band, e.ring].map(|n| Some(n as f64));
+        let sizes = [e.orders, e.slices, e.ky].map(|n| Some(n as f64));
+        let cells = [numbers.as_slice(), &[Some(e.period_um), Some(e.depth_um)], &sizes].concat();
+        let errors = [Some(e.estimated_error), e.grid_error, e.kx_error, Some(e.energy_residual)];
+        let text = |x: Option<f64>| x.map_or(NONE.to_owned(), short);
+        cells.into_iter().chain(errors).map(text).collect::<Vec<_>>()
+    };
+    let of_design = |design: &[Listed]| json!({"design": design[0].design, "rows": design.iter().map(row).collect::<Vec<_>>()});
+    let designs = listed.chunk_by(|a, b| a.design == b.design);
+    designs.map(of_design).collect()
+}
+
+/// Version, seed, hashes.
+pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
+    let top = folder.results();
+    let compared = models.iter().any(|m| m.entry.figures.values().any(|f| f.published.is_some()));
+    let mut lines = vec![
+        ("computed by", format!("{} {}", top.program.name, top.program.version)),
+        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
+        ("schema of results.json", top.schema_version.to_string()),
+        ("seed", top.seed.to_string()),
+        ("kind of run", if top.quick { "quick" } else { "full" }.to_owned()),
+    ];
+    if compared {
+        lines.push(("published figures", top.published_source.clone()));
+    }
+    let paths = |model: &Model| {
+        json!([
+            model.design,
+            model.label(),
+            thousands(model.entry.paths),
+            short(model.entry.counters[SURFACES]),
+        ])
+    };
+    json!({
+        "lines": lines, "inputs": top.inputs, "files": top.files,
+        "paths": models.iter().map(paths).collect::<Vec<_>>(),
+    })
+}
+
+/// Decimals that show an error to two digits.
+fn decimals(error: f64) -> usize {
+    if error > 0.0 { (1 - error.log10().floor() as i64).clamp(0, 6) as usize } else { 2 }
+}
+
+/// Two significant digits for what is below 1, else as few as say all.
+fn short(x: f64) -> String {
+    if x == 0.0 {
+        "0".to_owned()
+    } else if x.abs() < 1e-3 {
+        format!("{x:.1e}")
+    } else if x.abs() < 1.0 {
+        let digits = (1 - x.abs().log10().floor() as i64).max(0) as usize;
+        format!("{x:.digits$}")
+    } else {
+        let text = format!("{x:.3}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+}
+
+/// A number to two significant digits.
+fn two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}
+
+/// Groups of three digits, apart by narrow spaces.
+pub fn thousands(number: u64) -> String {
+    digits::thousands(number).replace(',', "\u{202f}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_say_enough() {
+        for (x, text) in [
+            (0.0, "0"),
+            (25.0, "25"),
+            (75.5, "75.5"),
+            (0.014_45, "0.014"),
+            (1.275e-12, "1.3e-12"),
+            (0.000_667, "6.7e-4"),
+        ] {
+            assert_eq!(short(x), text);
+        }
+        assert_eq!(short(two_digits(1.644)), "1.6");
+        assert_eq!(thousands(20_000_000), "20\u{202f}000\u{202f}000");
+        assert_eq!(thousands(600), "600");
+        assert_eq!((decimals(0.093), decimals(0.27), decimals(12.0)), (3, 2, 0));
+    }
+}

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The part of the page on a tolerance analysis, where the folder holds one.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use metrics::digits::{format_value_with_error, thousands};
+use metrics::plural::count;
+use metrics::{Bounds, Estimate};
+use results::tolerance::{
+    BoundEntry, FILE, QuantileEntry, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
+};
+
+use super::folder::{checked_file, is_one_of};
+use super::models::label;
+use super::pictures::Album;
+use crate::tolerance::distribution_picture;
+
+/// Contributors of a figure that the page lists.
+const LISTED: usize = 12;
+
+/// A folder with a tolerance analysis, checked.
+#[derive(Debug)]
+pub struct ToleranceFolder {
+    directory: PathBuf,
+    /// `tolerance.json`.
+    pub file: ToleranceResultsFile,
+}
+
+impl ToleranceFolder {
+    /// Reads `tolerance.json` in `directory` and checks every file that it lists; none where there
+    /// is no such file.
+    ///
+    /// # Errors
+    /// A file of another layout; one that is missing or altered.
+    pub fn open(directory: &Path) -> Result<Option<Self>> {
+        let Some(file) = ToleranceResultsFile::read(directory)? else {
+            return Ok(None);
+        };
+        let path = directory.join(FILE);
+        for (i, entry) in file.files.iter().enumerate() {
+            let place = format!("`{}`: files[{i}]", path.display());
+            checked_file(directory, entry, &place)?;
+        }
+        let directory = directory.to_owned();
+        Ok(Some(Self { directory, file }))
+    }
+
+    /// The directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Whether `path` is one of the files of the analysis.
+    pub fn holds(&self, path: &Path) -> bool {
+        is_one_of(&self.directory, &self.file.files, FILE, path)
+    }
+}
+
+/// Tables and the picture of `file` for the template.
+///
+/// # Errors
+/// A distribution that cannot be drawn.
+pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value> {
+    let words = file.distribution.as_ref().map(|distribution| {
+        format!(
+            "Share of packages at or below each value of {}, noise of the traces taken out.",
+            plain(&distribution.figure)
+        )
+    });
+    let picture = distribution_picture(file)?;
+    let picture = picture.zip(words).map(|(picture, words)| album.fixed(&picture, &words));
+    let figures = in_order(file);
+    let causes = figures.iter();
+    let causes = causes.filter_map(|(key, figure)| contributions(key, figure));
+    let levels = figures.first().map(|(_, figure)| &figure.quantiles);
+    let levels = levels.into_iter().flatten().map(level);
+    Ok(json!({
+        "name": file.name,
+        "description": file.description,
+        "design": file.design,
+        "model": label(&file.model),
+        "packages": count(thousands(file.samples as u64), "package"),
+        "paths": thousands(file.paths),
+        "levels": levels.collect::<Vec<_>>(),
+        "rows": figures.iter().map(|(key, figure)| row(key, figure)).collect::<Vec<_>>(),
+        "constraints": file.constraints.iter().map(bound).collect::<Vec<_>>(),
+        "yield": file.yielded.as_ref().map(yield_words),
+        "without_design": file.without_design.len(),
+        "contributions": causes.collect::<Vec<_>>(),
+        "picture": picture,
+    }))
+}
+
+/// Figures by key, that of the distribution first.
+fn in_order(file: &ToleranceResultsFile) -> Vec<(&String, &ToleranceFigureEntry)> {
+    let first = file.distribution.as_ref().map(|one| &one.figure);
+    let mut figures: Vec<_> = file.figures.iter().collect();
+    figures.sort_by_key(|(key, _)| Some(*key) != first);
+    figures
+}
+
+fn plain(key: &str) -> String {
+    key.replace('_', " ")
+}
+
+fn number(e: Estimate) -> String {
+    format_value_with_error(e.value, e.standard_error)
+}
+
+fn level(quantile: &QuantileEntry) -> String {
+    format!("{} %", 100.0 * quantile.level)
+}
+
+fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
+    let quantile = |one: &QuantileEntry| {
+        let estimate = Estimate::new(one.value, one.standard_error);
+        json!({"level": level(one), "text": number(estimate)})
+    };
+    json!({
+        "name": plain(key),
+        "nominal": number(figure.nominal),
+        "shift": number(figure.shift),
+        "deviation": number(figure.deviation),
+        "quantiles": figure.quantiles.iter().map(quantile).collect::<Vec<_>>(),
+    })
+}
+
+fn bound(entry: &BoundEntry) -> String {
+    let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
+    format!("{} {}", plain(&entry.figure), bounds.words())
+}
+
+fn yield_words(entry: &YieldEntry) -> String {
+    let [low, high] = entry.interval_95.map(|share| 100.0 * share);
+    format!(
+        "{} of {}, {:.1} % (95 % interval {low:.1} to {high:.1} %)",
+        entry.good,
+        count(entry.of, "package"),
+        100.0 * entry.share
+    )
+}
+
+/// Contributors of a figure, the largest first.
+fn contributions(key: &str, figure: &ToleranceFigureEntry) -> Option<Value> {
+    let found = figure.contributions.as_ref()?;
+    let mut parts: Vec<_> = found.by_tolerance.iter().collect();
+    parts.sort_by(|a, b| b.share.value.total_cmp(&a.share.value));
+    let left_out = parts.len().saturating_sub(LISTED);
+    let parts = parts.into_iter().take(LISTED).map(|part| {
+        json!({
+            "tolerance": part.tolerance,
+            "share": number(part.share),
+            "change": part.change_per_deviation.map(number),
+        })
+    });
+    Some(json!({
+        "figure": plain(key),
+        "rows": parts.collect::<Vec<_>>(),
+        "left_out": left_out,
+        "unexplained": number(found.unexplained),
+    }))
+}
+
+/// What stands at the end of a page of an analysis alone.
+pub(super) fn provenance(file: &ToleranceResultsFile) -> Value {
+    let lines = [
+        ("computed by", format!("{} {}", file.program.name, file.program.version)),
+        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
+        ("schema of tolerance.json", file.schema_version.to_string()),
+        ("seed", file.seed.to_string()),
+    ];
+    json!({"lines": lines, "inputs": file.inputs, "files": file.files})
+}

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Illuminance maps in false colours, linear beside logarithmic, with the LEDs outlined.
+
+use anyhow::{Result, ensure};
+
+use metrics::quantity::Map;
+
+use super::Heading;
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
+use super::draw::colour::{Colour, glow};
+use super::draw::palette::LED;
+use super::draw::panel::{LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
+use super::draw::scale::{AxisScale, common_power, power_of_ten, rounded, significant};
+use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
+
+/// The outline of an LED seen from above, in the unit of the map's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LedOutline {
+    /// Middle along the column axis (x) and the row axis (y).
+    pub centre: [f64; 2],
+    /// Extent along x and y.
+    pub size: [f64; 2],
+}
+
+/// How the values of a map become colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapScale {
+    /// From 0 to the largest value.
+    Linear,
+    /// From the smallest positive value to the largest.
+    Logarithmic,
+}
+
+/// An illuminance map over a plane.
+#[derive(Clone, Copy, Debug)]
+pub struct IlluminanceMap<'a> {
+    /// Title, design and model.
+    pub heading: &'a Heading,
+    /// Illuminance; rows along y, columns along x.
+    pub map: &'a Map,
+    /// LEDs under the plane.
+    pub leds: &'a [LedOutline],
+    /// Smallest positive and largest value that have a colour of their own, where maps are to be
+    /// compared; without it, those of the map.
+    pub range: Option<[f64; 2]>,
+    /// How bins become an image.
+    pub image: BinImage,
+    /// Peaks and valleys.
+    pub marks: &'a [Mark],
+    /// The line of the cross-section.
+    pub section: Option<[Point; 2]>,
+}
+
+/// Smallest positive and largest value, at most [`LEVELS`] apart; of a dark map 1 and [`LEVELS`].
+pub fn map_range(values: &[f64]) -> [f64; 2] {
+    let lit = values.iter().copied().filter(|v| *v > 0.0);
+    let [least, most] = lit.fold([f64::INFINITY, 0.0], |[a, b], v| [v.min(a), v.max(b)]);
+    if most <= f64::MIN_POSITIVE {
+        return [1.0, LEVELS];
+    }
+    let least = least.max(most / LEVELS);
+    // An even map still needs two ends.
+    [if least < 0.9 * most { least } else { 0.5 * most }, most]
+}
+
+/// Draws a map on a linear and on a logarithmic scale side by side, the y axis upwards.
+///
+/// # Errors
+/// A range that is not positive and ascending.
+pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
+    let mut sheet = Sheet::new(1600, 770, picture.heading, &legend(picture));
+    let [mut left, mut right] = [sheet.body; 2];
+    (left.right, right.left) = (sheet.body.centre()[0], sheet.body.centre()[0]);
+    draw(&mut sheet, left, picture, MapScale::Linear)?;
+    draw(&mut sheet, right, picture, MapScale::Logarithmic)?;
+    Ok(sheet.finish())
+}
+
+/// Draws a map on one scale.
+///
+/// # Errors
+/// As [`illuminance_map`].
+pub fn map_on_scale(picture: &IlluminanceMap, scale: MapScale) -> Result<Picture> {
+    let mut sheet = Sheet::new(840, 770, picture.heading, &legend(picture));
+    let body = sheet.body;
+    draw(&mut sheet, body, picture, scale)?;
+    Ok(sheet.finish())
+}
+
+fn legend(picture: &IlluminanceMap) -> Vec<Entry> {
+    let mut legend = Vec::new();
+    if !picture.leds.is_empty() {
+        legend.push(Entry::new(Sample::Frame(LED), "LED"));
+    }
+    if picture.section.is_some() {
+        legend.push(Entry::new(Sample::Line(SECTION), "cross-section"));
+    }
+    legend
+}
+
+/// One map with its colour bar, in this room.
+fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale) -> Result<()> {
+    let map = picture.map;
+    let [low, high] = picture.range.unwrap_or_else(|| map_range(map.value()));
+    ensure!(
+        low > 0.0 && low < high && high.is_finite(),
+        "expected a positive, ascending range of colours, got {low} to {high}"
+    );
+    let (levels, words) = match scale {
+        MapScale::Linear => {
+            let scale = AxisScale::Linear { low: 0.0, high };
+            let words = format!("linear, 0 to {}", significant(high, 2));
+            (PanelAxis::linear(map.quantity(), scale, 6), words)
+        }
+        MapScale::Logarithmic => {
+            let ratio = significant(high / low, 2);
+            let power = common_power(high);
+            let [from, to] = [low, high].map(|end| rounded(end / 10f64.powi(power), 2));
+            let ends = match power {
+                0 => format!("{from} to {to}"),
+                power => format!("({from} to {to}) × {}", power_of_ten(power)),
+            };
+            let words = format!("logarithmic, 1 : {ratio}, {ends}");
+            (PanelAxis::log(map.quantity(), low, high, 6), words)
+        }
+    };
+    let symbol = map.quantity().unit().symbol();
+    let panel = false_colours(sheet, room, map, &levels, picture.image);
+    let canvas = &mut sheet.canvas;
+    let place = [panel.area.left, panel.area.top - 18.0];
+    let letters = Letters::new(LABEL_SIZE, Align::Left).bold();
+    canvas.text(&format!("{words} {symbol}"), place, &letters);
+    if let Some(ends) = picture.section {
+        canvas.clipped(panel.area, |canvas| {
+            let [from, to] = ends.map(|[x, y]| panel.at(x, y));
+            canvas.line(from, to, &Pen::solid(Colour::WHITE.with_opacity(0.5), 2.6));
+            canvas.line(from, to, &SECTION);
+        });
+    }
+    for led in picture.leds {
+        draw_led(canvas, &panel, led);
+    }
+    draw_marks(canvas, &panel, picture.marks);
+    panel.frame(canvas);
+    colour_bar(canvas, &panel, &levels);
+    Ok(())
+}
+
+/// The line of the cross-section.
+const SECTION: Pen = Pen::dashed(Colour::BLACK, 1.4, &[6.0, 5.0]);
+
+/// Largest ratio of the largest value to that of the first colour: the 256 levels of the paper's
+/// equation 2.
+pub const LEVELS: f64 = 256.0;
+
+/// How a map's bins become an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BinImage {
+    /// A rectangle of one colour for each bin.
+    Sharp,
+    /// Colours that run into each other.
+    Smooth,
+    /// None: a script paints it.
+    Omitted,
+}
+
+/// Draws a map in colours on the largest area of equal scales in both directions, in the middle of
+/// the room's width, with room for a colour bar at the right; returns its panel.
+pub fn false_colours(
+    sheet: &mut Sheet,
+    room: Rect,
+    map: &Map,
+    levels: &PanelAxis,
+    image: BinImage,
+) -> Panel {
+    let room = room.inset(75.0, 34.0, 172.0, 65.0);
+    let [columns, rows] = [map.columns().range(), map.rows().range()];
+    let extent = [columns, rows].map(|[low, high]| high - low);
+    let scale = (room.width() / extent[0]).min(room.height() / extent[1]);
+    let [width, height] = extent.map(|e| e * scale);
+    let left = room.left + (room.width() - width) / 2.0;
+    let linear = |[low, high]: [f64; 2]| AxisScale::Linear { low, high };
+    // Equal steps on both axes.
+    let ticks = |extent: f64| (9.0 * extent / extent_of(map)).ceil() as usize;
+    let panel = Panel {
+        area: Rect::new(left, room.top, left + width, room.top + height),
+        x: PanelAxis::linear(map.columns().quantity(), linear(columns), ticks(extent[0])),
+        y: PanelAxis::linear(map.rows().quantity(), linear(rows), ticks(extent[1])),
+    };
+    panel.grid(&mut sheet.canvas);
+    let bins = [map.columns().bins(), map.rows().bins()];
+    if image != BinImage::Omitted {
+        let smooth = image == BinImage::Smooth;
+        sheet.canvas.image(panel.area, bins, smooth, |column, row| {
+            let row = bins[1] - 1 - row;
+            glow(levels.scale.share(map.value()[row * bins[0] + column]))
+        });
+    }
+    panel
+}
+
+/// The longer side of a map.
+fn extent_of(map: &Map) -> f64 {
+    let sides = [map.columns().range(), map.rows().range()].map(|[low, high]| high - low);
+    sides[0].max(sides[1])
+}
+
+fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {
+    let corner = |sx: f64, sy: f64| -> Point {
+        panel.at(led.centre[0] + sx * led.size[0] / 2.0, led.centre[1] + sy * led.size[1] / 2.0)
+    };
+    let outline = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    canvas.clipped(panel.area, |canvas| {
+        led_outline(canvas, &outline, LED);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draw::canvas::tests::decode;
+    use super::*;
+    use metrics::quantity::{Axis, Quantity, Unit};
+
+    fn map(value: Vec<f64>) -> Map {
+        let axis =
+            |name| Axis::uniform(Quantity::new(name, Unit::Millimetre), -2.0, 2.0, 2).unwrap();
+        let quantity = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
+        let error = vec![0.0; value.len()];
+        Map::new(quantity, axis("y"), axis("x"), value, error).unwrap()
+    }
+
+    fn picture(map: &Map, range: Option<[f64; 2]>) -> Result<Picture> {
+        illuminance_map(&IlluminanceMap {
+            heading: &Heading::new("Map", "D1"),
+            map,
+            leds: &[],
+            range,
+            image: BinImage::Sharp,
+            marks: &[],
+            section: None,
+        })
+    }
+
+    #[test]
+    fn rows_go_upwards_and_colours_follow_the_logarithm() {
+        let map = map(vec![0.01, 1.0, 0.1, 0.01]);
+        let png = picture(&map, Some([0.01, 1.0])).unwrap();
+        let picture = decode(&png);
+        // A pixel well inside each quarter of the logarithmic map, right of the linear one.
+        let colour = |x: u32, y: u32| {
+            let p = picture.pixel(x, y).unwrap();
+            [p.red(), p.green(), p.blue()]
+        };
+        let at = |share| glow(share).rgb;
+        assert_eq!(colour(1300, 640), at(1.0));
+        assert_eq!(colour(1000, 640), at(0.0));
+        assert_eq!(colour(1000, 300), at(0.5));
+        assert_eq!(colour(1300, 300), at(0.0));
+        // On the linear scale a tenth is a tenth of the way.
+        assert_eq!(colour(550, 640), at(1.0));
+        assert_eq!(colour(250, 300), at(0.1));
+    }
+
+    #[test]
+    fn ranges_follow_the_values() {
+        for (values, [low, high]) in [
+            (&[0.0, 0.5, 4.0][..], [0.5, 4.0]),
+            (&[1e-9, 256.0], [1.0, 256.0]),
+            (&[2.0, 2.0], [1.0, 2.0]),
+            (&[0.0], [1.0, 256.0]),
+        ] {
+            let found = map_range(values);
+            let off = (found[0] - low).abs() + (found[1] - high).abs();
+            assert!(off < 1e-12, "{values:?}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn dark_maps_are_drawn_and_wrong_ranges_refused() {
+        assert!(picture(&map(vec![0.0; 4]), None).is_ok());
+        assert!(picture(&map(vec![1.0; 4]), Some([0.0, 1.0])).is_err());
+        assert!(picture(&map(vec![1.0; 4]), Some([2.0, 1.0])).is_err());
+    }
+}

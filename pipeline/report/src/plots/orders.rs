@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! One structure by rays and by waves at one incidence (figure 6 of the paper): power over the
+//! outgoing angle, as stems.
+
+use anyhow::{Result, ensure};
+
+use metrics::quantity::{Quantity, Unit};
+
+use super::Heading;
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
+use super::draw::colour::Colour;
+use super::draw::palette;
+use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
+use super::draw::scale::AxisScale;
+use super::draw::sheet::{Entry, Sample, Sheet};
+
+/// Per cent of one.
+const PERCENT: f64 = 100.0;
+
+/// The side that light leaves to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LobeSide {
+    /// Back to where it came from.
+    Reflected,
+    /// Through the structure.
+    Transmitted,
+}
+
+/// Power that leaves in one direction of the plane of incidence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneLobe {
+    /// Side.
+    pub side: LobeSide,
+    /// Angle to the normal of the surface in degrees, -90..90, positive along the grating vector.
+    pub angle_deg: f64,
+    /// Power per incident power, 0..1.
+    pub power: f64,
+}
+
+/// Draws rays above and diffraction orders below, transmitted light left and reflected light right,
+/// all over the same angles; each panel has its own scale of power, since an order carries a small
+/// part of a lobe.
+///
+/// # Errors
+/// No lobes, angles outside -90°..90°, or powers below 0.
+pub fn grating_lobes(
+    heading: &Heading,
+    rays: &[PlaneLobe],
+    orders: &[PlaneLobe],
+) -> Result<Picture> {
+    for (name, lobes) in [("rays", rays), ("orders", orders)] {
+        ensure!(!lobes.is_empty(), "{name}: expected at least one lobe");
+        for lobe in lobes {
+            ensure!(
+                (-90.0..=90.0).contains(&lobe.angle_deg),
+                "{name}: expected angles within -90°..90°, got {}",
+                lobe.angle_deg
+            );
+            ensure!(
+                lobe.power >= 0.0 && lobe.power.is_finite(),
+                "{name}: expected powers of at least 0, got {}",
+                lobe.power
+            );
+        }
+    }
+    let [blue, red] = palette::RAYS_WAVES;
+    let legend = [
+        Entry::new(Sample::Dot(blue, 6.0), "ray tracing, one stem a lobe"),
+        Entry::new(Sample::Dot(red, 6.0), "RCWA, one stem a diffraction order"),
+    ];
+    let mut sheet = Sheet::new(1600, 900, heading, &legend);
+    let body = sheet.body.inset(75.0, 42.0, 10.0, 65.0);
+    let gaps = [110.0, 84.0];
+    let width = (body.width() - gaps[0]) / 2.0;
+    let height = (body.height() - gaps[1]) / 2.0;
+    let models = [("Rays", rays, blue), ("RCWA", orders, red)];
+    let sides = [("transmitted", LobeSide::Transmitted), ("reflected", LobeSide::Reflected)];
+    for (column, (direction, side)) in sides.into_iter().enumerate() {
+        let left = body.left + column as f64 * (width + gaps[0]);
+        let panels = [0, 1].map(|row| {
+            let top = body.top + row as f64 * (height + gaps[1]);
+            let area = Rect::new(left, top, left + width, top + height);
+            stem_panel(area, models[row].1, side, row == 1)
+        });
+        let room = panels[0].number_room().max(panels[1].number_room());
+        for (panel, (model, lobes, colour)) in panels.iter().zip(models) {
+            draw_stems(&mut sheet.canvas, panel, lobes, side, colour);
+            panel.frame_with_room(&mut sheet.canvas, room);
+            let total: f64 = on_side(lobes, side).map(|lobe| lobe.power).sum();
+            let title = format!("{model}, {direction}: {:.1} %", total * PERCENT);
+            let place = [panel.area.centre()[0], panel.area.top - 20.0];
+            let letters = Letters::new(LABEL_SIZE, Align::Centre).bold();
+            sheet.canvas.text(&title, place, &letters);
+        }
+    }
+    Ok(sheet.finish())
+}
+
+fn on_side(lobes: &[PlaneLobe], side: LobeSide) -> impl Iterator<Item = &PlaneLobe> {
+    lobes.iter().filter(move |lobe| lobe.side == side)
+}
+
+fn stem_panel(area: Rect, lobes: &[PlaneLobe], side: LobeSide, named: bool) -> Panel {
+    let share = Quantity::new("share of incident power", Unit::Fraction);
+    let angle = Quantity::new("angle to the surface normal", Unit::Degree);
+    let top = on_side(lobes, side).fold(0.0f64, |top, lobe| top.max(lobe.power));
+    let power = AxisScale::Linear { low: 0.0, high: if top > 0.0 { top * 1.1 } else { 1.0 } };
+    let mut x = PanelAxis::angle(&angle, -90.0, 90.0, 15.0);
+    if !named {
+        x.label.clear();
+    }
+    Panel { area, x, y: PanelAxis::linear(&share, power, 5) }
+}
+
+fn draw_stems(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    lobes: &[PlaneLobe],
+    side: LobeSide,
+    colour: Colour,
+) {
+    panel.grid(canvas);
+    let stem = Pen::solid(colour, 2.2);
+    for lobe in on_side(lobes, side) {
+        let foot = panel.at(lobe.angle_deg, 0.0);
+        let head = panel.at(lobe.angle_deg, lobe.power);
+        let share = PERCENT * lobe.power;
+        let words = format!("{:.1}°: {share:.3} %", lobe.angle_deg);
+        canvas.with_tooltip(&words, |canvas| {
+            canvas.line(foot, head, &stem);
+            canvas.disk(head, 4.2, colour);
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draw::canvas::tests::decode;
+    use super::*;
+
+    fn lobe(angle_deg: f64, power: f64) -> PlaneLobe {
+        PlaneLobe { side: LobeSide::Transmitted, angle_deg, power }
+    }
+
+    #[test]
+    fn bad_lobes_are_refused() {
+        let heading = Heading::new("S8", "normal incidence");
+        let good = [lobe(20.0, 0.5)];
+        assert!(grating_lobes(&heading, &good, &good).is_ok());
+        assert!(grating_lobes(&heading, &[], &good).is_err());
+        assert!(grating_lobes(&heading, &good, &[lobe(91.0, 0.5)]).is_err());
+        assert!(grating_lobes(&heading, &[lobe(0.0, f64::NAN)], &good).is_err());
+    }
+
+    #[test]
+    fn rays_and_orders_at_one_angle_stand_above_each_other() {
+        let png = grating_lobes(&Heading::new("", ""), &[lobe(30.0, 0.5)], &[lobe(30.0, 0.1)]);
+        let picture = decode(&png.unwrap());
+        let columns = |colour: Colour, top: u32| -> Vec<u32> {
+            (0..picture.width())
+                .filter(|&x| {
+                    (top..picture.height()).any(|y| {
+                        let p = picture.pixel(x, y).unwrap();
+                        [p.red(), p.green(), p.blue()] == colour.rgb
+                    })
+                })
+                .collect()
+        };
+        // Below the legend.
+        let rays = columns(palette::RAYS_WAVES[0], 140);
+        let orders = columns(palette::RAYS_WAVES[1], 140);
+        assert!(!rays.is_empty() && rays == orders);
+    }
+}

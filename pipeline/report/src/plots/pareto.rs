@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A Pareto front: designs by two figures, with error bars, beside the design that the search began
+//! with.
+
+use anyhow::{Result, ensure};
+
+use metrics::Estimate;
+use metrics::digits::format_value_with_error;
+use metrics::quantity::{Quantity, Unit};
+
+use super::Heading;
+use super::draw::canvas::{Canvas, Pen, Picture};
+use super::draw::colour::Colour;
+use super::draw::palette;
+use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis};
+use super::draw::scale::AxisScale;
+use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, diamond};
+
+/// Radius of a dot, pixels.
+const DOT: f64 = 6.0;
+/// Room around the points, as a share of what they span.
+const ROOM: f64 = 0.08;
+
+/// Draws designs, each by two figures called `names`; `before` is the design at the beginning.
+///
+/// # Errors
+/// No design.
+pub fn pareto_front(
+    heading: &Heading,
+    names: [&str; 2],
+    designs: &[[Estimate; 2]],
+    before: Option<[Estimate; 2]>,
+) -> Result<Picture> {
+    ensure!(!designs.is_empty(), "a front needs at least one design");
+    let colour = palette::neutral(0);
+    let mut legend = vec![Entry::new(Sample::Dot(colour, DOT), "designs of the front")];
+    if before.is_some() {
+        let diamond = Sample::Diamond(Colour::TEXT);
+        legend.push(Entry::new(diamond, "design at the beginning"));
+    }
+    let bar = Pen::solid(Colour::MUTED, 2.0);
+    legend.push(Entry::new(Sample::Line(bar), "±2 standard errors"));
+    let mut sheet = Sheet::new(WIDTH, HEIGHT, heading, &legend);
+    let axis = |number: usize, count: usize| {
+        let all = designs.iter().chain(&before).map(|pair| pair[number]);
+        let name = Quantity::new(names[number].replace('_', " "), Unit::Relative);
+        PanelAxis::linear(&name, scale(all), count)
+    };
+    let panel =
+        Panel { area: sheet.body.inset(90.0, 12.0, 10.0, 65.0), x: axis(0, 8), y: axis(1, 6) };
+    let canvas = &mut sheet.canvas;
+    panel.grid(canvas);
+    for design in designs {
+        bars(canvas, &panel, design, colour);
+        canvas.with_tooltip(&words(names, design), |canvas| {
+            canvas.disk(panel.at(design[0].value, design[1].value), DOT, colour);
+        });
+    }
+    if let Some(before) = &before {
+        bars(canvas, &panel, before, Colour::TEXT);
+        canvas.with_tooltip(&words(names, before), |canvas| {
+            let at = panel.at(before[0].value, before[1].value);
+            diamond(canvas, at, 8.5, Colour::TEXT);
+        });
+    }
+    panel.frame(canvas);
+    Ok(sheet.finish())
+}
+
+/// The range of estimates with their error bars.
+fn scale(estimates: impl Iterator<Item = Estimate>) -> AxisScale {
+    let ends = estimates.flat_map(ends);
+    let start = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = ends.fold(start, |(low, high), v| (low.min(v), high.max(v)));
+    let room = ROOM * (high - low).max(1e-9);
+    AxisScale::Linear { low: low - room, high: high + room }
+}
+
+fn ends(estimate: Estimate) -> [f64; 2] {
+    let half = BAND_ERRORS * estimate.standard_error;
+    [estimate.value - half, estimate.value + half]
+}
+
+fn bars(canvas: &mut Canvas, panel: &Panel, [x, y]: &[Estimate; 2], colour: Colour) {
+    let pen = Pen::solid(colour, 2.0);
+    let [left, right] = ends(*x).map(|x| panel.at(x, y.value));
+    let [low, high] = ends(*y).map(|y| panel.at(x.value, y));
+    canvas.line(left, right, &pen);
+    canvas.line(low, high, &pen);
+}
+
+fn words(names: [&str; 2], design: &[Estimate; 2]) -> String {
+    let pairs = names.iter().zip(design);
+    let each = pairs.map(|(name, e)| {
+        let number = format_value_with_error(e.value, e.standard_error);
+        format!("{} {number}", name.replace('_', " "))
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draw::canvas::tests::decode;
+    use super::*;
+
+    /// Every design is a dot, where its figures are.
+    #[test]
+    fn every_design_is_drawn() {
+        let heading = Heading::new("front", "test");
+        let blue = palette::neutral(0).rgb;
+        let pixels = |designs: &[[Estimate; 2]]| {
+            let picture = pareto_front(&heading, ["a", "b"], designs, None).expect("drawn");
+            let picture = decode(&picture);
+            let pixels = picture.pixels().iter();
+            let of_dots = pixels.filter(|p| [p.red(), p.green(), p.blue()] == blue);
+            of_dots.count() as f64
+        };
+        let design = |x: f64, y: f64| [Estimate::new(x, 0.0), Estimate::new(y, 0.0)];
+        let two = pixels(&[design(0.1, 0.9), design(0.9, 0.1)]);
+        let three = pixels(&[design(0.1, 0.9), design(0.5, 0.4), design(0.9, 0.1)]);
+        // The legend holds one more.
+        assert!((two / three - 0.75).abs() < 0.05, "{two} {three}");
+        assert!(pareto_front(&heading, ["a", "b"], &[], None).is_err());
+    }
+}

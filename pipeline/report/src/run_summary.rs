@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What `batwing run` prints of each model: where the light went, then uniformity in the usual
+//! forms, the far field and the receivers.
+
+use std::fmt::Write as _;
+
+use design::spectrum::Weighting;
+use metrics::Estimate;
+use metrics::digits::{format_value_with_error, shortest, thousands};
+use metrics::extraction::{Ledger, is_end};
+use metrics::far_field::PeakPlace;
+use metrics::plural::count;
+use metrics::quantity::Unit;
+use metrics::uniformity_forms::{FORMS, Form, Region};
+use results::schema::Emitted;
+use results::{DesignResult, Figure, ModelResult};
+
+/// Accounts of the ledger below this fraction of the emitted power are left out.
+const NEGLIGIBLE: f64 = 5e-7;
+
+/// Width of the column of names.
+const NAMES: usize = 28;
+/// Width of a column of values.
+const COLUMN: usize = 18;
+/// Width of a column of values with units.
+const UNITS_COLUMN: usize = 28;
+
+/// Blocks of lines, one for each model of `design`.
+pub fn plain_text(design: &DesignResult) -> String {
+    let blocks: Vec<String> = design.models.iter().map(|m| block(&design.name, m)).collect();
+    blocks.join("\n")
+}
+
+fn block(design: &str, model: &ModelResult) -> String {
+    let paths = thousands(model.paths);
+    let mut text = format!("{design}, {}: {paths} paths\n", model.label);
+    light(&mut text, &model.ledger);
+    uniformity(&mut text, model);
+    far_field(&mut text, model);
+    absolute(&mut text, model);
+    receivers(&mut text, model);
+    text
+}
+
+fn line(text: &mut String, name: &str, value: &str) {
+    let _ = writeln!(text, "  {name:<NAMES$}{value}");
+}
+
+fn percent(estimate: Estimate) -> String {
+    let shown = |value: f64| value * 100.0;
+    let error = shown(estimate.standard_error);
+    // Beyond rounding of a sum an error says nothing.
+    if error < 1e-9 {
+        return format!("{} %", shortest(shown(estimate.value)));
+    }
+    format!("{} %", format_value_with_error(shown(estimate.value), error))
+}
+
+fn light(text: &mut String, ledger: &Ledger) {
+    text.push_str(" light, of what the sources emit\n");
+    for (key, name) in [("escaped_up", "up"), ("escaped_down", "down")] {
+        if let Some(estimate) = ledger.account(key) {
+            line(text, name, &percent(estimate));
+        }
+    }
+    let mut lost = 0.0;
+    for (key, estimate) in &ledger.accounts {
+        if !is_end(key) || key.starts_with("escaped_") {
+            continue;
+        }
+        if key.starts_with("lost_") {
+            lost += estimate.value;
+        } else if estimate.value > NEGLIGIBLE {
+            line(text, &key.replace('_', " "), &percent(*estimate));
+        }
+    }
+    let lost = if lost == 0.0 { "0 %".to_owned() } else { format!("{:.1e} %", lost * 100.0) };
+    line(text, "lost", &lost);
+}
+
+/// Cells beside each other, each so wide.
+fn in_columns(width: usize, cells: impl Iterator<Item = String>) -> String {
+    cells.fold(String::new(), |line, cell| format!("{line}{cell:<width$}"))
+}
+
+/// Names of the rows of the table of uniformity, with what each takes from a region.
+const ROWS: [(&str, Form); 4] = [
+    ("valley/peak", Form::ValleyToPeak),
+    ("min/mean", Form::MinToMean),
+    ("coefficient of variation", Form::Variation),
+    ("logarithmic", Form::Logarithmic),
+];
+
+fn uniformity(text: &mut String, model: &ModelResult) {
+    let regions =
+        [("segment", Region::Segment), ("diagonal", Region::Diagonal), ("cell", Region::Cell)];
+    let value = |region: Region, form: Form| {
+        let known = FORMS.iter().find(|f| f.region == region && f.form == form)?;
+        model.figure(known.key).map(|f| percent(f.estimate))
+    };
+    let there: Vec<_> = regions
+        .into_iter()
+        .filter(|(_, region)| value(*region, Form::ValleyToPeak).is_some())
+        .collect();
+    if there.is_empty() {
+        return;
+    }
+    let heading = in_columns(COLUMN, there.iter().map(|(name, _)| (*name).to_owned()));
+    let _ = writeln!(text, " {:<w$}{}", "uniformity", heading.trim_end(), w = NAMES + 1);
+    for (name, form) in ROWS {
+        let cells = there.iter().map(|(_, region)| value(*region, form).unwrap_or_default());
+        let cells = in_columns(COLUMN, cells);
+        line(text, name, cells.trim_end());
+    }
+    for (name, region) in [
+        ("nine points, min/max", Region::NinePoints),
+        ("thirteen points, min/max", Region::ThirteenPoints),
+    ] {
+        if let Some(value) = value(region, Form::ValleyToPeak) {
+            let empty = COLUMN * (there.len() - 1);
+            line(text, name, &format!("{:empty$}{value}", ""));
+        }
+    }
+    if let Some(figure) = model.figure("uniformity") {
+        line(text, "as the design reads it", &percent(figure.estimate));
+    }
+}
+
+fn far_field(text: &mut String, model: &ModelResult) {
+    let of_far_field = ["peak_angle_deg", "peak_angle_parabola_deg", "centre_to_peak"];
+    let figures: Vec<&Figure> = of_far_field.iter().filter_map(|k| model.figure(k)).collect();
+    if !figures.is_empty() {
+        text.push_str(" far field\n");
+    }
+    for figure in figures {
+        let beside = model.figure("peak_angle_deg").map(|peak| peak.peak_place);
+        // A ratio to a peak that is noise is noise as well.
+        let place = match (figure.key, beside) {
+            ("centre_to_peak", Some(PeakPlace::NotResolved)) => PeakPlace::NotResolved,
+            _ => figure.peak_place,
+        };
+        let value = match (place.words(), figure.unit) {
+            (Some(words), _) => words.to_owned(),
+            (None, Unit::Fraction) => percent(figure.estimate),
+            (None, unit) => {
+                let e = figure.estimate;
+                let value = format_value_with_error(e.value, e.standard_error);
+                let range = figure.peak_range_deg.filter(|[first, last]| first < last);
+                let range = range.map_or(String::new(), |[first, last]| {
+                    format!(", bins from {first} to {last} cannot be told apart")
+                });
+                format!("{value} {}{range}", unit.symbol())
+            }
+        };
+        line(text, figure.label, &value);
+    }
+    if let Some(extracted) = model.figure("extraction_efficiency") {
+        line(text, "extraction from the domes", &percent(extracted.estimate));
+    }
+}
+
+/// Figures in the units of the light that the LEDs emit, of all packages and of one.
+fn absolute(text: &mut String, model: &ModelResult) {
+    let Some(absolute) = &model.absolute else {
+        return;
+    };
+    let packages = count(absolute.packages, "package");
+    let heading = if absolute.packages == 1 {
+        String::new()
+    } else {
+        in_columns(UNITS_COLUMN, [packages, "one package".to_owned()].into_iter())
+    };
+    let heading = format!(" {:<w$}{heading}", "absolute", w = NAMES + 1);
+    let _ = writeln!(text, "{}", heading.trim_end());
+    let in_line = |text: &mut String, name: &str, cells: [String; 2]| {
+        let shown = if absolute.packages == 1 { 1 } else { 2 };
+        let cells = in_columns(UNITS_COLUMN, cells.into_iter().take(shown));
+        line(text, name, cells.trim_end());
+    };
+    let spectrum = model.spectrum.as_ref();
+    let photometric = spectrum.is_some_and(|s| s.light.weighting == Weighting::Photometric);
+    let flux = |emitted: &Emitted| match emitted.emitted_lm.filter(|_| photometric) {
+        Some(lumens) => format!("{} lm", shortest(lumens)),
+        None => format!("{} W", shortest(emitted.emitted_w)),
+    };
+    let both = [&absolute.emitted, &absolute.emitted_per_package];
+    in_line(text, "emitted", both.map(flux));
+    for (key, figure) in &absolute.figures {
+        let shown = |e: Estimate| {
+            let value = format_value_with_error(e.value, e.standard_error);
+            format!("{value} {}", figure.unit)
+        };
+        let of_package = figure.per_package.map(shown).unwrap_or_default();
+        in_line(text, &key.replace('_', " "), [shown(figure.array), of_package]);
+    }
+}
+
+fn receivers(text: &mut String, model: &ModelResult) {
+    let receivers = model.receivers.iter().flatten();
+    let fluxes: Vec<_> = receivers
+        .filter_map(|(name, r)| Some((name, r.fluxes.get("flux")?, r.flux_unit.as_deref())))
+        .collect();
+    if !fluxes.is_empty() {
+        text.push_str(" receivers\n");
+    }
+    for (name, flux, unit) in fluxes {
+        let value = format_value_with_error(flux.value, flux.standard_error);
+        line(text, name, &format!("{value} {}", unit.unwrap_or_default()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model() -> ModelResult {
+        let figure = |key, label, unit, value, error| Figure {
+            key,
+            label,
+            unit,
+            estimate: Estimate::new(value, error),
+            peak_place: PeakPlace::OffAxis,
+            peak_range_deg: None,
+            extremes: None,
+            wavelength_error: None,
+        };
+        let forms =
+            FORMS.iter().map(|form| figure(form.key, form.label, Unit::Fraction, 0.5, 0.001));
+        let mut figures: Vec<Figure> = forms.collect();
+        figures.push(Figure {
+            peak_place: PeakPlace::NotResolved,
+            ..figure("peak_angle_deg", "peak angle", Unit::Degree, 20.0, 5.0)
+        });
+        let account =
+            |name: &str, value: f64, error: f64| (name.to_owned(), Estimate::new(value, error));
+        ModelResult {
+            key: "geometric".to_owned(),
+            label: "rays".to_owned(),
+            paths: 1_234_560,
+            figures,
+            ledger: Ledger {
+                accounts: vec![
+                    account("emitted", 1.0, 0.0),
+                    account("escaped_up", 0.75, 0.0002),
+                    account("escaped_down", 0.0, 0.0),
+                    account("absorbed_by_bottom", 0.249_99, 0.0001),
+                    account("absorbed_by_led_top", 1e-9, 0.0),
+                    account("lost_depth", 1e-5, 1e-6),
+                ],
+            },
+            counters: Vec::new(),
+            tables: Vec::new(),
+            spectrum: None,
+            absolute: None,
+            until_error: None,
+            receivers: None,
+            polarization: None,
+            files: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn light_comes_first_and_every_part_of_it_is_there() {
+        let text = block("mine", &model());
+        let place =
+            |words: &str| text.find(words).unwrap_or_else(|| panic!("no {words:?} in\n{text}"));
+        assert!(text.starts_with("mine, rays: 1,234,560 paths\n"), "{text}");
+        assert!(place("75.000 ± 0.020 %") < place("absorbed by bottom"));
+        assert!(place("absorbed by bottom") < place("uniformity"));
+        assert!(place("1.0e-3 %") < place("uniformity"));
+        assert!(!text.contains("led top"), "{text}");
+        assert!(text.contains("not resolved"), "{text}");
+        assert!(text.lines().all(|line| line.len() < 100 && !line.ends_with(' ')), "{text}");
+    }
+
+    #[test]
+    fn a_package_alone_has_no_uniformity() {
+        let mut alone = model();
+        alone.figures.clear();
+        let text = block("mine", &alone);
+        assert!(!text.contains("uniformity") && !text.contains("far field"), "{text}");
+    }
+}

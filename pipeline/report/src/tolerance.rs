@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The picture of a tolerance analysis, from `tolerance.json`.
+
+use anyhow::Result;
+
+use metrics::plural::count;
+use results::tolerance::ToleranceResultsFile;
+
+use super::plots::{CumulativeShare, Heading, MarkedValue, Picture, sample_distribution};
+
+/// The distribution of the first figure over the packages, without the noise of the traces;
+/// none where it has no scatter.
+///
+/// # Errors
+/// Values that cannot be drawn.
+pub fn distribution_picture(file: &ToleranceResultsFile) -> Result<Option<Picture>> {
+    let Some(distribution) = &file.distribution else {
+        return Ok(None);
+    };
+    let Some(figure) = file.figures.get(&distribution.figure) else {
+        return Ok(None);
+    };
+    let shares = distribution.shares.iter().map(|one| CumulativeShare {
+        value: one.value,
+        share: one.share,
+        interval: one.interval_95,
+    });
+    let nominal =
+        MarkedValue { label: "without deviations".to_owned(), value: figure.nominal.value };
+    let words = format!(
+        "{}, {}; noise of the traces taken out",
+        file.design,
+        count(distribution.packages, "package")
+    );
+    sample_distribution(
+        &Heading::new("Distribution over the tolerances", words),
+        &distribution.figure,
+        &shares.collect::<Vec<_>>(),
+        &nominal,
+        &bounds(file, &distribution.figure),
+    )
+    .map(Some)
+}
+
+/// Bounds of a figure.
+fn bounds(file: &ToleranceResultsFile, key: &str) -> Vec<MarkedValue> {
+    let constraints = file.constraints.iter();
+    let of_figure = constraints.filter(|constraint| constraint.figure == key);
+    let bounds = of_figure.flat_map(|constraint| {
+        let bounds = [("at least", constraint.at_least), ("at most", constraint.at_most)];
+        bounds.into_iter().filter_map(|(words, bound)| {
+            let value = bound?;
+            Some(MarkedValue { label: format!("constraint: {words} {value}"), value })
+        })
+    });
+    bounds.collect()
+}

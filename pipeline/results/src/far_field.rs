@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The far field of a model, read back from a directory of results.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
+use tracer::Distribution;
+
+use files::content_hash::{self, sha256_hex};
+use files::formats::npy;
+use files::formats::photometry::distribution;
+use metrics::far_field::{AngularBins, BinPlacement};
+
+use super::FILE;
+
+/// A far field of a results directory.
+pub struct Stored {
+    /// The far field for 1 W emitted; a photometric one for 1 lm.
+    pub far: Distribution,
+    /// Lumens that the sources emit, where the design states what they do.
+    pub emitted_lm: Option<f64>,
+}
+
+/// The far field in `far_field.npy` of a results directory.
+///
+/// # Errors
+/// If there is none or it has another shape, if `results.json` two directories above does not list
+/// it as it is, or if it is in cd and `results.json` does not say for how many lumens.
+pub fn of_results(directory: &Path) -> Result<Stored> {
+    let far = as_it_stands(directory)?;
+    for file in ["far_field.npy", "far_field.csv"] {
+        unaltered(directory, file)?;
+    }
+    // The far field of many wavelengths has the shape of its lumens in photometric weighting only.
+    let of_spectrum = stated(directory, "/spectrum/emitted/emitted_w")?;
+    let lumens = match of_spectrum {
+        Some(_) => "/spectrum/emitted/emitted_lm",
+        None => "/absolute/emitted/emitted_lm",
+    };
+    let absolute = stated(directory, "/absolute/emitted/emitted_w")?;
+    Ok(Stored {
+        far,
+        emitted_lm: match absolute {
+            Some(_) => stated(directory, lumens)?,
+            None => None,
+        },
+    })
+}
+
+/// The far field of a results directory, whether or not a run wrote it so.
+fn as_it_stands(directory: &Path) -> Result<Distribution> {
+    let path = directory.join("far_field.npy");
+    let far = read_far_field(&path).with_context(|| path.display().to_string())?;
+    let emitted = emitted(directory)?;
+    Ok(far.scaled(1.0 / emitted))
+}
+
+/// Refuses a file of a results directory that is not the one that `results.json` of the run lists,
+/// with its hash.
+fn unaltered(directory: &Path, file: &str) -> Result<()> {
+    let path = directory.join(file);
+    let bytes =
+        std::fs::read(&path).with_context(|| format!("cannot read `{}`", path.display()))?;
+    let whole = directory.canonicalize()?;
+    let names: Vec<_> = whole.iter().rev().take(2).map(|n| n.to_string_lossy()).collect();
+    let of_run = whole.join("../..").join(FILE);
+    let [model, design] = names.as_slice() else {
+        bail!("`{}`: expected the directory of a model of a design", whole.display());
+    };
+    let text = std::fs::read(&of_run).with_context(|| {
+        format!(
+            "`{}`: expected `{}` two directories above, which a run writes at its end",
+            directory.display(),
+            FILE
+        )
+    })?;
+    let listed = std::str::from_utf8(&text)
+        .ok()
+        .filter(|text| content_hash::hashes(text).is_some_and(|(expected, got)| expected == got));
+    let json: Value =
+        listed.and_then(|text| serde_json::from_str(text).ok()).with_context(|| {
+            format!("`{}`: expected it as the run wrote it, got an altered one", of_run.display())
+        })?;
+    let name = format!("{design}/{model}/{file}");
+    let entries = json["files"].as_array().into_iter().flatten();
+    let mut hashes = entries.filter(|e| e["file"] == *name).filter_map(|e| e["sha256"].as_str());
+    let expected = hashes
+        .next()
+        .with_context(|| format!("`{}`: files: expected `{name}`, got none", of_run.display()))?;
+    let got = sha256_hex(&bytes);
+    ensure!(
+        expected == got,
+        "`{}` was altered after the run that wrote it: expected SHA-256 {expected}, got {got}",
+        path.display()
+    );
+    Ok(())
+}
+
+/// What the sources emit, in the unit of the intensities of a results directory: lumens where they
+/// are in cd, watts where they are in W/sr, as `results.json` of the run says. Without it 1 W.
+fn emitted(directory: &Path) -> Result<f64> {
+    let heading = File::open(directory.join("far_field.csv"))
+        .and_then(|file| {
+            let mut line = String::new();
+            // Longer than any heading.
+            BufReader::new(file.take(4096)).read_line(&mut line)?;
+            Ok(line)
+        })
+        .unwrap_or_default();
+    if !heading.contains("intensity_cd") {
+        return Ok(stated(directory, "/absolute/emitted/emitted_w")?.unwrap_or(1.0));
+    }
+    stated(directory, "/spectrum/emitted/emitted_lm")?.with_context(|| {
+        format!(
+            "`{}`: intensities in cd: expected emitted_lm of this model in `{}` two directories above, got none",
+            directory.display(),
+            FILE
+        )
+    })
+}
+
+/// A flux above 0 under `pointer` of the model whose results directory this is, as `results.json`
+/// of the run says.
+fn stated(directory: &Path, pointer: &str) -> Result<Option<f64>> {
+    let directory = directory.canonicalize()?;
+    let names: Vec<_> = directory.iter().rev().take(2).collect();
+    let found = || -> Option<f64> {
+        let text = std::fs::read(directory.join("../..").join(FILE)).ok()?;
+        let json: Value = serde_json::from_slice(&text).ok()?;
+        let &[model, design] = names.as_slice() else {
+            return None;
+        };
+        ["designs", "references"].into_iter().find_map(|group| {
+            let model = json[group].get(design.to_str()?)?.get(model.to_str()?)?;
+            model.pointer(pointer)?.as_f64()
+        })
+    };
+    Ok(found().filter(|flux| flux.is_finite() && *flux > 0.0))
+}
+
+fn read_far_field(path: &Path) -> Result<Distribution> {
+    let bytes = std::fs::read(path).context("expected the far field of a run, cannot read it")?;
+    let (shape, values) = npy::read::<f64>(&bytes)?;
+    let &[2, polar, azimuths] = shape.as_slice() else {
+        bail!("expected the shape (2, polar, azimuths), got {shape:?}");
+    };
+    ensure!(polar > 0 && azimuths > 0, "expected the shape (2, polar, azimuths), got {shape:?}");
+    let sphere =
+        AngularBins { bin_deg: 180.0 / polar as f64, polar, azimuths, bins: BinPlacement::Between };
+    let mut powers = Vec::with_capacity(polar * azimuths);
+    for (number, value) in values[..polar * azimuths].iter().enumerate() {
+        let i = number / azimuths;
+        ensure!(
+            value.is_finite() && *value >= 0.0,
+            "value {number}: expected an intensity of 0 or more, got {value}"
+        );
+        powers.push(value * sphere.ring_sr(i) / azimuths as f64);
+    }
+    distribution(&powers, &sphere)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn candela_of_results_are_taken_for_the_lumens_emitted() {
+        let top = tempfile::tempdir().expect("a directory");
+        let folder = top.path().join("W/geometric");
+        std::fs::create_dir_all(&folder).expect("made");
+        let mut npy = Vec::new();
+        let bins = ndarray::Array3::from_shape_fn((2, 90, 36), |(map, i, _)| {
+            f64::from(u8::from(map == 0 && i < 45)) * 300.0 / std::f64::consts::TAU
+        });
+        ndarray_npy::WriteNpyExt::write_npy(&bins, &mut npy).expect("written");
+        std::fs::write(folder.join("far_field.npy"), npy).expect("written");
+        let flux = || as_it_stands(&folder).map(|far| far.flux());
+        assert!((flux().expect("W/sr") / 300.0 - 1.0).abs() < 1e-9);
+        let heading = "theta_deg,mean_over_azimuth_intensity_cd\n";
+        std::fs::write(folder.join("far_field.csv"), heading).expect("written");
+        let error = format!("{:#}", flux().expect_err("no results.json"));
+        assert!(error.contains("expected emitted_lm of this model in `results.json`"), "{error}");
+        let json = r#"{"designs": {"W": {"geometric": {"spectrum": {"emitted": {"emitted_lm": 320.0}}}}}}"#;
+        std::fs::write(top.path().join("results.json"), json).expect("written");
+        assert!((flux().expect("cd") / (300.0 / 320.0) - 1.0).abs() < 1e-9);
+    }
+}

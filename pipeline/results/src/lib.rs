@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `results.json`: every figure with its standard error, beside the published one, and where all of
+//! it came from.
+//!
+//! The layout is written out in `docs/reference/results-schema.md`; [`SCHEMA_VERSION`] changes when
+//! a key changes its meaning. No time and no host appear in it, so that the same inputs and seed
+//! give the same bytes. It lists the files written beside it with their hashes, so that a reader
+//! can tell whether they still are what the run wrote.
+
+pub mod far_field;
+pub mod optimisation;
+pub mod package;
+pub mod published;
+pub mod ray_paths;
+pub mod schema;
+mod sealed_file;
+pub mod tolerance;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use schema::{
+    AbsoluteEntry, FigureEntry, ModelEntries, ModelEntry, PaperFigures, PolarizationEntry, Program,
+    ReceiverEntry, ResultsFile, SpectrumEntry, StoppedBy, TableEntry, UntilError,
+};
+use serde_json::Value;
+
+use design::spectrum::Weighting;
+use files::atomic_file;
+use files::content_hash::sealed;
+use files::provenance::FileRecord;
+use metrics::Estimate;
+use metrics::digits::format_value_with_error;
+use metrics::extraction::Ledger;
+use metrics::far_field::PeakPlace;
+use metrics::plural::count;
+use metrics::quantity::Unit;
+
+use crate::published::{Models, Published};
+
+/// Version of the layout of `results.json`.
+pub const SCHEMA_VERSION: u32 = 4;
+
+/// Key of the figure whose valley and peak are marked on maps.
+pub const VALLEY_TO_PEAK: &str = "illuminance_valley_to_peak";
+
+/// File under the directory of results.
+pub const FILE: &str = "results.json";
+
+/// One figure of merit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Key in `results.json`.
+    pub key: &'static str,
+    /// Name for people.
+    pub label: &'static str,
+    /// Unit of the stored value.
+    pub unit: Unit,
+    /// Value and standard error.
+    pub estimate: Estimate,
+    /// Of a peak angle: whether there is a peak off the axis. Without one the value is noise.
+    pub peak_place: PeakPlace,
+    /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it.
+    pub peak_range_deg: Option<[f64; 2]>,
+    /// Of a figure of the map: where its valley and its peak were read.
+    pub extremes: Option<Extremes>,
+    /// For light of a spectrum: change from fewer wavelengths to those computed, which estimates
+    /// the error of the fewer; not negative, with the standard error of that change. `None` for one
+    /// wavelength and for lines.
+    pub wavelength_error: Option<Estimate>,
+}
+
+/// Where the lowest and the largest value of a map were read, (x, y) in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extremes {
+    /// The valley between neighbours.
+    pub valley_mm: [f64; 2],
+    /// Middle of the largest bin.
+    pub peak_mm: [f64; 2],
+}
+
+/// What one model says of one design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelResult {
+    /// Key in `results.json`: `hybrid_10um`.
+    pub key: String,
+    /// Name for people: `hybrid, 10 um`.
+    pub label: String,
+    /// Paths traced.
+    pub paths: u64,
+    /// The figures, in the order of the paper's tables.
+    pub figures: Vec<Figure>,
+    /// Where the power went, as shares of the emitted power.
+    pub ledger: Ledger,
+    /// Rare events the tracer counted, by name.
+    pub counters: Vec<(String, f64)>,
+    /// Tables used: what each says of itself.
+    pub tables: Vec<TableEntry>,
+    /// For light of a spectrum: what it is, how it was sampled, the figures of every wavelength.
+    pub spectrum: Option<SpectrumEntry>,
+    /// Where the design states what its LEDs emit: figures in absolute units.
+    pub absolute: Option<AbsoluteEntry>,
+    /// Where paths were traced until a figure was known: the outcome.
+    pub until_error: Option<UntilError>,
+    /// What `[[receivers]]` saw, by name.
+    pub receivers: Option<BTreeMap<String, ReceiverEntry>>,
+    /// Where rays carried their polarisation: that they did, and which surfaces left them without.
+    pub polarization: Option<PolarizationEntry>,
+    /// Files written, under the directory of results.
+    pub files: Vec<PathBuf>,
+}
+
+/// All models of one design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignResult {
+    /// Name of the design.
+    pub name: String,
+    /// SHA-256 of the design file: published figures belong to a content, not to a name.
+    pub design_sha256: String,
+    /// Its models.
+    pub models: Vec<ModelResult>,
+}
+
+/// Everything one run found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// Whether tables and paths were reduced by `--quick`.
+    pub quick: bool,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+    /// The designs compared with the paper.
+    pub designs: Vec<DesignResult>,
+    /// Designs beside them, without published figures.
+    pub references: Vec<DesignResult>,
+    /// Figures 3, 4 and 6: what is drawn in each.
+    pub figures: PaperFigures,
+    /// Files that came out, from [`written`].
+    pub files: Vec<FileRecord>,
+}
+
+/// The files of `designs` and `others`, all under `out`, with their hashes, sorted by name; parts
+/// of names are joined by `/` on every system.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn written<'a>(
+    out: &Path,
+    designs: impl IntoIterator<Item = &'a DesignResult>,
+    others: impl IntoIterator<Item = PathBuf>,
+) -> Result<Vec<FileRecord>> {
+    let models = designs.into_iter().flat_map(|design| &design.models);
+    let of_models = models.flat_map(|model| model.files.iter().cloned());
+    let record = |file: PathBuf| -> Result<FileRecord> {
+        let path = out.join(&file);
+        let bytes = std::fs::read(&path)
+            .with_context(|| format!("cannot read `{}` again", path.display()))?;
+        let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
+        Ok(FileRecord::new(parts.join("/"), &bytes))
+    };
+    let mut files = of_models.chain(others).map(record).collect::<Result<Vec<_>>>()?;
+    files.sort_by(|a, b| a.file.cmp(&b.file));
+    Ok(files)
+}
+
+impl Results {
+    /// As JSON, with `published` beside every figure that the paper gives.
+    ///
+    /// # Errors
+    /// What cannot be written as JSON.
+    pub fn to_json(&self, published: &Published) -> Result<Value> {
+        let group = |designs: &[DesignResult]| {
+            let entries = designs.iter().map(|d| (d.name.clone(), d.entries(published)));
+            entries.collect()
+        };
+        let file = ResultsFile {
+            schema_version: SCHEMA_VERSION,
+            program: Program::this(),
+            quick: self.quick,
+            quick_note: self.quick.then(|| QUICK_NOTE.to_owned()),
+            seed: self.seed,
+            inputs: self.inputs.clone(),
+            files: self.files.clone(),
+            published_source: published.source.clone(),
+            designs: group(&self.designs),
+            references: group(&self.references),
+            figures: self.figures.clone(),
+        };
+        Ok(sealed(serde_json::to_value(file)?)?)
+    }
+
+    /// Writes `results.json` under `out`.
+    pub fn write(&self, out: &Path, published: &Published) -> Result<()> {
+        atomic_file::write_json(&out.join(FILE), &self.to_json(published)?)
+    }
+}
+
+impl Results {
+    /// What sampling a spectrum adds to the errors in the final table, one line a model; empty
+    /// without spectra.
+    pub fn wavelength_errors(&self) -> String {
+        let models = self.designs.iter().chain(&self.references).flat_map(|design| {
+            let of_design = |model: &ModelResult| model.wavelength_errors(&design.name);
+            design.models.iter().filter_map(of_design)
+        });
+        models.collect()
+    }
+}
+
+/// What `--quick` says of itself, in the file and on the terminal.
+pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders and fewer rays than a full run; errors are larger than the tolerances the designs ask for";
+
+/// To a micrometre, far below any bin.
+fn rounded_mm(length_mm: f64) -> f64 {
+    (length_mm * 1e3).round() / 1e3 + 0.0
+}
+
+impl DesignResult {
+    fn entries(&self, published: &Published) -> ModelEntries {
+        let of_design = published.design(&self.design_sha256);
+        let entries = self.models.iter();
+        entries.map(|m| (m.key.clone(), m.entry(of_design))).collect()
+    }
+}
+
+impl ModelResult {
+    /// The figure with this key.
+    pub fn figure(&self, key: &str) -> Option<&Figure> {
+        self.figures.iter().find(|f| f.key == key)
+    }
+
+    /// Units of the figures, of the ledger and of the counters. Shares of flux name what is divided
+    /// by what.
+    fn units(&self) -> BTreeMap<String, String> {
+        let figures = self.figures.iter().map(|figure| {
+            let unit = match figure.unit {
+                Unit::Fraction | Unit::Relative => "1",
+                other => other.suffix(),
+            };
+            (figure.key.to_owned(), unit.to_owned())
+        });
+        let mut units: BTreeMap<String, String> = figures.collect();
+        let spectrum = self.spectrum.as_ref();
+        let photometric = spectrum.is_some_and(|s| s.light.weighting == Weighting::Photometric);
+        let ledger = if photometric { "lm/lm" } else { "W/W" };
+        units.insert("power_ledger".to_owned(), ledger.to_owned());
+        let counters = self.counters.iter();
+        units.extend(counters.map(|(key, _)| (key.clone(), "1".to_owned())));
+        units
+    }
+
+    /// A line on the light of a spectrum: how it is weighted, how many wavelengths stand for it,
+    /// what the last of them changed. `None` for monochromatic light.
+    fn wavelength_errors(&self, design: &str) -> Option<String> {
+        let spectrum = self.spectrum.as_ref()?;
+        let weighting = spectrum.light.weighting.name();
+        let described = &spectrum.light.described;
+        let lines = described.get("kind").is_some_and(|kind| kind == "lines");
+        if lines && spectrum.wavelengths.len() == 1 {
+            return None;
+        }
+        let begin = format!("\n{design}, {}: {weighting}, ", self.label);
+        if spectrum.stopped_by == StoppedBy::NoDispersion {
+            return Some(format!("{begin}the same at all wavelengths"));
+        }
+        let shown = |figure: &Figure| {
+            let error = figure.wavelength_error.filter(|_| figure.peak_place.is_off_axis())?;
+            let (scale, unit) = match figure.unit {
+                Unit::Fraction => (100.0, "points"),
+                other => (1.0, other.symbol()),
+            };
+            let text = format_value_with_error(error.value * scale, error.standard_error * scale);
+            Some(format!("{} {text} {unit}", figure.label))
+        };
+        let errors: Vec<String> = self.figures.iter().filter_map(shown).collect();
+        let changed = if errors.is_empty() {
+            String::new()
+        } else {
+            format!("; changed by the last ones: {}", errors.join("; "))
+        };
+        let number = count(spectrum.wavelengths.len(), "wavelength");
+        Some(format!("{begin}{number}{changed}"))
+    }
+
+    fn entry(&self, published: Option<&Models>) -> ModelEntry {
+        let figure = |figure: &Figure| {
+            let entry = FigureEntry {
+                peak_place: figure.peak_place,
+                peak_range_deg: figure.peak_range_deg,
+                valley_at_mm: figure.extremes.map(|at| at.valley_mm.map(rounded_mm)),
+                peak_at_mm: figure.extremes.map(|at| at.peak_mm.map(rounded_mm)),
+                wavelength_error: figure.wavelength_error,
+                published: published
+                    .and_then(|models| models.get(&self.key)?.get(figure.key).copied()),
+                ..FigureEntry::new(figure.estimate)
+            };
+            (figure.key.to_owned(), entry)
+        };
+        ModelEntry {
+            figures: self.figures.iter().map(figure).collect(),
+            power_ledger: self.ledger.clone(),
+            counters: self.counters.iter().cloned().collect(),
+            paths: self.paths,
+            units: self.units(),
+            tables: self.tables.clone(),
+            spectrum: self.spectrum.clone(),
+            absolute: self.absolute.clone(),
+            polarization: self.polarization.clone(),
+            receivers: self.receivers.clone(),
+            until_error: self.until_error.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use design::embedded;
+
+    #[test]
+    fn published_figures_stand_beside_computed_ones() {
+        let published = Published::load().expect("valid");
+        let figure = Figure {
+            key: "uniformity",
+            label: "uniformity",
+            unit: Unit::Fraction,
+            estimate: Estimate::new(0.76, 0.001),
+            peak_place: PeakPlace::OffAxis,
+            peak_range_deg: None,
+            extremes: None,
+            wavelength_error: Some(Estimate::new(0.002, 0.001)),
+        };
+        let axial = Figure {
+            key: "peak_angle_deg",
+            label: "peak angle",
+            unit: Unit::Degree,
+            estimate: Estimate::new(4.0, 10.0),
+            peak_place: PeakPlace::OnAxis,
+            peak_range_deg: None,
+            extremes: None,
+            wavelength_error: None,
+        };
+        let model = ModelResult {
+            key: "geometric_100um".to_owned(),
+            label: "rays, 100 um".to_owned(),
+            paths: 10,
+            figures: vec![figure, axial],
+            ledger: Ledger {
+                accounts: vec![("escaped".to_owned(), Estimate::new(0.9, 0.01))],
+            },
+            counters: Vec::new(),
+            tables: Vec::new(),
+            files: Vec::new(),
+            spectrum: serde_json::from_value(json!({
+                "light": {"weighting": "photometric"},
+                "units": {"intensity": "cd", "map": "lx"},
+                "emitted": {"emitted_w": 1.0, "emitted_lm": 300.0},
+                "stopped_by": "tolerance",
+                "wavelengths": vec![json!({"wavelength_nm": 550.0, "weight": 1.0, "paths": 1, "silicone_index": 1.4,
+                    "silicone_absorption_per_mm": 0.0}); 3],
+            }))
+            .expect("a spectrum"),
+            absolute: None,
+            until_error: None,
+            receivers: None,
+            polarization: None,
+        };
+        let results = Results {
+            quick: false,
+            seed: 1,
+            inputs: Vec::new(),
+            designs: vec![DesignResult {
+                name: "mine".to_owned(),
+                design_sha256: embedded("d1.toml").expect("valid").provenance.sha256,
+                models: vec![model],
+            }],
+            references: Vec::new(),
+            figures: PaperFigures::default(),
+            files: vec![FileRecord {
+                file: "summary.md".to_owned(),
+                sha256: files::content_hash::sha256_hex(b""),
+            }],
+        };
+        let json = results.to_json(&published).expect("JSON");
+        assert_eq!(
+            json["designs"]["mine"]["geometric_100um"]["uniformity"],
+            json!({"value": 0.76, "standard_error": 0.001, "published": 0.755,
+                "wavelength_error": {"value": 0.002, "standard_error": 0.001}})
+        );
+        assert_eq!(
+            json["designs"]["mine"]["geometric_100um"]["power_ledger"]["escaped"]["value"],
+            json!(0.9)
+        );
+        assert_eq!(
+            json["designs"]["mine"]["geometric_100um"]["units"],
+            json!({"uniformity": "1", "peak_angle_deg": "deg", "power_ledger": "lm/lm"})
+        );
+        let back = ResultsFile::of(&json).expect("what was written");
+        assert_eq!(sealed(serde_json::to_value(&back).expect("JSON")).expect("JSON"), json);
+        assert_eq!(json["files"][0]["file"], json!("summary.md"));
+        assert_eq!(json.get("quick_note"), None);
+        assert_eq!(
+            json["designs"]["mine"]["geometric_100um"]["peak_angle_deg"],
+            json!({"value": 4.0, "standard_error": 10.0, "peak_place": "on_axis", "published": 20.0})
+        );
+        let errors = results.wavelength_errors();
+        assert_eq!(
+            errors,
+            "\nmine, rays, 100 um: photometric, 3 wavelengths; changed by the last ones: uniformity 0.20 ± 0.10 points"
+        );
+    }
+}

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `optimise.json` as a file: the same types write it and read it.
+//!
+//! The reference is `docs/reference/problem-file.md`. No time and no host appear in it, so that the
+//! same problem and seed give the same bytes.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Result;
+use serde::{Deserialize, Serialize};
+
+use files::provenance::FileRecord;
+use metrics::Estimate;
+
+use super::schema::Program;
+use super::sealed_file::{self, Writer};
+
+/// File under the directory of results.
+pub const FILE: &str = "optimise.json";
+/// Version of the layout.
+pub const SCHEMA_VERSION: u32 = 3;
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OptimisationFile {
+    /// [`SCHEMA_VERSION`] of the program that wrote it.
+    pub schema_version: u32,
+    /// That program.
+    pub program: Program,
+    /// Name of the problem and of the design found.
+    pub name: String,
+    /// Name of the design at the beginning.
+    pub design: String,
+    /// One line for people.
+    pub description: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+    /// Files that came out.
+    pub files: Vec<FileRecord>,
+    /// The objective; smaller is better.
+    pub objective: ObjectiveEntry,
+    /// Figures of objective and constraints, by key.
+    pub figures: BTreeMap<String, FigureEntry>,
+    /// Constraints in the order of the problem.
+    pub constraints: Vec<ConstraintEntry>,
+    /// The Pareto front, where one was sought.
+    pub front: Option<FrontEntry>,
+    /// Limits at which the design stands.
+    pub active_limits: Vec<String>,
+    /// Coefficients of the variables in the last stage.
+    pub coefficients: Vec<CoefficientEntry>,
+    /// Searches in their order.
+    pub stages: Vec<StageEntry>,
+}
+
+/// The objective of the designs at the beginning and found.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ObjectiveEntry {
+    /// Verified, at the beginning, where it can be judged.
+    pub before: Option<Estimate>,
+    /// Verified, of the design found.
+    pub after: Estimate,
+    /// Best value that the search saw in the run of the design; none where the start was selected.
+    pub in_search: Option<f64>,
+    /// When it was selected.
+    pub at_selection: Option<Estimate>,
+    /// Verified, of the design found, with `set` of the last stage.
+    pub as_in_search: Estimate,
+    /// `as_in_search` less `in_search`.
+    pub bias_of_search: Option<Estimate>,
+}
+
+/// A figure before and after.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FigureEntry {
+    /// At the beginning.
+    pub before: Option<Estimate>,
+    /// Of the design found.
+    pub after: Estimate,
+    /// Their difference, paired by groups of paths.
+    pub change: Option<Estimate>,
+}
+
+/// A constraint and whether it is met.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ConstraintEntry {
+    /// Key of the figure.
+    pub figure: String,
+    /// Least value.
+    pub at_least: Option<f64>,
+    /// Largest value.
+    pub at_most: Option<f64>,
+    /// Standard errors by which the bound is kept.
+    pub margin: f64,
+    /// Verified value.
+    pub value: Option<Estimate>,
+    /// Whether it is met, margin included.
+    pub met: bool,
+}
+
+/// A Pareto front of two figures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrontEntry {
+    /// Keys of the figures.
+    pub figures: [String; 2],
+    /// Both figures at the beginning, where they can be judged.
+    pub before: Option<[Estimate; 2]>,
+    /// Designs, by the first term.
+    pub designs: Vec<FrontDesignEntry>,
+}
+
+/// A design of a Pareto front.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrontDesignEntry {
+    /// Its file.
+    pub design: String,
+    /// Coefficients of the variables.
+    pub coefficients: Vec<f64>,
+    /// Both figures, verified.
+    pub figures: [Estimate; 2],
+    /// Whether it meets the constraints as verified.
+    pub feasible: bool,
+}
+
+/// A coefficient of a variable.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CoefficientEntry {
+    /// Key or profile with the number of the coefficient.
+    pub variable: String,
+    /// At the start of the last stage.
+    pub start: f64,
+    /// Where the search ended.
+    pub found: f64,
+    /// Change of the objective for one unit, where it was looked at.
+    pub sensitivity: Option<Estimate>,
+}
+
+/// A search.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StageEntry {
+    /// Model of its traces.
+    pub model: String,
+    /// How candidates are selected.
+    pub method: String,
+    /// Most candidates.
+    pub most_evaluations: usize,
+    /// Runs.
+    pub restarts: usize,
+    /// Candidates of a generation.
+    pub population: usize,
+    /// Candidates traced or refused.
+    pub evaluations: usize,
+    /// Whether the budget of time ended it.
+    pub cut_short: bool,
+    /// Most frequent reasons of refusals with their numbers.
+    pub refusals: Vec<(String, usize)>,
+    /// Generations in their order.
+    pub generations: Vec<GenerationEntry>,
+    /// Candidates of the selection, best first.
+    pub final_candidates: Vec<FinalCandidateEntry>,
+}
+
+/// A generation and its best candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GenerationEntry {
+    /// Number, from 1.
+    pub generation: usize,
+    /// Number of candidates.
+    pub candidates: usize,
+    /// Paths of each trace.
+    pub paths: u64,
+    /// Least value, none where nothing was traced.
+    pub best: Option<f64>,
+    /// Its standard error.
+    pub standard_error: Option<f64>,
+    /// Whether it meets the constraints.
+    pub feasible: bool,
+    /// Standard error of the values, as a share of their scatter.
+    pub noise: Option<f64>,
+}
+
+/// A candidate of the selection.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FinalCandidateEntry {
+    /// Run, 0 for the start.
+    pub run: usize,
+    /// Best value of the run, as the search saw it.
+    pub in_search: Option<f64>,
+    /// Objective by the paths of the selection.
+    pub value: Option<f64>,
+    /// Its standard error.
+    pub standard_error: Option<f64>,
+    /// Whether it meets the constraints.
+    pub feasible: bool,
+}
+
+impl StageEntry {
+    /// The best candidate of the selection of each run, by its number.
+    pub fn runs(&self) -> Vec<(usize, Estimate)> {
+        let mut runs: Vec<(usize, Estimate)> = Vec::new();
+        for one in self.final_candidates.iter().filter(|one| one.run > 0) {
+            let known = runs.iter().any(|(run, _)| *run == one.run);
+            if let (Some(value), Some(error), false) = (one.value, one.standard_error, known) {
+                runs.push((one.run, Estimate::new(value, error)));
+            }
+        }
+        runs.sort_by_key(|(run, _)| *run);
+        runs
+    }
+}
+
+impl OptimisationFile {
+    /// Reads the file in `directory`, if there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be read, was altered or is of another layout.
+    pub fn read(directory: &Path) -> Result<Option<Self>> {
+        let writer = Writer { work: "search", again: "search again" };
+        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+    }
+}

@@ -1,0 +1,622 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `results.json` as a file: the same types write it and read it.
+//!
+//! The reference is `docs/reference/results-schema.md`. Maps are sorted by key, so that equal
+//! results give equal bytes.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::PathBuf;
+
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::{Map, Value};
+
+use design::schema::Carrying;
+use design::schema::receivers::ReceiverKind;
+use design::spectrum::Weighting;
+use files::provenance::FileRecord;
+use files::serde_messages::plain;
+use metrics::extraction::Ledger;
+use metrics::far_field::PeakPlace;
+use metrics::{Estimate, estimate};
+
+use super::SCHEMA_VERSION;
+
+/// Models of a design, by key.
+pub type ModelEntries = BTreeMap<String, ModelEntry>;
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ResultsFile {
+    /// [`SCHEMA_VERSION`] of the program that wrote it.
+    pub schema_version: u32,
+    /// That program.
+    pub program: Program,
+    /// Whether `--quick` reduced tables and paths.
+    pub quick: bool,
+    /// What `--quick` means.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quick_note: Option<String>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+    /// Files that came out, sorted by name.
+    pub files: Vec<FileRecord>,
+    /// Where the figures under `published` come from.
+    pub published_source: String,
+    /// Designs compared with the paper, or the design run, by name.
+    pub designs: BTreeMap<String, ModelEntries>,
+    /// Designs without published figures.
+    pub references: BTreeMap<String, ModelEntries>,
+    /// Content of the paper's figures.
+    pub figures: PaperFigures,
+}
+
+/// Name and version of a program.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Program {
+    /// Name.
+    pub name: String,
+    /// Version.
+    pub version: String,
+}
+
+impl Program {
+    /// This program.
+    pub fn this() -> Self {
+        Self { name: "batwing".to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() }
+    }
+}
+
+impl ResultsFile {
+    /// Refuses the parsed text of a file of another schema version.
+    ///
+    /// # Errors
+    /// The versions expected and got.
+    pub fn check_version(json: &Value) -> Result<(), String> {
+        let version = &json["schema_version"];
+        if version != SCHEMA_VERSION {
+            return Err(format!(
+                "schema_version: expected {SCHEMA_VERSION}, got {version}; run the design again with this version"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Reads the parsed text of a file.
+    ///
+    /// # Errors
+    /// Another schema version; key and value that do not fit the schema.
+    pub fn of(json: &Value) -> Result<Self, String> {
+        Self::check_version(json)?;
+        serde_path_to_error::deserialize(json).map_err(|e| {
+            let path = e.path().to_string();
+            complaint(path.trim_start_matches('.'), &e.inner().to_string())
+        })
+    }
+
+    /// All models with the names of their designs: of the designs first, then of the references.
+    pub fn models(&self) -> impl Iterator<Item = (&str, &str, &ModelEntry)> {
+        let designs = self.designs.iter().chain(&self.references);
+        designs.flat_map(|(design, models)| {
+            models.iter().map(move |(key, model)| (design.as_str(), key.as_str(), model))
+        })
+    }
+}
+
+/// A reader's message in the words of all others: key, expected, got.
+fn complaint(path: &str, said: &str) -> String {
+    let Some(words) = plain(said, "an object", None) else {
+        return format!("{path}: {said}");
+    };
+    let keys = [Some(path.trim_end_matches('.')), words.missing.as_deref()];
+    let keys = keys.into_iter().flatten().filter(|key| !key.is_empty());
+    format!("{}: {}", keys.collect::<Vec<_>>().join("."), words.message)
+}
+
+/// One model of one design.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct ModelEntry {
+    /// Figures of merit by key.
+    #[serde(flatten)]
+    pub figures: BTreeMap<String, FigureEntry>,
+    /// Where the power went.
+    pub power_ledger: Ledger,
+    /// Mean counts of a path.
+    pub counters: BTreeMap<String, f64>,
+    /// Paths traced.
+    pub paths: u64,
+    /// Units of figures, ledger and counters.
+    pub units: BTreeMap<String, String>,
+    /// Tables of the hybrid, band by band.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tables: Vec<TableEntry>,
+    /// The light of a spectrum.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<SpectrumEntry>,
+    /// Flux, intensity and illuminance of a design that states what its LEDs emit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absolute: Option<AbsoluteEntry>,
+    /// How rays carried their polarisation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polarization: Option<PolarizationEntry>,
+    /// `[[receivers]]` by name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub receivers: Option<BTreeMap<String, ReceiverEntry>>,
+    /// The stopping rule of `--until-error`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub until_error: Option<UntilError>,
+}
+
+/// A figure of merit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FigureEntry {
+    /// Best value.
+    pub value: f64,
+    /// One standard deviation of the value.
+    #[serde(deserialize_with = "estimate::standard_error")]
+    pub standard_error: f64,
+    /// Bound of the bias that picking a bin leaves in the value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_bound: Option<f64>,
+    /// Of a peak angle: on the axis or not resolved, so that the value is noise.
+    #[serde(default, skip_serializing_if = "PeakPlace::is_off_axis")]
+    pub peak_place: PeakPlace,
+    /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it,
+    /// degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_range_deg: Option<[f64; 2]>,
+    /// Of a figure of the map: where its valley was read, (x, y) in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valley_at_mm: Option<[f64; 2]>,
+    /// Of a figure of the map: the middle of its largest bin, (x, y) in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_at_mm: Option<[f64; 2]>,
+    /// Change when the last wavelengths were added.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wavelength_error: Option<Estimate>,
+    /// The paper's figure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published: Option<f64>,
+}
+
+impl FigureEntry {
+    /// A figure that has this estimate and nothing else.
+    pub fn new(estimate: Estimate) -> Self {
+        Self {
+            value: estimate.value,
+            standard_error: estimate.standard_error,
+            bias_bound: estimate.bias_bound,
+            peak_place: PeakPlace::OffAxis,
+            peak_range_deg: None,
+            valley_at_mm: None,
+            peak_at_mm: None,
+            wavelength_error: None,
+            published: None,
+        }
+    }
+}
+
+/// Figures in the units of light as it is sold, of all packages together and of one of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AbsoluteEntry {
+    /// Number of packages.
+    pub packages: usize,
+    /// Flux that the sources of all packages emit.
+    pub emitted: Emitted,
+    /// Flux that the sources of one package emit.
+    pub emitted_per_package: Emitted,
+    /// Figures by key.
+    pub figures: BTreeMap<String, AbsoluteFigure>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AbsoluteFigure {
+    /// `W`, `lm`, `W/sr`, `cd`, `W/mm²` or `lx`.
+    pub unit: String,
+    /// Of all packages together.
+    #[serde(flatten)]
+    pub array: Estimate,
+    /// Mean share of one package; none of the illuminance, to which all contribute.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_package: Option<Estimate>,
+}
+
+/// A table of diffraction orders.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TableEntry {
+    /// Band, from 1.
+    pub band: usize,
+    /// Ring that was solved, from 1.
+    pub ring: usize,
+    /// Period, µm.
+    pub period_um: f64,
+    /// Depth, µm.
+    pub depth_um: f64,
+    /// Highest order kept.
+    pub orders: usize,
+    /// Slices of the relief.
+    pub slices: usize,
+    /// Estimated error of an efficiency.
+    pub estimated_error: f64,
+    /// Worst departure of the power balance from 1.
+    pub energy_residual: f64,
+    /// Nodes of kx in a Brillouin zone.
+    pub kx_per_zone: usize,
+    /// Nodes of ky.
+    pub ky: usize,
+    /// Estimated error of diffuse light by interpolation in ky.
+    pub grid_error: Option<f64>,
+    /// The same in kx.
+    pub kx_error: Option<f64>,
+    /// Key of the cache.
+    pub sha256: String,
+}
+
+/// How the light of a spectrum was sampled.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpectrumEntry {
+    /// The light itself.
+    pub light: LightEntry,
+    /// Units of the files.
+    pub units: FileUnits,
+    /// Flux that all sources emit.
+    pub emitted: Emitted,
+    /// Why no more wavelengths were added.
+    pub stopped_by: StoppedBy,
+    /// The wavelengths.
+    pub wavelengths: Vec<WavelengthEntry>,
+    /// Number of wavelengths that `wavelength_error` compares with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared_with: Option<usize>,
+    /// Flux out over flux in, by weighting.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub efficiency: Option<BTreeMap<Weighting, EfficiencyEntry>>,
+    /// Ledgers of single sources, by name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_source: Option<BTreeMap<String, SourceEntry>>,
+}
+
+/// A spectrum, or the lights of single sources.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LightEntry {
+    /// What figures are weighted by.
+    pub weighting: Weighting,
+    /// Keys of the spectrum, or `sources`.
+    #[serde(flatten)]
+    pub described: Map<String, Value>,
+}
+
+/// Units of intensity and map in the files.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileUnits {
+    /// Of the far field.
+    pub intensity: String,
+    /// Of the map.
+    pub map: String,
+}
+
+/// Flux that all sources emit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Emitted {
+    /// Radiant, W.
+    pub emitted_w: f64,
+    /// Luminous, lm, in photometric weighting.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub emitted_lm: Option<f64>,
+}
+
+/// Why no more wavelengths were added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StoppedBy {
+    /// Every line was computed.
+    Lines,
+    /// Nothing depends on the wavelength.
+    NoDispersion,
+    /// The number that was asked for.
+    Samples,
+    /// Figures change by no more than the tolerance.
+    Tolerance,
+    /// Changes beyond the tolerance are within their statistical errors.
+    Statistics,
+    /// There is no larger rule, or no memory for it.
+    Limit,
+}
+
+/// One wavelength.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct WavelengthEntry {
+    /// Vacuum wavelength, nm.
+    pub wavelength_nm: f64,
+    /// Share of the weighted flux.
+    pub weight: f64,
+    /// Paths traced.
+    pub paths: u64,
+    /// Refractive index of the silicone.
+    pub silicone_index: f64,
+    /// Its absorption for power, 1/mm.
+    pub silicone_absorption_per_mm: f64,
+    /// Sources that shine, where not all do.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<String>,
+    /// Tables of the hybrid.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tables: Vec<TableEntry>,
+    /// Figures at this wavelength alone.
+    #[serde(flatten)]
+    pub figures: BTreeMap<String, FigureEntry>,
+}
+
+/// Flux out over flux in, in one weighting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EfficiencyEntry {
+    /// `W/W` or `lm/lm`.
+    pub unit: String,
+    /// Flux emitted, W or lm.
+    pub emitted: f64,
+    /// Out of the domes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extraction_efficiency: Option<Estimate>,
+    /// Upwards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub escaped_up: Option<Estimate>,
+}
+
+/// One source that is traced by itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SourceEntry {
+    /// Radiant power, W.
+    pub emitted_w: f64,
+    /// Luminous flux, lm.
+    pub emitted_lm: f64,
+    /// Where it went, as shares of the source's own flux.
+    pub power_ledger: Ledger,
+}
+
+/// How rays carried their polarisation.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PolarizationEntry {
+    /// `light.polarization` of the design.
+    pub light: Carrying,
+    /// Ledger names of surfaces that take light as unpolarised and leave it so.
+    pub depolarised_by: Vec<String>,
+}
+
+/// One receiver of `[[receivers]]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ReceiverEntry {
+    /// Its kind.
+    pub kind: ReceiverKind,
+    /// Quantity in its files.
+    pub quantity: String,
+    /// Unit of that quantity.
+    pub unit: String,
+    /// Its files, under the folder of the model.
+    pub files: Vec<PathBuf>,
+    /// Unit of the fluxes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flux_unit: Option<String>,
+    /// `flux` and its Stokes parameters, or the six fluxes of a surface.
+    #[serde(flatten)]
+    pub fluxes: BTreeMap<String, Estimate>,
+}
+
+/// The outcome of a stopping rule.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct UntilError {
+    /// Figure to be known.
+    pub figure: String,
+    /// Standard error wanted.
+    pub error: f64,
+    /// Whether it was reached.
+    pub reached: bool,
+    /// Batches of paths.
+    pub batches: u32,
+}
+
+/// Content of the paper's Figures 3, 4 and 6; empty but for `reproduce`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PaperFigures {
+    /// Single elements.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure_3: Option<CurvesEntry>,
+    /// Single elements.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure_4: Option<CurvesEntry>,
+    /// Lobes of one ring.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure_6: Option<LobesEntry>,
+}
+
+/// Curves of one figure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CurvesEntry {
+    /// The curves.
+    pub curves: Vec<CurveEntry>,
+}
+
+/// Azimuthal mean of a far field.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CurveEntry {
+    /// Name in the legend.
+    pub label: String,
+    /// Polar angles, degrees.
+    pub theta_deg: Vec<f64>,
+    /// Intensities, W/sr.
+    pub intensity_w_per_sr: Vec<f64>,
+    /// Their standard errors.
+    pub standard_error_w_per_sr: Vec<f64>,
+}
+
+/// Lobes of one ring at normal incidence from the silicone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LobesEntry {
+    /// Band, from 1.
+    pub band: usize,
+    /// Ring, from 1.
+    pub ring: usize,
+    /// By ray optics.
+    pub rays: Vec<LobeEntry>,
+    /// By diffraction.
+    pub rcwa: Vec<LobeEntry>,
+}
+
+/// One direction into which power goes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LobeEntry {
+    /// `reflected` or `transmitted`.
+    pub side: String,
+    /// Angle to the normal in the medium of the lobe, degrees, positive along the grating vector.
+    pub theta_deg: f64,
+    /// Power per incident power.
+    pub share: f64,
+    /// Diffraction order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order: Option<i32>,
+}
+
+// Derived readers of flattened maps lose the path to a value at fault; these two keep it.
+
+impl<'de> Deserialize<'de> for ModelEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = ModelEntry;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ModelEntry, A::Error> {
+                let mut model = ModelEntry::default();
+                let (mut ledger, mut counters, mut paths, mut units) = (None, None, None, None);
+                while let Some(key) = map.next_key::<String>()? {
+                    match key.as_str() {
+                        "power_ledger" => ledger = Some(map.next_value()?),
+                        "counters" => counters = Some(map.next_value()?),
+                        "paths" => paths = Some(map.next_value()?),
+                        "units" => units = Some(map.next_value()?),
+                        "tables" => model.tables = map.next_value()?,
+                        "spectrum" => model.spectrum = map.next_value()?,
+                        "absolute" => model.absolute = map.next_value()?,
+                        "polarization" => model.polarization = map.next_value()?,
+                        "receivers" => model.receivers = map.next_value()?,
+                        "until_error" => model.until_error = map.next_value()?,
+                        _ => {
+                            model.figures.insert(key, map.next_value()?);
+                        }
+                    }
+                }
+                let missing = A::Error::missing_field;
+                model.power_ledger = ledger.ok_or_else(|| missing("power_ledger"))?;
+                model.counters = counters.ok_or_else(|| missing("counters"))?;
+                model.paths = paths.ok_or_else(|| missing("paths"))?;
+                model.units = units.ok_or_else(|| missing("units"))?;
+                Ok(model)
+            }
+        }
+        deserializer.deserialize_map(Reader)
+    }
+}
+
+impl<'de> Deserialize<'de> for WavelengthEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = WavelengthEntry;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<WavelengthEntry, A::Error> {
+                let mut entry = WavelengthEntry::default();
+                let (mut wavelength_nm, mut weight, mut paths) = (None, None, None);
+                let (mut index, mut absorption) = (None, None);
+                while let Some(key) = map.next_key::<String>()? {
+                    match key.as_str() {
+                        "wavelength_nm" => wavelength_nm = Some(map.next_value()?),
+                        "weight" => weight = Some(map.next_value()?),
+                        "paths" => paths = Some(map.next_value()?),
+                        "silicone_index" => index = Some(map.next_value()?),
+                        "silicone_absorption_per_mm" => absorption = Some(map.next_value()?),
+                        "sources" => entry.sources = map.next_value()?,
+                        "tables" => entry.tables = map.next_value()?,
+                        _ => {
+                            entry.figures.insert(key, map.next_value()?);
+                        }
+                    }
+                }
+                let missing = A::Error::missing_field;
+                entry.wavelength_nm = wavelength_nm.ok_or_else(|| missing("wavelength_nm"))?;
+                entry.weight = weight.ok_or_else(|| missing("weight"))?;
+                entry.paths = paths.ok_or_else(|| missing("paths"))?;
+                entry.silicone_index = index.ok_or_else(|| missing("silicone_index"))?;
+                entry.silicone_absorption_per_mm =
+                    absorption.ok_or_else(|| missing("silicone_absorption_per_mm"))?;
+                Ok(entry)
+            }
+        }
+        deserializer.deserialize_map(Reader)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn complaints_name_key_expected_and_got() {
+        let good = json!({
+            "schema_version": SCHEMA_VERSION,
+            "program": {"name": "batwing", "version": "1"},
+            "quick": false, "seed": 1, "inputs": [], "files": [], "published_source": "",
+            "designs": {"D1": {"rays": {
+                "uniformity": {"value": 0.5, "standard_error": 0.1},
+                "power_ledger": {}, "counters": {}, "paths": 5, "units": {},
+                "spectrum": {
+                    "light": {"weighting": "photometric", "kind": "lines"},
+                    "units": {"intensity": "cd", "map": "lx"},
+                    "emitted": {"emitted_w": 1.0}, "stopped_by": "lines",
+                    "wavelengths": [{"wavelength_nm": 550.0, "weight": 1.0, "paths": 5,
+                        "silicone_index": 1.4, "silicone_absorption_per_mm": 0.0}],
+                },
+            }}},
+            "references": {}, "figures": {},
+        });
+        let read = ResultsFile::of(&good).expect("valid");
+        assert_eq!(serde_json::to_value(&read).expect("JSON"), good);
+        let model = "/designs/D1/rays";
+        for (place, value, said) in [
+            ("/seed", json!("one"), "seed: expected a whole number from 0, got \"one\""),
+            ("/schema_version", json!(1), "schema_version: expected 4, got 1; run the design"),
+            (
+                &format!("{model}/uniformity/value"),
+                json!("x"),
+                "designs.D1.rays.uniformity.value: expected a number, got \"x\"",
+            ),
+            (
+                &format!("{model}/uniformity/standard_error"),
+                json!(-1.0),
+                "designs.D1.rays.uniformity.standard_error: expected a number of at least 0, got -1.0",
+            ),
+            (
+                &format!("{model}/spectrum/wavelengths/0"),
+                json!({"weight": 1.0}),
+                "designs.D1.rays.spectrum.wavelengths[0].wavelength_nm: expected a value, got none",
+            ),
+            (model, json!({}), "designs.D1.rays.power_ledger: expected a value, got none"),
+        ] {
+            let mut bad = good.clone();
+            *bad.pointer_mut(place).expect("a place") = value;
+            let error = ResultsFile::of(&bad).expect_err(place);
+            assert!(error.starts_with(said), "{error}");
+        }
+    }
+}

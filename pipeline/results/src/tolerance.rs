@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `tolerance.json` as a file: the same types write it and read it.
+//!
+//! The reference is `docs/reference/tolerance-file.md`. No time and no host appear in it, so that
+//! the same analysis and seed give the same bytes.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Result;
+use serde::{Deserialize, Serialize};
+
+use files::provenance::FileRecord;
+use metrics::Estimate;
+
+use super::schema::Program;
+use super::sealed_file::{self, Writer};
+
+/// File under the directory of results.
+pub const FILE: &str = "tolerance.json";
+/// Version of the layout.
+pub const SCHEMA_VERSION: u32 = 2;
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ToleranceResultsFile {
+    /// [`SCHEMA_VERSION`] of the program that wrote it.
+    pub schema_version: u32,
+    /// That program.
+    pub program: Program,
+    /// Name of the analysis.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Name of the design.
+    pub design: String,
+    /// Key of the model.
+    pub model: String,
+    /// Number of packages.
+    pub samples: usize,
+    /// Paths of each package.
+    pub paths: u64,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+    /// Files that came out.
+    pub files: Vec<FileRecord>,
+    /// Names of the tolerances.
+    pub tolerances: Vec<String>,
+    /// Statistics of figures, by key.
+    pub figures: BTreeMap<String, ToleranceFigureEntry>,
+    /// What a package has to meet.
+    pub constraints: Vec<BoundEntry>,
+    /// Packages that meet it; none without constraints.
+    #[serde(rename = "yield")]
+    pub yielded: Option<YieldEntry>,
+    /// Distribution of the first figure of the analysis; none where it has no scatter.
+    pub distribution: Option<DistributionEntry>,
+    /// Reasons of packages that make no design.
+    pub without_design: Vec<String>,
+}
+
+/// Statistics of a figure over the packages.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ToleranceFigureEntry {
+    /// Without deviations.
+    pub nominal: Estimate,
+    /// Of the packages.
+    pub mean: Estimate,
+    /// `mean` less `nominal`.
+    pub shift: Estimate,
+    /// Standard deviation from package to package, without the noise of traces.
+    pub deviation: Estimate,
+    /// Root mean square error of a trace.
+    pub noise_of_a_trace: f64,
+    /// By level, ascending.
+    pub quantiles: Vec<QuantileEntry>,
+    /// Shares of the variance; none of a single tolerance or of too few packages.
+    pub contributions: Option<ContributionsEntry>,
+}
+
+/// A quantile.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct QuantileEntry {
+    /// Share of packages below it.
+    pub level: f64,
+    /// The quantile.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+}
+
+/// Shares of the variance of a figure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContributionsEntry {
+    /// In the order of the file.
+    pub by_tolerance: Vec<ContributionEntry>,
+    /// What no straight line explains.
+    pub unexplained: Estimate,
+}
+
+/// The share of one tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContributionEntry {
+    /// Its name.
+    pub tolerance: String,
+    /// Share of the variance.
+    pub share: Estimate,
+    /// Change of the figure for one standard deviation, of a tolerance of one entry.
+    pub change_per_deviation: Option<Estimate>,
+}
+
+/// Bounds of a figure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BoundEntry {
+    /// Key of the figure.
+    pub figure: String,
+    /// Least value.
+    pub at_least: Option<f64>,
+    /// Largest value.
+    pub at_most: Option<f64>,
+}
+
+/// Packages that meet all constraints.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct YieldEntry {
+    /// Their number.
+    pub good: usize,
+    /// Number of all packages.
+    pub of: usize,
+    /// Share of packages.
+    pub share: f64,
+    /// Its interval of 95 %.
+    pub interval_95: [f64; 2],
+}
+
+/// Distribution of a figure over the packages, without the noise of traces.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DistributionEntry {
+    /// Key of the figure.
+    pub figure: String,
+    /// Packages that it is of.
+    pub packages: usize,
+    /// Ascending: those of all packages, evenly thinned where there are many.
+    pub shares: Vec<CumulativeShareEntry>,
+}
+
+/// A value with the share of packages at or below it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CumulativeShareEntry {
+    /// Value of the figure.
+    pub value: f64,
+    /// Share of packages.
+    pub share: f64,
+    /// Its interval of 95 %.
+    pub interval_95: [f64; 2],
+}
+
+impl ToleranceResultsFile {
+    /// Reads the file in `directory`, if there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be read, was altered or is of another layout.
+    pub fn read(directory: &Path) -> Result<Option<Self>> {
+        let writer = Writer { work: "analysis", again: "analyse again" };
+        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+    }
+}

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A design in words, for people: what `check` prints and what the page says was simulated.
+
+use design::Design;
+use design::resolved::array::PackagePositions;
+use design::resolved::dome::Dome;
+use design::resolved::led::{BoxPlace, Led};
+use design::resolved::reflector::Reflector;
+use design::resolved::solids::CheckedSolid;
+use design::schema::Arrangement;
+use design::schema::solids::{Per, ScatterLaw};
+use design::spectrum::lights::Light;
+use metrics::digits::shortest;
+use metrics::plural::count;
+
+use super::cells::band_cells;
+
+/// Names and words, from the dome to the receiver plane.
+pub fn description(design: &Design) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    let mut line = |key: &'static str, value: String| lines.push((key, value));
+    line("dome", dome(design));
+    if design.has_relief() {
+        line(
+            "elements",
+            format!(
+                "{} of {} µm",
+                design.elements.shapes.len(),
+                shortest(design.elements.width_mm * 1e3)
+            ),
+        );
+        let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
+        let range = |f: fn(&geometry::Cell) -> f64| {
+            let (low, high) =
+                cells.iter().map(f).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+            format!("{low:.2} to {high:.2} µm")
+        };
+        line(
+            "cells",
+            format!(
+                "{}, periods {}, heights {}",
+                count(cells.len(), "table"),
+                range(|c| c.period_um),
+                range(|c| c.depth_um)
+            ),
+        );
+    }
+    if let Some(spectrum) = &design.spectrum {
+        line("spectrum", spectrum.describe());
+    }
+    line("array", array(design));
+    let l = &design.led;
+    line(
+        "LED",
+        format!(
+            "{} x {} x {} mm, reflectance {}{}",
+            shortest(l.size_mm[0]),
+            shortest(l.size_mm[1]),
+            shortest(l.height_mm),
+            reflects(l.reflector),
+            moved(l)
+        ),
+    );
+    if let Some(flux) = design.emitted {
+        let [w, lm] = [flux.radiant_w, flux.luminous_lm].map(shortest);
+        line("emits", format!("{w} W, {lm} lm, each package"));
+    }
+    if !design.sources.is_empty() {
+        let names = design.sources.iter().map(|s| s.name().to_owned());
+        line("sources", names.collect::<Vec<_>>().join(", "));
+        for emits in lights(design) {
+            line("light", emits);
+        }
+    }
+    for solid in &design.solids {
+        line("solid", self::solid(solid));
+    }
+    let m = &design.mirror;
+    line(
+        "mirror",
+        match (design.files.mirror(), &design.films) {
+            (Some(_), _) => "by a file".to_owned(),
+            (None, Some(films)) if films.mirrors() => {
+                format!("thin films on metal, {} of what they reflect", m.reflector.reflectance())
+            }
+            (None, _) => format!("reflectance {}", reflects(m.reflector)),
+        },
+    );
+    let plane = &design.receiver;
+    line(
+        "plane",
+        format!(
+            "{} mm above the bottom, bins of {} mm",
+            shortest(plane.plane_height_mm),
+            shortest(plane.read_bin_mm.unwrap_or(plane.bin_mm))
+        ),
+    );
+    lines
+}
+
+/// Where the box stands, in words; nothing of one that is level about the axis.
+fn moved(led: &Led) -> String {
+    let pair = |[x, y]: [f64; 2]| format!("({}, {})", shortest(x), shortest(y));
+    let place = BoxPlace { offset_mm: led.offset_mm, tilt_deg: led.tilt_deg };
+    let mut words = Vec::new();
+    if !place.is_on_axis() {
+        words.push(format!(", {} mm off the axis", pair(place.offset_mm)));
+    }
+    if !place.is_level() {
+        words.push(format!(", tilted by {}° about x and y", pair(place.tilt_deg)));
+    }
+    let own = [("offset", &led.offsets_mm), ("tilt", &led.tilts_deg)];
+    for (name, _) in own.iter().filter(|(_, rows)| !rows.is_empty()) {
+        words.push(format!(", and its own {name} in each package"));
+    }
+    words.concat()
+}
+
+/// A line for each light, where sources have spectra of their own.
+fn lights(design: &Design) -> Vec<String> {
+    let lights = design.colours().into_iter().flat_map(|lights| lights.lights);
+    let one = |light: Light| {
+        let (names, share) = (light.sources.join(", "), 100.0 * light.emitted_w);
+        format!("{names}: {share:.1} % of the power: {}", light.light.describe())
+    };
+    lights.map(one).collect()
+}
+
+/// The array in words.
+fn array(design: &Design) -> String {
+    let pitch_mm = shortest(design.array.pitch_mm);
+    match &design.array.positions {
+        PackagePositions::List { positions_mm } => {
+            let packages = count(positions_mm.len(), "package");
+            format!("{packages} at positions from a file")
+        }
+        PackagePositions::Grid { columns, rows, arrangement } => {
+            let hexagonal = match arrangement {
+                Arrangement::Square => "",
+                Arrangement::Hexagonal => ", hexagonal",
+            };
+            format!("{columns} x {rows} at {pitch_mm} mm{hexagonal}")
+        }
+    }
+}
+
+/// A solid in words.
+fn solid(solid: &CheckedSolid) -> String {
+    let made = match (&solid.medium, solid.stated.kind.is_sheet()) {
+        (Some(medium), _) => format!("index {}", shortest(medium.index)),
+        (None, true) => "sheet".to_owned(),
+        (None, false) => "opaque".to_owned(),
+    };
+    let per = match solid.per() {
+        Per::Package => "in each package",
+        Per::Array => "once",
+    };
+    let kind = solid.stated.kind.name();
+    let scatter = solid.stated.shared.scatter.as_ref();
+    let scatter = scatter.map_or(String::new(), |scatter| format!(", {}", scatters(&scatter.kind)));
+    format!("{}: {kind}, {made}, {per}{scatter}", solid.name())
+}
+
+/// What a surface does to light from either side, in words.
+fn scatters(law: &ScatterLaw) -> String {
+    let shares = |transmitted: f64, reflected: f64| {
+        let absorbed = shortest((1.0 - transmitted - reflected).max(0.0));
+        format!("{transmitted} transmitted, {reflected} reflected, {absorbed} absorbed")
+    };
+    match law {
+        ScatterLaw::File(_) => "scatters by files".to_owned(),
+        ScatterLaw::Lambertian(stated) => {
+            format!("Lambertian diffuser: {}", shares(stated.transmitted, stated.reflected))
+        }
+        ScatterLaw::Gaussian(stated) => {
+            let back = stated
+                .reflected_width_deg
+                .map_or(String::new(), |width| format!(" ({width}° in reflection)"));
+            format!(
+                "Gaussian diffuser of {}° full width at half maximum{back}: {}",
+                stated.width_deg,
+                shares(stated.transmitted, stated.reflected)
+            )
+        }
+    }
+}
+
+/// The dome in words.
+fn dome(design: &Design) -> String {
+    let index = shortest(design.silicone.index);
+    let Some(dome) = &design.dome else {
+        return "none".to_owned();
+    };
+    let [height, width] = [dome.height_mm(), 2.0 * dome.radius_mm()].map(shortest);
+    match dome {
+        Dome::Mesh(mesh) => format!(
+            "mesh of {}, {height} mm high, {width} mm wide, index {index}",
+            count(mesh.triangles, "triangle"),
+        ),
+        Dome::Meridian(meridian) => format!(
+            "curve of {}, {height} mm high, {width} mm wide, index {index}",
+            count(meridian.pieces.len(), "piece"),
+        ),
+        Dome::Sphere(sphere) => format!(
+            "sphere of radius {} mm, {height} mm high, {width} mm wide, index {index}",
+            shortest(sphere.sphere_radius_mm),
+        ),
+    }
+}
+
+/// Reflectance and law of reflection in words.
+fn reflects(reflector: Reflector) -> String {
+    match reflector {
+        Reflector::Specular { reflectance } => format!("{reflectance}, specular"),
+        Reflector::Lambertian { reflectance } => format!("{reflectance}, Lambertian"),
+        Reflector::Absorbing => "0, absorbing".to_owned(),
+        Reflector::Mixed { reflectance, specular_fraction } => format!(
+            "{reflectance}, of which {} % specular, the rest Lambertian",
+            100.0 * specular_fraction
+        ),
+    }
+}

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The surface of the dome in each model: the relief itself, or the smooth dome in bands with a
+//! BSDF each.
+
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result, anyhow, ensure};
+use bsdf::ray_optics::UnitCell;
+use bsdf::{Binned, Bsdf, IncidenceMap, Mask, Masked, OrderTable, RemappedIncidence};
+
+use design::Design;
+use design::schema::{Incidence, Polarization, Scattering};
+use geometry::{BaseSurface, Meridian};
+
+use super::cells::{band_cells, outline};
+use super::model::Model;
+use super::scene::DomeSurface;
+use super::tables::DesignTables;
+
+/// The surface of the dome in `model`; the hybrid needs `tables`.
+pub fn dome_surface(
+    design: &Design,
+    model: Model,
+    tables: Option<&DesignTables>,
+) -> Result<DomeSurface> {
+    if design.dome.is_none() {
+        return Ok(DomeSurface::Refracting(design.outline()?));
+    }
+    let base = || {
+        design.base().with_context(|| {
+            let label = model.label(design);
+            format!("{}: expected a dome that is no mesh for {label}", design.name)
+        })
+    };
+    ensure!(
+        !(model.is_banded() && design.is_coated()),
+        "{}: expected a model of rays on the relief itself with dome.coating, got {}",
+        design.name,
+        model.label(design)
+    );
+    Ok(match model {
+        Model::Geometric => DomeSurface::Refracting(design.outline()?),
+        Model::Fine => DomeSurface::Refracting(Meridian::stepped(base()?, &design.hybrid_rings())?),
+        Model::Control => {
+            let cells = band_cells(design);
+            let bsdfs = cells.iter().map(|cell| {
+                cell.as_ref()
+                    .map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Bsdf>))
+                    .transpose()
+            });
+            banded(design, base()?, bsdfs.collect::<Result<_>>()?)
+        }
+        Model::Hybrid => {
+            let tables =
+                tables.ok_or_else(|| anyhow!("the hybrid of {} needs its tables", design.name))?;
+            let bsdfs = tables.bands.iter().enumerate().map(|(band, table)| {
+                let solved = || table.as_ref().map(|t| solved(design, &t.table)).transpose();
+                let bsdf =
+                    design.files.band_bsdf(band).map_or_else(solved, |bsdf| Ok(Some(bsdf)))?;
+                Ok(bsdf.map(|bsdf| simplified(design, bsdf)))
+            });
+            banded(design, base()?, bsdfs.collect::<Result<_>>()?)
+        }
+    })
+}
+
+/// A solved table for the polarisation that the design asks for.
+fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Bsdf>> {
+    let polarization = match design.hybrid.polarization {
+        Polarization::Unpolarised => return Ok(Arc::clone(table) as Arc<dyn Bsdf>),
+        Polarization::S => bsdf::Polarization::S,
+        Polarization::P => bsdf::Polarization::P,
+    };
+    Ok(Arc::new(table.for_polarization(polarization)?))
+}
+
+/// The BSDF of a band with the ablations of `[hybrid]`.
+fn simplified(design: &Design, mut bsdf: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
+    let hybrid = &design.hybrid;
+    // x of a band points away from the axis: light that travels so comes from x < 0.
+    let map = match hybrid.incidence {
+        Incidence::Conical => None,
+        Incidence::InPlane => Some(IncidenceMap::InPlane),
+        Incidence::Outwards => Some(IncidenceMap::FromNegativeX),
+        Incidence::Inwards => Some(IncidenceMap::FromPositiveX),
+        Incidence::HalfTurn => Some(IncidenceMap::HalfTurn),
+        Incidence::AzimuthMean => Some(IncidenceMap::AzimuthMean),
+    };
+    if let Some(map) = map {
+        bsdf = Arc::new(RemappedIncidence { bsdf, map });
+    }
+    let mask = match hybrid.scattering {
+        Scattering::Whole => None,
+        Scattering::Transmission => Some(Mask::Transmission),
+        Scattering::SpecularReflection => Some(Mask::SpecularReflection),
+        Scattering::FromInside => Some(Mask::FromInside),
+    };
+    if let Some(mask) = mask {
+        bsdf = Arc::new(Masked { bsdf, mask });
+    }
+    if hybrid.spread_deg > 0.0 {
+        bsdf = Arc::new(Binned::new(bsdf, hybrid.spread_deg));
+    }
+    bsdf
+}
+
+fn banded(
+    design: &Design,
+    base: BaseSurface<'_>,
+    bsdfs: Vec<Option<Arc<dyn Bsdf>>>,
+) -> DomeSurface {
+    DomeSurface::Banded(banded_meridian(design, base, bsdfs.len()), bsdfs)
+}
+
+fn banded_meridian(design: &Design, base: BaseSurface<'_>, bands: usize) -> Meridian {
+    let width_mm = design.hybrid.element_width_um * 1e-3 * design.hybrid.rings_per_band as f64;
+    let ends: Vec<f64> = (1..=bands).map(|k| k as f64 * width_mm).collect();
+    Meridian::banded(base, &ends)
+}
+
+/// The surface of the dome in `model` without what its bands scatter: a trace is known by it before
+/// there are tables.
+pub(super) fn without_tables(design: &Design, model: Model) -> Result<DomeSurface> {
+    match design.base().filter(|_| model.is_banded()) {
+        None => dome_surface(design, model, None),
+        Some(base) => {
+            let bands = band_cells(design).len();
+            let meridian = banded_meridian(design, base, bands);
+            Ok(DomeSurface::Banded(meridian, vec![None; bands]))
+        }
+    }
+}

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Models of a design: rays on the relief, or bands with a BSDF.
+
+use serde::Deserialize;
+
+use design::Design;
+
+/// How the relief of a dome is treated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Model {
+    /// Rays on the elements as designed.
+    Geometric,
+    /// Rays on the relief in the hybrid's finer steps: isolates the effect of the step.
+    Fine,
+    /// Rays on the smooth dome in bands; each band has the BSDF of its unit cell by ray optics.
+    Control,
+    /// Rays on the smooth dome in bands; each band has the BSDF of its table of diffraction
+    /// orders.
+    Hybrid,
+}
+
+impl Model {
+    /// The models that `design` has: all four for relief, rays alone for smooth and bare packages.
+    /// Bands exist without thin films only, and the steps of rings where there are rings.
+    pub fn all_of(design: &Design) -> Vec<Self> {
+        if design.has_relief() && design.is_coated() {
+            vec![Self::Geometric, Self::Fine]
+        } else if design.without_bands.is_some() {
+            vec![Self::Geometric]
+        } else if design.has_relief() {
+            vec![Self::Geometric, Self::Fine, Self::Control, Self::Hybrid]
+        } else {
+            vec![Self::Geometric]
+        }
+    }
+
+    /// Why relief of `design` has not all four models; `None` where it has them, or no relief.
+    pub fn left_out(design: &Design) -> Option<String> {
+        let reason = if design.has_relief() && design.is_coated() {
+            "bands take no thin films on the dome"
+        } else {
+            design.without_bands.as_deref()?
+        };
+        let of = |models: &[Self]| models.iter().map(|m| m.key(design)).collect::<Vec<_>>();
+        let there = Self::all_of(design);
+        let mut missing = vec![Self::Fine, Self::Control, Self::Hybrid];
+        missing.retain(|model| !there.contains(model));
+        Some(format!("left out: {}: {reason}", of(&missing).join(", ")))
+    }
+
+    /// Refuses a model that `design` does not have.
+    ///
+    /// # Errors
+    /// Which models it has not, and why.
+    pub fn of(self, design: &Design) -> anyhow::Result<Self> {
+        if Self::all_of(design).contains(&self) {
+            return Ok(self);
+        }
+        let smooth = || "the dome is smooth, it has the geometric model only".to_owned();
+        let why = Self::left_out(design).unwrap_or_else(smooth);
+        anyhow::bail!("{}: {}: {why}", design.provenance.file, self.key(design))
+    }
+
+    /// Key in `results.json` and name of the directory: `hybrid_10um`; a package without relief has
+    /// `geometric`.
+    pub fn key(self, design: &Design) -> String {
+        if design.has_relief() {
+            format!("{}_{}um", self.name(), self.step_um(design))
+        } else {
+            self.name().to_owned()
+        }
+    }
+
+    /// Name for people: `hybrid, 10 µm`.
+    pub fn label(self, design: &Design) -> String {
+        if design.has_relief() {
+            format!("{}, {} µm", self.name(), self.step_um(design))
+        } else {
+            self.name().to_owned()
+        }
+    }
+
+    /// As written in files of studies and problems.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Geometric => "geometric",
+            Self::Fine => "fine",
+            Self::Control => "control",
+            Self::Hybrid => "hybrid",
+        }
+    }
+
+    /// Whether the relief is replaced by bands with a BSDF.
+    pub fn is_banded(self) -> bool {
+        matches!(self, Self::Control | Self::Hybrid)
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Geometric | Self::Fine => "geometric",
+            Self::Control => "control",
+            Self::Hybrid => "hybrid",
+        }
+    }
+
+    /// Micrometres, to a nanometre.
+    fn step_um(self, design: &Design) -> f64 {
+        let rounded = |um: f64| (um * 1e3).round() / 1e3;
+        match self {
+            Self::Geometric => rounded(design.elements.width_mm * 1e3),
+            Self::Fine | Self::Control | Self::Hybrid => rounded(design.hybrid.element_width_um),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn keys_are_those_of_the_results_schema() {
+        let d1 = design::embedded("d1.toml").expect("valid");
+        let keys: Vec<String> = Model::all_of(&d1).into_iter().map(|m| m.key(&d1)).collect();
+        assert_eq!(keys, ["geometric_100um", "geometric_10um", "control_10um", "hybrid_10um"]);
+        let bare = design::embedded("bare-dome.toml").expect("valid");
+        assert_eq!(
+            Model::all_of(&bare).into_iter().map(|m| m.key(&bare)).collect::<Vec<_>>(),
+            ["geometric"]
+        );
+    }
+
+    #[test]
+    fn bands_that_nobody_asked_for_do_not_refuse_a_design() {
+        let own = design::NEW_DESIGN.replace("NAME", "own");
+        let parsed = |text: &str| design::parse("own.toml", text, Path::new(""));
+        let usual = parsed(&own).expect("valid");
+        assert_eq!(Model::all_of(&usual).len(), 4);
+        assert_eq!(Model::left_out(&usual), None);
+        let x_rays = own.replace("wavelength_nm = 550.0", "wavelength_nm = 10.0");
+        let rays_only = parsed(&x_rays).expect("valid");
+        assert_eq!(Model::all_of(&rays_only), [Model::Geometric]);
+        let why = Model::left_out(&rays_only).expect("a reason");
+        assert!(why.contains("hybrid_10um: light.wavelength_nm = 10"), "{why}");
+        assert!(Model::Hybrid.of(&rays_only).is_err());
+        let asked = x_rays + "\n[hybrid]\ntolerance = 0.01\n";
+        let refused = parsed(&asked).expect_err("bands are asked for");
+        let refused = refused.to_string();
+        assert!(refused.contains("expected a wavelength"), "{refused}");
+    }
+}

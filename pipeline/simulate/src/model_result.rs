@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The result of a model from its observation, and the folder of its files.
+
+use std::path::{Path, PathBuf};
+
+use design::Design;
+use design::schema::Carrying;
+use results::ModelResult;
+use results::schema::PolarizationEntry;
+
+use super::model::Model;
+use super::observation::Observation;
+
+/// Folder of the files of `model` of `design`, under the directory of results.
+pub fn folder(design: &Design, model: Model) -> PathBuf {
+    Path::new(&design.name).join(model.key(design))
+}
+
+/// The result of a model: figures, ledger, counters; without tables.
+pub fn model_result(design: &Design, model: Model, observation: &Observation) -> ModelResult {
+    ModelResult {
+        key: model.key(design),
+        label: model.label(design),
+        paths: observation.paths,
+        figures: observation.figures(design),
+        ledger: observation.ledger(),
+        counters: observation.counters(),
+        tables: Vec::new(),
+        spectrum: None,
+        absolute: None,
+        until_error: None,
+        receivers: None,
+        polarization: (design.polarization == Carrying::Carried).then(|| PolarizationEntry {
+            light: design.polarization,
+            depolarised_by: observation.depolarised_by.clone(),
+        }),
+        files: Vec::new(),
+    }
+}

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The package of a design as plain lines: what `rays` and the page draw.
+
+use design::Design;
+use design::resolved::dome::Dome;
+use design::resolved::led::BoxPlace;
+use design::resolved::solids::CheckedSolid;
+use design::schema::Extent;
+use geometry::{Curve, Meridian, Piece, Role};
+use results::package::{PackageDrawing, RingOutline, SolidDrawing};
+
+use super::paths::single_package;
+
+/// Points of an arc of the outline.
+const ARC_POINTS: usize = 24;
+/// Rings of equal width that stand for those of a dome without relief.
+const PLAIN_RINGS: usize = 12;
+
+/// The package with this generating curve on its dome.
+pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
+    let alone = single_package(design);
+    let radius_mm = 0.5 * design.package_width_mm();
+    let dome_mm = match &design.dome {
+        Some(Dome::Mesh(mesh)) => mesh.section(),
+        _ => outline(meridian).into_iter().collect(),
+    };
+    let [width, depth] = design.led.size_mm;
+    PackageDrawing {
+        dome_mm: dome_mm.into_iter().map(rounded_line).collect(),
+        dome_index: design.dome.as_ref().map(|_| design.silicone.index),
+        rings: rings(meridian),
+        radius_mm,
+        led_mm: [width, depth, design.led.height_mm],
+        led_corners_mm: led_corners(&alone),
+        led_offsets_mm: led_offsets(design),
+        mirror_half_mm: match design.mirror.extent {
+            Extent::Array => 0.5 * design.array.pitch_mm,
+            Extent::Package => radius_mm,
+        },
+        plane_mm: design.receiver.plane_height_mm,
+        pitch_mm: (design.array.count() > 1).then_some(design.array.pitch_mm),
+        axes_mm: design.array.axes_mm(),
+        solids: alone.solids.iter().map(solid).collect(),
+    }
+}
+
+/// Corners of the box of a package alone, unless it stands level about the axis.
+fn led_corners(alone: &Design) -> Vec<[f64; 3]> {
+    let led = &alone.led;
+    if led.is_centred() {
+        return Vec::new();
+    }
+    let corners = led.at(led.place(0)).corners(0.0).into_iter();
+    corners.map(|corner| corner.to_array().map(rounded)).collect()
+}
+
+/// Offsets of the boxes of all packages; none where all stand on the axes.
+fn led_offsets(design: &Design) -> Vec<[f64; 2]> {
+    let places = (0..design.array.count()).map(|package| design.led.place(package));
+    let places: Vec<BoxPlace> = places.collect();
+    if places.iter().all(BoxPlace::is_on_axis) {
+        return Vec::new();
+    }
+    places.iter().map(|place| place.offset_mm).collect()
+}
+
+fn solid(solid: &CheckedSolid) -> SolidDrawing {
+    let bounds = solid.form.shape(0.0).map(|shape| shape.bounds());
+    let bounds_mm = bounds.map_or([[0.0; 3]; 2], |bounds| {
+        [bounds.low, bounds.high].map(|corner| corner.to_array().map(rounded))
+    });
+    let lines = solid.form.section().into_iter();
+    SolidDrawing {
+        name: solid.name().to_owned(),
+        index: solid.medium.as_ref().map(|medium| medium.index),
+        entered: solid.medium.is_some() || solid.stated.shared.scatter.is_some(),
+        bounds_mm,
+        lines_mm: lines.map(|(line, closed)| (rounded_line(line), closed)).collect(),
+    }
+}
+
+/// Rings of the generating curve: one for each element or band; those of a smooth dome have equal
+/// widths.
+fn rings(meridian: &Meridian) -> Vec<RingOutline> {
+    let mut rings: Vec<RingOutline> = Vec::new();
+    let radius_mm = meridian.radius_mm();
+    for piece in &meridian.pieces {
+        let points = points(piece);
+        for pair in points.windows(2) {
+            let middle = f64::midpoint(pair[0][0], pair[1][0]);
+            let name = ring_name(piece.role, middle, radius_mm);
+            match rings.last_mut() {
+                Some(last) if last.name == name => last.points_mm.push(pair[1]),
+                _ => rings.push(RingOutline { name, points_mm: pair.to_vec() }),
+            }
+        }
+    }
+    rings
+}
+
+fn ring_name(role: Role, r_mm: f64, radius_mm: f64) -> String {
+    match role {
+        Role::Element(number) => format!("ring {number}"),
+        Role::Cylinder => "side".to_owned(),
+        Role::Rest | Role::Stated => {
+            let width = radius_mm / PLAIN_RINGS as f64;
+            let number = (r_mm / width).floor().min(PLAIN_RINGS as f64 - 1.0);
+            format!("r {:.2} to {:.2} mm", number * width, (number + 1.0) * width)
+        }
+    }
+}
+
+/// Points of a piece from its start to its end; straight pieces that are long have some between.
+fn points(piece: &Piece) -> Vec<[f64; 2]> {
+    let mut points = vec![piece.start];
+    if piece.curve == Curve::Line {
+        let share = |k: usize| k as f64 / PLAIN_RINGS as f64;
+        let between =
+            |k| [0, 1].map(|i| piece.start[i] + share(k) * (piece.end[i] - piece.start[i]));
+        if matches!(piece.role, Role::Rest | Role::Stated) {
+            points.extend((1..PLAIN_RINGS).map(between));
+        }
+        points.push(piece.end);
+    } else {
+        points.extend(piece.points(ARC_POINTS));
+    }
+    rounded_line(points)
+}
+
+/// The outline of the dome: the right half from the axis down, the left half back.
+fn outline(meridian: &Meridian) -> Option<Vec<[f64; 2]>> {
+    let mut right = vec![meridian.pieces.first()?.start];
+    for piece in &meridian.pieces {
+        right.extend(piece.points(2 * ARC_POINTS));
+    }
+    let left: Vec<[f64; 2]> = right.iter().rev().map(|[r, z]| [-r, *z]).collect();
+    Some([right, left].concat())
+}
+
+fn rounded_line(line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    line.into_iter().map(|point| point.map(rounded)).collect()
+}
+
+/// To a tenth of a micrometre.
+pub(super) fn rounded(length_mm: f64) -> f64 {
+    (length_mm * 1e4).round() / 1e4 + 0.0
+}

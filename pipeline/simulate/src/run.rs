@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The recipe of a run: tables → scene → trace → figures → files, for each model of a design.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use anyhow::Result;
+
+use design::Design;
+use design::spectrum::lights::Lights;
+use files::cache::Cache;
+use files::run_context::RunContext;
+use results::ModelResult;
+
+use super::model::Model;
+use super::observation::Observation;
+use super::paths_3d::WavelengthScene;
+use super::spectral::SpectralJob;
+use super::stopping_rule::{self, StoppingRule};
+use super::tables::{DesignTables, tables};
+use super::trace_plan::TracePlan;
+use super::units::Units;
+use super::{model_result, package};
+
+/// Design, units and directory of the files of a model.
+#[derive(Clone, Copy)]
+pub struct Output<'a> {
+    /// The design.
+    pub design: &'a Design,
+    /// Units of far fields and maps.
+    pub units: Units,
+    /// Directory of results.
+    pub out: &'a Path,
+}
+
+/// Writer of the files of a model: maps, sections, pictures, receivers.
+pub trait ModelWriter: Sync {
+    /// Writes the files of `observation` and lists them in `result`. An owned observation loses
+    /// its receivers, to free their memory.
+    ///
+    /// # Errors
+    /// A ledger that does not add up; files that cannot be written.
+    fn write(
+        &self,
+        output: Output,
+        result: &mut ModelResult,
+        observation: &mut Cow<'_, Observation>,
+        context: RunContext,
+    ) -> Result<()>;
+
+    /// Writes the azimuthal means at every wavelength (source, nm, observation) and of their
+    /// `sum`, each per flux that the sources emit there, and lists the files in `result`.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    fn write_by_wavelength(
+        &self,
+        output: Output,
+        result: &mut ModelResult,
+        nodes: &[(Option<&str>, f64, &Observation)],
+        sum: &Observation,
+    ) -> Result<()>;
+}
+
+/// A design to be run.
+pub struct Run<'a> {
+    /// The design.
+    pub design: &'a Design,
+    /// Lights of several wavelengths; none for one wavelength.
+    pub lights: Option<&'a Lights>,
+    /// Stopping rule; without one, the design's number of paths is traced.
+    pub stopping_rule: Option<&'a StoppingRule>,
+    /// Where tables come from and go to.
+    pub cache: Option<&'a Cache>,
+}
+
+/// Directory of results, and the writer of the files of each model there.
+#[derive(Clone, Copy)]
+pub struct Destination<'a> {
+    /// Directory of results.
+    pub out: &'a Path,
+    /// Writer of the files of each model.
+    pub writer: &'a dyn ModelWriter,
+}
+
+impl Run<'_> {
+    /// Refuses `models` that need more wavelengths than there are tables or memory for, before
+    /// anything is traced.
+    ///
+    /// # Errors
+    /// How many there are, and how many there may be.
+    pub fn check(&self, models: &[Model], context: RunContext) -> Result<()> {
+        let lights = self.lights.into_iter();
+        let jobs = lights.flat_map(|lights| models.iter().map(move |model| (lights, *model)));
+        let mut jobs = jobs.map(|(lights, model)| self.spectral_job(lights, model, context));
+        jobs.try_for_each(SpectralJob::check)
+    }
+
+    /// The traces of `models`, for several processes to share.
+    ///
+    /// # Errors
+    /// Wavelengths that follow from what has been traced.
+    pub fn plans(&self, models: &[Model], context: RunContext) -> Result<Vec<TracePlan<'static>>> {
+        let Some(lights) = self.lights else {
+            let models = models.iter();
+            let plan = |&model| TracePlan::of_model(self.design, model, context.seed).into_owned();
+            return Ok(models.map(plan).collect());
+        };
+        let models = models.iter();
+        let plans = models.map(|&model| self.spectral_job(lights, model, context).plans());
+        Ok(plans.collect::<Result<Vec<_>>>()?.concat())
+    }
+
+    /// Runs `models`, one after another; the tables of the hybrid come first.
+    ///
+    /// # Errors
+    /// Those of the solver, the tracer and the files; an interrupt.
+    pub fn models(
+        &self,
+        models: &[Model],
+        destination: Destination,
+        context: RunContext,
+    ) -> Result<Vec<ModelResult>> {
+        // With several wavelengths, each has tables of its own.
+        let needs_tables = models.contains(&Model::Hybrid) && self.lights.is_none();
+        let tables = needs_tables.then(|| tables(&[self.design], self.cache, None, context));
+        let tables = tables.transpose()?.map(|mut all| all.remove(0));
+        let models = models.iter();
+        models.map(|&model| self.model(model, tables.as_ref(), destination, context)).collect()
+    }
+
+    /// Runs one model, with tables of one wavelength where it needs them.
+    ///
+    /// # Errors
+    /// As [`Run::models`].
+    pub fn model(
+        &self,
+        model: Model,
+        tables: Option<&DesignTables>,
+        destination: Destination,
+        context: RunContext,
+    ) -> Result<ModelResult> {
+        match self.lights {
+            None => self.monochromatic(model, tables, destination, context),
+            Some(lights) => self.spectral(lights, model, destination, context),
+        }
+    }
+
+    fn monochromatic(
+        &self,
+        model: Model,
+        tables: Option<&DesignTables>,
+        destination: Destination,
+        context: RunContext,
+    ) -> Result<ModelResult> {
+        let design = self.design;
+        let plan = TracePlan::of_model(design, model, context.seed);
+        let surface = plan.surface(tables)?;
+        let job = plan.job(&surface);
+        let (observation, until_error) = match self.stopping_rule {
+            None => (job.observe(context)?, None),
+            Some(rule) => {
+                let (mean, said) = stopping_rule::observe_until(&job, rule, context)?;
+                (mean, Some(said))
+            }
+        };
+        let mut result = model_result::model_result(design, model, &observation);
+        result.until_error = until_error;
+        if let (Model::Hybrid, Some(tables)) = (model, tables) {
+            result.tables = tables.describe();
+        }
+        let part = WavelengthScene { design, surface: &surface, share: 1.0 };
+        let output = Output { design, units: Units::of(design, None), out: destination.out };
+        let mut observation = Cow::Owned(observation);
+        // Paths of the package are traced on one thread.
+        let (package, written) = rayon::join(
+            || package::package(design, &[part], false, context.seed),
+            || destination.writer.write(output, &mut result, &mut observation, context),
+        );
+        written?;
+        package::write(&package?, design, destination.out, &mut result)?;
+        Ok(result)
+    }
+
+    fn spectral(
+        &self,
+        lights: &Lights,
+        model: Model,
+        destination: Destination,
+        context: RunContext,
+    ) -> Result<ModelResult> {
+        let job = self.spectral_job(lights, model, context);
+        let trace = job.trace(self.stopping_rule)?;
+        let mut observation = trace.observation();
+        let mut result = model_result::model_result(self.design, model, &observation);
+        result.until_error.clone_from(&trace.until_error);
+        trace.add_wavelength_errors(&mut result.figures, &observation);
+        result.spectrum = Some(trace.describe()?);
+        let units = Units::of(self.design, Some(lights));
+        let output = Output { design: self.design, units, out: destination.out };
+        destination.writer.write(output, &mut result, &mut observation, context)?;
+        let nodes = trace.by_wavelength();
+        if !nodes.is_empty() {
+            destination.writer.write_by_wavelength(output, &mut result, &nodes, &observation)?;
+        }
+        let parts = trace.surfaces();
+        let package = package::package(self.design, &parts, true, context.seed)?;
+        package::write(&package, self.design, destination.out, &mut result)?;
+        Ok(result)
+    }
+
+    fn spectral_job<'a>(
+        &'a self,
+        lights: &'a Lights,
+        model: Model,
+        context: RunContext<'a>,
+    ) -> SpectralJob<'a> {
+        SpectralJob { design: self.design, lights, model, cache: self.cache, context }
+    }
+}

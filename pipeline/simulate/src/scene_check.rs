@@ -1,0 +1,426 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Checks of a design that need its scene, before anything is solved, traced or written.
+//!
+//! It refuses solids that cut each other, rays of a file that start in the wrong place, and
+//! receivers that name no surface or cut one. Messages use the words of the design file. The scene
+//! of rays on the relief has the surfaces of all models and needs no table.
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use tracer::Error;
+
+use design::resolved::array::PackagePositions;
+use design::resolved::receivers::CheckedReceiver;
+use design::resolved::solids::CheckedSolid;
+use design::schema::solids::Per;
+use design::{ConfigError, Design};
+use geometry::Cell;
+
+use super::cells::band_cells;
+use super::dome_surface::dome_surface;
+use super::model::Model;
+use super::observation::{plane_grid, sphere};
+use super::scene::{self, DomeSurface};
+use super::trace::{GROUPS, plane};
+
+/// Radius of a dome, in widths of the package, beyond which rounding may spoil its sphere.
+const FLATTEST: f64 = 500.0;
+/// Memory of a run beside its bins, bytes.
+const BESIDES: usize = 32 << 20;
+
+/// Reads the design file at `path` and checks it, its scene as well.
+///
+/// # Errors
+/// Those of [`design::load`] and [`check`].
+pub fn load(path: &Path) -> Result<Design> {
+    let design = design::load(path)?;
+    check(&design)?;
+    Ok(design)
+}
+
+/// Checks the text of a design, its scene as well. `file` names it in messages and results; files
+/// that it names lie in `folder`.
+///
+/// # Errors
+/// Those of [`design::parse`] and [`check`].
+pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design> {
+    let design = design::parse(file, text, folder)?;
+    check(&design)?;
+    Ok(design)
+}
+
+/// Refuses designs whose scene cannot be built, and receivers that name no surface of it or cut a
+/// package or wall.
+///
+/// # Errors
+/// File, key, what was found and what was expected.
+pub fn check(design: &Design) -> Result<()> {
+    has_room(design)?;
+    let surface = dome_surface(design, Model::Geometric, None)?;
+    let scene = scene::build(design, &surface).map_err(|error| match error.downcast_ref() {
+        Some(wrong) => unbuilt(design, wrong).into(),
+        None => error,
+    })?;
+    scatters_at_all_wavelengths(design, &surface)?;
+    tables_fit(design)?;
+    if let Err(error) = scene.admits(&plane(design)?) {
+        return Err(ConfigError::Value {
+            file: design.provenance.file.clone(),
+            key: "receiver.plane_height_mm".to_owned(),
+            got: design.receiver.plane_height_mm.to_string(),
+            expected: format!("a plane above the packages that cuts no solid: {error}"),
+        }
+        .into());
+    }
+    for (number, receiver) in design.receivers.iter().enumerate() {
+        if let Err(error) = scene.admits(&receiver.detector) {
+            return Err(refusal(design, number, receiver, error).into());
+        }
+    }
+    Ok(())
+}
+
+/// Refuses bins for which the system has no memory, before it allocates them group by group.
+fn has_room(design: &Design) -> Result<()> {
+    let (grid, sphere) = (plane_grid(design), sphere(design));
+    let of_figures = grid.columns * grid.rows + sphere.polar * sphere.azimuths;
+    let others = design.receivers.iter().map(|r| r.detector.bins());
+    let bins = of_figures + others.sum::<usize>();
+    let bytes = size_of::<f64>() * bins * (GROUPS + 1) + BESIDES;
+    ensure!(
+        Vec::<u8>::new().try_reserve_exact(bytes).is_ok(),
+        "{}: {bins} bins of the map, the far field and [[receivers]]: expected {:.2} GiB of memory for them, which the system does not give; larger bins take less",
+        design.provenance.file,
+        bytes as f64 / f64::from(1 << 30)
+    );
+    Ok(())
+}
+
+/// Refuses solids whose scattering tables hold for one pair of indices, if the indices differ at
+/// the ends or the median of a light.
+fn scatters_at_all_wavelengths(design: &Design, surface: &DomeSurface) -> Result<()> {
+    let (Some(lights), true) =
+        (design.all_lights(), design.solids.iter().any(CheckedSolid::scatters))
+    else {
+        return Ok(());
+    };
+    for light in &lights.lights {
+        let [first, last] = light.light.range_nm();
+        for nm in [first, light.light.median_nm(), last] {
+            scene::build(&design.at(nm)?, surface)?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks the tables of domes within a solid: they can be solved, and no file gives one, which
+/// would be for air.
+fn tables_fit(design: &Design) -> Result<()> {
+    let around = scene::index_about_domes(design)?;
+    if around.to_bits() == 1.0f64.to_bits() {
+        return Ok(());
+    }
+    let cells = band_cells(design);
+    if (0..cells.len()).any(|band| design.files.covers(band)) {
+        return Err(ConfigError::Value {
+            file: design.provenance.file.clone(),
+            key: "files.bands".to_owned(),
+            got: "given".to_owned(),
+            expected: format!(
+                "no such table for domes in a medium of index {around}: those of files are for air around the dome"
+            ),
+        }
+        .into());
+    }
+    let cells: Vec<Cell> = cells.into_iter().flatten().collect();
+    Ok(design::resolve::tables::fit(design, &cells)?)
+}
+
+/// The number (from 1) and position of the last solid with one of these names.
+fn solid<'a>(design: &Design, names: impl IntoIterator<Item = &'a str>) -> Option<(usize, String)> {
+    let numbers = names.into_iter().filter_map(|name| {
+        let mut solids = design.solids.iter();
+        solids.position(|solid| solid.name() == name)
+    });
+    let number = numbers.max()?;
+    let place = design.solids[number].stated.place();
+    Some((number + 1, place))
+}
+
+/// The widest solid of the packages, where it reaches beyond half the distance to the next package.
+fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
+    let &Error::Overlap { distance_mm, .. } = error else {
+        return None;
+    };
+    let of_package = |solid: &&CheckedSolid| solid.per() == Per::Package;
+    let reached = design.solids.iter().filter(of_package).filter_map(|solid| {
+        let around = solid.form.shape(0.0).ok()?.bounds();
+        let span = around.size();
+        let reach = around.low.abs().max(around.high.abs());
+        Some((solid, reach.x.max(reach.y), [span.x, span.y, span.z]))
+    });
+    let (widest, reach_mm, size) = reached.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if 2.0 * reach_mm <= distance_mm {
+        return None;
+    }
+    let number = design.solids.iter().position(|s| s.name() == widest.name())? + 1;
+    let (key, got) = widest.stated.size();
+    let [x, y, z] = size.map(|length| (length * 1e6).round() / 1e6);
+    Some(ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: format!("solids[{number}].{key}"),
+        got,
+        expected: format!(
+            "a solid in each package that does not overlap those of its neighbours: {:?} measures {x} x {y} x {z} mm and reaches {} mm from the axis, the next package stands at {distance_mm} mm ({})",
+            widest.name(),
+            (reach_mm * 1e6).round() / 1e6,
+            design.array.distance_key(),
+        ),
+    })
+}
+
+/// The error of a solid that overlaps something else.
+fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
+    if let Some(wide) = too_wide(design, error) {
+        return Some(wide);
+    }
+    let (number, got) = match error {
+        Error::Crossing { first, second, .. } => solid(design, [&**first, second]),
+        Error::Straddles { regions, .. } => solid(design, regions.iter().map(String::as_str)),
+        Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
+            // The package without solids was checked with its own keys.
+            let of_package = |s: &&CheckedSolid| s.per() == Per::Package;
+            let widest = design.solids.iter().filter(of_package).max_by(|a, b| {
+                let reach =
+                    |s: &CheckedSolid| s.form.shape(0.0).ok().and_then(|shape| shape.radius());
+                reach(a).unwrap_or(0.0).total_cmp(&reach(b).unwrap_or(0.0))
+            })?;
+            solid(design, [widest.name()])
+        }
+        _ => None,
+    }?;
+    Some(ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: format!("solids[{number}].position_mm"),
+        got,
+        expected: format!("a place where the solid cuts nothing: {error}"),
+    })
+}
+
+/// The error of a scene that cannot be built, by the key most likely to be wrong.
+fn unbuilt(design: &Design, error: &Error) -> ConfigError {
+    let led = &design.led;
+    let sphere_mm = design.sphere().map_or(0.0, |s| s.sphere_radius_mm);
+    if let Some(refused) = misplaced(design, error).or_else(|| misfit(design, error)) {
+        return refused;
+    }
+    let (key, got) = match error {
+        _ if sphere_mm > FLATTEST * design.package_width_mm() => {
+            ("dome.sphere_radius_mm", sphere_mm.to_string())
+        }
+        Error::Crossing { first, second, .. } => {
+            let is_box = |name: &String| name.starts_with("box ");
+            if is_box(first) || is_box(second) {
+                if !led.is_centred() {
+                    return off_axis(design, error);
+                }
+                let [x, y] = led.size_mm;
+                ("led.size_mm", format!("[{x}, {y}] and {} mm high", led.height_mm))
+            } else {
+                ("dome", "solids that cut each other".to_owned())
+            }
+        }
+        Error::RayOutside { .. } => {
+            let file = design.files.source_file().unwrap_or_default();
+            ("files.source.file", format!("{file:?}"))
+        }
+        Error::Overlap { .. } if design.dome.is_none() && !led.is_centred() => {
+            return off_axis(design, error);
+        }
+        Error::Overlap { .. } => (
+            design.array.distance_key(),
+            match design.array.positions {
+                PackagePositions::Grid { .. } => design.array.pitch_mm.to_string(),
+                PackagePositions::List { .. } => "packages that overlap".to_owned(),
+            },
+        ),
+        Error::IntoWall { .. } => {
+            let distance_mm = design.housing.as_ref().map(|h| h.distance_mm);
+            ("housing.distance_mm", distance_mm.unwrap_or_default().to_string())
+        }
+        Error::SourceOutside { .. } | Error::SourceInSurface { .. } | Error::OpenBody { .. } => {
+            ("led.height_mm", led.height_mm.to_string())
+        }
+        other => {
+            return ConfigError::Files {
+                file: design.provenance.file.clone(),
+                message: other.to_string(),
+            };
+        }
+    };
+    ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: key.to_owned(),
+        got,
+        expected: format!("a package that can be built: {error}"),
+    }
+}
+
+/// The error of a box that does not fit where it was moved to.
+fn off_axis(design: &Design, error: &Error) -> ConfigError {
+    let led = &design.led;
+    let (key, got) = if !led.tilts_deg.is_empty() {
+        let rows = format!("{} rows, beside tilt_deg = {:?}", led.tilts_deg.len(), led.tilt_deg);
+        ("led.tilts_deg", rows)
+    } else if !led.offsets_mm.is_empty() {
+        let rows = format!("{} rows, beside offset_mm = {:?}", led.offsets_mm.len(), led.offset_mm);
+        ("led.offsets_mm", rows)
+    } else if led.place(0).is_on_axis() {
+        ("led.tilt_deg", format!("{:?}", led.tilt_deg))
+    } else {
+        ("led.offset_mm", format!("{:?}", led.offset_mm))
+    };
+    ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: key.to_owned(),
+        got,
+        expected: format!("a package that can be built: {error}"),
+    }
+}
+
+/// The error of a source outside the medium it names.
+fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
+    let (Error::SourceOutside { source_name, .. }
+    | Error::SourceInSurface { source_name, .. }
+    | Error::OpenBody { source_name, .. }
+    | Error::RayOutside { source_name, .. }) = error
+    else {
+        return None;
+    };
+    let mut sources = design.sources.iter();
+    let number = sources.position(|source| source.name() == source_name)?;
+    let stated = &design.sources[number].stated;
+    Some(ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: format!("sources[{}].position_mm", number + 1),
+        got: format!("{:?}", stated.kind.place().unwrap_or_default().0),
+        expected: format!("a place where the source may stand: {error}"),
+    })
+}
+
+/// The error of a receiver, by its key in the design.
+fn refusal(
+    design: &Design,
+    number: usize,
+    receiver: &CheckedReceiver,
+    error: Error,
+) -> ConfigError {
+    let stated = &receiver.stated;
+    let last = stated.shared.only.as_ref().and_then(|o| o.last_surface.as_ref());
+    let place = || {
+        let rectangle = stated.kind.rectangle().unwrap_or_default();
+        format!("{:?}", rectangle.position_mm)
+    };
+    let (key, got, expected) = match error {
+        Error::NoSurface { surface, known, .. } => {
+            let key = if last == Some(&surface) { "only.last_surface" } else { "surface" };
+            let expected = format!("one of the surfaces of the scene: {known}");
+            (key, format!("{surface:?}"), expected)
+        }
+        Error::ReceiverCuts { low_mm, high_mm, .. } => (
+            "position_mm",
+            place(),
+            format!(
+                "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm"
+            ),
+        ),
+        Error::ReceiverInFace { surface, apart_mm, .. } => (
+            "position_mm",
+            place(),
+            format!(
+                "a rectangle more than {apart_mm:.1e} mm off all faces that it overlaps, not one in the plane of {surface:?}, where rounding would decide what {:?} counts",
+                receiver.name()
+            ),
+        ),
+        Error::ReceiverInSource { source_name, apart_mm, .. } => (
+            "position_mm",
+            place(),
+            format!(
+                "a rectangle more than {apart_mm:.1e} mm off all that emits, not one in which source {source_name:?} does, where rounding would decide what {:?} counts",
+                receiver.name()
+            ),
+        ),
+        other => ("name", format!("{:?}", receiver.name()), other.to_string()),
+    };
+    ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: format!("receivers[{}].{key}", number + 1),
+        got,
+        expected,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLANE: &str =
+        "kind = \"plane\"\nposition_mm = [0.0, 0.0, 3.0]\nsize_mm = [20.0, 10.0]\nbins = [4, 2]";
+
+    fn said(of: &str, receivers: &str) -> String {
+        let (_, text) = design::EMBEDDED.iter().find(|(name, _)| *name == of).expect("a design");
+        let text = format!("{text}\n{receivers}\n");
+        let design = design::parse("a.toml", &text, Path::new("")).expect("valid by itself");
+        check(&design).map_or_else(|error| error.to_string(), |()| String::new())
+    }
+
+    #[test]
+    fn unknown_names_are_refused_with_those_that_exist() {
+        let flux = |name: &str| {
+            format!("[[receivers]]\nname = \"a\"\nkind = \"surface\"\nsurface = {name:?}")
+        };
+        for known in [
+            "dome",
+            "side",
+            "bottom",
+            "box top",
+            "box_top",
+            "box side",
+            "box_side",
+            "ground mirror",
+            "ground_mirror",
+            "floor",
+        ] {
+            assert_eq!(said("d1.toml", &flux(known)), "", "{known}");
+        }
+        assert_eq!(
+            said("d1.toml", &flux("domes")),
+            "a.toml: receivers[1].surface = \"domes\": expected one of the surfaces of the scene: \
+             side, bottom, box_side, box_top, dome, ground_mirror, floor"
+        );
+        let last =
+            format!("[[receivers]]\nname = \"a\"\n{PLANE}\nonly = {{ last_surface = \"Dome\" }}");
+        let two = format!("{}\n{}", flux("dome"), last.replace("\"a\"", "\"b\""));
+        let refused = said("d1.toml", &two);
+        let begins =
+            "a.toml: receivers[2].only.last_surface = \"Dome\": expected one of the surfaces";
+        assert!(refused.starts_with(begins), "{refused}");
+        // Walls exist where there is a housing.
+        let walled = format!(
+            "{}\n[housing]\ndistance_mm = 5.0\nheight_mm = 2.0\nkind = \"specular\"\nreflectance = 0.9",
+            flux("wall")
+        );
+        assert_eq!(said("d1.toml", &walled), "");
+        assert!(said("d1.toml", &flux("wall")).contains("receivers[1].surface = \"wall\""));
+    }
+
+    #[test]
+    fn rectangles_through_packages_are_refused_by_their_place() {
+        let at = |z: &str| format!("[[receivers]]\nname = \"a\"\n{}", PLANE.replace("3.0]", z));
+        assert_eq!(said("d1.toml", &at("3.0]")), "");
+        let refused = said("d1.toml", &at("0.5]"));
+        let begins = "a.toml: receivers[1].position_mm = [0.0, 0.0, 0.5]: expected a rectangle that cuts nothing";
+        assert!(refused.starts_with(begins), "{refused}");
+    }
+}

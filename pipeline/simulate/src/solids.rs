@@ -1,0 +1,552 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Solids of a design as surfaces of the scene, each between its own medium and its surroundings.
+//!
+//! Points just inside every surface tell which solid holds which: a solid lies in all those that
+//! hold all of its points, and the innermost of these surrounds it. The order of the tables in the
+//! design means nothing. Solids that overlap partly come out as neighbours; the scene refuses their
+//! crossing with a place.
+//!
+//! Between the bottom and a solid that stands on it there is a gap, unless the design asks for
+//! optical contact (`contact`).
+
+mod contact;
+mod nesting;
+
+use std::collections::BTreeMap;
+
+use anyhow::Result;
+pub use contact::{Bottom, BottomPart};
+use contact::{Coverage, Covered, covered, plates};
+use nesting::{NestedObject, NestedPlace, Nesting};
+use rayon::prelude::*;
+use serde::Serialize;
+use tracer::glam::{DVec2, DVec3};
+use tracer::{
+    Containment, Medium, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface,
+    SurfaceModel, Surroundings,
+};
+
+use design::resolved::dome::Dome;
+use design::resolved::footprint::Footprint;
+use design::resolved::solids::{self, CheckedSolid};
+use design::schema::solids::Per;
+use design::{ConfigError, Design};
+
+/// Distance by which the outer faces of a solid are drawn in, as a share of the size of the scene,
+/// for every solid that it lies in: a thousand times the offset of a ray's start from a surface.
+const INSET: f64 = 1e-9;
+
+/// What all solids of a design are placed by.
+struct Placing<'a> {
+    design: &'a Design,
+    bottom: &'a Bottom,
+    /// Distance by which faces are drawn in, mm.
+    inset_mm: f64,
+}
+
+impl<'a> Placing<'a> {
+    fn of(design: &'a Design, bottom: &'a Bottom) -> Self {
+        Self { design, bottom, inset_mm: INSET * extent_mm(design) }
+    }
+}
+
+/// A solid that light enters and that stands on the bottom with a flat face.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SolidOnBottom {
+    /// Its name.
+    pub name: String,
+    /// The parts of the bottom that it touches; none across a gap.
+    pub touches: Vec<&'static str>,
+    /// The medium in the gap, or around the solid.
+    pub around: String,
+}
+
+impl SolidOnBottom {
+    /// How it stands, in words.
+    pub fn describe(&self) -> String {
+        let Self { name, touches, around } = self;
+        if touches.is_empty() {
+            format!("{name} stands above a gap of {around}")
+        } else {
+            format!("{name} is in optical contact with {}", touches.join(" and "))
+        }
+    }
+}
+
+/// Packages without the solids of the design.
+pub struct Packages {
+    /// Those that differ.
+    pub kinds: Vec<Prototype>,
+    /// The number of the kind of every package, in order.
+    pub numbers: Vec<usize>,
+}
+
+/// Adds the packages of `design` (`packages` with their solids) and the solids of the array to the
+/// scene; returns the prototype of every package in order.
+///
+/// # Errors
+/// Solids within an opaque one or in the place of another, sheets in a surface, scattering that
+/// does not fit the media, sources that name another medium.
+pub fn add(
+    design: &Design,
+    packages: &Packages,
+    bottom: &Bottom,
+    scene: &mut SceneBuilder,
+) -> Result<Vec<PrototypeId>> {
+    let Packages { kinds, numbers } = packages;
+    if design.solids.is_empty() {
+        let kinds = kinds.iter().map(|kind| scene.prototype(kind.clone()));
+        let kinds: Vec<PrototypeId> = kinds.collect();
+        return Ok(numbers.iter().map(|number| kinds[*number]).collect());
+    }
+    let placing = Placing::of(design, bottom);
+    let outline = |kind: &Prototype| {
+        let mut outline = kind.clone();
+        into(&placing, Per::Package, &mut outline, None)?;
+        Ok(outline)
+    };
+    let outlines: Vec<Prototype> = kinds.iter().map(outline).collect::<Result<_>>()?;
+    let mut array = Prototype::default();
+    let depths = into(&placing, Per::Array, &mut array, Some(AIR))?.depths;
+    let holders = holders(design, |package| &outlines[numbers[package]], &array)?;
+    if !array.surfaces.is_empty() {
+        let array = scene.prototype(array);
+        scene.array_solids(array);
+    }
+    let mut known: BTreeMap<(Option<&str>, usize), PrototypeId> = BTreeMap::new();
+    let mut packages = Vec::with_capacity(numbers.len());
+    for (holder, number) in holders.into_iter().zip(numbers) {
+        let held = (holder.map(CheckedSolid::name), *number);
+        let id = if let Some(id) = known.get(&held) {
+            *id
+        } else {
+            let mut body = kinds[*number].clone();
+            let outside = outside(holder, &depths);
+            into(&placing, Per::Package, &mut body, Some(outside))?;
+            sources_fit(design, holder)?;
+            let id = scene.prototype(body);
+            known.insert(held, id);
+            id
+        };
+        packages.push(id);
+    }
+    Ok(packages)
+}
+
+/// Refractive index of the medium around the domes of `design`; `package` has no solids yet.
+///
+/// # Errors
+/// Solids that [`add`] refuses; packages in different media.
+pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -> Result<f64> {
+    let placing = Placing::of(design, bottom);
+    let mut outline = package;
+    let put = into(&placing, Per::Package, &mut outline, None)?;
+    if let Region::Body(medium) = put.about_dome {
+        return Ok(outline.media[usize::from(medium)].index);
+    }
+    let mut array = Prototype::default();
+    into(&placing, Per::Array, &mut array, Some(AIR))?;
+    let holders = holders(design, |_| &outline, &array)?;
+    let index = |holder: Option<&CheckedSolid>| outside(holder, &[]).index;
+    let first = index(holders.first().copied().flatten());
+    let other = holders.iter().find(|holder| index(**holder).to_bits() != first.to_bits());
+    let Some(other) = other else {
+        return Ok(first);
+    };
+    let name = |holder: Option<&CheckedSolid>| holder.map_or("air", CheckedSolid::name).to_owned();
+    let [a, b] = [name(holders[0]), name(*other)];
+    Err(ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: "solids".to_owned(),
+        got: format!("some packages in {a:?} and some in {b:?}"),
+        expected: "one index around all domes with [elements], whose tables are those of silicone in one medium"
+            .to_owned(),
+    }
+    .into())
+}
+
+/// The solids that light enters and that stand on the bottom, in the order of the design; `package`
+/// has no solids yet.
+///
+/// # Errors
+/// Solids that [`add`] refuses.
+pub fn on_bottom(
+    design: &Design,
+    package: Prototype,
+    bottom: &Bottom,
+) -> Result<Vec<SolidOnBottom>> {
+    let placing = Placing::of(design, bottom);
+    let mut outline = package;
+    let own = into(&placing, Per::Package, &mut outline, None)?.on_bottom;
+    let mut array = Prototype::default();
+    let once = into(&placing, Per::Array, &mut array, None)?.on_bottom;
+    let holders = holders(design, |_| &outline, &array)?;
+    let holder = holders.first().copied().flatten();
+    let name = |region: Region, body: &Prototype, world: &str| match region {
+        Region::Body(number) => body.media[usize::from(number)].name.clone(),
+        Region::World | Region::Opaque => world.to_owned(),
+    };
+    let about_packages = holder.map_or("air", CheckedSolid::name);
+    let described =
+        |all: Vec<BottomContact<'_>>, body: &Prototype, world: &str| -> Vec<SolidOnBottom> {
+            let one = |contact: BottomContact<'_>| SolidOnBottom {
+                name: contact.solid.name().to_owned(),
+                touches: contact.parts.iter().map(|part| part.name).collect(),
+                around: name(contact.outer, body, world),
+            };
+            all.into_iter().map(one).collect()
+        };
+    let mut all = described(own, &outline, about_packages);
+    all.extend(described(once, &array, "air"));
+    all.sort_by_key(|one| design.solids.iter().position(|s| s.name() == one.name));
+    Ok(all)
+}
+
+/// The innermost solid of the array that holds each package; `None` in air. `package` gives each
+/// with its solids.
+fn holders<'a, 'b>(
+    design: &'a Design,
+    package: impl Fn(usize) -> &'b Prototype + Sync,
+    array: &Prototype,
+) -> Result<Vec<Option<&'a CheckedSolid>>> {
+    let axes = design.array.axes_mm();
+    if array.surfaces.is_empty() {
+        return Ok(vec![None; axes.len()]);
+    }
+    let media = solids::regions(&design.solids, Per::Array, false);
+    let surroundings = Surroundings::new(array, 0.0);
+    let places = axes.par_iter().map(|[x, y]| DVec3::new(*x, *y, 0.0));
+    let stands = places.enumerate().map(|(number, at)| {
+        let package = package(number);
+        match surroundings.of(package, at) {
+            // The scene reports the place of the cut.
+            Containment::Straddles(..) => Ok(None),
+            Containment::Within(Region::Opaque) => Err(within_opaque(design, package, at)),
+            Containment::Within(region) => {
+                let holder = media.iter().find(|(_, of)| *of == region);
+                Ok(holder.map(|(solid, _)| *solid))
+            }
+        }
+    });
+    // The first package that fails is reported, in any order of threads.
+    stands.collect::<Vec<Result<_, anyhow::Error>>>().into_iter().collect()
+}
+
+/// The medium around packages within `holder`; `depths` are those of all solids of the array.
+fn outside(holder: Option<&CheckedSolid>, depths: &[(&CheckedSolid, usize)]) -> Surrounding {
+    let medium = holder.and_then(|solid| Some((solid.name(), solid.medium.as_ref()?.index)));
+    medium.map_or(AIR, |(name, index)| {
+        let depth = depths.iter().find(|(solid, _)| solid.name() == name);
+        Surrounding { index, depth: 1 + depth.map_or(0, |(_, depth)| *depth) }
+    })
+}
+
+/// The error of a package within an opaque solid.
+fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Error {
+    let around = nesting::around(package).into_iter().map(|point| point + at);
+    let around: Vec<DVec3> = around.collect();
+    let opaque = |solid: &&CheckedSolid| {
+        let stated = &solid.stated;
+        solid.per() == Per::Array && stated.shared.medium.is_none() && !stated.kind.is_sheet()
+    };
+    let holds = |solid: &&CheckedSolid| {
+        let shape = solid.form.shape(0.0);
+        shape.is_ok_and(|shape| nesting::all_in(&around, &shape))
+    };
+    let solid = design.solids.iter().filter(opaque).find(holds);
+    ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: solid.map_or("solids".to_owned(), |solid| {
+            format!("solids[{}].position_mm", number(design, solid))
+        }),
+        got: solid.map_or("a package".to_owned(), |solid| solid.stated.place()),
+        expected: "a solid that holds no package, as light does not enter it".to_owned(),
+    }
+    .into()
+}
+
+/// Checks that sources outside a package name the medium that the package stands in.
+fn sources_fit(design: &Design, holder: Option<&CheckedSolid>) -> Result<()> {
+    let around = holder.map_or("air", CheckedSolid::name);
+    let of_array = |name: &str| {
+        let solids = design.solids.iter().filter(|s| s.per() == Per::Array);
+        name == "air" || solids.into_iter().any(|solid| solid.name() == name)
+    };
+    for (at, source) in design.sources.iter().enumerate() {
+        let Some(inside) = source.stated.kind.place().and_then(|(_, inside)| inside) else {
+            continue;
+        };
+        if of_array(inside) && inside != around {
+            return Err(ConfigError::Value {
+                file: design.provenance.file.clone(),
+                key: format!("sources[{}].inside", at + 1),
+                got: format!("{inside:?}"),
+                expected: format!("{around:?}, in which packages stand"),
+            }
+            .into());
+        }
+    }
+    Ok(())
+}
+
+/// An upper bound of all coordinates of the scene, mm.
+fn extent_mm(design: &Design) -> f64 {
+    let solids = design
+        .solids
+        .iter()
+        .filter_map(|solid| Some(solid.form.shape(0.0).ok()?.bounds().farthest()));
+    let largest = solids.fold(0.0, f64::max);
+    let half = design.half_extent_mm();
+    let walls =
+        design.housing.as_ref().map_or(0.0, |h| h.distance_mm + h.thickness_mm + h.height_mm);
+    let package = design.package_width_mm() + design.dome.as_ref().map_or(0.0, Dome::height_mm);
+    half[0].max(half[1]) + design.array.pitch_mm + package + walls + largest
+}
+
+/// The medium around a body.
+#[derive(Debug, Clone, Copy)]
+struct Surrounding {
+    /// Refractive index.
+    index: f64,
+    /// Number of solids that hold the body.
+    depth: usize,
+}
+
+/// The world.
+const AIR: Surrounding = Surrounding { index: 1.0, depth: 0 };
+
+/// A solid that light enters and that stands on the bottom, and what it touches there.
+struct BottomContact<'a> {
+    solid: &'a CheckedSolid,
+    /// The region around the solid.
+    outer: Region,
+    /// The parts of the bottom that it touches.
+    parts: Vec<&'a BottomPart>,
+}
+
+/// The result of [`into`].
+struct PlacedSolids<'a> {
+    /// Solids of the body, each with the number of others that hold it.
+    depths: Vec<(&'a CheckedSolid, usize)>,
+    /// Region around the dome.
+    about_dome: Region,
+    /// Those that stand on the bottom.
+    on_bottom: Vec<BottomContact<'a>>,
+}
+
+/// Puts the solids of one kind into an empty body or a package. Without `outside` the medium around
+/// the body is unknown, and solids only refract.
+fn into<'a>(
+    placing: &Placing<'a>,
+    per: Per,
+    body: &mut Prototype,
+    outside: Option<Surrounding>,
+) -> Result<PlacedSolids<'a>> {
+    let design = placing.design;
+    let own: Vec<&CheckedSolid> = design.solids.iter().filter(|solid| solid.per() == per).collect();
+    if own.is_empty() {
+        return Ok(PlacedSolids {
+            depths: Vec::new(),
+            about_dome: Region::World,
+            on_bottom: Vec::new(),
+        });
+    }
+    let domed = design.dome.is_some();
+    let regions = solids::regions(&design.solids, per, domed);
+    let (objects, nest) = nested(design, &own, &regions, body)?;
+
+    for (solid, _) in &regions {
+        let Some(medium) = &solid.medium else {
+            continue;
+        };
+        body.media
+            .push(Medium::clear(solid.name(), medium.index).absorbing(medium.absorption_per_mm));
+    }
+    nest.surround(body);
+    for source in &mut body.sources {
+        // A chip emits from the box; other sources name their medium.
+        let stated = design.sources.iter().find(|s| s.name() == source.name);
+        if stated.is_none_or(|s| s.stated.kind.place().is_none()) {
+            source.region = nest.about_box;
+        }
+    }
+    let mut on_bottom = Vec::new();
+    for ((solid, object), place) in own.iter().zip(&objects).zip(&nest.places) {
+        let index = |region: Region| match region {
+            Region::World => outside.unwrap_or(AIR).index,
+            Region::Body(number) => body.media[usize::from(number)].index,
+            Region::Opaque => 0.0,
+        };
+        let inner = if object.sheet { place.outer } else { object.inner };
+        let sides = [inner, place.outer];
+        let optics = match outside {
+            Some(_) => optics(design, solid, sides.map(index))?,
+            None => SurfaceModel::Interface,
+        };
+        let depth = outside.map_or(0, |outside| outside.depth) + place.depth;
+        let inset_mm = placing.inset_mm * (1 + depth) as f64;
+        let shape = drawn_in(design, solid, inset_mm)?;
+        body.surfaces.push(surface(solid, shape, sides, optics));
+        let foot = solid.medium.as_ref().and_then(|_| solid.form.footprint());
+        if let Some(foot) = foot {
+            let parts = if solid.touches_bottom() {
+                let in_dome = domed && in_silicone(place, &objects, &nest);
+                touched(placing, solid, &foot, in_dome)?
+            } else {
+                Vec::new()
+            };
+            body.surfaces.extend(plates(&foot, &parts, object.inner, 0.25 * inset_mm)?);
+            on_bottom.push(BottomContact {
+                solid,
+                outer: place.outer,
+                parts: parts.into_iter().map(|(part, _)| part).collect(),
+            });
+        }
+    }
+    let depths = own.iter().zip(&nest.places);
+    Ok(PlacedSolids {
+        depths: depths.map(|(solid, place)| (*solid, place.depth)).collect(),
+        about_dome: nest.about_dome,
+        on_bottom,
+    })
+}
+
+/// Solids of one kind, and how they lie in each other and in the body.
+fn nested(
+    design: &Design,
+    own: &[&CheckedSolid],
+    regions: &[(&CheckedSolid, Region)],
+    body: &Prototype,
+) -> Result<(Vec<NestedObject>, Nesting)> {
+    let objects = own.iter().map(|solid| {
+        let inner = regions.iter().find(|(other, _)| other.name() == solid.name());
+        Ok(NestedObject {
+            shape: solid.form.shape(0.0)?,
+            sheet: solid.stated.kind.is_sheet(),
+            inner: inner.map_or(Region::Opaque, |(_, region)| *region),
+        })
+    });
+    let objects = objects.collect::<Result<Vec<_>>>()?;
+    let nest = Nesting::of(&objects, body).map_err(|wrong| {
+        let key = format!("solids[{}].position_mm", number(design, own[wrong.object]));
+        let expected = wrong.with.map_or_else(
+            || wrong.expected.to_owned(),
+            |other| format!("{} {:?}", wrong.expected, own[other].name()),
+        );
+        ConfigError::Value {
+            file: design.provenance.file.clone(),
+            key,
+            got: own[wrong.object].stated.place(),
+            expected,
+        }
+    })?;
+    Ok((objects, nest))
+}
+
+/// What light meets on a solid between media of these indices.
+fn optics(design: &Design, solid: &CheckedSolid, indices: [f64; 2]) -> Result<SurfaceModel> {
+    let optics = solid.optics(design.wavelength_nm, indices);
+    optics.map_err(|error| {
+        ConfigError::Files {
+            file: design.provenance.file.clone(),
+            message: format!(
+                "solids[{}].scatter: {error:#}, at {} nm",
+                number(design, solid),
+                design.wavelength_nm
+            ),
+        }
+        .into()
+    })
+}
+
+/// The shape of a solid with its outer faces drawn in; in optical contact its foot is sunk.
+fn drawn_in(design: &Design, solid: &CheckedSolid, inset_mm: f64) -> Result<Shape> {
+    let shape = if solid.touches_bottom() {
+        solid.form.shape_in_contact(inset_mm)
+    } else {
+        solid.form.shape(inset_mm)
+    };
+    shape.map_err(|error| {
+        let (key, got) = solid.stated.size();
+        ConfigError::Value {
+            file: design.provenance.file.clone(),
+            key: format!("solids[{}].{key}", number(design, solid)),
+            got,
+            expected: format!(
+                "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
+            ),
+        }
+        .into()
+    })
+}
+
+/// Whether a place lies within the silicone, directly or in solids that do.
+fn in_silicone(place: &NestedPlace, objects: &[NestedObject], nest: &Nesting) -> bool {
+    let mut outer = place.outer;
+    // No chain is longer than there are solids.
+    for _ in 0..=objects.len() {
+        if outer == tracer::package::SILICONE {
+            return true;
+        }
+        let holder = objects.iter().position(|object| !object.sheet && object.inner == outer);
+        match holder {
+            Some(holder) => outer = nest.places[holder].outer,
+            None => return false,
+        }
+    }
+    false
+}
+
+/// The parts of the bottom that the foot of a solid touches, alike in every package.
+fn touched<'a>(
+    placing: &Placing<'a>,
+    solid: &CheckedSolid,
+    foot: &Footprint,
+    in_dome: bool,
+) -> Result<Vec<(&'a BottomPart, Coverage)>> {
+    let bottom = placing.bottom;
+    if in_dome {
+        return Ok(vec![(&bottom.in_dome, Coverage::Whole)]);
+    }
+    let axes = match solid.per() {
+        Per::Package => placing.design.array.axes_mm(),
+        Per::Array => vec![[0.0; 2]],
+    };
+    let of_axis = |at: &[f64; 2]| covered(foot, &bottom.outside, DVec2::from_array(*at));
+    let mut all = axes.iter().map(of_axis);
+    let whole = |covered: &Covered| matches!(covered[..], [(_, Coverage::Whole)]);
+    let first = all.next().flatten();
+    let first = first.filter(|first| {
+        axes.len() == 1 || (whole(first) && all.all(|other| other.as_ref() == Some(first)))
+    });
+    let Some(first) = first else {
+        let names: Vec<&str> = bottom.outside.iter().map(|part| part.name).collect();
+        return Err(ConfigError::Value {
+            file: placing.design.provenance.file.clone(),
+            key: format!("solids[{}].optical_contact", number(placing.design, solid)),
+            got: "\"bottom\"".to_owned(),
+            expected: format!(
+                "a solid that stands on one part of the bottom ({}), the same in every package, or with per = \"array\" a box along x and y",
+                names.join(", ")
+            ),
+        }
+        .into());
+    };
+    let part = |(number, stretch)| (&bottom.outside[number], stretch);
+    Ok(first.into_iter().map(part).collect())
+}
+
+/// The number of a solid in the design, from 1.
+fn number(design: &Design, solid: &CheckedSolid) -> usize {
+    let mut all = design.solids.iter();
+    all.position(|other| other.name() == solid.name()).map_or(0, |k| k + 1)
+}
+
+fn surface(
+    solid: &CheckedSolid,
+    shape: Shape,
+    [inner, outer]: [Region; 2],
+    optics: SurfaceModel,
+) -> Surface {
+    Surface::zoned(shape, inner, outer, vec![Patch::new(solid.name(), optics)])
+}

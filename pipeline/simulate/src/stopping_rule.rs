@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Tracing until a figure is known well enough.
+//!
+//! Batches of as many paths as the design asks for are traced, each with random numbers of its own,
+//! and added up group by group, until the standard error of one figure of merit, or of the flux
+//! through a receiver, is as small as wanted or the paths allowed are used up. The first batch is
+//! the run without any of this, to the last bit. The decision looks at the error and not at the
+//! value, so that the value stays unbiased but for what error and value have in common. The sum is
+//! kept from time to time, so that an interrupted run goes on to the same bits.
+
+use std::str::FromStr;
+
+use anyhow::{Result, ensure};
+use serde_json::{Value, json};
+use tracer::CheckpointStore;
+
+use design::Design;
+use design::resolved::PATHS;
+use design::resolved::receivers::CheckedReceiver;
+use design::schema::receivers::ReceiverKind;
+use files::checkpoint::{Checkpoints, LEAST_PATHS};
+use files::run_context::RunContext;
+use metrics::far_field::{PeakMethod, PeakPlace};
+use metrics::plural::count;
+use metrics::{Estimate, colour_difference, jackknife};
+use results::schema::UntilError;
+
+use super::observation::{EXTRACTION, Observation, PARABOLA, figure_keys, is_of_map, layout};
+use super::seeds;
+use super::snapshot::{from_bytes, to_bytes};
+use super::trace::{GROUPS, TraceJob};
+
+/// What stands before the name of a receiver whose flux is the figure.
+const FLUX: &str = "flux.";
+
+/// A figure of merit and the standard error that it may keep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorTarget {
+    /// Key of the figure in `results.json`, or `flux.` and the name of a receiver.
+    pub figure: String,
+    /// Largest standard error, in the unit of the figure whatever its value: a fraction of 1 (of
+    /// flux, of what all sources emit), or degrees for the peak angle.
+    pub error: f64,
+}
+
+impl FromStr for ErrorTarget {
+    type Err = String;
+
+    /// `uniformity=0.1%`, `uniformity=0.001` or `peak_angle_deg=0.2`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "expected FIGURE=ERROR, such as uniformity=0.1%, with one of {}, or {FLUX} and the name of a receiver",
+                figure_keys().collect::<Vec<_>>().join(", ")
+            )
+        };
+        let (figure, error) = text.split_once('=').ok_or_else(expected)?;
+        let named = figure.strip_prefix(FLUX).is_some_and(|name| !name.is_empty());
+        if !named && !figure_keys().any(|key| key == figure) {
+            return Err(expected());
+        }
+        let (number, unit) = match error.strip_suffix('%') {
+            Some(_) if figure.ends_with("_deg") => {
+                return Err(format!("expected the error of {figure} in degrees, without %"));
+            }
+            Some(number) => (number, 0.01),
+            None => (error, 1.0),
+        };
+        let error = number.trim().parse().ok().map(|e: f64| e * unit);
+        let error = error.filter(|e| *e > 0.0 && e.is_finite());
+        Ok(Self {
+            figure: figure.to_owned(),
+            error: error.ok_or_else(|| format!("expected an error above 0, got {number:?}"))?,
+        })
+    }
+}
+
+/// When to stop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoppingRule {
+    /// The figure and its error.
+    pub target: ErrorTarget,
+    /// Paths after which no further batch begins.
+    pub most_paths: u64,
+}
+
+impl StoppingRule {
+    /// Paths of the first batch, and of each after it, of a design that asks for `stated`: no more
+    /// than there may be of all, in whole paths of every group.
+    ///
+    /// # Errors
+    /// A number of paths that no run may have.
+    pub fn batch(&self, stated: u64) -> Result<u64> {
+        let most = self.most_paths;
+        ensure!(
+            PATHS.contains(&most),
+            "--most-paths: expected a whole number from {} to {}, got {most}",
+            PATHS.start(),
+            PATHS.end()
+        );
+        let groups = GROUPS as u64;
+        Ok(if most < stated.next_multiple_of(groups) { most / groups * groups } else { stated })
+    }
+}
+
+impl ErrorTarget {
+    /// Refuses a figure that the design does not have: one of neighbours without any, extraction
+    /// without a dome, the flux of no receiver, and that of a surface, which has several.
+    ///
+    /// # Errors
+    /// The names that there are.
+    pub fn check(&self, design: &Design) -> Result<()> {
+        // The bins of a surface hold one another: they have no sum.
+        let receivers = || design.receivers.iter();
+        let summed = || receivers().filter(|r| r.kind() != ReceiverKind::Surface);
+        let names = || summed().map(CheckedReceiver::name);
+        let figure = self.figure.as_str();
+        let file = &design.provenance.file;
+        ensure!(
+            !is_of_map(figure) || !layout(design).straight().is_empty(),
+            "--until-error: {file}: expected a figure that the design has, got {figure}, which compares neighbours one pitch apart, of which there are none"
+        );
+        ensure!(
+            figure != colour_difference::KEY,
+            "--until-error: {file}: expected a figure of the batches of paths, got {figure}, which needs all wavelengths"
+        );
+        ensure!(
+            figure != EXTRACTION || design.dome.is_some(),
+            "--until-error: {file}: expected a figure that the design has, got {figure}, and there is no dome"
+        );
+        ensure!(
+            figure != PARABOLA || design.far_field.peak == PeakMethod::Bin,
+            "--until-error: {file}: expected a figure that the design has, got {figure}, and far_field.peak is no bin: peak_angle_deg is that of the parabola"
+        );
+        if let Some(name) = self.figure.strip_prefix(FLUX) {
+            ensure!(
+                names().any(|known| known == name),
+                "--until-error: {file}: expected one of the receivers {:?} that have one flux, got {name:?}",
+                names().collect::<Vec<_>>()
+            );
+        }
+        Ok(())
+    }
+
+    /// The figure of what was seen, if the design has it.
+    fn of(&self, seen: &Observation, design: &Design) -> Option<Estimate> {
+        if let Some(name) = self.figure.strip_prefix(FLUX) {
+            let mut all = design.receivers.iter().zip(&seen.receivers);
+            let (receiver, powers) = all.find(|(r, _)| r.name() == name)?;
+            let places = receiver.detector.places();
+            return Some(jackknife(powers, |bins| bins[..places].iter().sum()));
+        }
+        let figures = seen.figures(design);
+        let found = figures.iter().find(|f| f.key == self.figure)?;
+        Some(match found.peak_place {
+            // An angle that is noise tells nothing by its error.
+            PeakPlace::NotResolved => Estimate::new(found.estimate.value, f64::INFINITY),
+            PeakPlace::OffAxis | PeakPlace::OnAxis => found.estimate,
+        })
+    }
+}
+
+/// A trace that is done batch by batch; a batch is one observation or, in the light of many
+/// wavelengths, several.
+pub(super) struct Batches<'a, T> {
+    pub design: &'a Design,
+    pub rule: &'a StoppingRule,
+    /// Shown beside warnings.
+    pub what: &'a str,
+    pub context: RunContext<'a>,
+    /// All that a batch depends on.
+    pub key_fields: Value,
+    /// Weights of the observations of a batch; they add up to 1.
+    pub weights: Vec<f64>,
+    /// Traces a batch.
+    pub trace: T,
+}
+
+impl<'a, T> Batches<'a, T>
+where
+    T: FnMut(RunContext<'a>) -> Result<Vec<Observation>>,
+{
+    /// Traces until the figure is known; `first` is the first batch, if it is traced. Returns the
+    /// means over all batches and what `results.json` says.
+    pub fn run(
+        mut self,
+        first: Option<Vec<Observation>>,
+    ) -> Result<(Vec<Observation>, UntilError)> {
+        let ErrorTarget { figure, error } = &self.rule.target;
+        let checkpoints = self.context.checkpoints;
+        let groups = checkpoints.map(|kept| {
+            let until =
+                json!({"figure": figure, "error": error, "most_paths": self.rule.most_paths});
+            kept.of(&json!({"until": until, "batch": self.key_fields}))
+        });
+        let mark = checkpoints.map(Checkpoints::mark);
+        let found = groups.as_ref().and_then(|groups| groups.find(0));
+        let found = found.and_then(|bytes| from_bytes(&bytes, self.design, self.weights.len()));
+        let (mut batches, mut sums) = match (found, first) {
+            (Some(found), _) => found,
+            (None, Some(first)) => (1, first),
+            (None, None) => (1, (self.trace)(self.context)?),
+        };
+        let mut kept_paths = 0;
+        loop {
+            let share = 1.0 / f64::from(batches);
+            let means: Vec<Observation> = sums.iter().map(|sum| sum.scaled(share)).collect();
+            let weights = self.weights.iter().copied();
+            let mean = Observation::sum(&weights.zip(&means).collect::<Vec<_>>());
+            let Some(estimate) = self.rule.target.of(&mean, self.design) else {
+                let why = mean.without_uniformity(self.design).unwrap_or_default();
+                anyhow::bail!(
+                    "--until-error: {}: expected a figure that the design has, got {figure}: {why}",
+                    self.design.provenance.file
+                )
+            };
+            // A figure at the end of its range, such as a uniformity of 0, does not vary and says
+            // nothing of how well it is known.
+            let left = estimate.standard_error;
+            let reached = left > 0.0 && left <= *error;
+            let paths = mean.paths;
+            drop(mean);
+            let of_batch = paths / u64::from(batches);
+            if reached || paths.saturating_add(of_batch) > self.rule.most_paths {
+                if !reached {
+                    let known = if left.is_infinite() {
+                        "not resolved".to_owned()
+                    } else if left > 0.0 {
+                        format!("known to {left:.2e}")
+                    } else {
+                        "at the end of its range, where it does not vary,".to_owned()
+                    };
+                    self.context.console.warn(&format!(
+                        "{}: {figure} is {known} after {}, not to {error:.2e}; --most-paths allows no further batch",
+                        self.what,
+                        count(paths, "path")
+                    ));
+                }
+                let said = UntilError { figure: figure.clone(), error: *error, reached, batches };
+                return Ok((means, said));
+            }
+            // What follows takes the memory that they have had.
+            drop(means);
+            if let (Some(groups), Some(mark)) = (&groups, &mark)
+                && paths >= kept_paths + LEAST_PATHS
+            {
+                groups.keep(0, &to_bytes(batches, &sums));
+                kept_paths = paths;
+                // What is in the sum needs no groups of its own.
+                if let Some(kept) = checkpoints {
+                    kept.drop_since(mark);
+                }
+            }
+            let seed = seeds::of_batch(self.context.seed, batches);
+            let more = (self.trace)(RunContext { seed, ..self.context })?;
+            for (sum, more) in sums.iter_mut().zip(&more) {
+                sum.add(more);
+            }
+            batches += 1;
+        }
+    }
+}
+
+/// Traces batches of `job` until `rule` is met; returns the mean over the batches and what
+/// `results.json` says of them.
+///
+/// # Errors
+/// A figure that this design does not have, and those of a trace.
+pub(super) fn observe_until(
+    job: &TraceJob,
+    rule: &StoppingRule,
+    context: RunContext,
+) -> Result<(Observation, UntilError)> {
+    let batches = Batches {
+        design: job.design,
+        rule,
+        what: job.what,
+        context,
+        key_fields: job.key_fields(context.seed),
+        weights: vec![1.0],
+        trace: |context| Ok(vec![job.observe(context)?]),
+    };
+    let (mut means, said) = batches.run(None)?;
+    Ok((means.remove(0), said))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use files::interrupt::Interrupt;
+
+    use crate::dome_surface::dome_surface;
+    use crate::model::Model;
+    use crate::scene::DomeSurface;
+    use crate::trace::observe;
+
+    #[test]
+    fn targets_are_read_with_their_units() {
+        let of = |text: &str| text.parse::<ErrorTarget>();
+        assert!((of("uniformity=0.1%").expect("valid").error - 1e-3).abs() < 1e-18);
+        assert!((of("peak_angle_deg=0.2").expect("valid").error - 0.2).abs() < 1e-18);
+        for bad in [
+            "uniformity",
+            "brightness=1",
+            "uniformity=0",
+            "uniformity=-1%",
+            "uniformity=nan",
+            "uniformity=x",
+            "peak_angle_deg=1%",
+        ] {
+            assert!(of(bad).is_err(), "{bad}");
+        }
+    }
+
+    fn job<'a>(design: &'a Design, surface: &'a DomeSurface) -> TraceJob<'a> {
+        TraceJob { design, surface, paths: design.trace.paths, what: "", error_groups: GROUPS }
+    }
+
+    #[test]
+    fn batches_are_added_until_the_error_is_small_enough() {
+        let mut design = design::embedded("d1.toml").expect("valid");
+        design.trace.paths = 20_000;
+        let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
+        let interrupt = Interrupt::default();
+        let context = RunContext::quiet(&interrupt, 2);
+        let run = |error: f64, most_paths: u64| {
+            let target = ErrorTarget { figure: "extraction_efficiency".to_owned(), error };
+            observe_until(&job(&design, &surface), &StoppingRule { target, most_paths }, context)
+                .expect("a trace")
+        };
+        let error = |o: &Observation| {
+            let figures = o.figures(&design);
+            let found = figures.iter().find(|f| f.key == "extraction_efficiency");
+            found.expect("the figure").estimate.standard_error
+        };
+        // One batch is the run without it.
+        let plain = observe(&design, &surface, 20_000, "", context).expect("a trace");
+        let (one, said) = run(1.0, 1_000_000);
+        assert_eq!((&one.far_field, one.paths), (&plain.far_field, plain.paths));
+        assert_eq!((said.batches, said.reached), (1, true));
+
+        let wanted = 0.4 * error(&plain);
+        let (many, said) = run(wanted, 10_000_000);
+        let batches = u64::from(said.batches);
+        assert!(error(&many) <= wanted && batches > 1);
+        assert_eq!(many.paths, batches * plain.paths);
+        // Errors fall as 1/√n: (1/0.4)² batches, give or take what 64 groups tell of an error.
+        assert!((3..=14).contains(&batches), "{batches}");
+        let emitted: f64 = many.flows.total()[0];
+        assert!((emitted - 1.0).abs() < 1e-12, "{emitted}");
+
+        let (few, said) = run(1e-9, 50_000);
+        assert_eq!((said.reached, few.paths), (false, 2 * plain.paths));
+    }
+
+    #[test]
+    fn a_figure_that_is_clipped_is_not_known() {
+        let mut design = design::embedded("d1.toml").expect("valid");
+        design.trace.paths = 5000;
+        // Packages so far apart that nothing lies between them: the uniformity of all batches is 0.
+        design.array.pitch_mm = 60.0;
+        let receiver = &mut design.receiver;
+        (receiver.bin_mm, receiver.read_bin_mm, receiver.margin_mm) = (1.0, None, Some(30.0));
+        let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
+        let interrupt = Interrupt::default();
+        let context = RunContext::quiet(&interrupt, 2);
+        let target = "uniformity=1%".parse::<ErrorTarget>().expect("a target");
+        let until = StoppingRule { target, most_paths: 16_000 };
+        let (seen, said) =
+            observe_until(&job(&design, &surface), &until, context).expect("a trace");
+        let figures = seen.figures(&design);
+        let uniformity = figures.iter().find(|f| f.key == "uniformity");
+        let estimate = uniformity.expect("the figure").estimate;
+        assert_eq!((estimate.value, estimate.standard_error), (0.0, 0.0));
+        assert_eq!((said.reached, said.batches), (false, 3));
+    }
+}

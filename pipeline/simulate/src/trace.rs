@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The Monte Carlo run of one model of one design: a scene is traced, its receivers are read.
+
+use std::ops::Range;
+
+use anyhow::Result;
+use serde_json::{Value, json};
+use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
+
+use design::Design;
+use design::resolved::trace_key::ReliefModel;
+use files::checkpoint::{Checkpoints, Groups};
+use files::interrupt::Interrupted;
+use files::run_context::RunContext;
+use metrics::extraction::flow;
+
+use super::observation::{Observation, plane_grid};
+use super::scene::{self, DomeSurface};
+
+/// Groups of paths, from whose scatter all errors come.
+pub const GROUPS: usize = 64;
+
+/// Share of the power that may be given up without a word.
+const NEGLIGIBLE: f64 = 1e-5;
+
+/// One trace, beside its seed.
+#[derive(Clone, Copy)]
+pub(super) struct TraceJob<'a> {
+    pub design: &'a Design,
+    pub surface: &'a DomeSurface,
+    pub paths: u64,
+    /// Shown beside the progress and in warnings.
+    pub what: &'a str,
+    /// Groups that errors are told from; they divide [`GROUPS`].
+    pub error_groups: usize,
+}
+
+/// Traces `paths` paths of `design` with `surface` on its domes; `what` is shown beside the
+/// progress.
+///
+/// # Errors
+/// A scene that cannot be built, those of the tracer; an interrupt.
+pub fn observe(
+    design: &Design,
+    surface: &DomeSurface,
+    paths: u64,
+    what: &str,
+    context: RunContext,
+) -> Result<Observation> {
+    let job = TraceJob { design, surface, paths, what, error_groups: GROUPS };
+    job.observe(context)
+}
+
+impl TraceJob<'_> {
+    /// Builds the scene, traces it and reads its receivers; warns of power given up.
+    pub fn observe(&self, context: RunContext) -> Result<Observation> {
+        let bar = context.console.progress(self.paths, self.what);
+        let observed = self.trace(&|done| bar.inc(done), context);
+        bar.finish_and_clear();
+        let observation = observed?;
+        for (account, share) in given_up(&observation) {
+            // Traces of searches and studies have no name of their own.
+            let of = if self.what.is_empty() { &self.design.name } else { self.what };
+            let how = account.trim_start_matches("lost_").replace('_', " ");
+            context.console.warn(&format!(
+                "{of}: {share:.1e} of the power is lost ({how}), and no figure holds it"
+            ));
+        }
+        Ok(observation)
+    }
+
+    fn trace(&self, progress: &(dyn Fn(u64) + Sync), context: RunContext) -> Result<Observation> {
+        let scene = scene::build(self.design, self.surface)?;
+        context.interrupt.check()?;
+        let groups = self.groups(context);
+        let outcome = self.with_receivers(|receivers| {
+            let settings = self.settings(context.seed);
+            let control = control(progress, groups.as_ref(), context);
+            tracer::run_with(&scene, receivers, &settings, control)
+        })?;
+        context.interrupt.check()?;
+        context.checkpoints.map_or(Ok(()), Checkpoints::is_whole)?;
+        let outcome = uninterrupted(outcome)?.merged(self.error_groups);
+        let mut observation = Observation::new(self.design, outcome);
+        observation.depolarised_by = scene.scattering_surfaces();
+        Ok(observation)
+    }
+
+    /// Traces the groups `wanted` for the checkpoints of `context` alone.
+    ///
+    /// # Errors
+    /// A scene that cannot be built, those of the tracer; a group that cannot be kept; an interrupt.
+    pub fn keep_groups(&self, wanted: Range<u64>, context: RunContext) -> Result<()> {
+        let scene = scene::build(self.design, self.surface)?;
+        let count = wanted.end - wanted.start;
+        let bar = context.console.progress(count * self.paths.div_ceil(GROUPS as u64), self.what);
+        let progress = |done| bar.inc(done);
+        let groups = self.groups(context);
+        let done = self.with_receivers(|receivers| {
+            let settings = self.settings(context.seed);
+            let control = control(&progress, groups.as_ref(), context);
+            tracer::run_groups(&scene, receivers, &settings, control, wanted)
+        })?;
+        bar.finish_and_clear();
+        context.interrupt.check()?;
+        uninterrupted(done)?;
+        context.checkpoints.map_or(Ok(()), Checkpoints::is_whole)
+    }
+
+    /// Hands far field, plane and the design's own receivers to `trace`.
+    fn with_receivers<T>(&self, trace: impl FnOnce(&[&dyn Receiver]) -> T) -> Result<T> {
+        let design = self.design;
+        let plane = plane(design)?;
+        let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
+        let detectors = design.receivers.iter();
+        let detectors = detectors.map(|receiver| &receiver.detector as &dyn Receiver);
+        let built_in: [&dyn Receiver; 2] = [&far, &plane];
+        let receivers: Vec<_> = built_in.into_iter().chain(detectors).collect();
+        Ok(trace(&receivers))
+    }
+
+    fn settings(&self, seed: u64) -> Settings {
+        Settings {
+            groups: GROUPS,
+            path_splitting: self.design.trace.split.unwrap_or(1),
+            ..scene::settings(self.design, self.paths, seed)
+        }
+    }
+
+    /// Where finished groups are kept, if they are.
+    fn groups<'c>(&self, context: RunContext<'c>) -> Option<Groups<'c>> {
+        let checkpoints = context.checkpoints.filter(|all| all.keeps(self.paths))?;
+        Some(checkpoints.of(&self.key_fields(context.seed)))
+    }
+
+    /// All that the groups of this trace depend on, beside the program. Tables follow from the
+    /// design and the model, which `what` names.
+    pub fn key_fields(&self, seed: u64) -> Value {
+        let (kind, open) = match self.surface {
+            DomeSurface::Refracting(_) => ("refracting", None),
+            DomeSurface::Only(_, open) => ("only", Some(*open)),
+            DomeSurface::Banded(..) => ("banded", None),
+        };
+        json!({
+            "what": self.what,
+            "design": self.design.trace_fields(ReliefModel::OrderTables),
+            "surface": {"kind": kind, "open": open, "meridian": self.surface.meridian()},
+            "paths": self.paths,
+            "seed": seed,
+        })
+    }
+}
+
+fn control<'a>(
+    progress: &'a (dyn Fn(u64) + Sync),
+    groups: Option<&'a Groups<'_>>,
+    context: RunContext<'a>,
+) -> Control<'a> {
+    Control {
+        progress: Some(progress),
+        cancel: Some(context.interrupt.flag()),
+        checkpoints: groups.map(|groups| groups as &dyn CheckpointStore),
+    }
+}
+
+fn uninterrupted<T>(done: Result<T, tracer::Error>) -> Result<T> {
+    match done {
+        Err(tracer::Error::Cancelled) => Err(Interrupted.into()),
+        other => Ok(other?),
+    }
+}
+
+/// Accounts of power given up that hold more than [`NEGLIGIBLE`] of what was emitted, and their
+/// share of it.
+fn given_up(seen: &Observation) -> Vec<(&str, f64)> {
+    let totals = seen.powers.total();
+    let emitted = totals[flow::EMITTED];
+    let shares = seen.accounts.iter().zip(totals);
+    shares
+        .filter(|(account, _)| account.starts_with("lost_"))
+        .map(|(account, power)| (account.as_str(), power / emitted))
+        .filter(|(_, share)| *share > NEGLIGIBLE)
+        .collect()
+}
+
+/// The plane on which uniformity is judged.
+///
+/// # Errors
+/// More bins than a plane may have.
+pub(super) fn plane(design: &Design) -> Result<PlaneMap, tracer::Error> {
+    let grid = plane_grid(design);
+    PlaneMap::centred(design.receiver.plane_height_mm, grid.bin_mm, grid.columns, grid.rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use design::resolved::array::PackagePositions;
+    use design::schema::Sampling;
+    use files::interrupt::Interrupt;
+    use metrics::far_field::{BinPlacement, PeakMethod};
+
+    use crate::dome_surface::dome_surface;
+    use crate::model::Model;
+
+    fn seen(change: impl Fn(&mut Design)) -> Observation {
+        let mut design = design::embedded("d1.toml").expect("valid");
+        change(&mut design);
+        let interrupt = Interrupt::default();
+        let context = RunContext::quiet(&interrupt, 3);
+        let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
+        observe(&design, &surface, 160_000, "", context).expect("a trace")
+    }
+
+    #[test]
+    fn a_package_alone_does_not_care_about_crossing() {
+        let alone = |crossing: bool| {
+            seen(|d| {
+                d.array.positions = PackagePositions::SINGLE;
+                d.array.crossing = crossing;
+            })
+        };
+        assert_eq!(alone(true).far_field, alone(false).far_field);
+    }
+
+    #[test]
+    fn what_is_given_up_is_named_with_its_share() {
+        let short = seen(|d| d.trace.max_interactions = 3);
+        let found = given_up(&short);
+        let [(account, share)] = found[..] else { panic!("{found:?}") };
+        assert!(account.contains("bounces"), "{account}");
+        let ledger = short.ledger();
+        let booked = ledger.accounts.iter().find(|(name, _)| name == account);
+        assert!(share > 0.01 && (share - booked.expect("an account").1.value).abs() < 1e-12);
+        assert_eq!(given_up(&seen(|_| {})), []);
+    }
+
+    #[test]
+    fn other_ways_of_tracing_find_the_same() {
+        let figures = |change: &dyn Fn(&mut Design)| {
+            let changed = |d: &mut Design| {
+                change(d);
+                (d.receiver.bin_mm, d.receiver.read_bin_mm) = (0.5, None);
+                let far = &mut d.far_field;
+                (far.read_bin_deg, far.centre_deg, far.peak_fit_deg) = (Some(5.0), 5.0, 10.0);
+                (far.read_bins, far.peak) = (BinPlacement::Between, PeakMethod::Parabola);
+                d.trace.paths = 160_000;
+            };
+            let seen = seen(changed);
+            let mut design = design::embedded("d1.toml").expect("valid");
+            changed(&mut design);
+            let figures = seen.figures(&design).into_iter();
+            figures.map(|f| (f.key, f.estimate)).collect::<Vec<_>>()
+        };
+        let at_random = |d: &mut Design| d.trace.sampling = Sampling::Random;
+        let plain = figures(&at_random);
+        let net = figures(&|d| d.trace.sampling = Sampling::Sobol);
+        let parts = figures(&|d| {
+            at_random(d);
+            d.trace.split = Some(2);
+        });
+        for key in ["centre_to_peak", "extraction_efficiency", "peak_angle_deg"] {
+            let of = |figures: &[(&str, metrics::Estimate)]| {
+                let found = figures.iter().find(|(name, _)| *name == key);
+                found.expect("a figure").1
+            };
+            for other in [&net, &parts] {
+                let (a, b) = (of(&plain), of(other));
+                let error = a.standard_error.hypot(b.standard_error);
+                let difference = (a.value - b.value).abs();
+                // Neither the same draws nor another result.
+                assert!(difference > 0.0 && difference < 4.5 * error, "{key}: {a:?} {b:?}");
+            }
+        }
+        let error = |figures: &[(&str, metrics::Estimate)]| figures[1].1.standard_error;
+        assert!(plain[1].0 == "centre_to_peak" && error(&net) < 0.6 * error(&plain));
+    }
+
+    #[test]
+    fn without_crossing_every_package_is_one_that_stands_alone() {
+        // On the mirror of all of them: the mean of single packages at the four places is what all
+        // together send out.
+        let change = |d: &mut Design| {
+            d.array.pitch_mm = 3.5;
+            d.array.crossing = false;
+            (d.receiver.bin_mm, d.receiver.read_bin_mm) = (0.5, None);
+        };
+        let apart = seen(change);
+        let single = seen(|d| {
+            change(d);
+            d.array.positions = PackagePositions::SINGLE;
+        });
+        // What leaves the dome does not see the mirror's edge.
+        let out = |o: &Observation| metrics::jackknife(&o.flows, |p| p[flow::OUTWARD]);
+        let (a, b) = (out(&apart), out(&single));
+        let error = a.standard_error.hypot(b.standard_error);
+        assert!((a.value - b.value).abs() < 4.5 * error, "{a:?} {b:?}");
+        assert_eq!(apart.paths, single.paths);
+    }
+
+    #[test]
+    fn without_crossing_nothing_comes_back_into_domes_from_others() {
+        let back = |crossing: bool| {
+            let seen = seen(|d| {
+                d.array.pitch_mm = 3.5;
+                d.array.crossing = crossing;
+            });
+            let inward = metrics::extraction::flow::INWARD;
+            let flow = metrics::jackknife(&seen.flows, |p| p[inward]);
+            let total: f64 = seen.far_field.total().iter().sum();
+            assert!(total > 0.8 && total < 1.0, "{total}");
+            flow
+        };
+        let (with, without) = (back(true), back(false));
+        let error = with.standard_error.hypot(without.standard_error);
+        // Nearly touching, a package sends a good part of its light into the others.
+        assert!(with.value - without.value > 5.0 * error, "{with:?} {without:?}");
+    }
+}

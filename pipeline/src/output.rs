@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The files of one model of one design: maps, sections, pictures, receivers.
+//!
+//! Everything lies under `<out>/<design>/<model>/`. Powers are per watt emitted by all sources
+//! together.
+
+mod by_wavelength;
+mod labels;
+mod map_pictures;
+mod receivers;
+
+use std::borrow::Cow;
+use std::mem;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, ensure};
+use serde_json::{Value, json};
+
+use design::Design;
+use files::atomic_file::{discard_abandoned, supersede, write_bytes};
+use files::formats::{csv, exr};
+use files::run_context::RunContext;
+use metrics::Grouped;
+use metrics::extraction::ROUNDING;
+use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
+use report::plots::{FarField, Heading, far_field_cartesian, far_field_polar};
+use results::ModelResult;
+use simulate::absolute::absolute;
+use simulate::observation::{Observation, curve};
+use simulate::run::{ModelWriter, Output};
+use simulate::units::Units;
+
+/// Files that [`ModelFilesWriter`] writes into the folder of a model.
+pub const FILES: [&str; 12] = [
+    "far_field.csv",
+    "far_field.exr",
+    "far_field.npy",
+    "far_field.png",
+    "far_field_mean.npy",
+    "far_field_polar.png",
+    "illuminance.exr",
+    "illuminance.npy",
+    "illuminance.png",
+    "illuminance_cross_section.csv",
+    "illuminance_cross_section.npy",
+    "illuminance_cross_section.png",
+];
+
+/// The files of a model, as [`FILES`] lists them.
+pub struct ModelFilesWriter;
+
+impl ModelWriter for ModelFilesWriter {
+    fn write(
+        &self,
+        output: Output,
+        result: &mut ModelResult,
+        observation: &mut Cow<'_, Observation>,
+        context: RunContext,
+    ) -> Result<()> {
+        let design = output.design;
+        let inner = Path::new(&design.name).join(&result.key);
+        let folder = &output.out.join(&inner);
+        let receivers: Vec<Cow<'_, Grouped>> = match &mut *observation {
+            Cow::Owned(own) => mem::take(&mut own.receivers).into_iter().map(Cow::Owned).collect(),
+            Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
+        };
+        result.absolute = absolute(design, observation, output.units);
+        let files = ModelFiles {
+            design,
+            result,
+            observation,
+            units: output.units,
+            folder,
+            seed: context.seed,
+        };
+        files.balanced()?;
+        if let Some(why) = observation.without_uniformity(design) {
+            let file = &design.provenance.file;
+            context.console.warn(&format!("{file}: {why}"));
+        }
+        supersede(&output.out.join(results::FILE))?;
+        for folder in [folder, &folder.join(receivers::FOLDER)] {
+            discard_abandoned(folder);
+        }
+        let (far_field, illuminance) = rayon::join(|| files.far_field(), || files.illuminance());
+        far_field.and(illuminance)?;
+        let provenance = files.provenance();
+        let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
+        if !design.receivers.is_empty() {
+            let (others, said) =
+                receivers::write(design, receivers, output.units, folder, &provenance)?;
+            written.extend(others);
+            result.receivers = Some(said);
+        }
+        let under_out = written.into_iter().map(|file| inner.join(file));
+        result.files.extend(under_out);
+        Ok(())
+    }
+
+    fn write_by_wavelength(
+        &self,
+        output: Output,
+        result: &mut ModelResult,
+        nodes: &[(Option<&str>, f64, &Observation)],
+        sum: &Observation,
+    ) -> Result<()> {
+        let inner = Path::new(&output.design.name).join(&result.key);
+        let heading = Heading::new(
+            "Far field by wavelength",
+            format!("{}, {}", output.design.name, result.label),
+        );
+        by_wavelength::write(&output.out.join(&inner), &heading, nodes, sum)?;
+        let files = by_wavelength::FILES.map(|file| inner.join(file));
+        result.files.extend(files);
+        Ok(())
+    }
+}
+
+/// Values times a factor; a factor of 1 keeps every bit.
+fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
+    values.iter().map(|x| x * factor).collect()
+}
+
+fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+struct ModelFiles<'a> {
+    design: &'a Design,
+    result: &'a ModelResult,
+    observation: &'a Observation,
+    units: Units,
+    folder: &'a Path,
+    seed: u64,
+}
+
+impl ModelFiles<'_> {
+    fn heading(&self, title: &str) -> Heading {
+        Heading::new(title, format!("{}, {}", self.design.name, self.result.label))
+    }
+
+    fn provenance(&self) -> Value {
+        let emitted = self.units.emitted();
+        let mut provenance = json!({
+            "program": "batwing",
+            "version": env!("CARGO_PKG_VERSION"),
+            "design": self.design.name,
+            "design_sha256": self.design.provenance.sha256,
+            "model": self.result.key,
+            "seed": self.seed,
+            "paths": self.result.paths,
+            "emitted_w": emitted.emitted_w,
+        });
+        if let Some(lumens) = emitted.emitted_lm {
+            provenance["emitted_lm"] = lumens.into();
+        }
+        provenance
+    }
+
+    /// Refuses a ledger that does not add up: a defect of the program.
+    fn balanced(&self) -> Result<()> {
+        let surplus = self.result.ledger.surplus();
+        // NaN fails too.
+        let good = surplus.abs() <= ROUNDING;
+        ensure!(
+            good,
+            "internal error: {}, {}: expected escaped, absorbed and lost to add up to what is emitted, got {} of it; nothing of this model was written",
+            self.design.provenance.file,
+            self.result.label,
+            1.0 + surplus
+        );
+        Ok(())
+    }
+
+    fn far_field(&self) -> Result<()> {
+        let factor = self.units.per_intensity();
+        let far = &self.observation.far_field;
+        let sphere = self.observation.sphere;
+        let intensity = self.units.intensity();
+        let theta = Quantity::new("theta", Unit::Degree);
+        let per_bin: Vec<f64> = (0..sphere.polar).map(|ring| sphere.ring_sr(ring)).collect();
+        let (value, error) = far.each(|k, power| {
+            power * factor / per_bin[k / sphere.azimuths] * sphere.azimuths as f64
+        });
+        let map = Map::new(
+            intensity.clone(),
+            Axis::uniform(theta.clone(), 0.0, 180.0, sphere.polar)?,
+            Axis::uniform(Quantity::new("phi", Unit::Degree), 0.0, 360.0, sphere.azimuths)?,
+            value,
+            error,
+        )?;
+        exr::write_map(&self.folder.join("far_field.exr"), &map, &self.provenance())?;
+        csv::write_map_npy(&self.folder.join("far_field.npy"), &map)?;
+
+        let angles = sphere.centres_deg();
+        let cut = |label: &str, azimuth: f64, last: f64| {
+            let cut = far.map(|p| sphere.cut(&scaled(p, factor), azimuth));
+            curve(label, &cut, &angles, last)
+        };
+        let curves = |last: f64| -> Result<Vec<Curve>> {
+            let mean = curve(
+                "mean over azimuth",
+                &far.map(|p| sphere.profile(&scaled(p, factor))),
+                &angles,
+                last,
+            )?;
+            Ok(vec![mean, cut("azimuth 0°", 0.0, last)?, cut("azimuth 45°", 45.0, last)?])
+        };
+        let all = curves(180.0)?;
+        csv::write_curves_csv(&self.folder.join("far_field.csv"), &theta, &intensity, &all)?;
+        csv::write_curve_npy(&self.folder.join("far_field_mean.npy"), &all[0])?;
+        let shown = curves(90.0)?.iter().map(Curve::mirrored).collect::<Result<Vec<_>>>()?;
+        let heading = self.heading("Far field");
+        let picture = FarField {
+            heading: &heading,
+            quantity: &intensity,
+            curves: &shown,
+            colours: self.colours(),
+            numbers: &[],
+            peaks: &[],
+        };
+        write_bytes(&self.folder.join("far_field.png"), &far_field_cartesian(&picture)?.png()?)?;
+        write_bytes(&self.folder.join("far_field_polar.png"), &far_field_polar(&picture)?.png()?)
+    }
+}

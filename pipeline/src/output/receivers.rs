@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Files of the receivers of `[[receivers]]`, and their entry in `results.json`.
+//!
+//! Every receiver writes `receivers/<name>.npy` (values, then standard errors, over its axes),
+//! `.csv` (a line for each bin) and `.json` (axes, units, provenance); those over two or four axes
+//! write an image `.exr` too. Stokes parameters are an axis before the others, and layers of the
+//! image.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use serde_json::{Value, json};
+use tracer::Measurement;
+use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
+
+use design::Design;
+use design::resolved::receivers::CheckedReceiver;
+use design::schema::receivers::ReceiverKind;
+use files::atomic_file::write_json;
+use files::formats::csv::{self, Column};
+use files::formats::exr;
+use files::formats::exr_layers::Layers;
+use metrics::quantity::{Axis, Map, Quantity, Unit};
+use metrics::{Estimate, Grouped};
+use results::schema::ReceiverEntry;
+use simulate::units::Units;
+
+/// Folder of the files, in that of the model.
+pub(super) const FOLDER: &str = "receivers";
+
+/// Writes the files of all receivers of `design` into `folder`, and frees the bins of each. Returns
+/// the files, relative to `folder`, and the entries of `results.json`.
+pub fn write(
+    design: &Design,
+    seen: Vec<Cow<'_, Grouped>>,
+    units: Units,
+    folder: &Path,
+    provenance: &Value,
+) -> Result<(Vec<PathBuf>, BTreeMap<String, ReceiverEntry>)> {
+    let (mut files, mut said) = (Vec::new(), BTreeMap::new());
+    for (receiver, powers) in design.receivers.iter().zip(seen) {
+        let output = ReceiverOutput::new(receiver, &powers, units)?;
+        let sums = output.sums(&powers);
+        // Files take memory too.
+        drop(powers);
+        let of_receiver = output.write(folder, provenance)?;
+        said.insert(receiver.name().to_owned(), output.describe(&sums, &of_receiver));
+        files.extend(of_receiver);
+    }
+    Ok((files, said))
+}
+
+/// One receiver, ready to be written.
+struct ReceiverOutput<'a> {
+    receiver: &'a CheckedReceiver,
+    quantity: Quantity,
+    flux: Quantity,
+    per_flux: f64,
+    axes: Vec<Axis>,
+    value: Vec<f64>,
+    standard_error: Vec<f64>,
+}
+
+impl<'a> ReceiverOutput<'a> {
+    fn new(receiver: &'a CheckedReceiver, powers: &Grouped, units: Units) -> Result<Self> {
+        let detector = &receiver.detector;
+        let (quantity, factor) = match detector.measurement {
+            Measurement::Plane(_) => (units.irradiance(), units.per_irradiance()),
+            Measurement::FarField(_) => (units.intensity(), units.per_intensity()),
+            Measurement::Luminance(..) => (units.radiance(), units.per_radiance()),
+            Measurement::Flux(_) => (units.flux(), units.per_flux()),
+        };
+        let measures = detector.measures();
+        let (value, standard_error) = powers.each(|bin, power| factor * power / measures[bin]);
+        drop(measures);
+        let angle =
+            |name: &str, edges: Vec<f64>| Axis::new(Quantity::new(name, Unit::Degree), edges);
+        let c_gamma = receiver.kind() == ReceiverKind::CGamma;
+        let directions = |angles: &Angles| -> Result<[Axis; 2]> {
+            let names = if c_gamma { ["gamma", "c"] } else { ["theta", "phi"] };
+            Ok([
+                angle(names[0], angles.theta_edges_deg())?,
+                angle(names[1], angles.phi_edges_deg())?,
+            ])
+        };
+        let names = receiver.stated.kind.rectangle().unwrap_or_default().normal.axes();
+        let places = |rectangle: &DetectorRectangle| -> Result<[Axis; 2]> {
+            let (ends, bins) = (rectangle.ends_mm(), rectangle.bins());
+            let axis = |k: usize| {
+                let quantity = Quantity::new(names[k], Unit::Millimetre);
+                Axis::uniform(quantity, ends[k][0], ends[k][1], bins[k])
+            };
+            Ok([axis(1)?, axis(0)?])
+        };
+        let axes = match &detector.measurement {
+            Measurement::Plane(rectangle) => places(rectangle)?.to_vec(),
+            Measurement::FarField(angles) => directions(angles)?.to_vec(),
+            Measurement::Luminance(rectangle, angles) => {
+                [places(rectangle)?, directions(angles)?].concat()
+            }
+            Measurement::Flux(_) => Vec::new(),
+        };
+        Ok(Self {
+            receiver,
+            quantity,
+            flux: units.flux(),
+            per_flux: units.per_flux(),
+            axes,
+            value,
+            standard_error,
+        })
+    }
+
+    fn write(&self, folder: &Path, provenance: &Value) -> Result<Vec<PathBuf>> {
+        let name = self.receiver.name();
+        let file = |ending: &str| Path::new(FOLDER).join(format!("{name}.{ending}"));
+        let mut files = vec![file("npy"), file("csv"), file("json")];
+        let parameters = self.parameters();
+        let shape: Vec<usize> = if self.axes.is_empty() {
+            vec![2, self.value.len()]
+        } else {
+            let bins = self.axes.iter().map(Axis::bins);
+            let of_stokes = (!parameters.is_empty()).then_some(parameters.len());
+            [2].into_iter().chain(of_stokes).chain(bins).collect()
+        };
+        let both = [&self.value[..], &self.standard_error].concat();
+        csv::write_npy(&folder.join(&files[0]), &shape, &both)?;
+        self.write_csv(&folder.join(&files[1]))?;
+        let axes = self.axes.iter().map(|axis| {
+            json!({"quantity": axis.quantity().name(), "unit": axis.quantity().unit().suffix(), "edges": axis.edges()})
+        });
+        let mut described = json!({
+            "receiver": self.receiver.stated,
+            "quantity": self.quantity.name(),
+            "unit": self.quantity.unit().symbol(),
+            "shape": shape,
+            "axes": axes.collect::<Vec<_>>(),
+            "provenance": provenance,
+        });
+        if self.axes.is_empty() {
+            described["bins"] = json!(FLUX_BINS);
+        }
+        if !parameters.is_empty() {
+            described["stokes"] = json!(parameters);
+            described["s"] = match self.receiver.detector.measurement {
+                Measurement::Plane(_) => "v x k",
+                Measurement::Luminance(..) => "normal x k",
+                Measurement::FarField(_) | Measurement::Flux(_) => "z x k",
+            }
+            .into();
+            described["p"] = "s x k".into();
+        }
+        write_json(&folder.join(&files[2]), &described)?;
+        if self.axes.len() == 4 || !parameters.is_empty() {
+            files.push(file("exr"));
+            let layers = Layers {
+                quantity: &self.quantity,
+                parameters,
+                axes: &self.axes,
+                value: &self.value,
+                standard_error: &self.standard_error,
+            };
+            layers.write(&folder.join(&files[3]), provenance)?;
+        } else if let [rows, columns] = &self.axes[..] {
+            files.push(file("exr"));
+            let map = Map::new(
+                self.quantity.clone(),
+                rows.clone(),
+                columns.clone(),
+                self.value.clone(),
+                self.standard_error.clone(),
+            )?;
+            exr::write_map(&folder.join(&files[3]), &map, provenance)?;
+        }
+        Ok(files)
+    }
+
+    /// Names of the Stokes parameters; none where the power alone is read.
+    fn parameters(&self) -> &'static [&'static str] {
+        if self.receiver.detector.stokes { &STOKES } else { &[] }
+    }
+
+    /// Writes a line for each bin: the middle of the bin along every axis, value, standard error.
+    /// Flux has one line of all its bins.
+    fn write_csv(&self, path: &Path) -> Result<()> {
+        let mut columns = Vec::new();
+        if self.axes.is_empty() {
+            for (k, name) in FLUX_BINS.iter().enumerate() {
+                let quantity =
+                    Quantity::new(format!("{name} {}", self.quantity.name()), self.quantity.unit());
+                columns.push(Column::new(&quantity, [self.value[k]]));
+                columns.push(Column::standard_error(&quantity, [self.standard_error[k]]));
+            }
+            return csv::write_csv(path, &columns);
+        }
+        // The last axis runs fastest.
+        let bins = self.receiver.detector.places();
+        let mut repeated = bins;
+        for axis in &self.axes {
+            let (centres, count) = (axis.centres(), axis.bins());
+            repeated /= count;
+            let middle = |k: usize| centres[k / repeated % count];
+            let values: Vec<f64> = (0..bins).map(middle).collect();
+            columns.push(Column::new(axis.quantity(), values));
+        }
+        let values = self.value.chunks(bins).zip(self.standard_error.chunks(bins));
+        for (number, (value, error)) in values.enumerate() {
+            let name = match (number, self.parameters().get(number)) {
+                (1.., Some(parameter)) => format!("{} {parameter}", self.quantity.name()),
+                _ => self.quantity.name().to_owned(),
+            };
+            let quantity = Quantity::new(name, self.quantity.unit());
+            columns.push(Column::new(&quantity, value));
+            columns.push(Column::standard_error(&quantity, error));
+        }
+        csv::write_csv(path, &columns)
+    }
+
+    /// Flux over all bins, for every Stokes parameter.
+    fn sums(&self, powers: &Grouped) -> Grouped {
+        let places = self.receiver.detector.places();
+        powers.map(|bins| {
+            let sums = bins.chunks(places).map(|bins| bins.iter().sum::<f64>());
+            sums.map(|sum| sum * self.per_flux).collect()
+        })
+    }
+
+    fn describe(&self, sum: &Grouped, files: &[PathBuf]) -> ReceiverEntry {
+        let of_bins = self.axes.is_empty();
+        let fluxes = if of_bins {
+            let estimates = self.value.iter().zip(&self.standard_error);
+            let estimates = estimates.map(|(value, error)| Estimate::new(*value, *error));
+            let names = FLUX_BINS.iter().map(|name| (*name).to_owned());
+            names.zip(estimates).collect()
+        } else {
+            let errors = sum.standard_errors();
+            let estimates = sum.total().iter().zip(errors);
+            let estimates = estimates.map(|(sum, error)| Estimate::new(*sum, error));
+            let others = self.parameters().iter().skip(1);
+            let others = others.map(|parameter| format!("flux_{}", parameter.to_lowercase()));
+            let names = std::iter::once("flux".to_owned()).chain(others);
+            names.zip(estimates).collect()
+        };
+        ReceiverEntry {
+            kind: self.receiver.kind(),
+            quantity: self.quantity.name().to_owned(),
+            unit: self.quantity.unit().symbol().to_owned(),
+            files: files.to_vec(),
+            flux_unit: (!of_bins).then(|| self.flux.unit().symbol().to_owned()),
+            fluxes,
+        }
+    }
+}
