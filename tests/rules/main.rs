@@ -3,4 +3,4 @@
 
 mod altered_files;
 mod crate_borders;
-mod module_floors;
+mod import_cycles;

@@ -2,7 +2,7 @@
 //! Dependencies between the crates of the workspace, read from its manifests.
 //!
 //! Solver, tables and tracer know nothing of each other, so that a table may come from a
-//! measurement or from another solver. Only the pipeline knows them all. Dependencies of benches
+//! measurement or from another solver; pictures are drawn from results. Dependencies of benches
 //! and builds obey the same table. Versions are pinned once, in the workspace.
 
 use toml::{Table, Value};
@@ -11,13 +11,87 @@ use toml::{Table, Value};
 pub const PYTHON: &str = "pipeline/python";
 
 /// Packages of the workspace by folder, and the packages of ours that each may use.
-pub const ALLOWED: [(&str, &str, &[&str]); 6] = [
+pub const ALLOWED: [(&str, &str, &[&str]); 15] = [
     ("rcwa", "batwing-rcwa", &[]),
     ("bsdf", "batwing-bsdf", &[]),
     ("tracer", "batwing-tracer", &["batwing-bsdf"]),
-    ("pipeline", "batwing", &["batwing-rcwa", "batwing-bsdf", "batwing-tracer"]),
-    (PYTHON, "batwing-python", &["batwing-rcwa", "batwing-bsdf", "batwing-tracer", "batwing"]),
-    ("tests", "batwing-tests", &["batwing-rcwa", "batwing-bsdf", "batwing-tracer", "batwing"]),
+    ("pipeline/search", "batwing-search", &[]),
+    ("pipeline/metrics", "batwing-metrics", &[]),
+    ("pipeline/geometry", "batwing-geometry", &["batwing-tracer"]),
+    ("pipeline/files", "batwing-files", &FOR_FILES),
+    ("pipeline/design", "batwing-design", &FOR_DESIGN),
+    ("pipeline/results", "batwing-results", &FOR_RESULTS),
+    ("pipeline/simulate", "batwing-simulate", &FOR_SIMULATE),
+    ("pipeline/report", "batwing-report", &FOR_REPORT),
+    ("pipeline/experiment", "batwing-experiment", &FOR_EXPERIMENT),
+    ("pipeline", "batwing", &FOR_BINARY),
+    (PYTHON, "batwing-python", &FOR_ALL),
+    ("tests", "batwing-tests", &FOR_ALL),
+];
+
+const FOR_FILES: [&str; 4] =
+    ["batwing-bsdf", "batwing-tracer", "batwing-metrics", "batwing-geometry"];
+const FOR_DESIGN: [&str; 6] = [
+    "batwing-rcwa",
+    "batwing-bsdf",
+    "batwing-tracer",
+    "batwing-metrics",
+    "batwing-geometry",
+    "batwing-files",
+];
+const FOR_RESULTS: [&str; 5] =
+    ["batwing-bsdf", "batwing-tracer", "batwing-metrics", "batwing-files", "batwing-design"];
+const FOR_SIMULATE: [&str; 8] = [
+    "batwing-rcwa",
+    "batwing-bsdf",
+    "batwing-tracer",
+    "batwing-metrics",
+    "batwing-geometry",
+    "batwing-files",
+    "batwing-design",
+    "batwing-results",
+];
+/// Pictures are drawn from results: nothing is simulated for them.
+const FOR_REPORT: [&str; 5] =
+    ["batwing-bsdf", "batwing-metrics", "batwing-files", "batwing-design", "batwing-results"];
+const FOR_EXPERIMENT: [&str; 8] = [
+    "batwing-tracer",
+    "batwing-search",
+    "batwing-metrics",
+    "batwing-geometry",
+    "batwing-files",
+    "batwing-design",
+    "batwing-results",
+    "batwing-simulate",
+];
+const FOR_BINARY: [&str; 12] = [
+    "batwing-rcwa",
+    "batwing-bsdf",
+    "batwing-tracer",
+    "batwing-search",
+    "batwing-metrics",
+    "batwing-geometry",
+    "batwing-files",
+    "batwing-design",
+    "batwing-results",
+    "batwing-simulate",
+    "batwing-report",
+    "batwing-experiment",
+];
+const FOR_ALL: [&str; 13] = [
+    "batwing-rcwa",
+    "batwing-bsdf",
+    "batwing-tracer",
+    "batwing-search",
+    "batwing-metrics",
+    "batwing-geometry",
+    "batwing-files",
+    "batwing-design",
+    "batwing-results",
+    "batwing-simulate",
+    "batwing-report",
+    "batwing-experiment",
+    "batwing",
 ];
 
 /// The one further dependency that is allowed to tests: package, section, what it may use. Only
@@ -77,7 +151,7 @@ fn package(key: &str, definition: Option<&Value>) -> String {
     let by_path = || {
         let path = text("path")?;
         let folder = path.trim_end_matches('/').rsplit('/').next()?;
-        ALLOWED.iter().find(|member| member.0 == folder).map(|member| member.1.to_owned())
+        ALLOWED.iter().find(|member| member.0.rsplit('/').next() == Some(folder)).map(|member| member.1.to_owned())
     };
     text("package").or_else(by_path).unwrap_or_else(|| key.to_owned())
 }

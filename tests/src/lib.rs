@@ -11,7 +11,6 @@ pub mod boundary_integral;
 pub mod crate_dependencies;
 pub mod fuzz;
 pub mod judgement;
-pub mod module_dependencies;
 pub mod ray_files;
 pub mod reference_cases;
 pub mod solver_comparison;
