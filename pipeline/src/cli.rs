@@ -173,7 +173,7 @@ impl Cli {
     /// Runs the command.
     ///
     /// # Errors
-    /// Those of the command; an interrupt.
+    /// Errors of the command; an interrupt.
     pub fn run(&self) -> Result<()> {
         let interrupt = Interrupt::install()?;
         threads(self.common)?;
@@ -184,7 +184,7 @@ impl Cli {
     /// themselves.
     ///
     /// # Errors
-    /// Those of the command; an interrupt.
+    /// Errors of the command; an interrupt.
     pub fn run_until(&self, interrupt: &Interrupt) -> Result<()> {
         let context = self.context(interrupt);
         let shared = self.command.shared();
@@ -223,7 +223,7 @@ impl Cli {
     /// lie in `folder`.
     ///
     /// # Errors
-    /// Those of the command; a command that takes no design; an interrupt.
+    /// Errors of the command; a command that takes no design; an interrupt.
     pub fn run_text(&self, text: &str, folder: &Path, interrupt: &Interrupt) -> Result<()> {
         let context = self.context(interrupt);
         let design = |name: &Path| scene_check::parse(&name.display().to_string(), text, folder);

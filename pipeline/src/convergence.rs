@@ -132,7 +132,7 @@ pub struct SweepPoint {
     pub orders: usize,
     /// Slices asked for.
     pub slices: usize,
-    /// Its errors.
+    /// Errors of the point.
     pub errors: ShareErrors,
     /// Complex multiply-adds of one problem (kx0, ky), with its part of the modes.
     pub operations_per_problem: f64,
@@ -143,7 +143,7 @@ pub struct SweepPoint {
 /// Both sweeps.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConvergenceSweep {
-    /// What was tried.
+    /// Orders or slices that were tried.
     pub plan: SweepPlan,
     /// ky of the problems, in units of k0.
     pub ky: Vec<f64>,
@@ -216,7 +216,7 @@ fn weight(orders: usize) -> u64 {
 /// Sweeps the orders and the slices of `plan` for a cell at a wavelength.
 ///
 /// # Errors
-/// Those of the solver; an interrupt.
+/// Errors of the solver; an interrupt.
 pub fn study(
     cell: &Cell,
     wavelength_um: f64,

@@ -160,7 +160,7 @@ impl Problem<'_> {
     }
 }
 
-/// Whether light comes along the normal with s and p turned about it.
+/// True if light comes along the normal with s and p turned about it.
 fn turned_at_normal(case: &Case) -> bool {
     case.theta_deg.abs() <= 0.0 && case.phi_deg.abs() > 0.0
 }
@@ -182,7 +182,7 @@ fn read(scattering: &Scattering, incident: Pol) -> Vec<OrderEfficiency> {
 /// Solves `case`; `progress` may stop it between two layers.
 ///
 /// # Errors
-/// Those of the solver; a tolerance out of reach.
+/// Errors of the solver; a tolerance out of reach.
 pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
     let problem = Problem { case, progress };
     let highest = {

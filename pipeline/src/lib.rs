@@ -1,5 +1,30 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The program.
+//! The program `batwing`: its command line, one file a command, and the files of a model.
+//!
+//! In: words of a command line ([`cli::Cli`]). Out: files under the directory of results, one
+//! result on standard output, an exit code ([`exit`]). The commands join the crates `design`,
+//! `simulate`, `experiment`, `report` and `files`; they compute nothing of their own but single
+//! gratings. The Python package calls [`cli::Cli::run_until`].
+//!
+//! ```
+//! use clap::Parser;
+//! use pipeline::cli::{Cli, Command};
+//!
+//! let cli = Cli::try_parse_from(["batwing", "run", "d1.toml", "--seed", "7"])?;
+//! assert_eq!(cli.common.seed, 7);
+//! assert!(matches!(cli.command, Command::Run(_)));
+//! # Ok::<(), clap::Error>(())
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`cli`], [`cli_errors`], [`exit`] | options, messages, exit codes |
+//! | [`commands`] | one file a command, and the records of shared jobs |
+//! | [`output`] | files of a model: maps, sections, pictures, receivers |
+//! | [`paper_figures`] | Figures 3, 4 and 6 of the paper |
+//! | [`case`], [`grating`] | grating cases and their solution |
+//! | [`rings`], [`convergence`], [`near_field`] | tables, convergence and near field of single rings |
+//! | [`ray_export`] | rays that leave a design, as a ray file |
 
 pub mod case;
 pub mod cli;

@@ -151,7 +151,10 @@ fn package(key: &str, definition: Option<&Value>) -> String {
     let by_path = || {
         let path = text("path")?;
         let folder = path.trim_end_matches('/').rsplit('/').next()?;
-        ALLOWED.iter().find(|member| member.0.rsplit('/').next() == Some(folder)).map(|member| member.1.to_owned())
+        ALLOWED
+            .iter()
+            .find(|member| member.0.rsplit('/').next() == Some(folder))
+            .map(|member| member.1.to_owned())
     };
     text("package").or_else(by_path).unwrap_or_else(|| key.to_owned())
 }

@@ -98,7 +98,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     lines
 }
 
-/// Where the box stands, in words; nothing of one that is level about the axis.
+/// Place of the box, in words; empty for a level one about the axis.
 fn moved(led: &Led) -> String {
     let pair = |[x, y]: [f64; 2]| format!("({}, {})", shortest(x), shortest(y));
     let place = BoxPlace { offset_mm: led.offset_mm, tilt_deg: led.tilt_deg };
@@ -161,7 +161,7 @@ fn solid(solid: &CheckedSolid) -> String {
     format!("{}: {kind}, {made}, {per}{scatter}", solid.name())
 }
 
-/// What a surface does to light from either side, in words.
+/// Effect of a surface on light from either side, in words.
 fn scatters(law: &ScatterLaw) -> String {
     let shares = |transmitted: f64, reflected: f64| {
         let absorbed = shortest((1.0 - transmitted - reflected).max(0.0));

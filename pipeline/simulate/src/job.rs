@@ -40,10 +40,10 @@ pub fn seconds_of_paths(pieces: u64, paths: u64) -> f64 {
     pieces as f64 * PIECE_SECONDS + paths as f64 / PATHS_PER_SECOND
 }
 
-/// What tables cost to solve.
+/// Cost of solving tables.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TableCost {
-    /// How many.
+    /// Number of tables.
     pub tables: u64,
     /// Their complex multiply-adds, about.
     pub operations: f64,
@@ -66,7 +66,7 @@ impl TableCost {
 
 /// Something computed in pieces, each of which is kept by itself.
 pub trait Task {
-    /// What it is, for people.
+    /// Label for people.
     fn label(&self) -> &str;
 
     /// Number of pieces.
@@ -92,7 +92,7 @@ pub trait Task {
     /// Computes those of `pieces` that are missing, and keeps each.
     ///
     /// # Errors
-    /// Those of the solver, the tracer and the files; an interrupt.
+    /// Errors of the solver, the tracer and the files; an interrupt.
     fn compute(&self, pieces: Range<u64>, cache: &Cache, context: RunContext) -> Result<()>;
 }
 
@@ -110,7 +110,7 @@ pub trait SharedWork {
     /// Computes what the cache lacks of the shards of `choice`, and says what they cost.
     ///
     /// # Errors
-    /// Those of the solver, the tracer and the files; an interrupt.
+    /// Errors of the solver, the tracer and the files; an interrupt.
     fn compute(&self, choice: &ShardChoice, cache: &Cache, context: RunContext) -> Result<Cost>;
 
     /// What the cache lacks, by shard of `count`.
@@ -141,13 +141,13 @@ pub struct Job {
 pub struct MissingPieces {
     /// Number of the shard.
     pub shard: usize,
-    /// Its tables that are missing, by label.
+    /// Missing tables, by label.
     pub tables: Vec<String>,
-    /// Its tasks with missing pieces, and how many they are.
+    /// Tasks with missing pieces, each with their number.
     pub tasks: Vec<(String, u64)>,
 }
 
-/// What a share costs.
+/// Cost of a share.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Cost {
     /// Pieces.
@@ -198,7 +198,7 @@ impl Job {
         shard::deal(&tables, &tasks.collect::<Vec<_>>(), count)
     }
 
-    /// What `share` costs.
+    /// Cost of `share`.
     fn cost(&self, share: &Share) -> Cost {
         let dealt = TableCost::of(share.tables.iter().map(|&ring| &self.rings[ring]));
         let tasks = || {
@@ -221,7 +221,7 @@ impl Job {
     /// Computes what the cache lacks of `share`: its tables first, then its pieces of tasks.
     ///
     /// # Errors
-    /// Those of the solver, the tracer and the files; an interrupt.
+    /// Errors of the solver, the tracer and the files; an interrupt.
     fn share(&self, share: &Share, cache: &Cache, context: RunContext) -> Result<()> {
         let own: Vec<&Ring> = share.tables.iter().map(|&ring| &self.rings[ring]).collect();
         solve_rings(&own, cache, context)?;

@@ -1,5 +1,45 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Simulation.
+//! From a design to its light: tables, scene, trace, observation, figures.
+//!
+//! In: a checked [`design::Design`], a [`model::Model`], a cache of tables and a
+//! [`RunContext`](files::run_context::RunContext). Out: an [`observation::Observation`] (sums of
+//! the receivers by groups of paths), the figures of merit that follow from it, and the results
+//! data of [`run::Run`]. Files of a model are written by the [`run::ModelWriter`] that the caller
+//! passes; nothing is drawn here.
+//!
+//! ```
+//! use files::{interrupt::Interrupt, run_context::RunContext};
+//! use simulate::{dome_surface::dome_surface, model::Model, trace::observe};
+//!
+//! let design = design::embedded("bare-dome.toml")?;
+//! let surface = dome_surface(&design, Model::Geometric, None)?;
+//! let interrupt = Interrupt::default();
+//! let context = RunContext::quiet(&interrupt, 1);
+//! let observation = observe(&design, &surface, 4096, "bare dome", context)?;
+//! let figures = observation.figures(&design);
+//! let extraction = figures.iter().find(|figure| figure.key == "extraction").expect("a dome");
+//! assert!(extraction.estimate.value > 0.9 && extraction.estimate.standard_error < 0.01);
+//! # Ok::<(), anyhow::Error>(())
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`model`] | the four treatments of the relief |
+//! | [`cells`] | unit cells of the rings |
+//! | [`tables`] | diffraction orders of every band, from the cache or the solver |
+//! | [`dome_surface`], [`solids`], [`scene`] | surfaces that rays meet |
+//! | [`scene_check`] | refusals that need the scene |
+//! | [`seeds`] | seeds of the traces of one run |
+//! | [`trace`] | Monte Carlo trace of one model |
+//! | [`observation`] | receiver sums and figures of merit |
+//! | [`absolute`], [`units`] | watts, lumens, and factors between them |
+//! | [`snapshot`], [`stopping_rule`] | batches of paths until a figure is known |
+//! | [`trace_plan`], [`shard`], [`job`] | pieces of a computation that processes share |
+//! | [`spectral`] | the same at several wavelengths |
+//! | [`model_traces`] | traces of many designs without files |
+//! | [`paths`], [`paths_3d`], [`package_drawing`], [`description`], [`package`] | the package in lines, words and a few paths |
+//! | [`bodies`] | the package as triangle meshes |
+//! | [`run`], [`model_result`] | the recipe of a run, and its results |
 
 pub mod absolute;
 pub mod bodies;

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use design::Design;
 
-/// How the relief of a dome is treated.
+/// Treatment of the relief of a dome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Model {
@@ -81,7 +81,7 @@ impl Model {
         }
     }
 
-    /// As written in files of studies and problems.
+    /// Name in files of studies and problems.
     pub fn word(self) -> &'static str {
         match self {
             Self::Geometric => "geometric",
@@ -91,7 +91,7 @@ impl Model {
         }
     }
 
-    /// Whether the relief is replaced by bands with a BSDF.
+    /// True if the relief is replaced by bands with a BSDF.
     pub fn is_banded(self) -> bool {
         matches!(self, Self::Control | Self::Hybrid)
     }

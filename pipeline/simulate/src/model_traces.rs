@@ -37,10 +37,10 @@ impl<'a> ModelTraces<'a> {
         self.tables.solved
     }
 
-    /// What the receivers of `design` see, by its own number of paths.
+    /// Observation of `design`, by its own number of paths.
     ///
     /// # Errors
-    /// Those of the solver and the tracer; an interrupt.
+    /// Errors of the solver and the tracer; an interrupt.
     pub fn observe(&mut self, design: &Design, context: RunContext) -> Result<Observation> {
         let model = self.model;
         if let Some(lights) = design.all_lights() {

@@ -62,7 +62,7 @@ impl Observer for PathRecorder<'_> {
     }
 }
 
-/// What became of a path, by the names of the ledger.
+/// Fate of a path, by the names of the ledger.
 pub(super) fn path_end(fate: Fate, lines: &Lines) -> PathEnd {
     match fate {
         Fate::EscapedUp => PathEnd::EscapedUp,

@@ -96,7 +96,7 @@ pub(super) fn paths_3d(
     Ok(seen)
 }
 
-/// Where a path escaped to, and what it came from.
+/// Direction of an escaped path, and the ring it came from.
 struct End {
     bin: usize,
     ring: Option<usize>,
@@ -188,7 +188,7 @@ struct BoxedRings<'a> {
     boxes: Vec<[[f64; 2]; 2]>,
 }
 
-/// What rounding may make of the square of a distance, mm².
+/// Rounding error of the square of a distance, mm².
 const ROUNDING: f64 = 1e-20;
 
 impl<'a> BoxedRings<'a> {

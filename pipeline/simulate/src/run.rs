@@ -70,7 +70,7 @@ pub struct Run<'a> {
     pub lights: Option<&'a Lights>,
     /// Stopping rule; without one, the design's number of paths is traced.
     pub stopping_rule: Option<&'a StoppingRule>,
-    /// Where tables come from and go to.
+    /// Cache of tables.
     pub cache: Option<&'a Cache>,
 }
 
@@ -88,7 +88,7 @@ impl Run<'_> {
     /// anything is traced.
     ///
     /// # Errors
-    /// How many there are, and how many there may be.
+    /// Number of wavelengths, and the largest number allowed.
     pub fn check(&self, models: &[Model], context: RunContext) -> Result<()> {
         let lights = self.lights.into_iter();
         let jobs = lights.flat_map(|lights| models.iter().map(move |model| (lights, *model)));
@@ -106,15 +106,14 @@ impl Run<'_> {
             let plan = |&model| TracePlan::of_model(self.design, model, context.seed).into_owned();
             return Ok(models.map(plan).collect());
         };
-        let models = models.iter();
-        let plans = models.map(|&model| self.spectral_job(lights, model, context).plans());
+        let plans = models.iter().map(|&model| self.spectral_job(lights, model, context).plans());
         Ok(plans.collect::<Result<Vec<_>>>()?.concat())
     }
 
     /// Runs `models`, one after another; the tables of the hybrid come first.
     ///
     /// # Errors
-    /// Those of the solver, the tracer and the files; an interrupt.
+    /// Errors of the solver, the tracer and the files; an interrupt.
     pub fn models(
         &self,
         models: &[Model],
@@ -132,7 +131,7 @@ impl Run<'_> {
     /// Runs one model, with tables of one wavelength where it needs them.
     ///
     /// # Errors
-    /// As [`Run::models`].
+    /// Same as [`Run::models`].
     pub fn model(
         &self,
         model: Model,

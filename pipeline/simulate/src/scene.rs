@@ -37,7 +37,7 @@ const BOX_SIDE: &str = "box side";
 /// Ledger name of elements made absorbing for Figures 3 and 4.
 pub const MASK: &str = "mask";
 
-/// Whether a ledger line is a surface between silicone and air.
+/// True if a ledger line is a surface between silicone and air.
 pub fn is_skin(name: &str) -> bool {
     name == DOME || name == CYLINDER
 }
@@ -233,7 +233,7 @@ fn mirror_half_mm(design: &Design) -> [f64; 2] {
     design.half_extent_mm().map(|half| half + 0.5 * design.array.pitch_mm)
 }
 
-/// What stands on the bottom meets there.
+/// Medium that a body on the bottom meets there.
 fn bottom(design: &Design, mirror: &SurfaceModel) -> Bottom {
     let part =
         |name, half_mm, optics: &SurfaceModel| BottomPart { name, half_mm, optics: optics.clone() };

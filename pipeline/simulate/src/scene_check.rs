@@ -32,7 +32,7 @@ const BESIDES: usize = 32 << 20;
 /// Reads the design file at `path` and checks it, its scene as well.
 ///
 /// # Errors
-/// Those of [`design::load`] and [`check`].
+/// Errors of [`design::load`] and [`check`].
 pub fn load(path: &Path) -> Result<Design> {
     let design = design::load(path)?;
     check(&design)?;
@@ -43,7 +43,7 @@ pub fn load(path: &Path) -> Result<Design> {
 /// that it names lie in `folder`.
 ///
 /// # Errors
-/// Those of [`design::parse`] and [`check`].
+/// Errors of [`design::parse`] and [`check`].
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design> {
     let design = design::parse(file, text, folder)?;
     check(&design)?;

@@ -36,7 +36,7 @@ use design::{ConfigError, Design};
 /// for every solid that it lies in: a thousand times the offset of a ray's start from a surface.
 const INSET: f64 = 1e-9;
 
-/// What all solids of a design are placed by.
+/// Placement of all solids of a design.
 struct Placing<'a> {
     design: &'a Design,
     bottom: &'a Bottom,
@@ -53,7 +53,7 @@ impl<'a> Placing<'a> {
 /// A solid that light enters and that stands on the bottom with a flat face.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SolidOnBottom {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// The parts of the bottom that it touches; none across a gap.
     pub touches: Vec<&'static str>,
@@ -62,7 +62,7 @@ pub struct SolidOnBottom {
 }
 
 impl SolidOnBottom {
-    /// How it stands, in words.
+    /// Place of the solid, in words.
     pub fn describe(&self) -> String {
         let Self { name, touches, around } = self;
         if touches.is_empty() {
@@ -75,7 +75,7 @@ impl SolidOnBottom {
 
 /// Packages without the solids of the design.
 pub struct Packages {
-    /// Those that differ.
+    /// Solids that differ.
     pub kinds: Vec<Prototype>,
     /// The number of the kind of every package, in order.
     pub numbers: Vec<usize>,
@@ -330,7 +330,7 @@ struct PlacedSolids<'a> {
     depths: Vec<(&'a CheckedSolid, usize)>,
     /// Region around the dome.
     about_dome: Region,
-    /// Those that stand on the bottom.
+    /// Solids that stand on the bottom.
     on_bottom: Vec<BottomContact<'a>>,
 }
 
@@ -443,7 +443,7 @@ fn nested(
     Ok((objects, nest))
 }
 
-/// What light meets on a solid between media of these indices.
+/// Surface of a solid between media of these indices.
 fn optics(design: &Design, solid: &CheckedSolid, indices: [f64; 2]) -> Result<SurfaceModel> {
     let optics = solid.optics(design.wavelength_nm, indices);
     optics.map_err(|error| {
@@ -480,7 +480,7 @@ fn drawn_in(design: &Design, solid: &CheckedSolid, inset_mm: f64) -> Result<Shap
     })
 }
 
-/// Whether a place lies within the silicone, directly or in solids that do.
+/// True if a place lies within the silicone, directly or in solids that do.
 fn in_silicone(place: &NestedPlace, objects: &[NestedObject], nest: &Nesting) -> bool {
     let mut outer = place.outer;
     // No chain is longer than there are solids.

@@ -50,7 +50,7 @@ impl<'a> SpectralJob<'a> {
     /// Refuses, before anything is traced, more wavelengths than there are tables or memory for.
     ///
     /// # Errors
-    /// How many there are, and how many there may be.
+    /// Number of wavelengths, and the largest number allowed.
     pub fn check(self) -> Result<()> {
         let sweep = Sweep::new(self);
         if sweep.disperses()? {
@@ -82,10 +82,10 @@ impl<'a> SpectralJob<'a> {
         sweep.plans(&rules)
     }
 
-    /// What the receivers see, all wavelengths together.
+    /// Observation of all wavelengths together.
     ///
     /// # Errors
-    /// Those of the solver and the tracer; too many bins for the memory; too many wavelengths for
+    /// Errors of the solver and the tracer; too many bins for the memory; too many wavelengths for
     /// tables; an interrupt.
     pub fn observe(self) -> Result<Observation> {
         let mut sweep = Sweep::new(self);
@@ -97,7 +97,7 @@ impl<'a> SpectralJob<'a> {
     /// wavelengths of the first batch of paths, and batches of all of them follow.
     ///
     /// # Errors
-    /// Those of [`Self::observe`].
+    /// Errors of [`Self::observe`].
     pub fn trace(self, stopping_rule: Option<&StoppingRule>) -> Result<SpectralTrace<'a>> {
         let mut sweep = Sweep::new(self);
         let (rule, coarse, stop) = refine(&mut sweep)?;
@@ -108,7 +108,7 @@ impl<'a> SpectralJob<'a> {
 
 /// Traces at all wavelengths of a rule.
 pub struct SpectralTrace<'a> {
-    /// What `results.json` says of the stopping rule.
+    /// Entry of the stopping rule in `results.json`.
     pub until_error: Option<UntilError>,
     sweep: Sweep<'a>,
     rule: Rule,
@@ -142,7 +142,7 @@ impl SpectralTrace<'_> {
         }
     }
 
-    /// What `results.json` says of the light, of the wavelengths and of each of them.
+    /// Entry of light and wavelengths in `results.json`.
     pub fn describe(&self) -> serde_json::Result<SpectrumEntry> {
         let (sweep, rule) = (&self.sweep, &self.rule);
         let (design, lights) = (sweep.job.design, sweep.job.lights);

@@ -52,7 +52,7 @@ pub struct DesignTables {
 }
 
 impl DesignTables {
-    /// What `results.json` says of each table.
+    /// Entries of the tables in `results.json`.
     pub fn describe(&self) -> Vec<TableEntry> {
         self.bands
             .iter()
@@ -152,22 +152,22 @@ impl<'a> RingProblem<'a> {
         Key::of(&fields)
     }
 
-    /// Whether more ky are added until the tolerance is met.
+    /// True if more ky are added until the tolerance is met.
     fn ky_by_error(&self) -> bool {
         self.hybrid.ky_count.is_none()
     }
 
-    /// Whether more kx are.
+    /// True if more kx are.
     fn kx_by_error(&self) -> bool {
         self.hybrid.kx_per_zone.is_none() && self.ky_by_error()
     }
 
-    /// Whether the table holds Jones matrices.
+    /// True if the table holds Jones matrices.
     fn matrices(&self) -> bool {
         self.hybrid.tables == TableContent::Matrices
     }
 
-    /// What the solver is given.
+    /// Input of the solver.
     fn interface(&self) -> Result<Interface> {
         let mut interface = interface(&self.cell, self.grid.wavelength)?;
         if let Some(height) = self.hybrid.stairs_um {
@@ -334,12 +334,12 @@ pub fn directions(grid: &Grid) -> Directions {
     Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() }
 }
 
-/// What a table costs, about: period³ × height.
+/// Rough cost of a table: period³ × height.
 pub fn cost(cell: &Cell) -> f64 {
     cell.period_um.powi(3) * cell.depth_um
 }
 
-/// What came of every incident wave of a hemisphere, as rows of a table of orders.
+/// Rows of a table of orders, one for each incident wave of a hemisphere.
 pub fn efficiency_rows(
     incidences: Vec<rcwa::hemisphere::Incidence>,
 ) -> impl Iterator<Item = EfficiencyRow> {
@@ -423,7 +423,7 @@ fn expected_resolution(problem: &RingProblem, interface: &Interface) -> Result<R
 /// Solves those of `rings` that the cache lacks, and stores their tables.
 ///
 /// # Errors
-/// Those of the solver and of the cache; an interrupt.
+/// Errors of the solver and of the cache; an interrupt.
 pub fn solve_rings(rings: &[&Ring], cache: &Cache, context: RunContext) -> Result<()> {
     let rings = rings.iter();
     let problems: Vec<RingProblem> =
@@ -444,7 +444,7 @@ pub fn keys(design: &Design) -> Vec<Key> {
 /// `only`, only that band (from 1).
 ///
 /// # Errors
-/// Those of the solver and of the cache; an interrupt.
+/// Errors of the solver and of the cache; an interrupt.
 pub fn tables(
     designs: &[&Design],
     cache: Option<&Cache>,
@@ -494,7 +494,7 @@ impl HeldTables {
     /// cache keeps.
     ///
     /// # Errors
-    /// As [`tables`].
+    /// Same as [`tables`].
     pub fn of_design(
         &mut self,
         design: &Design,

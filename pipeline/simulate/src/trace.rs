@@ -112,8 +112,7 @@ impl TraceJob<'_> {
         let design = self.design;
         let plane = plane(design)?;
         let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
-        let detectors = design.receivers.iter();
-        let detectors = detectors.map(|receiver| &receiver.detector as &dyn Receiver);
+        let detectors = design.receivers.iter().map(|receiver| &receiver.detector as &dyn Receiver);
         let built_in: [&dyn Receiver; 2] = [&far, &plane];
         let receivers: Vec<_> = built_in.into_iter().chain(detectors).collect();
         Ok(trace(&receivers))
@@ -127,7 +126,7 @@ impl TraceJob<'_> {
         }
     }
 
-    /// Where finished groups are kept, if they are.
+    /// Store of finished groups, if they are kept.
     fn groups<'c>(&self, context: RunContext<'c>) -> Option<Groups<'c>> {
         let checkpoints = context.checkpoints.filter(|all| all.keeps(self.paths))?;
         Some(checkpoints.of(&self.key_fields(context.seed)))

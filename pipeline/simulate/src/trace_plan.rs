@@ -19,7 +19,7 @@ use super::scene::DomeSurface;
 use super::tables::{DesignTables, tables};
 use super::trace::{GROUPS, TraceJob};
 
-/// What stands on the dome.
+/// Surface of the dome: choice of a trace plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DomeChoice {
     /// The relief in a model.
@@ -33,7 +33,7 @@ pub enum DomeChoice {
 pub struct TracePlan<'a> {
     /// The design.
     pub design: Cow<'a, Design>,
-    /// What stands on its dome.
+    /// Surface of its dome.
     pub dome: DomeChoice,
     /// Number of paths.
     pub paths: u64,

@@ -24,7 +24,7 @@ pub struct Units {
 }
 
 impl Units {
-    /// Those of `design`, in the weighting that its `lights` ask for; without lights radiometric.
+    /// Units of `design`, in the weighting that its `lights` ask for; without lights radiometric.
     pub fn of(design: &Design, lights: Option<&Lights>) -> Self {
         Self::new(design.emitted_w(), lights)
     }
@@ -70,22 +70,22 @@ impl Units {
         }
     }
 
-    /// What W/(mm² sr) are multiplied by.
+    /// Factor from W/(mm² sr).
     pub fn per_radiance(&self) -> f64 {
         self.emitted * 1e6
     }
 
-    /// What W are multiplied by.
+    /// Factor from W.
     pub fn per_flux(&self) -> f64 {
         self.emitted
     }
 
-    /// What W/sr are multiplied by.
+    /// Factor from W/sr.
     pub fn per_intensity(&self) -> f64 {
         self.emitted
     }
 
-    /// What W/mm² are multiplied by.
+    /// Factor from W/mm².
     pub fn per_irradiance(&self) -> f64 {
         match self.weighting {
             Weighting::Radiometric => self.emitted,

@@ -75,7 +75,7 @@ pub struct NearFieldArgs {
         value_parser = whole(1..=20_u8)
     )]
     pub periods: u8,
-    /// How far to look into both half-spaces, in µm [default: two wavelengths or a quarter of the
+    /// Depth of view into both half-spaces, in µm [default: two wavelengths or a quarter of the
     /// relief]
     #[arg(long, value_name = "UM", allow_negative_numbers = true, value_parser = finite)]
     pub margin_um: Option<f64>,

@@ -10,9 +10,9 @@ use files::cache::Cache;
 use files::checkpoint::Checkpoints;
 use files::run_context::RunContext;
 
-/// What an interrupted run keeps: tables of orders.
+/// Parts that an interrupted run keeps: tables of orders.
 pub(super) const TABLES: &str = "tables";
-/// What an interrupted run keeps: groups of paths.
+/// Parts that an interrupted run keeps: groups of paths.
 pub(super) const PATHS: &str = "groups of paths";
 
 /// Sets the line that an interrupt before `results.json` prints: which finished parts stay in

@@ -30,7 +30,7 @@ pub struct RaysArgs {
     /// Design file
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
-    /// How the dome's surface is computed; not `all`
+    /// Model of the dome's surface; not `all`
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ModelChoice,
     /// Paths to trace

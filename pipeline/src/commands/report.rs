@@ -36,7 +36,7 @@ pub struct ReportArgs {
     pub tables: Option<PathBuf>,
 }
 
-/// What a directory of results holds.
+/// Content of a directory of results.
 enum Contents {
     /// Results of designs, a tolerance analysis may stand beside them.
     Results(Folder),
@@ -55,7 +55,7 @@ impl Contents {
         Ok(Self::Results(Folder::open(directory)?))
     }
 
-    /// Whether `path` is one of the files.
+    /// True if `path` is one of the files.
     fn holds(&self, path: &Path) -> bool {
         match self {
             Self::Results(folder) => folder.holds(path),

@@ -133,7 +133,7 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
 /// Traces `design` in place of the file that the arguments name.
 ///
 /// # Errors
-/// What the design and the arguments do not allow; files that cannot be written.
+/// Design and arguments that exclude each other; files that cannot be written.
 pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
     let mut design = arguments.with_paths(design);

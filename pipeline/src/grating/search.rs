@@ -62,7 +62,7 @@ pub(super) struct Range {
     pub first: Resolution,
     /// Last resolution.
     pub last: Resolution,
-    /// Whether slices matter; not for a structure that is exact as it is.
+    /// True if slices matter; not for a structure that is exact as it is.
     pub sliced: bool,
     /// Work of an eigenproblem relative to one of real numbers of the same size.
     pub weight: f64,
@@ -167,7 +167,7 @@ where
     /// is met.
     ///
     /// # Errors
-    /// Those of the evaluation.
+    /// Errors of the evaluation.
     pub(super) fn both(mut self, tolerance: f64) -> Result<SearchResult, Error> {
         let halt = self.alternate(0.5 * tolerance).err();
         self.end(halt)
@@ -177,7 +177,7 @@ where
     /// orders, or a limit is met. Always returns an estimate.
     ///
     /// # Errors
-    /// Those of the evaluation.
+    /// Errors of the evaluation.
     pub(super) fn slices(mut self, aim: f64, share: f64) -> Result<SearchResult, Error> {
         self.free = LEAST_EVALUATIONS;
         let halt = match self.look(Raised::Orders, None) {

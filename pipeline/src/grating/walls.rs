@@ -109,7 +109,7 @@ impl Search<'_> {
     }
 }
 
-/// What is left after a change, if all further ones are smaller by `ratio` each.
+/// Remainder after a change, if all further ones are smaller by `ratio` each.
 fn left(change: f64, ratio: f64) -> f64 {
     SAFETY * change * ratio / (1.0 - ratio)
 }
@@ -118,7 +118,7 @@ impl Problem<'_> {
     /// Solves `interface` to `tolerance`; orders up to `highest` propagate.
     ///
     /// # Errors
-    /// Those of the solver, and of the search over the hemisphere that it begins with.
+    /// Errors of the solver, and of the search over the hemisphere that it begins with.
     pub(super) fn follow_walls(
         &self,
         interface: &Interface,

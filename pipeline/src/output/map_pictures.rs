@@ -20,13 +20,13 @@ use super::{ModelFiles, capitalised, scaled};
 /// A straight line through the map.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct MapLine {
-    /// What positions along it are.
+    /// Quantity of the positions along it.
     name: &'static str,
     /// The point at position 0, mm.
     start: [f64; 2],
     /// Unit vector.
     along: [f64; 2],
-    /// Where it is sampled, mm.
+    /// Positions of its samples, mm.
     positions: Vec<f64>,
 }
 

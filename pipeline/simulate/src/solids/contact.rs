@@ -23,11 +23,11 @@ pub struct BottomPart {
     pub name: &'static str,
     /// Half lengths of its rectangle about the origin of the array, mm; `None` for all the rest.
     pub half_mm: Option<[f64; 2]>,
-    /// What light meets there.
+    /// Surface that light meets there.
     pub optics: SurfaceModel,
 }
 
-/// What solids stand on.
+/// Base that solids stand on.
 #[derive(Debug, Clone)]
 pub struct Bottom {
     /// Inside the domes.
@@ -36,7 +36,7 @@ pub struct Bottom {
     pub outside: Vec<BottomPart>,
 }
 
-/// How much of a part of the bottom a footprintprint covers.
+/// Share of a part of the bottom that a footprint covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Coverage {
     /// All of the footprint that parts before have left.

@@ -128,12 +128,12 @@ impl Nesting {
     }
 }
 
-/// Whether a surface is one between silicone and air.
+/// True if a surface is one between silicone and air.
 fn is_skin(surface: &Surface) -> bool {
     surface.inner == tracer::package::SILICONE && surface.outer == Region::World
 }
 
-/// Whether a surface is that of the LED's box.
+/// True if a surface is that of the LED's box.
 fn is_box(surface: &Surface) -> bool {
     surface.inner == Region::Opaque && matches!(surface.shape, Shape::Cuboid(_))
 }

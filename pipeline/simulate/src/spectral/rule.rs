@@ -15,7 +15,7 @@ pub(super) struct Node {
     pub of: usize,
     /// Vacuum wavelength, nm.
     pub nm: f64,
-    /// Its weight: a share of the flux of all lights.
+    /// Weight: a share of the flux of all lights.
     pub weight: f64,
 }
 
@@ -64,13 +64,13 @@ pub(super) fn least(lights: &Lights) -> Rule {
     rule(lights, COUNTS[1], false)
 }
 
-/// Whether any light's sampling satisfies `is`.
+/// True if any light's sampling satisfies `is`.
 pub(super) fn any(lights: &Lights, is: impl Fn(Sampling) -> bool) -> bool {
     let mut all = lights.lights.iter();
     all.any(|light| light.light.sampling().is_some_and(&is))
 }
 
-/// Whether the sum is compared with a rule of fewer wavelengths.
+/// True if the sum is compared with a rule of fewer wavelengths.
 pub(super) fn compares(lights: &Lights) -> bool {
     any(lights, |sampling| match sampling {
         Sampling::Tolerance(_) => true,

@@ -43,9 +43,9 @@ pub struct SpectralJob<'a> {
     pub design: &'a Design,
     /// Lights of its sources.
     pub lights: &'a Lights,
-    /// How the relief is treated.
+    /// Treatment of the relief.
     pub model: Model,
-    /// Where tables come from and go to.
+    /// Cache of tables.
     pub cache: Option<&'a Cache>,
     /// The run's context.
     pub context: RunContext<'a>,
@@ -97,7 +97,7 @@ impl<'a> Sweep<'a> {
         Self { job, seen: BTreeMap::new(), prepared: BTreeMap::new() }
     }
 
-    /// Whether anything depends on the wavelength: tables and thin films always do, rays if the
+    /// True if anything depends on the wavelength: tables and thin films always do, rays if the
     /// silicone or a solid has dispersion over the wavelengths of the lights.
     pub(super) fn disperses(&self) -> Result<bool> {
         let coated = self.job.design.solids.iter().any(CheckedSolid::is_coated);
@@ -343,7 +343,7 @@ impl<'a> Sweep<'a> {
         &self.seen[&self.key(node)]
     }
 
-    /// What was seen at a wavelength that was computed before.
+    /// Observation at a wavelength that was computed before.
     pub(super) fn observation(&self, node: &Node) -> &Observation {
         let seen = self.at(node).observation.as_ref();
         seen.expect("lent out only while batches are added")
@@ -367,8 +367,7 @@ impl<'a> Sweep<'a> {
     }
 
     fn parts(&self, rule: &Rule) -> Vec<(f64, &Observation)> {
-        let parts = rule.iter();
-        let parts = parts.map(|node| (node.weight, self.observation(node)));
+        let parts = rule.iter().map(|node| (node.weight, self.observation(node)));
         parts.collect()
     }
 
@@ -400,7 +399,7 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// Whether a single wavelength is the whole light.
+/// True if a single wavelength is the whole light.
 fn alone(rule: &[Node]) -> bool {
     matches!(rule, [node] if is_one(node.weight))
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What ends the search for wavelengths.
+//! Ends of the search for wavelengths.
 
 use super::*;
 use metrics::far_field::PeakPlace;
