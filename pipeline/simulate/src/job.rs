@@ -51,7 +51,7 @@ pub struct TableCost {
 
 impl TableCost {
     /// The cost of the tables of `rings`.
-    pub fn of<'a>(rings: impl IntoIterator<Item = &'a Ring>) -> Self {
+    pub fn from_rings<'a>(rings: impl IntoIterator<Item = &'a Ring>) -> Self {
         rings.into_iter().fold(Self::default(), |all, ring| Self {
             tables: all.tables + 1,
             operations: all.operations + ring.operations(),
@@ -189,7 +189,7 @@ impl Job {
 
     /// The shares of `count` shards.
     fn deal(&self, count: usize) -> Vec<Share> {
-        let seconds = |ring: &Ring| TableCost::of([ring]).seconds();
+        let seconds = |ring: &Ring| TableCost::from_rings([ring]).seconds();
         let tables: Vec<f64> = self.rings.iter().map(seconds).collect();
         let tasks = self.tasks.iter().map(|task| TaskPieces {
             count: task.pieces(),
@@ -200,7 +200,7 @@ impl Job {
 
     /// Cost of `share`.
     fn cost(&self, share: &Share) -> Cost {
-        let dealt = TableCost::of(share.tables.iter().map(|&ring| &self.rings[ring]));
+        let dealt = TableCost::from_rings(share.tables.iter().map(|&ring| &self.rings[ring]));
         let tasks = || {
             let tasks = share.tasks.iter();
             tasks.map(|(task, pieces)| (&*self.tasks[*task], pieces.end - pieces.start))

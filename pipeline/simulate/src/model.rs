@@ -53,7 +53,7 @@ impl Model {
     ///
     /// # Errors
     /// Which models it has not, and why.
-    pub fn of(self, design: &Design) -> anyhow::Result<Self> {
+    pub fn available(self, design: &Design) -> anyhow::Result<Self> {
         if Self::all_of(design).contains(&self) {
             return Ok(self);
         }
@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(Model::all_of(&rays_only), [Model::Geometric]);
         let why = Model::left_out(&rays_only).expect("a reason");
         assert!(why.contains("hybrid_10um: light.wavelength_nm = 10"), "{why}");
-        assert!(Model::Hybrid.of(&rays_only).is_err());
+        assert!(Model::Hybrid.available(&rays_only).is_err());
         let asked = x_rays + "\n[hybrid]\ntolerance = 0.01\n";
         let refused = parsed(&asked).expect_err("bands are asked for");
         let refused = refused.to_string();

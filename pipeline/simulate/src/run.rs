@@ -169,7 +169,7 @@ impl Run<'_> {
             result.tables = tables.describe();
         }
         let part = WavelengthScene { design, surface: &surface, share: 1.0 };
-        let output = Output { design, units: Units::of(design, None), out: destination.out };
+        let output = Output { design, units: Units::from_design(design, None), out: destination.out };
         let mut observation = Cow::Owned(observation);
         // Paths of the package are traced on one thread.
         let (package, written) = rayon::join(
@@ -195,7 +195,7 @@ impl Run<'_> {
         result.until_error.clone_from(&trace.until_error);
         trace.add_wavelength_errors(&mut result.figures, &observation);
         result.spectrum = Some(trace.describe()?);
-        let units = Units::of(self.design, Some(lights));
+        let units = Units::from_design(self.design, Some(lights));
         let output = Output { design: self.design, units, out: destination.out };
         destination.writer.write(output, &mut result, &mut observation, context)?;
         let nodes = trace.by_wavelength();

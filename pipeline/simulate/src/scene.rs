@@ -83,7 +83,7 @@ impl DomeSurface {
 pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     let mirror = mirror(design)?;
     let mut scene = SceneBuilder::new(Medium::air());
-    let mut prototype = unlit(design, surface, &mirror)?;
+    let mut prototype = without_led(design, surface, &mirror)?;
     design.files.light_up(&mut prototype);
     if !design.sources.is_empty() {
         let emitters = design.sources.iter().flat_map(|s| &s.emitters);
@@ -91,7 +91,7 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     }
     let bottom = bottom(design, &mirror);
     let (places, numbers) = design.led.places(design.array.count());
-    let kinds = places.into_iter().map(|place| seated(design, &prototype, place));
+    let kinds = places.into_iter().map(|place| with_led_at(design, &prototype, place));
     let packages = Packages { kinds: kinds.collect::<Result<_>>()?, numbers };
     let packages = solids::add(design, &packages, &bottom, &mut scene)?;
     scene.isolated(!design.array.crossing);
@@ -127,12 +127,13 @@ pub fn on_bottom(design: &Design, surface: &DomeSurface) -> Result<Vec<SolidOnBo
         return Ok(Vec::new());
     }
     let mirror = mirror(design)?;
-    let package = seated(design, &unlit(design, surface, &mirror)?, design.led.place(0))?;
+    let package =
+        with_led_at(design, &without_led(design, surface, &mirror)?, design.led.place(0))?;
     solids::on_bottom(design, package, &bottom(design, &mirror))
 }
 
 /// A package of `design` with its own source alone, and `surface` on its dome.
-fn unlit(design: &Design, surface: &DomeSurface, mirror: &SurfaceModel) -> Result<Prototype> {
+fn without_led(design: &Design, surface: &DomeSurface, mirror: &SurfaceModel) -> Result<Prototype> {
     let mut prototype = match &design.dome {
         Some(dome) => package(design, dome, surface, mirror)?,
         None => bare(design)?,
@@ -143,7 +144,7 @@ fn unlit(design: &Design, surface: &DomeSurface, mirror: &SurfaceModel) -> Resul
 
 /// `prototype`, whose box stands level about the axis, with its box at `place` and what emits on
 /// it.
-fn seated(design: &Design, prototype: &Prototype, place: BoxPlace) -> Result<Prototype> {
+fn with_led_at(design: &Design, prototype: &Prototype, place: BoxPlace) -> Result<Prototype> {
     let mut seated = prototype.clone();
     if place == BoxPlace::default() {
         return Ok(seated);
@@ -173,7 +174,7 @@ pub fn index_about_domes(design: &Design) -> Result<f64> {
             let surface = DomeSurface::Refracting(design.outline()?);
             let mirror = mirror(design)?;
             let package = package(design, dome, &surface, &mirror)?;
-            let package = seated(design, &package, design.led.place(0))?;
+            let package = with_led_at(design, &package, design.led.place(0))?;
             solids::index_about_domes(design, package, &bottom(design, &mirror))
         }
         _ => Ok(1.0),

@@ -45,7 +45,7 @@ struct Placing<'a> {
 }
 
 impl<'a> Placing<'a> {
-    fn of(design: &'a Design, bottom: &'a Bottom) -> Self {
+    fn new(design: &'a Design, bottom: &'a Bottom) -> Self {
         Self { design, bottom, inset_mm: INSET * extent_mm(design) }
     }
 }
@@ -99,16 +99,16 @@ pub fn add(
         let kinds: Vec<PrototypeId> = kinds.collect();
         return Ok(numbers.iter().map(|number| kinds[*number]).collect());
     }
-    let placing = Placing::of(design, bottom);
+    let placing = Placing::new(design, bottom);
     let outline = |kind: &Prototype| {
         let mut outline = kind.clone();
-        into(&placing, Per::Package, &mut outline, None)?;
+        place_solids(&placing, Per::Package, &mut outline, None)?;
         Ok(outline)
     };
     let outlines: Vec<Prototype> = kinds.iter().map(outline).collect::<Result<_>>()?;
     let mut array = Prototype::default();
-    let depths = into(&placing, Per::Array, &mut array, Some(AIR))?.depths;
-    let holders = holders(design, |package| &outlines[numbers[package]], &array)?;
+    let depths = place_solids(&placing, Per::Array, &mut array, Some(AIR))?.depths;
+    let holders = enclosing_solids(design, |package| &outlines[numbers[package]], &array)?;
     if !array.surfaces.is_empty() {
         let array = scene.prototype(array);
         scene.array_solids(array);
@@ -122,7 +122,7 @@ pub fn add(
         } else {
             let mut body = kinds[*number].clone();
             let outside = outside(holder, &depths);
-            into(&placing, Per::Package, &mut body, Some(outside))?;
+            place_solids(&placing, Per::Package, &mut body, Some(outside))?;
             sources_fit(design, holder)?;
             let id = scene.prototype(body);
             known.insert(held, id);
@@ -138,15 +138,15 @@ pub fn add(
 /// # Errors
 /// Solids that [`add`] refuses; packages in different media.
 pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -> Result<f64> {
-    let placing = Placing::of(design, bottom);
+    let placing = Placing::new(design, bottom);
     let mut outline = package;
-    let put = into(&placing, Per::Package, &mut outline, None)?;
+    let put = place_solids(&placing, Per::Package, &mut outline, None)?;
     if let Region::Body(medium) = put.about_dome {
         return Ok(outline.media[usize::from(medium)].index);
     }
     let mut array = Prototype::default();
-    into(&placing, Per::Array, &mut array, Some(AIR))?;
-    let holders = holders(design, |_| &outline, &array)?;
+    place_solids(&placing, Per::Array, &mut array, Some(AIR))?;
+    let holders = enclosing_solids(design, |_| &outline, &array)?;
     let index = |holder: Option<&CheckedSolid>| outside(holder, &[]).index;
     let first = index(holders.first().copied().flatten());
     let other = holders.iter().find(|holder| index(**holder).to_bits() != first.to_bits());
@@ -175,12 +175,12 @@ pub fn on_bottom(
     package: Prototype,
     bottom: &Bottom,
 ) -> Result<Vec<SolidOnBottom>> {
-    let placing = Placing::of(design, bottom);
+    let placing = Placing::new(design, bottom);
     let mut outline = package;
-    let own = into(&placing, Per::Package, &mut outline, None)?.on_bottom;
+    let own = place_solids(&placing, Per::Package, &mut outline, None)?.on_bottom;
     let mut array = Prototype::default();
-    let once = into(&placing, Per::Array, &mut array, None)?.on_bottom;
-    let holders = holders(design, |_| &outline, &array)?;
+    let once = place_solids(&placing, Per::Array, &mut array, None)?.on_bottom;
+    let holders = enclosing_solids(design, |_| &outline, &array)?;
     let holder = holders.first().copied().flatten();
     let name = |region: Region, body: &Prototype, world: &str| match region {
         Region::Body(number) => body.media[usize::from(number)].name.clone(),
@@ -204,7 +204,7 @@ pub fn on_bottom(
 
 /// The innermost solid of the array that holds each package; `None` in air. `package` gives each
 /// with its solids.
-fn holders<'a, 'b>(
+fn enclosing_solids<'a, 'b>(
     design: &'a Design,
     package: impl Fn(usize) -> &'b Prototype + Sync,
     array: &Prototype,
@@ -336,7 +336,7 @@ struct PlacedSolids<'a> {
 
 /// Puts the solids of one kind into an empty body or a package. Without `outside` the medium around
 /// the body is unknown, and solids only refract.
-fn into<'a>(
+fn place_solids<'a>(
     placing: &Placing<'a>,
     per: Per,
     body: &mut Prototype,
@@ -427,7 +427,7 @@ fn nested(
         })
     });
     let objects = objects.collect::<Result<Vec<_>>>()?;
-    let nest = Nesting::of(&objects, body).map_err(|wrong| {
+    let nest = Nesting::new(&objects, body).map_err(|wrong| {
         let key = format!("solids[{}].position_mm", number(design, own[wrong.object]));
         let expected = wrong.with.map_or_else(
             || wrong.expected.to_owned(),

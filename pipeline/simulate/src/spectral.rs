@@ -30,7 +30,7 @@ use metrics::plural::count;
 use results::Figure;
 use results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
 
-use self::rule::{Node, Rule, any, compares, least, medians, tolerance};
+use self::rule::{Node, Rule, any, compares, medians, smallest_rule, tolerance};
 pub use self::sweep::SpectralJob;
 use self::sweep::Sweep;
 use super::observation::Observation;
@@ -54,7 +54,7 @@ impl<'a> SpectralJob<'a> {
     pub fn check(self) -> Result<()> {
         let sweep = Sweep::new(self);
         if sweep.disperses()? {
-            sweep.fits(&least(self.lights), compares(self.lights))
+            sweep.fits(&smallest_rule(self.lights), compares(self.lights))
         } else if self.lights.apart {
             sweep.fits(&medians(self.lights), false)
         } else {
@@ -146,7 +146,7 @@ impl SpectralTrace<'_> {
     pub fn describe(&self) -> serde_json::Result<SpectrumEntry> {
         let (sweep, rule) = (&self.sweep, &self.rule);
         let (design, lights) = (sweep.job.design, sweep.job.lights);
-        let units = Units::of(design, Some(lights));
+        let units = Units::from_design(design, Some(lights));
         let light = match &lights.lights[0].light {
             Colour::Spectrum(spectrum) if !lights.apart => json!(spectrum),
             _ => json!({"weighting": lights.weighting, "sources": sweep.account(rule)}),
@@ -217,7 +217,7 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
         }
         return Ok((rule, coarse, StoppedBy::Samples));
     };
-    sweep.fits(&least(lights), true)?;
+    sweep.fits(&smallest_rule(lights), true)?;
     for pair in COUNTS.windows(2) {
         let [coarse, rule] = [pair[0], pair[1]].map(|n| rule::rule(lights, n, false));
         sweep.cover(&rule)?;

@@ -25,7 +25,7 @@ pub struct Units {
 
 impl Units {
     /// Units of `design`, in the weighting that its `lights` ask for; without lights radiometric.
-    pub fn of(design: &Design, lights: Option<&Lights>) -> Self {
+    pub fn from_design(design: &Design, lights: Option<&Lights>) -> Self {
         Self::new(design.emitted_w(), lights)
     }
 

@@ -323,7 +323,7 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
         ExportModel::Geometric => Model::Geometric,
         ExportModel::Hybrid => Model::Hybrid,
     };
-    let model = model.of(design)?;
+    let model = model.available(design)?;
     let tables = if model == Model::Hybrid {
         let cache = cache(arguments.cache.as_deref(), out);
         Some(solve(&[design], Some(&cache), None, context)?.remove(0))

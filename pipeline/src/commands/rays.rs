@@ -55,7 +55,7 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
     let model = arguments.model.one();
     let model = model.context("--model: expected one model, got `all`")?;
-    let model = model.of(&design)?;
+    let model = model.available(&design)?;
     writable(&arguments.out)?;
     let cache = (model == Model::Hybrid).then(|| cache(arguments.cache.as_deref(), &arguments.out));
     let skin_of = |design: &Design| {

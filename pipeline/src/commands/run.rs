@@ -119,7 +119,7 @@ impl RunArgs {
     /// The models asked for.
     fn models(&self, design: &Design) -> Result<Vec<Model>> {
         match self.model.one() {
-            Some(model) => Ok(vec![model.of(design)?]),
+            Some(model) => Ok(vec![model.available(design)?]),
             None => Ok(Model::all_of(design)),
         }
     }

@@ -158,7 +158,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     let models = file.verification.models.unwrap_or_else(of_stages);
     ensure!(!models.is_empty(), "verification.models: expected at least one, got none");
     for model in &models {
-        model.of(&design).context("verification.models")?;
+        model.available(&design).context("verification.models")?;
     }
     if let Some(paths) = file.verification.paths {
         ensure!(
@@ -213,7 +213,7 @@ fn seeks_a_front(objective: &Objective, robust: bool, last: bool) -> Result<()> 
 fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<StageSettings> {
     let model = keys.model.unwrap_or(Model::Geometric);
     // A smooth dome has rays alone, whatever the variables make of it.
-    model.of(design)?;
+    model.available(design)?;
     ensure!(keys.knots != Some(0), "knots: expected 1 or more, got 0");
     let variables = variables.resumed(&Settings::new(), keys.knots)?;
     let dimension = variables.dimension();

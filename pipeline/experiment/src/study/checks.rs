@@ -92,7 +92,7 @@ pub(super) fn targets(
 pub(super) fn designs(designs: &[Design], models: &[Model]) -> Result<()> {
     for design in designs {
         for model in models {
-            model.of(design).context("models")?;
+            model.available(design).context("models")?;
         }
     }
     Ok(())

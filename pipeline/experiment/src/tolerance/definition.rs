@@ -95,7 +95,7 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
     let table = source.table_with(&file.set).context("set")?;
     let source = DesignFile::new(place, table);
     let design = source.with(&Settings::new())?;
-    let model = file.model.unwrap_or(Model::Geometric).of(&design)?;
+    let model = file.model.unwrap_or(Model::Geometric).available(&design)?;
     let samples = overrides.samples.or(file.samples).unwrap_or(SAMPLES);
     ensure!(
         ALLOWED.contains(&samples),

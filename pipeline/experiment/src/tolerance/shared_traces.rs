@@ -34,7 +34,7 @@ pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<Share
     let of_sample = first.map_or_else(Vec::new, |design| rings(&analysis, &design));
     let is_shared = |ring: &Ring| nominal.iter().any(|other| other.key == ring.key);
     let (shared, own): (Vec<&Ring>, Vec<&Ring>) = of_sample.iter().partition(|r| is_shared(r));
-    let own = TableCost::of(own);
+    let own = TableCost::from_rings(own);
     let analysis = Arc::new(analysis);
     let traces = |numbers, needs_tables, own_tables| SharedTraces {
         analysis: Arc::clone(&analysis),

@@ -49,8 +49,8 @@ pub(super) struct Nesting {
 
 impl Nesting {
     /// Finds the places of `objects` within each other and within the body.
-    pub fn of(objects: &[NestedObject], body: &Prototype) -> Result<Self, NestingError> {
-        let points: Vec<ProbePoints> = objects.iter().map(ProbePoints::of).collect();
+    pub fn new(objects: &[NestedObject], body: &Prototype) -> Result<Self, NestingError> {
+        let points: Vec<ProbePoints> = objects.iter().map(ProbePoints::from_object).collect();
         let holds = |holder: usize, held: usize| {
             holder != held && !objects[holder].sheet && points[held].are_in(&objects[holder].shape)
         };
@@ -140,13 +140,13 @@ fn is_box(surface: &Surface) -> bool {
 
 const WHOLE: Reach = Reach { from: 0.0, to: f64::INFINITY };
 
-fn most(points: &[DVec3], holds: impl Fn(DVec3) -> bool) -> bool {
+fn majority(points: &[DVec3], holds: impl Fn(DVec3) -> bool) -> bool {
     let count = points.iter().filter(|point| holds(**point)).count();
     !points.is_empty() && count as f64 >= MOST * points.len() as f64
 }
 
 pub(super) fn all_in(points: &[DVec3], shape: &Shape) -> bool {
-    most(points, |point| shape.holds(point))
+    majority(points, |point| shape.holds(point))
 }
 
 /// Hits of random lines through the box around a shape: each line, with distances and pieces.
@@ -202,7 +202,7 @@ struct ProbePoints {
 }
 
 impl ProbePoints {
-    fn of(object: &NestedObject) -> Self {
+    fn from_object(object: &NestedObject) -> Self {
         let (mut points, mut beyond) = (Vec::new(), Vec::new());
         let off = DEEP * object.shape.bounds().size().length();
         for (line, met) in lines(&object.shape) {
@@ -240,7 +240,7 @@ impl ProbePoints {
 
     /// Refuses objects within the box, and sheets in a surface of the body.
     fn clear_of(&self, body: &Prototype) -> Result<(), &'static str> {
-        if most(&self.points, |point| body.region_at(point) == Region::Opaque) {
+        if majority(&self.points, |point| body.region_at(point) == Region::Opaque) {
             return Err("a place outside of the LED's box");
         }
         let pairs = self.points.iter().zip(&self.beyond);

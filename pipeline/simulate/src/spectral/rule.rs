@@ -60,7 +60,7 @@ pub(super) fn before(count: usize) -> Option<usize> {
 }
 
 /// The fewest wavelengths that a run may take.
-pub(super) fn least(lights: &Lights) -> Rule {
+pub(super) fn smallest_rule(lights: &Lights) -> Rule {
     rule(lights, COUNTS[1], false)
 }
 
