@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 
-# As in pipeline/src/stages/job.rs.
+# As in pipeline/simulate/src/job.rs.
 OPERATIONS_PER_SECOND = 1.5e9
 TABLE_SECONDS = 0.4
 PATHS_PER_SECOND = 2e6
