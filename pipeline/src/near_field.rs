@@ -19,7 +19,7 @@ const POINTS_PER_WAVELENGTH: f64 = 20.0;
 /// Slices per vacuum wavelength of depth, where none are asked for.
 const SLICES_PER_WAVELENGTH: f64 = 24.0;
 /// Most points of a grid: some 200 bytes each in memory.
-const MOST_POINTS: usize = 4_000_000;
+const MAX_POINTS: usize = 4_000_000;
 
 /// The incident wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,8 +158,8 @@ fn axes(cell: &Cell, wavelength_um: f64, frame: &NearFieldSettings) -> Result<(A
     let rows = ((cell.depth_um + 2.0 * margin) / step).ceil();
     let columns = per_period * frame.periods as f64;
     ensure!(
-        rows * columns <= MOST_POINTS as f64,
-        "{columns} x {rows} points, expected at most {MOST_POINTS}: take fewer --periods or a smaller --margin-um"
+        rows * columns <= MAX_POINTS as f64,
+        "{columns} x {rows} points, expected at most {MAX_POINTS}: take fewer --periods or a smaller --margin-um"
     );
     let middle = 0.5 * cell.depth_um;
     let reach = 0.5 * rows * step;

@@ -22,7 +22,7 @@ const DRAWN: u64 = 1_500;
 /// Width of the polar angles counted, degrees.
 const BIN_DEG: f64 = 5.0;
 /// Most bends of a path that is drawn.
-const MOST_BENDS: usize = 40;
+const MAX_BENDS: usize = 40;
 
 /// The light of one wavelength: design, dome and share of all paths.
 pub(super) struct WavelengthScene<'a> {
@@ -140,7 +140,7 @@ impl Observer for Recorder<'_> {
 
     fn meets(&mut self, met: &Interaction) {
         let point = met.point;
-        if (self.paths.len() as u64) < self.drawn && self.path.points.len() < MOST_BENDS {
+        if (self.paths.len() as u64) < self.drawn && self.path.points.len() < MAX_BENDS {
             self.path.points.push(point.to_array());
         }
         self.path.line = Some(met.line);
@@ -152,7 +152,7 @@ impl Observer for Recorder<'_> {
 
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
         let end = path_end(fate, self.lines);
-        let whole = self.path.points.len() < MOST_BENDS;
+        let whole = self.path.points.len() < MAX_BENDS;
         if let Fate::Medium(_, length) = fate
             && whole
         {
@@ -274,7 +274,7 @@ mod tests {
         assert_eq!(none, 0, "all light leaves through the dome");
         for path in &seen.paths {
             let flies = matches!(path.fate, PathEnd::EscapedUp | PathEnd::EscapedDown);
-            let whole = path.points_mm.len() < MOST_BENDS;
+            let whole = path.points_mm.len() < MAX_BENDS;
             assert!(!flies || path.ring.is_some() && path.leaves_along.is_some() == whole);
         }
     }

@@ -487,7 +487,7 @@ pub struct HeldTables {
 }
 
 /// Most tables held; some 10 MB each.
-const MOST_HELD: usize = 600;
+const MAX_HELD: usize = 600;
 
 impl HeldTables {
     /// The tables of `design`: held ones, else those of the cache, else solved ones, which the
@@ -504,7 +504,7 @@ impl HeldTables {
         let bands = problems(design, None);
         let rings = bands.iter().flatten().map(|ring| (&ring.key, ring));
         let needed: BTreeMap<&Key, &RingProblem> = rings.collect();
-        if self.held.len() > MOST_HELD {
+        if self.held.len() > MAX_HELD {
             self.held.retain(|key, _| needed.contains_key(key));
         }
         let mut unknown = needed;

@@ -17,7 +17,7 @@ use super::labels::labels;
 pub(super) const FILES: [&str; 2] = ["far_field_by_wavelength.csv", "far_field_by_wavelength.png"];
 
 /// Most wavelengths in a picture.
-const MOST_CURVES: usize = 8;
+const MAX_CURVES: usize = 8;
 
 /// Writes [`FILES`] into `folder`: azimuthal means of `nodes` (source, wavelength in nm,
 /// observation) and of their `sum`.
@@ -40,7 +40,7 @@ pub(super) fn write(
     // A picture shows every second, fourth ... of many wavelengths, so that curves can be told
     // apart.
     let last = curves.len() - 1;
-    let step = last.div_ceil(MOST_CURVES).next_power_of_two();
+    let step = last.div_ceil(MAX_CURVES).next_power_of_two();
     let chosen = (step / 2..last).step_by(step).chain([last]);
     let shown: Vec<Curve> = chosen.map(|i| curves[i].mirrored()).collect::<Result<_>>()?;
     let picture = FarField {

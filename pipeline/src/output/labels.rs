@@ -4,7 +4,7 @@
 use files::formats::csv::column_of;
 
 /// Most digits after the point: f64 has no more in the range of wavelengths.
-const MOST_DIGITS: usize = 17;
+const MAX_DIGITS: usize = 17;
 
 /// Labels of curves, one for each source (if any) and wavelength in nm. They have tenths of a
 /// nanometre, and more digits where two would head one column. Sources whose names make one column
@@ -21,8 +21,8 @@ pub(super) fn labels(curves: &[(Option<&str>, f64)]) -> Vec<String> {
         let nm = |which: usize| curves[which].1.to_bits();
         let others = (0..curves.len()).filter(|other| nm(*other) != nm(k));
         let near: Vec<usize> = others.filter(|other| alike(k, *other, 1)).collect();
-        let digits = (1..MOST_DIGITS).find(|d| near.iter().all(|other| !alike(k, *other, *d)));
-        label(curves[k], digits.unwrap_or(MOST_DIGITS))
+        let digits = (1..MAX_DIGITS).find(|d| near.iter().all(|other| !alike(k, *other, *d)));
+        label(curves[k], digits.unwrap_or(MAX_DIGITS))
     };
     let labels: Vec<String> = (0..curves.len()).map(one).collect();
     let columns: Vec<String> = labels.iter().map(|label| column_of(label)).collect();

@@ -13,7 +13,7 @@ const LINES: usize = 160;
 /// Depth of the points below a surface, as a share of the chord there or of the size of a sheet.
 const DEEP: f64 = 1e-6;
 /// Share of the points that must agree; the others may lie on an edge.
-const MOST: f64 = 0.98;
+const MAJORITY: f64 = 0.98;
 
 /// A solid or a sheet.
 pub(super) struct NestedObject {
@@ -142,7 +142,7 @@ const WHOLE: Reach = Reach { from: 0.0, to: f64::INFINITY };
 
 fn majority(points: &[DVec3], holds: impl Fn(DVec3) -> bool) -> bool {
     let count = points.iter().filter(|point| holds(**point)).count();
-    !points.is_empty() && count as f64 >= MOST * points.len() as f64
+    !points.is_empty() && count as f64 >= MAJORITY * points.len() as f64
 }
 
 pub(super) fn all_in(points: &[DVec3], shape: &Shape) -> bool {
@@ -235,7 +235,7 @@ impl ProbePoints {
         let silicone = seen.iter().filter(|seen| **seen == tracer::package::SILICONE);
         !body.media.is_empty()
             && !seen.is_empty()
-            && silicone.count() as f64 >= MOST * seen.len() as f64
+            && silicone.count() as f64 >= MAJORITY * seen.len() as f64
     }
 
     /// Refuses objects within the box, and sheets in a surface of the body.
@@ -245,7 +245,7 @@ impl ProbePoints {
         }
         let pairs = self.points.iter().zip(&self.beyond);
         let split = pairs.filter(|(a, b)| body.region_at(**a) != body.region_at(**b));
-        if !self.beyond.is_empty() && split.count() as f64 > (1.0 - MOST) * self.points.len() as f64
+        if !self.beyond.is_empty() && split.count() as f64 > (1.0 - MAJORITY) * self.points.len() as f64
         {
             return Err("a sheet that does not lie in another surface: leave a gap");
         }

@@ -32,9 +32,9 @@ use crate::trace::{GROUPS, TraceJob};
 use crate::trace_plan::{DomeChoice, TracePlan};
 
 /// Memory of all observations together, bytes.
-const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
+const MAX_BYTES: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 /// Most wavelengths with tables of orders, for sources of several lights.
-const MOST_TABLES: usize = 64;
+const MAX_WAVELENGTHS_WITH_TABLES: usize = 64;
 
 /// A model of a design in the light of several wavelengths.
 #[derive(Clone, Copy)]
@@ -145,18 +145,18 @@ impl<'a> Sweep<'a> {
         let doubles = (bins * count + sum + judged + beside) * (GROUPS + 1);
         let bytes = 8.0 * doubles as f64;
         ensure!(
-            bytes <= MOST_MEMORY,
+            bytes <= MAX_BYTES,
             "{file}: {bins} bins at {}: expected at most 2 GiB for them, got {:.1} GiB; larger bins or fewer wavelengths take less",
             plural::count(count, "wavelength"),
-            bytes / MOST_MEMORY * 2.0
+            bytes / MAX_BYTES * 2.0
         );
         if self.job.model == Model::Hybrid && self.job.lights.apart {
             let mut all: Vec<u64> = rule.iter().map(|node| node.nm.to_bits()).collect();
             all.sort_unstable();
             all.dedup();
             ensure!(
-                all.len() <= MOST_TABLES,
-                "{file}: [[sources]] at {} wavelengths: expected at most {MOST_TABLES} in the hybrid, whose tables are solved at each; fewer lines or `samples` take fewer",
+                all.len() <= MAX_WAVELENGTHS_WITH_TABLES,
+                "{file}: [[sources]] at {} wavelengths: expected at most {MAX_WAVELENGTHS_WITH_TABLES} in the hybrid, whose tables are solved at each; fewer lines or `samples` take fewer",
                 all.len()
             );
         }
