@@ -75,8 +75,7 @@ impl NearField {
     /// Poynting vectors relative to the length of the incident one.
     pub fn poynting(&self) -> Vec<[f64; 3]> {
         let unit = 0.5 * self.incident_index;
-        let samples = self.field.samples.iter();
-        samples.map(|s| s.poynting().map(|c| c / unit)).collect()
+        self.field.samples.iter().map(|s| s.poynting().map(|c| c / unit)).collect()
     }
 
     /// R + T - 1; 0 without loss.
@@ -87,8 +86,7 @@ impl NearField {
     /// Largest difference of the power through any plane from 1 - R; 0 without loss.
     pub fn flux_residual(&self) -> f64 {
         let expected = 1.0 - self.field.reflected;
-        let flux = self.field.flux.iter();
-        flux.map(|f| (f - expected).abs()).fold(0.0, f64::max)
+        self.field.flux.iter().map(|f| (f - expected).abs()).fold(0.0, f64::max)
     }
 }
 

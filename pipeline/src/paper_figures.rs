@@ -47,8 +47,8 @@ pub fn all(
         return Err(anyhow!("figures need the three designs, got {}", designs.len()));
     };
     let folder = out.join(FOLDER);
-    let third = third(d1, context.seed).map(|curve| curve.trace(context));
-    let third = third.collect::<Result<Vec<_>>>()?;
+    let third =
+        third(d1, context.seed).map(|curve| curve.trace(context)).collect::<Result<Vec<_>>>()?;
     elements(
         &folder.join(FILES[0]),
         &Heading::new("Figure 3: single elements", "S1 to S6 as OS1, all others absorbing"),

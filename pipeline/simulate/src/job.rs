@@ -179,8 +179,10 @@ impl std::ops::Add for Cost {
 impl Job {
     /// The job of `tasks` with the tables that they need and those of `rings`.
     pub fn new(rings: Vec<Ring>, mut tasks: Vec<Box<dyn Task>>, inputs: Vec<FileRecord>) -> Self {
-        let needed = tasks.iter().filter_map(|task| task.tables_of());
-        let needed = needed.flat_map(|design| Ring::of_design(design, None));
+        let needed = tasks
+            .iter()
+            .filter_map(|task| task.tables_of())
+            .flat_map(|design| Ring::of_design(design, None));
         let all = rings.into_iter().chain(needed);
         let distinct: BTreeMap<_, _> = all.map(|ring| (ring.key.clone(), ring)).collect();
         tasks.sort_by_key(|task| task.tables_of().is_some());
@@ -202,8 +204,10 @@ impl Job {
     fn cost(&self, share: &Share) -> Cost {
         let dealt = TableCost::from_rings(share.tables.iter().map(|&ring| &self.rings[ring]));
         let tasks = || {
-            let tasks = share.tasks.iter();
-            tasks.map(|(task, pieces)| (&*self.tasks[*task], pieces.end - pieces.start))
+            share
+                .tasks
+                .iter()
+                .map(|(task, pieces)| (&*self.tasks[*task], pieces.end - pieces.start))
         };
         let own = |(task, count): (&dyn Task, u64)| {
             let TableCost { tables, operations } = task.own_tables();
@@ -273,8 +277,8 @@ impl SharedWork for Job {
         let shares = self.deal(count);
         let usable = |ring: &Ring| matches!(cache.find(&ring.key), CacheEntry::Table(_));
         let rings: Vec<bool> = self.rings.iter().map(usable).collect();
-        let missing = self.tasks.iter().map(|task| task.missing(cache, context));
-        let missing: Vec<Vec<u64>> = missing.collect::<Result<_>>()?;
+        let missing: Vec<Vec<u64>> =
+            self.tasks.iter().map(|task| task.missing(cache, context)).collect::<Result<_>>()?;
         let of = |(shard, share): (usize, &Share)| {
             let tables = share.tables.iter().filter(|ring| !rings[**ring]);
             let tasks = share.tasks.iter().map(|(task, pieces)| {

@@ -56,8 +56,8 @@ fn led_corners(alone: &Design) -> Vec<[f64; 3]> {
 
 /// Offsets of the boxes of all packages; none where all stand on the axes.
 fn led_offsets(design: &Design) -> Vec<[f64; 2]> {
-    let places = (0..design.array.count()).map(|package| design.led.place(package));
-    let places: Vec<BoxPlace> = places.collect();
+    let places: Vec<BoxPlace> =
+        (0..design.array.count()).map(|package| design.led.place(package)).collect();
     if places.iter().all(BoxPlace::is_on_axis) {
         return Vec::new();
     }

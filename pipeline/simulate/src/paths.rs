@@ -78,8 +78,12 @@ pub(super) fn path_end(fate: Fate, lines: &Lines) -> PathEnd {
 pub fn single_package(design: &Design) -> Design {
     let mut alone = design.clone();
     let away = |[x, y]: &[f64; 2]| x * x + y * y;
-    let axes = design.array.axes_mm().into_iter().enumerate();
-    let nearest = axes.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
+    let nearest = design
+        .array
+        .axes_mm()
+        .into_iter()
+        .enumerate()
+        .min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
     if let Some((package, _)) = nearest {
         let place = design.led.place(package);
         (alone.led.offset_mm, alone.led.tilt_deg) = (place.offset_mm, place.tilt_deg);

@@ -310,8 +310,10 @@ mod tests {
                         |c: usize| pair[0][c] + 0.25 * f64::from(k) * (pair[1][c] - pair[0][c]);
                     let on = [at(0), at(1)];
                     for point in [on, [on[0] + beside(), on[1] + beside()]] {
-                        let all = (0..rings.len()).map(|number| boxed.away(number, point));
-                        let all = all.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+                        let all = (0..rings.len())
+                            .map(|number| boxed.away(number, point))
+                            .enumerate()
+                            .min_by(|a, b| a.1.total_cmp(&b.1));
                         assert_eq!(boxed.nearest(point), all.map(|(number, _)| number));
                     }
                 }

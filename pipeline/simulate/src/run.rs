@@ -124,8 +124,10 @@ impl Run<'_> {
         let needs_tables = models.contains(&Model::Hybrid) && self.lights.is_none();
         let tables = needs_tables.then(|| tables(&[self.design], self.cache, None, context));
         let tables = tables.transpose()?.map(|mut all| all.remove(0));
-        let models = models.iter();
-        models.map(|&model| self.model(model, tables.as_ref(), destination, context)).collect()
+        models
+            .iter()
+            .map(|&model| self.model(model, tables.as_ref(), destination, context))
+            .collect()
     }
 
     /// Runs one model, with tables of one wavelength where it needs them.
@@ -169,7 +171,8 @@ impl Run<'_> {
             result.tables = tables.describe();
         }
         let part = WavelengthScene { design, surface: &surface, share: 1.0 };
-        let output = Output { design, units: Units::from_design(design, None), out: destination.out };
+        let output =
+            Output { design, units: Units::from_design(design, None), out: destination.out };
         let mut observation = Cow::Owned(observation);
         // Paths of the package are traced on one thread.
         let (package, written) = rayon::join(

@@ -95,8 +95,8 @@ pub fn add(
 ) -> Result<Vec<PrototypeId>> {
     let Packages { kinds, numbers } = packages;
     if design.solids.is_empty() {
-        let kinds = kinds.iter().map(|kind| scene.prototype(kind.clone()));
-        let kinds: Vec<PrototypeId> = kinds.collect();
+        let kinds: Vec<PrototypeId> =
+            kinds.iter().map(|kind| scene.prototype(kind.clone())).collect();
         return Ok(numbers.iter().map(|number| kinds[*number]).collect());
     }
     let placing = Placing::new(design, bottom);
@@ -243,8 +243,7 @@ fn outside(holder: Option<&CheckedSolid>, depths: &[(&CheckedSolid, usize)]) -> 
 
 /// The error of a package within an opaque solid.
 fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Error {
-    let around = nesting::around(package).into_iter().map(|point| point + at);
-    let around: Vec<DVec3> = around.collect();
+    let around: Vec<DVec3> = nesting::around(package).into_iter().map(|point| point + at).collect();
     let opaque = |solid: &&CheckedSolid| {
         let stated = &solid.stated;
         solid.per() == Per::Array && stated.shared.medium.is_none() && !stated.kind.is_sheet()

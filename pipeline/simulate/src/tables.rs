@@ -451,14 +451,13 @@ pub fn tables(
     only: Option<usize>,
     context: RunContext,
 ) -> Result<Vec<DesignTables>> {
-    let designs = designs.iter().map(|design| problems(design, only));
-    let designs: Vec<Vec<Option<RingProblem>>> = designs.collect();
+    let designs: Vec<Vec<Option<RingProblem>>> =
+        designs.iter().map(|design| problems(design, only)).collect();
     let all = designs.iter().flatten().flatten();
     let distinct: BTreeMap<&Key, &RingProblem> = all.map(|ring| (&ring.key, ring)).collect();
     let (mut ready, missing) = look_up(distinct, cache, context);
     ready.extend(solve_missing(missing, cache, context)?);
-    let designs = designs.into_iter();
-    designs.map(|bands| of_bands(bands, &ready)).collect()
+    designs.into_iter().map(|bands| of_bands(bands, &ready)).collect()
 }
 
 /// The tables of `bands` out of those that are ready.
@@ -586,8 +585,7 @@ fn solve_missing(
     // threads busy: one table after another, so that each is stored as soon as it can be.
     let together = |rings: &[&RingProblem]| -> Result<Vec<_>> {
         let converged: Vec<Converged> = rings.par_iter().map(converge).collect::<Result<_>>()?;
-        let rings = rings.iter().zip(&converged);
-        rings.map(|(ring, found)| solve(ring, found)).collect()
+        rings.iter().zip(&converged).map(|(ring, found)| solve(ring, found)).collect()
     };
     let solved: Result<Vec<Vec<_>>> = rings.chunks(SEARCHED_TOGETHER).map(together).collect();
     bar.finish_and_clear();

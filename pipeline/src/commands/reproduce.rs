@@ -127,8 +127,9 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     let destination = Destination { out: &arguments.out, writer: &ModelFilesWriter };
     let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
         let run = Run { design, lights: None, stopping_rule: None, cache: Some(&cache) };
-        let models = Model::all_of(design).into_iter();
-        let models = models.map(|model| run.model(model, tables, destination, context));
+        let models = Model::all_of(design)
+            .into_iter()
+            .map(|model| run.model(model, tables, destination, context));
         Ok(DesignResult {
             name: design.name.clone(),
             design_sha256: design.provenance.sha256.clone(),

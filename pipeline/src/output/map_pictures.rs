@@ -254,8 +254,8 @@ impl ModelFiles<'_> {
             .extremes()
             .map_or(Vec::new(), |at| vec![self.valley(at.valley_mm), Mark::peak(at.peak_mm)]);
         let size = self.design.led.size_mm;
-        let leds = self.leds().into_iter();
-        let leds: Vec<_> = leds.map(|centre| LedOutline { centre, size }).collect();
+        let leds: Vec<_> =
+            self.leds().into_iter().map(|centre| LedOutline { centre, size }).collect();
         let name = capitalised(map.quantity().name());
         let title = format!("{name} at z = {} mm", self.design.receiver.plane_height_mm);
         let picture = IlluminanceMap {

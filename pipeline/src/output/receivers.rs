@@ -230,16 +230,22 @@ impl<'a> ReceiverOutput<'a> {
     fn describe(&self, sum: &Grouped, files: &[PathBuf]) -> ReceiverEntry {
         let of_bins = self.axes.is_empty();
         let fluxes = if of_bins {
-            let estimates = self.value.iter().zip(&self.standard_error);
-            let estimates = estimates.map(|(value, error)| Estimate::new(*value, *error));
+            let estimates = self
+                .value
+                .iter()
+                .zip(&self.standard_error)
+                .map(|(value, error)| Estimate::new(*value, *error));
             let names = FLUX_BINS.iter().map(|name| (*name).to_owned());
             names.zip(estimates).collect()
         } else {
             let errors = sum.standard_errors();
-            let estimates = sum.total().iter().zip(errors);
-            let estimates = estimates.map(|(sum, error)| Estimate::new(*sum, error));
-            let others = self.parameters().iter().skip(1);
-            let others = others.map(|parameter| format!("flux_{}", parameter.to_lowercase()));
+            let estimates =
+                sum.total().iter().zip(errors).map(|(sum, error)| Estimate::new(*sum, error));
+            let others = self
+                .parameters()
+                .iter()
+                .skip(1)
+                .map(|parameter| format!("flux_{}", parameter.to_lowercase()));
             let names = std::iter::once("flux".to_owned()).chain(others);
             names.zip(estimates).collect()
         };

@@ -245,7 +245,8 @@ impl ProbePoints {
         }
         let pairs = self.points.iter().zip(&self.beyond);
         let split = pairs.filter(|(a, b)| body.region_at(**a) != body.region_at(**b));
-        if !self.beyond.is_empty() && split.count() as f64 > (1.0 - MAJORITY) * self.points.len() as f64
+        if !self.beyond.is_empty()
+            && split.count() as f64 > (1.0 - MAJORITY) * self.points.len() as f64
         {
             return Err("a sheet that does not lie in another surface: leave a gap");
         }
