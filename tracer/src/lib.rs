@@ -61,7 +61,6 @@ pub mod optics;
 pub mod outcome;
 pub mod package;
 mod path;
-mod path_splitting;
 pub mod random;
 pub mod ray;
 pub mod receiver;

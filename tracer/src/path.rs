@@ -2,7 +2,7 @@
 //! The walker: follows one path from its source to its end.
 //!
 //! [`Tracer::walk`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on.
-//! Path splitting and the batches take the same steps.
+//! The batches take the same steps.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -25,8 +25,6 @@ pub(crate) struct Tracer<'a> {
     pub receivers: Receivers<'a>,
     pub max_bounces: u32,
     roulette_below: f64,
-    /// Parts into which a path divides at the first surface that lets light through; 1 for none.
-    pub path_splitting: u32,
     pub polarization: Polarization,
     pub sampling: Sampling,
 }
@@ -77,7 +75,6 @@ impl<'a> Tracer<'a> {
             receivers: Receivers::new(scene, receivers),
             max_bounces: settings.max_bounces,
             roulette_below: settings.roulette_below,
-            path_splitting: settings.path_splitting,
             polarization: settings.polarization,
             sampling: settings.sampling,
         }
@@ -338,10 +335,5 @@ impl<'a> Tracer<'a> {
             *weight = 0.0;
         }
         before - *weight
-    }
-
-    /// Whether the roulette would be played for this weight.
-    pub fn plays_roulette(&self, weight: f64) -> bool {
-        weight < self.roulette_below
     }
 }

@@ -103,10 +103,8 @@ fn trace_groups(
 
     let tracer = Tracer::new(scene, receivers, settings);
     let many = match settings.polarization {
-        Polarization::Unpolarised if settings.path_splitting == 1 => {
-            Strategy::of(scene, settings.max_bounces)
-        }
-        _ => Strategy::PathByPath,
+        Polarization::Unpolarised => Strategy::of(scene, settings.max_bounces),
+        Polarization::Carried => Strategy::PathByPath,
     };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     groups
@@ -263,19 +261,12 @@ fn trace_group(
         Strategy::PathByPath => {
             let begun = (streams, picker);
             let (tally, keep_going) = (&mut tally, &mut keep_going);
-            // Paths that divide have a loop of their own, so that whole paths pay nothing for it.
-            match (tracer.polarization, tracer.path_splitting > 1) {
-                (Polarization::Unpolarised, false) => one_by_one::<Unpolarised, false>(
-                    tracer, paths, begun, tally, observer, keep_going,
-                ),
-                (Polarization::Unpolarised, true) => one_by_one::<Unpolarised, true>(
-                    tracer, paths, begun, tally, observer, keep_going,
-                ),
-                (Polarization::Carried, false) => {
-                    one_by_one::<Stokes, false>(tracer, paths, begun, tally, observer, keep_going)
+            match tracer.polarization {
+                Polarization::Unpolarised => {
+                    one_by_one::<Unpolarised>(tracer, paths, begun, tally, observer, keep_going)
                 }
-                (Polarization::Carried, true) => {
-                    one_by_one::<Stokes, true>(tracer, paths, begun, tally, observer, keep_going)
+                Polarization::Carried => {
+                    one_by_one::<Stokes>(tracer, paths, begun, tally, observer, keep_going)
                 }
             }
         }
@@ -290,7 +281,7 @@ fn trace_group(
 }
 
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
-fn one_by_one<L: Light, const SPLITTING: bool>(
+fn one_by_one<L: Light>(
     tracer: &Tracer<'_>,
     paths: u64,
     (streams, mut picker): (Streams, SourcePicker<'_>),
@@ -307,12 +298,8 @@ fn one_by_one<L: Light, const SPLITTING: bool>(
         let (number, placed) = picker.next();
         let ray = picker.begin(done, placed, tracer.scene.offset(), &mut rng);
         let mut path = tracer.begin(ray, (number, placed), tally, observer);
-        hits += if SPLITTING {
-            tracer.walk_splitting(&mut path, L::default(), &mut rng, tally, observer)
-        } else {
-            tracer.walk(&mut path, L::default(), &mut rng, tally, observer);
-            u64::from(path.history.bounces)
-        };
+        tracer.walk(&mut path, L::default(), &mut rng, tally, observer);
+        hits += u64::from(path.history.bounces);
     }
     Some(hits)
 }

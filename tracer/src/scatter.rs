@@ -173,64 +173,6 @@ fn polarised<L: Light>(
     })
 }
 
-/// One of the ways in which light goes on from a smooth interface.
-pub(crate) struct Way<L> {
-    pub event: ScatterEvent,
-    /// The light that goes on.
-    pub light: L,
-    /// Its part of the power that is not absorbed.
-    pub part: f64,
-}
-
-/// What an interface or a film reflects, and what it refracts; `None` for other surfaces and where
-/// nothing is refracted.
-pub(crate) fn both_ways<L: Light>(
-    hit: &Hit<'_>,
-    optics: &SurfaceModel,
-    direction: DVec3,
-    normal: DVec3,
-    light: L,
-) -> Option<[Way<L>; 2]> {
-    let facing = normal * hit.side.sign();
-    let (n1, n2) = indices(hit);
-    let Refraction::Partial { reflectance, refracted } = refract(direction, facing, n1, n2) else {
-        return None;
-    };
-    let (lights, part, share) = match optics {
-        SurfaceModel::Interface if !L::CARRIED => ([light; 2], reflectance, 1.0),
-        SurfaceModel::Interface => divided(hit, &Film::bare(), direction, facing, light),
-        SurfaceModel::Layered(film) => divided(hit, film, direction, facing, light),
-        _ => return None,
-    };
-    let way = |direction, side, light, part| Way {
-        event: ScatterEvent { direction, side, share },
-        light,
-        part,
-    };
-    let [back, through] = lights;
-    Some([
-        way(reflect(direction, facing), hit.side, back, part),
-        way(refracted, hit.side.opposite(), through, 1.0 - part),
-    ])
-}
-
-/// The light that a film reflects and the light that it lets through, the part of the first in
-/// both, and the share of both in what came.
-fn divided<L: Light>(
-    hit: &Hit<'_>,
-    film: &Film,
-    direction: DVec3,
-    facing: DVec3,
-    mut light: L,
-) -> ([L; 2], f64, f64) {
-    let met = FilmIncidence::new(hit, film, direction, facing, &mut light);
-    let (mut back, mut through) = (light, light);
-    back.pass(met.amplitudes.reflected);
-    through.pass(met.amplitudes.transmitted);
-    let whole = met.reflected + met.transmitted;
-    ([back, through], met.reflected / whole, met.share())
-}
-
 /// Refractive indices of the side from which light comes and of the other.
 fn indices(hit: &Hit<'_>) -> (f64, f64) {
     (hit.surface.index(hit.side), hit.surface.index(hit.side.opposite()))

@@ -21,10 +21,6 @@ pub struct Settings {
     pub polarization: Polarization,
     /// How the beginnings of paths are drawn.
     pub sampling: Sampling,
-    /// Parts into which a path splits at the first surface that lets light through; 1 for none.
-    /// With any number above, an interface both reflects and refracts, unless one part would fall
-    /// below `roulette_below`, and a table is sampled so many times.
-    pub path_splitting: u32,
 }
 
 /// How the beginnings of paths are drawn: the source, the place on it and the direction.
@@ -52,7 +48,6 @@ impl Settings {
             roulette_below: 0.1,
             polarization: Polarization::Unpolarised,
             sampling: Sampling::Random,
-            path_splitting: 1,
         }
     }
 
@@ -64,7 +59,6 @@ impl Settings {
         for (what, value) in [
             ("paths", self.paths as f64),
             ("bounces", f64::from(self.max_bounces)),
-            ("parts of a path", f64::from(self.path_splitting)),
         ] {
             check(what, value, "at least 1", value >= 1.0)?;
         }

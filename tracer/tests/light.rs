@@ -9,7 +9,6 @@ mod films;
 mod low_discrepancy;
 mod matrices;
 mod mixed;
-mod path_splitting;
 mod samplers;
 mod sampling;
 mod stokes;

@@ -34,6 +34,12 @@ pub const EMBEDDED: [(&str, &str); 5] = [
 /// Largest design file: its reader takes some eighty times as much memory.
 const MOST_BYTES: u64 = 4_000_000;
 
+/// Keys of earlier versions, with the reason why they are gone.
+const REMOVED: [(&str, &str); 1] = [(
+    "trace.split",
+    "path splitting costs more time than it saves (docs/performance.md); take more paths",
+)];
+
 /// Reads and checks the design file at `path`. Material files are looked for beside it.
 pub fn load(path: &Path) -> Result<design::Design, ConfigError> {
     let file = path.display().to_string();
@@ -59,9 +65,15 @@ fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<design::Design, ConfigError> {
     refuse_large(file, text.len() as u64)?;
-    let mut raw: schema::Design = toml_errors::read(text, &schema::tagged_tables())
-        .map_err(|message| ConfigError::Syntax { file: file.to_owned(), message })?;
+    let wrong = |message| ConfigError::Syntax { file: file.to_owned(), message };
     let written: toml::Table = text.parse().unwrap_or_default();
+    for (key, reason) in REMOVED {
+        if dotted_keys::get(&written, key).is_some() {
+            return Err(wrong(format!("{key}: removed: {reason}")));
+        }
+    }
+    let mut raw: schema::Design =
+        toml_errors::read(text, &schema::tagged_tables()).map_err(wrong)?;
     resolve::defaults::derive(&mut raw, &written);
     let asks_for_bands = written.contains_key("hybrid");
     let file = resolve::DesignText { file, text, folder };

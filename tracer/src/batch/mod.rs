@@ -9,7 +9,7 @@
 //! bits are the same on any processor. A path draws the same numbers and meets the same surfaces as
 //! in [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table of orders sample one
 //! by one. A path that leaves its package where it may meet the ground or another package takes the
-//! walker's own steps until it enters a package. Carried polarisation, path splitting, array
+//! walker's own steps until it enters a package. Carried polarisation, array
 //! solids, sources in the world and an absorbing world go to the walker.
 
 mod accounting;

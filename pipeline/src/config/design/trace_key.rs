@@ -113,7 +113,7 @@ impl Design {
             "solids": solids.iter().map(solid_fields).collect::<Vec<_>>(),
             "hybrid": hybrid_fields(hybrid, relief),
             "trace": fields!(trace => schema::Trace {
-                paths, max_interactions, sampling, split, ledger_by_source
+                paths, max_interactions, sampling, ledger_by_source
             }),
             "files": files_fields(files),
             "films": films.as_ref().map(films_fields),

@@ -232,11 +232,7 @@ impl Design {
             let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
             return Err(at.value("trace.paths", t.paths, &expected));
         }
-        at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)?;
-        if let Some(split) = t.split {
-            at.count("trace.split", split as usize, 2, 64)?;
-        }
-        Ok(())
+        at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)
     }
 
     pub(in crate::config) fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {

@@ -313,9 +313,6 @@ pub struct Trace {
     /// How the beginnings of paths are drawn.
     #[serde(skip_serializing_if = "Sampling::is_random")]
     pub sampling: Sampling,
-    /// Parts into which a path divides at the first surface that lets light through.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub split: Option<u32>,
     /// Whether every source is traced by itself, so that each has a ledger of its own.
     #[serde(skip_serializing_if = "is_default")]
     pub ledger_by_source: bool,
@@ -345,7 +342,6 @@ impl Default for Trace {
             paths: 20_000_000,
             max_interactions: 10_000,
             sampling: Sampling::Random,
-            split: None,
             ledger_by_source: false,
         }
     }
