@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use bsdf::Side;
+
 pub use crate::scene::Lines;
 
 /// Why a ray was given up. Its remaining power is shown, never dropped.
@@ -60,7 +62,45 @@ pub struct Ledger {
     pub lines: Arc<Lines>,
 }
 
+/// An event of a path that moves power between accounts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Booking {
+    /// A source emits a path of weight 1.
+    Emission,
+    /// The medium of a line absorbs on the way.
+    Transmission { line: usize, absorbed: f64 },
+    /// The surface of a line takes light from the first side, absorbs a part, and sends the rest on
+    /// from the second side.
+    Interaction { line: usize, sides: [Side; 2], absorbed: f64, weight: f64 },
+    /// Light leaves the scene for good.
+    Escape { upward: bool, weight: f64 },
+    /// A path is given up.
+    Loss { cause: Loss, weight: f64 },
+}
+
 impl Ledger {
+    /// Books an event: the rules of the ledger, for single paths and batches alike.
+    #[expect(clippy::inline_always, reason = "part of the loop over a path; the event is known")]
+    #[inline(always)]
+    pub(crate) fn book(&mut self, event: Booking) {
+        match event {
+            Booking::Emission => self.emitted += 1.0,
+            Booking::Transmission { line, absorbed } => self.media[line] += absorbed,
+            Booking::Interaction { line, sides, absorbed, weight } => {
+                let line = &mut self.surfaces[line];
+                line.absorbed += absorbed;
+                match sides {
+                    [Side::Inner, Side::Outer] => line.outward += weight,
+                    [Side::Outer, Side::Inner] => line.inward += weight,
+                    [Side::Inner, Side::Inner] | [Side::Outer, Side::Outer] => {}
+                }
+            }
+            Booking::Escape { upward: true, weight } => self.escaped_up += weight,
+            Booking::Escape { upward: false, weight } => self.escaped_down += weight,
+            Booking::Loss { cause, weight } => self.lost[cause as usize] += weight,
+        }
+    }
+
     pub(crate) fn new(lines: &Arc<Lines>) -> Self {
         Self {
             emitted: 0.0,

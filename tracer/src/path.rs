@@ -8,7 +8,7 @@ use bsdf::Side;
 use glam::DVec3;
 use rand::Rng;
 
-use crate::ledger::Loss;
+use crate::ledger::{Booking, Loss};
 use crate::observer::{Fate, Interaction, Observer};
 use crate::optics::polarization::{Light, Polarization, Unpolarised};
 use crate::random;
@@ -90,7 +90,7 @@ impl<'a> Tracer<'a> {
         observer: &mut impl Observer,
     ) -> PathState {
         let location = placed.location;
-        tally.totals.ledger.emitted += 1.0;
+        tally.book(Booking::Emission);
         observer.begins(&self.in_world(&ray, location));
         PathState {
             ray,
@@ -204,8 +204,7 @@ impl<'a> Tracer<'a> {
         if medium.absorption > 0.0 {
             let before = state.weight;
             let transmittance = (-medium.absorption * length).exp();
-            tally.totals.ledger.media[medium.line] +=
-                self.keep(&mut state.weight, transmittance, rng);
+            self.transmit(medium.line, transmittance, &mut state.weight, rng, tally);
             if state.weight == 0.0 {
                 let fate = Fate::Medium(medium.line, length);
                 observer.ends(&self.in_world(&ray, location), fate, before);
@@ -252,10 +251,10 @@ impl<'a> Tracer<'a> {
         let (ray, location) = (state.ray, state.location);
 
         // The surface absorbs what it does not send on.
+        let sides = [hit.side, event.side];
         let arrived = state.weight;
-        let absorbed = self.keep(&mut state.weight, event.share, rng);
+        self.settle(patch.line, sides, event.share, &mut state.weight, rng, tally);
         let weight = state.weight;
-        tally.totals.ledger.surfaces[patch.line].absorbed += absorbed;
         observer.meets(&Interaction {
             point: point + self.scene.position(hit.instance),
             line: patch.line,
@@ -266,21 +265,12 @@ impl<'a> Tracer<'a> {
             arrived,
             weight,
         });
-        let sides = [hit.side, event.side];
         tally.interaction(patch.line, sides, [arrived, weight], &state.history);
         state.history.meet(patch.line, [point.x, point.y]);
         if weight == 0.0 {
             let fate = Fate::Surface(patch.line);
             observer.ends(&self.in_world(&ray, location), fate, arrived);
             return false;
-        }
-
-        // Note a passage to the other side.
-        let line = &mut tally.totals.ledger.surfaces[patch.line];
-        match sides {
-            [Side::Inner, Side::Outer] => line.outward += weight,
-            [Side::Outer, Side::Inner] => line.inward += weight,
-            [Side::Inner, Side::Inner] | [Side::Outer, Side::Outer] => {}
         }
 
         // Start anew, just off the surface, on the side on which the light goes on.
@@ -323,11 +313,40 @@ impl<'a> Tracer<'a> {
         Ray { origin: ray.origin + position, direction: ray.direction }
     }
 
+    /// Takes from a path what a medium absorbs on the way.
+    #[inline]
+    pub fn transmit(
+        &self,
+        line: usize,
+        transmittance: f64,
+        weight: &mut f64,
+        rng: &mut impl Rng,
+        tally: &mut Tally<'_>,
+    ) {
+        let absorbed = self.keep(weight, transmittance, rng);
+        tally.book(Booking::Transmission { line, absorbed });
+    }
+
+    /// Takes from a path what a surface absorbs, and books where the rest goes on.
+    #[inline]
+    pub fn settle(
+        &self,
+        line: usize,
+        sides: [Side; 2],
+        efficiency: f64,
+        weight: &mut f64,
+        rng: &mut impl Rng,
+        tally: &mut Tally<'_>,
+    ) {
+        let absorbed = self.keep(weight, efficiency, rng);
+        tally.book(Booking::Interaction { line, sides, absorbed, weight: *weight });
+    }
+
     /// Keeps `share` of the weight and returns what is absorbed. Below the threshold of the
     /// roulette, chance keeps or absorbs all: the mean is the same, and the power of every path
     /// balances.
     #[inline]
-    pub fn keep(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
+    fn keep(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
         let before = *weight;
         if before * share >= self.roulette_below || share >= 1.0 {
             *weight = before * share;

@@ -2,11 +2,12 @@
 //! Accounting of a batch, path by path: absorption, single samples, the world between packages,
 //! ends.
 
+use bsdf::Side;
 use glam::DVec3;
 
 use super::kernels::{LANES, mode};
 use super::{BatchTracer, Events, PathBatch, orders};
-use crate::ledger::Loss;
+use crate::ledger::{Booking, Loss};
 use crate::optics::polarization::Unpolarised;
 use crate::path::{PathState, Tracer};
 use crate::ray::{Ray, lanes};
@@ -57,8 +58,9 @@ impl BatchTracer<'_> {
             crossing |= u64::from(next == Next::Crosses) << lane;
         }
         for lane in lanes(events.left) {
-            let primitive = &self.primitives[batch.lanes.primitive[lane] as usize];
-            tally.totals.ledger.surfaces[primitive.patch.line].outward += batch.weight[lane];
+            let line = self.primitives[batch.lanes.primitive[lane] as usize].patch.line;
+            let (sides, weight) = ([Side::Inner, Side::Outer], batch.weight[lane]);
+            tally.book(Booking::Interaction { line, sides, absorbed: 0.0, weight });
         }
         if observed {
             for lane in lanes(events.met) {
@@ -110,9 +112,10 @@ impl BatchTracer<'_> {
     ) {
         let primitive = &self.primitives[batch.lanes.primitive[lane] as usize];
         let mut stream = batch.lanes.stream(lane);
-        let absorbed = tracer.keep(&mut batch.weight[lane], primitive.reflectance, &mut stream);
+        let (line, sides) = (primitive.patch.line, [batch.lanes.side(lane); 2]);
+        let weight = &mut batch.weight[lane];
+        tracer.settle(line, sides, primitive.reflectance, weight, &mut stream, tally);
         batch.lanes.keep(lane, stream);
-        tally.totals.ledger.surfaces[primitive.patch.line].absorbed += absorbed;
     }
 
     /// Books any other event of a path.
@@ -135,32 +138,28 @@ impl BatchTracer<'_> {
             return Next::Ends;
         }
         let number = batch.lanes.primitive[lane] as usize;
-        let line = self.primitives[number].patch.line;
         let mut back = batch.lanes.back[lane] > 0.0;
         if mode == mode::MIRROR {
             self.mirror(tracer, batch, lane, tally);
-            if batch.weight[lane] == 0.0 {
-                return Next::Ends;
-            }
-        } else if mode == mode::ORDERS {
-            if batch.lanes.back[lane] == orders::ABSORBED {
-                let absorbed = std::mem::take(&mut batch.weight[lane]);
-                tally.totals.ledger.surfaces[line].absorbed += absorbed;
-                return Next::Ends;
-            }
         } else if mode == mode::OTHER {
             let Some(stays) = self.scatter(tracer, batch, (lane, number), tally) else {
                 return Next::Ends;
             };
             back = stays;
+        } else {
+            let side = batch.lanes.side(lane);
+            let sides = [side, if back { side } else { side.opposite() }];
+            let absorbs = mode == mode::ORDERS && batch.lanes.back[lane] == orders::ABSORBED;
+            let arrived = batch.weight[lane];
+            let weight = if absorbs { 0.0 } else { arrived };
+            let line = self.primitives[number].patch.line;
+            tally.book(Booking::Interaction { line, sides, absorbed: arrived - weight, weight });
+            batch.weight[lane] = weight;
+        }
+        if batch.weight[lane] == 0.0 {
+            return Next::Ends;
         }
         if !back {
-            let line = &mut tally.totals.ledger.surfaces[line];
-            if inside {
-                line.outward += batch.weight[lane];
-            } else {
-                line.inward += batch.weight[lane];
-            }
             batch.lanes.inside[lane] = if inside { 0.0 } else { 1.0 };
         }
         if batch.lanes.bounces[lane] >= f64::from(tracer.max_bounces) {
@@ -212,8 +211,9 @@ impl BatchTracer<'_> {
             &mut Unpolarised,
             &mut stream,
         );
-        let absorbed = tracer.keep(&mut batch.weight[lane], event.share, &mut stream);
-        tally.totals.ledger.surfaces[primitive.patch.line].absorbed += absorbed;
+        let (line, sides) = (primitive.patch.line, [side, event.side]);
+        let weight = &mut batch.weight[lane];
+        tracer.settle(line, sides, event.share, weight, &mut stream, tally);
         lanes.keep(lane, stream);
         if batch.weight[lane] == 0.0 {
             return None;

@@ -27,6 +27,7 @@ use bsdf::Side;
 use bsdf::order_table::{OrderTable, OrderTableBatch};
 use pulp::Arch;
 
+use crate::ledger::Booking;
 use crate::optics::polarization::Unpolarised;
 use crate::path::Tracer;
 use crate::random::{PathStream, Streams};
@@ -275,7 +276,7 @@ impl BatchTracer<'_> {
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = 1.0;
         batch.lanes.bounces[lane] = 0.0;
-        tally.totals.ledger.emitted += 1.0;
+        tally.book(Booking::Emission);
     }
 
     /// Where a ray may meet the dome: before any flat surface.
@@ -313,40 +314,12 @@ impl BatchTracer<'_> {
         } else {
             (-self.absorption * lanes.distance[lane]).exp()
         };
-        let passed = tracer.keep(&mut batch.weight[lane], transmittance, &mut stream);
-        tally.totals.ledger.media[self.medium_line] += passed;
+        let weight = &mut batch.weight[lane];
+        tracer.transmit(self.medium_line, transmittance, weight, &mut stream, tally);
         lanes.keep(lane, stream);
         if batch.weight[lane] == 0.0 {
             lanes.mode[lane] = mode::NOTHING;
         }
-    }
-}
-
-impl Lanes {
-    #[inline]
-    fn put(&mut self, lane: usize, ray: &Ray) {
-        ray.into_lane(&mut self.origin, &mut self.direction, lane);
-    }
-
-    #[inline]
-    fn ray(&self, lane: usize) -> Ray {
-        Ray::of_lane(&self.origin, &self.direction, lane)
-    }
-
-    #[inline]
-    fn stream(&self, lane: usize) -> PathStream {
-        PathStream { state: [self.state[0][lane], self.state[1][lane]] }
-    }
-
-    /// The side from which the ray meets the surface.
-    #[inline]
-    fn side(&self, lane: usize) -> Side {
-        if self.facing[lane] < 0.0 { Side::Inner } else { Side::Outer }
-    }
-
-    #[inline]
-    fn keep(&mut self, lane: usize, stream: PathStream) {
-        [self.state[0][lane], self.state[1][lane]] = stream.state;
     }
 }
 

@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::filter::{CompiledFilter, lines_named};
 use super::ray_buffer::{NO_BIN, RAY_BUFFER, RayBuffer};
 use super::{Needs, PathHistory, Receiver, STOKES};
-use crate::ledger::{Ledger, Loss};
+use crate::ledger::{Booking, Ledger, Loss};
 use crate::observer::Fate;
 use crate::optics::polarization::Light;
 use crate::outcome::Totals;
@@ -138,23 +138,25 @@ impl<'a> Tally<'a> {
         }
     }
 
+    /// Books an event in the ledger.
+    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
+    #[inline(always)]
+    pub fn book(&mut self, event: Booking) {
+        self.totals.ledger.book(event);
+    }
+
     /// Books light that leaves the scene for good.
     #[inline]
     pub fn escape(&mut self, direction: DVec3, weight: f64) -> Fate {
-        let ledger = &mut self.totals.ledger;
-        if direction.z >= 0.0 {
-            ledger.escaped_up += weight;
-            Fate::EscapedUp
-        } else {
-            ledger.escaped_down += weight;
-            Fate::EscapedDown
-        }
+        let upward = direction.z >= 0.0;
+        self.book(Booking::Escape { upward, weight });
+        if upward { Fate::EscapedUp } else { Fate::EscapedDown }
     }
 
     /// Books light that is given up.
     #[inline]
     pub fn lose(&mut self, cause: Loss, weight: f64) -> Fate {
-        self.totals.ledger.lost[cause as usize] += weight;
+        self.book(Booking::Loss { cause, weight });
         Fate::Lost(cause)
     }
 
