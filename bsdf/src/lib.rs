@@ -14,7 +14,6 @@
 //! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
 //! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
-//! | [`RemappedIncidence`], [`Masked`], [`Binned`] | another BSDF with something left out, for ablation studies |
 //!
 //! [`formats`] reads and writes files, [`convert`] turns a BSDF into the tables of other programs,
 //! and [`validate`] checks energy, reciprocity and interpolation. Axes, sides, signs and units are
@@ -65,7 +64,6 @@
 //! # Ok::<(), bsdf::Error>(())
 //! ```
 
-pub mod ablation;
 pub mod analytic;
 pub mod angular_basis;
 mod bsdf;
@@ -82,7 +80,6 @@ pub mod tensor_tree;
 mod tests;
 pub mod validate;
 
-pub use ablation::{Binned, IncidenceMap, Mask, Masked, RemappedIncidence};
 pub use analytic::{
     DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, Lambertian, Mirror, SmoothInterface,
 };

@@ -30,7 +30,7 @@ mod layout;
 mod query;
 mod sample;
 
-pub use batch::{BinLocations, OrderTableBatch, SampledOrders};
+pub use batch::{BinLocations, Flag, OrderTableBatch, SampledOrders};
 pub use grid::{Grid, NodeId};
 pub use jones::{Jones, JonesRow, Mueller, OrderJones, OrderMueller, mueller};
 pub use sample::{BinLocation, SampledOrder};

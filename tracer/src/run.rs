@@ -103,7 +103,7 @@ fn trace_groups(
 
     let tracer = Tracer::new(scene, receivers, settings);
     let many = match settings.polarization {
-        Polarization::Unpolarised => Strategy::of(scene, settings.max_bounces),
+        Polarization::Unpolarised => Strategy::new(scene, settings.max_bounces),
         Polarization::Carried => Strategy::PathByPath,
     };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
@@ -216,8 +216,8 @@ enum Strategy<'a> {
 }
 
 impl<'a> Strategy<'a> {
-    fn of(scene: &'a Scene, most: u32) -> Self {
-        if let Some(batch) = BatchTracer::of(scene, most) {
+    fn new(scene: &'a Scene, max_bounces: u32) -> Self {
+        if let Some(batch) = BatchTracer::new(scene, max_bounces) {
             return Self::BatchTracer(Box::new(batch));
         }
         MeshPackets::of(scene).map_or(Self::PathByPath, Self::MeshPackets)

@@ -56,10 +56,9 @@ impl Settings {
         if self.groups < 2 {
             return Err(Error::TooFew { what: "groups of paths", expected: 2, got: self.groups });
         }
-        for (what, value) in [
-            ("paths", self.paths as f64),
-            ("bounces", f64::from(self.max_bounces)),
-        ] {
+        for (what, value) in
+            [("paths", self.paths as f64), ("bounces", f64::from(self.max_bounces))]
+        {
             check(what, value, "at least 1", value >= 1.0)?;
         }
         fraction("threshold of the roulette", self.roulette_below).map(|_| ())

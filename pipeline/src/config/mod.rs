@@ -35,10 +35,16 @@ pub const EMBEDDED: [(&str, &str); 5] = [
 const MOST_BYTES: u64 = 4_000_000;
 
 /// Keys of earlier versions, with the reason why they are gone.
-const REMOVED: [(&str, &str); 1] = [(
-    "trace.split",
-    "path splitting costs more time than it saves (docs/performance.md); take more paths",
-)];
+const REMOVED: [(&str, &str); 4] = [
+    (
+        "trace.split",
+        "path splitting costs more time than it saves (docs/performance.md); take more paths",
+    ),
+    ("hybrid.incidence", ABLATIONS),
+    ("hybrid.scattering", ABLATIONS),
+    ("hybrid.spread_deg", ABLATIONS),
+];
+const ABLATIONS: &str = "tables with something left out were for the reproduction of the paper, which has their results (docs/reproduction/hybrid.md)";
 
 /// Reads and checks the design file at `path`. Material files are looked for beside it.
 pub fn load(path: &Path) -> Result<design::Design, ConfigError> {

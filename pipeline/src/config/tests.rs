@@ -361,6 +361,10 @@ fn ways_of_tracing_are_checked() {
     let old = "max_interactions = 10_000";
     let with = |line: &str| format!("{old}\n{line}");
     refused(old, &with("split = 2"), &["trace.split: removed", "splitting"]);
+    for key in ["incidence", "scattering", "spread_deg"] {
+        let removed = format!("[hybrid]\n{key} = 0");
+        refused("[hybrid]", &removed, &[&format!("hybrid.{key}: removed"), "reproduction"]);
+    }
     let net = "\nsampling = \"sobol\"";
     assert_eq!(D2.matches(net).count(), 1);
     refused(net, "\nsampling = \"halton\"", &["halton", "random", "sobol"]);

@@ -3,10 +3,11 @@
 //! ends.
 
 use bsdf::Side;
+use bsdf::order_table::Flag;
 use glam::DVec3;
 
-use super::kernels::{LANES, mode};
-use super::{BatchTracer, Events, PathBatch, orders};
+use super::lanes::{Course, LANES, Mode};
+use super::{BatchTracer, Events, PathBatch};
 use crate::ledger::{Booking, Loss};
 use crate::optics::polarization::Unpolarised;
 use crate::path::{PathState, Tracer};
@@ -90,7 +91,7 @@ impl BatchTracer<'_> {
     fn observe(&self, batch: &mut PathBatch, lane: usize, left: bool, tally: &mut Tally<'_>) {
         let line = self.primitives[batch.lanes.primitive[lane] as usize].patch.line;
         let from = batch.lanes.side(lane);
-        let crossed = (batch.lanes.inside[lane] > 0.0) != (batch.came_inside[lane] > 0.0);
+        let crossed = batch.lanes.inside[lane] != batch.came_inside[lane];
         let through = left || crossed;
         let sides = [from, if through { from.opposite() } else { from }];
         let weights = [batch.arrived[lane], batch.weight[lane]];
@@ -127,21 +128,21 @@ impl BatchTracer<'_> {
         lane: usize,
         tally: &mut Tally<'_>,
     ) -> Next {
-        let inside = batch.lanes.inside[lane] > 0.0;
+        let inside = batch.lanes.inside[lane].is_set();
         let mode = batch.lanes.mode[lane];
         if batch.weight[lane] == 0.0 {
             // The medium took it.
             return Next::Ends;
         }
-        if mode >= mode::NOTHING {
+        if !mode.is_met() {
             tally.lose(Loss::Leak, batch.weight[lane]);
             return Next::Ends;
         }
         let number = batch.lanes.primitive[lane] as usize;
-        let mut back = batch.lanes.back[lane] > 0.0;
-        if mode == mode::MIRROR {
+        let mut back = batch.lanes.course[lane] == Course::BACK;
+        if mode == Mode::MIRROR {
             self.mirror(tracer, batch, lane, tally);
-        } else if mode == mode::OTHER {
+        } else if mode == Mode::OTHER {
             let Some(stays) = self.scatter(tracer, batch, (lane, number), tally) else {
                 return Next::Ends;
             };
@@ -149,7 +150,7 @@ impl BatchTracer<'_> {
         } else {
             let side = batch.lanes.side(lane);
             let sides = [side, if back { side } else { side.opposite() }];
-            let absorbs = mode == mode::ORDERS && batch.lanes.back[lane] == orders::ABSORBED;
+            let absorbs = batch.lanes.course[lane] == Course::ABSORBED;
             let arrived = batch.weight[lane];
             let weight = if absorbs { 0.0 } else { arrived };
             let line = self.primitives[number].patch.line;
@@ -160,13 +161,13 @@ impl BatchTracer<'_> {
             return Next::Ends;
         }
         if !back {
-            batch.lanes.inside[lane] = if inside { 0.0 } else { 1.0 };
+            batch.lanes.inside[lane] = Flag::new(!inside);
         }
-        if batch.lanes.bounces[lane] >= f64::from(tracer.max_bounces) {
+        if batch.lanes.bounces[lane] >= tracer.max_bounces.into() {
             tally.lose(Loss::Bounces, batch.weight[lane]);
             return Next::Ends;
         }
-        if batch.lanes.inside[lane] == 0.0 {
+        if !batch.lanes.inside[lane].is_set() {
             let o = [0, 1, 2].map(|axis| batch.lanes.origin[axis][lane]);
             let d = [0, 1, 2].map(|axis| batch.lanes.direction[axis][lane]);
             if !self.exit.is_free(o, d) {
@@ -257,10 +258,10 @@ impl BatchTracer<'_> {
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = state.weight;
         batch.history[lane] = state.history;
-        batch.lanes.bounces[lane] = f64::from(state.history.bounces);
+        batch.lanes.bounces[lane] = state.history.bounces.into();
         batch.lanes.put(lane, &state.ray);
         batch.instance[lane] = instance;
-        batch.lanes.inside[lane] = 1.0;
+        batch.lanes.inside[lane] = Flag::YES;
         true
     }
 }
@@ -269,6 +270,6 @@ impl PathBatch {
     /// What filters know of a path.
     #[inline]
     pub(super) fn past(&self, lane: usize) -> PathHistory {
-        PathHistory { bounces: self.lanes.bounces[lane] as u32, ..self.history[lane] }
+        PathHistory { bounces: self.lanes.bounces[lane].get(), ..self.history[lane] }
     }
 }

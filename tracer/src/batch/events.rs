@@ -12,7 +12,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::clearance::Clearance;
-use super::kernels::{LANES, Lanes, PackageGeometry, flat, mode};
+use super::kernels::PackageGeometry;
+use super::lanes::{Course, FlatCode, LANES, Lanes, Mode};
 use crate::conversion::whole;
 use crate::ray::first_lanes;
 
@@ -95,21 +96,21 @@ impl WithSimd for Classify<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Events {
-        let (most, exit, lanes) = (self.geometry.most, self.exit, self.lanes);
+        let (max_bounces, exit, lanes) = (self.geometry.max_bounces, self.exit, self.lanes);
         let [flats, faces] = self.primitives;
         let mut events = Events { met: 0, left: 0, gone: 0, mirrored: 0, other: 0 };
         for lane in 0..LANES {
             let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
             let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
             let mode = lanes.mode[lane];
-            let event = lanes.event[lane] > 0.0;
-            let inside = lanes.inside[lane] > 0.0;
-            let sound = event & inside & (lanes.bounces[lane] < most);
-            let passes = (mode == mode::INTERFACE) | (mode == mode::ORDERS);
-            let through = passes & (lanes.back[lane] == 0.0);
+            let event = lanes.event[lane].is_set();
+            let inside = lanes.inside[lane].is_set();
+            let sound = event & inside & (lanes.bounces[lane] < max_bounces);
+            let passes = (mode == Mode::INTERFACE) | (mode == Mode::ORDERS);
+            let through = passes & (lanes.course[lane] == Course::THROUGH);
             let left = sound & through & exit.is_away(o, d) & exit.is_free(o, d);
-            let mirrored = sound & (mode == mode::MIRROR);
-            let met = mode < mode::NOTHING;
+            let mirrored = sound & (mode == Mode::MIRROR);
+            let met = mode.is_met();
             let gone = !met & !inside;
             events.met |= u64::from(met) << lane;
             events.left |= u64::from(left) << lane;
@@ -118,9 +119,9 @@ impl WithSimd for Classify<'_> {
             events.other |= u64::from(event & !left & !gone & !mirrored) << lane;
 
             let code = lanes.flat_code[lane];
-            let on_flat = code + if code >= flat::FACE { faces } else { flats };
-            let on_dome = lanes.on_dome[lane] > 0.0;
-            let primitive = whole(on_flat);
+            let of_box = code >= FlatCode::face(0.0);
+            let primitive = whole(code.0 + if of_box { faces } else { flats });
+            let on_dome = lanes.on_dome[lane].is_set();
             lanes.primitive[lane] = if on_dome { lanes.dome_primitive[lane] } else { primitive };
         }
         events

@@ -17,6 +17,7 @@ mod clearance;
 mod compile;
 mod events;
 mod kernels;
+mod lanes;
 pub(crate) mod mesh_packets;
 mod orders;
 mod sphere_zones;
@@ -24,14 +25,14 @@ mod staircase;
 mod strips;
 
 use bsdf::Side;
-use bsdf::order_table::{OrderTable, OrderTableBatch};
+use bsdf::order_table::{Flag, OrderTable, OrderTableBatch};
 use pulp::Arch;
 
 use crate::ledger::Booking;
 use crate::optics::polarization::Unpolarised;
 use crate::path::Tracer;
-use crate::random::{PathStream, Streams};
-use crate::ray::{Ray, first_lanes, lanes, lanes_down};
+use crate::random::Streams;
+use crate::ray::{first_lanes, lanes, lanes_down};
 use crate::receiver::{PathHistory, Tally};
 use crate::scene::{CompiledPatch, CompiledSurface, Location, Scene};
 use crate::shape::{Reach, Revolution};
@@ -39,7 +40,8 @@ use crate::source::emission::EmittedRays;
 use crate::source_picker::SourcePicker;
 use clearance::Clearance;
 use events::{Classify, Events, Exit, LeavesPackage};
-use kernels::{Diffract, Distances, Interact, LANES, Lanes, Nearest, PackageGeometry, mode};
+use kernels::{Diffract, Distances, Interact, Nearest, PackageGeometry};
+use lanes::{LANES, Lanes, Mode};
 use orders::OrderSamples;
 use sphere_zones::Zones;
 use staircase::{StaircaseSearch, StaircaseSearches, StaircaseTable};
@@ -60,7 +62,7 @@ struct Primitive<'a> {
     surface: &'a CompiledSurface,
     patch: &'a CompiledPatch,
     number: u32,
-    mode: f64,
+    mode: Mode,
     reflectance: f64,
     table: Option<&'a OrderTable>,
     /// n_r, n_z and k of n_r r + n_z z = k, on a relief.
@@ -100,7 +102,7 @@ struct PathBatch {
     history: [PathHistory; LANES],
     /// Weight and side before the interaction, where receivers observe interactions.
     arrived: [f64; LANES],
-    came_inside: [f64; LANES],
+    came_inside: [Flag; LANES],
 }
 
 impl BatchTracer<'_> {
@@ -124,10 +126,10 @@ impl BatchTracer<'_> {
             crossed: 0,
             history: [PathHistory::of(0); LANES],
             arrived: [0.0; LANES],
-            came_inside: [0.0; LANES],
+            came_inside: [Flag::NO; LANES],
         });
         let (mut begun, mut hits) = (0, 0);
-        // The lanes 0 to `flying` hold a path each.
+        // The lanes below `active` hold a path each.
         let mut active = 0;
         loop {
             if !keep_going(begun) {
@@ -198,7 +200,7 @@ impl BatchTracer<'_> {
         }
         if self.varied {
             for lane in 0..active {
-                if batch.lanes.on_dome[lane] > 0.0 {
+                if batch.lanes.on_dome[lane].is_set() {
                     batch.lanes.mode[lane] =
                         self.primitives[batch.lanes.dome_primitive[lane] as usize].mode;
                 }
@@ -213,7 +215,7 @@ impl BatchTracer<'_> {
         }
         if self.absorption > 0.0 {
             for lane in 0..active {
-                if batch.lanes.inside[lane] > 0.0 {
+                if batch.lanes.inside[lane].is_set() {
                     self.absorb(tracer, batch, lane, tally);
                 }
             }
@@ -272,10 +274,10 @@ impl BatchTracer<'_> {
             (ray, stream)
         };
         batch.lanes.put(lane, &ray);
-        batch.lanes.inside[lane] = 1.0;
+        batch.lanes.inside[lane] = Flag::YES;
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = 1.0;
-        batch.lanes.bounces[lane] = 0.0;
+        batch.lanes.bounces[lane] = 0.into();
         tally.book(Booking::Emission);
     }
 
@@ -286,7 +288,7 @@ impl BatchTracer<'_> {
 
     /// Finds where a ray meets a relief that is no staircase.
     fn search(&self, relief: &Revolution, lanes: &mut Lanes, lane: usize) {
-        let side = if lanes.inside[lane] > 0.0 { Side::Inner } else { Side::Outer };
+        let side = if lanes.inside[lane].is_set() { Side::Inner } else { Side::Outer };
         let reach = self.reach(lanes, lane);
         lanes.dome[lane] = f64::INFINITY;
         if let Some(hit) = relief.intersect_from(&lanes.ray(lane), reach, side) {
@@ -309,7 +311,7 @@ impl BatchTracer<'_> {
     ) {
         let lanes = &mut batch.lanes;
         let mut stream = lanes.stream(lane);
-        let transmittance = if lanes.mode[lane] >= mode::NOTHING {
+        let transmittance = if !lanes.mode[lane].is_met() {
             0.0
         } else {
             (-self.absorption * lanes.distance[lane]).exp()
@@ -318,7 +320,7 @@ impl BatchTracer<'_> {
         tracer.transmit(self.medium_line, transmittance, weight, &mut stream, tally);
         lanes.keep(lane, stream);
         if batch.weight[lane] == 0.0 {
-            lanes.mode[lane] = mode::NOTHING;
+            lanes.mode[lane] = Mode::NOTHING;
         }
     }
 }

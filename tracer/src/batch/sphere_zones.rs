@@ -8,7 +8,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernels::{LANES, Lane, Lanes};
+use super::lanes::{LANES, Lane, Lanes};
 use crate::conversion::whole;
 
 /// Most cuts between zones that are compared together, and cells of the root of the depth below the

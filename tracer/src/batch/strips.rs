@@ -6,7 +6,7 @@
 //! not tested. At the hit the strip is replaced by the cone that touches it, whose line n_r r + n_z z
 //! = k the kernels take as of any relief.
 
-use super::kernels::Lanes;
+use super::lanes::Lanes;
 use crate::ray::Ray;
 use crate::scene::CompiledSurface;
 use crate::shape::{Bounds, Frustum, Intersection, Reach, Shape, Sides};
@@ -79,7 +79,7 @@ impl<'a> Strips<'a> {
     /// Finds where the ray of a lane meets the dome.
     pub fn search(&self, lanes: &mut Lanes, lane: usize, mut reach: Reach) {
         let ray = lanes.ray(lane);
-        let sides = if lanes.inside[lane] > 0.0 { Sides::Inner } else { Sides::Outer };
+        let sides = if lanes.inside[lane].is_set() { Sides::Inner } else { Sides::Outer };
         let clip = Clip::new(&ray);
         let mut found: Option<(&Strip, Intersection)> = None;
         for strip in &self.0 {

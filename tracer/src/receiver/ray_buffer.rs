@@ -54,7 +54,7 @@ impl RayBuffer {
     /// One of the rays.
     #[inline]
     pub fn ray(&self, number: usize) -> Ray {
-        Ray::of_lane(&self.origin, &self.direction, number)
+        Ray::from_lane(&self.origin, &self.direction, number)
     }
 
     /// Direction of one of the rays.

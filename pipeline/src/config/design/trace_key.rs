@@ -232,7 +232,7 @@ fn hybrid_fields(hybrid: &schema::Hybrid, relief: ReliefModel) -> Value {
         ReliefModel::Rings => json!({"element_width_um": hybrid.element_width_um}),
         ReliefModel::RayTables | ReliefModel::OrderTables => fields!(hybrid => schema::Hybrid {
             element_width_um, rings_per_band, representative, kx_per_zone, ky_count, tolerance,
-            orders, stairs_um, tables, polarization, incidence, scattering, spread_deg;
+            orders, stairs_um, tables, polarization;
             memory_gib
         }),
     }

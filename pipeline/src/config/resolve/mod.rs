@@ -219,10 +219,6 @@ impl Design {
         if let Some(stairs) = h.stairs_um {
             at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
         }
-        at.within("hybrid.spread_deg", h.spread_deg, 0.0, 45.0)?;
-        if h.spread_deg > 0.0 {
-            whole_division(at, "hybrid.spread_deg", 90.0, h.spread_deg)?;
-        }
         self.check_trace(at)
     }
 

@@ -9,7 +9,7 @@ use crate::config::check::Context;
 use crate::config::design::Design;
 use crate::config::design::incidence_grid::{USUAL_KY, grid};
 use crate::config::error::ConfigError;
-use crate::config::schema::{Carrying, Incidence, Polarization, Scattering, TableContent};
+use crate::config::schema::{Carrying, Polarization, TableContent};
 use crate::geometry::{BaseSurface, Cell, GeometryError, Meridian, ring_cell};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
@@ -49,7 +49,7 @@ pub(in crate::config) fn check(
     orders(design, cells.iter().filter(solved), at)
 }
 
-/// Matrices are for light that carries its polarisation to bands that leave nothing out.
+/// Checks that matrices meet light that carries its polarisation.
 fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
     let h = &design.hybrid;
     if h.tables != TableContent::Matrices {
@@ -58,9 +58,6 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
     let others = [
         (design.polarization == Carrying::Carried, "light.polarization = \"carried\""),
         (h.polarization == Polarization::Unpolarised, "hybrid.polarization = \"unpolarised\""),
-        (h.incidence == Incidence::Conical, "hybrid.incidence = \"conical\""),
-        (h.scattering == Scattering::Whole, "hybrid.scattering = \"whole\""),
-        (h.spread_deg == 0.0, "hybrid.spread_deg = 0"),
     ];
     match others.into_iter().find(|(holds, _)| !holds) {
         Some((_, needed)) => {

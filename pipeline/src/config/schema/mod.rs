@@ -23,7 +23,7 @@ pub mod solids;
 pub mod sources;
 
 pub use dome::{Dome, DomeForm, Elements, MeshUnit, Shape, ShapeForm};
-pub use hybrid::{Hybrid, Incidence, Polarization, Scattering, TableContent};
+pub use hybrid::{Hybrid, Polarization, TableContent};
 pub use light::{Carrying, Light, Spectrum, SpectrumForm};
 pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
 
