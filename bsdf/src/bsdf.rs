@@ -67,7 +67,7 @@ impl Transport {
     }
 }
 
-/// What kind of lobe a direction belongs to.
+/// Kind of the lobe that a direction belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LobeKind {
     /// One direction, by the law of reflection or refraction of the surface itself.
@@ -85,7 +85,7 @@ pub enum LobeKind {
 }
 
 impl LobeKind {
-    /// Whether all of the lobe's power goes into one direction.
+    /// True if all of the lobe's power goes into one direction.
     #[must_use]
     pub fn is_discrete(self) -> bool {
         !matches!(self, Self::Diffuse | Self::Gaussian | Self::Cell)
@@ -97,7 +97,7 @@ impl LobeKind {
 pub struct Lobe {
     /// Reflected or transmitted.
     pub transport: Transport,
-    /// Its kind.
+    /// Kind.
     pub kind: LobeKind,
 }
 
@@ -115,11 +115,11 @@ pub struct BsdfSample {
 /// One outgoing lobe with its power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutgoingLobe {
-    /// Its direction (unit, local frame); for a diffuse lobe, the normal of the side it leaves on.
+    /// Direction (unit, local frame); for a diffuse lobe, the normal of the side it leaves on.
     pub wo: DVec3,
     /// Power in the lobe per incident power, 0 to 1.
     pub power: f64,
-    /// Which lobe this is.
+    /// Identity of the lobe.
     pub lobe: Lobe,
 }
 

@@ -87,7 +87,7 @@ impl Wavevector {
         Self { kx: -index * wi.x, ky: -index * wi.y }
     }
 
-    /// Whether the wave propagates in a medium of refractive index `index`.
+    /// True if the wave propagates in a medium of refractive index `index`.
     #[must_use]
     pub fn propagates(self, index: f64) -> bool {
         self.kx * self.kx + self.ky * self.ky < index * index

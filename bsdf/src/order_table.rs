@@ -171,13 +171,13 @@ impl OrderTable {
         Self::from_parts(self.header.clone(), self.grid.clone(), efficiencies.clone(), efficiencies)
     }
 
-    /// Its origin.
+    /// Origin.
     #[must_use]
     pub fn header(&self) -> &TableHeader {
         &self.header
     }
 
-    /// Its incident wavevectors.
+    /// Incident wavevectors.
     #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid

@@ -56,7 +56,7 @@ impl Deviation {
 pub struct NodeReport {
     /// Over all nodes.
     pub deviation: Deviation,
-    /// Where it is worst; `None` if there was nothing to compare.
+    /// Node where it is worst; `None` if there was nothing to compare.
     pub at: Option<NodeId>,
 }
 
@@ -214,7 +214,7 @@ pub struct InterpolationReport {
 /// incidences are those of diffuse light, uniform in (kx, ky), so plain means are weighted by flux.
 ///
 /// # Errors
-/// Those of the solver.
+/// Errors of the solver.
 pub fn interpolation<E>(
     table: &OrderTable,
     side: Side,

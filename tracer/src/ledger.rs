@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where the power went: emitted = escaped + absorbed + lost, to rounding, path by path.
+//! Account of the power: emitted = escaped + absorbed + lost, to rounding, path by path.
 
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ impl Loss {
     }
 }
 
-/// What happened at one named part, summed over all instances.
+/// Power at one named part, summed over all instances.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SurfaceLine {
     /// Absorbed power, W.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a run gives back: sums of power for each group of paths, and estimates with standard errors
+//! Result of a run: sums of power for each group of paths, and estimates with standard errors
 //! from them.
 
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ const AT_ONCE: usize = 2048;
 /// scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Totals {
-    /// Where the power went.
+    /// Account of the power.
     pub ledger: Ledger,
     /// Power in each bin (W), for each receiver in the order given to the run.
     pub readings: Vec<Vec<f64>>,

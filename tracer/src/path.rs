@@ -19,7 +19,7 @@ use crate::scene::{Candidates, CompiledPatch, Hit, Location, PlacedSource, Scene
 use crate::settings::{Sampling, Settings};
 use crate::surface::Region;
 
-/// What stays the same for all paths of a run.
+/// Constants of all paths of a run.
 pub(crate) struct Tracer<'a> {
     pub scene: &'a Scene,
     pub receivers: Receivers<'a>,
@@ -42,7 +42,7 @@ pub(crate) struct PathState {
     pub history: PathHistory,
 }
 
-/// Where a ray has met a surface.
+/// Point where a ray has met a surface.
 #[derive(Clone, Copy)]
 pub(crate) struct Impact<'a> {
     pub hit: Hit<'a>,

@@ -7,9 +7,9 @@ use glam::DVec3;
 /// the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
-    /// Where it starts, mm.
+    /// Start point, mm.
     pub origin: DVec3,
-    /// Where it goes, a unit vector.
+    /// Direction, a unit vector.
     pub direction: DVec3,
 }
 

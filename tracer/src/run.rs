@@ -35,7 +35,7 @@ use crate::source_picker::SourcePicker;
 /// Paths between two readings of the cancellation flag.
 const STRIDE: u64 = 4096;
 
-/// How a running trace speaks with its caller.
+/// Callbacks of a running trace.
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
     /// Called now and then, from any thread, with the number of paths done since its last call.
@@ -76,7 +76,7 @@ pub fn run_with(
 /// beyond those of `settings`.
 ///
 /// # Errors
-/// Those of [`run_with`].
+/// Same as [`run_with`].
 pub fn run_groups(
     scene: &Scene,
     receivers: &[&dyn Receiver],
@@ -206,7 +206,7 @@ pub fn run_rays(
     Ok(Outcome::new(paths * count, hits, totals))
 }
 
-/// How the paths of a scene are traced.
+/// Strategy by which the paths of a scene are traced.
 enum Strategy<'a> {
     BatchTracer(Box<BatchTracer<'a>>),
     /// By the walker, sorted by what they meet.

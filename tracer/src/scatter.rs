@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a surface does to one ray: the direction, the side and the share of the power with which it
+//! Scattering of one ray by a surface: the direction, the side and the efficiency with which it
 //! goes on.
 
 use bsdf::{PolarizedBsdf, s_axis};
@@ -15,7 +15,7 @@ use crate::random;
 use crate::scene::Hit;
 use crate::surface::{LayeredMirror, Mixed, SurfaceModel};
 
-/// How a ray goes on.
+/// Continuation of a ray.
 pub(crate) struct ScatterEvent {
     /// Unit direction.
     pub direction: DVec3,
@@ -27,7 +27,7 @@ pub(crate) struct ScatterEvent {
 }
 
 impl ScatterEvent {
-    /// Whether the direction is finite and points to the side it claims, rounding aside.
+    /// True if the direction is finite and points to the side it claims, rounding aside.
     #[inline]
     pub fn sound(&self, normal: DVec3) -> bool {
         self.direction.dot(normal) * self.side.sign() > -1e-9
@@ -178,7 +178,7 @@ fn indices(hit: &Hit<'_>) -> (f64, f64) {
     (hit.surface.index(hit.side), hit.surface.index(hit.side.opposite()))
 }
 
-/// What a perfect mirror makes of E_s and E_p.
+/// Amplitudes of a perfect mirror for E_s and E_p.
 const PERFECT: [Complex64; 2] = [Complex64::new(-1.0, 0.0), Complex64::new(1.0, 0.0)];
 
 /// Sums of shares this near to 1 are of a film that absorbs nothing.
@@ -200,7 +200,7 @@ fn mirrored<L: Light>(
     (mirror.factor * light.pass(met.reflected)).min(1.0)
 }
 
-/// What a film does to light that meets it.
+/// Response of a film to light that meets it.
 struct FilmIncidence {
     amplitudes: Amplitudes,
     /// Shares of the power.
@@ -269,8 +269,8 @@ mod tests {
     use super::*;
     use crate::optics::polarization::Stokes;
 
-    /// What goes on as from a mirror keeps its degree of polarisation, with the signs of U and V
-    /// turned; the rest has none.
+    /// Light that goes on as from a mirror keeps its degree of polarisation, with the signs of U
+    /// and V turned; the rest has none.
     #[test]
     fn a_mixed_reflector_depolarises_its_diffuse_part_alone() {
         let mut rng = random::stream(11, 0);

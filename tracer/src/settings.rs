@@ -4,7 +4,7 @@
 use crate::error::{Error, check, fraction};
 use crate::optics::polarization::Polarization;
 
-/// How much to trace, and how.
+/// Number of paths, and options of tracing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Number of paths; rounded up to a multiple of `groups`.
@@ -17,13 +17,13 @@ pub struct Settings {
     pub max_bounces: u32,
     /// Weight, from 0 to 1, below which absorption takes all or nothing.
     pub roulette_below: f64,
-    /// Whether rays carry their polarisation.
+    /// True if rays carry their polarisation.
     pub polarization: Polarization,
-    /// How the beginnings of paths are drawn.
+    /// Sampling of the beginnings of paths.
     pub sampling: Sampling,
 }
 
-/// How the beginnings of paths are drawn: the source, the place on it and the direction.
+/// Sampling of the beginnings of paths: the source, the place on it and the direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sampling {
     /// Independent of each other.

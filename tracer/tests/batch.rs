@@ -18,7 +18,7 @@ use tracer::{
 };
 
 const GROUPS: usize = 6;
-/// Those of [`run_rays`], which follows path by path.
+/// Paths of a group of [`run_rays`], which follows path by path.
 const IN_GROUP: u64 = 16_384;
 
 /// Surfaces after which rounding has not yet grown to where a path goes another way.

@@ -38,7 +38,7 @@ fn built(kinds: &[Prototype], places: &[(usize, DVec3)]) -> Result<Scene, Error>
     scene.build()
 }
 
-/// Whether bodies are accepted; what is wrong can only be that they overlap.
+/// True if bodies are accepted; what is wrong can only be that they overlap.
 fn fits(kinds: &[Prototype], places: &[(usize, DVec3)]) -> bool {
     match built(kinds, places) {
         Ok(_) => true,

@@ -62,7 +62,7 @@ fn cases(scale: f64) -> Vec<Case> {
     ]
 }
 
-/// Which regions lie on both sides of a shape.
+/// Regions on both sides of a shape.
 #[derive(Clone, Copy, Debug)]
 enum Around {
     /// Air on both sides.

@@ -72,7 +72,7 @@ fn traced(scene: &Scene, polarization: Polarization, paths: u64, seed: u64) -> O
     trace(scene, &[], &settings)
 }
 
-/// As the pile of plates of smooth interfaces (`films.rs`): m plates let (1 - R)/(1 + (2m - 1) R)
+/// Like the pile of plates of smooth interfaces (`films.rs`): m plates let (1 - R)/(1 + (2m - 1) R)
 /// of each polarisation pass [Born, Wolf 1999, section 1.5].
 #[test]
 fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {

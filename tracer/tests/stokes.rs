@@ -93,7 +93,7 @@ fn close(what: &str, (got, error): (f64, f64), expected: f64) {
     );
 }
 
-/// What comes back at Brewster's angle is s alone; through a polariser along u it would have the
+/// Light that comes back at Brewster's angle is s alone; through a polariser along u it would have the
 /// cos² of Malus, (I + Q)/2 of the rectangle, and through one at 45° (I ± U)/2.
 #[test]
 fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
@@ -134,7 +134,7 @@ fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
     }
 }
 
-/// What a pile of plates lets pass is p by the closed form (1 - R)/(1 + (2m - 1) R) of each
+/// Light that a pile of plates lets pass is p by the closed form (1 - R)/(1 + (2m - 1) R) of each
 /// polarisation [Born, Wolf 1999, section 1.5].
 #[test]
 fn a_pile_of_plates_is_a_polariser() {

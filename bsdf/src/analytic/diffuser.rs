@@ -43,7 +43,7 @@ const ROUNDING: f64 = 1e-12;
 /// Standard deviations beyond which a Gaussian is below rounding.
 const TAIL: f64 = 9.0;
 
-/// How the directions of scattered light are distributed.
+/// Distribution of the directions of scattered light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DiffuseLaw {
     /// Intensity ∝ the cosine to the normal, whatever the incidence.
@@ -168,7 +168,7 @@ fn double_exponential(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
 pub struct DiffuseLobe {
     /// Share of the incident power, 0 to 1, at every incidence.
     pub share: f64,
-    /// Its directions.
+    /// Directions.
     pub law: DiffuseLaw,
 }
 

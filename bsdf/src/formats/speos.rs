@@ -24,7 +24,7 @@ const VERSION: &str = "v8.0";
 /// Wavelength at which coefficients of a spectrum are taken, nm: middle of the visible.
 pub const WAVELENGTH_NM: f64 = 550.0;
 
-/// What the values of a file are.
+/// Meaning of the values of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Values {
     /// Proportional to the BSDF.
@@ -54,7 +54,7 @@ pub struct SpeosTable {
 /// Reflection or transmission of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeosPart {
-    /// Which of the two.
+    /// The one of the two.
     pub transport: Transport,
     /// Angle of incidence and share of the power that the spectrum belongs to; the tables follow it
     /// in proportion. `None` where every table states its own.
@@ -68,11 +68,11 @@ pub struct SpeosPart {
 pub struct SpeosBsdf {
     /// The comment line.
     pub comment: String,
-    /// What the values are.
+    /// Meaning of the values.
     pub values: Values,
     /// Reflection, transmission or both.
     pub parts: Vec<SpeosPart>,
-    /// What is odd in the file that was read, or left out.
+    /// Oddities of the file that was read, and what was left out.
     pub warnings: Vec<String>,
 }
 

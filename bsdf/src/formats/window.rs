@@ -73,7 +73,7 @@ pub struct WindowBsdf {
     pub name: String,
     /// Who made it.
     pub manufacturer: String,
-    /// Its blocks, each direction at most once.
+    /// Blocks, each direction at most once.
     pub blocks: Vec<WindowBlock>,
 }
 
@@ -187,7 +187,7 @@ fn check_nesting(text: &str) -> Result<(), FormatError> {
     Ok(())
 }
 
-/// Where the tag ends that `text` begins with: behind the first `>` outside of quotes.
+/// End of the tag that `text` begins with: behind the first `>` outside of quotes.
 fn tag_end(text: &str) -> Option<usize> {
     let mut quote = None;
     for (at, byte) in text.bytes().enumerate() {

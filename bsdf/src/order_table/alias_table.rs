@@ -49,7 +49,7 @@ pub(super) struct BlochNodes {
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(super) struct KyInterval {
-    /// Where it ends.
+    /// End.
     pub end: f64,
     /// ky of the lower row, and 1 / distance to the upper one; 0 where interpolation ends.
     pub ky: f64,
@@ -152,7 +152,7 @@ impl AliasTable {
         &intervals[number]
     }
 
-    /// Whether no lookup entry holds the ends of two intervals.
+    /// True if no lookup entry holds the ends of two intervals.
     pub fn has_direct_lookup(&self) -> bool {
         is_direct(&self.ky_lookup)
     }

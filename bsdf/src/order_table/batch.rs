@@ -251,7 +251,7 @@ impl Default for BinLocations {
 }
 
 impl BinLocations {
-    /// Whether the location of a ray was found; if not, [`OrderTableBatch::locate_bin`] finds it.
+    /// True if the location of a ray was found; if not, [`OrderTableBatch::locate_bin`] finds it.
     #[inline]
     #[must_use]
     pub fn found(&self, ray: usize) -> bool {

@@ -122,7 +122,7 @@ impl Grid {
         if end == 0 { 0..0 } else { self.mirror(end - 1)..end }
     }
 
-    /// Whether the node exists.
+    /// True if the node exists.
     #[must_use]
     pub fn exists(&self, node: NodeId) -> bool {
         node.ky_index < self.ky.len()

@@ -232,7 +232,7 @@ impl OrderTable {
         Ok(self)
     }
 
-    /// Whether the table has Jones matrices.
+    /// True if the table has Jones matrices.
     #[must_use]
     pub fn has_jones(&self) -> bool {
         self.jones.is_some()

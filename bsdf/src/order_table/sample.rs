@@ -37,11 +37,11 @@ pub struct BinLocation {
 /// A sampled order. All fields are whole numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SampledOrder {
-    /// Whether it leaves on the inner side, else on the outer one.
+    /// True if it leaves on the inner side, else on the outer one.
     pub inner: bool,
-    /// Whether the light is absorbed instead.
+    /// True if the light is absorbed instead.
     pub absorbed: bool,
-    /// Its relative number.
+    /// Relative number.
     pub order: f64,
 }
 

@@ -17,7 +17,7 @@ use crate::scatter::scatter;
 use crate::scene::{Hit, Location};
 use crate::surface::Region;
 
-/// How a path goes on after an interaction.
+/// Continuation of a path after an interaction.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Next {
     /// It goes on in its lane.
@@ -267,7 +267,7 @@ impl BatchTracer<'_> {
 }
 
 impl PathBatch {
-    /// What filters know of a path.
+    /// Past of a path, for filters.
     #[inline]
     pub(super) fn past(&self, lane: usize) -> PathHistory {
         PathHistory { bounces: self.lanes.bounces[lane].get(), ..self.history[lane] }

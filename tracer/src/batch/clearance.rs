@@ -13,8 +13,9 @@ use super::kernels::positive;
 use crate::scene::{Instance, Scene};
 use crate::shape::Bounds;
 
-/// What light must pass over to meet nothing after it has left a package: whatever stands beside
-/// the package is at least `gap` away from its outline, and no higher than `top` above its origin.
+/// Obstacle that light must pass over to meet nothing after it has left a package: whatever stands
+/// beside the package is at least `gap` away from its outline, and no higher than `top` above its
+/// origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clearance {
     gap: f64,
@@ -22,7 +23,7 @@ pub(super) struct Clearance {
 }
 
 impl Clearance {
-    /// Whether light along `d` from the height `z` of a package passes over everything.
+    /// True if light along `d` from the height `z` of a package passes over everything.
     #[inline(always)]
     pub fn passed(self, z: f64, [dx, dy, dz]: [f64; 3]) -> bool {
         let below = positive(self.top - z);
@@ -30,8 +31,8 @@ impl Clearance {
         (dz > 0.0) & (below * below * (dx * dx + dy * dy) < climb * climb)
     }
 
-    /// That of packages of which nothing lies below `level` in their own frame, which all stand
-    /// at one height, and on or above whatever is not beside them.
+    /// Clearance of packages of which nothing lies below `level` in their own frame, which all
+    /// stand at one height, and on or above whatever is not beside them.
     pub fn of(scene: &Scene, level: f64) -> Self {
         const NONE: Clearance = Clearance { gap: 0.0, top: f64::INFINITY };
         let list = &scene.instances.list;

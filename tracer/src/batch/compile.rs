@@ -147,7 +147,7 @@ fn dome<'a>(
     Some((Dome::Strips(strips), LeavesPackage::Unknown))
 }
 
-/// Whether the upright `side` continues the rim of a cap, so that both bound a convex body.
+/// True if the upright `side` continues the rim of a cap, so that both bound a convex body.
 fn continues_rim(geometry: &PackageGeometry, side: &CompiledSurface) -> bool {
     let below = geometry.zone[0] - geometry.centre;
     let rim2 = geometry.radius * geometry.radius - below * below;

@@ -21,24 +21,24 @@ use crate::ray::first_lanes;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LeavesPackage {
     Always,
-    /// Where it rises and moves away from the axis.
+    /// If it rises and moves away from the axis.
     Opening,
     Unknown,
 }
 
-/// Which light leaves the scene when it leaves its package.
+/// Conditions under which light that leaves its package leaves the scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Exit {
-    /// Whether it may meet its own package again.
+    /// True if it may meet its own package again.
     pub leaves_package: LeavesPackage,
-    /// Whether the scene is one package.
+    /// True if the scene is one package.
     pub alone: bool,
-    /// What else it must pass over.
+    /// Obstacle that it must pass over.
     pub clearance: Clearance,
 }
 
 impl Exit {
-    /// Whether light at `o` along `d`, outside of its package, never meets the package again.
+    /// True if light at `o` along `d`, outside of its package, never meets the package again.
     #[inline(always)]
     pub fn is_away(self, o: [f64; 3], d: [f64; 3]) -> bool {
         let opening = (d[2] >= 0.0) & (o[0] * d[0] + o[1] * d[1] >= 0.0);
@@ -46,7 +46,7 @@ impl Exit {
             | ((self.leaves_package == LeavesPackage::Opening) & opening)
     }
 
-    /// Whether it never meets anything else.
+    /// True if it never meets anything else.
     #[inline(always)]
     pub fn is_free(self, o: [f64; 3], d: [f64; 3]) -> bool {
         self.alone | self.clearance.passed(o[2], d)
@@ -56,20 +56,20 @@ impl Exit {
 /// Lanes by event.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Events {
-    /// Those that met a surface.
+    /// Lanes that met a surface.
     pub met: u64,
-    /// Those that have left for good through an interface or in an order of a table.
+    /// Lanes that have left for good through an interface or in an order of a table.
     pub left: u64,
-    /// Those that were outside and met nothing more.
+    /// Lanes that were outside and met nothing more.
     pub gone: u64,
-    /// Those in a body that met a mirror and have surfaces left to meet.
+    /// Lanes in a body that met a mirror and have surfaces left to meet.
     pub mirrored: u64,
-    /// Those to which anything else happened but a reflection within a body.
+    /// Lanes to which anything else happened but a reflection within a body.
     pub other: u64,
 }
 
 impl Events {
-    /// Those of the first `count` rays.
+    /// Events of the first `count` rays.
     pub fn of(self, count: usize) -> Self {
         let active = first_lanes(count);
         Self {

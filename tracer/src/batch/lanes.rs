@@ -32,8 +32,8 @@ pub(super) struct Lanes {
     /// Distance to the nearest of bottom, side and box, infinite where there is none, and its code.
     pub flat: Lane,
     pub flat_code: [FlatCode; LANES],
-    /// Where the ray enters and leaves a ball about the shell of a relief: the inner one for light
-    /// inside of the body, the outer one for light outside.
+    /// Entry and exit of the ray through a ball about the shell of a relief: the inner one for
+    /// light inside of the body, the outer one for light outside.
     pub ends: [Lane; 2],
     /// The dome: distance to it, infinite if it is not met, its primitive, and n_r, n_z, k of n_r r
     /// + n_z z = k there, if it is not round.
@@ -78,7 +78,7 @@ pub(super) struct Lanes {
     pub factors: [Lane; 2],
 }
 
-/// How the surface ahead treats light.
+/// Mode of the surface ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mode(f64);
 
@@ -105,7 +105,7 @@ impl Mode {
     }
 }
 
-/// How light goes on from a surface.
+/// Course of light from a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Course(f64);
 

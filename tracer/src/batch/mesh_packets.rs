@@ -48,7 +48,7 @@ const KEY: u32 = 2 * BITS + 3;
 /// Digits by which places are sorted, a power of two.
 const DIGITS: usize = 1 << 11;
 
-/// How far a body reaches from its middle in any direction: roughly, as only the order depends on
+/// Reach of a body from its middle in any direction: roughly, as only the order depends on
 /// it.
 struct Outline {
     centre: [f64; 3],
@@ -245,7 +245,7 @@ fn prototype(scene: &Scene, location: Location) -> Option<usize> {
     }
 }
 
-/// What paths meet next, if they are in the same medium of one kind of body.
+/// Next surfaces of paths, if they are in the same medium of one kind of body.
 fn look_ahead<'a>(
     scene: &'a Scene,
     paths: &[PathWithStream],
@@ -310,7 +310,8 @@ impl WithSimd for Keys<'_> {
     }
 }
 
-/// Where rays leave the outline, found in two rounds from where they leave the ball around it.
+/// Points where rays leave the outline, found in two rounds from where they leave the ball around
+/// it.
 #[inline(always)]
 fn keys(centre: [f64; 3], radius: f64, reach: &[f64; 8 * CELLS * CELLS], rays: &mut Rays) {
     for k in 0..WIDE {

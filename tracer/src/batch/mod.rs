@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Batched tracing of packages: one body under a dome, alone or in an array of copies.
 //!
-//! The dome is a sphere in zones, a body of revolution or several that join, over an upright side or none, a level
-//! bottom, and a box or none. All other scenes go to the walker. A batch keeps [`LANES`] paths, and
-//! takes them through the walker's five steps together: it intersects all rays with the package,
-//! absorbs, shows segments to the receivers, scatters, and books. The loops have no branches, so
-//! the compiler turns them into wide instructions; they are IEEE 754 without contraction, so the
-//! bits are the same on any processor. A path draws the same numbers and meets the same surfaces as
-//! in [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table of orders sample one
-//! by one. A path that leaves its package where it may meet the ground or another package takes the
-//! walker's own steps until it enters a package. Carried polarisation, array
-//! solids, sources in the world and an absorbing world go to the walker.
+//! The dome is a sphere in zones, a body of revolution or several that join, over an upright side
+//! or none, a level bottom, and a box or none. All other scenes go to the walker. A batch keeps
+//! [`LANES`] paths, and takes them through the walker's five steps together: it intersects all rays
+//! with the package, absorbs, shows segments to the receivers, scatters, and books. The loops have
+//! no branches, so the compiler turns them into wide instructions; they are IEEE 754 without
+//! contraction, so the bits are the same on any processor. A path draws the same numbers and meets
+//! the same surfaces as in [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table
+//! of orders sample one by one. A path that leaves its package where it may meet the ground or
+//! another package takes the walker's own steps until it enters a package. Carried polarisation,
+//! array solids, sources in the world and an absorbing world go to the walker.
 
 mod accounting;
 mod clearance;
@@ -74,14 +74,14 @@ pub(crate) struct BatchTracer<'a> {
     scene: &'a Scene,
     geometry: PackageGeometry,
     dome: Dome<'a>,
-    /// Those of the dome first, then bottom, side and the faces of the box, as far as there are
-    /// such.
+    /// Primitives of the dome first, then bottom, side and the faces of the box, as far as there
+    /// are such.
     primitives: Vec<Primitive<'a>>,
     /// Number of a primitive less its flat code, for bottom and side and for the faces of the box.
     flats: [f64; 2],
     absorption: f64,
     medium_line: usize,
-    /// Whether primitives of the dome differ in their modes.
+    /// True if primitives of the dome differ in their modes.
     varied: bool,
     /// The tables of orders, by primitive, if there are any.
     tables: Option<OrderTableBatch<'a>>,
@@ -281,7 +281,7 @@ impl BatchTracer<'_> {
         tally.book(Booking::Emission);
     }
 
-    /// Where a ray may meet the dome: before any flat surface.
+    /// Reach within which a ray may meet the dome: before any flat surface.
     fn reach(&self, lanes: &Lanes, lane: usize) -> Reach {
         Reach { from: -4.0 * self.geometry.offset, to: lanes.flat[lane] }
     }

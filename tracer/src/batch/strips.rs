@@ -3,8 +3,8 @@
 //!
 //! Along a ray r² = a t² + 2 b t + c. A strip lies between two heights and two radii, so the ray is
 //! first clipped to the heights; where r stays outside of the radii on what is left, the strip is
-//! not tested. At the hit the strip is replaced by the cone that touches it, whose line n_r r + n_z z
-//! = k the kernels take as of any relief.
+//! not tested. At the hit the strip is replaced by the cone that touches it, whose line n_r r + n_z
+//! z = k the kernels take as of any relief.
 
 use super::lanes::Lanes;
 use crate::ray::Ray;
@@ -133,7 +133,7 @@ impl Clip {
         (self.a * t + 2.0 * self.b) * t + self.c
     }
 
-    /// Whether the ray passes through the bounds of a strip.
+    /// True if the ray passes through the bounds of a strip.
     #[inline]
     fn may_meet(&self, strip: &Strip, reach: Reach) -> bool {
         let ends = strip.heights.map(|z| (z - self.height) * self.per_dz);

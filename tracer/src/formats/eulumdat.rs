@@ -54,9 +54,9 @@ pub struct Ldt {
     pub direct_ratios: [f64; 10],
     /// Shape (stored plane, γ), cd/klm.
     pub intensities: Vec<f64>,
-    /// How many sets of lamps the file that was read holds, of which this is one.
+    /// Number of sets of lamps in the file that was read, of which this is one.
     pub lamp_sets: usize,
-    /// What is odd in the file that was read, though it can be used.
+    /// Oddities of the file that was read, though it can be used.
     pub warnings: Vec<String>,
 }
 
@@ -82,7 +82,7 @@ fn fields(text: &str) -> Result<Fields<'_>, FormatError> {
     Ok(Fields::new(lines, end))
 }
 
-/// How many planes a file stores, of `planes` around the circle.
+/// Number of planes that a file stores, of `planes` around the circle.
 fn stored(symmetry: u8, planes: usize) -> usize {
     match symmetry {
         1 => 1,
@@ -131,7 +131,7 @@ impl LampSet {
 /// Reads the text of a file, with its first set of lamps.
 ///
 /// # Errors
-/// As [`read_lamp_set`].
+/// Same as [`read_lamp_set`].
 pub fn read(text: &str) -> Result<Ldt, FormatError> {
     read_lamp_set(text, 1)
 }
@@ -235,7 +235,7 @@ pub fn read_lamp_set(text: &str, lamp_set: usize) -> Result<Ldt, FormatError> {
 }
 
 impl Ldt {
-    /// Whether the photometry is absolute.
+    /// True if the photometry is absolute.
     pub fn is_absolute(&self) -> bool {
         self.lamps < 0
     }

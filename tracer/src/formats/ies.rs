@@ -52,7 +52,7 @@ pub struct Ies {
     pub vertical: Vec<f64>,
     /// Horizontal angles, degrees.
     pub horizontal: Vec<f64>,
-    /// Whether lengths are in metres, else feet.
+    /// True if lengths are in metres, else feet.
     pub metres: bool,
     /// Width, length, height of the luminous opening.
     pub size: [f64; 3],
@@ -62,7 +62,7 @@ pub struct Ies {
     pub watts: f64,
     /// Shape (horizontal, vertical), before `multiplier` and `ballast_factor`.
     pub candela: Vec<f64>,
-    /// What is odd in the file that was read, though it can be used.
+    /// Oddities of the file that was read, though it can be used.
     pub warnings: Vec<String>,
 }
 
@@ -146,7 +146,7 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
     Ok(ies)
 }
 
-/// What stands behind the TILT line.
+/// Content behind the TILT line.
 fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
     let lamps = fields.count("number of lamps", 1, 10_000)?;
     let positive = |v: f64| v > 0.0 && v <= LARGEST;
@@ -222,7 +222,7 @@ fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
 }
 
 impl Ies {
-    /// Whether candela values are absolute.
+    /// True if candela values are absolute.
     pub fn is_absolute(&self) -> bool {
         self.lumens_per_lamp < 0.0
     }
@@ -275,7 +275,7 @@ impl Ies {
     }
 }
 
-/// Whether two angles in degrees are the same to rounding.
+/// True if two angles in degrees are the same to rounding.
 fn is(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-6
 }

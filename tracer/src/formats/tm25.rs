@@ -80,7 +80,7 @@ pub struct Tm25Header {
 }
 
 impl Tm25Header {
-    /// Whether rays carry radiant flux (W); else luminous flux (lm).
+    /// True if rays carry radiant flux (W); else luminous flux (lm).
     pub fn is_radiant(&self) -> bool {
         self.columns[0]
     }
@@ -246,8 +246,8 @@ impl<R: Read> Tm25Reader<R> {
         self.sum
     }
 
-    /// Which of [`Tm25Header::tables`], from 1, the file names as the spectrum of the ray read
-    /// last; NaN where it names none.
+    /// Number of the table of [`Tm25Header::tables`], from 1, that the file names as the spectrum
+    /// of the ray read last; NaN where it names none.
     pub fn spectrum_index(&self) -> f32 {
         self.spectrum_index
     }

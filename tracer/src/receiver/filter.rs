@@ -3,7 +3,7 @@
 
 use crate::scene::Lines;
 
-/// Which light is read: all of it by default.
+/// Choice of the light that is read: all of it by default.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filter {
     /// Only light whose last surface has this name in the ledger, in words or with underscores
@@ -26,7 +26,7 @@ impl Default for Filter {
     }
 }
 
-/// What filters know of a path.
+/// Past of a path, for filters.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PathHistory {
     /// Number of its source.
@@ -70,7 +70,7 @@ impl<'a> CompiledFilter<'a> {
         Self { lines: name.map(|name| lines_named(lines, name)), filter }
     }
 
-    /// Whether light of this past is read.
+    /// True if light of this past is read.
     pub fn passes(&self, history: &PathHistory) -> bool {
         let Filter { last_radii_mm, bounces: [least, most], sources, .. } = self.filter;
         let line = history.line as usize;

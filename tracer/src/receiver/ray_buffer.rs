@@ -20,15 +20,15 @@ pub const NO_BIN: u32 = u32::MAX;
 /// Up to [`RAY_BUFFER`] rays with their lengths and weights, coordinate by coordinate.
 #[derive(Debug, Clone)]
 pub struct RayBuffer {
-    /// Where they start, mm.
+    /// Start points, mm.
     pub origin: [[f64; RAY_BUFFER]; 3],
-    /// Where they go.
+    /// Directions.
     pub direction: [[f64; RAY_BUFFER]; 3],
-    /// How far, mm; infinite where they leave the scene for good.
+    /// Lengths, mm; infinite where they leave the scene for good.
     pub length: [f64; RAY_BUFFER],
     /// Their weights.
     pub weight: [f64; RAY_BUFFER],
-    /// How many there are; entries from there on are of no meaning, but finite.
+    /// Number of rays; entries from there on are of no meaning, but finite.
     pub count: usize,
     /// Pasts of their paths, where a filter asks for them.
     pub(super) history: Vec<PathHistory>,

@@ -35,20 +35,20 @@ pub(crate) struct Receivers<'a> {
     /// Length from which segments are read: 0, or infinite where all read escapes alone; NaN for
     /// none.
     read_from: f64,
-    /// Whether any reads surfaces.
+    /// True if any reads surfaces.
     surfaces: bool,
-    /// Whether any has a filter.
+    /// True if any has a filter.
     history: bool,
     light: bool,
 }
 
 impl<'a> Receivers<'a> {
-    /// Whether any reads segments that end at a surface.
+    /// True if any reads segments that end at a surface.
     pub fn read_segments(&self) -> bool {
         self.read_from <= 0.0
     }
 
-    /// Whether any needs every interaction.
+    /// True if any needs every interaction.
     pub fn observe_interactions(&self) -> bool {
         self.history || self.surfaces
     }

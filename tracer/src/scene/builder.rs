@@ -115,13 +115,13 @@ impl SceneBuilder {
         self
     }
 
-    /// How instances are searched; for tests and measurements, results do not depend on it.
+    /// Chooses the search for instances; for tests and measurements, results do not depend on it.
     pub fn search(&mut self, search: InstanceSearch) -> &mut Self {
         self.search = search;
         self
     }
 
-    /// Whether light meets no instance but the one that carries its source, as if each stood alone
+    /// True if light meets no instance but the one that carries its source, as if each stood alone
     /// on the ground of all; default: it meets any.
     pub fn isolated(&mut self, isolated: bool) -> &mut Self {
         self.isolated = isolated;
@@ -182,7 +182,7 @@ impl SceneBuilder {
         self.instances[instance].0.0
     }
 
-    /// What the instances stand in.
+    /// Media in which the instances stand.
     fn containments(&self) -> Result<Containments, Error> {
         let levels = self.surfaces.iter().filter_map(|surface| {
             let Bounds { low, high } = surface.shape.bounds();

@@ -23,7 +23,7 @@ use crate::shape::{Bounds, Reach};
 /// at 9, 5 % at 16, 75 % at 64, elevenfold at 1024).
 pub const HIERARCHY_FROM: usize = 10;
 
-/// How instances are searched.
+/// Search for instances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstanceSearch {
     /// By number of instances.

@@ -90,7 +90,7 @@ pub struct Scene {
     pub(crate) lines: Arc<Lines>,
     pub(crate) power: f64,
     offset: f64,
-    /// Whether light meets no instance but the one that carries its source.
+    /// True if light meets no instance but the one that carries its source.
     isolated: bool,
     /// The instance of the array solids, which is the last one.
     array_solids: Option<u32>,
@@ -157,14 +157,14 @@ impl Scene {
         bodies.chain(walls.map(|wall| wall.shape.bounds()))
     }
 
-    /// How far the start of a ray is moved off the surface it leaves, mm: 1e-12 of the largest
+    /// Distance of the start of a ray from the surface it leaves, mm: 1e-12 of the largest
     /// finite coordinate of the scene. That is a thousand times the rounding error of a point
     /// settled on its surface, and a millionth of the finest structure that light at 550 nm feels.
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// How far the start of a ray is moved off `point` of `surface`, mm. It is [`Scene::offset`],
+    /// Distance of the start of a ray from `point` of `surface`, mm. It is [`Scene::offset`],
     /// or more where the same region lies on both sides and the point is farther out than the
     /// finite coordinates of the scene: such a surface must be left by more than rounding.
     #[inline]
@@ -200,7 +200,7 @@ impl Scene {
         instance.filter(|_| self.isolated)
     }
 
-    /// Whether instances stand in array solids.
+    /// True if instances stand in array solids.
     #[inline]
     pub(crate) fn has_nested(&self) -> bool {
         self.nested.is_some()
@@ -215,7 +215,7 @@ impl Scene {
         }
     }
 
-    /// Whether a ray in `location` may meet other bodies than its own.
+    /// True if a ray in `location` may meet other bodies than its own.
     #[inline]
     pub(crate) fn meets_other_bodies(&self, location: Location) -> bool {
         let nested = self.nested.as_ref();

@@ -23,8 +23,8 @@ use crate::surface::{Region, Surface};
 
 /// Lines by which points of a surface are found.
 const LINES: usize = 64;
-/// How far inside of a surface its points are taken, and how far above the ground what stands on it
-/// is looked at: as a share of the size of all.
+/// Depth inside of a surface at which its points are taken, and height above the ground at which
+/// what stands on it is looked at: as a share of the size of all.
 const DEEP: f64 = 1e-6;
 /// Most ends of edges of a surface that are looked at.
 const ENDS: usize = 512;
@@ -86,7 +86,7 @@ impl<'a> Surroundings<'a> {
         (containment, false)
     }
 
-    /// Whether no surface of the array solids reaches into a box above the ground: each surface
+    /// True if no surface of the array solids reaches into a box above the ground: each surface
     /// lies beside the box, on the ground, or is that of a convex solid that holds its corners.
     fn clear(&self, around: Bounds) -> bool {
         // What stands on the ground is looked at a little above it: solids that stand there keep a
@@ -104,7 +104,7 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// How far above the ground an instance with this box is looked at, mm.
+    /// Height above the ground at which an instance with this box is looked at, mm.
     fn slack(&self, around: Bounds) -> f64 {
         let boxes = self.array_solids.surfaces.iter().map(|s| s.shape.bounds());
         let size = Bounds::union_of(boxes).union(around).size().max_element();

@@ -74,7 +74,7 @@ impl Hull {
         self.matrix * local + self.origin
     }
 
-    /// Its axes, of any length.
+    /// Axes, of any length.
     pub fn axes(&self) -> [DVec3; 3] {
         [self.matrix.x_axis, self.matrix.y_axis, self.matrix.z_axis]
     }

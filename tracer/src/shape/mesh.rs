@@ -44,8 +44,8 @@ use crate::ray::Ray;
 /// By how many f32 epsilons of the size of the mesh the boxes of its triangles are padded.
 const PAD: f64 = 64.0;
 
-/// How far before its start a ray begins in the hierarchy, which does not look nearer than 1e-4
-/// there.
+/// Distance before its start at which a ray begins in the hierarchy, which does not look nearer
+/// than 1e-4 there.
 const BEFORE: f64 = 2e-4;
 
 /// Smallest component of a direction that boxes are divided by.
@@ -79,7 +79,7 @@ pub struct Mesh {
     patch_of: Vec<u32>,
     patches: usize,
     hierarchy: CwBvh,
-    /// What lengths are multiplied with for the hierarchy, so that the mesh has about the size of 1
+    /// Factor on lengths for the hierarchy, so that the mesh has about the size of 1
     /// there.
     scale: f64,
     bounds: Bounds,
@@ -146,7 +146,7 @@ impl Mesh {
     /// last bit, as files without shared vertices write them.
     ///
     /// # Errors
-    /// As [`Mesh::new`].
+    /// Same as [`Mesh::new`].
     pub fn welded(triangles: &[[DVec3; 3]], patch_of: &[u32]) -> Result<Self, MeshError> {
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
         let mut vertices = Vec::new();
@@ -171,7 +171,7 @@ impl Mesh {
         self.count
     }
 
-    /// Whether the solid is convex: a ray that leaves it never meets it again.
+    /// True if the solid is convex: a ray that leaves it never meets it again.
     pub fn convex(&self) -> bool {
         self.convex
     }
@@ -342,7 +342,7 @@ impl<'a> ShearedRay<'a> {
         Self { ray, axes: [x, y, z], shear: [d[x] / d[z], d[y] / d[z]] }
     }
 
-    /// Where a corner lies beside the ray. It depends on nothing but the corner and the ray.
+    /// Position of a corner beside the ray. It depends on nothing but the corner and the ray.
     #[inline]
     fn project(&self, corner: DVec3) -> [f64; 2] {
         let from = (corner - self.ray.origin).to_array();

@@ -125,7 +125,7 @@ impl Stairs {
         level
     }
 
-    /// Where light inside leaves, with the passage of its ray through the shell: within the inner
+    /// Exit of light from inside, with the passage of its ray through the shell: within the inner
     /// ball there is nothing to meet.
     #[inline]
     pub fn leave_through(&self, passage: &Passage, axial: Axial) -> Option<(f64, u32)> {
@@ -145,7 +145,7 @@ impl Stairs {
         self.leave(&Climb { axial, z: axial.z(to.max(0.0)), stop })
     }
 
-    /// Where light outside enters, with the passage of its ray through the shell: outside of the
+    /// Entry of light from outside, with the passage of its ray through the shell: outside of the
     /// outer ball there is nothing to meet.
     #[inline]
     pub fn enter_through(&self, passage: &Passage, axial: Axial) -> Option<(f64, u32)> {
@@ -156,7 +156,7 @@ impl Stairs {
         self.enter(&Climb { axial, z: axial.z(from.max(0.0)), stop: axial.z(to) })
     }
 
-    /// Where light inside leaves: distance and primitive.
+    /// Exit of light from inside: distance and primitive.
     #[inline]
     fn leave(&self, climb: &Climb) -> Option<(f64, u32)> {
         let axial = &climb.axial;
@@ -201,7 +201,7 @@ impl Stairs {
         None
     }
 
-    /// Where light outside enters: distance and primitive.
+    /// Entry of light from outside: distance and primitive.
     #[inline]
     fn enter(&self, climb: &Climb) -> Option<(f64, u32)> {
         let axial = &climb.axial;

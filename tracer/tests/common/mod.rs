@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the physics tests and the benches share: numbers of paths, judgement in standard errors,
+//! Shared by the physics tests and the benches: numbers of paths, judgement in standard errors,
 //! small scenes.
 #![allow(dead_code, reason = "each test binary and bench uses its own part of this module")]
 

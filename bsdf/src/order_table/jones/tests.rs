@@ -43,7 +43,7 @@ fn table(grid: Grid, rows: Vec<JonesRow>) -> Result<OrderTable, Error> {
     plain.with_jones(rows)
 }
 
-/// What every node of a grid does, from a function of its wavevector.
+/// Response of every node of a grid, from a function of its wavevector.
 fn rows(grid: &Grid, mut of: impl FnMut(NodeId, &[(Side, i32)]) -> Vec<Jones>) -> Vec<JonesRow> {
     grid.nodes()
         .map(|id| {

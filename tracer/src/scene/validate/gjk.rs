@@ -54,7 +54,7 @@ impl<'a> Solid<'a> {
         surfaces.map(|surfaces| Self { body, surfaces })
     }
 
-    /// Whether it certainly does not overlap another body at `at` from it.
+    /// True if it certainly does not overlap another body at `at` from it.
     pub fn apart_from(&self, other: &Self, at: DVec3) -> bool {
         let uncut = self.surfaces.iter().all(|a| {
             let mut others = other.surfaces.iter();
@@ -71,7 +71,7 @@ impl<'a> Solid<'a> {
         uncut && other.lies_outside(self.body, at) && self.lies_outside(other.body, -at)
     }
 
-    /// Whether points of all its surfaces lie outside of a body; it stands at `at` from that.
+    /// True if points of all its surfaces lie outside of a body; it stands at `at` from that.
     fn lies_outside(&self, body: &Body, at: DVec3) -> bool {
         self.surfaces.iter().all(|surface| {
             let middle = surface.bounds.middle();
@@ -85,7 +85,7 @@ impl<'a> Solid<'a> {
     }
 }
 
-/// Whether a point lies outside of a body: two of three directions decide.
+/// True if a point lies outside of a body: two of three directions decide.
 fn outside(body: &Body, point: DVec3) -> bool {
     let free = |look: &&DVec3| {
         let ray = Ray { origin: point, direction: look.normalize() };
@@ -102,7 +102,7 @@ fn farthest(hulls: &[Hull], direction: DVec3) -> DVec3 {
     most.unwrap_or_default()
 }
 
-/// Whether a plane separates the convex hull of all `a` from that of all `b`, which stand at `at`
+/// True if a plane separates the convex hull of all `a` from that of all `b`, which stand at `at`
 /// from them.
 fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
     let support = |d: DVec3| farthest(a, d) - farthest(b, -d) - at;

@@ -32,7 +32,7 @@ pub(super) const WIDE: usize = 16;
 /// Most triangles of the leaves of a node.
 pub(super) const PRIMITIVES: usize = 24;
 
-/// How far a ray may pass on the wrong side of an edge, as a share of its length.
+/// Distance by which a ray may pass on the wrong side of an edge, as a fraction of its length.
 const SLACK: f64 = 64.0 * f32::EPSILON as f64;
 
 /// More than numbers that are too small for f32 lose.
@@ -115,9 +115,9 @@ impl Prefilter {
         }
     }
 
-    /// Which of the first triangles the rays of a row may cross, by their directions d and moments
-    /// o × d. A triangle stands in the child of the node that its bit in `homes` tells, and a ray
-    /// meets the children of its bits in `met`.
+    /// Bits of the first triangles that the rays of a row may cross, by their directions d and
+    /// moments o × d. A triangle stands in the child of the node that its bit in `homes` tells, and
+    /// a ray meets the children of its bits in `met`.
     #[inline(always)]
     pub fn pass(
         &self,
