@@ -30,7 +30,7 @@ impl Side {
 
     /// The side into which a direction away from the surface points; a tangent counts as outer.
     #[must_use]
-    pub fn of(local: DVec3) -> Self {
+    pub fn from_direction(local: DVec3) -> Self {
         if local.z < 0.0 { Self::Inner } else { Self::Outer }
     }
 
@@ -166,7 +166,7 @@ mod tests {
                 let phi = 0.7 * f64::from(k);
                 let mut w = spherical(theta, phi);
                 w.z *= side.sign();
-                assert_eq!(Side::of(w), side);
+                assert_eq!(Side::from_direction(w), side);
                 let back = Wavevector::incoming(-w, index).leaving(side, index).unwrap();
                 assert!((back - w).length() < 1e-13);
                 let back = Wavevector::incoming(w, index).arriving(side, index).unwrap();

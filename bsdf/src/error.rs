@@ -42,13 +42,13 @@ pub enum Error {
     },
     /// A Gaussian lobe that is too narrow or too wide.
     #[error(
-        "full width at half maximum of a Gaussian lobe must lie between {least} and {most} degrees, got {value}"
+        "full width at half maximum of a Gaussian lobe must lie between {min} and {max} degrees, got {value}"
     )]
     Width {
         /// Least width, degrees.
-        least: f64,
+        min: f64,
         /// Largest width, degrees.
-        most: f64,
+        max: f64,
         /// Value found, degrees.
         value: f64,
     },
@@ -93,7 +93,7 @@ pub enum Error {
     },
     /// A row for unpolarised light, which a table does not store.
     #[error("rows are given for s and p apart, got one for unpolarised light")]
-    UnpolarizedRow,
+    UnpolarisedRow,
     /// An invalid efficiency of a diffraction order.
     #[error("efficiency of {order}: expected {expected}, got {value}")]
     Efficiency {

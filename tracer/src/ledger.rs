@@ -23,7 +23,7 @@ impl Loss {
     pub const ALL: [Self; 3] = [Self::Bounces, Self::Leak, Self::Invalid];
 
     /// A few words for reports.
-    pub fn words(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
             Self::Bounces => "too many bounces",
             Self::Leak => "leaked out of a closed body",
@@ -156,7 +156,7 @@ impl Ledger {
 
     /// Power given up, with the cause in words, W.
     pub fn named_losses(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        Loss::ALL.into_iter().map(Loss::words).zip(self.lost)
+        Loss::ALL.into_iter().map(Loss::description).zip(self.lost)
     }
 
     /// Power absorbed by surfaces and media, W.

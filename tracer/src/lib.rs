@@ -81,7 +81,7 @@ pub use error::Error;
 pub use ledger::{Ledger, Loss};
 pub use observer::{Fate, Interaction, Observer};
 pub use optics::media::Medium;
-pub use optics::polarization::Polarization;
+pub use optics::polarisation::Polarisation;
 pub use optics::thin_film::{Film, Layer};
 pub use outcome::{Outcome, Totals};
 pub use package::{Cap, Dome, Interior, LedBox, Package};

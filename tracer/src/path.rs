@@ -10,7 +10,7 @@ use rand::Rng;
 
 use crate::ledger::{Booking, Loss};
 use crate::observer::{Fate, Interaction, Observer};
-use crate::optics::polarization::{Light, Polarization, Unpolarised};
+use crate::optics::polarisation::{Light, Polarisation, Unpolarised};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
@@ -25,7 +25,7 @@ pub(crate) struct Tracer<'a> {
     pub receivers: Receivers<'a>,
     pub max_bounces: u32,
     roulette_below: f64,
-    pub polarization: Polarization,
+    pub polarisation: Polarisation,
     pub sampling: Sampling,
 }
 
@@ -75,7 +75,7 @@ impl<'a> Tracer<'a> {
             receivers: Receivers::new(scene, receivers),
             max_bounces: settings.max_bounces,
             roulette_below: settings.roulette_below,
-            polarization: settings.polarization,
+            polarisation: settings.polarisation,
             sampling: settings.sampling,
         }
     }
@@ -96,9 +96,9 @@ impl<'a> Tracer<'a> {
             ray,
             location,
             left: None,
-            own: self.scene.keeps_to(placed.instance),
+            own: self.scene.only_candidate(placed.instance),
             weight: 1.0,
-            history: PathHistory::of(number as u32),
+            history: PathHistory::new(number as u32),
         }
     }
 
@@ -253,7 +253,7 @@ impl<'a> Tracer<'a> {
         // The surface absorbs what it does not send on.
         let sides = [hit.side, event.side];
         let arrived = state.weight;
-        self.settle(patch.line, sides, event.share, &mut state.weight, rng, tally);
+        self.settle(patch.line, sides, event.efficiency, &mut state.weight, rng, tally);
         let weight = state.weight;
         observer.meets(&Interaction {
             point: point + self.scene.position(hit.instance),
@@ -279,7 +279,7 @@ impl<'a> Tracer<'a> {
         let sound = event.sound(normal);
         (state.location, state.ray.origin) = match (hit.surface.region(event.side), hit.instance) {
             (Region::World, instance) if sound => {
-                state.left = self.scene.leaves_for_good(instance);
+                state.left = self.scene.convex_exit(instance);
                 let around = self.scene.around(instance);
                 (around, start + self.scene.position(instance))
             }
@@ -342,15 +342,15 @@ impl<'a> Tracer<'a> {
         tally.book(Booking::Interaction { line, sides, absorbed, weight: *weight });
     }
 
-    /// Keeps `share` of the weight and returns what is absorbed. Below the threshold of the
+    /// Keeps `efficiency` of the weight and returns what is absorbed. Below the threshold of the
     /// roulette, chance keeps or absorbs all: the mean is the same, and the power of every path
     /// balances.
     #[inline]
-    fn keep(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
+    fn keep(&self, weight: &mut f64, efficiency: f64, rng: &mut impl Rng) -> f64 {
         let before = *weight;
-        if before * share >= self.roulette_below || share >= 1.0 {
-            *weight = before * share;
-        } else if random::unit(rng) >= share {
+        if before * efficiency >= self.roulette_below || efficiency >= 1.0 {
+            *weight = before * efficiency;
+        } else if random::unit(rng) >= efficiency {
             *weight = 0.0;
         }
         before - *weight

@@ -22,7 +22,7 @@ use crate::batch::mesh_packets::MeshPackets;
 use crate::checkpoint::{self, CheckpointStore};
 use crate::error::Error;
 use crate::observer::{Fate, Observer};
-use crate::optics::polarization::{Light, Polarization, Stokes, Unpolarised};
+use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
 use crate::outcome::{Outcome, Totals};
 use crate::path::Tracer;
 use crate::random::{self, Streams};
@@ -102,9 +102,9 @@ fn trace_groups(
     }
 
     let tracer = Tracer::new(scene, receivers, settings);
-    let many = match settings.polarization {
-        Polarization::Unpolarised => Strategy::new(scene, settings.max_bounces),
-        Polarization::Carried => Strategy::PathByPath,
+    let many = match settings.polarisation {
+        Polarisation::Unpolarised => Strategy::new(scene, settings.max_bounces),
+        Polarisation::Carried => Strategy::PathByPath,
     };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     groups
@@ -159,7 +159,7 @@ impl Observer for Escapes {
 }
 
 /// Groups whose rays are kept at once by [`run_rays`].
-const AT_ONCE: u64 = 16;
+const BLOCK: u64 = 16;
 /// Paths of one group of [`run_rays`].
 const IN_GROUP: u64 = 16_384;
 
@@ -179,8 +179,8 @@ pub fn run_rays(
     let paths = settings.paths.div_ceil(count);
     let scale = scene.power() / (paths * count) as f64;
     let (mut totals, mut hits) = (Vec::new(), 0);
-    for begin in (0..count).step_by(AT_ONCE as usize) {
-        let batch: Vec<(Totals, u64, Leaving)> = (begin..(begin + AT_ONCE).min(count))
+    for begin in (0..count).step_by(BLOCK as usize) {
+        let batch: Vec<(Totals, u64, Leaving)> = (begin..(begin + BLOCK).min(count))
             .into_par_iter()
             .map(|group| {
                 let mut escapes = Escapes { rays: Vec::new(), scale };
@@ -220,7 +220,7 @@ impl<'a> Strategy<'a> {
         if let Some(batch) = BatchTracer::new(scene, max_bounces) {
             return Self::BatchTracer(Box::new(batch));
         }
-        MeshPackets::of(scene).map_or(Self::PathByPath, Self::MeshPackets)
+        MeshPackets::new(scene).map_or(Self::PathByPath, Self::MeshPackets)
     }
 }
 
@@ -261,11 +261,11 @@ fn trace_group(
         Strategy::PathByPath => {
             let begun = (streams, picker);
             let (tally, keep_going) = (&mut tally, &mut keep_going);
-            match tracer.polarization {
-                Polarization::Unpolarised => {
+            match tracer.polarisation {
+                Polarisation::Unpolarised => {
                     one_by_one::<Unpolarised>(tracer, paths, begun, tally, observer, keep_going)
                 }
-                Polarization::Carried => {
+                Polarisation::Carried => {
                     one_by_one::<Stokes>(tracer, paths, begun, tally, observer, keep_going)
                 }
             }

@@ -2,14 +2,14 @@
 //! Scattering of one ray by a surface: the direction, the side and the efficiency with which it
 //! goes on.
 
-use bsdf::{PolarizedBsdf, s_axis};
+use bsdf::{PolarisedBsdf, s_axis};
 use bsdf::{Side, Transport};
 use glam::DVec3;
 use num_complex::Complex64;
 use rand::Rng;
 
 use crate::optics::fresnel::{Fresnel, Refraction, reflect, refract};
-use crate::optics::polarization::Light;
+use crate::optics::polarisation::Light;
 use crate::optics::thin_film::{Amplitudes, End, Film};
 use crate::random;
 use crate::scene::Hit;
@@ -22,8 +22,8 @@ pub(crate) struct ScatterEvent {
     /// The side on which it goes on; told by the surface, not by the direction, which grazes at
     /// times.
     pub side: Side,
-    /// Share of its power that goes on; the rest is absorbed.
-    pub share: f64,
+    /// Fraction of its power that goes on; the rest is absorbed.
+    pub efficiency: f64,
 }
 
 impl ScatterEvent {
@@ -51,7 +51,8 @@ pub(crate) fn scatter<L: Light>(
     rng: &mut impl Rng,
 ) -> ScatterEvent {
     let facing = normal * hit.side.sign();
-    let back = |direction: DVec3, share: f64| ScatterEvent { direction, side: hit.side, share };
+    let back =
+        |direction: DVec3, efficiency: f64| ScatterEvent { direction, side: hit.side, efficiency };
     match optics {
         SurfaceModel::Interface if L::CARRIED => {
             through(hit, &Film::bare(), direction, facing, light, rng)
@@ -66,7 +67,7 @@ pub(crate) fn scatter<L: Light>(
             ScatterEvent {
                 direction: fresnel.refracted(direction, facing),
                 side: hit.side.opposite(),
-                share: 1.0,
+                efficiency: 1.0,
             }
         }
         SurfaceModel::Mirror { reflectance } => {
@@ -77,8 +78,8 @@ pub(crate) fn scatter<L: Light>(
             back(reflect(direction, facing), *reflectance)
         }
         SurfaceModel::LayeredMirror(mirror) => {
-            let share = mirrored(hit, mirror, direction, facing, light);
-            back(reflect(direction, facing), share)
+            let efficiency = mirrored(hit, mirror, direction, facing, light);
+            back(reflect(direction, facing), efficiency)
         }
         SurfaceModel::Lambertian { reflectance } => {
             light.depolarise();
@@ -104,7 +105,7 @@ pub(crate) fn scatter<L: Light>(
         }
         SurfaceModel::Scatter(table) => {
             if L::CARRIED
-                && let Some(table) = table.as_polarized()
+                && let Some(table) = table.as_polarised()
             {
                 return polarised(hit, table, direction, (point, normal), light, rng)
                     .unwrap_or_else(|| back(direction, 0.0));
@@ -121,7 +122,7 @@ pub(crate) fn scatter<L: Light>(
             ScatterEvent {
                 direction: frame.to_world(sample.wo).normalize(),
                 side,
-                share: sample.weight,
+                efficiency: sample.weight,
             }
         }
     }
@@ -152,7 +153,7 @@ fn mixed_direction<L: Light>(
 #[inline(never)]
 fn polarised<L: Light>(
     hit: &Hit<'_>,
-    table: &dyn PolarizedBsdf,
+    table: &dyn PolarisedBsdf,
     direction: DVec3,
     (point, normal): (DVec3, DVec3),
     light: &mut L,
@@ -161,7 +162,7 @@ fn polarised<L: Light>(
     let frame = hit.surface.shape.frame(point, normal);
     let wi = frame.to_local(-direction);
     let before = light.referred(direction, frame.to_world(s_axis(wi)));
-    let (sample, after) = table.sample_polarized(wi, before, rng)?;
+    let (sample, after) = table.sample_polarised(wi, before, rng)?;
     light.become_light(after, frame.to_world(s_axis(sample.wo)));
     Some(ScatterEvent {
         direction: frame.to_world(sample.wo).normalize(),
@@ -169,7 +170,7 @@ fn polarised<L: Light>(
             Transport::Reflection => hit.side,
             Transport::Transmission => hit.side.opposite(),
         },
-        share: sample.weight,
+        efficiency: sample.weight,
     })
 }
 
@@ -181,7 +182,7 @@ fn indices(hit: &Hit<'_>) -> (f64, f64) {
 /// Amplitudes of a perfect mirror for E_s and E_p.
 const PERFECT: [Complex64; 2] = [Complex64::new(-1.0, 0.0), Complex64::new(1.0, 0.0)];
 
-/// Sums of shares this near to 1 are of a film that absorbs nothing.
+/// Sums of both parts this near to 1 are of a film that absorbs nothing.
 const WHOLE: f64 = 1e-12;
 
 /// Share that a mirror of films keeps.
@@ -235,13 +236,13 @@ impl FilmIncidence {
 
     /// Share of the power that goes on.
     #[inline]
-    fn share(&self) -> f64 {
+    fn efficiency(&self) -> f64 {
         let whole = self.reflected + self.transmitted;
         if (whole - 1.0).abs() < WHOLE { 1.0 } else { whole.min(1.0) }
     }
 }
 
-/// Draws between reflection and transmission at a film; what it absorbs is missing in the share.
+/// Draws between reflection and transmission at a film; the efficiency lacks what it absorbs.
 #[inline(never)]
 fn through<L: Light>(
     hit: &Hit<'_>,
@@ -253,21 +254,21 @@ fn through<L: Light>(
 ) -> ScatterEvent {
     let (n1, n2) = indices(hit);
     let met = FilmIncidence::new(hit, film, direction, facing, light);
-    let share = met.share();
+    let efficiency = met.efficiency();
     if random::unit(rng) * (met.reflected + met.transmitted) >= met.reflected
         && let Refraction::Partial { refracted, .. } = refract(direction, facing, n1, n2)
     {
         light.pass(met.amplitudes.transmitted);
-        return ScatterEvent { direction: refracted, side: hit.side.opposite(), share };
+        return ScatterEvent { direction: refracted, side: hit.side.opposite(), efficiency };
     }
     light.pass(met.amplitudes.reflected);
-    ScatterEvent { direction: reflect(direction, facing), side: hit.side, share }
+    ScatterEvent { direction: reflect(direction, facing), side: hit.side, efficiency }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::polarization::Stokes;
+    use crate::optics::polarisation::Stokes;
 
     /// Light that goes on as from a mirror keeps its degree of polarisation, with the signs of U
     /// and V turned; the rest has none.

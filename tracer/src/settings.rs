@@ -2,7 +2,7 @@
 //! Settings of a run: how many paths, and how they are traced.
 
 use crate::error::{Error, check, fraction};
-use crate::optics::polarization::Polarization;
+use crate::optics::polarisation::Polarisation;
 
 /// Number of paths, and options of tracing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ pub struct Settings {
     /// Weight, from 0 to 1, below which absorption takes all or nothing.
     pub roulette_below: f64,
     /// True if rays carry their polarisation.
-    pub polarization: Polarization,
+    pub polarisation: Polarisation,
     /// Sampling of the beginnings of paths.
     pub sampling: Sampling,
 }
@@ -46,7 +46,7 @@ impl Settings {
             groups: 64,
             max_bounces: 10_000,
             roulette_below: 0.1,
-            polarization: Polarization::Unpolarised,
+            polarisation: Polarisation::Unpolarised,
             sampling: Sampling::Random,
         }
     }

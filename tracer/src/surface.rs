@@ -98,7 +98,7 @@ impl SurfaceModel {
     pub(crate) fn scatters(&self) -> bool {
         match self {
             Self::Lambertian { .. } | Self::Mixed(_) | Self::Coating(_) => true,
-            Self::Scatter(table) => table.as_polarized().is_none(),
+            Self::Scatter(table) => table.as_polarised().is_none(),
             _ => false,
         }
     }

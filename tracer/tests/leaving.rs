@@ -17,8 +17,9 @@ use tracer::{
 type Case = (&'static str, Shape, [bool; 2]);
 
 fn scaled(meridian: &Meridian, scale: f64) -> Meridian {
-    let edges = meridian.frusta().iter();
-    let elements: Vec<Element> = edges
+    let elements: Vec<Element> = meridian
+        .frusta()
+        .iter()
         .map(|(edge, _)| Element {
             points: edge.ends().map(|[r, z]| [r * scale, z * scale]).to_vec(),
         })

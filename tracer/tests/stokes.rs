@@ -12,7 +12,7 @@ use num_complex::Complex64;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
 use tracer::{
-    Detector, Emission, Emitter, Filter, Measurement, Medium, Outcome, Polarization, Prototype,
+    Detector, Emission, Emitter, Filter, Measurement, Medium, Outcome, Polarisation, Prototype,
     Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 
@@ -26,7 +26,7 @@ fn detected(scene: &Scene, detectors: &[Detector], settings: &Settings) -> Outco
 }
 
 fn carried(paths: u64, seed: u64) -> Settings {
-    Settings { polarization: Polarization::Carried, ..Settings::new(paths, seed) }
+    Settings { polarisation: Polarisation::Carried, ..Settings::new(paths, seed) }
 }
 
 /// Sums over all bins of a detector.

@@ -81,11 +81,11 @@ impl BlochNodes {
         let second = (bin & mask) as f64;
         let number = if first { location.own } else { second };
         let inner = number < self.inner_orders;
-        let beyond = self.lowest[1] - self.inner_orders;
+        let outer = self.lowest[1] - self.inner_orders;
         SampledOrder {
             inner,
             absorbed: number >= self.orders,
-            order: (if inner { self.lowest[0] } else { beyond }) + number - location.zone,
+            order: (if inner { self.lowest[0] } else { outer }) + number - location.zone,
         }
     }
 }

@@ -150,11 +150,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;
     atomic_file::write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
-        format!(
-            "{}\nwritten to {}",
-            describe(&study, &ranking),
-            arguments.out.display()
-        )
+        format!("{}\nwritten to {}", describe(&study, &ranking), arguments.out.display())
     })
 }
 

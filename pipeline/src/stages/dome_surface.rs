@@ -63,12 +63,12 @@ pub fn dome_surface(
 
 /// A solved table for the polarisation that the design asks for.
 fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Bsdf>> {
-    let polarization = match design.hybrid.polarization {
+    let polarisation = match design.hybrid.polarization {
         Polarization::Unpolarised => return Ok(Arc::clone(table) as Arc<dyn Bsdf>),
-        Polarization::S => bsdf::Polarization::S,
-        Polarization::P => bsdf::Polarization::P,
+        Polarization::S => bsdf::Polarisation::S,
+        Polarization::P => bsdf::Polarisation::P,
     };
-    Ok(Arc::new(table.for_polarization(polarization)?))
+    Ok(Arc::new(table.for_polarisation(polarisation)?))
 }
 
 fn banded(

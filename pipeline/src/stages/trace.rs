@@ -119,10 +119,7 @@ impl TraceJob<'_> {
     }
 
     fn settings(&self, seed: u64) -> Settings {
-        Settings {
-            groups: GROUPS,
-            ..scene::settings(self.design, self.paths, seed)
-        }
+        Settings { groups: GROUPS, ..scene::settings(self.design, self.paths, seed) }
     }
 
     /// Where finished groups are kept, if they are.

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::lanes::{Course, LANES, Mode};
 use super::{BatchTracer, Events, PathBatch};
 use crate::ledger::{Booking, Loss};
-use crate::optics::polarization::Unpolarised;
+use crate::optics::polarisation::Unpolarised;
 use crate::path::{PathState, Tracer};
 use crate::ray::{Ray, lanes};
 use crate::receiver::{PathHistory, Tally};
@@ -214,13 +214,13 @@ impl BatchTracer<'_> {
         );
         let (line, sides) = (primitive.patch.line, [side, event.side]);
         let weight = &mut batch.weight[lane];
-        tracer.settle(line, sides, event.share, weight, &mut stream, tally);
+        tracer.settle(line, sides, event.efficiency, weight, &mut stream, tally);
         lanes.keep(lane, stream);
         if batch.weight[lane] == 0.0 {
             return None;
         }
-        let beyond = primitive.surface.region(event.side);
-        if !event.sound(normal) || beyond == Region::Opaque {
+        let region = primitive.surface.region(event.side);
+        if !event.sound(normal) || region == Region::Opaque {
             tally.lose(Loss::Invalid, batch.weight[lane]);
             return None;
         }
@@ -243,8 +243,8 @@ impl BatchTracer<'_> {
         let mut state = PathState {
             ray: self.world_ray(batch, lane),
             location: Location::World,
-            left: self.scene.leaves_for_good(instance),
-            own: self.scene.keeps_to(instance),
+            left: self.scene.convex_exit(instance),
+            own: self.scene.only_candidate(instance),
             weight: batch.weight[lane],
             history: batch.past(lane),
         };

@@ -46,7 +46,7 @@ struct PackageSurfaces<'a> {
 
 impl<'a> PackageSurfaces<'a> {
     /// Sorts the surfaces of a body; `None` for other bodies.
-    fn of(surfaces: &'a [CompiledSurface]) -> Option<Self> {
+    fn new(surfaces: &'a [CompiledSurface]) -> Option<Self> {
         const SKIN: [Region; 2] = [Region::Body(0), Region::World];
         const OPAQUE_PART: [Region; 2] = [Region::Opaque, Region::Body(0)];
         let (mut dome, mut bottom, mut side, mut solid) = (Vec::new(), None, None, None);
@@ -170,7 +170,7 @@ impl<'a> BatchTracer<'a> {
         let ([medium], false) = (&body.media[..], scene.world.absorption > 0.0) else {
             return None;
         };
-        let members = PackageSurfaces::of(&body.surfaces)?;
+        let members = PackageSurfaces::new(&body.surfaces)?;
         if !alike || !inside {
             return None;
         }
@@ -216,7 +216,7 @@ impl<'a> BatchTracer<'a> {
             exit: Exit {
                 leaves_package,
                 alone: list.len() == 1 && scene.ground.surfaces.is_empty(),
-                clearance: Clearance::of(scene, level),
+                clearance: Clearance::new(scene, level),
             },
             geometry,
         })
@@ -232,8 +232,10 @@ fn set_orders<'a>(
     let indices = |table: &OrderTable| Side::BOTH.map(|side| table.grid().index(side));
     let all: Vec<[f64; 2]> = primitives.iter().filter_map(|p| p.table).map(indices).collect();
     geometry.orders = *all.first()?;
-    let mut pairs = all.iter().flatten().zip(geometry.orders.iter().cycle());
-    let tables = pairs
+    let tables = all
+        .iter()
+        .flatten()
+        .zip(geometry.orders.iter().cycle())
         .all(|(a, b)| a.to_bits() == b.to_bits())
         .then(|| OrderTableBatch::new(primitives.iter().map(|primitive| primitive.table).collect()))
         .flatten();

@@ -70,7 +70,7 @@ pub(super) struct Events {
 
 impl Events {
     /// Events of the first `count` rays.
-    pub fn of(self, count: usize) -> Self {
+    pub fn of_first(self, count: usize) -> Self {
         let active = first_lanes(count);
         Self {
             met: self.met & active,

@@ -81,11 +81,11 @@ impl PackageGeometry {
         let mut code = if met { FlatCode::BOTTOM } else { FlatCode::NONE };
 
         // The side: its far root from inside, its near one from outside.
-        let beyond = c - self.side2;
-        let discriminant = b * b - a * beyond;
+        let c_side = c - self.side2;
+        let discriminant = b * b - a * c_side;
         let root = positive(discriminant).sqrt();
         let s = if inside { root } else { -root };
-        let t = quadratic_root([a, b, beyond], s);
+        let t = quadratic_root([a, b, c_side], s);
         let z = o[2] + t * d[2];
         let met = (discriminant > 0.0)
             & (t > from)
@@ -258,14 +258,14 @@ impl PackageGeometry {
             let orders = mode == Mode::ORDERS;
             let (second, after) = PathStream::step(after);
             state = [0, 1].map(|k| if orders { after[k] } else { state[k] });
-            lanes.chance[0][lane] = random::share(word);
-            lanes.chance[1][lane] = random::share(second);
+            lanes.chance[0][lane] = random::unit_from_word(word);
+            lanes.chance[1][lane] = random::unit_from_word(second);
             self.note(lanes, lane, (d, n));
         }
         for (all, state) in lanes.state.iter_mut().zip(state) {
             all[lane] = state;
         }
-        let chance = random::share(word);
+        let chance = random::unit_from_word(word);
         let back = !draws | fresnel.reflects(chance);
 
         let [along, aside] = fresnel.factors(back);

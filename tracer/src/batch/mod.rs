@@ -29,7 +29,7 @@ use bsdf::order_table::{Flag, OrderTable, OrderTableBatch};
 use pulp::Arch;
 
 use crate::ledger::Booking;
-use crate::optics::polarization::Unpolarised;
+use crate::optics::polarisation::Unpolarised;
 use crate::path::Tracer;
 use crate::random::Streams;
 use crate::ray::{first_lanes, lanes, lanes_down};
@@ -124,7 +124,7 @@ impl BatchTracer<'_> {
             weight: [0.0; LANES],
             instance: [0; LANES],
             crossed: 0,
-            history: [PathHistory::of(0); LANES],
+            history: [PathHistory::new(0); LANES],
             arrived: [0.0; LANES],
             came_inside: [Flag::NO; LANES],
         });
@@ -233,7 +233,7 @@ impl BatchTracer<'_> {
             primitives: self.flats,
             lanes: &mut batch.lanes,
         });
-        events.of(active)
+        events.of_first(active)
     }
 
     /// Rays emitted ahead, if all sources are copies of one that can emit many at a time.
@@ -261,12 +261,12 @@ impl BatchTracer<'_> {
             let source =
                 if picker.by_sobol() { picker.at(emitted.turn(k)) } else { picker.number() };
             batch.instance[lane] = source as u32;
-            batch.history[lane] = PathHistory::of(source as u32);
+            batch.history[lane] = PathHistory::new(source as u32);
             emitted.ray(k, self.scene.sources[0].source.position, offset)
         } else {
             let mut stream = streams.path(number);
             let (source, placed) = picker.next();
-            batch.history[lane] = PathHistory::of(source as u32);
+            batch.history[lane] = PathHistory::new(source as u32);
             if let Location::Inside { instance, .. } = placed.location {
                 batch.instance[lane] = instance;
             }
@@ -311,10 +311,10 @@ impl BatchTracer<'_> {
     ) {
         let lanes = &mut batch.lanes;
         let mut stream = lanes.stream(lane);
-        let transmittance = if !lanes.mode[lane].is_met() {
-            0.0
-        } else {
+        let transmittance = if lanes.mode[lane].is_met() {
             (-self.absorption * lanes.distance[lane]).exp()
+        } else {
+            0.0
         };
         let weight = &mut batch.weight[lane];
         tracer.transmit(self.medium_line, transmittance, weight, &mut stream, tally);

@@ -23,7 +23,7 @@ use crate::surface::SurfaceModel;
 /// The table of a primitive.
 pub(super) fn table(optics: &SurfaceModel) -> Option<&OrderTable> {
     match optics {
-        SurfaceModel::Scatter(scatter) => OrderTable::of(scatter.as_ref()),
+        SurfaceModel::Scatter(scatter) => OrderTable::downcast(scatter.as_ref()),
         _ => None,
     }
 }
@@ -105,7 +105,7 @@ impl BatchTracer<'_> {
             (lanes.course[lane], lanes.to[lane]) = (Course::ABSORBED, 0.0);
             return;
         };
-        let to = Side::of(sample.wo);
+        let to = Side::from_direction(sample.wo);
         lanes.wave[0][lane] = sample.wo.x * self.geometry.orders[to.index()];
         lanes.to[lane] = to.sign();
         let back = to == from;
@@ -190,10 +190,10 @@ fn turn(
         let to = if inner { -1.0 } else { 1.0 };
         lanes.to[lane] = if kept { to } else { 0.0 };
         let back = inner == lanes.inside[lane].is_set();
-        let told = if back { Course::BACK } else { Course::THROUGH };
-        let told = if absorbed { Course::ABSORBED } else { told };
+        let course = if back { Course::BACK } else { Course::THROUGH };
+        let course = if absorbed { Course::ABSORBED } else { course };
         let (before, event) = (lanes.course[lane], lanes.event[lane]);
-        lanes.course[lane] = if ordered { told } else { before };
+        lanes.course[lane] = if ordered { course } else { before };
         let plain = kept & back & inner & (lanes.bounces[lane] < geometry.max_bounces);
         lanes.event[lane] = if plain { Flag::NO } else { event };
     }

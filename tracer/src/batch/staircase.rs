@@ -24,7 +24,7 @@ use crate::shape::{Axial, Revolution, Shell, Stairs, quadratic_root};
 const BOUNDARIES: usize = 512;
 const CELLS: usize = 4096;
 /// Levels compared for all rays together; rays not decided by then go on one by one.
-const TOGETHER: usize = 2;
+const UNROLL: usize = 2;
 /// Least |d_z| of a ray that the tables serve.
 const STEEP: f64 = 1e-9;
 
@@ -74,7 +74,7 @@ pub(super) struct StaircaseSearches {
     height: Lane,
     /// Squared radii of the solid before and beyond the boundary, in the direction of the ray.
     before: Lane,
-    beyond: Lane,
+    after: Lane,
     /// 1 for a ray that rises, else 0.
     up: [i64; LANES],
     /// Height of the tread or squared radius of the riser found.
@@ -95,7 +95,7 @@ impl StaircaseSearches {
             c: zero,
             height: zero,
             before: zero,
-            beyond: zero,
+            after: zero,
             up: [0; LANES],
             value: zero,
         }
@@ -188,9 +188,9 @@ impl<'a> StaircaseTable<'a> {
         let depth = self.top - z;
         let root = depth.sqrt();
         let root = if depth > 0.0 { root } else { 0.0 } * self.per_root;
-        let most = (CELLS - 1) as f64;
+        let max = (CELLS - 1) as f64;
         searches.height[lane] = z;
-        searches.boundary[lane] = whole(if root < most { root } else { most });
+        searches.boundary[lane] = whole(if root < max { root } else { max });
     }
 
     /// Begins a search anew beyond the inner ball.
@@ -228,8 +228,8 @@ impl<'a> StaircaseTable<'a> {
         let before = searches.state[lane];
         searches.state[lane] = if over { State::NOTHING } else { before };
         let risen = level - i64::from(z >= self.foot);
-        let (boundary, least) = if rising { (risen, 0) } else { (level, i64::from(inside)) };
-        searches.boundary[lane] = if boundary < least { least } else { boundary };
+        let (boundary, min) = if rising { (risen, 0) } else { (level, i64::from(inside)) };
+        searches.boundary[lane] = if boundary < min { min } else { boundary };
     }
 
     /// Reads the first boundary.
@@ -244,9 +244,9 @@ impl<'a> StaircaseTable<'a> {
     #[inline(always)]
     fn next(&self, searches: &mut StaircaseSearches, lane: usize) {
         let (boundary, up) = (searches.boundary[lane] as usize, searches.up[lane] as usize);
-        let [height, beyond] = self.rows[(2 * boundary + up) & (2 * BOUNDARIES - 1)];
+        let [height, after] = self.rows[(2 * boundary + up) & (2 * BOUNDARIES - 1)];
         searches.height[lane] = height;
-        searches.beyond[lane] = beyond;
+        searches.after[lane] = after;
     }
 
     /// Compares a ray with a boundary.
@@ -260,17 +260,17 @@ impl<'a> StaircaseTable<'a> {
         let (a, b, c) = (searches.a[lane], searches.b[lane], searches.c[lane]);
         let square = |t: f64| (a * t + 2.0 * b) * t + c;
         let height = searches.height[lane];
-        let (before, after) = (searches.before[lane], searches.beyond[lane]);
+        let (before, after) = (searches.before[lane], searches.after[lane]);
         let t = (height - lanes.origin[2][lane]) * lanes.per_dz[lane];
         let here = square(t);
 
-        let least = if before < after { before } else { after };
+        let min = if before < after { before } else { after };
         let turn = searches.turn[lane];
         let dip = if turn < t { turn } else { t };
         let dip = if dip > at { dip } else { at };
         let dips = square(dip) < before;
         let riser = (inside & (here > before)) | (!inside & dips);
-        let hit = (inside & (here > least)) | (!inside & (dips | (here < after)));
+        let hit = (inside & (here > min)) | (!inside & (dips | (here < after)));
         let foot = boundary == self.last;
         let last = (rising & !inside & ((boundary == 0) | (t >= turn))) | (!rising & foot);
         let stops = t >= searches.stop[lane];
@@ -400,7 +400,7 @@ fn search(
     for lane in 0..LANES {
         table.load(searches, lane);
     }
-    for level in 0..TOGETHER {
+    for level in 0..UNROLL {
         if level > 0 {
             for lane in 0..LANES {
                 table.next(searches, lane);

@@ -39,17 +39,16 @@ pub(super) fn primitives(shape: &Shape) -> Option<u32> {
 
 /// Least and largest distance of a surface from the axis.
 fn radii(shape: &Shape) -> [f64; 2] {
-    let most = shape.bounds().high.x;
-    let least = match shape {
-        Shape::Torus(arc) => arc.least_radius(),
-        Shape::Frustum(frustum) => frustum.ends().map(|[r, _]| r).into_iter().fold(most, f64::min),
+    let max = shape.bounds().high.x;
+    let min = match shape {
+        Shape::Torus(arc) => arc.min_radius(),
+        Shape::Frustum(frustum) => frustum.ends().map(|[r, _]| r).into_iter().fold(max, f64::min),
         Shape::Revolution(relief) => {
-            let ends = relief.frusta().iter().flat_map(Frustum::ends);
-            ends.map(|[r, _]| r).fold(most, f64::min)
+            relief.frusta().iter().flat_map(Frustum::ends).map(|[r, _]| r).fold(max, f64::min)
         }
         _ => 0.0,
     };
-    [least, most]
+    [min, max]
 }
 
 impl<'a> Strips<'a> {
@@ -64,12 +63,12 @@ impl<'a> Strips<'a> {
         let mut strips = Vec::new();
         for &surface in surfaces {
             let Bounds { low, high } = surface.shape.bounds();
-            let [least, most] = radii(&surface.shape);
+            let [min, max] = radii(&surface.shape);
             strips.push(Strip {
                 surface,
                 first,
                 heights: [low.z - slack, high.z + slack],
-                squares: [(least - slack).max(0.0), most + slack].map(|r| r * r),
+                squares: [(min - slack).max(0.0), max + slack].map(|r| r * r),
             });
             first += primitives(&surface.shape)?;
         }
@@ -144,11 +143,11 @@ impl Clip {
             return false;
         }
         let (first, last) = (self.square(from), self.square(to));
-        let least = if self.turn > from && self.turn < to {
+        let min = if self.turn > from && self.turn < to {
             self.square(self.turn)
         } else {
             first.min(last)
         };
-        first.max(last) >= strip.squares[0] && least <= strip.squares[1]
+        first.max(last) >= strip.squares[0] && min <= strip.squares[1]
     }
 }

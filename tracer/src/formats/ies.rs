@@ -126,8 +126,8 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
         "INCLUDE" => {
             // Lamp geometry, then pairs of tilt angle and factor, which concern tilted lamps only.
             fields.count("lamp geometry", 1, 3)?;
-            let most = fields.left() / 2;
-            let pairs = fields.count("number of tilt angles", 1, most)?;
+            let max = fields.left() / 2;
+            let pairs = fields.count("number of tilt angles", 1, max)?;
             for _ in 0..2 * pairs {
                 fields.real("a tilt angle or factor")?;
             }
@@ -155,9 +155,9 @@ fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
             positive(v) || (v + 1.0).abs() < 1e-9
         })?;
     let multiplier = fields.real_that("multiplier", "above 0 up to 1e30", positive)?;
-    let most = fields.left();
-    let count_v = fields.count("number of vertical angles", 2, most)?;
-    let count_h = fields.count("number of horizontal angles", 1, most)?;
+    let max = fields.left();
+    let count_v = fields.count("number of vertical angles", 2, max)?;
+    let count_h = fields.count("number of horizontal angles", 1, max)?;
     fields.real_that("photometric type", "1 (C, about the axis of the luminaire)", |v| {
         (v - 1.0).abs() < 1e-9
     })?;

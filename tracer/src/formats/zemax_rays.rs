@@ -25,7 +25,7 @@ const MILLIMETRES: [f32; 5] = [1000.0, 25.4, 10.0, 304.8, 1.0];
 /// Code of millimetres.
 const IN_MILLIMETRES: u32 = 4;
 /// Most rays of a file.
-const MOST_RAYS: u64 = 4_000_000_000;
+const MAX_RAYS: u64 = 4_000_000_000;
 
 /// The header of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -178,8 +178,8 @@ impl<W: Write + Seek> ZemaxWriter<W> {
     /// If there are more rays than the format can count, or the sink fails.
     pub fn finish(self) -> Result<(u64, f64), RayFileError> {
         let rays = self.sink.rays();
-        if rays > MOST_RAYS {
-            let expected = format!("at most {MOST_RAYS} rays in a Zemax file");
+        if rays > MAX_RAYS {
+            let expected = format!("at most {MAX_RAYS} rays in a Zemax file");
             return Err(FormatError::offset(4, expected, rays.to_string()).into());
         }
         let description = self.description;

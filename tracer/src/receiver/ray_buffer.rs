@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::PathHistory;
-use crate::optics::polarization::Stokes;
+use crate::optics::polarisation::Stokes;
 use crate::ray::Ray;
 
 /// Rays that are gathered.

@@ -13,7 +13,7 @@ use super::ray_buffer::{NO_BIN, RAY_BUFFER, RayBuffer};
 use super::{Needs, PathHistory, Receiver, STOKES};
 use crate::ledger::{Booking, Ledger, Loss};
 use crate::observer::Fate;
-use crate::optics::polarization::Light;
+use crate::optics::polarisation::Light;
 use crate::outcome::Totals;
 use crate::ray::Ray;
 use crate::scene::Scene;
@@ -241,8 +241,8 @@ fn add_all(bins: &[u32], weights: &[f64], readings: &mut [f64]) {
 /// Adds Q, U and V of segment `k`, referred to s = `axis` × k, to their bins.
 fn read_stokes(segments: &RayBuffer, k: usize, axis: DVec3, readings: &mut [f64], bin: usize) {
     let direction = segments.direction(k);
-    let s = axis.cross(direction);
-    let s = s.try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
+    let s =
+        axis.cross(direction).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
     let light = segments.light[k].turned(direction, s);
     let bins = readings.len() / STOKES.len();
     for (number, parameter) in (1..).zip([light.q, light.u, light.v]) {

@@ -192,7 +192,7 @@ impl SceneBuilder {
         let ground = levels.fold(f64::NEG_INFINITY, f64::max);
         let array_solids = self.array_solids.map(|id| &self.prototypes[id.0]);
         let placed = self.instances.iter().map(|(id, at)| (id.0, *at));
-        Containments::of(
+        Containments::new(
             &self.prototypes,
             &placed.collect::<Vec<_>>(),
             array_solids.map(|array_solids| Surroundings::new(array_solids, ground)),
@@ -227,8 +227,7 @@ impl SceneBuilder {
                 bodies.push(Body::new(&prototype.media, &prototype.surfaces, around, lines));
             }
         }
-        let list = stands.iter().zip(placed);
-        let list = list.map(|(stands, (_, position))| Instance {
+        let list = stands.iter().zip(placed).map(|(stands, (_, position))| Instance {
             prototype: kinds[stands],
             position: *position,
         });

@@ -152,8 +152,9 @@ impl Body {
                 [false, true] => Some(Sides::Outer),
                 [false, false] => None,
             };
-            let numbered = ready.iter().enumerate();
-            numbered
+            ready
+                .iter()
+                .enumerate()
                 .filter_map(|(number, surface)| {
                     let Bounds { low, high } = surface.shape.bounds();
                     let slack = 1e-9 * (low.z.abs() + high.z.abs());
@@ -179,9 +180,11 @@ impl Body {
         let radius = radii.map(|radii| radii.into_iter().fold(0.0, f64::max));
         let round = skin.iter().all(|surface| surface.shape.round());
         let placed = |surface: &&&CompiledSurface| matches!(surface.shape, Shape::Placed(_));
-        let rest = skin.iter().filter(|surface| !placed(surface));
-        let rest = rest.map(|surface| surface.shape.bounds());
-        let rest = rest.reduce(Bounds::union);
+        let rest = skin
+            .iter()
+            .filter(|surface| !placed(surface))
+            .map(|surface| surface.shape.bounds())
+            .reduce(Bounds::union);
         let placed = skin.iter().filter(placed).map(|s| s.shape.bounds());
         let boxes = rest.into_iter().chain(placed).collect();
         let convex = match &from_world[..] {
@@ -216,8 +219,9 @@ impl Body {
 
     /// The surfaces that border the world; all, if none does.
     pub fn skin(&self) -> impl Iterator<Item = &CompiledSurface> {
-        let all = self.surfaces.iter();
-        all.filter(|s| self.from_world.is_empty() || s.regions.contains(&Region::World))
+        self.surfaces
+            .iter()
+            .filter(|s| self.from_world.is_empty() || s.regions.contains(&Region::World))
     }
 
     /// The nearest surface that borders the world.
@@ -281,8 +285,10 @@ impl Body {
             let hits = if let Shape::Mesh(mesh) = shape {
                 mesh.intersect_many(traversal, rays, &within, sides)
             } else {
-                let each = rays.iter().zip(&within);
-                each.map(|(ray, reach)| shape.intersect(ray, *reach, sides)).collect()
+                rays.iter()
+                    .zip(&within)
+                    .map(|(ray, reach)| shape.intersect(ray, *reach, sides))
+                    .collect()
             };
             for ((found, reach), hit) in found.iter_mut().zip(&mut reach).zip(hits) {
                 if let Some(at) = hit {

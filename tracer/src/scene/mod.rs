@@ -73,9 +73,9 @@ pub(crate) struct Hit<'a> {
 /// The instances that a ray of the world may meet next.
 #[derive(Clone, Copy)]
 pub(crate) struct Candidates {
-    /// An instance that it has left for good, see [`Scene::leaves_for_good`].
+    /// An instance that it has left for good, see [`Scene::convex_exit`].
     pub except: Option<u32>,
-    /// The only instance that it may meet, see [`Scene::keeps_to`].
+    /// The only instance that it may meet, see [`Scene::only_candidate`].
     pub only: Option<u32>,
 }
 
@@ -111,8 +111,11 @@ impl Scene {
 
     /// Ledger names of the surfaces that scatter, and so leave light unpolarised, in ledger order.
     pub fn scattering_surfaces(&self) -> Vec<String> {
-        let patches = self.bodies.iter().chain([&self.ground]);
-        let patches = patches.flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
+        let patches = self
+            .bodies
+            .iter()
+            .chain([&self.ground])
+            .flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
         let mut lines: Vec<usize> =
             patches.filter(|patch| patch.optics.scatters()).map(|patch| patch.line).collect();
         lines.sort_unstable();
@@ -148,11 +151,10 @@ impl Scene {
     /// Boxes around everything solid: the bodies, with one box for each placed shape, and the
     /// walls.
     pub(crate) fn filled(&self) -> impl Iterator<Item = Bounds> {
-        let bodies = self.packages().chain(self.array_solids().map(|body| (body, DVec3::ZERO)));
-        let bodies = bodies.flat_map(|(body, position)| {
-            let boxes = body.boxes.iter();
-            boxes.map(move |one| one.moved(position))
-        });
+        let bodies = self
+            .packages()
+            .chain(self.array_solids().map(|body| (body, DVec3::ZERO)))
+            .flat_map(|(body, position)| body.boxes.iter().map(move |one| one.moved(position)));
         let walls = self.ground.surfaces.iter().filter(|s| s.is_wall());
         bodies.chain(walls.map(|wall| wall.shape.bounds()))
     }
@@ -190,13 +192,13 @@ impl Scene {
     /// The instance, if it is convex: a ray that leaves it into the world cannot meet it again
     /// before it meets something else.
     #[inline]
-    pub(crate) fn leaves_for_good(&self, instance: Option<u32>) -> Option<u32> {
+    pub(crate) fn convex_exit(&self, instance: Option<u32>) -> Option<u32> {
         instance.filter(|number| self.body(*number).convex)
     }
 
     /// The only instance that light from this one can meet, where instances are isolated.
     #[inline]
-    pub(crate) fn keeps_to(&self, instance: Option<u32>) -> Option<u32> {
+    pub(crate) fn only_candidate(&self, instance: Option<u32>) -> Option<u32> {
         instance.filter(|_| self.isolated)
     }
 

@@ -49,7 +49,7 @@ const PAD: f64 = 64.0;
 const BEFORE: f64 = 2e-4;
 
 /// Smallest component of a direction that boxes are divided by.
-const LEAST: f32 = 1e-20;
+const MIN_COMPONENT: f32 = 1e-20;
 
 /// Cosine to the normal below which rounding might decide from which side a ray comes.
 const GRAZING: f64 = 1e-9;
@@ -119,8 +119,8 @@ impl Mesh {
         let (boxes, owners) = split::boxes(vertices, triangles, scale, pad);
         let hierarchy =
             build_cwbvh(&boxes, BvhBuildParams::slow_build(), &mut std::time::Duration::default());
-        let order = hierarchy.primitive_indices.iter();
-        let numbers: Vec<u32> = order.map(|patch| owners[*patch as usize]).collect();
+        let numbers: Vec<u32> =
+            hierarchy.primitive_indices.iter().map(|patch| owners[*patch as usize]).collect();
         let count = triangles.len();
         let (vertices, triangles) = in_order(vertices, triangles, &numbers);
         let mesh = Self {
@@ -128,7 +128,7 @@ impl Mesh {
             triangles,
             count,
             patch_of: numbers.iter().map(|number| patch_of[*number as usize]).collect(),
-            patches: patch_of.iter().max().map_or(0, |most| *most as usize + 1),
+            patches: patch_of.iter().max().map_or(0, |max| *max as usize + 1),
             numbers,
             hierarchy,
             scale,
@@ -291,7 +291,7 @@ impl Mesh {
 #[inline]
 fn divisor(d: f64) -> f32 {
     let d = d as f32;
-    if d.abs() < LEAST { LEAST.copysign(d) } else { d }
+    if d.abs() < MIN_COMPONENT { MIN_COMPONENT.copysign(d) } else { d }
 }
 
 /// Triangles in the order of `numbers`, and the vertices in the order in which they name them.

@@ -116,7 +116,7 @@ impl Placed {
             finite("place of a shape, mm", value)?;
         }
         let off = rotation * rotation.transpose() - DMat3::IDENTITY;
-        let off = off.to_cols_array().into_iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let off = off.to_cols_array().into_iter().fold(0.0, |max: f64, v| max.max(v.abs()));
         check(
             "deviation of a matrix from a rotation",
             off.max((rotation.determinant() - 1.0).abs()),
@@ -145,11 +145,11 @@ impl Placed {
         if foot == Foot::Sunk {
             let tilts = [0, 1, 2].map(|axis| 1.0 - rotation.col(axis).z.abs());
             let upright = (0..3).find(|axis| tilts[*axis] < UPRIGHT);
-            let least = tilts.into_iter().fold(f64::INFINITY, f64::min);
+            let min = tilts.into_iter().fold(f64::INFINITY, f64::min);
             let axis = upright.ok_or(Error::Number {
                 what: "tilt of a shape whose foot is sunk".to_owned(),
                 expected: "one axis upright",
-                got: least,
+                got: min,
             })?;
             // As high as before, and lower.
             scale[axis] = 1.0;
@@ -234,8 +234,11 @@ impl Placed {
     /// Convex hulls of its members.
     pub(super) fn hulls(&self) -> Vec<Hull> {
         let matrix = self.rotation * DMat3::from_diagonal(self.scale);
-        let all = self.members.iter().flat_map(Shape::hulls);
-        all.map(|hull| hull.within(matrix, self.origin)).collect()
+        self.members
+            .iter()
+            .flat_map(Shape::hulls)
+            .map(|hull| hull.within(matrix, self.origin))
+            .collect()
     }
 
     /// Flat faces of its members.
@@ -307,8 +310,11 @@ impl Placed {
 
     /// Edges from end to end, circles as chords.
     pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
-        let local = self.members.iter().flat_map(local_edges);
-        local.map(|ends| ends.map(|end| self.outwards(end))).collect()
+        self.members
+            .iter()
+            .flat_map(local_edges)
+            .map(|ends| ends.map(|end| self.outwards(end)))
+            .collect()
     }
 }
 

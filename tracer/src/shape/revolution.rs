@@ -91,7 +91,7 @@ impl Revolution {
             high: high + SLACK * size,
             rim,
             opening: frusta.iter().all(Frustum::faces_out_and_up),
-            stairs: Stairs::of(&frusta),
+            stairs: Stairs::from_frusta(&frusta),
             frusta,
             buckets,
             per_bucket: 1.0 / width,

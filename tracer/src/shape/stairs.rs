@@ -69,7 +69,7 @@ impl Climb {
 
 impl Stairs {
     /// The staircase that these segments of a meridian are, if they are one.
-    pub fn of(frusta: &[Frustum]) -> Option<Self> {
+    pub fn from_frusta(frusta: &[Frustum]) -> Option<Self> {
         let mut steps: Vec<Step> = Vec::new();
         let mut foot = f64::NAN;
         for pair in frusta.chunks(2) {
@@ -100,8 +100,7 @@ impl Stairs {
 
     /// Height of every tread with the squared radius of the riser at its outer end.
     pub fn levels(&self) -> Vec<(f64, f64)> {
-        let steps = self.steps.iter();
-        steps.map(|step| (step.height, step.square)).collect()
+        self.steps.iter().map(|step| (step.height, step.square)).collect()
     }
 
     /// Height at which the last riser ends.
@@ -168,8 +167,8 @@ impl Stairs {
             for number in (0..self.level(climb.z)).rev() {
                 let step = &self.steps[number];
                 let square = climb.square(step.height);
-                let beyond = if number > 0 { self.steps[number - 1].square } else { -1.0 };
-                if square > beyond {
+                let above = if number > 0 { self.steps[number - 1].square } else { -1.0 };
+                if square > above {
                     return Some(if square > step.square {
                         self.riser(axial, number, 1.0)
                     } else {

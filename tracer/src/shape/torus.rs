@@ -232,8 +232,8 @@ impl Torus {
             return None;
         }
         let along = d.x * d.x + d.y * d.y;
-        let most = self.reach + slack;
-        let outside = o.x * o.x + o.y * o.y - most * most;
+        let max = self.reach + slack;
+        let outside = o.x * o.x + o.y * o.y - max * max;
         if along > 0.0 {
             let half = o.x * d.x + o.y * d.y;
             let square = half * half - along * outside;
@@ -278,8 +278,8 @@ impl Torus {
     }
 
     /// Least distance of a point of the arc from the axis.
-    pub(crate) fn least_radius(&self) -> f64 {
-        self.farthest([-1.0, 0.0]).into_iter().fold(self.reach, |least, [r, _]| least.min(r))
+    pub(crate) fn min_radius(&self) -> f64 {
+        self.farthest([-1.0, 0.0]).into_iter().fold(self.reach, |min, [r, _]| min.min(r))
     }
 
     pub(super) fn bounds(&self) -> Bounds {

@@ -129,7 +129,7 @@ impl SobolSequence {
         let (low, high) = self.block(number);
         let k = (number % BLOCK as u64) as usize;
         let [a, b, c, d, turn] =
-            [0, 1, 2, 3, 4].map(|axis| random::share(low[axis][k] ^ high[axis]));
+            [0, 1, 2, 3, 4].map(|axis| random::unit_from_word(low[axis][k] ^ high[axis]));
         SobolPoint { direction: [a, b], position: [c, d], turn }
     }
 }

@@ -131,19 +131,19 @@ impl<'a> CrossingSearch<'a> {
     /// where the overlap is thickest. On that line other shapes about the same axis may have no
     /// normal.
     fn balls(&self, rng: &mut impl Rng) -> Result<(), Error> {
-        let surfaces = self.space.surfaces.iter();
-        let balls: Vec<(DVec3, f64)> = surfaces.filter_map(|s| s.shape.ball()).collect();
+        let balls: Vec<(DVec3, f64)> =
+            self.space.surfaces.iter().filter_map(|s| s.shape.ball()).collect();
         for (k, &(centre, radius)) in balls.iter().enumerate() {
-            for &(other, least) in &balls[..k] {
+            for &(other, other_radius) in &balls[..k] {
                 let distance = centre.distance(other);
-                let shared = radius + least - distance;
-                let inside = distance <= (radius - least).abs() + THICKNESS * self.size;
+                let shared = radius + other_radius - distance;
+                let inside = distance <= (radius - other_radius).abs() + THICKNESS * self.size;
                 if shared <= THICKNESS * self.size || inside {
                     continue;
                 }
                 let along = (centre - other) / distance;
                 // At this distance at most a fifth of the thickness is lost.
-                let aside = (0.2 * shared * radius.min(least)).sqrt();
+                let aside = (0.2 * shared * radius.min(other_radius)).sqrt();
                 for _ in 0..ABOUT {
                     let beside = random::isotropic(rng).cross(along) * aside;
                     self.along(other + beside, along)?;

@@ -57,14 +57,12 @@ impl<'a> Solid<'a> {
     /// True if it certainly does not overlap another body at `at` from it.
     pub fn apart_from(&self, other: &Self, at: DVec3) -> bool {
         let uncut = self.surfaces.iter().all(|a| {
-            let mut others = other.surfaces.iter();
-            others.all(|b| {
+            other.surfaces.iter().all(|b| {
                 !b.bounds.moved(at).overlaps(&a.bounds)
                     || apart(&a.hulls, &b.hulls, at)
                     || a.hulls.iter().all(|one| {
                         let one = std::slice::from_ref(one);
-                        let each = b.hulls.iter().map(std::slice::from_ref);
-                        each.into_iter().all(|two| apart(one, two, at))
+                        b.hulls.iter().map(std::slice::from_ref).all(|two| apart(one, two, at))
                     })
             })
         });
@@ -98,8 +96,8 @@ fn outside(body: &Body, point: DVec3) -> bool {
 /// Support point of several hulls: the farthest along a direction.
 fn farthest(hulls: &[Hull], direction: DVec3) -> DVec3 {
     let points = hulls.iter().map(|hull| hull.farthest(direction));
-    let most = points.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)));
-    most.unwrap_or_default()
+    let farthest = points.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)));
+    farthest.unwrap_or_default()
 }
 
 /// True if a plane separates the convex hull of all `a` from that of all `b`, which stand at `at`

@@ -73,9 +73,9 @@ impl Mesh {
         }
         let [a, b, c] = triangle.corners.map(|corner| sheared.project(corner));
         let picker = [turn(b, c), turn(c, a), turn(a, b)];
-        let least = DEEP * picker.iter().map(|turn| turn.abs()).sum::<f64>();
+        let min = DEEP * picker.iter().map(|turn| turn.abs()).sum::<f64>();
         let within =
-            picker.iter().all(|turn| *turn > least) || picker.iter().all(|turn| *turn < -least);
+            picker.iter().all(|turn| *turn > min) || picker.iter().all(|turn| *turn < -min);
         let patch = before / (before - behind);
         within.then(|| ends[0] + (ends[1] - ends[0]) * patch)
     }

@@ -184,7 +184,7 @@ impl Traversal<'_, '_> {
         lists.resize(begin + rows * WIDE, lists[end - 1]);
         gather(coarse, &lists[begin..], here);
 
-        let boxes = Boxes::of(node);
+        let boxes = Boxes::from_node(node);
         let mut there = 0;
         for child in 0..8 {
             there |= u32::from(node.child_meta[child] != 0) << child;
@@ -270,7 +270,7 @@ impl Traversal<'_, '_> {
 
 impl Boxes {
     #[inline(always)]
-    fn of(node: &CwBvhNode) -> Self {
+    fn from_node(node: &CwBvhNode) -> Self {
         let (p, e) = (node.p.to_array(), node.e);
         let corner = |sides: [&[u8; 8]; 3]| {
             let mut corner = [[0.0; 8]; 3];

@@ -18,7 +18,7 @@ use num_complex::Complex64;
 
 /// True if rays carry their polarisation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Polarization {
+pub enum Polarisation {
     /// Every surface sees unpolarised light.
     #[default]
     Unpolarised,
