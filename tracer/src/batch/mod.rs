@@ -2,15 +2,24 @@
 //! Batched tracing of packages: one body under a dome, alone or in an array of copies.
 //!
 //! The dome is a sphere in zones, a body of revolution or several that join, over an upright side
-//! or none, a level bottom, and a box or none. All other scenes go to the walker. A batch keeps
-//! [`LANES`] paths, and takes them through the walker's five steps together: it intersects all rays
-//! with the package, absorbs, shows segments to the receivers, scatters, and books. The loops have
-//! no branches, so the compiler turns them into wide instructions; they are IEEE 754 without
-//! contraction, so the bits are the same on any processor. A path draws the same numbers and meets
-//! the same surfaces as in [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table
-//! of orders sample one by one. A path that leaves its package where it may meet the ground or
-//! another package takes the walker's own steps until it enters a package. Carried polarisation,
-//! array solids, sources in the world and an absorbing world go to the walker.
+//! or none, a level bottom, and a box or none. Carried polarisation, array solids, sources in the
+//! world, an absorbing world and all other scenes go to the walker.
+//!
+//! - A *lane* is the place of one path: entry k of every array of [`Lanes`] belongs to path k of
+//!   [`LANES`]. The first lanes are active; a path that ends leaves its lane to a new one, or to the
+//!   last active one.
+//! - The *state* of a lane is a ray, a random stream, the flag that tells body from world, and the
+//!   count of surfaces met. The other arrays hold the interaction under way.
+//! - *Codes* say which surface is ahead ([`lanes::FlatCode`]), how it treats light ([`Mode`]), and
+//!   how light goes on ([`lanes::Course`]).
+//!
+//! All lanes take the walker's five steps together: intersect, absorb, show segments to the
+//! receivers, scatter, book. The loops have no branches, so the compiler turns them into wide
+//! instructions; they are IEEE 754 without contraction, so the bits are the same on any processor. A
+//! path draws the same numbers and meets the same surfaces as in [`Tracer::walk`]. Surfaces that are
+//! neither interface, mirror nor table of orders sample one by one. A path that leaves its package
+//! where it may meet the ground or another package takes the walker's own steps until it enters a
+//! package.
 
 mod accounting;
 mod clearance;

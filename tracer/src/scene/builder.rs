@@ -4,7 +4,7 @@
 mod checks;
 
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::compiled::{Around, Body, CompiledMedium};
@@ -209,14 +209,14 @@ impl SceneBuilder {
         let stands: Vec<(usize, Option<u8>)> =
             placed.clone().map(|(id, _)| id.0).zip(outside).collect();
         let holder = self.array_solids.map(|id| &self.prototypes[id.0]);
+        let mut around_each = vec![BTreeSet::new(); self.prototypes.len()];
+        for (prototype, outside) in &stands {
+            around_each[*prototype].insert(*outside);
+        }
         let (mut bodies, mut kinds) = (Vec::new(), BTreeMap::new());
-        for (number, prototype) in self.prototypes.iter().enumerate() {
-            let of_this = stands.iter().filter(|(other, _)| *other == number);
-            let mut held: Vec<Option<u8>> = of_this.map(|(_, outside)| *outside).collect();
-            held.sort_unstable();
-            held.dedup();
+        for ((number, prototype), mut held) in self.prototypes.iter().enumerate().zip(around_each) {
             if held.is_empty() {
-                held.push(None);
+                held.insert(None);
             }
             for outside in held {
                 let around = Around {

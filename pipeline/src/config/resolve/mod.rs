@@ -228,7 +228,8 @@ impl Design {
             let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
             return Err(at.value("trace.paths", t.paths, &expected));
         }
-        at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)
+        at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)?;
+        Ok(())
     }
 
     pub(in crate::config) fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {

@@ -77,7 +77,7 @@ fn crowded(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> bool {
     let starts = set.starts().moved(placed.source.position);
     let boxes = scene.instances.boxes().iter();
     let mut walls = scene.ground.surfaces.iter().map(|s| s.shape.bounds());
-    boxes.filter(|around| starts.overlaps(around)).count() > 1
+    boxes.filter(|around| starts.overlaps(around)).nth(1).is_some()
         || walls.any(|wall| wall.is_finite() && starts.overlaps(&wall))
 }
 

@@ -115,12 +115,16 @@ pub(super) fn check(scene: &Scene, placed: &PlacedSource) -> Result<(), Misplace
         return Ok(());
     }
     let list = &scene.instances.list;
-    for (number, instance) in (0..).zip(list) {
-        let near = list.len() <= NEIGHBOURS
-            || [placed.instance, scene.array_solids].contains(&Some(number));
-        let body = &scene.bodies[instance.prototype as usize];
-        if near && !std::ptr::eq(body, around) {
-            judged.beside(body, instance.position, false)?;
+    let near: Vec<u32> = if list.len() <= NEIGHBOURS {
+        (0..list.len() as u32).collect()
+    } else {
+        // An instance comes before the array solids.
+        placed.instance.into_iter().chain(scene.array_solids).collect()
+    };
+    for number in near {
+        let body = scene.body(number);
+        if !std::ptr::eq(body, around) {
+            judged.beside(body, list[number as usize].position, false)?;
         }
     }
     Ok(())
