@@ -200,7 +200,7 @@ fn rods_cones_and_balls_at_random_that_share_a_point_are_refused() {
         });
         let apart = isotropic(&mut rng) * (3.0 * unit(&mut rng));
         // Balls stand in the same place as round bodies do; they are judged by their radii.
-        let kinds = shapes.clone().map(of);
+        let kinds = shapes.clone().map(closed);
         let good = fits(&kinds, &[(0, DVec3::ZERO), (1, apart)]);
         found[usize::from(good)] += 1;
         let (a, b) = (shapes[0].bounds(), shapes[1].bounds().moved(apart));

@@ -168,8 +168,8 @@ impl BatchTracer<'_> {
             return Next::Ends;
         }
         if !batch.lanes.inside[lane].is_set() {
-            let o = [0, 1, 2].map(|axis| batch.lanes.origin[axis][lane]);
-            let d = [0, 1, 2].map(|axis| batch.lanes.direction[axis][lane]);
+            let ray = batch.lanes.ray(lane);
+            let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
             if !self.exit.is_free(o, d) {
                 return Next::Crosses;
             }
