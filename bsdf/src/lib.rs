@@ -41,7 +41,7 @@
 //! let rows = grid.rows(|side, kx, ky, polarisation| {
 //!     let (n1, n2) = (grid.index(side), grid.index(side.opposite()));
 //!     let cos_theta_i = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).sqrt();
-//!     let r = analytic::fresnel(n1, n2, cos_theta_i).of(polarisation);
+//!     let r = analytic::fresnel(n1, n2, cos_theta_i).for_polarisation(polarisation);
 //!     let mut orders = vec![OrderEfficiency::new(side, 0, r)];
 //!     if r < 1.0 {
 //!         orders.push(OrderEfficiency::new(side.opposite(), 0, 1.0 - r));
