@@ -4,7 +4,7 @@
 
 use bsdf::direction::Side;
 use bsdf::{
-    Bsdf, Grid, OrderEfficiency, OrderTable, Outline, Polarization, Polygon, TableHeader, UnitCell,
+    Bsdf, Grid, OrderEfficiency, OrderTable, Outline, Polarisation, Polygon, TableHeader, UnitCell,
 };
 use glam::DVec3;
 use rand::SeedableRng;
@@ -35,7 +35,7 @@ fn table() -> OrderTable {
         ky: Grid::ky_nodes(1.41, 1.0, 24),
     };
     let zone = grid.zone();
-    let spread = |side: Side, kx: f64, ky: f64, _: Polarization| {
+    let spread = |side: Side, kx: f64, ky: f64, _: Polarisation| {
         let mut orders = Vec::new();
         for (to, n) in [(Side::Inner, 1.41_f64), (Side::Outer, 1.0)] {
             for l in -70_i32..=70 {
@@ -109,7 +109,7 @@ fn cell_lobes(bencher: divan::Bencher<'_, '_>) {
     bencher.counter(divan::counter::ItemsCount::new(64_usize)).bench_local(|| {
         directions[..64]
             .iter()
-            .map(|wi| cell.lobes(*wi, Polarization::Unpolarized).len())
+            .map(|wi| cell.lobes(*wi, Polarisation::Unpolarised).len())
             .sum::<usize>()
     });
 }
@@ -120,7 +120,7 @@ fn table_lobes(bencher: divan::Bencher<'_, '_>) {
     bencher.counter(divan::counter::ItemsCount::new(64_usize)).bench_local(|| {
         directions[..64]
             .iter()
-            .map(|wi| table.lobes(*wi, Polarization::Unpolarized).len())
+            .map(|wi| table.lobes(*wi, Polarisation::Unpolarised).len())
             .sum::<usize>()
     });
 }

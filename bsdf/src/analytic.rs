@@ -13,7 +13,7 @@ mod diffuser;
 
 pub use diffuser::{DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe};
 
-use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport};
+use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Transport};
 use crate::direction::Side;
 use crate::error::Error;
 use glam::DVec3;
@@ -34,11 +34,11 @@ impl Reflectance {
 
     /// Reflectance for a polarisation.
     #[must_use]
-    pub fn of(self, polarization: Polarization) -> f64 {
-        match polarization {
-            Polarization::S => self.s,
-            Polarization::P => self.p,
-            Polarization::Unpolarized => 0.5 * (self.s + self.p),
+    pub fn for_polarisation(self, polarisation: Polarisation) -> f64 {
+        match polarisation {
+            Polarisation::S => self.s,
+            Polarisation::P => self.p,
+            Polarisation::Unpolarised => 0.5 * (self.s + self.p),
         }
     }
 }
@@ -105,7 +105,7 @@ impl SmoothInterface {
     /// Refracted direction; `None` for total reflection.
     #[must_use]
     pub fn refracted(&self, wi: DVec3) -> Option<DVec3> {
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         let to = from.opposite();
         let ratio = self.index(from) / self.index(to);
         let tangential = DVec3::new(-ratio * wi.x, -ratio * wi.y, 0.0);
@@ -116,14 +116,14 @@ impl SmoothInterface {
     /// Fresnel reflectances of light from `wi`; total where nothing is refracted.
     #[must_use]
     pub fn reflectance(&self, wi: DVec3) -> Reflectance {
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         fresnel(self.index(from), self.index(from.opposite()), wi.z.abs())
     }
 }
 
 impl Bsdf for SmoothInterface {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
-        let reflectance = self.reflectance(wi).of(Polarization::Unpolarized);
+        let reflectance = self.reflectance(wi).for_polarisation(Polarisation::Unpolarised);
         let u: f64 = rng.random();
         let (wo, transport) = match self.refracted(wi) {
             Some(wo) if u >= reflectance => (wo, Transport::Transmission),
@@ -133,17 +133,20 @@ impl Bsdf for SmoothInterface {
     }
 
     fn pdf(&self, wi: DVec3, sample: &BsdfSample) -> Option<f64> {
-        let albedo = self.albedo(wi, Polarization::Unpolarized);
+        let albedo = self.albedo(wi, Polarisation::Unpolarised);
         Some(match sample.lobe.transport {
             Transport::Reflection => albedo.reflected,
             Transport::Transmission => albedo.transmitted,
         })
     }
 
-    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
+    fn lobes(&self, wi: DVec3, polarisation: Polarisation) -> Vec<OutgoingLobe> {
         let refracted = self.refracted(wi);
-        let reflectance =
-            if refracted.is_some() { self.reflectance(wi).of(polarization) } else { 1.0 };
+        let reflectance = if refracted.is_some() {
+            self.reflectance(wi).for_polarisation(polarisation)
+        } else {
+            1.0
+        };
         let mut lobes = vec![OutgoingLobe {
             wo: mirrored(wi),
             power: reflectance,
@@ -195,7 +198,7 @@ impl Bsdf for Mirror {
         Some(1.0)
     }
 
-    fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
+    fn lobes(&self, wi: DVec3, _polarisation: Polarisation) -> Vec<OutgoingLobe> {
         vec![OutgoingLobe {
             wo: mirrored(wi),
             power: self.reflectance,
@@ -230,7 +233,8 @@ impl Lambertian {
 
 impl Bsdf for Lambertian {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
-        let wo = sample_cosine_hemisphere(rng) * DVec3::new(1.0, 1.0, Side::of(wi).sign());
+        let wo =
+            sample_cosine_hemisphere(rng) * DVec3::new(1.0, 1.0, Side::from_direction(wi).sign());
         (self.reflectance > 0.0).then_some(BsdfSample {
             wo,
             weight: self.reflectance,
@@ -242,9 +246,9 @@ impl Bsdf for Lambertian {
         Some(sample.wo.z.abs() * std::f64::consts::FRAC_1_PI)
     }
 
-    fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
+    fn lobes(&self, wi: DVec3, _polarisation: Polarisation) -> Vec<OutgoingLobe> {
         vec![OutgoingLobe {
-            wo: DVec3::Z * Side::of(wi).sign(),
+            wo: DVec3::Z * Side::from_direction(wi).sign(),
             power: self.reflectance,
             lobe: DIFFUSE_REFLECTION,
         }]
@@ -314,8 +318,8 @@ mod tests {
         let interface = SmoothInterface::new(1.41, 1.0).unwrap();
         for degrees in [0.0_f64, 10.0, 30.0, 45.0, 46.0, 89.0] {
             let wi = spherical(std::f64::consts::PI - degrees.to_radians(), 0.3);
-            for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
-                let lobes = interface.lobes(wi, polarization);
+            for polarisation in [Polarisation::S, Polarisation::P, Polarisation::Unpolarised] {
+                let lobes = interface.lobes(wi, polarisation);
                 assert_abs_diff_eq!(
                     lobes.iter().map(|l| l.power).sum::<f64>(),
                     1.0,
@@ -323,7 +327,7 @@ mod tests {
                 );
                 assert_eq!(lobes.len(), if degrees > 45.17 { 1 } else { 2 });
                 for lobe in &lobes {
-                    let n = interface.index(Side::of(lobe.wo));
+                    let n = interface.index(Side::from_direction(lobe.wo));
                     assert_abs_diff_eq!(n * lobe.wo.x, -1.41 * wi.x, epsilon = 1e-15);
                     assert_abs_diff_eq!(n * lobe.wo.y, -1.41 * wi.y, epsilon = 1e-15);
                     assert_abs_diff_eq!(lobe.wo.length(), 1.0, epsilon = 1e-15);
@@ -338,7 +342,7 @@ mod tests {
         let mut rng = Pcg64::seed_from_u64(1);
         let n = 200_000;
         for wi in [spherical(2.5, 1.0), spherical(1.4, 0.2), spherical(2.0, 0.2)] {
-            let expected = interface.albedo(wi, Polarization::Unpolarized).reflected;
+            let expected = interface.albedo(wi, Polarisation::Unpolarised).reflected;
             let reflected = (0..n)
                 .filter(|_| {
                     interface.sample(wi, &mut rng).unwrap().lobe.transport == Transport::Reflection
@@ -370,7 +374,7 @@ mod tests {
         assert!((z / n - 2.0 / 3.0).abs() < 5.0 * (1.0 / 18.0 / n).sqrt());
         assert!((z2 / n - 0.5).abs() < 5.0 * (1.0 / 12.0 / n).sqrt());
         assert!((x / n).abs() < 5.0 * (0.25 / n).sqrt());
-        assert_abs_diff_eq!(matt.albedo(DVec3::Z, Polarization::S).total(), 0.86);
+        assert_abs_diff_eq!(matt.albedo(DVec3::Z, Polarisation::S).total(), 0.86);
     }
 
     #[test]

@@ -105,7 +105,7 @@ impl AngularBasis {
         self.count
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0

@@ -20,13 +20,13 @@ pub const GAIN_TOLERANCE: f64 = 0.1;
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
 )]
 #[serde(rename_all = "snake_case")]
-pub enum Polarization {
+pub enum Polarisation {
     /// E perpendicular to the plane of incidence.
     S,
     /// E in the plane of incidence.
     P,
     /// Equal powers of both, incoherent.
-    Unpolarized,
+    Unpolarised,
 }
 
 /// Reflection or transmission.
@@ -67,7 +67,7 @@ impl Transport {
     }
 }
 
-/// What kind of lobe a direction belongs to.
+/// Kind of the lobe that a direction belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LobeKind {
     /// One direction, by the law of reflection or refraction of the surface itself.
@@ -85,7 +85,7 @@ pub enum LobeKind {
 }
 
 impl LobeKind {
-    /// Whether all of the lobe's power goes into one direction.
+    /// True if all of the lobe's power goes into one direction.
     #[must_use]
     pub fn is_discrete(self) -> bool {
         !matches!(self, Self::Diffuse | Self::Gaussian | Self::Cell)
@@ -97,7 +97,7 @@ impl LobeKind {
 pub struct Lobe {
     /// Reflected or transmitted.
     pub transport: Transport,
-    /// Its kind.
+    /// Kind.
     pub kind: LobeKind,
 }
 
@@ -115,11 +115,11 @@ pub struct BsdfSample {
 /// One outgoing lobe with its power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutgoingLobe {
-    /// Its direction (unit, local frame); for a diffuse lobe, the normal of the side it leaves on.
+    /// Direction (unit, local frame); for a diffuse lobe, the normal of the side it leaves on.
     pub wo: DVec3,
     /// Power in the lobe per incident power, 0 to 1.
     pub power: f64,
-    /// Which lobe this is.
+    /// Identity of the lobe.
     pub lobe: Lobe,
 }
 
@@ -145,10 +145,10 @@ impl Albedo {
 /// Light is described by Q/I, U/I and V/I, with Q = |E_s|² - |E_p|², U = 2 Re E_s E_p*,
 /// V = -2 Im E_s E_p*. s lies along [`s_axis`] of the direction, in either sense, and p = s × k/|k|
 /// for light that travels along k.
-pub trait PolarizedBsdf: Send + Sync {
+pub trait PolarisedBsdf: Send + Sync {
     /// Samples an outgoing direction for `light` from `wi`, and returns the light that leaves along
     /// it. `None` means that the ray is absorbed.
-    fn sample_polarized(
+    fn sample_polarised(
         &self,
         wi: DVec3,
         light: [f64; 3],
@@ -169,7 +169,7 @@ pub trait Bsdf: Any + Send + Sync {
     /// Samples an outgoing direction for unpolarised light from `wi`; `None` means absorption.
     ///
     /// The expected weight that falls into a lobe is the lobe's power in [`Bsdf::lobes`] for
-    /// [`Polarization::Unpolarized`].
+    /// [`Polarisation::Unpolarised`].
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample>;
 
     /// Probability with which [`Bsdf::sample`] returns the direction of `sample` at `wi`: a
@@ -181,20 +181,20 @@ pub trait Bsdf: Any + Send + Sync {
     fn pdf(&self, wi: DVec3, sample: &BsdfSample) -> Option<f64>;
 
     /// All outgoing lobes for light from `wi`. Their powers sum to at most 1, up to rounding.
-    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe>;
+    fn lobes(&self, wi: DVec3, polarisation: Polarisation) -> Vec<OutgoingLobe>;
 
     /// Refractive index of the medium that the BSDF assumes on `side`.
     fn index(&self, side: Side) -> f64;
 
     /// The same surface for polarised light, if its effect on polarisation is known.
-    fn as_polarized(&self) -> Option<&dyn PolarizedBsdf> {
+    fn as_polarised(&self) -> Option<&dyn PolarisedBsdf> {
         None
     }
 
     /// Reflected and transmitted power, summed over the lobes.
-    fn albedo(&self, wi: DVec3, polarization: Polarization) -> Albedo {
+    fn albedo(&self, wi: DVec3, polarisation: Polarisation) -> Albedo {
         let mut albedo = Albedo::default();
-        for lobe in self.lobes(wi, polarization) {
+        for lobe in self.lobes(wi, polarisation) {
             match lobe.lobe.transport {
                 Transport::Reflection => albedo.reflected += lobe.power,
                 Transport::Transmission => albedo.transmitted += lobe.power,

@@ -19,7 +19,7 @@ pub use window::{from_window, to_klems, to_tree};
 pub use zemax::{from_zemax, to_zemax, zemax_tables};
 
 use crate::angular_basis::OrientedBasis;
-use crate::bsdf::{Bsdf, LobeKind, OutgoingLobe, Polarization, Transport};
+use crate::bsdf::{Bsdf, LobeKind, OutgoingLobe, Polarisation, Transport};
 use crate::direction::{Side, spherical};
 use crate::error::Error;
 use glam::DVec3;
@@ -28,7 +28,7 @@ use std::collections::BTreeMap;
 /// Least power of an order that counts for the distance of neighbours.
 const COUNTS: f64 = 0.01;
 /// Most values of a file: about 1 GB of text.
-const MOST_VALUES: usize = 200_000_000;
+const MAX_VALUES: usize = 200_000_000;
 
 /// Angular steps of a table on angles, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,9 +85,9 @@ impl Resolution {
         }
         let scatter = (360.0 / self.scatter_deg) * (180.0 / self.scatter_deg);
         let count = (90.0 / self.incidence_deg + 1.0) * (360.0 / self.azimuth_deg) * scatter;
-        if count * blocks as f64 > MOST_VALUES as f64 {
+        if count * blocks as f64 > MAX_VALUES as f64 {
             return Err(Error::Resolution(format!(
-                "expected at most {MOST_VALUES} values in a file, got {:.0}",
+                "expected at most {MAX_VALUES} values in a file, got {:.0}",
                 count * blocks as f64
             )));
         }
@@ -318,7 +318,7 @@ fn bin_lobes(
 /// hemisphere.
 fn upper_lobes(surface: &dyn Bsdf, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
     let wi = DVec3::new(wi.x, wi.y, side.sign() * wi.z);
-    let mut lobes = surface.lobes(wi, Polarization::Unpolarized);
+    let mut lobes = surface.lobes(wi, Polarisation::Unpolarised);
     for lobe in &mut lobes {
         lobe.wo.z = lobe.wo.z.abs();
     }
@@ -334,7 +334,7 @@ fn of_transport(lobes: &[OutgoingLobe], transport: Transport) -> Vec<&OutgoingLo
 fn check_discrete(surface: &dyn Bsdf) -> Result<(), Error> {
     let wi = DVec3::new(0.1, 0.2, 0.95_f64).normalize();
     let diffuse = surface
-        .lobes(wi, Polarization::Unpolarized)
+        .lobes(wi, Polarisation::Unpolarised)
         .iter()
         .any(|l| matches!(l.lobe.kind, LobeKind::Diffuse | LobeKind::Gaussian));
     if diffuse {

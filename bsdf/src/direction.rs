@@ -30,7 +30,7 @@ impl Side {
 
     /// The side into which a direction away from the surface points; a tangent counts as outer.
     #[must_use]
-    pub fn of(local: DVec3) -> Self {
+    pub fn from_direction(local: DVec3) -> Self {
         if local.z < 0.0 { Self::Inner } else { Self::Outer }
     }
 
@@ -87,7 +87,7 @@ impl Wavevector {
         Self { kx: -index * wi.x, ky: -index * wi.y }
     }
 
-    /// Whether the wave propagates in a medium of refractive index `index`.
+    /// True if the wave propagates in a medium of refractive index `index`.
     #[must_use]
     pub fn propagates(self, index: f64) -> bool {
         self.kx * self.kx + self.ky * self.ky < index * index
@@ -166,7 +166,7 @@ mod tests {
                 let phi = 0.7 * f64::from(k);
                 let mut w = spherical(theta, phi);
                 w.z *= side.sign();
-                assert_eq!(Side::of(w), side);
+                assert_eq!(Side::from_direction(w), side);
                 let back = Wavevector::incoming(-w, index).leaving(side, index).unwrap();
                 assert!((back - w).length() < 1e-13);
                 let back = Wavevector::incoming(w, index).arriving(side, index).unwrap();

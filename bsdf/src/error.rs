@@ -9,7 +9,7 @@ pub enum Error {
     /// A length that must be positive and finite.
     #[error("{name} must be a positive, finite length, got {value}")]
     Length {
-        /// Which length.
+        /// Name of the length.
         name: &'static str,
         /// Value found.
         value: f64,
@@ -25,7 +25,7 @@ pub enum Error {
     /// A fraction outside 0 to 1.
     #[error("{name} must lie between 0 and 1, got {value}")]
     Fraction {
-        /// Which quantity.
+        /// Name of the quantity.
         name: &'static str,
         /// Value found.
         value: f64,
@@ -42,13 +42,13 @@ pub enum Error {
     },
     /// A Gaussian lobe that is too narrow or too wide.
     #[error(
-        "full width at half maximum of a Gaussian lobe must lie between {least} and {most} degrees, got {value}"
+        "full width at half maximum of a Gaussian lobe must lie between {min} and {max} degrees, got {value}"
     )]
     Width {
         /// Least width, degrees.
-        least: f64,
+        min: f64,
         /// Largest width, degrees.
-        most: f64,
+        max: f64,
         /// Value found, degrees.
         value: f64,
     },
@@ -57,9 +57,9 @@ pub enum Error {
     Matrices {
         /// Node of incidence.
         node: String,
-        /// What was expected.
+        /// Expected value.
         expected: &'static str,
-        /// What was found.
+        /// Value found.
         got: String,
     },
     /// An invalid grid of incident wavevectors.
@@ -68,7 +68,7 @@ pub enum Error {
     /// A quantity in the header of a table that is negative or not finite.
     #[error("table header: {name} must be finite and not negative, got {value}")]
     Header {
-        /// Which quantity.
+        /// Name of the quantity.
         name: &'static str,
         /// Value found.
         value: f64,
@@ -93,13 +93,13 @@ pub enum Error {
     },
     /// A row for unpolarised light, which a table does not store.
     #[error("rows are given for s and p apart, got one for unpolarised light")]
-    UnpolarizedRow,
+    UnpolarisedRow,
     /// An invalid efficiency of a diffraction order.
     #[error("efficiency of {order}: expected {expected}, got {value}")]
     Efficiency {
         /// Relative order, the side it leaves on, and its node of incidence.
         order: String,
-        /// What was expected.
+        /// Expected value.
         expected: &'static str,
         /// Value found.
         value: f64,
@@ -139,7 +139,7 @@ pub enum Error {
     /// A file that ends too early.
     #[error("table is truncated in its {part}: expected {expected} bytes, got {got}")]
     Truncated {
-        /// Where it ends.
+        /// End.
         part: &'static str,
         /// Bytes expected in that part.
         expected: u64,
@@ -163,11 +163,11 @@ pub enum Error {
     /// A file whose parts contradict each other.
     #[error("table contradicts itself in {part}: expected {expected}, got {got}")]
     Inconsistent {
-        /// Which part.
+        /// Name of the part.
         part: &'static str,
-        /// What was expected.
+        /// Expected value.
         expected: String,
-        /// What was found.
+        /// Value found.
         got: String,
     },
     /// An invalid JSON header.
@@ -240,11 +240,11 @@ impl fmt::Display for Position {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{at}: expected {expected}, got {got}")]
 pub struct FormatError {
-    /// Its position.
+    /// Position.
     pub at: Position,
-    /// What the format expects.
+    /// Content that the format expects.
     pub expected: String,
-    /// What the file holds.
+    /// Content of the file.
     pub got: String,
 }
 

@@ -14,7 +14,6 @@
 //! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
 //! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
-//! | [`RemappedIncidence`], [`Masked`], [`Binned`] | another BSDF with something left out, for ablation studies |
 //!
 //! [`formats`] reads and writes files, [`convert`] turns a BSDF into the tables of other programs,
 //! and [`validate`] checks energy, reciprocity and interpolation. Axes, sides, signs and units are
@@ -26,7 +25,7 @@
 //! ```
 //! use bsdf::direction::spherical;
 //! use bsdf::{
-//!     Bsdf, Grid, OrderEfficiency, OrderTable, Polarization, TableHeader, Transport, analytic,
+//!     Bsdf, Grid, OrderEfficiency, OrderTable, Polarisation, TableHeader, Transport, analytic,
 //! };
 //! use rand::SeedableRng;
 //!
@@ -39,10 +38,10 @@
 //!     kx_per_zone: 4,
 //!     ky: Grid::ky_nodes(1.41, 1.0, 24),
 //! };
-//! let rows = grid.rows(|side, kx, ky, polarization| {
+//! let rows = grid.rows(|side, kx, ky, polarisation| {
 //!     let (n1, n2) = (grid.index(side), grid.index(side.opposite()));
 //!     let cos_theta_i = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).sqrt();
-//!     let r = analytic::fresnel(n1, n2, cos_theta_i).of(polarization);
+//!     let r = analytic::fresnel(n1, n2, cos_theta_i).for_polarisation(polarisation);
 //!     let mut orders = vec![OrderEfficiency::new(side, 0, r)];
 //!     if r < 1.0 {
 //!         orders.push(OrderEfficiency::new(side.opposite(), 0, 1.0 - r));
@@ -60,12 +59,11 @@
 //! let mean = transmitted as f64 / f64::from(n);
 //! let standard_error = (mean * (1.0 - mean) / f64::from(n)).sqrt();
 //! println!("transmitted: {mean:.4} ± {standard_error:.4}");
-//! let expected = table.albedo(wi, Polarization::Unpolarized).transmitted;
+//! let expected = table.albedo(wi, Polarisation::Unpolarised).transmitted;
 //! assert!((mean - expected).abs() < 4.0 * standard_error);
 //! # Ok::<(), bsdf::Error>(())
 //! ```
 
-pub mod ablation;
 pub mod analytic;
 pub mod angular_basis;
 mod bsdf;
@@ -82,12 +80,11 @@ pub mod tensor_tree;
 mod tests;
 pub mod validate;
 
-pub use ablation::{Binned, IncidenceMap, Mask, Masked, RemappedIncidence};
 pub use analytic::{
     DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, Lambertian, Mirror, SmoothInterface,
 };
 pub use bsdf::{
-    Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, PolarizedBsdf, Transport,
+    Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, PolarisedBsdf, Transport,
     s_axis,
 };
 pub use direction::Side;

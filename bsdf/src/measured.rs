@@ -20,7 +20,7 @@ mod scatter_table;
 pub use scatter_table::{CellDistribution, IncidenceTotals, IncidentNode, ScatterTable};
 
 use crate::bsdf::{
-    Albedo, Bsdf, BsdfSample, GAIN_TOLERANCE, Lobe, LobeKind, OutgoingLobe, Polarization, Transport,
+    Albedo, Bsdf, BsdfSample, GAIN_TOLERANCE, Lobe, LobeKind, OutgoingLobe, Polarisation, Transport,
 };
 use crate::direction::Side;
 use crate::error::Error;
@@ -190,7 +190,7 @@ fn upper(direction: DVec3) -> DVec3 {
 
 impl Bsdf for MeasuredBsdf {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         let wi = upper(wi);
         let [reflected, transmitted] = self.powers(from, wi);
         let u = rng.random::<f64>();
@@ -215,7 +215,7 @@ impl Bsdf for MeasuredBsdf {
         if self.between == LobeMotion::Shifted {
             return None;
         }
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         let transport = sample.lobe.transport;
         let Some(table) = self.table(from, transport) else {
             return Some(0.0);
@@ -225,8 +225,8 @@ impl Bsdf for MeasuredBsdf {
         Some(table.density(wi, upper(sample.wo)) / raw.max(1.0))
     }
 
-    fn lobes(&self, wi: DVec3, _: Polarization) -> Vec<OutgoingLobe> {
-        let from = Side::of(wi);
+    fn lobes(&self, wi: DVec3, _: Polarisation) -> Vec<OutgoingLobe> {
+        let from = Side::from_direction(wi);
         let wi = upper(wi);
         let raw: f64 = Transport::BOTH.iter().map(|t| self.total(from, *t, wi)).sum();
         let scale = 1.0 / raw.max(1.0);
@@ -253,8 +253,8 @@ impl Bsdf for MeasuredBsdf {
         self.indices[side.index()]
     }
 
-    fn albedo(&self, wi: DVec3, _: Polarization) -> Albedo {
-        let [reflected, transmitted] = self.powers(Side::of(wi), upper(wi));
+    fn albedo(&self, wi: DVec3, _: Polarisation) -> Albedo {
+        let [reflected, transmitted] = self.powers(Side::from_direction(wi), upper(wi));
         Albedo { reflected, transmitted }
     }
 }

@@ -30,12 +30,12 @@ mod layout;
 mod query;
 mod sample;
 
-pub use batch::{BinLocations, OrderTableBatch, SampledOrders};
+pub use batch::{BinLocations, Flag, OrderTableBatch, SampledOrders};
 pub use grid::{Grid, NodeId};
 pub use jones::{Jones, JonesRow, Mueller, OrderJones, OrderMueller, mueller};
 pub use sample::{BinLocation, SampledOrder};
 
-use crate::bsdf::{Bsdf, Polarization};
+use crate::bsdf::{Bsdf, Polarisation};
 use crate::direction::Side;
 use crate::error::Error;
 use crate::json;
@@ -103,8 +103,8 @@ impl OrderEfficiency {
 pub struct EfficiencyRow {
     /// The incident wavevector.
     pub node: NodeId,
-    /// [`Polarization::S`] or [`Polarization::P`].
-    pub polarization: Polarization,
+    /// [`Polarisation::S`] or [`Polarisation::P`].
+    pub polarisation: Polarisation,
     /// Efficiencies; 0 for the orders left out.
     pub orders: Vec<OrderEfficiency>,
 }
@@ -132,7 +132,7 @@ pub struct OrderTable {
 impl OrderTable {
     /// The table behind a BSDF, if it is one: tracers sample tables for many rays at a time.
     #[must_use]
-    pub fn of(bsdf: &dyn Bsdf) -> Option<&Self> {
+    pub fn downcast(bsdf: &dyn Bsdf) -> Option<&Self> {
         (bsdf as &dyn Any).downcast_ref()
     }
 
@@ -165,19 +165,19 @@ impl OrderTable {
     ///
     /// # Errors
     /// None for a valid table.
-    pub fn for_polarization(&self, polarization: Polarization) -> Result<Self, Error> {
+    pub fn for_polarisation(&self, polarisation: Polarisation) -> Result<Self, Error> {
         let entries = 0..self.entry_count();
-        let efficiencies: Vec<f32> = entries.map(|e| self.stored(e, polarization) as f32).collect();
+        let efficiencies: Vec<f32> = entries.map(|e| self.stored(e, polarisation) as f32).collect();
         Self::from_parts(self.header.clone(), self.grid.clone(), efficiencies.clone(), efficiencies)
     }
 
-    /// Its origin.
+    /// Origin.
     #[must_use]
     pub fn header(&self) -> &TableHeader {
         &self.header
     }
 
-    /// Its incident wavevectors.
+    /// Incident wavevectors.
     #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
@@ -202,13 +202,13 @@ impl OrderTable {
     pub fn node_efficiencies(
         &self,
         node: NodeId,
-        polarization: Polarization,
+        polarisation: Polarisation,
     ) -> Result<Vec<OrderEfficiency>, Error> {
         let index = self.layout.find(node).ok_or(Error::NoSuchNode { node: node.to_string() })?;
         let orders = self.layout.nodes[index].orders();
         Ok(orders
             .map(|(entry, to, order)| {
-                OrderEfficiency::new(to, order, self.stored(entry, polarization))
+                OrderEfficiency::new(to, order, self.stored(entry, polarisation))
             })
             .collect())
     }
@@ -221,19 +221,19 @@ impl OrderTable {
         node: NodeId,
         to: Side,
         order: i32,
-        polarization: Polarization,
+        polarisation: Polarisation,
     ) -> Option<f64> {
         let entry = self.layout.nodes[self.layout.find(node)?].entry(to, order)?;
-        Some(self.stored(entry, polarization))
+        Some(self.stored(entry, polarisation))
     }
 
     /// Efficiency of one entry; for unpolarised light the mean of s and p.
-    fn stored(&self, entry: usize, polarization: Polarization) -> f64 {
+    fn stored(&self, entry: usize, polarisation: Polarisation) -> f64 {
         let (s, p) = (f64::from(self.s[entry]), f64::from(self.p[entry]));
-        match polarization {
-            Polarization::S => s,
-            Polarization::P => p,
-            Polarization::Unpolarized => 0.5 * (s + p),
+        match polarisation {
+            Polarisation::S => s,
+            Polarisation::P => p,
+            Polarisation::Unpolarised => 0.5 * (s + p),
         }
     }
 

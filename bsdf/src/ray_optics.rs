@@ -16,7 +16,7 @@ mod ray;
 
 pub use outline::{Outline, Polygon};
 
-use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport};
+use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Transport};
 use crate::direction::{Side, Wavevector};
 use crate::error::Error;
 use glam::{DVec2, DVec3};
@@ -101,7 +101,7 @@ impl UnitCell {
 
     /// Side, tangential wavevector and kz of light from `wi`.
     fn incoming(&self, wi: DVec3) -> (Side, Wavevector, f64) {
-        let side = Side::of(wi);
+        let side = Side::from_direction(wi);
         let n = self.index(side);
         (side, Wavevector::incoming(wi, n), -n * wi.z)
     }
@@ -109,7 +109,7 @@ impl UnitCell {
 
 /// Lobe of a ray that came from `from` and leaves along `wo`.
 fn facets_lobe(from: Side, wo: DVec3) -> Lobe {
-    Lobe { transport: Transport::between(from, Side::of(wo)), kind: LobeKind::Facets }
+    Lobe { transport: Transport::between(from, Side::from_direction(wo)), kind: LobeKind::Facets }
 }
 
 impl Bsdf for UnitCell {
@@ -119,7 +119,7 @@ impl Bsdf for UnitCell {
             return None;
         }
         let mut ray = self.enter(from, k, kz, self.period * rng.random::<f64>());
-        for _ in 0..ray::MOST_STEPS {
+        for _ in 0..ray::MAX_STEPS {
             match self.step(&ray) {
                 Step::Hit { facet, t } => {
                     let hit = self.interact(&ray, facet, t);
@@ -146,7 +146,7 @@ impl Bsdf for UnitCell {
 
     /// All directions reached, by splitting the incident beam at the corners of the outline: exact
     /// in the entry position. For any polarisation the powers are those of unpolarised light.
-    fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
+    fn lobes(&self, wi: DVec3, _polarisation: Polarisation) -> Vec<OutgoingLobe> {
         let (from, k, kz) = self.incoming(wi);
         if kz == 0.0 {
             return Vec::new();

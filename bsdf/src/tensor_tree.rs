@@ -40,9 +40,9 @@ pub struct TensorTree {
 /// A square of exit directions with one value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leaf {
-    /// Its lowest corner.
+    /// Lowest corner.
     pub corner: [f64; 2],
-    /// Its edge.
+    /// Edge.
     pub edge: f64,
     /// The BSDF, 1/sr.
     pub value: f64,

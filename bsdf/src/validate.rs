@@ -9,7 +9,7 @@
 //!
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 
-use crate::bsdf::Polarization;
+use crate::bsdf::Polarisation;
 use crate::direction::{Side, Wavevector};
 use crate::order_table::{NodeId, OrderEfficiency, OrderTable};
 use rand::RngExt;
@@ -32,7 +32,7 @@ pub struct Deviation {
 
 impl Deviation {
     /// Deviation of a set of values.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn new(values: impl IntoIterator<Item = f64>) -> Self {
         let (mut worst, mut sum, mut squares, mut count) = (0.0_f64, 0.0, 0.0, 0_usize);
         for value in values {
             worst = worst.max(value.abs());
@@ -56,14 +56,14 @@ impl Deviation {
 pub struct NodeReport {
     /// Over all nodes.
     pub deviation: Deviation,
-    /// Where it is worst; `None` if there was nothing to compare.
+    /// Node where it is worst; `None` if there was nothing to compare.
     pub at: Option<NodeId>,
 }
 
 impl NodeReport {
-    fn of(values: &[(NodeId, f64)]) -> Self {
+    fn new(values: &[(NodeId, f64)]) -> Self {
         Self {
-            deviation: Deviation::of(values.iter().map(|v| v.1)),
+            deviation: Deviation::new(values.iter().map(|v| v.1)),
             at: values.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|v| v.0),
         }
     }
@@ -75,12 +75,12 @@ impl NodeReport {
 pub fn energy(table: &OrderTable) -> NodeReport {
     let mut values = Vec::new();
     for node in table.grid().nodes() {
-        for polarization in [Polarization::S, Polarization::P] {
-            let orders = table.node_efficiencies(node, polarization).unwrap_or_default();
+        for polarisation in [Polarisation::S, Polarisation::P] {
+            let orders = table.node_efficiencies(node, polarisation).unwrap_or_default();
             values.push((node, orders.iter().map(|o| o.efficiency).sum::<f64>() - 1.0));
         }
     }
-    NodeReport::of(&values)
+    NodeReport::new(&values)
 }
 
 /// Efficiency of each order minus that of the reverse path, for unpolarised light, at every node.
@@ -91,7 +91,7 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
     let mut values = Vec::new();
     for node in table.grid().nodes() {
         for OrderEfficiency { to, order, efficiency } in
-            table.node_efficiencies(node, Polarization::Unpolarized).unwrap_or_default()
+            table.node_efficiencies(node, Polarisation::Unpolarised).unwrap_or_default()
         {
             // The outgoing wave is node i + l · per_zone; the reverse path comes from its mirror
             // image.
@@ -101,12 +101,12 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
                 ky_index: node.ky_index,
             };
             let returned = table
-                .node_efficiency(back, node.side, order, Polarization::Unpolarized)
+                .node_efficiency(back, node.side, order, Polarisation::Unpolarised)
                 .unwrap_or(0.0);
             values.push((node, efficiency - returned));
         }
     }
-    NodeReport::of(&values)
+    NodeReport::new(&values)
 }
 
 /// Estimate of the interpolation error in the unpolarised reflectance of a single direction, from
@@ -122,7 +122,7 @@ pub fn leave_one_out(table: &OrderTable, side: Side) -> f64 {
     let grid = table.grid();
     let reflected = |kx_index: i64, ky_index: usize| -> Option<f64> {
         let node = NodeId { side, kx_index, ky_index };
-        let orders = table.node_efficiencies(node, Polarization::Unpolarized).ok()?;
+        let orders = table.node_efficiencies(node, Polarisation::Unpolarised).ok()?;
         let back = orders.iter().filter(|o| o.to == side);
         Some(back.map(|o| o.efficiency).sum())
     };
@@ -185,9 +185,9 @@ pub fn albedo(table: &OrderTable, count: usize, rng: &mut dyn rand::Rng) -> Albe
     for side in Side::BOTH {
         for _ in 0..count {
             let k = random_incidence(table, side, rng);
-            for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
+            for polarisation in [Polarisation::S, Polarisation::P, Polarisation::Unpolarised] {
                 let total: f64 =
-                    table.efficiencies(side, k, polarization).iter().map(|o| o.efficiency).sum();
+                    table.efficiencies(side, k, polarisation).iter().map(|o| o.efficiency).sum();
                 report.lowest = report.lowest.min(total);
                 report.highest = report.highest.max(total);
             }
@@ -214,24 +214,24 @@ pub struct InterpolationReport {
 /// incidences are those of diffuse light, uniform in (kx, ky), so plain means are weighted by flux.
 ///
 /// # Errors
-/// Those of the solver.
+/// Errors of the solver.
 pub fn interpolation<E>(
     table: &OrderTable,
     side: Side,
     count: usize,
     rng: &mut dyn rand::Rng,
-    mut solve: impl FnMut(Side, Wavevector, Polarization) -> Result<Vec<OrderEfficiency>, E>,
+    mut solve: impl FnMut(Side, Wavevector, Polarisation) -> Result<Vec<OrderEfficiency>, E>,
 ) -> Result<InterpolationReport, E> {
     let (mut reflected, mut transmitted, mut orders) = (Vec::new(), Vec::new(), Vec::new());
     let mut means: BTreeMap<(Side, i32), f64> = BTreeMap::new();
     for _ in 0..count {
         let k = random_incidence(table, side, rng);
-        for polarization in [Polarization::S, Polarization::P] {
+        for polarisation in [Polarisation::S, Polarisation::P] {
             let mut difference: BTreeMap<(Side, i32), f64> = BTreeMap::new();
-            for o in table.efficiencies(side, k, polarization) {
+            for o in table.efficiencies(side, k, polarisation) {
                 *difference.entry((o.to, o.order)).or_default() += o.efficiency;
             }
-            for o in solve(side, k, polarization)? {
+            for o in solve(side, k, polarisation)? {
                 *difference.entry((o.to, o.order)).or_default() -= o.efficiency;
             }
             let total =
@@ -245,9 +245,9 @@ pub fn interpolation<E>(
         }
     }
     Ok(InterpolationReport {
-        reflected: Deviation::of(reflected),
-        transmitted: Deviation::of(transmitted),
-        orders: Deviation::of(orders),
+        reflected: Deviation::new(reflected),
+        transmitted: Deviation::new(transmitted),
+        orders: Deviation::new(orders),
         order_means: means
             .into_iter()
             .map(|((to, order), mean)| OrderEfficiency::new(to, order, mean))

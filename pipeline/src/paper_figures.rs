@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use bsdf::{Bsdf, Polarization, Transport, UnitCell};
+use bsdf::{Bsdf, Polarisation, Transport, UnitCell};
 use glam::DVec3;
 
 use design::Design;
@@ -187,7 +187,7 @@ fn ring(path: &Path, band: &BandTable) -> Result<LobesEntry> {
 
 fn by_rays(band: &BandTable) -> Result<Vec<PlaneLobe>> {
     let cell = UnitCell::new(&outline(&band.cell))?;
-    let lobes = cell.lobes(-DVec3::Z, Polarization::Unpolarized).into_iter().map(|l| PlaneLobe {
+    let lobes = cell.lobes(-DVec3::Z, Polarisation::Unpolarised).into_iter().map(|l| PlaneLobe {
         side: if l.lobe.transport == Transport::Reflection {
             LobeSide::Reflected
         } else {

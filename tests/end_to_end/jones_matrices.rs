@@ -313,8 +313,8 @@ fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
             "polar.toml: hybrid.tables = \"matrices\": expected \"shares\" without light.polarization = \"carried\"",
         ),
         (
-            text("specular", "carried", &format!("{matrices}, spread_deg = 5.0")),
-            "expected \"shares\" without hybrid.spread_deg = 0",
+            text("specular", "carried", &format!("{matrices}, polarization = \"s\"")),
+            "expected \"shares\" without hybrid.polarization = \"unpolarised\"",
         ),
         (
             text("specular", "carried", ", tables = \"mueller\""),

@@ -248,19 +248,6 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
         assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
     }
     let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");
-    // Of the targets one is a figure of runs; none of the 32 short ones peaks anywhere near it, and
-    // four long ones say nothing.
-    let compared = study["setups"][0]["targets_as_single_runs"].as_array();
-    let compared = compared.expect("comparisons");
-    assert_eq!(compared.len(), 1, "{compared:?}");
-    assert_eq!((&compared[0]["runs"], &compared[0]["figures"]), (&32.into(), &1.into()));
-    assert!((number(&compared[0], "p") - 1.0 / 33.0).abs() < 1e-12);
-    assert!(number(&compared[0], "chi_square") > 10.0 * number(&compared[0], "expected"));
-    let by_figure = compared[0]["by_figure"].as_array().expect("figures");
-    assert_eq!(by_figure.len(), 1, "{by_figure:?}");
-    assert_eq!(by_figure[0]["figure"], "peak_angle_deg");
-    assert!((number(&by_figure[0], "p") - 1.0 / 33.0).abs() < 1e-12);
-    assert!((number(&by_figure[0], "p_nearer") - 1.0).abs() < 1e-12);
     // Three figures of 36 runs for each of three set-ups, and the headings.
     assert_eq!(table.lines().count(), 1 + 3 * 3 * 36);
 }

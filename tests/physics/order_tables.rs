@@ -16,7 +16,7 @@ use std::sync::OnceLock;
 use bsdf::direction::Wavevector;
 use bsdf::formats::native;
 use bsdf::validate::{self, InterpolationReport};
-use bsdf::{Grid, OrderEfficiency, OrderTable, Polarization, Side};
+use bsdf::{Grid, OrderEfficiency, OrderTable, Polarisation, Side};
 use num_complex::Complex64;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
@@ -152,9 +152,9 @@ fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
     let back = native::read(&bytes[..]).expect("read");
     assert_eq!((back.header(), back.grid()), (table.header(), table.grid()));
     for node in table.grid().nodes() {
-        for polarization in [Polarization::S, Polarization::P] {
+        for polarisation in [Polarisation::S, Polarisation::P] {
             let bits = |t: &OrderTable| -> Vec<(Side, i32, u64)> {
-                t.node_efficiencies(node, polarization)
+                t.node_efficiencies(node, polarisation)
                     .expect("a node")
                     .into_iter()
                     .map(|o| (o.to, o.order, o.efficiency.to_bits()))
@@ -176,12 +176,12 @@ fn interpolated_shares_are_those_of_direct_solves() {
         let mut rng = tracer::random::stream(2, side.index() as u64);
         // s and p of one incidence are asked one after the other and solved together.
         let mut last: Option<(Wavevector, [Shares; 2])> = None;
-        let solve = |side, k: Wavevector, polarization| {
+        let solve = |side, k: Wavevector, polarisation| {
             let solved = match last.take() {
                 Some((known, solved)) if known == k => solved,
                 _ => direct(interface, solver_side(side), (k.kx, k.ky), resolution)?,
             };
-            let chosen = &solved[usize::from(polarization == Polarization::P)];
+            let chosen = &solved[usize::from(polarisation == Polarisation::P)];
             let shares =
                 chosen.iter().map(|s| OrderEfficiency::new(scatter_side(s.0), s.1, s.2)).collect();
             last = Some((k, solved));

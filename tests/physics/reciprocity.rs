@@ -10,7 +10,7 @@ use tracer::receiver::{DetectorRectangle, Facing, Sense};
 use tracer::shape::Bend;
 use tracer::{
     Cap, Detector, Dome, Emission, Emitter, Estimate, Interior, LedBox, Measurement, Medium,
-    Meridian, Mixed, Package, Polarization, Prototype, Region, Scene, SceneBuilder, Settings,
+    Meridian, Mixed, Package, Polarisation, Prototype, Region, Scene, SceneBuilder, Settings,
     Shape, Source, Surface, SurfaceModel, run,
 };
 
@@ -115,12 +115,12 @@ fn source_and_receiver_may_be_exchanged() {
     let emitter = Emitter::Rectangle { half_x: 0.5 * FACE[0], half_y: 0.5 * FACE[1] };
     let face = Source::new("A", at, Region::World, emitter, Emission::LAMBERTIAN);
     let face = face.facing(-DVec3::Z);
-    for (name, package, polarization) in [
-        ("stepped", stepped(), Polarization::Unpolarised),
-        ("stepped, polarised", stepped(), Polarization::Carried),
-        ("freeform", freeform(), Polarization::Unpolarised),
+    for (name, package, polarisation) in [
+        ("stepped", stepped(), Polarisation::Unpolarised),
+        ("stepped, polarised", stepped(), Polarisation::Carried),
+        ("freeform", freeform(), Polarisation::Unpolarised),
     ] {
-        let settings = |seed: u64| Settings { polarization, ..Settings::new(PATHS, seed) };
+        let settings = |seed: u64| Settings { polarisation, ..Settings::new(PATHS, seed) };
         let up = share(&scene(&package, None), (&above, 0), &settings(1));
         // What comes to the top from outside of the box.
         let down = share(&scene(&package, Some(&face)), (&below, 3), &settings(2));

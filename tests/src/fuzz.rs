@@ -106,7 +106,7 @@ fn used(surface: Result<bsdf::MeasuredBsdf, bsdf::Error>) -> bool {
     let mut rng = random::stream(1, 0);
     for k in 0..16 {
         let wi = spherical(0.2 * f64::from(k) + 0.01, 0.7 * f64::from(k));
-        let albedo = surface.albedo(wi, bsdf::Polarization::Unpolarized).total();
+        let albedo = surface.albedo(wi, bsdf::Polarisation::Unpolarised).total();
         assert!((0.0..=1.0 + 1e-9).contains(&albedo), "albedo {albedo}");
         if let Some(sample) = surface.sample(wi, &mut rng) {
             assert!((sample.wo.length() - 1.0).abs() < 1e-6);

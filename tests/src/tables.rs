@@ -2,7 +2,7 @@
 //! Tables of diffraction orders from a relief between two media, by the libraries alone.
 
 use anyhow::Result;
-use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, TableHeader};
+use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarisation, TableHeader};
 use num_complex::Complex64;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::no_progress;
@@ -65,7 +65,7 @@ pub fn order_table(
     };
     let rows = solved.incidences.into_iter().map(|i| EfficiencyRow {
         node: NodeId { side: scatter_side(i.side), kx_index: i.kx_index, ky_index: i.ky_index },
-        polarization: if i.pol == Pol::S { Polarization::S } else { Polarization::P },
+        polarisation: if i.pol == Pol::S { Polarisation::S } else { Polarisation::P },
         orders: i
             .shares
             .into_iter()
@@ -90,10 +90,10 @@ pub fn smooth(period_um: f64, kx_per_zone: usize, ky: Vec<f64>) -> OrderTable {
         ky,
     };
     let rows: Vec<_> = grid
-        .rows(|side, kx, ky, polarization| {
+        .rows(|side, kx, ky, polarisation| {
             let (n1, n2) = (grid.index(side), grid.index(side.opposite()));
             let cos = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).max(0.0).sqrt();
-            let r = bsdf::analytic::fresnel(n1, n2, cos).of(polarization);
+            let r = bsdf::analytic::fresnel(n1, n2, cos).for_polarisation(polarisation);
             let mut orders = vec![OrderEfficiency::new(side, 0, r)];
             if r < 1.0 {
                 orders.push(OrderEfficiency::new(side.opposite(), 0, 1.0 - r));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What users wait for: paths per second and core through one package over a mirror, smooth and
+//! Paths per second and core through one package over a mirror, smooth and
 //! stepped.
 
 #[path = "../tests/common/mod.rs"]

@@ -20,7 +20,7 @@ pub trait CheckpointStore: Sync {
     fn keep(&self, group: u64, bytes: &[u8]);
 }
 
-/// What a group found as bytes: the number of surfaces met, how many numbers follow, and these,
+/// Bytes of a group: the number of surfaces met, how many numbers follow, and these,
 /// each in eight bytes, the lowest first.
 pub fn to_bytes(totals: &Totals, hits: u64) -> Vec<u8> {
     let numbers = numbers(totals);
@@ -33,7 +33,7 @@ pub fn to_bytes(totals: &Totals, hits: u64) -> Vec<u8> {
     bytes
 }
 
-/// What [`to_bytes`] made, put into totals of the same lines and bins as `like`; `None` where the
+/// Reads what [`to_bytes`] made into totals of the same lines and bins as `like`; `None` where the
 /// bytes are not those of such a group.
 pub fn from_bytes(bytes: &[u8], like: &Totals) -> Option<(Totals, u64)> {
     let mut words = bytes.chunks_exact(8);
@@ -60,7 +60,7 @@ fn numbers(totals: &Totals) -> Vec<f64> {
     places(&mut same).iter().map(|place| **place).collect()
 }
 
-/// Where the numbers of totals stand.
+/// Places of the numbers of totals.
 fn places(totals: &mut Totals) -> Vec<&mut f64> {
     let ledger = &mut totals.ledger;
     let mut places = vec![&mut ledger.emitted, &mut ledger.escaped_up, &mut ledger.escaped_down];

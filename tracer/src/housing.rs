@@ -34,7 +34,7 @@ pub struct Housing {
 }
 
 impl Housing {
-    /// Its surfaces, for [`crate::SceneBuilder::surface`].
+    /// Surfaces, for [`crate::SceneBuilder::surface`].
     pub fn surfaces(&self) -> Result<Vec<Surface>, Error> {
         let [x, y] = self.half;
         positive("half the inner length of the housing, mm", x)?;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where the power went: emitted = escaped + absorbed + lost, to rounding, path by path.
+//! Account of the power: emitted = escaped + absorbed + lost, to rounding, path by path.
 
 use std::sync::Arc;
+
+use bsdf::Side;
 
 pub use crate::scene::Lines;
 
@@ -21,7 +23,7 @@ impl Loss {
     pub const ALL: [Self; 3] = [Self::Bounces, Self::Leak, Self::Invalid];
 
     /// A few words for reports.
-    pub fn words(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
             Self::Bounces => "too many bounces",
             Self::Leak => "leaked out of a closed body",
@@ -30,7 +32,7 @@ impl Loss {
     }
 }
 
-/// What happened at one named part, summed over all instances.
+/// Power at one named part, summed over all instances.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SurfaceLine {
     /// Absorbed power, W.
@@ -60,7 +62,45 @@ pub struct Ledger {
     pub lines: Arc<Lines>,
 }
 
+/// An event of a path that moves power between accounts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Booking {
+    /// A source emits a path of weight 1.
+    Emission,
+    /// The medium of a line absorbs on the way.
+    Transmission { line: usize, absorbed: f64 },
+    /// The surface of a line takes light from the first side, absorbs a part, and sends the rest on
+    /// from the second side.
+    Interaction { line: usize, sides: [Side; 2], absorbed: f64, weight: f64 },
+    /// Light leaves the scene for good.
+    Escape { upward: bool, weight: f64 },
+    /// A path is given up.
+    Loss { cause: Loss, weight: f64 },
+}
+
 impl Ledger {
+    /// Books an event: the rules of the ledger, for single paths and batches alike.
+    #[expect(clippy::inline_always, reason = "part of the loop over a path; the event is known")]
+    #[inline(always)]
+    pub(crate) fn book(&mut self, event: Booking) {
+        match event {
+            Booking::Emission => self.emitted += 1.0,
+            Booking::Transmission { line, absorbed } => self.media[line] += absorbed,
+            Booking::Interaction { line, sides, absorbed, weight } => {
+                let line = &mut self.surfaces[line];
+                line.absorbed += absorbed;
+                match sides {
+                    [Side::Inner, Side::Outer] => line.outward += weight,
+                    [Side::Outer, Side::Inner] => line.inward += weight,
+                    [Side::Inner, Side::Inner] | [Side::Outer, Side::Outer] => {}
+                }
+            }
+            Booking::Escape { upward: true, weight } => self.escaped_up += weight,
+            Booking::Escape { upward: false, weight } => self.escaped_down += weight,
+            Booking::Loss { cause, weight } => self.lost[cause as usize] += weight,
+        }
+    }
+
     pub(crate) fn new(lines: &Arc<Lines>) -> Self {
         Self {
             emitted: 0.0,
@@ -116,7 +156,7 @@ impl Ledger {
 
     /// Power given up, with the cause in words, W.
     pub fn named_losses(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        Loss::ALL.into_iter().map(Loss::words).zip(self.lost)
+        Loss::ALL.into_iter().map(Loss::description).zip(self.lost)
     }
 
     /// Power absorbed by surfaces and media, W.

@@ -13,7 +13,7 @@ use crate::ray::Ray;
 /// An interaction of a path with a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interaction {
-    /// Where, in the frame of the world, mm.
+    /// Point in the frame of the world, mm.
     pub point: DVec3,
     /// The line of the surface in the ledger, see [`crate::scene::Lines::surfaces`].
     pub line: usize,
@@ -31,7 +31,7 @@ pub struct Interaction {
     pub weight: f64,
 }
 
-/// How a path ends.
+/// End of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fate {
     /// It left the scene with direction z ≥ 0.

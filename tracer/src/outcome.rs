@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a run gives back: sums of power for each group of paths, and estimates with standard errors
+//! Result of a run: sums of power for each group of paths, and estimates with standard errors
 //! from them.
 
 use rayon::prelude::*;
@@ -8,13 +8,13 @@ use crate::ledger::Ledger;
 use crate::statistics::{Estimate, Moments, jackknife};
 
 /// Bins added up at a time.
-const AT_ONCE: usize = 2048;
+const BLOCK: usize = 2048;
 
 /// The ledger and the readings of some paths, scaled so that the sources emit the power of the
 /// scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Totals {
-    /// Where the power went.
+    /// Account of the power.
     pub ledger: Ledger,
     /// Power in each bin (W), for each receiver in the order given to the run.
     pub readings: Vec<Vec<f64>>,
@@ -64,10 +64,9 @@ impl Outcome {
         // Some bins of all groups at a time: short runs would wait for one thread that goes over
         // all of them again and again.
         for (receiver, sums) in total.readings.iter_mut().enumerate() {
-            let parts = sums.par_chunks_mut(AT_ONCE).enumerate();
-            parts.for_each(|(part, sums)| {
+            sums.par_chunks_mut(BLOCK).enumerate().for_each(|(part, sums)| {
                 for group in &groups[1..] {
-                    let bins = &group.readings[receiver][part * AT_ONCE..];
+                    let bins = &group.readings[receiver][part * BLOCK..];
                     sums.iter_mut().zip(bins).for_each(|(sum, bin)| *sum += bin);
                 }
                 for sum in sums {

@@ -87,9 +87,9 @@ pub struct LedBox {
 pub struct Package {
     /// The sphere of the dome.
     pub cap: Cap,
-    /// What fills it.
+    /// Filling medium.
     pub silicone: Medium,
-    /// Its emitting surface.
+    /// Emitting surface.
     pub dome: Dome,
     /// Optics of the cylinder between cap and bottom.
     pub side: SurfaceModel,
@@ -200,7 +200,7 @@ pub struct Interior {
     /// A length of the order of the package's, of which surfaces reach a billionth beyond those
     /// that end them, mm.
     pub size: f64,
-    /// What fills it.
+    /// Filling medium.
     pub silicone: Medium,
     /// Optics of the cylinder.
     pub side: SurfaceModel,

@@ -2,15 +2,15 @@
 //! The walker: follows one path from its source to its end.
 //!
 //! [`Tracer::walk`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on.
-//! Path splitting and the batches take the same steps.
+//! The batches take the same steps.
 
 use bsdf::Side;
 use glam::DVec3;
 use rand::Rng;
 
-use crate::ledger::Loss;
+use crate::ledger::{Booking, Loss};
 use crate::observer::{Fate, Interaction, Observer};
-use crate::optics::polarization::{Light, Polarization, Unpolarised};
+use crate::optics::polarisation::{Light, Polarisation, Unpolarised};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
@@ -19,15 +19,13 @@ use crate::scene::{Candidates, CompiledPatch, Hit, Location, PlacedSource, Scene
 use crate::settings::{Sampling, Settings};
 use crate::surface::Region;
 
-/// What stays the same for all paths of a run.
+/// Constants of all paths of a run.
 pub(crate) struct Tracer<'a> {
     pub scene: &'a Scene,
     pub receivers: Receivers<'a>,
     pub max_bounces: u32,
     roulette_below: f64,
-    /// Parts into which a path divides at the first surface that lets light through; 1 for none.
-    pub path_splitting: u32,
-    pub polarization: Polarization,
+    pub polarisation: Polarisation,
     pub sampling: Sampling,
 }
 
@@ -44,7 +42,7 @@ pub(crate) struct PathState {
     pub history: PathHistory,
 }
 
-/// Where a ray has met a surface.
+/// Point where a ray has met a surface.
 #[derive(Clone, Copy)]
 pub(crate) struct Impact<'a> {
     pub hit: Hit<'a>,
@@ -77,8 +75,7 @@ impl<'a> Tracer<'a> {
             receivers: Receivers::new(scene, receivers),
             max_bounces: settings.max_bounces,
             roulette_below: settings.roulette_below,
-            path_splitting: settings.path_splitting,
-            polarization: settings.polarization,
+            polarisation: settings.polarisation,
             sampling: settings.sampling,
         }
     }
@@ -93,15 +90,15 @@ impl<'a> Tracer<'a> {
         observer: &mut impl Observer,
     ) -> PathState {
         let location = placed.location;
-        tally.totals.ledger.emitted += 1.0;
+        tally.book(Booking::Emission);
         observer.begins(&self.in_world(&ray, location));
         PathState {
             ray,
             location,
             left: None,
-            own: self.scene.keeps_to(placed.instance),
+            own: self.scene.only_candidate(placed.instance),
             weight: 1.0,
-            history: PathHistory::of(number as u32),
+            history: PathHistory::new(number as u32),
         }
     }
 
@@ -207,8 +204,7 @@ impl<'a> Tracer<'a> {
         if medium.absorption > 0.0 {
             let before = state.weight;
             let transmittance = (-medium.absorption * length).exp();
-            tally.totals.ledger.media[medium.line] +=
-                self.keep(&mut state.weight, transmittance, rng);
+            self.transmit(medium.line, transmittance, &mut state.weight, rng, tally);
             if state.weight == 0.0 {
                 let fate = Fate::Medium(medium.line, length);
                 observer.ends(&self.in_world(&ray, location), fate, before);
@@ -255,10 +251,10 @@ impl<'a> Tracer<'a> {
         let (ray, location) = (state.ray, state.location);
 
         // The surface absorbs what it does not send on.
+        let sides = [hit.side, event.side];
         let arrived = state.weight;
-        let absorbed = self.keep(&mut state.weight, event.share, rng);
+        self.settle(patch.line, sides, event.efficiency, &mut state.weight, rng, tally);
         let weight = state.weight;
-        tally.totals.ledger.surfaces[patch.line].absorbed += absorbed;
         observer.meets(&Interaction {
             point: point + self.scene.position(hit.instance),
             line: patch.line,
@@ -269,7 +265,6 @@ impl<'a> Tracer<'a> {
             arrived,
             weight,
         });
-        let sides = [hit.side, event.side];
         tally.interaction(patch.line, sides, [arrived, weight], &state.history);
         state.history.meet(patch.line, [point.x, point.y]);
         if weight == 0.0 {
@@ -278,21 +273,13 @@ impl<'a> Tracer<'a> {
             return false;
         }
 
-        // Note a passage to the other side.
-        let line = &mut tally.totals.ledger.surfaces[patch.line];
-        match sides {
-            [Side::Inner, Side::Outer] => line.outward += weight,
-            [Side::Outer, Side::Inner] => line.inward += weight,
-            [Side::Inner, Side::Inner] | [Side::Outer, Side::Outer] => {}
-        }
-
         // Start anew, just off the surface, on the side on which the light goes on.
         let start =
             point + normal * (event.side.sign() * self.scene.offset_from(hit.surface, point));
         let sound = event.sound(normal);
         (state.location, state.ray.origin) = match (hit.surface.region(event.side), hit.instance) {
             (Region::World, instance) if sound => {
-                state.left = self.scene.leaves_for_good(instance);
+                state.left = self.scene.convex_exit(instance);
                 let around = self.scene.around(instance);
                 (around, start + self.scene.position(instance))
             }
@@ -326,22 +313,46 @@ impl<'a> Tracer<'a> {
         Ray { origin: ray.origin + position, direction: ray.direction }
     }
 
-    /// Keeps `share` of the weight and returns what is absorbed. Below the threshold of the
+    /// Takes from a path what a medium absorbs on the way.
+    #[inline]
+    pub fn transmit(
+        &self,
+        line: usize,
+        transmittance: f64,
+        weight: &mut f64,
+        rng: &mut impl Rng,
+        tally: &mut Tally<'_>,
+    ) {
+        let absorbed = self.keep(weight, transmittance, rng);
+        tally.book(Booking::Transmission { line, absorbed });
+    }
+
+    /// Takes from a path what a surface absorbs, and books where the rest goes on.
+    #[inline]
+    pub fn settle(
+        &self,
+        line: usize,
+        sides: [Side; 2],
+        efficiency: f64,
+        weight: &mut f64,
+        rng: &mut impl Rng,
+        tally: &mut Tally<'_>,
+    ) {
+        let absorbed = self.keep(weight, efficiency, rng);
+        tally.book(Booking::Interaction { line, sides, absorbed, weight: *weight });
+    }
+
+    /// Keeps `efficiency` of the weight and returns what is absorbed. Below the threshold of the
     /// roulette, chance keeps or absorbs all: the mean is the same, and the power of every path
     /// balances.
     #[inline]
-    pub fn keep(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
+    fn keep(&self, weight: &mut f64, efficiency: f64, rng: &mut impl Rng) -> f64 {
         let before = *weight;
-        if before * share >= self.roulette_below || share >= 1.0 {
-            *weight = before * share;
-        } else if random::unit(rng) >= share {
+        if before * efficiency >= self.roulette_below || efficiency >= 1.0 {
+            *weight = before * efficiency;
+        } else if random::unit(rng) >= efficiency {
             *weight = 0.0;
         }
         before - *weight
-    }
-
-    /// Whether the roulette would be played for this weight.
-    pub fn plays_roulette(&self, weight: f64) -> bool {
-        weight < self.roulette_below
     }
 }

@@ -109,14 +109,14 @@ const STEP: f64 = 1.0 / 9_007_199_254_740_992.0;
 /// Uniform on [0, 1) in steps of 2^-53.
 #[inline]
 pub fn unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
-    // One word by the processor's own instruction: the bits are those of [`share`].
+    // One word by the processor's own instruction: the bits are those of [`unit_from_word`].
     (rng.next_u64() >> 11) as i64 as f64 * STEP
 }
 
 /// A random word as a number on [0, 1) in steps of 2^-53.
 #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
 #[inline(always)]
-pub(crate) fn share(word: u64) -> f64 {
+pub(crate) fn unit_from_word(word: u64) -> f64 {
     conversion::real(word >> 11) * STEP
 }
 

@@ -7,9 +7,9 @@ use glam::DVec3;
 /// the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
-    /// Where it starts, mm.
+    /// Start point, mm.
     pub origin: DVec3,
-    /// Where it goes, a unit vector.
+    /// Direction, a unit vector.
     pub direction: DVec3,
 }
 
@@ -49,7 +49,7 @@ pub(crate) fn lanes_down(mut bits: u64) -> impl Iterator<Item = usize> {
 impl Ray {
     /// The ray of a lane of many that lie coordinate by coordinate.
     #[inline]
-    pub(crate) fn of_lane<const N: usize>(
+    pub(crate) fn from_lane<const N: usize>(
         origin: &[[f64; N]; 3],
         direction: &[[f64; N]; 3],
         lane: usize,

@@ -22,7 +22,7 @@ use crate::batch::mesh_packets::MeshPackets;
 use crate::checkpoint::{self, CheckpointStore};
 use crate::error::Error;
 use crate::observer::{Fate, Observer};
-use crate::optics::polarization::{Light, Polarization, Stokes, Unpolarised};
+use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
 use crate::outcome::{Outcome, Totals};
 use crate::path::Tracer;
 use crate::random::{self, Streams};
@@ -35,7 +35,7 @@ use crate::source_picker::SourcePicker;
 /// Paths between two readings of the cancellation flag.
 const STRIDE: u64 = 4096;
 
-/// How a running trace speaks with its caller.
+/// Callbacks of a running trace.
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
     /// Called now and then, from any thread, with the number of paths done since its last call.
@@ -76,7 +76,7 @@ pub fn run_with(
 /// beyond those of `settings`.
 ///
 /// # Errors
-/// Those of [`run_with`].
+/// Same as [`run_with`].
 pub fn run_groups(
     scene: &Scene,
     receivers: &[&dyn Receiver],
@@ -102,11 +102,9 @@ fn trace_groups(
     }
 
     let tracer = Tracer::new(scene, receivers, settings);
-    let many = match settings.polarization {
-        Polarization::Unpolarised if settings.path_splitting == 1 => {
-            Strategy::of(scene, settings.max_bounces)
-        }
-        _ => Strategy::PathByPath,
+    let many = match settings.polarisation {
+        Polarisation::Unpolarised => Strategy::new(scene, settings.max_bounces),
+        Polarisation::Carried => Strategy::PathByPath,
     };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     groups
@@ -161,7 +159,7 @@ impl Observer for Escapes {
 }
 
 /// Groups whose rays are kept at once by [`run_rays`].
-const AT_ONCE: u64 = 16;
+const BLOCK: u64 = 16;
 /// Paths of one group of [`run_rays`].
 const IN_GROUP: u64 = 16_384;
 
@@ -181,8 +179,8 @@ pub fn run_rays(
     let paths = settings.paths.div_ceil(count);
     let scale = scene.power() / (paths * count) as f64;
     let (mut totals, mut hits) = (Vec::new(), 0);
-    for begin in (0..count).step_by(AT_ONCE as usize) {
-        let batch: Vec<(Totals, u64, Leaving)> = (begin..(begin + AT_ONCE).min(count))
+    for begin in (0..count).step_by(BLOCK as usize) {
+        let batch: Vec<(Totals, u64, Leaving)> = (begin..(begin + BLOCK).min(count))
             .into_par_iter()
             .map(|group| {
                 let mut escapes = Escapes { rays: Vec::new(), scale };
@@ -208,7 +206,7 @@ pub fn run_rays(
     Ok(Outcome::new(paths * count, hits, totals))
 }
 
-/// How the paths of a scene are traced.
+/// Strategy by which the paths of a scene are traced.
 enum Strategy<'a> {
     BatchTracer(Box<BatchTracer<'a>>),
     /// By the walker, sorted by what they meet.
@@ -218,11 +216,11 @@ enum Strategy<'a> {
 }
 
 impl<'a> Strategy<'a> {
-    fn of(scene: &'a Scene, most: u32) -> Self {
-        if let Some(batch) = BatchTracer::of(scene, most) {
+    fn new(scene: &'a Scene, max_bounces: u32) -> Self {
+        if let Some(batch) = BatchTracer::new(scene, max_bounces) {
             return Self::BatchTracer(Box::new(batch));
         }
-        MeshPackets::of(scene).map_or(Self::PathByPath, Self::MeshPackets)
+        MeshPackets::new(scene).map_or(Self::PathByPath, Self::MeshPackets)
     }
 }
 
@@ -263,19 +261,12 @@ fn trace_group(
         Strategy::PathByPath => {
             let begun = (streams, picker);
             let (tally, keep_going) = (&mut tally, &mut keep_going);
-            // Paths that divide have a loop of their own, so that whole paths pay nothing for it.
-            match (tracer.polarization, tracer.path_splitting > 1) {
-                (Polarization::Unpolarised, false) => one_by_one::<Unpolarised, false>(
-                    tracer, paths, begun, tally, observer, keep_going,
-                ),
-                (Polarization::Unpolarised, true) => one_by_one::<Unpolarised, true>(
-                    tracer, paths, begun, tally, observer, keep_going,
-                ),
-                (Polarization::Carried, false) => {
-                    one_by_one::<Stokes, false>(tracer, paths, begun, tally, observer, keep_going)
+            match tracer.polarisation {
+                Polarisation::Unpolarised => {
+                    one_by_one::<Unpolarised>(tracer, paths, begun, tally, observer, keep_going)
                 }
-                (Polarization::Carried, true) => {
-                    one_by_one::<Stokes, true>(tracer, paths, begun, tally, observer, keep_going)
+                Polarisation::Carried => {
+                    one_by_one::<Stokes>(tracer, paths, begun, tally, observer, keep_going)
                 }
             }
         }
@@ -290,7 +281,7 @@ fn trace_group(
 }
 
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
-fn one_by_one<L: Light, const SPLITTING: bool>(
+fn one_by_one<L: Light>(
     tracer: &Tracer<'_>,
     paths: u64,
     (streams, mut picker): (Streams, SourcePicker<'_>),
@@ -307,12 +298,8 @@ fn one_by_one<L: Light, const SPLITTING: bool>(
         let (number, placed) = picker.next();
         let ray = picker.begin(done, placed, tracer.scene.offset(), &mut rng);
         let mut path = tracer.begin(ray, (number, placed), tally, observer);
-        hits += if SPLITTING {
-            tracer.walk_splitting(&mut path, L::default(), &mut rng, tally, observer)
-        } else {
-            tracer.walk(&mut path, L::default(), &mut rng, tally, observer);
-            u64::from(path.history.bounces)
-        };
+        tracer.walk(&mut path, L::default(), &mut rng, tally, observer);
+        hits += u64::from(path.history.bounces);
     }
     Some(hits)
 }

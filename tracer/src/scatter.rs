@@ -1,33 +1,33 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a surface does to one ray: the direction, the side and the share of the power with which it
+//! Scattering of one ray by a surface: the direction, the side and the efficiency with which it
 //! goes on.
 
-use bsdf::{PolarizedBsdf, s_axis};
+use bsdf::{PolarisedBsdf, s_axis};
 use bsdf::{Side, Transport};
 use glam::DVec3;
 use num_complex::Complex64;
 use rand::Rng;
 
 use crate::optics::fresnel::{Fresnel, Refraction, reflect, refract};
-use crate::optics::polarization::Light;
+use crate::optics::polarisation::Light;
 use crate::optics::thin_film::{Amplitudes, End, Film};
 use crate::random;
 use crate::scene::Hit;
 use crate::surface::{LayeredMirror, Mixed, SurfaceModel};
 
-/// How a ray goes on.
+/// Continuation of a ray.
 pub(crate) struct ScatterEvent {
     /// Unit direction.
     pub direction: DVec3,
     /// The side on which it goes on; told by the surface, not by the direction, which grazes at
     /// times.
     pub side: Side,
-    /// Share of its power that goes on; the rest is absorbed.
-    pub share: f64,
+    /// Fraction of its power that goes on; the rest is absorbed.
+    pub efficiency: f64,
 }
 
 impl ScatterEvent {
-    /// Whether the direction is finite and points to the side it claims, rounding aside.
+    /// True if the direction is finite and points to the side it claims, rounding aside.
     #[inline]
     pub fn sound(&self, normal: DVec3) -> bool {
         self.direction.dot(normal) * self.side.sign() > -1e-9
@@ -51,7 +51,8 @@ pub(crate) fn scatter<L: Light>(
     rng: &mut impl Rng,
 ) -> ScatterEvent {
     let facing = normal * hit.side.sign();
-    let back = |direction: DVec3, share: f64| ScatterEvent { direction, side: hit.side, share };
+    let back =
+        |direction: DVec3, efficiency: f64| ScatterEvent { direction, side: hit.side, efficiency };
     match optics {
         SurfaceModel::Interface if L::CARRIED => {
             through(hit, &Film::bare(), direction, facing, light, rng)
@@ -66,7 +67,7 @@ pub(crate) fn scatter<L: Light>(
             ScatterEvent {
                 direction: fresnel.refracted(direction, facing),
                 side: hit.side.opposite(),
-                share: 1.0,
+                efficiency: 1.0,
             }
         }
         SurfaceModel::Mirror { reflectance } => {
@@ -77,8 +78,8 @@ pub(crate) fn scatter<L: Light>(
             back(reflect(direction, facing), *reflectance)
         }
         SurfaceModel::LayeredMirror(mirror) => {
-            let share = mirrored(hit, mirror, direction, facing, light);
-            back(reflect(direction, facing), share)
+            let efficiency = mirrored(hit, mirror, direction, facing, light);
+            back(reflect(direction, facing), efficiency)
         }
         SurfaceModel::Lambertian { reflectance } => {
             light.depolarise();
@@ -104,7 +105,7 @@ pub(crate) fn scatter<L: Light>(
         }
         SurfaceModel::Scatter(table) => {
             if L::CARRIED
-                && let Some(table) = table.as_polarized()
+                && let Some(table) = table.as_polarised()
             {
                 return polarised(hit, table, direction, (point, normal), light, rng)
                     .unwrap_or_else(|| back(direction, 0.0));
@@ -121,7 +122,7 @@ pub(crate) fn scatter<L: Light>(
             ScatterEvent {
                 direction: frame.to_world(sample.wo).normalize(),
                 side,
-                share: sample.weight,
+                efficiency: sample.weight,
             }
         }
     }
@@ -152,7 +153,7 @@ fn mixed_direction<L: Light>(
 #[inline(never)]
 fn polarised<L: Light>(
     hit: &Hit<'_>,
-    table: &dyn PolarizedBsdf,
+    table: &dyn PolarisedBsdf,
     direction: DVec3,
     (point, normal): (DVec3, DVec3),
     light: &mut L,
@@ -161,7 +162,7 @@ fn polarised<L: Light>(
     let frame = hit.surface.shape.frame(point, normal);
     let wi = frame.to_local(-direction);
     let before = light.referred(direction, frame.to_world(s_axis(wi)));
-    let (sample, after) = table.sample_polarized(wi, before, rng)?;
+    let (sample, after) = table.sample_polarised(wi, before, rng)?;
     light.become_light(after, frame.to_world(s_axis(sample.wo)));
     Some(ScatterEvent {
         direction: frame.to_world(sample.wo).normalize(),
@@ -169,66 +170,8 @@ fn polarised<L: Light>(
             Transport::Reflection => hit.side,
             Transport::Transmission => hit.side.opposite(),
         },
-        share: sample.weight,
+        efficiency: sample.weight,
     })
-}
-
-/// One of the ways in which light goes on from a smooth interface.
-pub(crate) struct Way<L> {
-    pub event: ScatterEvent,
-    /// The light that goes on.
-    pub light: L,
-    /// Its part of the power that is not absorbed.
-    pub part: f64,
-}
-
-/// What an interface or a film reflects, and what it refracts; `None` for other surfaces and where
-/// nothing is refracted.
-pub(crate) fn both_ways<L: Light>(
-    hit: &Hit<'_>,
-    optics: &SurfaceModel,
-    direction: DVec3,
-    normal: DVec3,
-    light: L,
-) -> Option<[Way<L>; 2]> {
-    let facing = normal * hit.side.sign();
-    let (n1, n2) = indices(hit);
-    let Refraction::Partial { reflectance, refracted } = refract(direction, facing, n1, n2) else {
-        return None;
-    };
-    let (lights, part, share) = match optics {
-        SurfaceModel::Interface if !L::CARRIED => ([light; 2], reflectance, 1.0),
-        SurfaceModel::Interface => divided(hit, &Film::bare(), direction, facing, light),
-        SurfaceModel::Layered(film) => divided(hit, film, direction, facing, light),
-        _ => return None,
-    };
-    let way = |direction, side, light, part| Way {
-        event: ScatterEvent { direction, side, share },
-        light,
-        part,
-    };
-    let [back, through] = lights;
-    Some([
-        way(reflect(direction, facing), hit.side, back, part),
-        way(refracted, hit.side.opposite(), through, 1.0 - part),
-    ])
-}
-
-/// The light that a film reflects and the light that it lets through, the part of the first in
-/// both, and the share of both in what came.
-fn divided<L: Light>(
-    hit: &Hit<'_>,
-    film: &Film,
-    direction: DVec3,
-    facing: DVec3,
-    mut light: L,
-) -> ([L; 2], f64, f64) {
-    let met = FilmIncidence::new(hit, film, direction, facing, &mut light);
-    let (mut back, mut through) = (light, light);
-    back.pass(met.amplitudes.reflected);
-    through.pass(met.amplitudes.transmitted);
-    let whole = met.reflected + met.transmitted;
-    ([back, through], met.reflected / whole, met.share())
 }
 
 /// Refractive indices of the side from which light comes and of the other.
@@ -236,10 +179,10 @@ fn indices(hit: &Hit<'_>) -> (f64, f64) {
     (hit.surface.index(hit.side), hit.surface.index(hit.side.opposite()))
 }
 
-/// What a perfect mirror makes of E_s and E_p.
+/// Amplitudes of a perfect mirror for E_s and E_p.
 const PERFECT: [Complex64; 2] = [Complex64::new(-1.0, 0.0), Complex64::new(1.0, 0.0)];
 
-/// Sums of shares this near to 1 are of a film that absorbs nothing.
+/// Sums of both parts this near to 1 are of a film that absorbs nothing.
 const WHOLE: f64 = 1e-12;
 
 /// Share that a mirror of films keeps.
@@ -258,7 +201,7 @@ fn mirrored<L: Light>(
     (mirror.factor * light.pass(met.reflected)).min(1.0)
 }
 
-/// What a film does to light that meets it.
+/// Response of a film to light that meets it.
 struct FilmIncidence {
     amplitudes: Amplitudes,
     /// Shares of the power.
@@ -293,13 +236,13 @@ impl FilmIncidence {
 
     /// Share of the power that goes on.
     #[inline]
-    fn share(&self) -> f64 {
+    fn efficiency(&self) -> f64 {
         let whole = self.reflected + self.transmitted;
         if (whole - 1.0).abs() < WHOLE { 1.0 } else { whole.min(1.0) }
     }
 }
 
-/// Draws between reflection and transmission at a film; what it absorbs is missing in the share.
+/// Draws between reflection and transmission at a film; the efficiency lacks what it absorbs.
 #[inline(never)]
 fn through<L: Light>(
     hit: &Hit<'_>,
@@ -311,24 +254,24 @@ fn through<L: Light>(
 ) -> ScatterEvent {
     let (n1, n2) = indices(hit);
     let met = FilmIncidence::new(hit, film, direction, facing, light);
-    let share = met.share();
+    let efficiency = met.efficiency();
     if random::unit(rng) * (met.reflected + met.transmitted) >= met.reflected
         && let Refraction::Partial { refracted, .. } = refract(direction, facing, n1, n2)
     {
         light.pass(met.amplitudes.transmitted);
-        return ScatterEvent { direction: refracted, side: hit.side.opposite(), share };
+        return ScatterEvent { direction: refracted, side: hit.side.opposite(), efficiency };
     }
     light.pass(met.amplitudes.reflected);
-    ScatterEvent { direction: reflect(direction, facing), side: hit.side, share }
+    ScatterEvent { direction: reflect(direction, facing), side: hit.side, efficiency }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::polarization::Stokes;
+    use crate::optics::polarisation::Stokes;
 
-    /// What goes on as from a mirror keeps its degree of polarisation, with the signs of U and V
-    /// turned; the rest has none.
+    /// Light that goes on as from a mirror keeps its degree of polarisation, with the signs of U
+    /// and V turned; the rest has none.
     #[test]
     fn a_mixed_reflector_depolarises_its_diffuse_part_alone() {
         let mut rng = random::stream(11, 0);

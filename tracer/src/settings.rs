@@ -2,9 +2,9 @@
 //! Settings of a run: how many paths, and how they are traced.
 
 use crate::error::{Error, check, fraction};
-use crate::optics::polarization::Polarization;
+use crate::optics::polarisation::Polarisation;
 
-/// How much to trace, and how.
+/// Number of paths, and options of tracing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Number of paths; rounded up to a multiple of `groups`.
@@ -17,17 +17,13 @@ pub struct Settings {
     pub max_bounces: u32,
     /// Weight, from 0 to 1, below which absorption takes all or nothing.
     pub roulette_below: f64,
-    /// Whether rays carry their polarisation.
-    pub polarization: Polarization,
-    /// How the beginnings of paths are drawn.
+    /// True if rays carry their polarisation.
+    pub polarisation: Polarisation,
+    /// Sampling of the beginnings of paths.
     pub sampling: Sampling,
-    /// Parts into which a path splits at the first surface that lets light through; 1 for none.
-    /// With any number above, an interface both reflects and refracts, unless one part would fall
-    /// below `roulette_below`, and a table is sampled so many times.
-    pub path_splitting: u32,
 }
 
-/// How the beginnings of paths are drawn: the source, the place on it and the direction.
+/// Sampling of the beginnings of paths: the source, the place on it and the direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sampling {
     /// Independent of each other.
@@ -50,9 +46,8 @@ impl Settings {
             groups: 64,
             max_bounces: 10_000,
             roulette_below: 0.1,
-            polarization: Polarization::Unpolarised,
+            polarisation: Polarisation::Unpolarised,
             sampling: Sampling::Random,
-            path_splitting: 1,
         }
     }
 
@@ -61,11 +56,9 @@ impl Settings {
         if self.groups < 2 {
             return Err(Error::TooFew { what: "groups of paths", expected: 2, got: self.groups });
         }
-        for (what, value) in [
-            ("paths", self.paths as f64),
-            ("bounces", f64::from(self.max_bounces)),
-            ("parts of a path", f64::from(self.path_splitting)),
-        ] {
+        for (what, value) in
+            [("paths", self.paths as f64), ("bounces", f64::from(self.max_bounces))]
+        {
             check(what, value, "at least 1", value >= 1.0)?;
         }
         fraction("threshold of the roulette", self.roulette_below).map(|_| ())

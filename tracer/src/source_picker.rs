@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which source each path begins at, in proportion to their weights.
+//! Choice of the source of each path, in proportion to the weights.
 //!
 //! Steps of the golden ratio from a random start, or the points of a Sobol' sequence, which then
 //! choose direction and place of the ray too.
@@ -45,7 +45,7 @@ impl<'a> SourcePicker<'a> {
         self.sobol = Some(SobolSequence::new(rng));
     }
 
-    /// Whether paths begin at Sobol' points.
+    /// True if paths begin at Sobol' points.
     pub fn by_sobol(&self) -> bool {
         self.sobol.is_some()
     }

@@ -94,11 +94,11 @@ pub struct LayeredMirror {
 }
 
 impl SurfaceModel {
-    /// Whether all or some light goes on in random directions, unpolarised.
+    /// True if all or some light goes on in random directions, unpolarised.
     pub(crate) fn scatters(&self) -> bool {
         match self {
             Self::Lambertian { .. } | Self::Mixed(_) | Self::Coating(_) => true,
-            Self::Scatter(table) => table.as_polarized().is_none(),
+            Self::Scatter(table) => table.as_polarised().is_none(),
             _ => false,
         }
     }
@@ -147,7 +147,7 @@ impl fmt::Debug for SurfaceModel {
 pub struct Patch {
     /// Name in the ledger, for example `element 6` or `box top`.
     pub name: String,
-    /// Its surface model.
+    /// Surface model.
     pub optics: SurfaceModel,
 }
 
@@ -161,7 +161,7 @@ impl Patch {
 /// A shape between two regions, with a surface model for each patch.
 #[derive(Debug, Clone)]
 pub struct Surface {
-    /// Its geometry.
+    /// Geometry.
     pub shape: Shape,
     /// The region on the side of -n.
     pub inner: Region,

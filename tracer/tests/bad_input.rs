@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a user can do wrong: each mistake has its own error, and the message says what was
+//! Mistakes of users: each mistake has its own error, and the message says what was
 //! expected.
 
 use crate::common::*;

@@ -18,7 +18,7 @@ use tracer::{
 };
 
 const GROUPS: usize = 6;
-/// Those of [`run_rays`], which follows path by path.
+/// Paths of a group of [`run_rays`], which follows path by path.
 const IN_GROUP: u64 = 16_384;
 
 /// Surfaces after which rounding has not yet grown to where a path goes another way.
@@ -88,16 +88,17 @@ fn gratings() -> Dome {
         let propagates = |n: f64, kx: f64, ky: f64| kx * kx + ky * ky < n * n;
         let rows: Vec<_> = grid
             .rows(|_, kx, ky, _| {
-                let mut shares = Vec::new();
+                let mut efficiencies = Vec::new();
                 for (side, n) in [(bsdf::Side::Inner, N), (bsdf::Side::Outer, 1.0)] {
                     for order in -1..=1 {
                         if propagates(n, kx + f64::from(order) * grid.zone(), ky) {
-                            let share = 0.9 / 7.0 * (1.0 + 0.1 * kx - 0.05 * ky * f64::from(order));
-                            shares.push(OrderEfficiency::new(side, order, share));
+                            let efficiency =
+                                0.9 / 7.0 * (1.0 + 0.1 * kx - 0.05 * ky * f64::from(order));
+                            efficiencies.push(OrderEfficiency::new(side, order, efficiency));
                         }
                     }
                 }
-                shares
+                efficiencies
             })
             .collect();
         let table = OrderTable::build(TableHeader::default(), grid.clone(), rows).unwrap();
@@ -179,21 +180,21 @@ fn a_path_through_a_lens_goes_as_it_goes_alone() {
     }
     let scene = single(mirrored_cap(Emission::LAMBERTIAN));
     agree("lens", &scene);
-    for most in [1, 2, 5] {
+    for max_bounces in [1, 2, 5] {
         let mut settings = Settings::new(IN_GROUP * GROUPS as u64, 3);
-        (settings.groups, settings.max_bounces) = (GROUPS, most);
+        (settings.groups, settings.max_bounces) = (GROUPS, max_bounces);
         let many = run(&scene, &[], &settings).unwrap();
         let alone = run_rays(&scene, &settings, Control::default(), |_, _| Ok(())).unwrap();
         assert_eq!(many.hits, alone.hits);
         let [a, b] = [&many, &alone].map(|outcome| &outcome.total.ledger);
-        assert!(a.lost_total() > 0.0 && a.imbalance().abs() < 1e-11, "{most}");
+        assert!(a.lost_total() > 0.0 && a.imbalance().abs() < 1e-11, "{max_bounces}");
         let pairs = [
             (a.lost_total(), b.lost_total()),
             (a.escaped_up, b.escaped_up),
             (a.escaped_down, b.escaped_down),
         ];
         for (many, alone) in pairs {
-            assert!((many - alone).abs() < 1e-11, "{most}: {many} {alone}");
+            assert!((many - alone).abs() < 1e-11, "{max_bounces}: {many} {alone}");
         }
     }
 }

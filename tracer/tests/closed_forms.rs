@@ -4,7 +4,7 @@
 //! 1942].
 
 use crate::common::*;
-use bsdf::Polarization;
+use bsdf::Polarisation;
 use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::{
@@ -317,7 +317,8 @@ fn weierstrass_sphere_is_aplanatic() {
         // Incidence has the sine of the exit angle, sin U/n, so there is no total reflection at any
         // U.
         let cos_i = (1.0 - (u.sin() / N).powi(2)).sqrt();
-        let reflectance = bsdf::analytic::fresnel(N, 1.0, cos_i).of(Polarization::Unpolarized);
+        let reflectance =
+            bsdf::analytic::fresnel(N, 1.0, cos_i).for_polarisation(Polarisation::Unpolarised);
         let good = outcome.total.readings[0][0];
         assert_share("aplanatic", good, 1.0 - reflectance, outcome.paths, 0.0);
         assert!(outcome.total.readings[0][1] <= 0.0);

@@ -158,8 +158,7 @@ fn rectangles_in_what_emits_are_refused() {
         let beside = detector(facing, [0.3 + 1e-6, 0.0, place], [4.0, 4.0]);
         assert_eq!(beside.check(&scene), Ok(()));
         // It lies in the plane, but elsewhere.
-        let elsewhere = detector(facing, [0.3, 3.0, 5.0], [1.0, 1.0]);
-        let elsewhere = elsewhere.check(&scene);
+        let elsewhere = detector(facing, [0.3, 3.0, 5.0], [1.0, 1.0]).check(&scene);
         assert_eq!(elsewhere, Ok(()), "{emitter:?}");
     }
 }

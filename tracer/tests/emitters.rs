@@ -17,7 +17,7 @@ fn opaque(name: &str, shape: Shape) -> Surface {
     Surface::new(name, shape, Region::Opaque, Region::World, &SurfaceModel::Absorber)
 }
 
-/// Whether a source of the world is accepted beside surfaces, of the world or of a package.
+/// True if a source of the world is accepted beside surfaces, of the world or of a package.
 fn accepted(surfaces: &[Surface], source: &Source) -> bool {
     let mut results = Vec::new();
     for of_package in [false, true] {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::optics::thin_film::End;
 use tracer::{
-    Dome, Emission, Emitter, Error, Film, Layer, LayeredMirror, Medium, Outcome, Polarization,
+    Dome, Emission, Emitter, Error, Film, Layer, LayeredMirror, Medium, Outcome, Polarisation,
     Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
@@ -37,8 +37,8 @@ fn pile(surfaces: &[(f64, SurfaceModel)], theta: f64) -> Scene {
     scene.build().unwrap()
 }
 
-fn traced(scene: &Scene, polarization: Polarization, paths: u64, seed: u64) -> Outcome {
-    let settings = Settings { polarization, ..Settings::new(paths, seed) };
+fn traced(scene: &Scene, polarisation: Polarisation, paths: u64, seed: u64) -> Outcome {
+    let settings = Settings { polarisation, ..Settings::new(paths, seed) };
     trace(scene, &[], &settings)
 }
 
@@ -60,13 +60,13 @@ fn a_pile_of_plates_polarises_by_the_closed_form() {
         let passed = |r: f64| (1.0 - r) / (1.0 + f64::from(2 * plates - 1) * r);
         let [s, p] = fresnel(n, theta);
         let scene = pile(&surfaces, theta);
-        let carried = traced(&scene, Polarization::Carried, many() / 50, 1);
+        let carried = traced(&scene, Polarisation::Carried, many() / 50, 1);
         let expected = 0.5 * (passed(s) + passed(p));
         assert_share("carried", carried.total.ledger.escaped_down, expected, carried.paths, 0.0);
 
         // Where every surface sees unpolarised light it is another number.
         let mean = passed(0.5 * (s + p));
-        let plain = traced(&scene, Polarization::Unpolarised, many() / 50, 2);
+        let plain = traced(&scene, Polarisation::Unpolarised, many() / 50, 2);
         assert_share("unpolarised", plain.total.ledger.escaped_down, mean, plain.paths, 0.0);
         assert!(theta < 0.5 || expected - mean > 0.02, "{expected} {mean}");
     }
@@ -89,8 +89,8 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
         let (r, t) = (half(met.reflectances()), half(met.transmittances()));
         let surfaces =
             [(n, SurfaceModel::Layered(Arc::new(film.clone()))), (n, SurfaceModel::Absorber)];
-        for polarization in [Polarization::Unpolarised, Polarization::Carried] {
-            let outcome = traced(&pile(&surfaces, theta), polarization, many() / 50, 3);
+        for polarisation in [Polarisation::Unpolarised, Polarisation::Carried] {
+            let outcome = traced(&pile(&surfaces, theta), polarisation, many() / 50, 3);
             let ledger = &outcome.total.ledger;
             assert_share("reflected", ledger.escaped_up, r, outcome.paths, 0.0);
             let beyond = ledger.surface("plane 1").unwrap().absorbed;
@@ -108,7 +108,7 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
     let met = mirror.film.amplitudes(End::First, 1.0, mirror.substrate, f64::cos(0.7));
     let [s, p] = met.reflectances();
     let surfaces = [(1.0, SurfaceModel::LayeredMirror(Arc::new(mirror)))];
-    let outcome = traced(&pile(&surfaces, 0.7), Polarization::Carried, 6400, 4);
+    let outcome = traced(&pile(&surfaces, 0.7), Polarisation::Carried, 6400, 4);
     let expected = 0.45 * (s + p);
     assert!((outcome.total.ledger.escaped_up - expected).abs() < 1e-12);
 }
@@ -147,14 +147,14 @@ fn the_same_bits_on_any_number_of_threads_and_nothing_lost() {
     let scene = array(&package, 2, 8.3).build().unwrap();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| traced(&scene, Polarization::Carried, 128_000, 6))
+        pool.unwrap().install(|| traced(&scene, Polarisation::Carried, 128_000, 6))
     };
     let one = run(1);
     assert_eq!(one, run(3));
     assert!(one.total.ledger.lost_total() < 1e-3);
 
     // Relief polarises: what comes back to its treads and risers finds them changed, a little.
-    let plain = traced(&scene, Polarization::Unpolarised, 128_000, 6);
+    let plain = traced(&scene, Polarisation::Unpolarised, 128_000, 6);
     let of = |outcome: &Outcome| outcome.jackknife(|t| t.ledger.extraction());
     let (a, b) = (of(&one), of(&plain));
     assert!((a.value - b.value).abs() < 0.02, "{a:?} {b:?}");

@@ -12,7 +12,7 @@ use tracer::{Distribution, Emission, FarField, random};
 
 /// Lopsided intensities at 10 degrees, to 0.001.
 /// Lamps of an EULUMDAT file.
-fn of(count: i32, flux: f64, watts: f64) -> eulumdat::Lamps {
+fn lamp_set(count: i32, flux: f64, watts: f64) -> eulumdat::Lamps {
     eulumdat::Lamps { count, flux, watts }
 }
 
@@ -54,7 +54,8 @@ fn an_ies_file_comes_back_relative_and_absolute() {
 fn an_ldt_file_comes_back_relative_and_absolute() {
     for (lamps, absolute) in [(1, false), (-1, true)] {
         let texts = ["maker", "1", "dome", "2", "dome.ldt", "today"].map(str::to_owned);
-        let written = eulumdat::Ldt::from_distribution(&table(), texts, of(lamps, 2000.0, 3.5));
+        let written =
+            eulumdat::Ldt::from_distribution(&table(), texts, lamp_set(lamps, 2000.0, 3.5));
         let text = eulumdat::write(&written);
         let read = eulumdat::read(&text).unwrap();
         assert_eq!((read.is_absolute(), eulumdat::write(&read)), (absolute, text));
@@ -144,8 +145,11 @@ fn photometric_files_that_are_wrong_are_named() {
         assert!(got.contains(message) && got.starts_with("line "), "{from}: {got}");
     }
     let texts = Default::default();
-    let good =
-        eulumdat::write(&eulumdat::Ldt::from_distribution(&table(), texts, of(1, 1000.0, 1.0)));
+    let good = eulumdat::write(&eulumdat::Ldt::from_distribution(
+        &table(),
+        texts,
+        lamp_set(1, 1000.0, 1.0),
+    ));
     for (from, to, message) in [
         (
             "\r\n1000\r\n",
@@ -210,8 +214,11 @@ fn what_is_odd_and_usable_is_a_warning() {
         dim.warnings
     );
     let texts = Default::default();
-    let good =
-        eulumdat::write(&eulumdat::Ldt::from_distribution(&table(), texts, of(1, 1000.0, 1.0)));
+    let good = eulumdat::write(&eulumdat::Ldt::from_distribution(
+        &table(),
+        texts,
+        lamp_set(1, 1000.0, 1.0),
+    ));
     let dim = eulumdat::read(&good).unwrap();
     assert!(dim.warnings[0].contains("more than the 1000 lm"), "{:?}", dim.warnings);
     // Absolute photometry has no lamps to compare with.
@@ -235,7 +242,7 @@ fn what_is_odd_and_usable_is_a_warning() {
 #[test]
 fn one_of_several_sets_of_lamps_is_read() {
     let texts = Default::default();
-    let one = eulumdat::Ldt::from_distribution(&table(), texts, of(1, 2000.0, 20.0));
+    let one = eulumdat::Ldt::from_distribution(&table(), texts, lamp_set(1, 2000.0, 20.0));
     let lines = eulumdat::write(&one);
     let mut lines: Vec<&str> = lines.split("\r\n").collect();
     lines[25] = "2";

@@ -13,7 +13,7 @@ use tracer::{
     Source, Surface, SurfaceModel,
 };
 
-fn of(shape: Shape) -> Prototype {
+fn closed(shape: Shape) -> Prototype {
     Prototype {
         surfaces: vec![Surface::new(
             "solid",
@@ -38,7 +38,7 @@ fn built(kinds: &[Prototype], places: &[(usize, DVec3)]) -> Result<Scene, Error>
     scene.build()
 }
 
-/// Whether bodies are accepted; what is wrong can only be that they overlap.
+/// True if bodies are accepted; what is wrong can only be that they overlap.
 fn fits(kinds: &[Prototype], places: &[(usize, DVec3)]) -> bool {
     match built(kinds, places) {
         Ok(_) => true,
@@ -73,7 +73,7 @@ fn hexagonal(pitch: f64, count: usize) -> Vec<(usize, DVec3)> {
 
 #[test]
 fn slanted_rods_may_stand_as_near_as_they_do_not_cut() {
-    let kinds = [of(rod(0.4, 2.0, &leaning()))];
+    let kinds = [closed(rod(0.4, 2.0, &leaning()))];
     let touch = 0.8 / 30f64.to_radians().cos();
     for (pitch, good) in [(1.0, true), (touch, true), (touch - 1e-6, false), (0.85, false)] {
         assert_eq!(fits(&kinds, &hexagonal(pitch, 4)), good, "{pitch}");
@@ -90,7 +90,7 @@ fn slanted_rods_may_stand_as_near_as_they_do_not_cut() {
     let mut many = hexagonal(1.0, 100);
     assert!(fits(&kinds, &many));
     let other = at([0.0; 3], DMat3::from_rotation_y(-30f64.to_radians()), 0.0);
-    kinds.push(of(rod(0.4, 2.0, &other)));
+    kinds.push(closed(rod(0.4, 2.0, &other)));
     many[5050].0 = 1;
     assert!(!fits(&kinds, &many));
 }
@@ -98,7 +98,7 @@ fn slanted_rods_may_stand_as_near_as_they_do_not_cut() {
 #[test]
 fn boxes_turned_by_an_eighth_touch_along_their_faces() {
     let eighth = DMat3::from_rotation_z(45f64.to_radians());
-    let kinds = [of(brick([0.5, 0.5, 0.2], &at([0.0; 3], eighth, 0.0)))];
+    let kinds = [closed(brick([0.5, 0.5, 0.2], &at([0.0; 3], eighth, 0.0)))];
     for (pitch, good) in [(1.0, true), (1.01, true), (1.0 - 1e-6, false), (0.8, false)] {
         let along = [eighth.x_axis * pitch, eighth.y_axis * pitch];
         let places: Vec<_> = (0..16)
@@ -110,8 +110,8 @@ fn boxes_turned_by_an_eighth_touch_along_their_faces() {
 
 #[test]
 fn what_lies_within_another_is_refused() {
-    let large = of(brick([1.0; 3], &at([0.0; 3], turned(), 0.0)));
-    let small = of(brick([0.1; 3], &at([0.3, 0.1, 0.2], DMat3::IDENTITY, 0.0)));
+    let large = closed(brick([1.0; 3], &at([0.0; 3], turned(), 0.0)));
+    let small = closed(brick([0.1; 3], &at([0.3, 0.1, 0.2], DMat3::IDENTITY, 0.0)));
     let kinds = [large, small];
     for order in [[0, 1], [1, 0]] {
         let places = order.map(|kind| (kind, DVec3::ZERO));
@@ -163,7 +163,8 @@ fn boxes_at_random_are_accepted_where_an_axis_separates_them() {
         if depth.abs() < 1e-7 {
             continue;
         }
-        let kinds = [0, 1].map(|k| of(brick(halves[k].to_array(), &at([0.0; 3], axes[k], 0.0))));
+        let kinds =
+            [0, 1].map(|k| closed(brick(halves[k].to_array(), &at([0.0; 3], axes[k], 0.0))));
         let good = fits(&kinds, &[(0, DVec3::ZERO), (1, apart)]);
         assert_eq!(good, depth < 0.0, "{depth}: {halves:?} {axes:?} {apart}");
         found[usize::from(good)] += 1;
@@ -199,7 +200,7 @@ fn rods_cones_and_balls_at_random_that_share_a_point_are_refused() {
         });
         let apart = isotropic(&mut rng) * (3.0 * unit(&mut rng));
         // Balls stand in the same place as round bodies do; they are judged by their radii.
-        let kinds = shapes.clone().map(of);
+        let kinds = shapes.clone().map(closed);
         let good = fits(&kinds, &[(0, DVec3::ZERO), (1, apart)]);
         found[usize::from(good)] += 1;
         let (a, b) = (shapes[0].bounds(), shapes[1].bounds().moved(apart));
@@ -228,7 +229,7 @@ fn sheets_in_one_plane_may_touch_but_not_overlap() {
         let sheet = Shape::placed(vec![Shape::Plane(sheet)], Closing::Open, &place).unwrap();
         // Something that stands on it, so that boxes tell nothing.
         let post = brick([0.1, 0.1, 0.5], &at((rotation.z_axis * 0.8).to_array(), rotation, 0.0));
-        let mut kind = of(post);
+        let mut kind = closed(post);
         kind.surfaces.push(Surface::new(
             "sheet",
             sheet,

@@ -17,8 +17,9 @@ use tracer::{
 type Case = (&'static str, Shape, [bool; 2]);
 
 fn scaled(meridian: &Meridian, scale: f64) -> Meridian {
-    let edges = meridian.frusta().iter();
-    let elements: Vec<Element> = edges
+    let elements: Vec<Element> = meridian
+        .frusta()
+        .iter()
         .map(|(edge, _)| Element {
             points: edge.ends().map(|[r, z]| [r * scale, z * scale]).to_vec(),
         })
@@ -62,7 +63,7 @@ fn cases(scale: f64) -> Vec<Case> {
     ]
 }
 
-/// Which regions lie on both sides of a shape.
+/// Regions on both sides of a shape.
 #[derive(Clone, Copy, Debug)]
 enum Around {
     /// Air on both sides.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What becomes of light: closed forms, transport, polarisation, thin films, tables, and how paths
+//! Fate of light: closed forms, transport, polarisation, thin films, tables, and how paths
 //! are drawn.
 
 mod closed_forms;
@@ -9,7 +9,6 @@ mod films;
 mod low_discrepancy;
 mod matrices;
 mod mixed;
-mod path_splitting;
 mod samplers;
 mod sampling;
 mod stokes;

@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use crate::common::*;
 use bsdf::order_table::{JonesRow, OrderJones};
-use bsdf::{Grid, OrderEfficiency, OrderTable, Polarization as Incident, Side, TableHeader};
+use bsdf::{Grid, OrderEfficiency, OrderTable, Polarisation as Incident, Side, TableHeader};
 use num_complex::Complex64;
 use tracer::glam::DVec3;
 use tracer::optics::thin_film::{Amplitudes, End};
 use tracer::{
-    Emission, Emitter, FarField, Film, Medium, Outcome, Polarization, Prototype, Region, Scene,
+    Emission, Emitter, FarField, Film, Medium, Outcome, Polarisation, Prototype, Region, Scene,
     SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
@@ -33,8 +33,8 @@ fn smooth(inner: f64, outer: f64, fine: usize) -> OrderTable {
         film.amplitudes(End::First, from, to.into(), cos)
     };
     let zero = Complex64::ZERO;
-    let shares = grid.rows(|side, kx, ky, polarization| {
-        let place = usize::from(polarization == Incident::P);
+    let shares = grid.rows(|side, kx, ky, polarisation| {
+        let place = usize::from(polarisation == Incident::P);
         let met = met(side, kx * kx + ky * ky);
         let all = [
             OrderEfficiency::new(side, 0, met.reflectances()[place]),
@@ -67,12 +67,12 @@ fn scattering(inner: f64, outer: f64, fine: usize) -> SurfaceModel {
     SurfaceModel::Scatter(Arc::new(smooth(inner, outer, fine)))
 }
 
-fn traced(scene: &Scene, polarization: Polarization, paths: u64, seed: u64) -> Outcome {
-    let settings = Settings { polarization, ..Settings::new(paths, seed) };
+fn traced(scene: &Scene, polarisation: Polarisation, paths: u64, seed: u64) -> Outcome {
+    let settings = Settings { polarisation, ..Settings::new(paths, seed) };
     trace(scene, &[], &settings)
 }
 
-/// As the pile of plates of smooth interfaces (`films.rs`): m plates let (1 - R)/(1 + (2m - 1) R)
+/// Like the pile of plates of smooth interfaces (`films.rs`): m plates let (1 - R)/(1 + (2m - 1) R)
 /// of each polarisation pass [Born, Wolf 1999, section 1.5].
 #[test]
 fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {
@@ -118,10 +118,10 @@ fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {
         assert!(expected - mean > 0.02, "{expected} {mean}");
         // What the tables' grid leaves, beside chance.
         let grid = 1.5e-3;
-        let carried = traced(&scene, Polarization::Carried, many() / 50, 1);
+        let carried = traced(&scene, Polarisation::Carried, many() / 50, 1);
         let down = carried.total.ledger.escaped_down;
         assert_share("carried", down, expected, carried.paths, grid);
-        let plain = traced(&scene, Polarization::Unpolarised, many() / 50, 2);
+        let plain = traced(&scene, Polarisation::Unpolarised, many() / 50, 2);
         let down = plain.total.ledger.escaped_down;
         assert_share("unpolarised", down, mean, plain.paths, grid);
     }
@@ -149,14 +149,14 @@ fn a_block_of_tables_is_the_smooth_block() {
         single(prototype)
     };
     let far = FarField::new(90.0, 90.0).unwrap();
-    let outcome = |optics: &SurfaceModel, polarization, seed| {
-        let settings = Settings { polarization, ..Settings::new(many() / 25, seed) };
+    let outcome = |optics: &SurfaceModel, polarisation, seed| {
+        let settings = Settings { polarisation, ..Settings::new(many() / 25, seed) };
         trace(&scene(optics), &[&far], &settings)
     };
     let tables = scattering(n, 1.0, 120);
-    let by_tables = outcome(&tables, Polarization::Carried, 3);
-    let by_formulas = outcome(&SurfaceModel::Interface, Polarization::Carried, 4);
-    let without = outcome(&SurfaceModel::Interface, Polarization::Unpolarised, 5);
+    let by_tables = outcome(&tables, Polarisation::Carried, 3);
+    let by_formulas = outcome(&SurfaceModel::Interface, Polarisation::Carried, 4);
+    let without = outcome(&SurfaceModel::Interface, Polarisation::Unpolarised, 5);
     // The octants into which light leaves, and what the glass absorbs.
     let accounts = |outcome: &Outcome| -> Vec<(f64, f64)> {
         (0..9)

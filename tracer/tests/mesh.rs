@@ -183,8 +183,8 @@ fn meshes_that_cut_themselves_are_refused_with_a_place() {
     // they touch in a corner.
     let pair = |aside: DVec3| {
         let count = vertices.len() as u32;
-        let both = vertices.iter().copied();
-        let both: Vec<DVec3> = both.chain(vertices.iter().map(|v| *v + aside)).collect();
+        let both: Vec<DVec3> =
+            vertices.iter().copied().chain(vertices.iter().map(|v| *v + aside)).collect();
         let shifted = triangles.iter().map(|t| t.map(|v| v + count));
         let all: Vec<[u32; 3]> = triangles.iter().copied().chain(shifted).collect();
         build(&both, &all)
@@ -225,8 +225,11 @@ fn meshes_that_cut_themselves_are_refused_with_a_place() {
 fn a_section_is_closed_and_has_the_area_of_the_solid() {
     let mesh = cap(20, 60, 1.0);
     let area = |line: &[DVec3]| -> f64 {
-        let ends = line.iter().zip(line.iter().cycle().skip(1));
-        ends.map(|(a, b)| 0.5 * (a.x * b.z - b.x * a.z)).sum::<f64>().abs()
+        line.iter()
+            .zip(line.iter().cycle().skip(1))
+            .map(|(a, b)| 0.5 * (a.x * b.z - b.x * a.z))
+            .sum::<f64>()
+            .abs()
     };
     // A segment of the circle of radius 2 with a half angle of 60 degrees.
     let exact = 0.5 * 4.0 * (2.0 * std::f64::consts::FRAC_PI_3 - 0.75_f64.sqrt());

@@ -5,7 +5,7 @@
 use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::{
-    Dome, Emission, Emitter, Error, FarField, Medium, Mixed, Outcome, Polarization, Region, Scene,
+    Dome, Emission, Emitter, Error, FarField, Medium, Mixed, Outcome, Polarisation, Region, Scene,
     SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
@@ -118,9 +118,9 @@ fn fractions_of_none_and_one_are_the_pure_kinds_to_the_last_bit() {
         single(package.prototype().unwrap())
     };
     let far = FarField::new(5.0, 30.0).unwrap();
-    for polarization in [Polarization::Unpolarised, Polarization::Carried] {
+    for polarisation in [Polarisation::Unpolarised, Polarisation::Carried] {
         let outcome = |optics: SurfaceModel| {
-            let settings = Settings { polarization, ..Settings::new(200_000, 5) };
+            let settings = Settings { polarisation, ..Settings::new(200_000, 5) };
             trace(&package(optics), &[&far], &settings)
         };
         for (fraction, pure) in [
@@ -130,7 +130,7 @@ fn fractions_of_none_and_one_are_the_pure_kinds_to_the_last_bit() {
             assert_eq!(
                 outcome(mixed(0.9, fraction)).total,
                 outcome(pure).total,
-                "{fraction} {polarization:?}"
+                "{fraction} {polarisation:?}"
             );
         }
     }
@@ -148,8 +148,10 @@ fn mixtures_are_listed_as_scattering_and_pure_kinds_as_what_they_are() {
 #[test]
 fn shares_outside_of_none_to_one_are_refused() {
     for (reflectance, specular) in [(1.1, 0.5), (0.5, -0.1), (0.5, f64::NAN), (f64::NAN, 0.5)] {
-        let error = over(&mixed(reflectance, specular), Emission::Isotropic);
-        let error = error.err().map(|e| e.to_string()).unwrap_or_default();
+        let error = over(&mixed(reflectance, specular), Emission::Isotropic)
+            .err()
+            .map(|e| e.to_string())
+            .unwrap_or_default();
         assert!(error.contains("'floor'"), "{error:?}");
     }
 }

@@ -13,7 +13,7 @@ use tracer::receiver::{DetectorRectangle, Facing, Sense};
 use tracer::shape::{Closing, Element, Placement};
 use tracer::{
     Detector, Dome, Emission, Emitter, Error, FarField, Measurement, Medium, Meridian, Outcome,
-    Patch, PlaneMap, Polarization, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source,
+    Patch, PlaneMap, Polarisation, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source,
     Surface, SurfaceModel, run,
 };
 
@@ -135,10 +135,9 @@ fn light_of_a_enclosed_bead_leaves_the_slab_as_fresnel_says() {
     let r = ((of_bead - n) / (of_bead + n)).powi(2);
     let (there, back) = (1.0 / (1.0 + r), r / (1.0 + r));
     let plain = Settings::new(many() / 20, 3);
-    let carried = Settings { polarization: Polarization::Carried, ..plain };
-    let split = Settings { path_splitting: 4, ..plain };
-    for settings in [plain, carried, split] {
-        let is_carried = settings.polarization == Polarization::Carried;
+    let carried = Settings { polarisation: Polarisation::Carried, ..plain };
+    for settings in [plain, carried] {
+        let is_carried = settings.polarisation == Polarisation::Carried;
         let [up, down] = out_of_slab(n, is_carried);
         let outcome = trace(&scene, &[], &settings);
         let ledger = &outcome.total.ledger;
@@ -177,8 +176,8 @@ fn packages_meet_their_neighbours_within_the_slab_unless_they_stand_apart() {
     let near = [-0.5, 0.2 + distance, 0.1];
     let seen = 0.5 * (1.0 - (1.0 - (radius / distance).powi(2)).sqrt());
     for (apart, expected) in [(false, seen), (true, 0.0)] {
-        let mut scene = enclosed(places(near), air_ball("slab", 3.0, 0.0));
-        let scene = scene.isolated(apart).build().unwrap();
+        let scene =
+            enclosed(places(near), air_ball("slab", 3.0, 0.0)).isolated(apart).build().unwrap();
         let outcome = trace(&scene, &[], &Settings::new(many() / 20, 6));
         assert_share("coal", line(&outcome, "coal"), expected, outcome.paths, 0.0);
     }

@@ -106,7 +106,7 @@ fn balls_that_cut_each_other_a_little_are_refused_and_those_that_touch_are_not()
     }
 }
 
-/// What stands about one axis, one above the other, has middles on a line that meets a tip or an
+/// Solids about one axis, one above the other, has middles on a line that meets a tip or an
 /// apex.
 #[test]
 fn a_cone_above_a_ball_and_a_brick_is_no_cut() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What is read and kept: receivers, files, checkpoints, refusals.
+//! Readings and what is kept: receivers, files, checkpoints, refusals.
 
 mod bad_input;
 mod checkpoints;

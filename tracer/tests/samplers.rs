@@ -2,7 +2,7 @@
 //! Sources against their densities by chi-square: sets of rays, tables of intensity, enclosures,
 //! discs, cones.
 //!
-//! Where each sampler of the tracer is judged so: `random::{unit, disc, cosine, isotropic}`,
+//! Places where each sampler of the tracer is judged so: `random::{unit, disc, cosine, isotropic}`,
 //! rectangles and streams of paths in `sampling.rs`; points of nets in `sobol.rs`; mixed and
 //! Lambertian reflectors in `mixed.rs`, on the far fields of whole scenes; first rays of Sobol
 //! points and of batches, which are those of the sources here, in `low_discrepancy.rs` and

@@ -12,7 +12,7 @@ use num_complex::Complex64;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
 use tracer::{
-    Detector, Emission, Emitter, Filter, Measurement, Medium, Outcome, Polarization, Prototype,
+    Detector, Emission, Emitter, Filter, Measurement, Medium, Outcome, Polarisation, Prototype,
     Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 
@@ -26,7 +26,7 @@ fn detected(scene: &Scene, detectors: &[Detector], settings: &Settings) -> Outco
 }
 
 fn carried(paths: u64, seed: u64) -> Settings {
-    Settings { polarization: Polarization::Carried, ..Settings::new(paths, seed) }
+    Settings { polarisation: Polarisation::Carried, ..Settings::new(paths, seed) }
 }
 
 /// Sums over all bins of a detector.
@@ -93,7 +93,7 @@ fn close(what: &str, (got, error): (f64, f64), expected: f64) {
     );
 }
 
-/// What comes back at Brewster's angle is s alone; through a polariser along u it would have the
+/// Light that comes back at Brewster's angle is s alone; through a polariser along u it would have the
 /// cos² of Malus, (I + Q)/2 of the rectangle, and through one at 45° (I ± U)/2.
 #[test]
 fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
@@ -134,7 +134,7 @@ fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
     }
 }
 
-/// What a pile of plates lets pass is p by the closed form (1 - R)/(1 + (2m - 1) R) of each
+/// Light that a pile of plates lets pass is p by the closed form (1 - R)/(1 + (2m - 1) R) of each
 /// polarisation [Born, Wolf 1999, section 1.5].
 #[test]
 fn a_pile_of_plates_is_a_polariser() {
@@ -172,25 +172,22 @@ fn a_pile_of_plates_is_a_polariser() {
     let (a, b) = (theta.cos(), cos_t);
     let r = [(a - GLASS * b) / (a + GLASS * b), (GLASS * a - b) / (GLASS * a + b)];
     let passed = r.map(|r| (1.0 - r * r) / (1.0 + f64::from(2 * plates - 1) * r * r));
-    for path_splitting in [1, 2] {
-        let settings = Settings { path_splitting, ..carried(many() / 40, 2) };
-        let outcome = detected(&scene, &[sphere()], &settings);
-        // Downwards: the last three rows of six; upwards the first three.
-        let part = |parameter: usize, below: bool| {
-            let of = outcome.jackknife(|totals| {
-                let rows = if below { 36..72 } else { 0..36 };
-                totals.readings[0][72 * parameter..][rows].iter().sum()
-            });
-            (of.value, of.standard_error)
-        };
-        close("I", part(0, true), 0.5 * (passed[0] + passed[1]));
-        close("Q", part(1, true), 0.5 * (passed[0] - passed[1]));
-        close("Q back", part(1, false), 0.5 * (passed[1] - passed[0]));
-        for parameter in [2, 3] {
-            assert!(part(parameter, true).0.abs() < 1e-12, "U, V");
-        }
-        assert!(passed[0] < 0.5 * passed[1], "{passed:?}");
+    let outcome = detected(&scene, &[sphere()], &carried(many() / 40, 2));
+    // Downwards: the last three rows of six; upwards the first three.
+    let part = |parameter: usize, below: bool| {
+        let of = outcome.jackknife(|totals| {
+            let rows = if below { 36..72 } else { 0..36 };
+            totals.readings[0][72 * parameter..][rows].iter().sum()
+        });
+        (of.value, of.standard_error)
+    };
+    close("I", part(0, true), 0.5 * (passed[0] + passed[1]));
+    close("Q", part(1, true), 0.5 * (passed[0] - passed[1]));
+    close("Q back", part(1, false), 0.5 * (passed[1] - passed[0]));
+    for parameter in [2, 3] {
+        assert!(part(parameter, true).0.abs() < 1e-12, "U, V");
     }
+    assert!(passed[0] < 0.5 * passed[1], "{passed:?}");
 }
 
 /// A surface in the air that lets E along s + p pass and turns s - p back.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::shape::{Extent, Plane};
 use tracer::{
-    Dome, Emission, Emitter, FarField, Medium, Mixed, Patch, PlaneMap, Polarization, Prototype,
+    Dome, Emission, Emitter, FarField, Medium, Mixed, Patch, PlaneMap, Polarisation, Prototype,
     Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
@@ -120,14 +120,14 @@ fn white_furnace_stays_white_around_scattering_bands() {
 
 #[test]
 fn white_furnace_stays_white_around_mixed_reflectors_with_and_without_polarisation() {
-    for (seed, polarization) in [(66, Polarization::Unpolarised), (67, Polarization::Carried)] {
+    for (seed, polarisation) in [(66, Polarisation::Unpolarised), (67, Polarisation::Carried)] {
         let mut prototype = closed_package(Dome::smooth(&CAP));
         for part in prototype.surfaces.iter_mut().flat_map(|s| &mut s.patches) {
             if let SurfaceModel::Mirror { reflectance } = part.optics {
                 part.optics = SurfaceModel::Mixed(Mixed { reflectance, specular: 0.6 });
             }
         }
-        let settings = Settings { polarization, ..Settings::new(many() / 5, seed) };
+        let settings = Settings { polarisation, ..Settings::new(many() / 5, seed) };
         furnace_of(prototype, DVec3::new(0.4, -0.3, 0.2), &settings);
     }
 }
@@ -379,8 +379,7 @@ fn a_beam_enters_and_leaves_every_package_on_its_way() {
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(6400, 86));
     let ledger = &outcome.total.ledger;
     let passed = |inward: bool| -> f64 {
-        let lines = ledger.surfaces.iter();
-        lines.map(|line| if inward { line.inward } else { line.outward }).sum()
+        ledger.surfaces.iter().map(|line| if inward { line.inward } else { line.outward }).sum()
     };
     assert!((passed(true) - 3.0).abs() < 1e-12 && (passed(false) - 3.0).abs() < 1e-12);
     assert!((ledger.escaped_up - 1.0).abs() < 1e-12 && ledger.extraction().abs() < 1e-12);

@@ -32,18 +32,18 @@ use glam::DVec3;
 use rand::RngExt;
 
 use super::{SmoothInterface, mirrored, sample_cosine_hemisphere};
-use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport};
+use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Transport};
 use crate::direction::Side;
 use crate::error::Error;
 
 /// Draws of a Gaussian lobe at most; each fails with a probability below 0.6.
-const MOST_DRAWS: usize = 128;
+const MAX_DRAWS: usize = 128;
 /// Rounding of a sum of shares.
 const ROUNDING: f64 = 1e-12;
 /// Standard deviations beyond which a Gaussian is below rounding.
 const TAIL: f64 = 9.0;
 
-/// How the directions of scattered light are distributed.
+/// Distribution of the directions of scattered light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DiffuseLaw {
     /// Intensity ∝ the cosine to the normal, whatever the incidence.
@@ -70,9 +70,9 @@ impl GaussianLobe {
     /// # Errors
     /// A width outside [`GaussianLobe::WIDTHS_DEG`].
     pub fn new(width_deg: f64) -> Result<Self, Error> {
-        let [least, most] = Self::WIDTHS_DEG;
-        if !(least..=most).contains(&width_deg) {
-            return Err(Error::Width { least, most, value: width_deg });
+        let [min, max] = Self::WIDTHS_DEG;
+        if !(min..=max).contains(&width_deg) {
+            return Err(Error::Width { min, max, value: width_deg });
         }
         let sigma = 0.5 * width_deg.to_radians() / (2.0 * LN_2).sqrt();
         let variance = sigma * sigma;
@@ -89,7 +89,7 @@ impl GaussianLobe {
     /// point below it.
     fn sample(self, axis: DVec3, side: Side, rng: &mut dyn rand::Rng) -> DVec3 {
         let (u, v) = axis.any_orthonormal_pair();
-        for _ in 0..MOST_DRAWS {
+        for _ in 0..MAX_DRAWS {
             // 1 - cos α is exponential with mean σ², cut off at 2.
             let rise = -self.variance * (rng.random::<f64>() * self.below_zero).ln_1p();
             let rise = rise.clamp(0.0, 2.0);
@@ -168,7 +168,7 @@ fn double_exponential(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
 pub struct DiffuseLobe {
     /// Share of the incident power, 0 to 1, at every incidence.
     pub share: f64,
-    /// Its directions.
+    /// Directions.
     pub law: DiffuseLaw,
 }
 
@@ -251,7 +251,7 @@ impl Diffuser {
 
     /// Both lobes for light from `wi`, reflection first.
     fn lobes_at(&self, wi: DVec3) -> [LobeAtIncidence; 2] {
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         let part = |lobe: DiffuseLobe, transport: Transport, smooth: DVec3| {
             let side = transport.exit_side(from);
             LobeAtIncidence {
@@ -300,7 +300,7 @@ impl Bsdf for Diffuser {
         Some(of_transport.map(|part| part.share / sum * part.pdf(sample.wo)).sum())
     }
 
-    fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
+    fn lobes(&self, wi: DVec3, _polarisation: Polarisation) -> Vec<OutgoingLobe> {
         let parts = self.lobes_at(wi).into_iter().filter(|part| part.share > 0.0);
         let lobes =
             parts.map(|part| OutgoingLobe { wo: part.axis, power: part.share, lobe: part.lobe() });

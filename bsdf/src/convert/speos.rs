@@ -34,7 +34,7 @@ fn cells(azimuths: &[f64], thetas: &[f64], rotation: f64) -> Arc<AngularBasis> {
 /// refractive index `indices` (inner, outer).
 ///
 /// # Errors
-/// As [`speos_tables`]; if two files are for one side and transport, or a power exceeds 1.
+/// Same as [`speos_tables`]; if two files are for one side and transport, or a power exceeds 1.
 pub fn from_speos(
     files: &[(Side, &SpeosBsdf)],
     indices: [f64; 2],

@@ -54,7 +54,7 @@ fn text(write: impl FnOnce(&mut Vec<u8>) -> std::io::Result<()>) -> String {
 
 /// Power-weighted mean direction of the light from `wi` that leaves by `transport`, and its power.
 fn mean(surface: &dyn Bsdf, wi: DVec3, transport: Transport) -> (DVec3, f64) {
-    let lobes = surface.lobes(wi, Polarization::Unpolarized);
+    let lobes = surface.lobes(wi, Polarisation::Unpolarised);
     lobes
         .iter()
         .filter(|l| l.lobe.transport == transport)
@@ -135,7 +135,7 @@ fn speos_files_of_the_converter_are_normalised_as_the_help_says() {
     // Transmission falls from 50 to 40 % between 360 and 830 nm.
     let transmitted = 0.5 - 0.1 * (550.0 - 360.0) / (830.0 - 360.0);
     for incidence in [0.0, 30.0, 60.0] {
-        let albedo = back.albedo(at(incidence), Polarization::Unpolarized);
+        let albedo = back.albedo(at(incidence), Polarisation::Unpolarised);
         assert!((albedo.reflected - 0.3).abs() < 1e-9, "{albedo:?}");
         assert!((albedo.transmitted - transmitted).abs() < 1e-9, "{albedo:?}");
     }
@@ -143,7 +143,7 @@ fn speos_files_of_the_converter_are_normalised_as_the_help_says() {
     let file = include_bytes!("../../../tests/formats/corpus/small.brdf");
     let file = speos::read(file).unwrap();
     let back = from_speos(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Fixed).unwrap();
-    let albedo = back.albedo(at(30.0), Polarization::Unpolarized);
+    let albedo = back.albedo(at(30.0), Polarisation::Unpolarised);
     assert!((albedo.reflected - 0.4).abs() < 1e-9 && albedo.transmitted == 0.0);
 }
 
@@ -256,7 +256,7 @@ fn zemax_files_hold_the_table_where_they_can() {
     // Both types of one side together never give out more than comes in.
     let files: Vec<_> = contents.iter().map(|(s, b)| (*s, b)).collect();
     let all = from_zemax(&files, INDICES, LobeMotion::Fixed).unwrap();
-    let albedo = all.albedo(spherical(std::f64::consts::PI - 0.78, 0.3), Polarization::S);
+    let albedo = all.albedo(spherical(std::f64::consts::PI - 0.78, 0.3), Polarisation::S);
     assert!(all.largest_power() > 1.0 && albedo.total() <= 1.0 + 1e-12);
     // From air, a specular ray in silicone at 45 degrees comes from 85.6 degrees; that at 67.5 from
     // nowhere.
@@ -346,8 +346,7 @@ fn averaging_moves_orders_to_the_node_and_keeps_power() {
     let (alone, _) = to_lighttools(&table, 550.0, &coarse()).unwrap();
     for (a, b) in content.blocks.iter().zip(&alone.blocks) {
         let strong = |block: &lighttools::LightToolsBlock| {
-            let values = block.values.iter().enumerate();
-            values.filter(|v| *v.1 > 1e-3).map(|v| v.0).collect::<Vec<_>>()
+            block.values.iter().enumerate().filter(|v| *v.1 > 1e-3).map(|v| v.0).collect::<Vec<_>>()
         };
         let missing = strong(b).iter().filter(|c| a.values[**c] == 0.0).count();
         assert!(missing <= 1, "{missing} at {} {}", b.incidence, b.plane);

@@ -72,8 +72,11 @@ pub fn to_klems(surface: &dyn Bsdf, samples: usize) -> Result<(WindowBsdf, Smear
 
 /// Indices and transports of the blocks for light from `side`.
 fn directions(side: Side) -> impl Iterator<Item = (usize, Transport)> {
-    let all = DIRECTIONS.iter().enumerate();
-    all.filter(move |(_, d)| d.1.from == side).map(|(number, d)| (number, d.1.transport))
+    DIRECTIONS
+        .iter()
+        .enumerate()
+        .filter(move |(_, d)| d.1.from == side)
+        .map(|(number, d)| (number, d.1.transport))
 }
 
 /// Calls `take` with the index and the lobes of each block for each of `samples` incidences on

@@ -52,7 +52,7 @@ pub struct LightToolsBlock {
     pub wavelength: f64,
     /// Reflected or transmitted.
     pub transport: Transport,
-    /// Its channel, in files with `SpectralContent XYZ`.
+    /// Channel, in files with `SpectralContent XYZ`.
     pub tristimulus: Option<Tristimulus>,
     /// Power scattered per incident power.
     pub tis: f64,
@@ -65,7 +65,7 @@ pub struct LightToolsBlock {
 pub struct LightToolsBsdf {
     /// Lines before the data, written as comments.
     pub comments: Vec<String>,
-    /// Whether azimuths go from 0 to 180 only, mirrored at the plane of incidence.
+    /// True if azimuths go from 0 to 180 only, mirrored at the plane of incidence.
     pub plane_symmetrical: bool,
     /// Scatter azimuths, degrees.
     pub azimuths: Vec<f64>,

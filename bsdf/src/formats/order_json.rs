@@ -17,7 +17,7 @@
 //! }
 //! ```
 
-use crate::bsdf::Polarization;
+use crate::bsdf::Polarisation;
 use crate::direction::Side;
 use crate::error::Error;
 use crate::order_table::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, TableHeader};
@@ -65,8 +65,8 @@ pub fn write(table: &OrderTable, writer: impl Write) -> Result<(), Error> {
     let grid = table.grid();
     let mut nodes = Vec::with_capacity(table.node_count());
     for id in grid.nodes() {
-        let orders = |polarization| -> Result<Vec<(Side, i32, f32)>, Error> {
-            let orders = table.node_efficiencies(id, polarization)?.into_iter();
+        let orders = |polarisation| -> Result<Vec<(Side, i32, f32)>, Error> {
+            let orders = table.node_efficiencies(id, polarisation)?.into_iter();
             // The table stores f32: nothing is lost.
             Ok(orders.map(|o| (o.to, o.order, o.efficiency as f32)).collect())
         };
@@ -76,8 +76,8 @@ pub fn write(table: &OrderTable, writer: impl Write) -> Result<(), Error> {
             ky_index: id.ky_index,
             kx: grid.kx(id.kx_index),
             ky: grid.ky[id.ky_index],
-            s: orders(Polarization::S)?,
-            p: orders(Polarization::P)?,
+            s: orders(Polarisation::S)?,
+            p: orders(Polarisation::P)?,
         });
     }
     let file = File {
@@ -133,9 +133,9 @@ pub fn read(text: &str) -> Result<OrderTable, Error> {
         }
     }
     let rows = file.nodes.into_iter().flat_map(|node| {
-        let row = |polarization, orders: Vec<(Side, i32, f32)>| EfficiencyRow {
+        let row = |polarisation, orders: Vec<(Side, i32, f32)>| EfficiencyRow {
             node: NodeId { side: node.side, kx_index: node.kx_index, ky_index: node.ky_index },
-            polarization,
+            polarisation,
             orders: orders
                 .into_iter()
                 .map(|(to, order, efficiency)| {
@@ -143,7 +143,7 @@ pub fn read(text: &str) -> Result<OrderTable, Error> {
                 })
                 .collect(),
         };
-        [row(Polarization::S, node.s), row(Polarization::P, node.p)]
+        [row(Polarisation::S, node.s), row(Polarisation::P, node.p)]
     });
     OrderTable::build(file.header, file.grid.clone(), rows)
 }

@@ -24,7 +24,7 @@ const VERSION: &str = "v8.0";
 /// Wavelength at which coefficients of a spectrum are taken, nm: middle of the visible.
 pub const WAVELENGTH_NM: f64 = 550.0;
 
-/// What the values of a file are.
+/// Meaning of the values of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Values {
     /// Proportional to the BSDF.
@@ -54,7 +54,7 @@ pub struct SpeosTable {
 /// Reflection or transmission of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeosPart {
-    /// Which of the two.
+    /// The one of the two.
     pub transport: Transport,
     /// Angle of incidence and share of the power that the spectrum belongs to; the tables follow it
     /// in proportion. `None` where every table states its own.
@@ -68,11 +68,11 @@ pub struct SpeosPart {
 pub struct SpeosBsdf {
     /// The comment line.
     pub comment: String,
-    /// What the values are.
+    /// Meaning of the values.
     pub values: Values,
     /// Reflection, transmission or both.
     pub parts: Vec<SpeosPart>,
-    /// What is odd in the file that was read, or left out.
+    /// Oddities of the file that was read, and what was left out.
     pub warnings: Vec<String>,
 }
 
@@ -184,8 +184,8 @@ fn spectrum(words: &mut Tokens<'_>, bsdf: &mut SpeosBsdf) -> Result<[f64; 2], Fo
     words.number("anisotropy angle of the spectrum")?;
     words.text_line();
     words.text_line();
-    let most = words.at_most();
-    let count = words.count("number of wavelengths", 1, most.max(1))?;
+    let max = words.at_most();
+    let count = words.count("number of wavelengths", 1, max.max(1))?;
     let mut rows: Vec<[f64; 2]> = Vec::new();
     for _ in 0..count {
         let before = rows.last().map_or(0.0, |row| row[0]);
@@ -216,10 +216,10 @@ fn percentage(words: &mut Tokens<'_>) -> Result<f64, FormatError> {
 
 fn by_wavelength(words: &mut Tokens<'_>, bsdf: &mut SpeosBsdf) -> Result<(), FormatError> {
     let given = flags(words, bsdf)?;
-    let most = words.at_most().max(1);
+    let max = words.at_most().max(1);
     let [incidences, wavelengths] = [
-        words.count("number of incidence angles", 1, most)?,
-        words.count("number of wavelengths", 1, most)?,
+        words.count("number of incidence angles", 1, max)?,
+        words.count("number of wavelengths", 1, max)?,
     ];
     let angles = words.ascending("incidence", incidences, [0.0, 90.0])?;
     let nanometres = words.ascending("wavelength", wavelengths, [1.0, 1e6])?;
@@ -252,9 +252,9 @@ fn by_wavelength(words: &mut Tokens<'_>, bsdf: &mut SpeosBsdf) -> Result<(), For
 
 /// One table: numbers of angles, a row of azimuths, and a row of values for each angle.
 fn table(words: &mut Tokens<'_>, transport: Transport) -> Result<SpeosTable, FormatError> {
-    let most = words.at_most().max(1);
-    let rows = words.count("number of theta angles", 1, most)?;
-    let columns = words.count("number of phi angles", 1, most)?;
+    let max = words.at_most().max(1);
+    let rows = words.count("number of theta angles", 1, max)?;
+    let columns = words.count("number of phi angles", 1, max)?;
     let azimuths = words.ascending("phi", columns, [0.0, 360.0])?;
     let range = match transport {
         Transport::Reflection => [0.0, 90.0],
@@ -307,8 +307,8 @@ pub fn write(bsdf: &SpeosBsdf, writer: &mut impl Write) -> io::Result<()> {
         rotations.dedup();
         push_list(&mut text, &rotations);
         for rotation in rotations {
-            let tables = part.tables.iter();
-            let of_rotation = tables.filter(|t| t.rotation.to_bits() == rotation.to_bits());
+            let of_rotation =
+                part.tables.iter().filter(|t| t.rotation.to_bits() == rotation.to_bits());
             push_list(&mut text, &of_rotation.map(|t| t.incidence).collect::<Vec<f64>>());
         }
     }

@@ -241,9 +241,9 @@ impl<'a> Tokens<'a> {
     /// # Errors
     /// If they are not.
     pub fn angles(&mut self, what: &str, low: f64, high: f64) -> Result<Vec<f64>, FormatError> {
-        let most = self.at_most();
-        let count = self.count(&format!("number of {what} angles"), 1, most.max(1))?;
-        let mut angles: Vec<f64> = Vec::with_capacity(count.min(most));
+        let max = self.at_most();
+        let count = self.count(&format!("number of {what} angles"), 1, max.max(1))?;
+        let mut angles: Vec<f64> = Vec::with_capacity(count.min(max));
         for _ in 0..count {
             let before = angles.last().copied();
             let expected = before.map_or_else(

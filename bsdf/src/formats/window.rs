@@ -19,7 +19,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 /// Deepest nesting of elements that is parsed. Files have 6; the parser takes stack for each.
-const MOST_NESTED: usize = 64;
+const MAX_NESTED: usize = 64;
 
 /// Cells of the full Klems basis.
 pub const KLEMS: usize = 145;
@@ -37,14 +37,14 @@ pub struct Direction {
 
 /// The four directions of a file, with their names.
 pub const DIRECTIONS: [(&str, Direction); 4] = {
-    const fn of(from: Side, transport: Transport) -> Direction {
+    const fn direction(from: Side, transport: Transport) -> Direction {
         Direction { from, transport }
     }
     [
-        ("Transmission Front", of(Side::Inner, Transport::Transmission)),
-        ("Transmission Back", of(Side::Outer, Transport::Transmission)),
-        ("Reflection Front", of(Side::Inner, Transport::Reflection)),
-        ("Reflection Back", of(Side::Outer, Transport::Reflection)),
+        ("Transmission Front", direction(Side::Inner, Transport::Transmission)),
+        ("Transmission Back", direction(Side::Outer, Transport::Transmission)),
+        ("Reflection Front", direction(Side::Inner, Transport::Reflection)),
+        ("Reflection Back", direction(Side::Outer, Transport::Reflection)),
     ]
 };
 
@@ -73,7 +73,7 @@ pub struct WindowBsdf {
     pub name: String,
     /// Who made it.
     pub manufacturer: String,
-    /// Its blocks, each direction at most once.
+    /// Blocks, each direction at most once.
     pub blocks: Vec<WindowBlock>,
 }
 
@@ -155,7 +155,7 @@ pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
     Ok(bsdf)
 }
 
-/// Refuses elements nested more than [`MOST_NESTED`] deep. Of text that is no XML it says nothing:
+/// Refuses elements nested more than [`MAX_NESTED`] deep. Of text that is no XML it says nothing:
 /// the parser stops where this scan does.
 fn check_nesting(text: &str) -> Result<(), FormatError> {
     let (mut rest, mut depth) = (text, 0_usize);
@@ -175,11 +175,11 @@ fn check_nesting(text: &str) -> Result<(), FormatError> {
         } else if !tag.starts_with("<!") && !tag.starts_with("<?") && !tag.ends_with("/>") {
             depth += 1;
         }
-        if depth > MOST_NESTED {
+        if depth > MAX_NESTED {
             let before = &text[..text.len() - rest.len()];
             let feed = if text.contains('\n') { '\n' } else { '\r' };
             let line = 1 + before.matches(feed).count();
-            let expected = format!("elements nested at most {MOST_NESTED} deep");
+            let expected = format!("elements nested at most {MAX_NESTED} deep");
             return Err(FormatError::line(line, expected, "deeper ones"));
         }
         rest = &rest[end..];
@@ -187,7 +187,7 @@ fn check_nesting(text: &str) -> Result<(), FormatError> {
     Ok(())
 }
 
-/// Where the tag ends that `text` begins with: behind the first `>` outside of quotes.
+/// End of the tag that `text` begins with: behind the first `>` outside of quotes.
 fn tag_end(text: &str) -> Option<usize> {
     let mut quote = None;
     for (at, byte) in text.bytes().enumerate() {

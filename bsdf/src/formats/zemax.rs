@@ -153,12 +153,10 @@ pub fn read(text: &str) -> Result<ZemaxBsdf, FormatError> {
 
 fn channel(bsdf: &ZemaxBsdf, words: &mut Tokens<'_>) -> Result<Channel, FormatError> {
     words.one_of(&["DataBegin"])?;
-    let most = words.at_most();
+    let max = words.at_most();
     let block = bsdf.azimuths.len() * bsdf.radials.len();
-    let mut channel = Channel {
-        tis: Vec::new(),
-        values: Vec::with_capacity(bsdf.values_per_channel().min(most)),
-    };
+    let mut channel =
+        Channel { tis: Vec::new(), values: Vec::with_capacity(bsdf.values_per_channel().min(max)) };
     for _ in 0..bsdf.rotations.len() * bsdf.incidences.len() {
         words.one_of(&["TIS"])?;
         channel.tis.push(words.total_scatter()?);

@@ -347,7 +347,7 @@ impl ScatterTable {
         }
     }
 
-    /// Whether `wi` is a node of the table.
+    /// True if `wi` is a node of the table.
     #[must_use]
     pub(super) fn has_node(&self, wi: DVec3) -> bool {
         match self {
@@ -358,7 +358,7 @@ impl ScatterTable {
         }
     }
 
-    /// Whether the table is given at one azimuth for all and rotates with the incidence.
+    /// True if the table is given at one azimuth for all and rotates with the incidence.
     #[must_use]
     pub fn is_isotropic(&self) -> bool {
         match self {

@@ -58,7 +58,7 @@ fn draws_follow_the_listed_shares() {
         )
         .unwrap();
         let wi = spherical(0.7, 0.4);
-        let lobes = surface.lobes(wi, Polarization::Unpolarized);
+        let lobes = surface.lobes(wi, Polarisation::Unpolarised);
         let mean = |transport: Transport| {
             lobes
                 .iter()
@@ -75,7 +75,7 @@ fn draws_follow_the_listed_shares() {
             };
             assert!((sample.wo.length() - 1.0).abs() < 1e-9);
             assert_eq!(
-                Side::of(sample.wo) == Side::Outer,
+                Side::from_direction(sample.wo) == Side::Outer,
                 sample.lobe.transport == Transport::Reflection
             );
             sums[sample.lobe.transport.index()] += sample.wo;
@@ -111,7 +111,7 @@ fn a_shifted_mirror_lobe_follows_the_law_of_reflection() {
     let wi = spherical(PI - 0.5, 1.0);
     let expected = DVec3::new(-wi.x, -wi.y, wi.z);
     let away = |between| {
-        let lobes = surface(between).lobes(wi, Polarization::S);
+        let lobes = surface(between).lobes(wi, Polarisation::S);
         let mean = lobes.iter().fold(DVec3::ZERO, |sum, l| sum + l.wo * l.power);
         mean.normalize().angle_between(expected)
     };

@@ -49,7 +49,7 @@ pub(super) struct BlochNodes {
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(super) struct KyInterval {
-    /// Where it ends.
+    /// End.
     pub end: f64,
     /// ky of the lower row, and 1 / distance to the upper one; 0 where interpolation ends.
     pub ky: f64,
@@ -152,7 +152,7 @@ impl AliasTable {
         &intervals[number]
     }
 
-    /// Whether no lookup entry holds the ends of two intervals.
+    /// True if no lookup entry holds the ends of two intervals.
     pub fn has_direct_lookup(&self) -> bool {
         is_direct(&self.ky_lookup)
     }
@@ -193,13 +193,13 @@ fn ky_interval(
     let from = if number == 0 { 0.0 } else { ends[number - 1] };
     let (low, high) = layout.rows_around(from);
     let rows = &layout.rows[side.index()];
-    let [least, most] = [0, 1].map(|end: usize| [low, high].map(|row| rows[row].kx[end]));
+    let [min, max] = [0, 1].map(|end: usize| [low, high].map(|row| rows[row].kx[end]));
     let [low, high] = [low, high].map(|row| (row, rows[row]));
     KyInterval {
         end: ends[number],
         ky: low.1.ky,
         per_ky: if low.0 == high.0 { 0.0 } else { low.1.per_gap },
-        common_kx: [f64::from(least[0].max(least[1])), f64::from(most[0].min(most[1]) - 1)],
+        common_kx: [f64::from(min[0].max(min[1])), f64::from(max[0].min(max[1]) - 1)],
         bloch_nodes: [low.0, high.0].map(|row| (row * kx_per_zone) as f64),
     }
 }
@@ -278,10 +278,10 @@ mod tests {
             let mut before = 0;
             for (order, often) in often.iter().enumerate() {
                 let sum = sums.get(order).copied().unwrap_or(FULL);
-                let share = f64::from(sum - before) / f64::from(FULL);
+                let efficiency = f64::from(sum - before) / f64::from(FULL);
                 let got = *often as f64 / whole;
-                assert!((got - share).abs() < 5e-10, "{sums:?} {order}: {got} {share}");
-                assert!(share > 0.0 || *often == 0, "{sums:?} {order}");
+                assert!((got - efficiency).abs() < 5e-10, "{sums:?} {order}: {got} {efficiency}");
+                assert!(efficiency > 0.0 || *often == 0, "{sums:?} {order}");
                 before = sum;
             }
         }

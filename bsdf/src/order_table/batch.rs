@@ -30,6 +30,31 @@ const LANES: usize = 64;
 /// One number for each ray.
 type Lane = [f64; LANES];
 
+/// Yes or no for a ray, kept as a real: loops over flags and reals need one kind of comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flag(f64);
+
+impl Flag {
+    /// Not set.
+    pub const NO: Self = Self(0.0);
+    /// Set.
+    pub const YES: Self = Self(1.0);
+
+    /// Set if `yes`.
+    #[inline(always)]
+    #[must_use]
+    pub const fn new(yes: bool) -> Self {
+        Self(if yes { 1.0 } else { 0.0 })
+    }
+
+    /// True if it is set.
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_set(self) -> bool {
+        self.0 > 0.0
+    }
+}
+
 /// Quantities of a table that do not depend on the node.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
@@ -130,13 +155,13 @@ impl<'a> OrderTableBatch<'a> {
     pub const LANES: usize = LANES;
 
     /// [`OrderTable::locate_bin`] for rays that meet the table of `surface`, from the inner side
-    /// where `inside` is above 0, with tangential wavevectors (kx, ky) and two random numbers each.
+    /// where `inside` is set, with tangential wavevectors (kx, ky) and two random numbers each.
     /// Rays that meet no table get meaningless locations.
     #[inline(always)]
     pub fn locate_bins(
         &self,
         surface: &[i64; LANES],
-        inside: &Lane,
+        inside: &[Flag; LANES],
         [kx, ky]: &[Lane; 2],
         [u, v]: &[Lane; 2],
         locations: &mut BinLocations,
@@ -208,22 +233,29 @@ pub struct BinLocations {
     fraction: Lane,
     bloch: Lane,
     zone: Lane,
-    found: Lane,
+    found: [Flag; LANES],
 }
 
 impl Default for BinLocations {
     fn default() -> Self {
         let zero = [0.0; LANES];
-        Self { bin: zero, own: zero, fraction: zero, bloch: zero, zone: zero, found: zero }
+        Self {
+            bin: zero,
+            own: zero,
+            fraction: zero,
+            bloch: zero,
+            zone: zero,
+            found: [Flag::NO; LANES],
+        }
     }
 }
 
 impl BinLocations {
-    /// Whether the location of a ray was found; if not, [`OrderTableBatch::locate_bin`] finds it.
+    /// True if the location of a ray was found; if not, [`OrderTableBatch::locate_bin`] finds it.
     #[inline]
     #[must_use]
     pub fn found(&self, ray: usize) -> bool {
-        self.found[ray] > 0.0
+        self.found[ray].is_set()
     }
 
     /// Index of the bin of a ray.
@@ -247,18 +279,17 @@ impl BinLocations {
 /// The sampled order of every ray of a batch.
 #[derive(Clone, Debug)]
 pub struct SampledOrders {
-    /// 1 if the light leaves on the inner side, 0 if on the outer one.
-    pub inner: Lane,
-    /// 1 if it is absorbed instead, else 0.
-    pub absorbed: Lane,
+    /// Set if the light leaves on the inner side.
+    pub inner: [Flag; LANES],
+    /// Set if it is absorbed instead.
+    pub absorbed: [Flag; LANES],
     /// The kx of the order.
     pub kx: Lane,
 }
 
 impl Default for SampledOrders {
     fn default() -> Self {
-        let zero = [0.0; LANES];
-        Self { inner: zero, absorbed: zero, kx: zero }
+        Self { inner: [Flag::NO; LANES], absorbed: [Flag::NO; LANES], kx: [0.0; LANES] }
     }
 }
 
@@ -268,7 +299,7 @@ fn locate_bins(
     intervals: &[KyInterval; INTERVALS],
     bloch_nodes: &[BlochNodes; BLOCH_NODES],
     surface: &[i64; LANES],
-    inside: &Lane,
+    inside: &[Flag; LANES],
     (kx, ky): (&Lane, &Lane),
     (u, v): (&Lane, &Lane),
     locations: &mut BinLocations,
@@ -278,7 +309,7 @@ fn locate_bins(
         let (kx, ky) = (kx[ray], ky[ray].abs());
         let entry = (constants.first_lookup + (ky * constants.lookup_per_ky).floor()) as i64;
         let guess = i64::from(lookup[entry as usize & (LOOKUP - 1)]);
-        let side = i64::from(inside[ray] <= 0.0);
+        let side = i64::from(!inside[ray].is_set());
         let place = constants.first_interval as i64 + 2 * guess + side;
         let next = intervals[place as usize & (INTERVALS - 1)].end <= ky;
         let place = place + if next { 2 } else { 0 };
@@ -296,7 +327,7 @@ fn locate_bins(
         locations.fraction[ray] = fraction;
         locations.bloch[ray] = bloch;
         locations.zone[ray] = zone;
-        locations.found[ray] = if exist { 1.0 } else { 0.0 };
+        locations.found[ray] = Flag::new(exist);
     }
 }
 
@@ -320,8 +351,8 @@ fn orders(
         };
         let bloch = &bloch_nodes[location.bloch as i64 as usize & (BLOCH_NODES - 1)];
         let order = bloch.order(&location, bins[ray]);
-        sampled.inner[ray] = if order.inner { 1.0 } else { 0.0 };
-        sampled.absorbed[ray] = if order.absorbed { 1.0 } else { 0.0 };
+        sampled.inner[ray] = Flag::new(order.inner);
+        sampled.absorbed[ray] = Flag::new(order.absorbed);
         sampled.kx[ray] =
             kx[ray] + order.order * constants[surface[ray] as usize & (TABLES - 1)].zone;
     }

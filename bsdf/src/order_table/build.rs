@@ -4,7 +4,7 @@
 use super::alias_table::{AliasTable, FULL};
 use super::layout::{Layout, NodeOrders};
 use super::{EFFICIENCY_TOLERANCE, EfficiencyRow, Grid, NodeId, OrderTable, TableHeader};
-use crate::bsdf::Polarization;
+use crate::bsdf::Polarisation;
 use crate::direction::Side;
 use crate::error::Error;
 
@@ -20,15 +20,15 @@ pub(super) fn from_rows(
     let mut seen = [vec![false; layout.nodes.len()], vec![false; layout.nodes.len()]];
     let mut filled = vec![false; layout.entries];
     for row in rows {
-        let which = match row.polarization {
-            Polarization::S => 0,
-            Polarization::P => 1,
-            Polarization::Unpolarized => return Err(Error::UnpolarizedRow),
+        let which = match row.polarisation {
+            Polarisation::S => 0,
+            Polarisation::P => 1,
+            Polarisation::Unpolarised => return Err(Error::UnpolarisedRow),
         };
         let index =
             layout.find(row.node).ok_or(Error::NoSuchNode { node: row.node.to_string() })?;
         if std::mem::replace(&mut seen[which][index], true) {
-            let row = described(row.node, row.polarization);
+            let row = described(row.node, row.polarisation);
             return Err(Error::NodeTwice { row });
         }
         let node = layout.nodes[index];
@@ -51,10 +51,10 @@ pub(super) fn from_rows(
             }
         }
     }
-    for (which, polarization) in [Polarization::S, Polarization::P].into_iter().enumerate() {
+    for (which, polarisation) in [Polarisation::S, Polarisation::P].into_iter().enumerate() {
         let missing = grid.nodes().zip(&seen[which]).find(|(_, seen)| !**seen);
         if let Some((node, _)) = missing {
-            let row = described(node, polarization);
+            let row = described(node, polarisation);
             return Err(Error::NodeMissing { row });
         }
     }
@@ -63,8 +63,8 @@ pub(super) fn from_rows(
 }
 
 /// A row as messages name it.
-fn described(node: NodeId, polarization: Polarization) -> String {
-    format!("{node}, {polarization:?}")
+fn described(node: NodeId, polarisation: Polarisation) -> String {
+    format!("{node}, {polarisation:?}")
 }
 
 /// The error of an invalid efficiency.

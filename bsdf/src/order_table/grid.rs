@@ -5,14 +5,14 @@
 //! the nodes that propagate, and their kx and ky.
 
 use super::{EfficiencyRow, OrderEfficiency};
-use crate::bsdf::Polarization;
+use crate::bsdf::Polarisation;
 use crate::direction::Side;
 use crate::error::Error;
 use std::ops::Range;
 
 /// Most nodes of a table, and most orders of all nodes together.
-const MOST_NODES: f64 = 4e6;
-const MOST_ENTRIES: f64 = 1e8;
+const MAX_NODES: f64 = 4e6;
+const MAX_ENTRIES: f64 = 1e8;
 /// Highest refractive index.
 const HIGHEST_INDEX: f64 = 100.0;
 /// Highest relative order; the layout stores 16 bits.
@@ -122,7 +122,7 @@ impl Grid {
         if end == 0 { 0..0 } else { self.mirror(end - 1)..end }
     }
 
-    /// Whether the node exists.
+    /// True if the node exists.
     #[must_use]
     pub fn exists(&self, node: NodeId) -> bool {
         node.ky_index < self.ky.len()
@@ -151,16 +151,16 @@ impl Grid {
     /// solver called for one incidence at a time.
     pub fn rows<'a, F>(&'a self, mut orders: F) -> impl Iterator<Item = EfficiencyRow> + 'a
     where
-        F: FnMut(Side, f64, f64, Polarization) -> Vec<OrderEfficiency> + 'a,
+        F: FnMut(Side, f64, f64, Polarisation) -> Vec<OrderEfficiency> + 'a,
     {
-        let both = [Polarization::S, Polarization::P];
-        self.nodes().flat_map(move |node| both.map(|polarization| (node, polarization))).map(
-            move |(node, polarization)| {
+        let both = [Polarisation::S, Polarisation::P];
+        self.nodes().flat_map(move |node| both.map(|polarisation| (node, polarisation))).map(
+            move |(node, polarisation)| {
                 let (kx, ky) = (self.kx(node.kx_index), self.ky[node.ky_index]);
                 EfficiencyRow {
                     node,
-                    polarization,
-                    orders: orders(node.side, kx, ky, polarization),
+                    polarisation,
+                    orders: orders(node.side, kx, ky, polarisation),
                 }
             },
         )
@@ -229,7 +229,7 @@ impl Grid {
         // Bounds in floating point first: `kx_indices` iterates, and must not iterate far.
         let across = (orders + 2.0) * self.kx_per_zone as f64;
         let nodes = 2.0 * across * self.ky.len() as f64;
-        if nodes >= MOST_NODES || nodes * 2.0 * (orders + 2.0) >= MOST_ENTRIES {
+        if nodes >= MAX_NODES || nodes * 2.0 * (orders + 2.0) >= MAX_ENTRIES {
             return refuse(format!(
                 "too large: about {nodes:.0} nodes of up to {:.0} orders",
                 2.0 * orders

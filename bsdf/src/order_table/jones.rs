@@ -28,7 +28,7 @@
 
 use super::layout::NodeOrders;
 use super::{BinLocation, EFFICIENCY_TOLERANCE, NodeId, OrderTable};
-use crate::bsdf::{Bsdf, BsdfSample, PolarizedBsdf};
+use crate::bsdf::{Bsdf, BsdfSample, PolarisedBsdf};
 use crate::direction::{Side, Wavevector};
 use crate::error::Error;
 use glam::DVec3;
@@ -232,7 +232,7 @@ impl OrderTable {
         Ok(self)
     }
 
-    /// Whether the table has Jones matrices.
+    /// True if the table has Jones matrices.
     #[must_use]
     pub fn has_jones(&self) -> bool {
         self.jones.is_some()
@@ -363,8 +363,8 @@ impl OrderTable {
     }
 }
 
-impl PolarizedBsdf for OrderTable {
-    fn sample_polarized(
+impl PolarisedBsdf for OrderTable {
+    fn sample_polarised(
         &self,
         wi: DVec3,
         [q, u, v]: [f64; 3],
@@ -373,7 +373,7 @@ impl PolarizedBsdf for OrderTable {
         let Some(jones) = &self.jones else {
             return self.sample(wi, rng).map(|sample| (sample, [0.0; 3]));
         };
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         let k = Wavevector::incoming(wi, self.grid.index(from));
         let mut location = self.locate_bin(from, k, [rng.random(), rng.random()]);
         let (node, at) = self.node_of(from, &location);

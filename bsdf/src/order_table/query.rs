@@ -18,7 +18,7 @@ use super::alias_table::FULL;
 use super::layout::NodeOrders;
 use super::{OrderEfficiency, OrderTable};
 use crate::bsdf::{
-    Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, PolarizedBsdf, Transport,
+    Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, PolarisedBsdf, Transport,
 };
 use crate::direction::{Side, Wavevector};
 use glam::DVec3;
@@ -193,7 +193,7 @@ impl OrderTable {
         &self,
         side: Side,
         k: Wavevector,
-        polarization: Polarization,
+        polarisation: Polarisation,
     ) -> Vec<OrderEfficiency> {
         let stencil = self.stencil(side, k.kx, k.ky.abs());
         let range = Side::BOTH.map(|to| self.propagating_orders(to, k));
@@ -203,12 +203,12 @@ impl OrderTable {
             let node = self.layout.nodes[node];
             for (entry, to, order) in node.orders() {
                 let power = weight
-                    * match polarization {
-                        Polarization::Unpolarized => {
+                    * match polarisation {
+                        Polarisation::Unpolarised => {
                             let before = self.running_sum(node, entry);
                             f64::from(self.cumulative[entry] - before) / f64::from(FULL)
                         }
-                        _ => self.stored(entry, polarization),
+                        _ => self.stored(entry, polarisation),
                     };
                 let (low, high) = range[to.index()];
                 let balance = &mut balance[to.index()];
@@ -336,7 +336,7 @@ impl OrderTable {
 
 impl Bsdf for OrderTable {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         let k = Wavevector::incoming(wi, self.grid.index(from));
         let location = self.locate_bin(from, k, [rng.random(), rng.random()]);
         let (to, order) = self.order(from, &location, self.bin(&location))?;
@@ -344,7 +344,7 @@ impl Bsdf for OrderTable {
             .or_else(|| self.resample_propagating(from, to, k, rng))
     }
 
-    fn as_polarized(&self) -> Option<&dyn PolarizedBsdf> {
+    fn as_polarised(&self) -> Option<&dyn PolarisedBsdf> {
         self.has_jones().then_some(self)
     }
 
@@ -352,16 +352,16 @@ impl Bsdf for OrderTable {
         let LobeKind::Order(order) = sample.lobe.kind else {
             return Some(0.0);
         };
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         let k = Wavevector::incoming(wi, self.grid.index(from));
         let stencil = self.stencil(from, k.kx, k.ky.abs());
-        Some(self.probability(&stencil, from, k, Side::of(sample.wo), order))
+        Some(self.probability(&stencil, from, k, Side::from_direction(sample.wo), order))
     }
 
-    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
-        let from = Side::of(wi);
+    fn lobes(&self, wi: DVec3, polarisation: Polarisation) -> Vec<OutgoingLobe> {
+        let from = Side::from_direction(wi);
         let k = Wavevector::incoming(wi, self.grid.index(from));
-        self.efficiencies(from, k, polarization)
+        self.efficiencies(from, k, polarisation)
             .into_iter()
             .filter_map(|OrderEfficiency { to, order, efficiency }| {
                 let wo = self.diffracted(k, order).leaving(to, self.grid.index(to))?;

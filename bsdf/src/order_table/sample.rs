@@ -37,11 +37,11 @@ pub struct BinLocation {
 /// A sampled order. All fields are whole numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SampledOrder {
-    /// Whether it leaves on the inner side, else on the outer one.
+    /// True if it leaves on the inner side, else on the outer one.
     pub inner: bool,
-    /// Whether the light is absorbed instead.
+    /// True if the light is absorbed instead.
     pub absorbed: bool,
-    /// Its relative number.
+    /// Relative number.
     pub order: f64,
 }
 
@@ -81,11 +81,11 @@ impl BlochNodes {
         let second = (bin & mask) as f64;
         let number = if first { location.own } else { second };
         let inner = number < self.inner_orders;
-        let beyond = self.lowest[1] - self.inner_orders;
+        let outer = self.lowest[1] - self.inner_orders;
         SampledOrder {
             inner,
             absorbed: number >= self.orders,
-            order: (if inner { self.lowest[0] } else { beyond }) + number - location.zone,
+            order: (if inner { self.lowest[0] } else { outer }) + number - location.zone,
         }
     }
 }

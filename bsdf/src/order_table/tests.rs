@@ -28,10 +28,10 @@ fn grid(kx_per_zone: usize, ky_count: usize) -> Grid {
 }
 
 /// All power in order 0, by Fresnel.
-fn smooth(side: Side, kx: f64, ky: f64, polarization: Polarization) -> Vec<OrderEfficiency> {
+fn smooth(side: Side, kx: f64, ky: f64, polarisation: Polarisation) -> Vec<OrderEfficiency> {
     let (n1, n2) = if side == Side::Inner { (N, 1.0) } else { (1.0, N) };
     let cos = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).max(0.0).sqrt();
-    let r = fresnel(n1, n2, cos).of(polarization);
+    let r = fresnel(n1, n2, cos).for_polarisation(polarisation);
     let mut orders = vec![OrderEfficiency::new(side, 0, r)];
     if r < 1.0 {
         orders.push(OrderEfficiency::new(side.opposite(), 0, 1.0 - r));
@@ -41,10 +41,10 @@ fn smooth(side: Side, kx: f64, ky: f64, polarization: Polarization) -> Vec<Order
 
 /// A blazed phase grating with `loss`: sinc² about a blaze order that drifts with kx, on both
 /// sides, whatever propagates made to sum to 1 - loss.
-fn blazed(loss: f64) -> impl Fn(Side, f64, f64, Polarization) -> Vec<OrderEfficiency> {
-    move |side, kx, ky, polarization| {
+fn blazed(loss: f64) -> impl Fn(Side, f64, f64, Polarisation) -> Vec<OrderEfficiency> {
+    move |side, kx, ky, polarisation| {
         let blaze = 1.3 + 0.8 * kx + 0.3 * ky * ky;
-        let through = if polarization == Polarization::S { 0.7 } else { 0.8 };
+        let through = if polarisation == Polarisation::S { 0.7 } else { 0.8 };
         let mut orders = Vec::new();
         for (to, n) in [(Side::Inner, N), (Side::Outer, 1.0)] {
             let weight = if to == side { 1.0 - through } else { through };
@@ -67,7 +67,7 @@ fn blazed(loss: f64) -> impl Fn(Side, f64, f64, Polarization) -> Vec<OrderEffici
 
 fn table(
     grid: &Grid,
-    orders: impl FnMut(Side, f64, f64, Polarization) -> Vec<OrderEfficiency>,
+    orders: impl FnMut(Side, f64, f64, Polarisation) -> Vec<OrderEfficiency>,
 ) -> OrderTable {
     OrderTable::build(TableHeader::default(), grid.clone(), grid.rows(orders)).unwrap()
 }
@@ -140,15 +140,15 @@ fn a_table_for_one_polarisation_draws_by_its_shares() {
     let both = table(&grid(4, 12), smooth);
     let wi = spherical(2.4, 0.7);
     let of = |t: &OrderTable, p| t.albedo(wi, p).reflected;
-    assert!((of(&both, Polarization::S) - of(&both, Polarization::P)).abs() > 0.05);
-    for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
-        let one = both.for_polarization(polarization).expect("a table");
-        for p in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
-            assert_abs_diff_eq!(of(&one, p), of(&both, polarization), epsilon = 1e-6);
+    assert!((of(&both, Polarisation::S) - of(&both, Polarisation::P)).abs() > 0.05);
+    for polarisation in [Polarisation::S, Polarisation::P, Polarisation::Unpolarised] {
+        let one = both.for_polarisation(polarisation).expect("a table");
+        for p in [Polarisation::S, Polarisation::P, Polarisation::Unpolarised] {
+            assert_abs_diff_eq!(of(&one, p), of(&both, polarisation), epsilon = 1e-6);
         }
     }
     let (s, mut rng) =
-        (both.for_polarization(Polarization::S).expect("a table"), Pcg64::seed_from_u64(8));
+        (both.for_polarisation(Polarisation::S).expect("a table"), Pcg64::seed_from_u64(8));
     let draws = 40_000;
     let reflected = (0..draws)
         .filter(|_| {
@@ -156,7 +156,7 @@ fn a_table_for_one_polarisation_draws_by_its_shares() {
         })
         .count() as f64
         / f64::from(draws);
-    let expected = of(&both, Polarization::S);
+    let expected = of(&both, Polarisation::S);
     let error = (expected * (1.0 - expected) / f64::from(draws)).sqrt();
     assert!((reflected - expected).abs() < 5.0 * error, "{reflected} {expected} {error}");
 }
@@ -181,10 +181,10 @@ fn table_of_a_smooth_interface_is_fresnel() {
         for _ in 0..2000 {
             let k = validate::random_incidence(&table, side, &mut rng);
             if k.kx.hypot(k.ky) < 0.8 {
-                for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
-                    let expected = smooth(side, k.kx, k.ky, polarization)[0].efficiency;
+                for polarisation in [Polarisation::S, Polarisation::P, Polarisation::Unpolarised] {
+                    let expected = smooth(side, k.kx, k.ky, polarisation)[0].efficiency;
                     let got: f64 = table
-                        .efficiencies(side, k, polarization)
+                        .efficiencies(side, k, polarisation)
                         .iter()
                         .filter(|o| o.to == side)
                         .map(|o| o.efficiency)
@@ -223,15 +223,15 @@ fn interpolation_error_shrinks_with_the_square_of_the_spacing() {
             let k = validate::random_incidence(&table, Side::Inner, &mut rng);
             let (kx, ky) = (k.kx, k.ky.abs());
             (kx.hypot(ky) < 0.85).then(|| {
-                let share = table
-                    .efficiencies(Side::Inner, k, Polarization::S)
+                let efficiency = table
+                    .efficiencies(Side::Inner, k, Polarisation::S)
                     .iter()
                     .map(|o| o.efficiency)
                     .sum::<f64>();
-                share - (0.5 + 0.3 * (2.0 * kx + ky).cos() * ky * ky.cos())
+                efficiency - (0.5 + 0.3 * (2.0 * kx + ky).cos() * ky * ky.cos())
             })
         });
-        validate::Deviation::of(errors).rms
+        validate::Deviation::new(errors).rms
     });
     rms[1] *= 4.0;
     assert!((rms[0] / rms[1] - 1.0).abs() < 0.25, "{rms:?}");
@@ -243,8 +243,8 @@ fn order_zero_alone_gives_mirror_and_snell_directions() {
     let interface = SmoothInterface::new(N, 1.0).unwrap();
     for wi in [spherical(PI - 0.3, 0.8), spherical(0.9, 4.0), spherical(PI - 1.3, 2.0)] {
         let lobes: Vec<_> =
-            table.lobes(wi, Polarization::P).into_iter().filter(|l| l.power > 0.0).collect();
-        let expected = interface.lobes(wi, Polarization::P);
+            table.lobes(wi, Polarisation::P).into_iter().filter(|l| l.power > 0.0).collect();
+        let expected = interface.lobes(wi, Polarisation::P);
         assert_eq!(lobes.len(), expected.len());
         for (a, transport) in lobes.iter().map(|l| (l, l.lobe.transport)) {
             let b = expected.iter().find(|b| b.lobe.transport == transport).unwrap();
@@ -257,7 +257,7 @@ fn order_zero_alone_gives_mirror_and_snell_directions() {
 fn orders_stay_orders_between_nodes() {
     // One order only, at nodes far apart: between them there is still one direction, that of the
     // grating equation.
-    let single = |_: Side, kx: f64, ky: f64, _: Polarization| {
+    let single = |_: Side, kx: f64, ky: f64, _: Polarisation| {
         let out = kx - 2.0 * 0.125;
         if out * out + ky * ky < 1.0 {
             vec![OrderEfficiency::new(Side::Outer, -2, 1.0)]
@@ -278,7 +278,7 @@ fn orders_stay_orders_between_nodes() {
     let table = OrderTable::build(TableHeader::default(), grid.clone(), rows).unwrap();
     let wi = spherical(PI - 0.31, 0.4);
     let lobes: Vec<_> =
-        table.lobes(wi, Polarization::S).into_iter().filter(|l| l.power > 0.0).collect();
+        table.lobes(wi, Polarisation::S).into_iter().filter(|l| l.power > 0.0).collect();
     assert_eq!(lobes.len(), 1);
     assert_abs_diff_eq!(lobes[0].power, 1.0, epsilon = 1e-12);
     let expected = DVec3::new(-N * wi.x - 0.25, -N * wi.y, 0.0);
@@ -306,7 +306,7 @@ fn light_beyond_the_critical_ky_is_never_transmitted() {
     let mut rng = Pcg64::seed_from_u64(24);
     for ky in [1.0, 1.000_001, 1.01, 1.2, 1.4] {
         let k = Wavevector { kx: 0.05, ky };
-        let orders = table.efficiencies(Side::Inner, k, Polarization::Unpolarized);
+        let orders = table.efficiencies(Side::Inner, k, Polarisation::Unpolarised);
         assert!(orders.iter().all(|o| o.to == Side::Inner));
         assert_abs_diff_eq!(orders.iter().map(|o| o.efficiency).sum::<f64>(), 1.0, epsilon = 1e-9);
         let wi = k.arriving(Side::Inner, N).unwrap();
@@ -316,7 +316,7 @@ fn light_beyond_the_critical_ky_is_never_transmitted() {
     }
     // Just below it only nodes below count: a table of order 0 that transmits all there still does
     // at the kink.
-    let step = |side: Side, _: f64, ky: f64, _: Polarization| {
+    let step = |side: Side, _: f64, ky: f64, _: Polarisation| {
         if ky < 1.0 && side == Side::Inner {
             vec![OrderEfficiency::new(Side::Inner, 0, 0.25)]
         } else {
@@ -326,7 +326,7 @@ fn light_beyond_the_critical_ky_is_never_transmitted() {
     let step = self::table(&grid(2, 9), step);
     for (ky, expected) in [(0.999_999, 0.25), (1.000_001, 0.5)] {
         let k = Wavevector { kx: 0.01, ky };
-        let orders = step.efficiencies(Side::Inner, k, Polarization::Unpolarized);
+        let orders = step.efficiencies(Side::Inner, k, Polarisation::Unpolarised);
         assert_abs_diff_eq!(
             orders.iter().map(|o| o.efficiency).sum::<f64>(),
             expected,
@@ -340,9 +340,9 @@ fn sign_of_ky_changes_no_share() {
     let table = table(&grid(2, 9), blazed(0.0));
     let k = Wavevector { kx: 0.21, ky: 0.4 };
     let mirrored = Wavevector { ky: -0.4, ..k };
-    let [a, b] = [k, mirrored].map(|k| table.efficiencies(Side::Inner, k, Polarization::S));
+    let [a, b] = [k, mirrored].map(|k| table.efficiencies(Side::Inner, k, Polarisation::S));
     assert_eq!(a, b);
-    let wo = |k: Wavevector| table.lobes(k.arriving(Side::Inner, N).unwrap(), Polarization::S);
+    let wo = |k: Wavevector| table.lobes(k.arriving(Side::Inner, N).unwrap(), Polarisation::S);
     for (a, b) in wo(k).iter().zip(wo(mirrored)) {
         assert!((a.wo - b.wo * DVec3::new(1.0, -1.0, 1.0)).length() < 1e-14);
     }
@@ -354,14 +354,14 @@ fn reciprocity_of_a_reciprocal_model_is_seen_and_its_breach_too() {
     let grid = grid(2, 9);
     let report = validate::reciprocity(&table(&grid, smooth));
     assert!(report.deviation.worst < 1e-7 && report.deviation.count > 1000, "{report:?}");
-    let one_way = |side: Side, _: f64, _: f64, _: Polarization| {
+    let one_way = |side: Side, _: f64, _: f64, _: Polarisation| {
         vec![OrderEfficiency::new(side, 0, if side == Side::Inner { 0.3 } else { 0.6 })]
     };
     assert!(
         validate::reciprocity(&table(&grid, one_way)).deviation.worst < 1e-7,
         "each side by itself is symmetric"
     );
-    let tilted = |side: Side, kx: f64, _: f64, _: Polarization| {
+    let tilted = |side: Side, kx: f64, _: f64, _: Polarisation| {
         vec![OrderEfficiency::new(side, 0, 0.5 + 0.1 * kx)]
     };
     let report = validate::reciprocity(&table(&grid, tilted));

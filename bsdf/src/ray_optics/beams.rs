@@ -11,7 +11,7 @@
 
 use super::UnitCell;
 use super::outline::Facet;
-use super::ray::{MOST_STEPS, Ray, Step};
+use super::ray::{MAX_STEPS, Ray, Step};
 use crate::direction::Side;
 use glam::{DVec2, DVec3};
 
@@ -135,7 +135,7 @@ fn collected(mut ends: impl Iterator<Item = DVec2>) -> Option<[DVec2; 2]> {
 
 /// Traces one ray until it leaves, one branch at each facet.
 fn trace(cell: &UnitCell, mut ray: Ray, sequence: &mut SplitMix64) -> Option<Ray> {
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         match cell.step(&ray) {
             Step::Hit { facet, t } => {
                 let hit = cell.interact(&ray, facet, t);

@@ -61,7 +61,7 @@ impl Facet {
         self.normal
     }
 
-    /// Whether it lies at one z.
+    /// True if it lies at one z.
     pub fn is_level(&self) -> bool {
         self.a.y.to_bits() == self.b.y.to_bits()
     }
@@ -239,7 +239,7 @@ impl Outline {
 #[derive(Clone, Copy, Debug)]
 struct Owner {
     copy: Option<usize>,
-    /// Whether the polygon's inside lies to the left and to the right of the piece.
+    /// True if the polygon's inside lies to the left and to the right of the piece.
     inside: [bool; 2],
 }
 
@@ -326,7 +326,7 @@ fn sides(points: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
     (0..points.len()).map(|k| (points[k], points[(k + 1) % points.len()]))
 }
 
-/// Whether the sides a-b and c-d cross or come closer than `same`.
+/// True if the sides a-b and c-d cross or come closer than `same`.
 fn touch(a: DVec2, b: DVec2, c: DVec2, d: DVec2, same: f64) -> bool {
     let turn = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
     let near = |p: DVec2, a: DVec2, b: DVec2| {
@@ -338,7 +338,7 @@ fn touch(a: DVec2, b: DVec2, c: DVec2, d: DVec2, same: f64) -> bool {
     crosses || near(a, c, d) || near(b, c, d) || near(c, a, b) || near(d, a, b)
 }
 
-/// Whether the path a → b → c turns back on itself.
+/// True if the path a → b → c turns back on itself.
 fn fold_back([a, b, c]: [DVec2; 3]) -> bool {
     let (e, f) = (b - a, c - b);
     e.dot(f) < 0.0 && e.perp_dot(f).abs() <= SAME * e.length() * f.length()
@@ -355,7 +355,7 @@ fn x_range(points: &[DVec2]) -> [f64; 2] {
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p.x), high.max(p.x)])
 }
 
-/// Whether a point off all sides is inside: an odd number of sides lies to its right.
+/// True if a point off all sides is inside: an odd number of sides lies to its right.
 fn contains(points: &[DVec2], p: DVec2) -> bool {
     let crossings = sides(points).filter(|(a, b)| {
         (a.y > p.y) != (b.y > p.y) && a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x

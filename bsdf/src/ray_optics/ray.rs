@@ -9,12 +9,12 @@
 use super::UnitCell;
 use super::outline::Facet;
 use crate::analytic::fresnel_normal;
-use crate::bsdf::Polarization;
+use crate::bsdf::Polarisation;
 use crate::direction::Side;
 use glam::{DVec2, DVec3};
 
 /// Steps after which a ray counts as lost.
-pub(super) const MOST_STEPS: usize = 100_000;
+pub(super) const MAX_STEPS: usize = 100_000;
 /// Path in units of the period below which an intersection is due to rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -156,7 +156,8 @@ impl UnitCell {
             index: n2,
             ..start
         };
-        let reflectance = fresnel_normal(n1, n2, normal.abs(), q2).of(Polarization::Unpolarized);
+        let reflectance =
+            fresnel_normal(n1, n2, normal.abs(), q2).for_polarisation(Polarisation::Unpolarised);
         FacetInteraction { reflectance, reflected, refracted }
     }
 }

@@ -61,8 +61,8 @@ fn flat_cell_is_a_smooth_interface() {
         let cell = UnitCell::new(&silicone(10.0, depth, &[])).unwrap().with_power_cutoff(1e-14);
         for theta in [0.0, 0.3, 0.7, 0.8, 1.2, 1.9, 2.3, 2.8, PI] {
             let wi = spherical(theta, 0.9);
-            let expected = interface.lobes(wi, Polarization::Unpolarized);
-            let got = cell.lobes(wi, Polarization::Unpolarized);
+            let expected = interface.lobes(wi, Polarisation::Unpolarised);
+            let got = cell.lobes(wi, Polarisation::Unpolarised);
             assert_eq!(got.len(), expected.len());
             for lobe in got {
                 let same =
@@ -81,7 +81,7 @@ fn plate_obeys_incoherent_airy_sums() {
     plate.index_inner = 1.0;
     plate.background = N;
     let cell = UnitCell::new(&plate).unwrap().with_power_cutoff(1e-12);
-    let albedo = cell.albedo(-DVec3::Z, Polarization::Unpolarized);
+    let albedo = cell.albedo(-DVec3::Z, Polarisation::Unpolarised);
     assert_abs_diff_eq!(albedo.reflected, 0.056_256_484_1, epsilon = 1e-10);
     assert_abs_diff_eq!(albedo.transmitted, 0.943_743_515_9, epsilon = 1e-10);
 }
@@ -95,7 +95,7 @@ fn right_angled_prism_sends_light_back() {
     roof.index_inner = 1.5;
     roof.polygons[0].index = 1.5;
     let cell = UnitCell::new(&roof).unwrap();
-    let lobes = cell.lobes(-DVec3::Z, Polarization::Unpolarized);
+    let lobes = cell.lobes(-DVec3::Z, Polarisation::Unpolarised);
     assert_eq!(lobes.len(), 1);
     assert!((lobes[0].wo + DVec3::Z).length() < 1e-12);
     assert_abs_diff_eq!(lobes[0].power, 1.0, epsilon = 1e-14);
@@ -105,12 +105,12 @@ fn right_angled_prism_sends_light_back() {
     // below the other facet, tan δ of the period.
     let delta = 0.02_f64;
     let wi = spherical(PI - delta, 0.0);
-    let back = cell.lobes(wi, Polarization::Unpolarized);
+    let back = cell.lobes(wi, Polarisation::Unpolarised);
     let retro = back.iter().find(|l| (l.wo - wi).length() < 1e-9).unwrap();
     assert_abs_diff_eq!(retro.power, 1.0 - delta.tan(), epsilon = 1e-12);
     // In the groove direction nothing is reversed: ky goes on.
     let wi = spherical(PI - 0.1, PI / 2.0);
-    let back = cell.lobes(wi, Polarization::Unpolarized);
+    let back = cell.lobes(wi, Polarisation::Unpolarised);
     let retro = back.iter().max_by(|a, b| a.power.total_cmp(&b.power)).unwrap();
     assert!((retro.wo - DVec3::new(0.0, -wi.y, wi.z)).length() < 1e-12);
     assert_abs_diff_eq!(retro.power, 1.0, epsilon = 1e-13);
@@ -122,8 +122,8 @@ fn roof_of_low_index_splits_by_two_fresnel_coefficients() {
     // again at the second.
     let cell =
         UnitCell::new(&silicone(10.0, 5.0, &[&[[0.0, 0.0], [10.0, 0.0], [5.0, 5.0]]])).unwrap();
-    let r = fresnel(N, 1.0, FRAC_1_SQRT_2).of(Polarization::Unpolarized);
-    let lobes = cell.lobes(-DVec3::Z, Polarization::Unpolarized);
+    let r = fresnel(N, 1.0, FRAC_1_SQRT_2).for_polarisation(Polarisation::Unpolarised);
+    let lobes = cell.lobes(-DVec3::Z, Polarisation::Unpolarised);
     let back = lobes.iter().find(|l| (l.wo + DVec3::Z).length() < 1e-12).unwrap();
     assert!(back.power >= r * r - 1e-12);
     // Refracted at nearly grazing angle along the facet, it meets the next roof; what stays is
@@ -146,7 +146,7 @@ fn stairs_refract_through_tread_and_riser() {
         let across = (N * N - ky * ky).sqrt();
         let (out, up) = (across * alpha.sin(), across * alpha.cos());
         let k = e * out + u * up + DVec3::Y * ky;
-        let lobes = cell.lobes(-k / N, Polarization::Unpolarized);
+        let lobes = cell.lobes(-k / N, Polarisation::Unpolarised);
         // The tread lies level: it keeps `out`. The riser stands upright and keeps `up`: too much
         // for air, so it reflects totally, and the ray goes on inward to the tread above it.
         // Leaving that, it clears the next riser.
@@ -161,7 +161,7 @@ fn stairs_refract_through_tread_and_riser() {
         let by_riser = share(u * up_in_air - e * out + DVec3::Y * ky);
         // Across the beam the tread (10 µm level) and the riser (upright) share the period.
         let (level, upright) = (10.0 * up, rise * out);
-        let transmitted = 1.0 - fresnel(N, 1.0, up / N).of(Polarization::Unpolarized);
+        let transmitted = 1.0 - fresnel(N, 1.0, up / N).for_polarisation(Polarisation::Unpolarised);
         assert_abs_diff_eq!(direct, transmitted * level / (level + upright), epsilon = 1e-10);
         assert_abs_diff_eq!(by_riser, transmitted * upright / (level + upright), epsilon = 1e-10);
         assert_abs_diff_eq!(lobes.iter().map(|l| l.power).sum::<f64>(), 1.0, epsilon = 1e-12);
@@ -177,11 +177,15 @@ fn power_closes_for_every_relief_and_side() {
             let side = Side::BOTH[k % 2];
             let wi = crate::analytic::sample_cosine_hemisphere(&mut rng)
                 * DVec3::new(1.0, 1.0, side.sign());
-            let lobes = cell.lobes(wi, Polarization::Unpolarized);
+            let lobes = cell.lobes(wi, Polarisation::Unpolarised);
             assert_abs_diff_eq!(lobes.iter().map(|l| l.power).sum::<f64>(), 1.0, epsilon = 1e-12);
             let ky = -cell.index(side) * wi.y;
             for lobe in &lobes {
-                assert_abs_diff_eq!(cell.index(Side::of(lobe.wo)) * lobe.wo.y, ky, epsilon = 1e-9);
+                assert_abs_diff_eq!(
+                    cell.index(Side::from_direction(lobe.wo)) * lobe.wo.y,
+                    ky,
+                    epsilon = 1e-9
+                );
             }
         }
         assert_eq!(cell.lost(), 0);
@@ -267,7 +271,7 @@ fn triangle() -> Outline {
 fn ways_of_writing_one_relief_are_one_relief() {
     let wi = spherical(PI - 0.4, 0.7);
     let reference = UnitCell::new(&triangle()).unwrap();
-    let expected = reference.lobes(wi, Polarization::Unpolarized);
+    let expected = reference.lobes(wi, Polarisation::Unpolarised);
     let shifted: &[[f64; 2]] = &[[33.0, 0.0], [43.0, 0.0], [41.0, 4.0]];
     let clockwise: &[[f64; 2]] = &[[8.0, 4.0], [10.0, 0.0], [0.0, 0.0]];
     let left: &[[f64; 2]] = &[[0.0, 0.0], [8.0, 0.0], [8.0, 4.0]];
@@ -286,7 +290,7 @@ fn ways_of_writing_one_relief_are_one_relief() {
     for outline in others {
         let cell = UnitCell::new(&outline).unwrap();
         assert_eq!(cell.facets.len(), reference.facets.len());
-        let lobes = cell.lobes(wi, Polarization::Unpolarized);
+        let lobes = cell.lobes(wi, Polarisation::Unpolarised);
         assert_eq!(lobes.len(), expected.len());
         for (a, b) in lobes.iter().zip(&expected) {
             assert!((a.wo - b.wo).length() < 1e-9);
@@ -353,7 +357,7 @@ fn coinciding_corners_and_sides_lose_no_ray() {
             let theta = [0.0, 0.25 * PI, 0.3][k / 2];
             let wi = spherical(theta, 0.0) * DVec3::new(1.0, 1.0, side.sign());
             let total: f64 =
-                cell.lobes(wi, Polarization::Unpolarized).iter().map(|l| l.power).sum();
+                cell.lobes(wi, Polarisation::Unpolarised).iter().map(|l| l.power).sum();
             assert_abs_diff_eq!(total, 1.0, epsilon = 1e-9);
             for _ in 0..300 {
                 assert!(cell.sample(wi, &mut rng).is_some(), "{outline:?} {wi}");

@@ -6,7 +6,7 @@
 //! at level α uses 1 - (1 - α)^(1/m) for each (Šidák).
 
 use crate::angular_basis::AngularBasis;
-use crate::bsdf::{Bsdf, BsdfSample, OutgoingLobe, Polarization};
+use crate::bsdf::{Bsdf, BsdfSample, OutgoingLobe, Polarisation};
 use crate::direction::Side;
 use glam::DVec3;
 use rand::RngExt;
@@ -42,7 +42,7 @@ pub(crate) fn test_lobes(
 ) -> LobeTest {
     // Lobes in one direction are indistinguishable.
     let mut lobes: Vec<OutgoingLobe> = Vec::new();
-    for lobe in surface.lobes(wi, Polarization::Unpolarized) {
+    for lobe in surface.lobes(wi, Polarisation::Unpolarised) {
         match lobes.iter_mut().find(|l| (l.wo - lobe.wo).length() < 1e-7) {
             Some(same) => same.power += lobe.power,
             None => lobes.push(lobe),
@@ -52,8 +52,10 @@ pub(crate) fn test_lobes(
     let mut unlisted = 0;
     for _ in 0..draws {
         let cell = surface.sample(wi, rng).map_or(Some(lobes.len()), |sample| {
-            let side = Side::of(sample.wo);
-            lobes.iter().position(|l| Side::of(l.wo) == side && (l.wo - sample.wo).length() < 1e-7)
+            let side = Side::from_direction(sample.wo);
+            lobes.iter().position(|l| {
+                Side::from_direction(l.wo) == side && (l.wo - sample.wo).length() < 1e-7
+            })
         });
         match cell {
             Some(cell) => counts[cell] += 1,
@@ -61,8 +63,8 @@ pub(crate) fn test_lobes(
         }
     }
     let absorbed = 1.0 - lobes.iter().map(|l| l.power).sum::<f64>();
-    let shares: Vec<f64> = lobes.iter().map(|l| l.power).chain([absorbed.max(0.0)]).collect();
-    LobeTest { p_value: chi_square_p_value(&counts, unlisted, &shares, draws), unlisted }
+    let efficiencies: Vec<f64> = lobes.iter().map(|l| l.power).chain([absorbed.max(0.0)]).collect();
+    LobeTest { p_value: chi_square_p_value(&counts, unlisted, &efficiencies, draws), unlisted }
 }
 
 /// p-value of [`Bsdf::sample`] against a density of directions, in 1/sr, over [`PATCHES`] of either
@@ -84,7 +86,7 @@ pub(crate) fn density_p_value(
             let turn = (wo.y.atan2(wo.x) / TAU).rem_euclid(1.0);
             let ring = ((fall * rings as f64) as usize).min(rings - 1);
             let sector = ((turn * sectors as f64) as usize).min(sectors - 1);
-            Side::of(wo).index() * patches + ring * sectors + sector
+            Side::from_direction(wo).index() * patches + ring * sectors + sector
         });
         counts[patch] += 1;
     }
@@ -103,15 +105,15 @@ pub(crate) fn density_p_value(
             .sum();
         sum * FRAC_PI_2 * TAU / (rings * sectors * inwards * around) as f64
     };
-    let mut shares: Vec<f64> = Side::BOTH
+    let mut efficiencies: Vec<f64> = Side::BOTH
         .into_iter()
         .flat_map(|side| {
             let all = (0..rings).flat_map(move |r| (0..sectors).map(move |s| (r, s)));
             all.map(move |(ring, sector)| probability(side, ring, sector))
         })
         .collect();
-    shares.push((1.0 - shares.iter().sum::<f64>()).max(0.0));
-    chi_square_p_value(&counts, 0, &shares, draws)
+    efficiencies.push((1.0 - efficiencies.iter().sum::<f64>()).max(0.0));
+    chi_square_p_value(&counts, 0, &efficiencies, draws)
 }
 
 /// A sampler that is wrong by a cosine: it moves every direction within its cell, uniform in solid
@@ -135,8 +137,8 @@ impl Bsdf for WithoutCosine {
         self.surface.pdf(wi, sample)
     }
 
-    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
-        self.surface.lobes(wi, polarization)
+    fn lobes(&self, wi: DVec3, polarisation: Polarisation) -> Vec<OutgoingLobe> {
+        self.surface.lobes(wi, polarisation)
     }
 
     fn index(&self, side: Side) -> f64 {
@@ -146,15 +148,15 @@ impl Bsdf for WithoutCosine {
 
 /// p-value of counts against expected probabilities; `unlisted` counts belong to the pool of rare
 /// cells.
-fn chi_square_p_value(counts: &[u64], unlisted: u64, shares: &[f64], draws: usize) -> f64 {
+fn chi_square_p_value(counts: &[u64], unlisted: u64, efficiencies: &[f64], draws: usize) -> f64 {
     let (mut chi2, mut cells) = (0.0, 0);
     let mut pool = (unlisted as f64, 0.0);
     let mut add = |observed: f64, expected: f64| {
         chi2 += (observed - expected).powi(2) / expected;
         cells += 1;
     };
-    for (count, share) in counts.iter().zip(shares) {
-        let (observed, expected) = (*count as f64, share * draws as f64);
+    for (count, efficiency) in counts.iter().zip(efficiencies) {
+        let (observed, expected) = (*count as f64, efficiency * draws as f64);
         if expected < 5.0 {
             pool = (pool.0 + observed, pool.1 + expected);
         } else {

@@ -40,6 +40,18 @@ pub const NEW_DESIGN: &str = include_str!("new_design.toml");
 /// Largest design file: its reader takes some eighty times as much memory.
 const MOST_BYTES: u64 = 4_000_000;
 
+/// Keys of earlier versions, with the reason why they are gone.
+const REMOVED: [(&str, &str); 4] = [
+    (
+        "trace.split",
+        "path splitting costs more time than it saves (docs/performance.md); take more paths",
+    ),
+    ("hybrid.incidence", ABLATIONS),
+    ("hybrid.scattering", ABLATIONS),
+    ("hybrid.spread_deg", ABLATIONS),
+];
+const ABLATIONS: &str = "tables with something left out were for the reproduction of the paper, which has their results (docs/reproduction/hybrid.md)";
+
 /// Reads and checks the design file at `path`. Material files are looked for beside it.
 pub fn load(path: &Path) -> Result<Design, ConfigError> {
     let file = path.display().to_string();
@@ -65,9 +77,15 @@ fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design, ConfigError> {
     refuse_large(file, text.len() as u64)?;
-    let mut raw: schema::Design = toml_errors::read(text, &schema::tagged_tables())
-        .map_err(|message| ConfigError::Syntax { file: file.to_owned(), message })?;
+    let wrong = |message| ConfigError::Syntax { file: file.to_owned(), message };
     let written: toml::Table = text.parse().unwrap_or_default();
+    for (key, reason) in REMOVED {
+        if dotted_keys::get(&written, key).is_some() {
+            return Err(wrong(format!("{key}: removed: {reason}")));
+        }
+    }
+    let mut raw: schema::Design =
+        toml_errors::read(text, &schema::tagged_tables()).map_err(wrong)?;
     resolve::defaults::derive(&mut raw, &written);
     let asks_for_bands = written.contains_key("hybrid");
     let file = resolve::DesignText { file, text, folder };

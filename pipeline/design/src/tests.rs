@@ -361,10 +361,10 @@ fn hybrid_rings_divide_elements_and_bands() {
 fn ways_of_tracing_are_checked() {
     let old = "max_interactions = 10_000";
     let with = |line: &str| format!("{old}\n{line}");
-    for split in [0, 1, 65] {
-        let wrong = with(&format!("split = {split}"));
-        let said = [&format!("trace.split = {split}")[..], "from 2 to 64"];
-        refused(old, &wrong, &said);
+    refused(old, &with("split = 2"), &["trace.split: removed", "splitting"]);
+    for key in ["incidence", "scattering", "spread_deg"] {
+        let removed = format!("[hybrid]\n{key} = 0");
+        refused("[hybrid]", &removed, &[&format!("hybrid.{key}: removed"), "reproduction"]);
     }
     let net = "\nsampling = \"sobol\"";
     assert_eq!(D2.matches(net).count(), 1);

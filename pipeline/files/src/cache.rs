@@ -161,12 +161,12 @@ mod tests {
         };
         let smooth = SmoothInterface::new(1.41, 1.0).expect("valid");
         let rows: Vec<_> = grid
-            .rows(|side, kx, ky, polarization| {
+            .rows(|side, kx, ky, polarisation| {
                 let n = grid.index(side);
                 let z = (n * n - kx * kx - ky * ky).sqrt()
                     * if side == bsdf::Side::Inner { -1.0 } else { 1.0 };
                 let wi = glam::DVec3::new(-kx, -ky, z) / n;
-                let albedo = bsdf::Bsdf::albedo(&smooth, wi, polarization);
+                let albedo = bsdf::Bsdf::albedo(&smooth, wi, polarisation);
                 let other =
                     if side == bsdf::Side::Inner { bsdf::Side::Outer } else { bsdf::Side::Inner };
                 vec![

@@ -8,7 +8,7 @@ use anyhow::{Context, anyhow, bail};
 use bsdf::convert::Resolution;
 use bsdf::formats::native;
 use bsdf::{
-    Bsdf, Grid, LobeKind, LobeMotion, OrderTable, Polarization, Side, TableHeader, Transport,
+    Bsdf, Grid, LobeKind, LobeMotion, OrderTable, Polarisation, Side, TableHeader, Transport,
 };
 use glam::DVec3;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
@@ -165,8 +165,8 @@ impl Surface {
         let (bsdf, wi) = (Arc::clone(&self.bsdf), directions(&wi));
         let work = move |_: &Job| {
             let of = |wi: &DVec3| {
-                let s = bsdf.lobes(*wi, Polarization::S);
-                let p = bsdf.lobes(*wi, Polarization::P);
+                let s = bsdf.lobes(*wi, Polarisation::S);
+                let p = bsdf.lobes(*wi, Polarisation::P);
                 anyhow::ensure!(s.len() == p.len(), "lobes: expected as many in s as in p");
                 Ok(s.into_iter().zip(p).collect::<Vec<_>>())
             };
@@ -204,7 +204,7 @@ impl Surface {
         let count = wi.len();
         let work = move |_: &Job| {
             let of = |wi: &DVec3| {
-                let [s, p] = [Polarization::S, Polarization::P].map(|q| bsdf.albedo(*wi, q));
+                let [s, p] = [Polarisation::S, Polarisation::P].map(|q| bsdf.albedo(*wi, q));
                 [s.reflected, p.reflected, s.transmitted, p.transmitted]
             };
             Ok(wi.par_iter().flat_map_iter(of).collect::<Vec<f64>>())

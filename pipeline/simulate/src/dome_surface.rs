@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, anyhow, ensure};
 use bsdf::ray_optics::UnitCell;
-use bsdf::{Binned, Bsdf, IncidenceMap, Mask, Masked, OrderTable, RemappedIncidence};
+use bsdf::{Bsdf, OrderTable};
 
 use design::Design;
-use design::schema::{Incidence, Polarization, Scattering};
+use design::schema::Polarization;
 use geometry::{BaseSurface, Meridian};
 
 use super::cells::{band_cells, outline};
@@ -55,9 +55,7 @@ pub fn dome_surface(
                 tables.ok_or_else(|| anyhow!("the hybrid of {} needs its tables", design.name))?;
             let bsdfs = tables.bands.iter().enumerate().map(|(band, table)| {
                 let solved = || table.as_ref().map(|t| solved(design, &t.table)).transpose();
-                let bsdf =
-                    design.files.band_bsdf(band).map_or_else(solved, |bsdf| Ok(Some(bsdf)))?;
-                Ok(bsdf.map(|bsdf| simplified(design, bsdf)))
+                design.files.band_bsdf(band).map_or_else(solved, |bsdf| Ok(Some(bsdf)))
             });
             banded(design, base()?, bsdfs.collect::<Result<_>>()?)
         }
@@ -66,42 +64,12 @@ pub fn dome_surface(
 
 /// A solved table for the polarisation that the design asks for.
 fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Bsdf>> {
-    let polarization = match design.hybrid.polarization {
+    let polarisation = match design.hybrid.polarization {
         Polarization::Unpolarised => return Ok(Arc::clone(table) as Arc<dyn Bsdf>),
-        Polarization::S => bsdf::Polarization::S,
-        Polarization::P => bsdf::Polarization::P,
+        Polarization::S => bsdf::Polarisation::S,
+        Polarization::P => bsdf::Polarisation::P,
     };
-    Ok(Arc::new(table.for_polarization(polarization)?))
-}
-
-/// The BSDF of a band with the ablations of `[hybrid]`.
-fn simplified(design: &Design, mut bsdf: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
-    let hybrid = &design.hybrid;
-    // x of a band points away from the axis: light that travels so comes from x < 0.
-    let map = match hybrid.incidence {
-        Incidence::Conical => None,
-        Incidence::InPlane => Some(IncidenceMap::InPlane),
-        Incidence::Outwards => Some(IncidenceMap::FromNegativeX),
-        Incidence::Inwards => Some(IncidenceMap::FromPositiveX),
-        Incidence::HalfTurn => Some(IncidenceMap::HalfTurn),
-        Incidence::AzimuthMean => Some(IncidenceMap::AzimuthMean),
-    };
-    if let Some(map) = map {
-        bsdf = Arc::new(RemappedIncidence { bsdf, map });
-    }
-    let mask = match hybrid.scattering {
-        Scattering::Whole => None,
-        Scattering::Transmission => Some(Mask::Transmission),
-        Scattering::SpecularReflection => Some(Mask::SpecularReflection),
-        Scattering::FromInside => Some(Mask::FromInside),
-    };
-    if let Some(mask) = mask {
-        bsdf = Arc::new(Masked { bsdf, mask });
-    }
-    if hybrid.spread_deg > 0.0 {
-        bsdf = Arc::new(Binned::new(bsdf, hybrid.spread_deg));
-    }
-    bsdf
+    Ok(Arc::new(table.for_polarisation(polarisation)?))
 }
 
 fn banded(

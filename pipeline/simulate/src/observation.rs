@@ -587,7 +587,7 @@ fn accounts(outcome: &Outcome) -> Vec<String> {
     let surfaces = surface_names(&first.lines);
     names.extend(surfaces.iter().map(|s| format!("absorbed_by_{}", key(s))));
     names.extend(first.lines.media.iter().map(|m| format!("absorbed_in_{}", key(m))));
-    names.extend(Loss::ALL.iter().map(|l| format!("lost_{}", key(l.words()))));
+    names.extend(Loss::ALL.iter().map(|l| format!("lost_{}", key(l.description()))));
     names
 }
 

@@ -13,7 +13,7 @@ use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
     Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Package, Patch,
-    Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Source,
+    Polarisation, Prototype, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Source,
     Surface, SurfaceModel,
 };
 
@@ -185,9 +185,9 @@ pub fn index_about_domes(design: &Design) -> Result<f64> {
 pub fn settings(design: &Design, paths: u64, seed: u64) -> Settings {
     Settings {
         max_bounces: design.trace.max_interactions,
-        polarization: match design.polarization {
-            Carrying::Unpolarised => Polarization::Unpolarised,
-            Carrying::Carried => Polarization::Carried,
+        polarisation: match design.polarization {
+            Carrying::Unpolarised => Polarisation::Unpolarised,
+            Carrying::Carried => Polarisation::Carried,
         },
         sampling: match design.trace.sampling {
             schema::Sampling::Random => Sampling::Random,

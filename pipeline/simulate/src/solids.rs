@@ -218,7 +218,7 @@ fn enclosing_solids<'a, 'b>(
     let places = axes.par_iter().map(|[x, y]| DVec3::new(*x, *y, 0.0));
     let stands = places.enumerate().map(|(number, at)| {
         let package = package(number);
-        match surroundings.of(package, at) {
+        match surroundings.containment(package, at) {
             // The scene reports the place of the cut.
             Containment::Straddles(..) => Ok(None),
             Containment::Within(Region::Opaque) => Err(within_opaque(design, package, at)),

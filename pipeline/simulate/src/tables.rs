@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
-use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, TableHeader};
+use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarisation, TableHeader};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use rcwa::convergence::converge_hemisphere;
@@ -345,9 +345,9 @@ pub fn efficiency_rows(
 ) -> impl Iterator<Item = EfficiencyRow> {
     incidences.into_iter().map(|i| EfficiencyRow {
         node: NodeId { side: side(i.side), kx_index: i.kx_index, ky_index: i.ky_index },
-        polarization: match i.pol {
-            rcwa::Pol::S => Polarization::S,
-            rcwa::Pol::P => Polarization::P,
+        polarisation: match i.pol {
+            rcwa::Pol::S => Polarisation::S,
+            rcwa::Pol::P => Polarisation::P,
         },
         orders: i
             .shares
@@ -609,11 +609,11 @@ pub fn labelled(
     };
     let mut rows = Vec::with_capacity(2 * table.node_count());
     for node in table.grid().nodes() {
-        for polarization in [Polarization::S, Polarization::P] {
+        for polarisation in [Polarisation::S, Polarisation::P] {
             rows.push(EfficiencyRow {
                 node,
-                polarization,
-                orders: table.node_efficiencies(node, polarization)?,
+                polarisation,
+                orders: table.node_efficiencies(node, polarisation)?,
             });
         }
     }

@@ -119,11 +119,7 @@ impl TraceJob<'_> {
     }
 
     fn settings(&self, seed: u64) -> Settings {
-        Settings {
-            groups: GROUPS,
-            path_splitting: self.design.trace.split.unwrap_or(1),
-            ..scene::settings(self.design, self.paths, seed)
-        }
+        Settings { groups: GROUPS, ..scene::settings(self.design, self.paths, seed) }
     }
 
     /// Store of finished groups, if they are kept.
@@ -236,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn other_ways_of_tracing_find_the_same() {
+    fn sobol_points_find_the_same() {
         let figures = |change: &dyn Fn(&mut Design)| {
             let changed = |d: &mut Design| {
                 change(d);
@@ -255,22 +251,16 @@ mod tests {
         let at_random = |d: &mut Design| d.trace.sampling = Sampling::Random;
         let plain = figures(&at_random);
         let net = figures(&|d| d.trace.sampling = Sampling::Sobol);
-        let parts = figures(&|d| {
-            at_random(d);
-            d.trace.split = Some(2);
-        });
         for key in ["centre_to_peak", "extraction_efficiency", "peak_angle_deg"] {
             let of = |figures: &[(&str, metrics::Estimate)]| {
                 let found = figures.iter().find(|(name, _)| *name == key);
                 found.expect("a figure").1
             };
-            for other in [&net, &parts] {
-                let (a, b) = (of(&plain), of(other));
-                let error = a.standard_error.hypot(b.standard_error);
-                let difference = (a.value - b.value).abs();
-                // Neither the same draws nor another result.
-                assert!(difference > 0.0 && difference < 4.5 * error, "{key}: {a:?} {b:?}");
-            }
+            let (a, b) = (of(&plain), of(&net));
+            let error = a.standard_error.hypot(b.standard_error);
+            let difference = (a.value - b.value).abs();
+            // Neither the same draws nor another result.
+            assert!(difference > 0.0 && difference < 4.5 * error, "{key}: {a:?} {b:?}");
         }
         let error = |figures: &[(&str, metrics::Estimate)]| figures[1].1.standard_error;
         assert!(plain[1].0 == "centre_to_peak" && error(&net) < 0.6 * error(&plain));

@@ -150,11 +150,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;
     atomic_file::write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
-        format!(
-            "{}\nwritten to {}",
-            describe(&study, &ranking) + &describe_single_runs(&outcome),
-            arguments.out.display()
-        )
+        format!("{}\nwritten to {}", describe(&study, &ranking), arguments.out.display())
     })
 }
 
@@ -224,28 +220,6 @@ fn spans(outcome: &StudyResults, figure: &str) -> Vec<MarkedLine> {
         })
         .filter(|s| !s.marks.is_empty())
         .collect()
-}
-
-/// Resampling test of the targets, a line for each set-up and length of run.
-fn describe_single_runs(outcome: &StudyResults) -> String {
-    let mut text = String::new();
-    for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
-        for runs in outcome.as_single_runs(i) {
-            // Writing to a string cannot fail.
-            let _ = write!(
-                text,
-                "\n{}: as single runs of {} the {} have chi-square {:.1}, runs among themselves {:.1}; p = {:.2} ({})",
-                setup.name,
-                count(runs.paths, "path"),
-                count(runs.figures, "target"),
-                runs.chi_square,
-                runs.expected,
-                runs.p,
-                count(runs.runs, "run")
-            );
-        }
-    }
-    text
 }
 
 /// How many of the other set-ups of `ranking` may be better than the first.

@@ -2,12 +2,14 @@
 //! Accounting of a batch, path by path: absorption, single samples, the world between packages,
 //! ends.
 
+use bsdf::Side;
+use bsdf::order_table::Flag;
 use glam::DVec3;
 
-use super::kernels::{LANES, mode};
-use super::{BatchTracer, Events, PathBatch, orders};
-use crate::ledger::Loss;
-use crate::optics::polarization::Unpolarised;
+use super::lanes::{Course, LANES, Mode};
+use super::{BatchTracer, Events, PathBatch};
+use crate::ledger::{Booking, Loss};
+use crate::optics::polarisation::Unpolarised;
 use crate::path::{PathState, Tracer};
 use crate::ray::{Ray, lanes};
 use crate::receiver::{PathHistory, Tally};
@@ -15,7 +17,7 @@ use crate::scatter::scatter;
 use crate::scene::{Hit, Location};
 use crate::surface::Region;
 
-/// How a path goes on after an interaction.
+/// Continuation of a path after an interaction.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Next {
     /// It goes on in its lane.
@@ -57,8 +59,9 @@ impl BatchTracer<'_> {
             crossing |= u64::from(next == Next::Crosses) << lane;
         }
         for lane in lanes(events.left) {
-            let primitive = &self.primitives[batch.lanes.primitive[lane] as usize];
-            tally.totals.ledger.surfaces[primitive.patch.line].outward += batch.weight[lane];
+            let line = self.primitives[batch.lanes.primitive[lane] as usize].patch.line;
+            let (sides, weight) = ([Side::Inner, Side::Outer], batch.weight[lane]);
+            tally.book(Booking::Interaction { line, sides, absorbed: 0.0, weight });
         }
         if observed {
             for lane in lanes(events.met) {
@@ -88,7 +91,7 @@ impl BatchTracer<'_> {
     fn observe(&self, batch: &mut PathBatch, lane: usize, left: bool, tally: &mut Tally<'_>) {
         let line = self.primitives[batch.lanes.primitive[lane] as usize].patch.line;
         let from = batch.lanes.side(lane);
-        let crossed = (batch.lanes.inside[lane] > 0.0) != (batch.came_inside[lane] > 0.0);
+        let crossed = batch.lanes.inside[lane] != batch.came_inside[lane];
         let through = left || crossed;
         let sides = [from, if through { from.opposite() } else { from }];
         let weights = [batch.arrived[lane], batch.weight[lane]];
@@ -110,9 +113,10 @@ impl BatchTracer<'_> {
     ) {
         let primitive = &self.primitives[batch.lanes.primitive[lane] as usize];
         let mut stream = batch.lanes.stream(lane);
-        let absorbed = tracer.keep(&mut batch.weight[lane], primitive.reflectance, &mut stream);
+        let (line, sides) = (primitive.patch.line, [batch.lanes.side(lane); 2]);
+        let weight = &mut batch.weight[lane];
+        tracer.settle(line, sides, primitive.reflectance, weight, &mut stream, tally);
         batch.lanes.keep(lane, stream);
-        tally.totals.ledger.surfaces[primitive.patch.line].absorbed += absorbed;
     }
 
     /// Books any other event of a path.
@@ -124,52 +128,48 @@ impl BatchTracer<'_> {
         lane: usize,
         tally: &mut Tally<'_>,
     ) -> Next {
-        let inside = batch.lanes.inside[lane] > 0.0;
+        let inside = batch.lanes.inside[lane].is_set();
         let mode = batch.lanes.mode[lane];
         if batch.weight[lane] == 0.0 {
             // The medium took it.
             return Next::Ends;
         }
-        if mode >= mode::NOTHING {
+        if !mode.is_met() {
             tally.lose(Loss::Leak, batch.weight[lane]);
             return Next::Ends;
         }
         let number = batch.lanes.primitive[lane] as usize;
-        let line = self.primitives[number].patch.line;
-        let mut back = batch.lanes.back[lane] > 0.0;
-        if mode == mode::MIRROR {
+        let mut back = batch.lanes.course[lane] == Course::BACK;
+        if mode == Mode::MIRROR {
             self.mirror(tracer, batch, lane, tally);
-            if batch.weight[lane] == 0.0 {
-                return Next::Ends;
-            }
-        } else if mode == mode::ORDERS {
-            if batch.lanes.back[lane] == orders::ABSORBED {
-                let absorbed = std::mem::take(&mut batch.weight[lane]);
-                tally.totals.ledger.surfaces[line].absorbed += absorbed;
-                return Next::Ends;
-            }
-        } else if mode == mode::OTHER {
+        } else if mode == Mode::OTHER {
             let Some(stays) = self.scatter(tracer, batch, (lane, number), tally) else {
                 return Next::Ends;
             };
             back = stays;
+        } else {
+            let side = batch.lanes.side(lane);
+            let sides = [side, if back { side } else { side.opposite() }];
+            let absorbs = batch.lanes.course[lane] == Course::ABSORBED;
+            let arrived = batch.weight[lane];
+            let weight = if absorbs { 0.0 } else { arrived };
+            let line = self.primitives[number].patch.line;
+            tally.book(Booking::Interaction { line, sides, absorbed: arrived - weight, weight });
+            batch.weight[lane] = weight;
+        }
+        if batch.weight[lane] == 0.0 {
+            return Next::Ends;
         }
         if !back {
-            let line = &mut tally.totals.ledger.surfaces[line];
-            if inside {
-                line.outward += batch.weight[lane];
-            } else {
-                line.inward += batch.weight[lane];
-            }
-            batch.lanes.inside[lane] = if inside { 0.0 } else { 1.0 };
+            batch.lanes.inside[lane] = Flag::new(!inside);
         }
-        if batch.lanes.bounces[lane] >= f64::from(tracer.max_bounces) {
+        if batch.lanes.bounces[lane] >= tracer.max_bounces.into() {
             tally.lose(Loss::Bounces, batch.weight[lane]);
             return Next::Ends;
         }
-        if batch.lanes.inside[lane] == 0.0 {
-            let o = [0, 1, 2].map(|axis| batch.lanes.origin[axis][lane]);
-            let d = [0, 1, 2].map(|axis| batch.lanes.direction[axis][lane]);
+        if !batch.lanes.inside[lane].is_set() {
+            let ray = batch.lanes.ray(lane);
+            let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
             if !self.exit.is_free(o, d) {
                 return Next::Crosses;
             }
@@ -212,14 +212,15 @@ impl BatchTracer<'_> {
             &mut Unpolarised,
             &mut stream,
         );
-        let absorbed = tracer.keep(&mut batch.weight[lane], event.share, &mut stream);
-        tally.totals.ledger.surfaces[primitive.patch.line].absorbed += absorbed;
+        let (line, sides) = (primitive.patch.line, [side, event.side]);
+        let weight = &mut batch.weight[lane];
+        tracer.settle(line, sides, event.efficiency, weight, &mut stream, tally);
         lanes.keep(lane, stream);
         if batch.weight[lane] == 0.0 {
             return None;
         }
-        let beyond = primitive.surface.region(event.side);
-        if !event.sound(normal) || beyond == Region::Opaque {
+        let region = primitive.surface.region(event.side);
+        if !event.sound(normal) || region == Region::Opaque {
             tally.lose(Loss::Invalid, batch.weight[lane]);
             return None;
         }
@@ -242,8 +243,8 @@ impl BatchTracer<'_> {
         let mut state = PathState {
             ray: self.world_ray(batch, lane),
             location: Location::World,
-            left: self.scene.leaves_for_good(instance),
-            own: self.scene.keeps_to(instance),
+            left: self.scene.convex_exit(instance),
+            own: self.scene.only_candidate(instance),
             weight: batch.weight[lane],
             history: batch.past(lane),
         };
@@ -257,18 +258,18 @@ impl BatchTracer<'_> {
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = state.weight;
         batch.history[lane] = state.history;
-        batch.lanes.bounces[lane] = f64::from(state.history.bounces);
+        batch.lanes.bounces[lane] = state.history.bounces.into();
         batch.lanes.put(lane, &state.ray);
         batch.instance[lane] = instance;
-        batch.lanes.inside[lane] = 1.0;
+        batch.lanes.inside[lane] = Flag::YES;
         true
     }
 }
 
 impl PathBatch {
-    /// What filters know of a path.
+    /// Past of a path, for filters.
     #[inline]
     pub(super) fn past(&self, lane: usize) -> PathHistory {
-        PathHistory { bounces: self.lanes.bounces[lane] as u32, ..self.history[lane] }
+        PathHistory { bounces: self.lanes.bounces[lane].get(), ..self.history[lane] }
     }
 }

@@ -13,8 +13,9 @@ use super::kernels::positive;
 use crate::scene::{Instance, Scene};
 use crate::shape::Bounds;
 
-/// What light must pass over to meet nothing after it has left a package: whatever stands beside
-/// the package is at least `gap` away from its outline, and no higher than `top` above its origin.
+/// Obstacle that light must pass over to meet nothing after it has left a package: whatever stands
+/// beside the package is at least `gap` away from its outline, and no higher than `top` above its
+/// origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clearance {
     gap: f64,
@@ -22,7 +23,7 @@ pub(super) struct Clearance {
 }
 
 impl Clearance {
-    /// Whether light along `d` from the height `z` of a package passes over everything.
+    /// True if light along `d` from the height `z` of a package passes over everything.
     #[inline(always)]
     pub fn passed(self, z: f64, [dx, dy, dz]: [f64; 3]) -> bool {
         let below = positive(self.top - z);
@@ -30,9 +31,9 @@ impl Clearance {
         (dz > 0.0) & (below * below * (dx * dx + dy * dy) < climb * climb)
     }
 
-    /// That of packages of which nothing lies below `level` in their own frame, which all stand
-    /// at one height, and on or above whatever is not beside them.
-    pub fn of(scene: &Scene, level: f64) -> Self {
+    /// Clearance of packages of which nothing lies below `level` in their own frame, which all
+    /// stand at one height, and on or above whatever is not beside them.
+    pub fn new(scene: &Scene, level: f64) -> Self {
         const NONE: Clearance = Clearance { gap: 0.0, top: f64::INFINITY };
         let list = &scene.instances.list;
         let Some(first) = list.first() else {
@@ -46,7 +47,7 @@ impl Clearance {
         }
         // Bodies of revolution about upright axes.
         let radius = body.bounds.high.max(-body.bounds.low).truncate().max_element();
-        let mut gap = if scene.keeps_to(Some(0)).is_some() {
+        let mut gap = if scene.only_candidate(Some(0)).is_some() {
             f64::INFINITY
         } else {
             let middles: Vec<DVec2> = list.iter().map(|one| one.position.truncate()).collect();
@@ -82,16 +83,16 @@ fn nearest(mut points: Vec<DVec2>) -> f64 {
         }
     }
     points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
-    let mut least = f64::INFINITY;
+    let mut min = f64::INFINITY;
     for (k, point) in points.iter().enumerate() {
         for other in &points[k + 1..] {
-            if other.x - point.x >= least {
+            if other.x - point.x >= min {
                 break;
             }
-            least = least.min(point.distance(*other));
+            min = min.min(point.distance(*other));
         }
     }
-    least
+    min
 }
 
 #[cfg(test)]
@@ -106,8 +107,10 @@ mod tests {
         let mut points: Vec<DVec2> =
             grid.map(|(x, y)| DVec2::new(3.0 * x + 0.1 * y, 2.0 * y)).collect();
         let pairs = |points: &[DVec2]| {
-            let each = points.iter().enumerate();
-            each.flat_map(|(k, a)| points[k + 1..].iter().map(|b| a.distance(*b)))
+            points
+                .iter()
+                .enumerate()
+                .flat_map(|(k, a)| points[k + 1..].iter().map(|b| a.distance(*b)))
                 .fold(f64::INFINITY, f64::min)
         };
         assert!((nearest(points.clone()) - pairs(&points)).abs() < 1e-15);

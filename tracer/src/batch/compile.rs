@@ -5,7 +5,8 @@ use super::staircase::StaircaseTable;
 use bsdf::Side;
 use bsdf::order_table::{OrderTable, OrderTableBatch};
 
-use super::kernels::{PackageGeometry, flat, mode};
+use super::kernels::PackageGeometry;
+use super::lanes::{FlatCode, Mode};
 use super::orders;
 use super::strips::{self, Strips};
 use super::{BatchTracer, Clearance, Dome, Exit, LeavesPackage, Primitive, Zones};
@@ -18,10 +19,10 @@ impl<'a> Primitive<'a> {
         let patch = &surface.patches[surface.shape.patch(number) as usize];
         let table = orders::table(&patch.optics);
         let (mode, reflectance) = match patch.optics {
-            SurfaceModel::Interface => (mode::INTERFACE, 1.0),
-            SurfaceModel::Mirror { reflectance } => (mode::MIRROR, reflectance),
-            _ if table.is_some() => (mode::ORDERS, 1.0),
-            _ => (mode::OTHER, 1.0),
+            SurfaceModel::Interface => (Mode::INTERFACE, 1.0),
+            SurfaceModel::Mirror { reflectance } => (Mode::MIRROR, reflectance),
+            _ if table.is_some() => (Mode::ORDERS, 1.0),
+            _ => (Mode::OTHER, 1.0),
         };
         Self { surface, patch, number, mode, reflectance, table, line }
     }
@@ -29,7 +30,7 @@ impl<'a> Primitive<'a> {
     /// Samples its table by itself, without the batch of tables.
     fn sample_separately(&mut self) {
         if self.table.take().is_some() {
-            self.mode = mode::OTHER;
+            self.mode = Mode::OTHER;
         }
     }
 }
@@ -45,7 +46,7 @@ struct PackageSurfaces<'a> {
 
 impl<'a> PackageSurfaces<'a> {
     /// Sorts the surfaces of a body; `None` for other bodies.
-    fn of(surfaces: &'a [CompiledSurface]) -> Option<Self> {
+    fn new(surfaces: &'a [CompiledSurface]) -> Option<Self> {
         const SKIN: [Region; 2] = [Region::Body(0), Region::World];
         const OPAQUE_PART: [Region; 2] = [Region::Opaque, Region::Body(0)];
         let (mut dome, mut bottom, mut side, mut solid) = (Vec::new(), None, None, None);
@@ -90,9 +91,9 @@ fn empty(offset: f64, [inner, outer]: [f64; 2]) -> PackageGeometry {
         zone: [f64::INFINITY, f64::NEG_INFINITY],
         shell: Shell { centre_z: 0.0, inner: 0.0, outer: 0.0 },
         side_radius: 0.0,
-        dome_mode: 0.0,
-        flat_mode: [mode::NOTHING; 9],
-        most: f64::INFINITY,
+        dome_mode: Mode::NOTHING,
+        flat_mode: [Mode::NOTHING; FlatCode::COUNT],
+        max_bounces: u32::MAX.into(),
         orders: [1.0; 2],
     }
 }
@@ -146,7 +147,7 @@ fn dome<'a>(
     Some((Dome::Strips(strips), LeavesPackage::Unknown))
 }
 
-/// Whether the upright `side` continues the rim of a cap, so that both bound a convex body.
+/// True if the upright `side` continues the rim of a cap, so that both bound a convex body.
 fn continues_rim(geometry: &PackageGeometry, side: &CompiledSurface) -> bool {
     let below = geometry.zone[0] - geometry.centre;
     let rim2 = geometry.radius * geometry.radius - below * below;
@@ -155,8 +156,8 @@ fn continues_rim(geometry: &PackageGeometry, side: &CompiledSurface) -> bool {
 }
 
 impl<'a> BatchTracer<'a> {
-    /// Compiles the scene, if it is of packages; paths are given up after `most` surfaces.
-    pub fn of(scene: &'a Scene, most: u32) -> Option<Self> {
+    /// Compiles the scene, if it is of packages; paths are given up after `max_bounces` surfaces.
+    pub fn new(scene: &'a Scene, max_bounces: u32) -> Option<Self> {
         let list = &scene.instances.list;
         let prototype = list.first()?.prototype;
         // Array solids, and instances in them, are no copies of the package.
@@ -169,19 +170,18 @@ impl<'a> BatchTracer<'a> {
         let ([medium], false) = (&body.media[..], scene.world.absorption > 0.0) else {
             return None;
         };
-        let members = PackageSurfaces::of(&body.surfaces)?;
+        let members = PackageSurfaces::new(&body.surfaces)?;
         if !alike || !inside {
             return None;
         }
 
         let mut geometry = empty(scene.offset(), members.dome[0].indices);
-        geometry.most = f64::from(most);
+        geometry.max_bounces = max_bounces.into();
         let mut primitives = Vec::new();
         let (dome, leaves_package) = dome(&members, &mut geometry, &mut primitives)?;
         let tables = set_orders(&mut geometry, &mut primitives);
         geometry.dome_mode = primitives[0].mode;
-        let varied =
-            primitives.iter().any(|primitive| (primitive.mode - primitives[0].mode).abs() > 0.0);
+        let varied = primitives.iter().any(|primitive| primitive.mode != primitives[0].mode);
         let bottom = primitives.len();
         let (level, rim) = frustum_of(members.bottom)?.disc_facing_up()?;
         (geometry.level, geometry.rim2) = (level, rim * rim);
@@ -200,7 +200,7 @@ impl<'a> BatchTracer<'a> {
             .iter_mut()
             .zip(&primitives[bottom..])
             .for_each(|(mode, primitive)| *mode = primitive.mode);
-        let faces = primitives.len() as f64 - flat::FACE;
+        let faces = primitives.len() as f64 - FlatCode::face(0.0).0;
         if let Some(surface) = members.solid {
             add_box(&mut geometry, &mut primitives, surface)?;
         }
@@ -208,7 +208,7 @@ impl<'a> BatchTracer<'a> {
             scene,
             dome,
             primitives,
-            flats: [bottom as f64 - flat::BOTTOM, faces],
+            flats: [bottom as f64 - FlatCode::BOTTOM.0, faces],
             absorption: medium.absorption,
             medium_line: medium.line,
             varied,
@@ -216,7 +216,7 @@ impl<'a> BatchTracer<'a> {
             exit: Exit {
                 leaves_package,
                 alone: list.len() == 1 && scene.ground.surfaces.is_empty(),
-                clearance: Clearance::of(scene, level),
+                clearance: Clearance::new(scene, level),
             },
             geometry,
         })
@@ -232,8 +232,10 @@ fn set_orders<'a>(
     let indices = |table: &OrderTable| Side::BOTH.map(|side| table.grid().index(side));
     let all: Vec<[f64; 2]> = primitives.iter().filter_map(|p| p.table).map(indices).collect();
     geometry.orders = *all.first()?;
-    let mut pairs = all.iter().flatten().zip(geometry.orders.iter().cycle());
-    let tables = pairs
+    let tables = all
+        .iter()
+        .flatten()
+        .zip(geometry.orders.iter().cycle())
         .all(|(a, b)| a.to_bits() == b.to_bits())
         .then(|| OrderTableBatch::new(primitives.iter().map(|primitive| primitive.table).collect()))
         .flatten();
@@ -258,7 +260,7 @@ fn add_box<'a>(
     for face in 0..6 {
         let mut primitive = Primitive::new(surface, face, [0.0; 3]);
         primitive.sample_separately();
-        geometry.flat_mode[flat::FACE as usize + face as usize] = primitive.mode;
+        geometry.flat_mode[FlatCode::face(face.into()).0 as usize] = primitive.mode;
         primitives.push(primitive);
     }
     Some(())

@@ -12,7 +12,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::clearance::Clearance;
-use super::kernels::{LANES, Lanes, PackageGeometry, flat, mode};
+use super::kernels::PackageGeometry;
+use super::lanes::{Course, FlatCode, LANES, Lanes, Mode};
 use crate::conversion::whole;
 use crate::ray::first_lanes;
 
@@ -20,24 +21,24 @@ use crate::ray::first_lanes;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LeavesPackage {
     Always,
-    /// Where it rises and moves away from the axis.
+    /// If it rises and moves away from the axis.
     Opening,
     Unknown,
 }
 
-/// Which light leaves the scene when it leaves its package.
+/// Conditions under which light that leaves its package leaves the scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Exit {
-    /// Whether it may meet its own package again.
+    /// True if it may meet its own package again.
     pub leaves_package: LeavesPackage,
-    /// Whether the scene is one package.
+    /// True if the scene is one package.
     pub alone: bool,
-    /// What else it must pass over.
+    /// Obstacle that it must pass over.
     pub clearance: Clearance,
 }
 
 impl Exit {
-    /// Whether light at `o` along `d`, outside of its package, never meets the package again.
+    /// True if light at `o` along `d`, outside of its package, never meets the package again.
     #[inline(always)]
     pub fn is_away(self, o: [f64; 3], d: [f64; 3]) -> bool {
         let opening = (d[2] >= 0.0) & (o[0] * d[0] + o[1] * d[1] >= 0.0);
@@ -45,7 +46,7 @@ impl Exit {
             | ((self.leaves_package == LeavesPackage::Opening) & opening)
     }
 
-    /// Whether it never meets anything else.
+    /// True if it never meets anything else.
     #[inline(always)]
     pub fn is_free(self, o: [f64; 3], d: [f64; 3]) -> bool {
         self.alone | self.clearance.passed(o[2], d)
@@ -55,21 +56,21 @@ impl Exit {
 /// Lanes by event.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Events {
-    /// Those that met a surface.
+    /// Lanes that met a surface.
     pub met: u64,
-    /// Those that have left for good through an interface or in an order of a table.
+    /// Lanes that have left for good through an interface or in an order of a table.
     pub left: u64,
-    /// Those that were outside and met nothing more.
+    /// Lanes that were outside and met nothing more.
     pub gone: u64,
-    /// Those in a body that met a mirror and have surfaces left to meet.
+    /// Lanes in a body that met a mirror and have surfaces left to meet.
     pub mirrored: u64,
-    /// Those to which anything else happened but a reflection within a body.
+    /// Lanes to which anything else happened but a reflection within a body.
     pub other: u64,
 }
 
 impl Events {
-    /// Those of the first `count` rays.
-    pub fn of(self, count: usize) -> Self {
+    /// Events of the first `count` rays.
+    pub fn of_first(self, count: usize) -> Self {
         let active = first_lanes(count);
         Self {
             met: self.met & active,
@@ -95,21 +96,21 @@ impl WithSimd for Classify<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Events {
-        let (most, exit, lanes) = (self.geometry.most, self.exit, self.lanes);
+        let (max_bounces, exit, lanes) = (self.geometry.max_bounces, self.exit, self.lanes);
         let [flats, faces] = self.primitives;
         let mut events = Events { met: 0, left: 0, gone: 0, mirrored: 0, other: 0 };
         for lane in 0..LANES {
             let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
             let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
             let mode = lanes.mode[lane];
-            let event = lanes.event[lane] > 0.0;
-            let inside = lanes.inside[lane] > 0.0;
-            let sound = event & inside & (lanes.bounces[lane] < most);
-            let passes = (mode == mode::INTERFACE) | (mode == mode::ORDERS);
-            let through = passes & (lanes.back[lane] == 0.0);
+            let event = lanes.event[lane].is_set();
+            let inside = lanes.inside[lane].is_set();
+            let sound = event & inside & (lanes.bounces[lane] < max_bounces);
+            let passes = (mode == Mode::INTERFACE) | (mode == Mode::ORDERS);
+            let through = passes & (lanes.course[lane] == Course::THROUGH);
             let left = sound & through & exit.is_away(o, d) & exit.is_free(o, d);
-            let mirrored = sound & (mode == mode::MIRROR);
-            let met = mode < mode::NOTHING;
+            let mirrored = sound & (mode == Mode::MIRROR);
+            let met = mode.is_met();
             let gone = !met & !inside;
             events.met |= u64::from(met) << lane;
             events.left |= u64::from(left) << lane;
@@ -118,9 +119,9 @@ impl WithSimd for Classify<'_> {
             events.other |= u64::from(event & !left & !gone & !mirrored) << lane;
 
             let code = lanes.flat_code[lane];
-            let on_flat = code + if code >= flat::FACE { faces } else { flats };
-            let on_dome = lanes.on_dome[lane] > 0.0;
-            let primitive = whole(on_flat);
+            let of_box = code >= FlatCode::face(0.0);
+            let primitive = whole(code.0 + if of_box { faces } else { flats });
+            let on_dome = lanes.on_dome[lane].is_set();
             lanes.primitive[lane] = if on_dome { lanes.dome_primitive[lane] } else { primitive };
         }
         events

@@ -12,142 +12,17 @@
 #![expect(
     clippy::inline_always,
     clippy::needless_bitwise_bool,
-    clippy::float_cmp,
     reason = "codes are small whole numbers kept beside the rest; a branch or a call within a \
         loop would keep it from being compiled to wide instructions"
 )]
 
+use bsdf::order_table::Flag;
 use pulp::{Simd, WithSimd};
 
+use super::lanes::{Count, Course, FlatCode, LANES, Lanes, Mode};
 use crate::optics::fresnel::Fresnel;
 use crate::random::{self, PathStream};
 use crate::shape::{Shell, box_passage, chord, quadratic_root};
-
-/// Rays in flight.
-pub(super) const LANES: usize = 64;
-
-/// One number for each ray.
-pub(super) type Lane = [f64; LANES];
-
-/// The rays in flight and their next interaction.
-pub(super) struct Lanes {
-    pub origin: [Lane; 3],
-    pub direction: [Lane; 3],
-    /// 1 over z of the direction.
-    pub per_dz: Lane,
-    /// 1 inside of the body, 0 in the world.
-    pub inside: Lane,
-    /// Random streams.
-    pub state: [[u64; LANES]; 2],
-    /// Distance to the nearest of bottom, side and box, infinite where there is none, and its code,
-    /// see [`flat`].
-    pub flat: Lane,
-    pub flat_code: Lane,
-    /// Where the ray enters and leaves a ball about the shell of a relief: the inner one for light
-    /// inside of the body, the outer one for light outside.
-    pub ends: [Lane; 2],
-    /// The dome: distance to it, infinite if it is not met, its primitive, and n_r, n_z, k of n_r r
-    /// + n_z z = k there, if it is not round.
-    pub dome: Lane,
-    pub dome_primitive: [i64; LANES],
-    pub dome_line: [Lane; 3],
-    /// 1 where the ray meets the dome.
-    pub on_dome: Lane,
-    /// The primitive that the ray meets.
-    pub primitive: [i64; LANES],
-    /// Surfaces met so far.
-    pub bounces: Lane,
-    /// 0 for a reflection at an interface within the body, 1 for anything else.
-    pub event: Lane,
-    /// The surface ahead: its distance, and n = (r̂ n_r + axis_x, r̂ n_r + axis_y, n_z) with n·p =
-    /// k.
-    pub distance: Lane,
-    pub radial: Lane,
-    pub axis: [Lane; 3],
-    pub k: Lane,
-    /// 1 if it is the round dome, else 0.
-    pub ball: Lane,
-    /// Sign that makes n point to where the ray came from.
-    pub facing: Lane,
-    /// See [`mode`].
-    pub mode: Lane,
-    /// For surfaces with tables of orders: two numbers from 0 to 1, the tangential wavevector of
-    /// the light before and after, the meridional and the level tangent, and z of the side on which
-    /// the light goes on, 0 if it is drawn elsewhere.
-    pub chance: [Lane; 2],
-    pub wave: [Lane; 2],
-    pub along: [Lane; 3],
-    pub across: [Lane; 2],
-    pub to: Lane,
-    /// Height where it was met.
-    pub height: Lane,
-    /// x and y there.
-    pub point: [Lane; 2],
-    /// n there.
-    pub normal: [Lane; 3],
-    /// 1 if the ray stays on its side, else 0.
-    pub back: Lane,
-    /// Factors of its direction and of n in the direction in which it goes on.
-    pub factors: [Lane; 2],
-}
-
-/// Codes of [`Lanes::flat_code`]; the faces of the box follow on 3.
-pub(super) mod flat {
-    pub const NONE: f64 = 0.0;
-    pub const BOTTOM: f64 = 1.0;
-    pub const SIDE: f64 = 2.0;
-    pub const FACE: f64 = 3.0;
-}
-
-/// Modes of [`Lanes::mode`].
-pub(super) mod mode {
-    pub const INTERFACE: f64 = 0.0;
-    pub const MIRROR: f64 = 1.0;
-    /// A table of orders.
-    pub const ORDERS: f64 = 2.0;
-    pub const OTHER: f64 = 3.0;
-    pub const NOTHING: f64 = 4.0;
-}
-
-impl Lanes {
-    pub fn new() -> Self {
-        let zero = [0.0; LANES];
-        Self {
-            origin: [zero; 3],
-            direction: [zero, zero, [1.0; LANES]],
-            per_dz: [1.0; LANES],
-            inside: zero,
-            state: [[1; LANES]; 2],
-            flat: zero,
-            flat_code: zero,
-            dome: [f64::INFINITY; LANES],
-            dome_primitive: [0; LANES],
-            dome_line: [zero; 3],
-            on_dome: zero,
-            primitive: [0; LANES],
-            bounces: zero,
-            event: zero,
-            ends: [zero; 2],
-            distance: zero,
-            radial: zero,
-            axis: [zero; 3],
-            k: zero,
-            ball: zero,
-            facing: zero,
-            mode: [mode::NOTHING; LANES],
-            chance: [zero; 2],
-            wave: [zero; 2],
-            along: [zero; 3],
-            across: [zero; 2],
-            to: zero,
-            height: zero,
-            point: [zero; 2],
-            normal: [zero; 3],
-            back: zero,
-            factors: [zero; 2],
-        }
-    }
-}
 
 /// Dimensions, indices and modes of a package.
 #[derive(Debug, Clone, Copy)]
@@ -172,9 +47,10 @@ pub(super) struct PackageGeometry {
     /// Radius of the side.
     pub side_radius: f64,
     /// Modes of the dome, if it has one all over, and by flat code.
-    pub dome_mode: f64,
-    pub flat_mode: [f64; 9],
-    pub most: f64,
+    pub dome_mode: Mode,
+    pub flat_mode: [Mode; FlatCode::COUNT],
+    /// Surfaces that a path may meet.
+    pub max_bounces: Count,
     /// Indices of refraction on both sides of tables of orders.
     pub orders: [f64; 2],
 }
@@ -192,7 +68,7 @@ impl PackageGeometry {
         let from = -4.0 * self.offset;
         let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
-        let inside = lanes.inside[lane] > 0.0;
+        let inside = lanes.inside[lane].is_set();
         let (a, b) = (d[0] * d[0] + d[1] * d[1], o[0] * d[0] + o[1] * d[1]);
         let c = o[0] * o[0] + o[1] * o[1];
 
@@ -202,14 +78,14 @@ impl PackageGeometry {
         let t = (self.level - o[2]) * per_dz;
         let met = inside & (d[2] < 0.0) & (t > from) & ((a * t + 2.0 * b) * t + c <= self.rim2);
         let mut flat = if met { t } else { f64::INFINITY };
-        let mut code = if met { flat::BOTTOM } else { flat::NONE };
+        let mut code = if met { FlatCode::BOTTOM } else { FlatCode::NONE };
 
         // The side: its far root from inside, its near one from outside.
-        let beyond = c - self.side2;
-        let discriminant = b * b - a * beyond;
+        let c_side = c - self.side2;
+        let discriminant = b * b - a * c_side;
         let root = positive(discriminant).sqrt();
         let s = if inside { root } else { -root };
-        let t = quadratic_root([a, b, beyond], s);
+        let t = quadratic_root([a, b, c_side], s);
         let z = o[2] + t * d[2];
         let met = (discriminant > 0.0)
             & (t > from)
@@ -217,12 +93,12 @@ impl PackageGeometry {
             & (z >= self.side[0])
             & (z <= self.side[1]);
         flat = if met { t } else { flat };
-        code = if met { flat::SIDE } else { code };
+        code = if met { FlatCode::SIDE } else { code };
 
         // The box, from outside of it: the latest entry, if it comes before the first exit.
         let inverse = [1.0 / d[0], 1.0 / d[1], per_dz];
         let [(enter, face), (leave, _)] = box_passage([self.low, self.high], o, inverse);
-        let face = flat::FACE + face;
+        let face = FlatCode::face(face);
         let met = inside & (enter <= leave) & (enter > from) & (enter < flat);
         lanes.flat[lane] = if met { enter } else { flat };
         lanes.flat_code[lane] = if met { face } else { code };
@@ -256,34 +132,35 @@ impl PackageGeometry {
         let on_dome = dome < flat;
         let distance = if on_dome { dome } else { flat };
         let met = distance < f64::INFINITY;
-        let code = if on_dome { -1.0 } else { lanes.flat_code[lane] };
-        let is = |wanted: f64| code == wanted;
+        let code = if on_dome { FlatCode::DOME } else { lanes.flat_code[lane] };
+        let is = |wanted: FlatCode| code == wanted;
         let pick = |met: bool, value: f64| if met { value } else { 0.0 };
         let line = [0, 1, 2].map(|number| lanes.dome_line[number][lane]);
         let [radial, axis_z, k] = line.map(|x| if on_dome & !ROUND { x } else { 0.0 });
-        let face = |number: usize| is(flat::FACE + number as f64);
-        lanes.radial[lane] = radial + pick(is(flat::SIDE), 1.0);
+        let face = |number: usize| is(FlatCode::face(number as f64));
+        lanes.radial[lane] = radial + pick(is(FlatCode::SIDE), 1.0);
         lanes.axis[0][lane] = pick(face(1), 1.0) - pick(face(0), 1.0);
         lanes.axis[1][lane] = pick(face(3), 1.0) - pick(face(2), 1.0);
-        lanes.axis[2][lane] = axis_z + pick(is(flat::BOTTOM) | face(5), 1.0) - pick(face(4), 1.0);
+        lanes.axis[2][lane] =
+            axis_z + pick(is(FlatCode::BOTTOM) | face(5), 1.0) - pick(face(4), 1.0);
         let mut level =
-            k + pick(is(flat::BOTTOM), self.level) + pick(is(flat::SIDE), self.side_radius);
+            k + pick(is(FlatCode::BOTTOM), self.level) + pick(is(FlatCode::SIDE), self.side_radius);
         for axis in 0..3 {
             level = if face(2 * axis) { -self.low[axis] } else { level };
             level = if face(2 * axis + 1) { self.high[axis] } else { level };
         }
         lanes.k[lane] = level;
-        let mut mode = if on_dome { self.dome_mode } else { mode::NOTHING };
-        for number in 1..9 {
-            mode = if is(number as f64) { self.flat_mode[number] } else { mode };
+        let mut mode = if on_dome { self.dome_mode } else { Mode::NOTHING };
+        for number in 1..FlatCode::COUNT {
+            mode = if is(FlatCode(number as f64)) { self.flat_mode[number] } else { mode };
         }
         lanes.mode[lane] = mode;
         lanes.distance[lane] = if met { distance } else { 0.0 };
         lanes.height[lane] = lanes.origin[2][lane] + distance * lanes.direction[2][lane];
-        lanes.on_dome[lane] = if on_dome { 1.0 } else { 0.0 };
-        lanes.ball[lane] = if on_dome & ROUND { 1.0 } else { 0.0 };
+        lanes.on_dome[lane] = Flag::new(on_dome);
+        lanes.ball[lane] = Flag::new(on_dome & ROUND);
         // Opaque parts are met from their outer side.
-        let inner = (on_dome | is(flat::SIDE)) & (lanes.inside[lane] > 0.0);
+        let inner = (on_dome | is(FlatCode::SIDE)) & lanes.inside[lane].is_set();
         lanes.facing[lane] = if inner { -1.0 } else { 1.0 };
     }
 
@@ -293,7 +170,7 @@ impl PackageGeometry {
     fn note(&self, lanes: &mut Lanes, lane: usize, (d, n): ([f64; 3], [f64; 3])) {
         let b = [lanes.across[0][lane], lanes.across[1][lane]];
         let t = [b[1] * n[2], -b[0] * n[2], b[0] * n[1] - b[1] * n[0]];
-        let inside = lanes.inside[lane] > 0.0;
+        let inside = lanes.inside[lane].is_set();
         let index = if inside { self.orders[0] } else { self.orders[1] };
         lanes.wave[0][lane] = index * (d[0] * t[0] + d[1] * t[1] + d[2] * t[2]);
         lanes.wave[1][lane] = index * (d[0] * b[0] + d[1] * b[1]);
@@ -329,7 +206,7 @@ impl PackageGeometry {
             let unit = 1.5 - 0.5 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
             let [vx, vy, vz] = v.map(|v| v * unit);
             let round = [vx * self.radius, vy * self.radius, vz * self.radius + self.centre];
-            let ball = lanes.ball[lane] > 0.0;
+            let ball = lanes.ball[lane].is_set();
             (
                 [
                     if ball { vx } else { nx },
@@ -363,7 +240,7 @@ impl PackageGeometry {
     fn decide<const ORDERS: bool>(&self, lanes: &mut Lanes, lane: usize) {
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
         let n = [0, 1, 2].map(|axis| lanes.normal[axis][lane]);
-        let inside = lanes.inside[lane] > 0.0;
+        let inside = lanes.inside[lane].is_set();
         let mode = lanes.mode[lane];
         let facing = lanes.facing[lane];
         let f = n.map(|n| n * facing);
@@ -372,33 +249,33 @@ impl PackageGeometry {
         let (n1, n2) = if inside { (self.inner, self.outer) } else { (self.outer, self.inner) };
         let cos_i = -(d[0] * f[0] + d[1] * f[1] + d[2] * f[2]);
         let fresnel = Fresnel::new(cos_i, n1, n2);
-        let interface = mode == mode::INTERFACE;
+        let interface = mode == Mode::INTERFACE;
         let draws = interface & !fresnel.total;
         let before = [lanes.state[0][lane], lanes.state[1][lane]];
         let (word, after) = PathStream::step(before);
         let mut state = [0, 1].map(|k| if draws { after[k] } else { before[k] });
         if ORDERS {
-            let orders = mode == mode::ORDERS;
+            let orders = mode == Mode::ORDERS;
             let (second, after) = PathStream::step(after);
             state = [0, 1].map(|k| if orders { after[k] } else { state[k] });
-            lanes.chance[0][lane] = random::share(word);
-            lanes.chance[1][lane] = random::share(second);
+            lanes.chance[0][lane] = random::unit_from_word(word);
+            lanes.chance[1][lane] = random::unit_from_word(second);
             self.note(lanes, lane, (d, n));
         }
         for (all, state) in lanes.state.iter_mut().zip(state) {
             all[lane] = state;
         }
-        let chance = random::share(word);
+        let chance = random::unit_from_word(word);
         let back = !draws | fresnel.reflects(chance);
 
         let [along, aside] = fresnel.factors(back);
         lanes.factors[0][lane] = along;
         lanes.factors[1][lane] = facing * aside;
-        lanes.back[lane] = if back { 1.0 } else { 0.0 };
-        let bounces = lanes.bounces[lane] + if mode < mode::NOTHING { 1.0 } else { 0.0 };
+        lanes.course[lane] = if back { Course::BACK } else { Course::THROUGH };
+        let bounces = lanes.bounces[lane].plus(mode.is_met());
         lanes.bounces[lane] = bounces;
-        let plain = interface & back & inside & (bounces < self.most);
-        lanes.event[lane] = if plain { 0.0 } else { 1.0 };
+        let plain = interface & back & inside & (bounces < self.max_bounces);
+        lanes.event[lane] = Flag::new(!plain);
     }
 
     /// Turns mirrored and refracted light into its new direction and starts it off the surface.
@@ -408,8 +285,8 @@ impl PackageGeometry {
         let n = [0, 1, 2].map(|axis| lanes.normal[axis][lane]);
         let p = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
         let [along, aside] = [lanes.factors[0][lane], lanes.factors[1][lane]];
-        let back = lanes.back[lane] > 0.0;
-        let turned = lanes.mode[lane] <= mode::MIRROR;
+        let back = lanes.course[lane] == Course::BACK;
+        let turned = lanes.mode[lane].is_specular();
         let w = [0, 1, 2].map(|axis| d[axis] * along + n[axis] * aside);
         let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
         let w = w.map(|w| w * unit);
@@ -495,7 +372,7 @@ impl<const ROUND: bool> WithSimd for Nearest<'_, ROUND> {
         }
         let mut outside = 0;
         for lane in 0..LANES {
-            let met = (lanes.inside[lane] == 0.0) & (lanes.mode[lane] < mode::NOTHING);
+            let met = !lanes.inside[lane].is_set() & (lanes.mode[lane].is_met());
             outside |= u64::from(met) << lane;
         }
         outside

@@ -16,7 +16,7 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::optics::polarization::Unpolarised;
+use crate::optics::polarisation::Unpolarised;
 use crate::path::{PathState, Tracer};
 use crate::random::{PathStream, Streams};
 use crate::ray::Ray;
@@ -27,8 +27,8 @@ use crate::source_picker::SourcePicker;
 
 /// Paths that are sorted together: enough for neighbours to meet the same triangles of a
 /// mesh of 200 000.
-const TOGETHER: u64 = 1 << 18;
-const _: () = assert!(TOGETHER.is_power_of_two());
+const BLOCK: u64 = 1 << 18;
+const _: () = assert!(BLOCK.is_power_of_two());
 
 /// Fewest paths that are sorted together; the rest go one by one.
 const MIN_SORTED: usize = 256;
@@ -48,7 +48,7 @@ const KEY: u32 = 2 * BITS + 3;
 /// Digits by which places are sorted, a power of two.
 const DIGITS: usize = 1 << 11;
 
-/// How far a body reaches from its middle in any direction: roughly, as only the order depends on
+/// Reach of a body from its middle in any direction: roughly, as only the order depends on
 /// it.
 struct Outline {
     centre: [f64; 3],
@@ -78,17 +78,19 @@ type PathWithStream = (PathState, PathStream);
 
 impl MeshPackets {
     /// `None` where it does not pay: if no light begins in a body with a large mesh.
-    pub fn of(scene: &Scene) -> Option<Self> {
+    pub fn new(scene: &Scene) -> Option<Self> {
         let large = |shape: &Shape| matches!(shape, Shape::Mesh(mesh) if mesh.triangles() >= LARGE);
-        let bodies = scene.bodies.iter();
-        let outlines: Vec<Option<Outline>> = bodies
+        let outlines: Vec<Option<Outline>> = scene
+            .bodies
+            .iter()
             .map(|body| {
                 let meshed = body.surfaces.iter().any(|surface| large(&surface.shape));
-                meshed.then(|| Outline::of(body))
+                meshed.then(|| Outline::new(body))
             })
             .collect();
-        let mut sources = scene.sources.iter();
-        let pays = sources
+        let pays = scene
+            .sources
+            .iter()
             .any(|placed| prototype(scene, placed.location).is_some_and(|p| outlines[p].is_some()));
         pays.then_some(Self { outlines })
     }
@@ -105,9 +107,9 @@ impl MeshPackets {
     ) -> Option<u64> {
         let mut hits = 0;
         let mut room = PacketTraversal::new();
-        for first in (0..paths).step_by(TOGETHER as usize) {
+        for first in (0..paths).step_by(BLOCK as usize) {
             let mut active: Vec<PathWithStream> = Vec::new();
-            for number in first..(first + TOGETHER).min(paths) {
+            for number in first..(first + BLOCK).min(paths) {
                 let mut stream = streams.path(number);
                 let (source, placed) = picker.next();
                 let ray = picker.begin(number, placed, tracer.scene.offset(), &mut stream);
@@ -148,7 +150,7 @@ impl MeshPackets {
                 return None;
             }
             let mut paths: Vec<PathWithStream> =
-                numbers.iter().map(|word| active[(word % TOGETHER) as usize]).collect();
+                numbers.iter().map(|word| active[(word % BLOCK) as usize]).collect();
             let ahead = look_ahead(scene, &paths, room);
             for (number, (path, stream)) in paths.iter_mut().enumerate() {
                 let Some(ahead) = &ahead else {
@@ -174,7 +176,7 @@ impl MeshPackets {
     }
 
     /// The order of paths: those that go to the same part of the same kind of body stand together.
-    /// The number of each is the rest of a division by [`TOGETHER`].
+    /// The number of each is the rest of a division by [`BLOCK`].
     fn order(&self, scene: &Scene, active: &[PathWithStream]) -> Vec<u64> {
         let mut rays = Box::new(Rays {
             origin: [[0.0; WIDE]; 3],
@@ -190,7 +192,7 @@ impl MeshPackets {
             }
             for ((path, _), key) in paths.iter().zip(rays.key) {
                 let place = (kind(path) as u64) << KEY | key;
-                order.push(place * TOGETHER + order.len() as u64);
+                order.push(place * BLOCK + order.len() as u64);
             }
         }
         sort(&mut order);
@@ -201,10 +203,10 @@ impl MeshPackets {
 /// Sorts words, numbered in ascending order, by what stands above their numbers, those with the
 /// smallest digits first: each time, every word is moved once to where its digit tells.
 fn sort(words: &mut Vec<u64>) {
-    let most = words.iter().fold(0, |all, word| all | word);
+    let max = words.iter().fold(0, |all, word| all | word);
     let mut sorted = vec![0; words.len()];
-    let mut shift = TOGETHER.trailing_zeros();
-    while shift < u64::BITS && most >> shift != 0 {
+    let mut shift = BLOCK.trailing_zeros();
+    while shift < u64::BITS && max >> shift != 0 {
         let digit = |word: u64| (word >> shift) as usize % DIGITS;
         let mut begins = [0; DIGITS];
         for word in &*words {
@@ -245,7 +247,7 @@ fn prototype(scene: &Scene, location: Location) -> Option<usize> {
     }
 }
 
-/// What paths meet next, if they are in the same medium of one kind of body.
+/// Next surfaces of paths, if they are in the same medium of one kind of body.
 fn look_ahead<'a>(
     scene: &'a Scene,
     paths: &[PathWithStream],
@@ -272,7 +274,7 @@ fn look_ahead<'a>(
 
 impl Outline {
     #[expect(clippy::large_stack_arrays, reason = "moved to the heap at once")]
-    fn of(body: &Body) -> Self {
+    fn new(body: &Body) -> Self {
         let centre = body.bounds.middle();
         let radius = 0.5 * body.bounds.size().length();
         let reach = Reach { from: 0.0, to: radius };
@@ -310,7 +312,8 @@ impl WithSimd for Keys<'_> {
     }
 }
 
-/// Where rays leave the outline, found in two rounds from where they leave the ball around it.
+/// Points where rays leave the outline, found in two rounds from where they leave the ball around
+/// it.
 #[inline(always)]
 fn keys(centre: [f64; 3], radius: f64, reach: &[f64; 8 * CELLS * CELLS], rays: &mut Rays) {
     for k in 0..WIDE {
@@ -392,7 +395,7 @@ mod tests {
                 let mixed = number.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
                 (mixed % kinds) << KEY | (mixed % 1000) << (KEY - 10)
             };
-            let words: Vec<u64> = (0..5_000).map(|n| place(n) * TOGETHER + n).collect();
+            let words: Vec<u64> = (0..5_000).map(|n| place(n) * BLOCK + n).collect();
             let (mut sorted, mut expected) = (words.clone(), words);
             sort(&mut sorted);
             expected.sort_unstable();

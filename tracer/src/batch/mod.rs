@@ -1,22 +1,32 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Batched tracing of packages: one body under a dome, alone or in an array of copies.
 //!
-//! The dome is a sphere in zones, a body of revolution or several that join, over an upright side or none, a level
-//! bottom, and a box or none. All other scenes go to the walker. A batch keeps [`LANES`] paths, and
-//! takes them through the walker's five steps together: it intersects all rays with the package,
-//! absorbs, shows segments to the receivers, scatters, and books. The loops have no branches, so
-//! the compiler turns them into wide instructions; they are IEEE 754 without contraction, so the
-//! bits are the same on any processor. A path draws the same numbers and meets the same surfaces as
-//! in [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table of orders sample one
-//! by one. A path that leaves its package where it may meet the ground or another package takes the
-//! walker's own steps until it enters a package. Carried polarisation, path splitting, array
-//! solids, sources in the world and an absorbing world go to the walker.
+//! The dome is a sphere in zones, a body of revolution or several that join, over an upright side
+//! or none, a level bottom, and a box or none. Carried polarisation, array solids, sources in the
+//! world, an absorbing world and all other scenes go to the walker.
+//!
+//! - A *lane* is the place of one path: entry k of every array of [`Lanes`] belongs to path k of
+//!   [`LANES`]. The first lanes are active; a path that ends leaves its lane to a new one, or to the
+//!   last active one.
+//! - The *state* of a lane is a ray, a random stream, the flag that tells body from world, and the
+//!   count of surfaces met. The other arrays hold the interaction under way.
+//! - *Codes* say which surface is ahead ([`lanes::FlatCode`]), how it treats light ([`Mode`]), and
+//!   how light goes on ([`lanes::Course`]).
+//!
+//! All lanes take the walker's five steps together: intersect, absorb, show segments to the
+//! receivers, scatter, book. The loops have no branches, so the compiler turns them into wide
+//! instructions; they are IEEE 754 without contraction, so the bits are the same on any processor. A
+//! path draws the same numbers and meets the same surfaces as in [`Tracer::walk`]. Surfaces that are
+//! neither interface, mirror nor table of orders sample one by one. A path that leaves its package
+//! where it may meet the ground or another package takes the walker's own steps until it enters a
+//! package.
 
 mod accounting;
 mod clearance;
 mod compile;
 mod events;
 mod kernels;
+mod lanes;
 pub(crate) mod mesh_packets;
 mod orders;
 mod sphere_zones;
@@ -24,13 +34,14 @@ mod staircase;
 mod strips;
 
 use bsdf::Side;
-use bsdf::order_table::{OrderTable, OrderTableBatch};
+use bsdf::order_table::{Flag, OrderTable, OrderTableBatch};
 use pulp::Arch;
 
-use crate::optics::polarization::Unpolarised;
+use crate::ledger::Booking;
+use crate::optics::polarisation::Unpolarised;
 use crate::path::Tracer;
-use crate::random::{PathStream, Streams};
-use crate::ray::{Ray, first_lanes, lanes, lanes_down};
+use crate::random::Streams;
+use crate::ray::{first_lanes, lanes, lanes_down};
 use crate::receiver::{PathHistory, Tally};
 use crate::scene::{CompiledPatch, CompiledSurface, Location, Scene};
 use crate::shape::{Reach, Revolution};
@@ -38,7 +49,8 @@ use crate::source::emission::EmittedRays;
 use crate::source_picker::SourcePicker;
 use clearance::Clearance;
 use events::{Classify, Events, Exit, LeavesPackage};
-use kernels::{Diffract, Distances, Interact, LANES, Lanes, Nearest, PackageGeometry, mode};
+use kernels::{Diffract, Distances, Interact, Nearest, PackageGeometry};
+use lanes::{LANES, Lanes, Mode};
 use orders::OrderSamples;
 use sphere_zones::Zones;
 use staircase::{StaircaseSearch, StaircaseSearches, StaircaseTable};
@@ -59,7 +71,7 @@ struct Primitive<'a> {
     surface: &'a CompiledSurface,
     patch: &'a CompiledPatch,
     number: u32,
-    mode: f64,
+    mode: Mode,
     reflectance: f64,
     table: Option<&'a OrderTable>,
     /// n_r, n_z and k of n_r r + n_z z = k, on a relief.
@@ -71,14 +83,14 @@ pub(crate) struct BatchTracer<'a> {
     scene: &'a Scene,
     geometry: PackageGeometry,
     dome: Dome<'a>,
-    /// Those of the dome first, then bottom, side and the faces of the box, as far as there are
-    /// such.
+    /// Primitives of the dome first, then bottom, side and the faces of the box, as far as there
+    /// are such.
     primitives: Vec<Primitive<'a>>,
     /// Number of a primitive less its flat code, for bottom and side and for the faces of the box.
     flats: [f64; 2],
     absorption: f64,
     medium_line: usize,
-    /// Whether primitives of the dome differ in their modes.
+    /// True if primitives of the dome differ in their modes.
     varied: bool,
     /// The tables of orders, by primitive, if there are any.
     tables: Option<OrderTableBatch<'a>>,
@@ -99,7 +111,7 @@ struct PathBatch {
     history: [PathHistory; LANES],
     /// Weight and side before the interaction, where receivers observe interactions.
     arrived: [f64; LANES],
-    came_inside: [f64; LANES],
+    came_inside: [Flag; LANES],
 }
 
 impl BatchTracer<'_> {
@@ -121,12 +133,12 @@ impl BatchTracer<'_> {
             weight: [0.0; LANES],
             instance: [0; LANES],
             crossed: 0,
-            history: [PathHistory::of(0); LANES],
+            history: [PathHistory::new(0); LANES],
             arrived: [0.0; LANES],
-            came_inside: [0.0; LANES],
+            came_inside: [Flag::NO; LANES],
         });
         let (mut begun, mut hits) = (0, 0);
-        // The lanes 0 to `flying` hold a path each.
+        // The lanes below `active` hold a path each.
         let mut active = 0;
         loop {
             if !keep_going(begun) {
@@ -197,7 +209,7 @@ impl BatchTracer<'_> {
         }
         if self.varied {
             for lane in 0..active {
-                if batch.lanes.on_dome[lane] > 0.0 {
+                if batch.lanes.on_dome[lane].is_set() {
                     batch.lanes.mode[lane] =
                         self.primitives[batch.lanes.dome_primitive[lane] as usize].mode;
                 }
@@ -212,7 +224,7 @@ impl BatchTracer<'_> {
         }
         if self.absorption > 0.0 {
             for lane in 0..active {
-                if batch.lanes.inside[lane] > 0.0 {
+                if batch.lanes.inside[lane].is_set() {
                     self.absorb(tracer, batch, lane, tally);
                 }
             }
@@ -230,7 +242,7 @@ impl BatchTracer<'_> {
             primitives: self.flats,
             lanes: &mut batch.lanes,
         });
-        events.of(active)
+        events.of_first(active)
     }
 
     /// Rays emitted ahead, if all sources are copies of one that can emit many at a time.
@@ -258,12 +270,12 @@ impl BatchTracer<'_> {
             let source =
                 if picker.by_sobol() { picker.at(emitted.turn(k)) } else { picker.number() };
             batch.instance[lane] = source as u32;
-            batch.history[lane] = PathHistory::of(source as u32);
+            batch.history[lane] = PathHistory::new(source as u32);
             emitted.ray(k, self.scene.sources[0].source.position, offset)
         } else {
             let mut stream = streams.path(number);
             let (source, placed) = picker.next();
-            batch.history[lane] = PathHistory::of(source as u32);
+            batch.history[lane] = PathHistory::new(source as u32);
             if let Location::Inside { instance, .. } = placed.location {
                 batch.instance[lane] = instance;
             }
@@ -271,21 +283,21 @@ impl BatchTracer<'_> {
             (ray, stream)
         };
         batch.lanes.put(lane, &ray);
-        batch.lanes.inside[lane] = 1.0;
+        batch.lanes.inside[lane] = Flag::YES;
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = 1.0;
-        batch.lanes.bounces[lane] = 0.0;
-        tally.totals.ledger.emitted += 1.0;
+        batch.lanes.bounces[lane] = 0.into();
+        tally.book(Booking::Emission);
     }
 
-    /// Where a ray may meet the dome: before any flat surface.
+    /// Reach within which a ray may meet the dome: before any flat surface.
     fn reach(&self, lanes: &Lanes, lane: usize) -> Reach {
         Reach { from: -4.0 * self.geometry.offset, to: lanes.flat[lane] }
     }
 
     /// Finds where a ray meets a relief that is no staircase.
     fn search(&self, relief: &Revolution, lanes: &mut Lanes, lane: usize) {
-        let side = if lanes.inside[lane] > 0.0 { Side::Inner } else { Side::Outer };
+        let side = if lanes.inside[lane].is_set() { Side::Inner } else { Side::Outer };
         let reach = self.reach(lanes, lane);
         lanes.dome[lane] = f64::INFINITY;
         if let Some(hit) = relief.intersect_from(&lanes.ray(lane), reach, side) {
@@ -308,45 +320,17 @@ impl BatchTracer<'_> {
     ) {
         let lanes = &mut batch.lanes;
         let mut stream = lanes.stream(lane);
-        let transmittance = if lanes.mode[lane] >= mode::NOTHING {
-            0.0
-        } else {
+        let transmittance = if lanes.mode[lane].is_met() {
             (-self.absorption * lanes.distance[lane]).exp()
+        } else {
+            0.0
         };
-        let passed = tracer.keep(&mut batch.weight[lane], transmittance, &mut stream);
-        tally.totals.ledger.media[self.medium_line] += passed;
+        let weight = &mut batch.weight[lane];
+        tracer.transmit(self.medium_line, transmittance, weight, &mut stream, tally);
         lanes.keep(lane, stream);
         if batch.weight[lane] == 0.0 {
-            lanes.mode[lane] = mode::NOTHING;
+            lanes.mode[lane] = Mode::NOTHING;
         }
-    }
-}
-
-impl Lanes {
-    #[inline]
-    fn put(&mut self, lane: usize, ray: &Ray) {
-        ray.into_lane(&mut self.origin, &mut self.direction, lane);
-    }
-
-    #[inline]
-    fn ray(&self, lane: usize) -> Ray {
-        Ray::of_lane(&self.origin, &self.direction, lane)
-    }
-
-    #[inline]
-    fn stream(&self, lane: usize) -> PathStream {
-        PathStream { state: [self.state[0][lane], self.state[1][lane]] }
-    }
-
-    /// The side from which the ray meets the surface.
-    #[inline]
-    fn side(&self, lane: usize) -> Side {
-        if self.facing[lane] < 0.0 { Side::Inner } else { Side::Outer }
-    }
-
-    #[inline]
-    fn keep(&mut self, lane: usize, stream: PathStream) {
-        [self.state[0][lane], self.state[1][lane]] = stream.state;
     }
 }
 

@@ -12,31 +12,29 @@
 
 use bsdf::Side;
 use bsdf::direction::Wavevector;
-use bsdf::order_table::{BinLocations, OrderTable, OrderTableBatch, SampledOrders};
+use bsdf::order_table::{BinLocations, Flag, OrderTable, OrderTableBatch, SampledOrders};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::kernels::{LANES, Lane, Lanes, PackageGeometry, mode};
+use super::kernels::PackageGeometry;
+use super::lanes::{Course, LANES, Lanes, Mode};
 use super::{BatchTracer, PathBatch};
 use crate::surface::SurfaceModel;
 
 /// The table of a primitive.
 pub(super) fn table(optics: &SurfaceModel) -> Option<&OrderTable> {
     match optics {
-        SurfaceModel::Scatter(scatter) => OrderTable::of(scatter.as_ref()),
+        SurfaceModel::Scatter(scatter) => OrderTable::downcast(scatter.as_ref()),
         _ => None,
     }
 }
-
-/// Value of [`Lanes::back`] for light that the table absorbs.
-pub(super) const ABSORBED: f64 = -1.0;
 
 /// The samples of all rays.
 pub(super) struct OrderSamples {
     locations: BinLocations,
     read: [u32; LANES],
     orders: SampledOrders,
-    /// 1 where the sampled order does not propagate.
-    stray: Lane,
+    /// Set where the sampled order does not propagate.
+    stray: [Flag; LANES],
 }
 
 impl OrderSamples {
@@ -45,7 +43,7 @@ impl OrderSamples {
             locations: BinLocations::default(),
             read: [0; LANES],
             orders: SampledOrders::default(),
-            stray: [0.0; LANES],
+            stray: [Flag::NO; LANES],
         }
     }
 }
@@ -65,7 +63,7 @@ impl BatchTracer<'_> {
         let mut count = 0;
         for lane in 0..active {
             waiting[count & (LANES - 1)] = lane as u8;
-            count += usize::from(lanes.mode[lane] == mode::ORDERS);
+            count += usize::from(lanes.mode[lane] == Mode::ORDERS);
         }
         let waiting = &waiting[..count];
         for &lane in waiting {
@@ -85,7 +83,7 @@ impl BatchTracer<'_> {
         }
         arch.dispatch(ReadOrders { tables, geometry: &self.geometry, lanes, samples });
         for &lane in waiting {
-            if samples.stray[usize::from(lane)] > 0.0 {
+            if samples.stray[usize::from(lane)].is_set() {
                 self.resample(tables, lanes, usize::from(lane));
             }
         }
@@ -102,18 +100,18 @@ impl BatchTracer<'_> {
             .table(lanes.dome_primitive[lane] as usize)
             .and_then(|table| table.resample_propagating(from, to, wave(lanes, lane), &mut stream));
         lanes.keep(lane, stream);
-        lanes.event[lane] = 1.0;
+        lanes.event[lane] = Flag::YES;
         let Some(sample) = sample else {
-            (lanes.back[lane], lanes.to[lane]) = (ABSORBED, 0.0);
+            (lanes.course[lane], lanes.to[lane]) = (Course::ABSORBED, 0.0);
             return;
         };
-        let to = Side::of(sample.wo);
+        let to = Side::from_direction(sample.wo);
         lanes.wave[0][lane] = sample.wo.x * self.geometry.orders[to.index()];
         lanes.to[lane] = to.sign();
         let back = to == from;
-        lanes.back[lane] = if back { 1.0 } else { 0.0 };
-        if back && to == Side::Inner && lanes.bounces[lane] < self.geometry.most {
-            lanes.event[lane] = 0.0;
+        lanes.course[lane] = if back { Course::BACK } else { Course::THROUGH };
+        if back && to == Side::Inner && lanes.bounces[lane] < self.geometry.max_bounces {
+            lanes.event[lane] = Flag::NO;
         }
     }
 }
@@ -121,7 +119,7 @@ impl BatchTracer<'_> {
 /// The side that a ray comes from.
 #[inline]
 fn from(lanes: &Lanes, lane: usize) -> Side {
-    if lanes.inside[lane] > 0.0 { Side::Inner } else { Side::Outer }
+    if lanes.inside[lane].is_set() { Side::Inner } else { Side::Outer }
 }
 
 /// The tangential wavevector of the incident ray.
@@ -173,25 +171,30 @@ impl WithSimd for ReadOrders<'_, '_> {
 }
 
 #[inline(always)]
-fn turn(geometry: PackageGeometry, lanes: &mut Lanes, orders: &SampledOrders, stray: &mut Lane) {
+fn turn(
+    geometry: PackageGeometry,
+    lanes: &mut Lanes,
+    orders: &SampledOrders,
+    stray: &mut [Flag; LANES],
+) {
     for lane in 0..LANES {
-        let ordered = lanes.mode[lane] == mode::ORDERS;
-        let (inner, absorbed) = (orders.inner[lane] > 0.0, orders.absorbed[lane] > 0.0);
+        let ordered = lanes.mode[lane] == Mode::ORDERS;
+        let (inner, absorbed) = (orders.inner[lane].is_set(), orders.absorbed[lane].is_set());
         let (kx, ky) = (orders.kx[lane], lanes.wave[1][lane]);
         let index = if inner { geometry.orders[0] } else { geometry.orders[1] };
         let kept = ordered & !absorbed;
         let propagates = kx * kx + ky * ky < index * index;
-        stray[lane] = if kept & !propagates { 1.0 } else { 0.0 };
+        stray[lane] = Flag::new(kept & !propagates);
         let before = lanes.wave[0][lane];
         lanes.wave[0][lane] = if kept & propagates { kx } else { before };
         let to = if inner { -1.0 } else { 1.0 };
         lanes.to[lane] = if kept { to } else { 0.0 };
-        let back = inner == (lanes.inside[lane] > 0.0);
-        let told = if back { 1.0 } else { 0.0 };
-        let told = if absorbed { ABSORBED } else { told };
-        let (before, event) = (lanes.back[lane], lanes.event[lane]);
-        lanes.back[lane] = if ordered { told } else { before };
-        let plain = kept & back & inner & (lanes.bounces[lane] < geometry.most);
-        lanes.event[lane] = if plain { 0.0 } else { event };
+        let back = inner == lanes.inside[lane].is_set();
+        let course = if back { Course::BACK } else { Course::THROUGH };
+        let course = if absorbed { Course::ABSORBED } else { course };
+        let (before, event) = (lanes.course[lane], lanes.event[lane]);
+        lanes.course[lane] = if ordered { course } else { before };
+        let plain = kept & back & inner & (lanes.bounces[lane] < geometry.max_bounces);
+        lanes.event[lane] = if plain { Flag::NO } else { event };
     }
 }

@@ -8,7 +8,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernels::{LANES, Lane, Lanes};
+use super::lanes::{LANES, Lane, Lanes};
 use crate::conversion::whole;
 
 /// Most cuts between zones that are compared together, and cells of the root of the depth below the
@@ -114,11 +114,11 @@ fn find(
     height: &Lane,
     zone: &mut [i64; LANES],
 ) {
-    let most = (CELLS - 1) as f64;
+    let max = (CELLS - 1) as f64;
     for lane in 0..LANES {
         let depth = top - height[lane];
         let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * per_root;
-        zone[lane] = whole(if root < most { root } else { most });
+        zone[lane] = whole(if root < max { root } else { max });
     }
     for lane in 0..LANES {
         let guess = i64::from(cells[zone[lane] as usize & (CELLS - 1)]);

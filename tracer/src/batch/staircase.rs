@@ -15,7 +15,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernels::{LANES, Lane, Lanes};
+use super::lanes::{LANES, Lane, Lanes};
 use crate::conversion::whole;
 use crate::ray::{first_lanes, lanes as rays};
 use crate::shape::{Axial, Revolution, Shell, Stairs, quadratic_root};
@@ -24,7 +24,7 @@ use crate::shape::{Axial, Revolution, Shell, Stairs, quadratic_root};
 const BOUNDARIES: usize = 512;
 const CELLS: usize = 4096;
 /// Levels compared for all rays together; rays not decided by then go on one by one.
-const TOGETHER: usize = 2;
+const UNROLL: usize = 2;
 /// Least |d_z| of a ray that the tables serve.
 const STEEP: f64 = 1e-9;
 
@@ -45,21 +45,24 @@ pub(super) struct StaircaseTable<'a> {
     last: i64,
 }
 
-/// States of a search.
-mod state {
-    pub const OPEN: f64 = 0.0;
-    pub const RISER: f64 = 1.0;
-    pub const TREAD: f64 = 2.0;
-    pub const NOTHING: f64 = 3.0;
+/// State of a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct State(f64);
+
+impl State {
+    const OPEN: Self = Self(0.0);
+    const RISER: Self = Self(1.0);
+    const TREAD: Self = Self(2.0);
+    const NOTHING: Self = Self(3.0);
     /// To begin again beyond the inner ball.
-    pub const JUMP: f64 = 4.0;
+    const JUMP: Self = Self(4.0);
     /// To search one by one.
-    pub const ALONE: f64 = 5.0;
+    const ALONE: Self = Self(5.0);
 }
 
 /// The searches of all rays.
 pub(super) struct StaircaseSearches {
-    state: Lane,
+    state: [State; LANES],
     boundary: [i64; LANES],
     /// Distances where the search stands, where it ends, and where the ray is nearest to the axis.
     at: Lane,
@@ -71,7 +74,7 @@ pub(super) struct StaircaseSearches {
     height: Lane,
     /// Squared radii of the solid before and beyond the boundary, in the direction of the ray.
     before: Lane,
-    beyond: Lane,
+    after: Lane,
     /// 1 for a ray that rises, else 0.
     up: [i64; LANES],
     /// Height of the tread or squared radius of the riser found.
@@ -82,7 +85,7 @@ impl StaircaseSearches {
     pub fn new() -> Self {
         let zero = [0.0; LANES];
         Self {
-            state: zero,
+            state: [State::OPEN; LANES],
             boundary: [0; LANES],
             at: zero,
             stop: zero,
@@ -92,7 +95,7 @@ impl StaircaseSearches {
             c: zero,
             height: zero,
             before: zero,
-            beyond: zero,
+            after: zero,
             up: [0; LANES],
             value: zero,
         }
@@ -150,7 +153,7 @@ impl<'a> StaircaseTable<'a> {
     fn begin(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
         let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
-        let inside = lanes.inside[lane] > 0.0;
+        let inside = lanes.inside[lane].is_set();
         let (a, b) = (d[0] * d[0] + d[1] * d[1], o[0] * d[0] + o[1] * d[1]);
         let rising = d[2] > 0.0;
         let [enters, leaves] = [lanes.ends[0][lane], lanes.ends[1][lane]];
@@ -166,8 +169,8 @@ impl<'a> StaircaseTable<'a> {
         let z = o[2] + start * d[2];
         let low = !rising & (z <= self.foot);
         let alone = d[2].abs() < STEEP;
-        let open = if missed | hidden | low { state::NOTHING } else { state::OPEN };
-        searches.state[lane] = if alone { state::ALONE } else { open };
+        let open = if missed | hidden | low { State::NOTHING } else { State::OPEN };
+        searches.state[lane] = if alone { State::ALONE } else { open };
         searches.at[lane] = start;
         let stop = if inside { f64::INFINITY } else { leaves };
         searches.stop[lane] = if near { enters } else { stop };
@@ -185,9 +188,9 @@ impl<'a> StaircaseTable<'a> {
         let depth = self.top - z;
         let root = depth.sqrt();
         let root = if depth > 0.0 { root } else { 0.0 } * self.per_root;
-        let most = (CELLS - 1) as f64;
+        let max = (CELLS - 1) as f64;
         searches.height[lane] = z;
-        searches.boundary[lane] = whole(if root < most { root } else { most });
+        searches.boundary[lane] = whole(if root < max { root } else { max });
     }
 
     /// Begins a search anew beyond the inner ball.
@@ -196,7 +199,7 @@ impl<'a> StaircaseTable<'a> {
         let z = lanes.origin[2][lane] + start * lanes.direction[2][lane];
         let low = lanes.direction[2][lane] <= 0.0 && z <= self.foot;
         searches.state[lane] =
-            if low || start >= lanes.flat[lane] { state::NOTHING } else { state::OPEN };
+            if low || start >= lanes.flat[lane] { State::NOTHING } else { State::OPEN };
         (searches.at[lane], searches.stop[lane]) = (start, f64::INFINITY);
         self.depth(searches, lane, z);
         self.read(searches, lane);
@@ -219,14 +222,14 @@ impl<'a> StaircaseTable<'a> {
         let next = searches.value[lane] >= z;
         let level = above + i64::from(next & (above < self.last));
         let rising = lanes.direction[2][lane] > 0.0;
-        let inside = lanes.inside[lane] > 0.0;
+        let inside = lanes.inside[lane].is_set();
         // Above the top there is nothing for light that rises.
         let over = rising & !inside & (level == 0);
         let before = searches.state[lane];
-        searches.state[lane] = if over { state::NOTHING } else { before };
+        searches.state[lane] = if over { State::NOTHING } else { before };
         let risen = level - i64::from(z >= self.foot);
-        let (boundary, least) = if rising { (risen, 0) } else { (level, i64::from(inside)) };
-        searches.boundary[lane] = if boundary < least { least } else { boundary };
+        let (boundary, min) = if rising { (risen, 0) } else { (level, i64::from(inside)) };
+        searches.boundary[lane] = if boundary < min { min } else { boundary };
     }
 
     /// Reads the first boundary.
@@ -241,42 +244,42 @@ impl<'a> StaircaseTable<'a> {
     #[inline(always)]
     fn next(&self, searches: &mut StaircaseSearches, lane: usize) {
         let (boundary, up) = (searches.boundary[lane] as usize, searches.up[lane] as usize);
-        let [height, beyond] = self.rows[(2 * boundary + up) & (2 * BOUNDARIES - 1)];
+        let [height, after] = self.rows[(2 * boundary + up) & (2 * BOUNDARIES - 1)];
         searches.height[lane] = height;
-        searches.beyond[lane] = beyond;
+        searches.after[lane] = after;
     }
 
     /// Compares a ray with a boundary.
     #[inline(always)]
     fn compare(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
         let (state, value, at) = (searches.state[lane], searches.value[lane], searches.at[lane]);
-        let open = state == state::OPEN;
-        let inside = lanes.inside[lane] > 0.0;
+        let open = state == State::OPEN;
+        let inside = lanes.inside[lane].is_set();
         let rising = lanes.direction[2][lane] > 0.0;
         let boundary = searches.boundary[lane];
         let (a, b, c) = (searches.a[lane], searches.b[lane], searches.c[lane]);
         let square = |t: f64| (a * t + 2.0 * b) * t + c;
         let height = searches.height[lane];
-        let (before, after) = (searches.before[lane], searches.beyond[lane]);
+        let (before, after) = (searches.before[lane], searches.after[lane]);
         let t = (height - lanes.origin[2][lane]) * lanes.per_dz[lane];
         let here = square(t);
 
-        let least = if before < after { before } else { after };
+        let min = if before < after { before } else { after };
         let turn = searches.turn[lane];
         let dip = if turn < t { turn } else { t };
         let dip = if dip > at { dip } else { at };
         let dips = square(dip) < before;
         let riser = (inside & (here > before)) | (!inside & dips);
-        let hit = (inside & (here > least)) | (!inside & (dips | (here < after)));
+        let hit = (inside & (here > min)) | (!inside & (dips | (here < after)));
         let foot = boundary == self.last;
         let last = (rising & !inside & ((boundary == 0) | (t >= turn))) | (!rising & foot);
         let stops = t >= searches.stop[lane];
         let end = last | stops;
-        let met = if riser { state::RISER } else { state::TREAD };
-        let met = if foot & rising { state::NOTHING } else { met };
-        let passed = if end { state::NOTHING } else { state::OPEN };
+        let met = if riser { State::RISER } else { State::TREAD };
+        let met = if foot & rising { State::NOTHING } else { met };
+        let passed = if end { State::NOTHING } else { State::OPEN };
         let jumps = stops & inside & !last;
-        let passed = if jumps { state::JUMP } else { passed };
+        let passed = if jumps { State::JUMP } else { passed };
         let next = if hit { met } else { passed };
         let met_at = if riser { before } else { height };
         searches.state[lane] = if open { next } else { state };
@@ -293,11 +296,11 @@ impl<'a> StaircaseTable<'a> {
     #[inline(always)]
     fn rest(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
         loop {
-            while searches.state[lane] == state::OPEN {
+            while searches.state[lane] == State::OPEN {
                 self.compare(lanes, searches, lane);
                 self.next(searches, lane);
             }
-            if searches.state[lane] != state::JUMP {
+            if searches.state[lane] != State::JUMP {
                 return;
             }
             self.jump(lanes, searches, lane);
@@ -314,12 +317,12 @@ impl<'a> StaircaseTable<'a> {
         let c = searches.c[lane] - value;
         let discriminant = b * b - a * c;
         let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
-        let s = if lanes.inside[lane] > 0.0 { root } else { -root };
+        let s = if lanes.inside[lane].is_set() { root } else { -root };
         let riser = quadratic_root([a, b, c], s);
-        let distance = if state == state::RISER { riser } else { tread };
+        let distance = if state == State::RISER { riser } else { tread };
         let distance = if distance > 0.0 { distance } else { 0.0 };
-        let found = (state == state::RISER) | (state == state::TREAD);
-        let upright = state == state::RISER;
+        let found = (state == State::RISER) | (state == State::TREAD);
+        let upright = state == State::RISER;
         lanes.dome[lane] = if found { distance } else { f64::INFINITY };
         let step = searches.boundary[lane] - i64::from(!rising & upright);
         lanes.dome_primitive[lane] = 2 * step + i64::from(upright);
@@ -334,7 +337,7 @@ impl<'a> StaircaseTable<'a> {
         let ray = lanes.ray(lane);
         let axial = Axial::new(&ray);
         let passage = (self.shell).passage(ray.origin.to_array(), ray.direction.to_array());
-        let found = if lanes.inside[lane] > 0.0 {
+        let found = if lanes.inside[lane].is_set() {
             self.stairs.leave_through(&passage, axial)
         } else {
             self.stairs.enter_through(&passage, axial)
@@ -397,7 +400,7 @@ fn search(
     for lane in 0..LANES {
         table.load(searches, lane);
     }
-    for level in 0..TOGETHER {
+    for level in 0..UNROLL {
         if level > 0 {
             for lane in 0..LANES {
                 table.next(searches, lane);
@@ -411,9 +414,9 @@ fn search(
     let (mut begun_anew, mut alone) = (0, 0);
     for lane in 0..LANES {
         let state = searches.state[lane];
-        open |= u64::from(state == state::OPEN) << lane;
-        begun_anew |= u64::from(state == state::JUMP) << lane;
-        alone |= u64::from(state == state::ALONE) << lane;
+        open |= u64::from(state == State::OPEN) << lane;
+        begun_anew |= u64::from(state == State::JUMP) << lane;
+        alone |= u64::from(state == State::ALONE) << lane;
     }
     let active = first_lanes(active);
     // What is open stands before a boundary not read yet.

@@ -3,10 +3,10 @@
 //!
 //! Along a ray r² = a t² + 2 b t + c. A strip lies between two heights and two radii, so the ray is
 //! first clipped to the heights; where r stays outside of the radii on what is left, the strip is
-//! not tested. At the hit the strip is replaced by the cone that touches it, whose line n_r r + n_z z
-//! = k the kernels take as of any relief.
+//! not tested. At the hit the strip is replaced by the cone that touches it, whose line n_r r + n_z
+//! z = k the kernels take as of any relief.
 
-use super::kernels::Lanes;
+use super::lanes::Lanes;
 use crate::ray::Ray;
 use crate::scene::CompiledSurface;
 use crate::shape::{Bounds, Frustum, Intersection, Reach, Shape, Sides};
@@ -39,17 +39,16 @@ pub(super) fn primitives(shape: &Shape) -> Option<u32> {
 
 /// Least and largest distance of a surface from the axis.
 fn radii(shape: &Shape) -> [f64; 2] {
-    let most = shape.bounds().high.x;
-    let least = match shape {
-        Shape::Torus(arc) => arc.least_radius(),
-        Shape::Frustum(frustum) => frustum.ends().map(|[r, _]| r).into_iter().fold(most, f64::min),
+    let max = shape.bounds().high.x;
+    let min = match shape {
+        Shape::Torus(arc) => arc.min_radius(),
+        Shape::Frustum(frustum) => frustum.ends().map(|[r, _]| r).into_iter().fold(max, f64::min),
         Shape::Revolution(relief) => {
-            let ends = relief.frusta().iter().flat_map(Frustum::ends);
-            ends.map(|[r, _]| r).fold(most, f64::min)
+            relief.frusta().iter().flat_map(Frustum::ends).map(|[r, _]| r).fold(max, f64::min)
         }
         _ => 0.0,
     };
-    [least, most]
+    [min, max]
 }
 
 impl<'a> Strips<'a> {
@@ -64,12 +63,12 @@ impl<'a> Strips<'a> {
         let mut strips = Vec::new();
         for &surface in surfaces {
             let Bounds { low, high } = surface.shape.bounds();
-            let [least, most] = radii(&surface.shape);
+            let [min, max] = radii(&surface.shape);
             strips.push(Strip {
                 surface,
                 first,
                 heights: [low.z - slack, high.z + slack],
-                squares: [(least - slack).max(0.0), most + slack].map(|r| r * r),
+                squares: [(min - slack).max(0.0), max + slack].map(|r| r * r),
             });
             first += primitives(&surface.shape)?;
         }
@@ -79,7 +78,7 @@ impl<'a> Strips<'a> {
     /// Finds where the ray of a lane meets the dome.
     pub fn search(&self, lanes: &mut Lanes, lane: usize, mut reach: Reach) {
         let ray = lanes.ray(lane);
-        let sides = if lanes.inside[lane] > 0.0 { Sides::Inner } else { Sides::Outer };
+        let sides = if lanes.inside[lane].is_set() { Sides::Inner } else { Sides::Outer };
         let clip = Clip::new(&ray);
         let mut found: Option<(&Strip, Intersection)> = None;
         for strip in &self.0 {
@@ -133,7 +132,7 @@ impl Clip {
         (self.a * t + 2.0 * self.b) * t + self.c
     }
 
-    /// Whether the ray passes through the bounds of a strip.
+    /// True if the ray passes through the bounds of a strip.
     #[inline]
     fn may_meet(&self, strip: &Strip, reach: Reach) -> bool {
         let ends = strip.heights.map(|z| (z - self.height) * self.per_dz);
@@ -144,11 +143,11 @@ impl Clip {
             return false;
         }
         let (first, last) = (self.square(from), self.square(to));
-        let least = if self.turn > from && self.turn < to {
+        let min = if self.turn > from && self.turn < to {
             self.square(self.turn)
         } else {
             first.min(last)
         };
-        first.max(last) >= strip.squares[0] && least <= strip.squares[1]
+        first.max(last) >= strip.squares[0] && min <= strip.squares[1]
     }
 }

@@ -16,7 +16,7 @@ pub enum MeshError {
     NotFinite {
         /// Number of the vertex.
         vertex: usize,
-        /// Its coordinates, mm.
+        /// Coordinates, mm.
         at: [f64; 3],
     },
     /// A triangle refers to a vertex that does not exist.
@@ -34,7 +34,7 @@ pub enum MeshError {
     Degenerate {
         /// Number of the triangle.
         triangle: usize,
-        /// Its corners, mm.
+        /// Corners, mm.
         corners: [[f64; 3]; 3],
     },
     /// An edge belongs to one triangle only: the mesh has a hole there.
@@ -45,9 +45,9 @@ pub enum MeshError {
     Open {
         /// Number of the triangle.
         triangle: usize,
-        /// Where the edge begins, mm.
+        /// Start of the edge, mm.
         from: [f64; 3],
-        /// Where it ends, mm.
+        /// End of the edge, mm.
         to: [f64; 3],
         /// Number of open edges.
         open: usize,
@@ -62,9 +62,9 @@ pub enum MeshError {
         first: usize,
         /// The other.
         second: usize,
-        /// Where the edge begins, mm.
+        /// Start of the edge, mm.
         from: [f64; 3],
-        /// Where it ends, mm.
+        /// End of the edge, mm.
         to: [f64; 3],
     },
     /// More than two triangles share an edge.
@@ -75,11 +75,11 @@ pub enum MeshError {
     NonManifold {
         /// Number of the first triangle.
         triangle: usize,
-        /// How many triangles.
+        /// Number of triangles.
         count: usize,
-        /// Where the edge begins, mm.
+        /// Start of the edge, mm.
         from: [f64; 3],
-        /// Where it ends, mm.
+        /// End of the edge, mm.
         to: [f64; 3],
     },
     /// All triangles face inwards.

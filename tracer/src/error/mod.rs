@@ -99,7 +99,7 @@ pub enum Error {
         second: String,
         /// A place where they claim the same space, in the frame of the body, mm.
         at_mm: [f64; 3],
-        /// What lies there by the first and by the second.
+        /// Regions that lie there by the first and by the second.
         regions: [String; 2],
     },
     /// An array solid holds only a part of an instance.
@@ -112,7 +112,7 @@ pub enum Error {
         instance: usize,
         /// A place where it lies in something else than elsewhere, mm.
         at_mm: [f64; 3],
-        /// What most of it lies in, and what it lies in there.
+        /// Region of most of it, and the region there.
         regions: [String; 2],
     },
     /// An instance stands in a solid that light does not enter.
@@ -131,7 +131,7 @@ pub enum Error {
     BelowGround {
         /// Index of the instance.
         instance: usize,
-        /// Its lowest point, mm.
+        /// Lowest point, mm.
         low_mm: f64,
         /// Height of the ground, mm.
         ground_mm: f64,
@@ -182,11 +182,11 @@ pub enum Error {
         source_name: String,
         /// Number of the ray, from 1, in the order in which the set was given.
         ray: usize,
-        /// Where it starts, in the frame of its body or of the world, mm.
+        /// Start point in the frame of its body or of the world, mm.
         at_mm: [f64; 3],
         /// The region claimed.
         region: String,
-        /// What the ray sees first.
+        /// Surface that the ray meets first.
         seen: String,
     },
     /// Light can run out of a body without meeting a surface.
@@ -206,7 +206,7 @@ pub enum Error {
     /// An array of sources, instances or zones that must not be empty.
     #[error("{what}: expected at least {expected}, got {got}")]
     TooFew {
-        /// What there is too little of.
+        /// Quantity of which there is too little.
         what: &'static str,
         /// The smallest number allowed.
         expected: usize,
@@ -288,7 +288,7 @@ pub enum Error {
         "{what}: expected a width that divides {range} degrees into whole bins, got {got} degrees"
     )]
     BinWidth {
-        /// Which bins.
+        /// Name of the bins.
         what: &'static str,
         /// The range to divide, degrees.
         range: f64,

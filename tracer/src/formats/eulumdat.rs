@@ -54,9 +54,9 @@ pub struct Ldt {
     pub direct_ratios: [f64; 10],
     /// Shape (stored plane, γ), cd/klm.
     pub intensities: Vec<f64>,
-    /// How many sets of lamps the file that was read holds, of which this is one.
+    /// Number of sets of lamps in the file that was read, of which this is one.
     pub lamp_sets: usize,
-    /// What is odd in the file that was read, though it can be used.
+    /// Oddities of the file that was read, though it can be used.
     pub warnings: Vec<String>,
 }
 
@@ -82,7 +82,7 @@ fn fields(text: &str) -> Result<Fields<'_>, FormatError> {
     Ok(Fields::new(lines, end))
 }
 
-/// How many planes a file stores, of `planes` around the circle.
+/// Number of planes that a file stores, of `planes` around the circle.
 fn stored(symmetry: u8, planes: usize) -> usize {
     match symmetry {
         1 => 1,
@@ -103,8 +103,8 @@ struct LampSet {
 impl LampSet {
     /// Set `number`, from 1, and how many there are.
     fn one_of(fields: &mut Fields<'_>, number: usize) -> Result<(Self, usize), FormatError> {
-        let most = fields.left() / 6;
-        let count = fields.count("number of sets of lamps", 1, most)?;
+        let max = fields.left() / 6;
+        let count = fields.count("number of sets of lamps", 1, max)?;
         if number == 0 || number > count {
             let expected = format!("a set of lamps from 1 to {count}");
             return Err(FormatError::line(fields.line, expected, number.to_string()));
@@ -131,7 +131,7 @@ impl LampSet {
 /// Reads the text of a file, with its first set of lamps.
 ///
 /// # Errors
-/// As [`read_lamp_set`].
+/// Same as [`read_lamp_set`].
 pub fn read(text: &str) -> Result<Ldt, FormatError> {
     read_lamp_set(text, 1)
 }
@@ -144,13 +144,13 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
 /// the lamps have is a [warning](Ldt::warnings).
 pub fn read_lamp_set(text: &str, lamp_set: usize) -> Result<Ldt, FormatError> {
     let mut fields = fields(text)?;
-    let most = fields.left();
+    let max = fields.left();
     let maker = fields.text("the maker")?.to_owned();
     let kind = fields.whole("type of source", 0, 3)? as u8;
     let symmetry = fields.whole("symmetry", 0, 4)? as u8;
-    let planes = fields.count("number of C planes", 1, most)?;
+    let planes = fields.count("number of C planes", 1, max)?;
     let plane_step = fields.real_that("distance of C planes", "0 or more", |v| v >= 0.0)?;
-    let gammas = fields.count("number of intensities in a plane", 2, most)?;
+    let gammas = fields.count("number of intensities in a plane", 2, max)?;
     let gamma_step = fields.real_that("distance of intensities", "0 or more", |v| v >= 0.0)?;
     let divisor = match symmetry {
         2 | 3 => 2,
@@ -235,7 +235,7 @@ pub fn read_lamp_set(text: &str, lamp_set: usize) -> Result<Ldt, FormatError> {
 }
 
 impl Ldt {
-    /// Whether the photometry is absolute.
+    /// True if the photometry is absolute.
     pub fn is_absolute(&self) -> bool {
         self.lamps < 0
     }

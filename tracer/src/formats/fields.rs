@@ -18,7 +18,7 @@ impl<'a> Fields<'a> {
         Self { rest: fields.into_iter(), line: end, end }
     }
 
-    /// How many fields are left.
+    /// Number of fields left.
     pub fn left(&self) -> usize {
         self.rest.len()
     }

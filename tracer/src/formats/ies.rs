@@ -52,7 +52,7 @@ pub struct Ies {
     pub vertical: Vec<f64>,
     /// Horizontal angles, degrees.
     pub horizontal: Vec<f64>,
-    /// Whether lengths are in metres, else feet.
+    /// True if lengths are in metres, else feet.
     pub metres: bool,
     /// Width, length, height of the luminous opening.
     pub size: [f64; 3],
@@ -62,7 +62,7 @@ pub struct Ies {
     pub watts: f64,
     /// Shape (horizontal, vertical), before `multiplier` and `ballast_factor`.
     pub candela: Vec<f64>,
-    /// What is odd in the file that was read, though it can be used.
+    /// Oddities of the file that was read, though it can be used.
     pub warnings: Vec<String>,
 }
 
@@ -126,8 +126,8 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
         "INCLUDE" => {
             // Lamp geometry, then pairs of tilt angle and factor, which concern tilted lamps only.
             fields.count("lamp geometry", 1, 3)?;
-            let most = fields.left() / 2;
-            let pairs = fields.count("number of tilt angles", 1, most)?;
+            let max = fields.left() / 2;
+            let pairs = fields.count("number of tilt angles", 1, max)?;
             for _ in 0..2 * pairs {
                 fields.real("a tilt angle or factor")?;
             }
@@ -146,7 +146,7 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
     Ok(ies)
 }
 
-/// What stands behind the TILT line.
+/// Content behind the TILT line.
 fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
     let lamps = fields.count("number of lamps", 1, 10_000)?;
     let positive = |v: f64| v > 0.0 && v <= LARGEST;
@@ -155,9 +155,9 @@ fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
             positive(v) || (v + 1.0).abs() < 1e-9
         })?;
     let multiplier = fields.real_that("multiplier", "above 0 up to 1e30", positive)?;
-    let most = fields.left();
-    let count_v = fields.count("number of vertical angles", 2, most)?;
-    let count_h = fields.count("number of horizontal angles", 1, most)?;
+    let max = fields.left();
+    let count_v = fields.count("number of vertical angles", 2, max)?;
+    let count_h = fields.count("number of horizontal angles", 1, max)?;
     fields.real_that("photometric type", "1 (C, about the axis of the luminaire)", |v| {
         (v - 1.0).abs() < 1e-9
     })?;
@@ -222,7 +222,7 @@ fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
 }
 
 impl Ies {
-    /// Whether candela values are absolute.
+    /// True if candela values are absolute.
     pub fn is_absolute(&self) -> bool {
         self.lumens_per_lamp < 0.0
     }
@@ -275,7 +275,7 @@ impl Ies {
     }
 }
 
-/// Whether two angles in degrees are the same to rounding.
+/// True if two angles in degrees are the same to rounding.
 fn is(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-6
 }

@@ -24,9 +24,9 @@ const FLUX_AT: u64 = 40;
 /// The header of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightToolsHeader {
-    /// Whether flux is in W; else in lm.
+    /// True if flux is in W; else in lm.
     pub radiant: bool,
-    /// Whether each ray has a wavelength.
+    /// True if each ray has a wavelength.
     pub coloured: bool,
     /// Origin of the rays, mm. Public code ignores it and takes starts as they stand; so does this
     /// crate.

@@ -17,7 +17,7 @@ use std::io::{Read, Seek, Write};
 const HEADER: usize = 28;
 /// Bytes of a ray.
 const STRIDE: usize = 32;
-/// What public code writes between the two fluxes.
+/// Bytes that public code writes between the two fluxes.
 const UNUSED: [f32; 5] = [2.0; 5];
 
 /// The header of a file.
@@ -31,7 +31,7 @@ pub struct SpeosHeader {
     pub luminous_flux: f32,
 }
 
-/// Whether a file of `length` bytes that begins with `start` is one: it holds whole rays, and the
+/// True if a file of `length` bytes that begins with `start` is one: it holds whole rays, and the
 /// first is a ray of light.
 #[must_use]
 pub fn begins_like_one(start: &[u8], length: u64) -> bool {

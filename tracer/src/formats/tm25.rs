@@ -24,7 +24,7 @@ const LUMINOUS_AT: u64 = 12;
 /// Code points of each of the nine descriptions.
 const DESCRIPTION: usize = 1000;
 /// Most spectral tables and extra columns that are accepted.
-const MOST: u32 = 1 << 16;
+const MAX_COUNT: u32 = 1 << 16;
 
 /// Columns beyond position and direction, in the order of a ray, with the number of f32 of each.
 const COLUMNS: [(&str, usize); 6] = [
@@ -80,7 +80,7 @@ pub struct Tm25Header {
 }
 
 impl Tm25Header {
-    /// Whether rays carry radiant flux (W); else luminous flux (lm).
+    /// True if rays carry radiant flux (W); else luminous flux (lm).
     pub fn is_radiant(&self) -> bool {
         self.columns[0]
     }
@@ -163,7 +163,7 @@ fn parse(fixed: &[u8]) -> Result<(Tm25Header, u32, u64), FormatError> {
         *description = utf32(&fixed[288 + 4 * DESCRIPTION * k..][..4 * DESCRIPTION]);
     }
     let date = fixed[28..56].iter().map_while(|&b| (b > 0).then_some(char::from(b)));
-    let tables = code(76, "number of spectral tables", MOST)?;
+    let tables = code(76, "number of spectral tables", MAX_COUNT)?;
     let extra_text = u64::from(code(84, "bytes of further text", u32::MAX >> 1)?);
     let header = Tm25Header {
         creation: u32_at(fixed, 8),
@@ -180,7 +180,7 @@ fn parse(fixed: &[u8]) -> Result<(Tm25Header, u32, u64), FormatError> {
             _ => Spectrum::Unknown,
         },
         columns,
-        extra_columns: code(80, "number of further columns", MOST)?,
+        extra_columns: code(80, "number of further columns", MAX_COUNT)?,
         tables: Vec::new(),
         descriptions,
     };
@@ -207,8 +207,7 @@ impl<R: Read> Tm25Reader<R> {
         for _ in 0..tables {
             let count = source.part("the length of a spectral table", 4)?;
             let rows = source.part("a spectral table", 8 * u64::from(u32_at(&count, 0)))?;
-            let rows = rows.chunks_exact(8);
-            let rows = rows.map(|row| [f32_at(row, 0), f32_at(row, 4)]);
+            let rows = rows.chunks_exact(8).map(|row| [f32_at(row, 0), f32_at(row, 4)]);
             header.tables.push(rows.collect());
         }
         let used = source.offset - begin;
@@ -246,8 +245,8 @@ impl<R: Read> Tm25Reader<R> {
         self.sum
     }
 
-    /// Which of [`Tm25Header::tables`], from 1, the file names as the spectrum of the ray read
-    /// last; NaN where it names none.
+    /// Number of the table of [`Tm25Header::tables`], from 1, that the file names as the spectrum
+    /// of the ray read last; NaN where it names none.
     pub fn spectrum_index(&self) -> f32 {
         self.spectrum_index
     }

@@ -14,7 +14,7 @@ use super::FormatError;
 use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, f32_at, u32_at, vector_at};
 use std::io::{Read, Seek, Write};
 
-/// What a file begins with: the format's number now and that of older files.
+/// First bytes of a file: the format's number now and that of older files.
 pub const IDENTIFIERS: [u32; 2] = [1010, 8_675_309];
 /// Bytes before the rays.
 const HEADER: usize = 208;
@@ -25,7 +25,7 @@ const MILLIMETRES: [f32; 5] = [1000.0, 25.4, 10.0, 304.8, 1.0];
 /// Code of millimetres.
 const IN_MILLIMETRES: u32 = 4;
 /// Most rays of a file.
-const MOST_RAYS: u64 = 4_000_000_000;
+const MAX_RAYS: u64 = 4_000_000_000;
 
 /// The header of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,9 +38,9 @@ pub struct ZemaxHeader {
     pub flux: f32,
     /// Wavelength as stated, nm; 0 where light is of several.
     pub wavelength: f32,
-    /// Whether each ray has a wavelength.
+    /// True if each ray has a wavelength.
     pub coloured: bool,
-    /// Whether flux is in W; else in lm.
+    /// True if flux is in W; else in lm.
     pub radiant: bool,
     /// Millimetres of the unit of length.
     pub millimetres: f32,
@@ -123,9 +123,9 @@ pub struct ZemaxMetadata {
     pub description: String,
     /// One wavelength for all rays, nm; NaN where there is none.
     pub wavelength: f32,
-    /// Whether each ray is written with its own wavelength.
+    /// True if each ray is written with its own wavelength.
     pub coloured: bool,
-    /// Whether flux is in W; else in lm, which rays with wavelengths cannot have.
+    /// True if flux is in W; else in lm, which rays with wavelengths cannot have.
     pub radiant: bool,
 }
 
@@ -178,8 +178,8 @@ impl<W: Write + Seek> ZemaxWriter<W> {
     /// If there are more rays than the format can count, or the sink fails.
     pub fn finish(self) -> Result<(u64, f64), RayFileError> {
         let rays = self.sink.rays();
-        if rays > MOST_RAYS {
-            let expected = format!("at most {MOST_RAYS} rays in a Zemax file");
+        if rays > MAX_RAYS {
+            let expected = format!("at most {MAX_RAYS} rays in a Zemax file");
             return Err(FormatError::offset(4, expected, rays.to_string()).into());
         }
         let description = self.description;

@@ -34,7 +34,7 @@ pub(crate) struct Fresnel {
     cos_theta_i: f64,
     /// 0 beyond the critical angle.
     cos_theta_t: f64,
-    /// Whether all is reflected.
+    /// True if all is reflected.
     pub total: bool,
     /// Reflectance as a quotient: (r_s² + r_p²)/2 over the common denominator.
     numerator: f64,
@@ -64,7 +64,7 @@ impl Fresnel {
         }
     }
 
-    /// Whether light is reflected when `chance`, uniform on [0, 1), decides.
+    /// True if light is reflected when `chance`, uniform on [0, 1), decides.
     #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
     #[inline(always)]
     pub fn reflects(&self, chance: f64) -> bool {

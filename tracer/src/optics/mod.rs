@@ -3,5 +3,5 @@
 
 pub mod fresnel;
 pub mod media;
-pub mod polarization;
+pub mod polarisation;
 pub mod thin_film;

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use crate::error::Error;
 
-/// Where bins lie.
+/// Position of bins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
     /// Between multiples of the widths: bin 0 of the polar angle from 0 to one width.

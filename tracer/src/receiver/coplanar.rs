@@ -75,11 +75,11 @@ fn face_in(window: &Window, body: &Body) -> Option<usize> {
     found
 }
 
-/// Whether some ray of a set (by its address) begins in the plane of a window, when its source
+/// True if some ray of a set (by its address) begins in the plane of a window, when its source
 /// stands at a height (its bits) over that plane.
 type Levels = HashMap<(usize, u64), bool>;
 
-/// Whether light of a source begins in the window.
+/// True if light of a source begins in the window.
 fn emits_in(window: &Window, source: &Source, levels: &mut Levels) -> bool {
     let at = source.position;
     if let Emission::Rays(rays) = &source.emission {

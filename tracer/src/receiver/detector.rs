@@ -12,19 +12,19 @@ use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::shape::Bounds;
 
-/// What a detector looks at.
+/// Light that a detector looks at.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measurement {
-    /// What passes a rectangle in the air: irradiance by place.
+    /// Light that passes a rectangle in the air: irradiance by place.
     Plane(DetectorRectangle),
-    /// What leaves the scene for good: intensity by direction, the polar axis along +z.
+    /// Light that leaves the scene for good: intensity by direction, the polar axis along +z.
     FarField(Angles),
-    /// What passes a rectangle in the air by place and direction: radiance. Polar angles are those
-    /// to the normal, azimuths go from u to v. Bin number = bin of the place · number of directions
-    /// + bin of the direction.
+    /// Light that passes a rectangle in the air by place and direction: radiance. Polar angles are
+    /// those to the normal, azimuths go from u to v. Bin number = bin of the place · number of
+    /// directions + bin of the direction.
     Luminance(DetectorRectangle, Angles),
-    /// What meets the surfaces of this name in the ledger, in words or with underscores between
-    /// them: bins as [`FLUX_BINS`] names them.
+    /// Light that meets the surfaces of this name in the ledger, in words or with underscores
+    /// between them: bins as [`FLUX_BINS`] names them.
     Flux(String),
 }
 
@@ -44,11 +44,11 @@ pub const FLUX_BINS: [&str; 6] = [
 pub struct Detector {
     /// Name, for messages.
     pub name: String,
-    /// What it looks at.
+    /// Light that it looks at.
     pub measurement: Measurement,
-    /// Which light it reads.
+    /// Filter of the light that it reads.
     pub filter: Filter,
-    /// Whether it reads I, Q, U and V, as [`Detector::stokes`] says, and not the power alone.
+    /// True if it reads I, Q, U and V, as [`Detector::stokes`] says, and not the power alone.
     pub stokes: bool,
 }
 
@@ -103,7 +103,7 @@ impl Detector {
         }
     }
 
-    /// What the power in every bin is divided by: mm² for irradiance, sr for intensity, mm² sr for
+    /// Divisor of the power in every bin: mm² for irradiance, sr for intensity, mm² sr for
     /// radiance, 1 for flux.
     pub fn measures(&self) -> Vec<f64> {
         let spread = |rows: Vec<f64>, phis: usize| -> Vec<f64> {

@@ -68,18 +68,22 @@ impl FarField {
 
     /// Intensity of every bin in W/sr from the power in the bins, `watts`.
     pub fn intensity(&self, watts: &[f64]) -> Vec<f64> {
-        let rows = watts.chunks_exact(self.phis).enumerate();
-        rows.flat_map(|(theta, row)| row.iter().map(move |power| power / self.solid_angle(theta)))
+        watts
+            .chunks_exact(self.phis)
+            .enumerate()
+            .flat_map(|(theta, row)| row.iter().map(move |power| power / self.solid_angle(theta)))
             .collect()
     }
 
     /// Intensity I(θ) in W/sr averaged over azimuth, one value for each θ bin.
     pub fn azimuth_mean(&self, watts: &[f64]) -> Vec<f64> {
-        let rows = watts.chunks_exact(self.phis).enumerate();
-        rows.map(|(theta, row)| {
-            row.iter().sum::<f64>() / (self.solid_angle(theta) * self.phis as f64)
-        })
-        .collect()
+        watts
+            .chunks_exact(self.phis)
+            .enumerate()
+            .map(|(theta, row)| {
+                row.iter().sum::<f64>() / (self.solid_angle(theta) * self.phis as f64)
+            })
+            .collect()
     }
 
     /// Intensity along θ in W/sr, averaged over the φ bins that overlap `phi_deg` ±
@@ -93,12 +97,14 @@ impl FarField {
                 off.min(180.0 - off) < half_width_deg + half_bin - 1e-9
             })
             .collect();
-        let rows = watts.chunks_exact(self.phis).enumerate();
-        rows.map(|(theta, row)| {
-            let power: f64 = chosen.iter().map(|&phi| row[phi]).sum();
-            power / (self.solid_angle(theta) * chosen.len().max(1) as f64)
-        })
-        .collect()
+        watts
+            .chunks_exact(self.phis)
+            .enumerate()
+            .map(|(theta, row)| {
+                let power: f64 = chosen.iter().map(|&phi| row[phi]).sum();
+                power / (self.solid_angle(theta) * chosen.len().max(1) as f64)
+            })
+            .collect()
     }
 }
 
@@ -114,7 +120,7 @@ impl Receiver for FarField {
     #[inline]
     fn bin(&self, ray: &Ray, length: f64) -> Option<usize> {
         let d = ray.direction;
-        (length == f64::INFINITY).then(|| self.of(d, polar(d.z), azimuth(d.x, d.y)))
+        (length == f64::INFINITY).then(|| self.bin_at(d, polar(d.z), azimuth(d.x, d.y)))
     }
 
     fn bin_many(&self, rays: &RayBuffer, bins: &mut Bins) {
@@ -134,7 +140,7 @@ impl Receiver for FarField {
         for (k, bin) in bins.iter_mut().enumerate().take(rays.count) {
             let direction = DVec3::new(x[k], y[k], z[k]);
             *bin = if rays.length[k] == f64::INFINITY {
-                self.of(direction, angles[0][k], angles[1][k]) as u32
+                self.bin_at(direction, angles[0][k], angles[1][k]) as u32
             } else {
                 NO_BIN
             };
@@ -146,7 +152,7 @@ impl FarField {
     /// The bin of a direction whose angles are known to [`ANGLE_ERROR`]: nearly every one lies
     /// farther than that from the bounds of its bin.
     #[inline]
-    fn of(&self, d: DVec3, theta: f64, phi: f64) -> usize {
+    fn bin_at(&self, d: DVec3, theta: f64, phi: f64) -> usize {
         let inside = |value: f64, per: f64, count: usize| {
             let (value, err) = (value * per, ANGLE_ERROR * per);
             // Through i32: one instruction there and one back.
@@ -199,8 +205,8 @@ fn polar(z: f64) -> f64 {
 #[inline(always)]
 fn azimuth(along: f64, aside: f64) -> f64 {
     let (x, y) = (along.abs(), aside.abs());
-    let (least, most) = if x < y { (x, y) } else { (y, x) };
-    let ratio = least / most;
+    let (min, max) = if x < y { (x, y) } else { (y, x) };
+    let ratio = min / max;
     let square = ratio * ratio;
     let series = [
         0.002_866_225_7,

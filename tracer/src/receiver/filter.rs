@@ -3,7 +3,7 @@
 
 use crate::scene::Lines;
 
-/// Which light is read: all of it by default.
+/// Choice of the light that is read: all of it by default.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filter {
     /// Only light whose last surface has this name in the ledger, in words or with underscores
@@ -26,7 +26,7 @@ impl Default for Filter {
     }
 }
 
-/// What filters know of a path.
+/// Past of a path, for filters.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PathHistory {
     /// Number of its source.
@@ -45,7 +45,7 @@ impl PathHistory {
 
     /// Of a path that begins.
     #[inline]
-    pub fn of(source: u32) -> Self {
+    pub fn new(source: u32) -> Self {
         Self { source, bounces: 0, line: Self::NO_LINE, at: [0.0; 2] }
     }
 
@@ -70,9 +70,9 @@ impl<'a> CompiledFilter<'a> {
         Self { lines: name.map(|name| lines_named(lines, name)), filter }
     }
 
-    /// Whether light of this past is read.
+    /// True if light of this past is read.
     pub fn passes(&self, history: &PathHistory) -> bool {
-        let Filter { last_radii_mm, bounces: [least, most], sources, .. } = self.filter;
+        let Filter { last_radii_mm, bounces: [min, max], sources, .. } = self.filter;
         let line = history.line as usize;
         let last = history.line != PathHistory::NO_LINE;
         let [x, y] = history.at;
@@ -80,7 +80,7 @@ impl<'a> CompiledFilter<'a> {
             let radius = x.hypot(y);
             last && radius > low && radius <= high
         };
-        (*least..=*most).contains(&history.bounces)
+        (*min..=*max).contains(&history.bounces)
             && (self.lines.as_ref()).is_none_or(|lines| last && lines.contains(&line))
             && last_radii_mm.is_none_or(within)
             && (sources.as_ref()).is_none_or(|all| all.contains(&(history.source as usize)))
@@ -95,8 +95,9 @@ pub(super) fn underscored(name: &str) -> String {
 /// Lines of the ledger with this name, in words or with underscores between them; one for parts of
 /// the skin of a body and one for others.
 pub(super) fn lines_named(all: &Lines, name: &str) -> Vec<usize> {
-    let numbered = all.surfaces.iter().enumerate();
-    numbered
+    all.surfaces
+        .iter()
+        .enumerate()
         .filter(|(_, known)| underscored(known) == underscored(name))
         .map(|(number, _)| number)
         .collect()

@@ -34,7 +34,7 @@ use crate::error::{Error, check};
 use crate::ray::Ray;
 use crate::scene::Scene;
 
-/// What a receiver reads.
+/// Light that a receiver reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs<'a> {
     /// Segments of paths through the world, those that leave the scene for good among them.
@@ -50,7 +50,7 @@ pub trait Receiver: Sync {
     /// Number of bins, those of all Stokes parameters together.
     fn bins(&self) -> usize;
 
-    /// What it reads.
+    /// Light that it reads.
     fn needs(&self) -> Needs<'_> {
         Needs::Segments
     }
@@ -64,7 +64,7 @@ pub trait Receiver: Sync {
         bin_each(self, rays, bins);
     }
 
-    /// Which light it reads; `None` for all.
+    /// Filter of the light that it reads; `None` for all.
     fn filter(&self) -> Option<&Filter> {
         None
     }
@@ -95,7 +95,7 @@ impl Scene {
     /// Checks that a receiver fits the scene.
     ///
     /// # Errors
-    /// As [`Receiver::check`], and more bins than [`Bins`] can name.
+    /// Same as [`Receiver::check`], and more bins than [`Bins`] can name.
     pub fn admits(&self, receiver: &dyn Receiver) -> Result<(), Error> {
         let bins = receiver.bins();
         check(

@@ -84,14 +84,14 @@ impl PlaneMap {
         watts.iter().map(|power| power / (self.bin * self.bin)).collect()
     }
 
-    /// Whether it passes through a box.
+    /// True if it passes through a box.
     fn cuts(&self, &Bounds { low, high }: &Bounds) -> bool {
         let own = self.rectangle.bounds();
         let beside = |axis: usize| high[axis] > own.low[axis] && low[axis] < own.high[axis];
         low.z <= self.height && high.z >= self.height && beside(0) && beside(1)
     }
 
-    /// Whether it lies above bodies that reach up to this height.
+    /// True if it lies above bodies that reach up to this height.
     fn clears(&self, top_mm: f64) -> Result<(), Error> {
         if self.height > top_mm {
             Ok(())

@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::PathHistory;
-use crate::optics::polarization::Stokes;
+use crate::optics::polarisation::Stokes;
 use crate::ray::Ray;
 
 /// Rays that are gathered.
@@ -20,15 +20,15 @@ pub const NO_BIN: u32 = u32::MAX;
 /// Up to [`RAY_BUFFER`] rays with their lengths and weights, coordinate by coordinate.
 #[derive(Debug, Clone)]
 pub struct RayBuffer {
-    /// Where they start, mm.
+    /// Start points, mm.
     pub origin: [[f64; RAY_BUFFER]; 3],
-    /// Where they go.
+    /// Directions.
     pub direction: [[f64; RAY_BUFFER]; 3],
-    /// How far, mm; infinite where they leave the scene for good.
+    /// Lengths, mm; infinite where they leave the scene for good.
     pub length: [f64; RAY_BUFFER],
     /// Their weights.
     pub weight: [f64; RAY_BUFFER],
-    /// How many there are; entries from there on are of no meaning, but finite.
+    /// Number of rays; entries from there on are of no meaning, but finite.
     pub count: usize,
     /// Pasts of their paths, where a filter asks for them.
     pub(super) history: Vec<PathHistory>,
@@ -54,7 +54,7 @@ impl RayBuffer {
     /// One of the rays.
     #[inline]
     pub fn ray(&self, number: usize) -> Ray {
-        Ray::of_lane(&self.origin, &self.direction, number)
+        Ray::from_lane(&self.origin, &self.direction, number)
     }
 
     /// Direction of one of the rays.

@@ -25,7 +25,7 @@ pub enum Facing {
 /// One of the two directions of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sense {
-    /// That of the axis.
+    /// Side of the axis.
     Plus,
     /// The opposite one.
     Minus,
@@ -53,7 +53,7 @@ pub struct DetectorRectangle {
     bins: [usize; 2],
 }
 
-/// Where a ray crosses a rectangle.
+/// Point where a ray crosses a rectangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crossing {
     pub bin: usize,
@@ -127,8 +127,8 @@ impl DetectorRectangle {
         Bounds { low: self.centre - half, high: self.centre + half }
     }
 
-    /// Where a ray that travels `length` mm crosses it along its normal. A start on the rectangle
-    /// counts, an end does not: two segments that meet there count once.
+    /// Point where a ray that travels `length` mm crosses it along its normal. A start on the
+    /// rectangle counts, an end does not: two segments that meet there count once.
     #[inline]
     pub(super) fn crossing(&self, ray: &Ray, length: f64) -> Option<Crossing> {
         let (axes, sign) = self.facing.axes();

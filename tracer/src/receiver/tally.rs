@@ -11,9 +11,9 @@ use glam::DVec3;
 use super::filter::{CompiledFilter, lines_named};
 use super::ray_buffer::{NO_BIN, RAY_BUFFER, RayBuffer};
 use super::{Needs, PathHistory, Receiver, STOKES};
-use crate::ledger::{Ledger, Loss};
+use crate::ledger::{Booking, Ledger, Loss};
 use crate::observer::Fate;
-use crate::optics::polarization::Light;
+use crate::optics::polarisation::Light;
 use crate::outcome::Totals;
 use crate::ray::Ray;
 use crate::scene::Scene;
@@ -35,20 +35,20 @@ pub(crate) struct Receivers<'a> {
     /// Length from which segments are read: 0, or infinite where all read escapes alone; NaN for
     /// none.
     read_from: f64,
-    /// Whether any reads surfaces.
+    /// True if any reads surfaces.
     surfaces: bool,
-    /// Whether any has a filter.
+    /// True if any has a filter.
     history: bool,
     light: bool,
 }
 
 impl<'a> Receivers<'a> {
-    /// Whether any reads segments that end at a surface.
+    /// True if any reads segments that end at a surface.
     pub fn read_segments(&self) -> bool {
         self.read_from <= 0.0
     }
 
-    /// Whether any needs every interaction.
+    /// True if any needs every interaction.
     pub fn observe_interactions(&self) -> bool {
         self.history || self.surfaces
     }
@@ -138,23 +138,25 @@ impl<'a> Tally<'a> {
         }
     }
 
+    /// Books an event in the ledger.
+    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
+    #[inline(always)]
+    pub fn book(&mut self, event: Booking) {
+        self.totals.ledger.book(event);
+    }
+
     /// Books light that leaves the scene for good.
     #[inline]
     pub fn escape(&mut self, direction: DVec3, weight: f64) -> Fate {
-        let ledger = &mut self.totals.ledger;
-        if direction.z >= 0.0 {
-            ledger.escaped_up += weight;
-            Fate::EscapedUp
-        } else {
-            ledger.escaped_down += weight;
-            Fate::EscapedDown
-        }
+        let upward = direction.z >= 0.0;
+        self.book(Booking::Escape { upward, weight });
+        if upward { Fate::EscapedUp } else { Fate::EscapedDown }
     }
 
     /// Books light that is given up.
     #[inline]
     pub fn lose(&mut self, cause: Loss, weight: f64) -> Fate {
-        self.totals.ledger.lost[cause as usize] += weight;
+        self.book(Booking::Loss { cause, weight });
         Fate::Lost(cause)
     }
 
@@ -239,8 +241,8 @@ fn add_all(bins: &[u32], weights: &[f64], readings: &mut [f64]) {
 /// Adds Q, U and V of segment `k`, referred to s = `axis` × k, to their bins.
 fn read_stokes(segments: &RayBuffer, k: usize, axis: DVec3, readings: &mut [f64], bin: usize) {
     let direction = segments.direction(k);
-    let s = axis.cross(direction);
-    let s = s.try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
+    let s =
+        axis.cross(direction).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
     let light = segments.light[k].turned(direction, s);
     let bins = readings.len() / STOKES.len();
     for (number, parameter) in (1..).zip([light.q, light.u, light.v]) {

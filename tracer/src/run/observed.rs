@@ -3,7 +3,7 @@
 
 use crate::error::Error;
 use crate::observer::Observer;
-use crate::optics::polarization::{Polarization, Stokes, Unpolarised};
+use crate::optics::polarisation::{Polarisation, Stokes, Unpolarised};
 use crate::path::Tracer;
 use crate::random;
 use crate::ray::Ray;
@@ -32,11 +32,11 @@ pub fn trace_observed(
         let source = &sources[number];
         let ray = aim(source.source.sample(scene.offset(), &mut rng));
         let state = &mut tracer.begin(ray, (number, source), &mut tally, observer);
-        match settings.polarization {
-            Polarization::Unpolarised => {
+        match settings.polarisation {
+            Polarisation::Unpolarised => {
                 tracer.walk(state, Unpolarised, &mut rng, &mut tally, observer);
             }
-            Polarization::Carried => {
+            Polarisation::Carried => {
                 tracer.walk(state, Stokes::default(), &mut rng, &mut tally, observer);
             }
         }

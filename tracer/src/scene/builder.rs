@@ -4,7 +4,7 @@
 mod checks;
 
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::compiled::{Around, Body, CompiledMedium};
@@ -115,13 +115,13 @@ impl SceneBuilder {
         self
     }
 
-    /// How instances are searched; for tests and measurements, results do not depend on it.
+    /// Chooses the search for instances; for tests and measurements, results do not depend on it.
     pub fn search(&mut self, search: InstanceSearch) -> &mut Self {
         self.search = search;
         self
     }
 
-    /// Whether light meets no instance but the one that carries its source, as if each stood alone
+    /// True if light meets no instance but the one that carries its source, as if each stood alone
     /// on the ground of all; default: it meets any.
     pub fn isolated(&mut self, isolated: bool) -> &mut Self {
         self.isolated = isolated;
@@ -182,7 +182,7 @@ impl SceneBuilder {
         self.instances[instance].0.0
     }
 
-    /// What the instances stand in.
+    /// Media in which the instances stand.
     fn containments(&self) -> Result<Containments, Error> {
         let levels = self.surfaces.iter().filter_map(|surface| {
             let Bounds { low, high } = surface.shape.bounds();
@@ -192,7 +192,7 @@ impl SceneBuilder {
         let ground = levels.fold(f64::NEG_INFINITY, f64::max);
         let array_solids = self.array_solids.map(|id| &self.prototypes[id.0]);
         let placed = self.instances.iter().map(|(id, at)| (id.0, *at));
-        Containments::of(
+        Containments::new(
             &self.prototypes,
             &placed.collect::<Vec<_>>(),
             array_solids.map(|array_solids| Surroundings::new(array_solids, ground)),
@@ -209,14 +209,14 @@ impl SceneBuilder {
         let stands: Vec<(usize, Option<u8>)> =
             placed.clone().map(|(id, _)| id.0).zip(outside).collect();
         let holder = self.array_solids.map(|id| &self.prototypes[id.0]);
+        let mut around_each = vec![BTreeSet::new(); self.prototypes.len()];
+        for (prototype, outside) in &stands {
+            around_each[*prototype].insert(*outside);
+        }
         let (mut bodies, mut kinds) = (Vec::new(), BTreeMap::new());
-        for (number, prototype) in self.prototypes.iter().enumerate() {
-            let of_this = stands.iter().filter(|(other, _)| *other == number);
-            let mut held: Vec<Option<u8>> = of_this.map(|(_, outside)| *outside).collect();
-            held.sort_unstable();
-            held.dedup();
+        for ((number, prototype), mut held) in self.prototypes.iter().enumerate().zip(around_each) {
             if held.is_empty() {
-                held.push(None);
+                held.insert(None);
             }
             for outside in held {
                 let around = Around {
@@ -227,8 +227,7 @@ impl SceneBuilder {
                 bodies.push(Body::new(&prototype.media, &prototype.surfaces, around, lines));
             }
         }
-        let list = stands.iter().zip(placed);
-        let list = list.map(|(stands, (_, position))| Instance {
+        let list = stands.iter().zip(placed).map(|(stands, (_, position))| Instance {
             prototype: kinds[stands],
             position: *position,
         });

@@ -34,7 +34,7 @@ pub(crate) struct CompiledSurface {
     pub patches: Vec<CompiledPatch>,
 }
 
-/// Which surfaces to test in a region.
+/// Surfaces to test in a region.
 type Bordering = Vec<Border>;
 
 /// A surface that borders a region.
@@ -58,7 +58,7 @@ impl Border {
         Reach { from: reach.from * self.before, to: reach.to }
     }
 
-    /// Whether a ray begins above it and does not fall, or below it and does not rise.
+    /// True if a ray begins above it and does not fall, or below it and does not rise.
     #[inline]
     fn passed_by(&self, ray: &Ray) -> bool {
         let (z, dz) = (ray.origin.z, ray.direction.z);
@@ -78,13 +78,13 @@ pub(crate) struct Body {
     /// Box around its skin, infinite where that is; a body that does not border the world has its
     /// other surfaces for a skin.
     pub bounds: Bounds,
-    /// Whether only one surface borders the world and that is of a convex solid: a ray that leaves
+    /// True if only one surface borders the world and that is of a convex solid: a ray that leaves
     /// into the world then does not meet the body again before something else.
     pub convex: bool,
     /// Distance from the axis that it fills, if it is made of bodies of revolution and placed
     /// shapes only.
     pub radius: Option<f64>,
-    /// Whether it is a body of revolution about its axis.
+    /// True if it is a body of revolution about its axis.
     pub round: bool,
     /// Boxes around its skin: one for each placed shape, and one for all the rest.
     pub boxes: Vec<Bounds>,
@@ -94,7 +94,7 @@ pub(crate) struct Body {
 #[derive(Clone, Copy)]
 pub(super) struct Around<'a> {
     pub medium: &'a Medium,
-    /// Whether it is that of an array solid.
+    /// True if it is that of an array solid.
     pub enclosed: bool,
 }
 
@@ -152,8 +152,9 @@ impl Body {
                 [false, true] => Some(Sides::Outer),
                 [false, false] => None,
             };
-            let numbered = ready.iter().enumerate();
-            numbered
+            ready
+                .iter()
+                .enumerate()
                 .filter_map(|(number, surface)| {
                     let Bounds { low, high } = surface.shape.bounds();
                     let slack = 1e-9 * (low.z.abs() + high.z.abs());
@@ -179,9 +180,11 @@ impl Body {
         let radius = radii.map(|radii| radii.into_iter().fold(0.0, f64::max));
         let round = skin.iter().all(|surface| surface.shape.round());
         let placed = |surface: &&&CompiledSurface| matches!(surface.shape, Shape::Placed(_));
-        let rest = skin.iter().filter(|surface| !placed(surface));
-        let rest = rest.map(|surface| surface.shape.bounds());
-        let rest = rest.reduce(Bounds::union);
+        let rest = skin
+            .iter()
+            .filter(|surface| !placed(surface))
+            .map(|surface| surface.shape.bounds())
+            .reduce(Bounds::union);
         let placed = skin.iter().filter(placed).map(|s| s.shape.bounds());
         let boxes = rest.into_iter().chain(placed).collect();
         let convex = match &from_world[..] {
@@ -216,8 +219,9 @@ impl Body {
 
     /// The surfaces that border the world; all, if none does.
     pub fn skin(&self) -> impl Iterator<Item = &CompiledSurface> {
-        let all = self.surfaces.iter();
-        all.filter(|s| self.from_world.is_empty() || s.regions.contains(&Region::World))
+        self.surfaces
+            .iter()
+            .filter(|s| self.from_world.is_empty() || s.regions.contains(&Region::World))
     }
 
     /// The nearest surface that borders the world.
@@ -281,8 +285,10 @@ impl Body {
             let hits = if let Shape::Mesh(mesh) = shape {
                 mesh.intersect_many(traversal, rays, &within, sides)
             } else {
-                let each = rays.iter().zip(&within);
-                each.map(|(ray, reach)| shape.intersect(ray, *reach, sides)).collect()
+                rays.iter()
+                    .zip(&within)
+                    .map(|(ray, reach)| shape.intersect(ray, *reach, sides))
+                    .collect()
             };
             for ((found, reach), hit) in found.iter_mut().zip(&mut reach).zip(hits) {
                 if let Some(at) = hit {
@@ -311,7 +317,7 @@ impl Body {
     }
 }
 
-/// Whether a surface separates a body from the world.
+/// True if a surface separates a body from the world.
 fn is_skin(surface: &Surface) -> bool {
     matches!(
         (surface.inner, surface.outer),
@@ -320,7 +326,7 @@ fn is_skin(surface: &Surface) -> bool {
 }
 
 impl CompiledSurface {
-    /// Whether it is a solid box of the world that light does not enter.
+    /// True if it is a solid box of the world that light does not enter.
     pub fn is_wall(&self) -> bool {
         matches!(self.shape, Shape::Cuboid(_)) && self.regions[0] == Region::Opaque
     }

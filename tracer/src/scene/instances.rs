@@ -23,7 +23,7 @@ use crate::shape::{Bounds, Reach};
 /// at 9, 5 % at 16, 75 % at 64, elevenfold at 1024).
 pub const HIERARCHY_FROM: usize = 10;
 
-/// How instances are searched.
+/// Search for instances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstanceSearch {
     /// By number of instances.
@@ -82,8 +82,8 @@ impl BoxLanes {
     /// before it enters. `inverse` holds the reciprocals of its direction.
     #[inline]
     fn passages(&self, origin: DVec3, inverse: DVec3) -> [[f64; BOX_LANES]; 2] {
-        let least = |a: f64, b: f64| if a < b { a } else { b };
-        let most = |a: f64, b: f64| if a > b { a } else { b };
+        let min = |a: f64, b: f64| if a < b { a } else { b };
+        let max = |a: f64, b: f64| if a > b { a } else { b };
         let mut enter = [f64::NEG_INFINITY; BOX_LANES];
         let mut leave = [f64::INFINITY; BOX_LANES];
         for axis in 0..3 {
@@ -91,8 +91,8 @@ impl BoxLanes {
             for k in 0..BOX_LANES {
                 let (a, b) =
                     ((self.low[axis][k] - o) * inverse, (self.high[axis][k] - o) * inverse);
-                enter[k] = most(least(a, b), enter[k]);
-                leave[k] = least(most(a, b), leave[k]);
+                enter[k] = max(min(a, b), enter[k]);
+                leave[k] = min(max(a, b), leave[k]);
             }
         }
         [enter, leave]

@@ -6,7 +6,7 @@
 pub struct Lines {
     /// Parts of surfaces.
     pub surfaces: Vec<String>,
-    /// Whether light that passes the part goes from a body into the world or back.
+    /// True if light that passes the part goes from a body into the world or back.
     pub(crate) skin: Vec<bool>,
     /// Media.
     pub media: Vec<String>,

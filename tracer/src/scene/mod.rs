@@ -73,9 +73,9 @@ pub(crate) struct Hit<'a> {
 /// The instances that a ray of the world may meet next.
 #[derive(Clone, Copy)]
 pub(crate) struct Candidates {
-    /// An instance that it has left for good, see [`Scene::leaves_for_good`].
+    /// An instance that it has left for good, see [`Scene::convex_exit`].
     pub except: Option<u32>,
-    /// The only instance that it may meet, see [`Scene::keeps_to`].
+    /// The only instance that it may meet, see [`Scene::only_candidate`].
     pub only: Option<u32>,
 }
 
@@ -90,7 +90,7 @@ pub struct Scene {
     pub(crate) lines: Arc<Lines>,
     pub(crate) power: f64,
     offset: f64,
-    /// Whether light meets no instance but the one that carries its source.
+    /// True if light meets no instance but the one that carries its source.
     isolated: bool,
     /// The instance of the array solids, which is the last one.
     array_solids: Option<u32>,
@@ -111,8 +111,11 @@ impl Scene {
 
     /// Ledger names of the surfaces that scatter, and so leave light unpolarised, in ledger order.
     pub fn scattering_surfaces(&self) -> Vec<String> {
-        let patches = self.bodies.iter().chain([&self.ground]);
-        let patches = patches.flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
+        let patches = self
+            .bodies
+            .iter()
+            .chain([&self.ground])
+            .flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
         let mut lines: Vec<usize> =
             patches.filter(|patch| patch.optics.scatters()).map(|patch| patch.line).collect();
         lines.sort_unstable();
@@ -148,23 +151,22 @@ impl Scene {
     /// Boxes around everything solid: the bodies, with one box for each placed shape, and the
     /// walls.
     pub(crate) fn filled(&self) -> impl Iterator<Item = Bounds> {
-        let bodies = self.packages().chain(self.array_solids().map(|body| (body, DVec3::ZERO)));
-        let bodies = bodies.flat_map(|(body, position)| {
-            let boxes = body.boxes.iter();
-            boxes.map(move |one| one.moved(position))
-        });
+        let bodies = self
+            .packages()
+            .chain(self.array_solids().map(|body| (body, DVec3::ZERO)))
+            .flat_map(|(body, position)| body.boxes.iter().map(move |one| one.moved(position)));
         let walls = self.ground.surfaces.iter().filter(|s| s.is_wall());
         bodies.chain(walls.map(|wall| wall.shape.bounds()))
     }
 
-    /// How far the start of a ray is moved off the surface it leaves, mm: 1e-12 of the largest
+    /// Distance of the start of a ray from the surface it leaves, mm: 1e-12 of the largest
     /// finite coordinate of the scene. That is a thousand times the rounding error of a point
     /// settled on its surface, and a millionth of the finest structure that light at 550 nm feels.
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// How far the start of a ray is moved off `point` of `surface`, mm. It is [`Scene::offset`],
+    /// Distance of the start of a ray from `point` of `surface`, mm. It is [`Scene::offset`],
     /// or more where the same region lies on both sides and the point is farther out than the
     /// finite coordinates of the scene: such a surface must be left by more than rounding.
     #[inline]
@@ -190,17 +192,17 @@ impl Scene {
     /// The instance, if it is convex: a ray that leaves it into the world cannot meet it again
     /// before it meets something else.
     #[inline]
-    pub(crate) fn leaves_for_good(&self, instance: Option<u32>) -> Option<u32> {
+    pub(crate) fn convex_exit(&self, instance: Option<u32>) -> Option<u32> {
         instance.filter(|number| self.body(*number).convex)
     }
 
     /// The only instance that light from this one can meet, where instances are isolated.
     #[inline]
-    pub(crate) fn keeps_to(&self, instance: Option<u32>) -> Option<u32> {
+    pub(crate) fn only_candidate(&self, instance: Option<u32>) -> Option<u32> {
         instance.filter(|_| self.isolated)
     }
 
-    /// Whether instances stand in array solids.
+    /// True if instances stand in array solids.
     #[inline]
     pub(crate) fn has_nested(&self) -> bool {
         self.nested.is_some()
@@ -215,7 +217,7 @@ impl Scene {
         }
     }
 
-    /// Whether a ray in `location` may meet other bodies than its own.
+    /// True if a ray in `location` may meet other bodies than its own.
     #[inline]
     pub(crate) fn meets_other_bodies(&self, location: Location) -> bool {
         let nested = self.nested.as_ref();

@@ -49,7 +49,7 @@ impl Nested {
         bodies: &[Body],
         search: InstanceSearch,
     ) -> Option<Self> {
-        let most = outside.iter().copied().flatten().max()?;
+        let max = outside.iter().copied().flatten().max()?;
         let array_solids = outside.len() as u32;
         let stands = outside.iter().chain([&None]);
         let outside: Vec<Region> =
@@ -64,7 +64,7 @@ impl Nested {
             Group::new(numbers, list, bodies, search)
         };
         let world = group(Region::World);
-        let within = (0..=most).map(|medium| {
+        let within = (0..=max).map(|medium| {
             let group = group(Region::Body(medium));
             (!group.numbers.is_empty()).then_some(group)
         });

@@ -67,7 +67,7 @@ impl Prototype {
 }
 
 impl Shape {
-    /// Whether a point (mm) lies within this shape, which must be closed. Two of three directions
+    /// True if a point (mm) lies within this shape, which must be closed. Two of three directions
     /// decide; of a point in the surface nothing is promised.
     #[must_use]
     pub fn holds(&self, point_mm: DVec3) -> bool {

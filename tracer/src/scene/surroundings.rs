@@ -23,8 +23,8 @@ use crate::surface::{Region, Surface};
 
 /// Lines by which points of a surface are found.
 const LINES: usize = 64;
-/// How far inside of a surface its points are taken, and how far above the ground what stands on it
-/// is looked at: as a share of the size of all.
+/// Depth inside of a surface at which its points are taken, and height above the ground at which
+/// what stands on it is looked at: as a share of the size of all.
 const DEEP: f64 = 1e-6;
 /// Most ends of edges of a surface that are looked at.
 const ENDS: usize = 512;
@@ -52,7 +52,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The region in which an instance of `prototype` at `position` (mm) stands.
-    pub fn of(&self, prototype: &Prototype, position: DVec3) -> Containment {
+    pub fn containment(&self, prototype: &Prototype, position: DVec3) -> Containment {
         self.look(prototype, position).0
     }
 
@@ -76,17 +76,17 @@ impl<'a> Surroundings<'a> {
             .filter(|point| point.z > above)
             .map(|point| (point, self.array_solids.region_at(point)))
             .collect();
-        let Some(most) = majority(&seen) else {
+        let Some(main) = majority(&seen) else {
             return (Containment::Within(Region::World), false);
         };
-        let containment = match seen.iter().find(|(_, region)| *region != most) {
-            Some((at, other)) => Containment::Straddles([most, *other], *at),
-            None => Containment::Within(most),
+        let containment = match seen.iter().find(|(_, region)| *region != main) {
+            Some((at, other)) => Containment::Straddles([main, *other], *at),
+            None => Containment::Within(main),
         };
         (containment, false)
     }
 
-    /// Whether no surface of the array solids reaches into a box above the ground: each surface
+    /// True if no surface of the array solids reaches into a box above the ground: each surface
     /// lies beside the box, on the ground, or is that of a convex solid that holds its corners.
     fn clear(&self, around: Bounds) -> bool {
         // What stands on the ground is looked at a little above it: solids that stand there keep a
@@ -104,7 +104,7 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// How far above the ground an instance with this box is looked at, mm.
+    /// Height above the ground at which an instance with this box is looked at, mm.
     fn slack(&self, around: Bounds) -> f64 {
         let boxes = self.array_solids.surfaces.iter().map(|s| s.shape.bounds());
         let size = Bounds::union_of(boxes).union(around).size().max_element();
@@ -126,8 +126,9 @@ pub(super) fn medium<'a>(
     outside: Option<u8>,
     world: &'a Medium,
 ) -> &'a Medium {
-    let held = array_solids.zip(outside);
-    held.and_then(|(array_solids, number)| array_solids.media.get(usize::from(number)))
+    array_solids
+        .zip(outside)
+        .and_then(|(array_solids, number)| array_solids.media.get(usize::from(number)))
         .unwrap_or(world)
 }
 
@@ -143,7 +144,7 @@ pub(super) struct Containments {
 
 impl Containments {
     /// Of instances of `prototypes`, given by number and position.
-    pub fn of(
+    pub fn new(
         prototypes: &[Prototype],
         instances: &[(usize, DVec3)],
         surroundings: Option<Surroundings<'_>>,
@@ -169,7 +170,7 @@ impl Containments {
         };
         let (mut outside, mut straddles) = (Vec::with_capacity(all.len()), None);
         for (instance, containment) in all.into_iter().enumerate() {
-            let most = match containment {
+            let main = match containment {
                 Containment::Within(region) => region,
                 Containment::Straddles(regions, at) => {
                     straddles = straddles.or_else(|| {
@@ -182,14 +183,15 @@ impl Containments {
                     regions[0]
                 }
             };
-            outside.push(match most {
+            outside.push(match main {
                 Region::World => None,
                 Region::Body(number) => Some(number),
                 Region::Opaque if straddles.is_some() => None,
                 Region::Opaque => {
                     let (prototype, position) = &instances[instance];
-                    let at = skin(&prototypes[*prototype]).next();
-                    let at = at.map_or(DVec3::ZERO, |s| s.shape.bounds().middle());
+                    let at = skin(&prototypes[*prototype])
+                        .next()
+                        .map_or(DVec3::ZERO, |s| s.shape.bounds().middle());
                     return Err(Error::InOpaque {
                         instance,
                         surface: surroundings.bounding(at + *position, Region::Opaque),
@@ -203,8 +205,10 @@ impl Containments {
 
 /// Surfaces of a body that border the world.
 fn bordering(prototype: &Prototype) -> impl Iterator<Item = &Surface> {
-    let all = prototype.surfaces.iter();
-    all.filter(|surface| [surface.inner, surface.outer].contains(&Region::World))
+    prototype
+        .surfaces
+        .iter()
+        .filter(|surface| [surface.inner, surface.outer].contains(&Region::World))
 }
 
 /// Finite surfaces of a body that border the world.
@@ -215,8 +219,8 @@ fn skin(prototype: &Prototype) -> impl Iterator<Item = &Surface> {
 /// The region of most points; the first of equal ones.
 fn majority(seen: &[(DVec3, Region)]) -> Option<Region> {
     let count = |region: Region| seen.iter().filter(|(_, r)| *r == region).count();
-    let most = seen.iter().map(|(_, region)| count(*region)).max()?;
-    let found = seen.iter().find(|(_, region)| count(*region) == most);
+    let highest = seen.iter().map(|(_, region)| count(*region)).max()?;
+    let found = seen.iter().find(|(_, region)| count(*region) == highest);
     found.map(|(_, region)| *region)
 }
 

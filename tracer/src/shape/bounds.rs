@@ -71,12 +71,12 @@ impl Bounds {
         })
     }
 
-    /// Whether all coordinates are finite.
+    /// True if all coordinates are finite.
     pub fn is_finite(&self) -> bool {
         self.low.is_finite() && self.high.is_finite()
     }
 
-    /// Whether the boxes share a point; touching counts.
+    /// True if the boxes share a point; touching counts.
     pub fn overlaps(&self, other: &Self) -> bool {
         self.low.cmple(other.high).all() && self.high.cmpge(other.low).all()
     }

@@ -13,7 +13,7 @@ use crate::ray::Ray;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cuboid(Bounds);
 
-/// Where a ray enters and leaves the box between two corners: distances and numbers of the faces,
+/// Entry and exit of a ray through the box between two corners: distances and numbers of the faces,
 /// the entry beyond the exit where it passes by. `inverse` holds the reciprocals of its direction.
 #[expect(clippy::inline_always, reason = "compiled into the wide loop over many paths")]
 #[inline(always)]
@@ -109,7 +109,7 @@ impl Cuboid {
         (at, normal)
     }
 
-    /// Its faces by primitive, corners in a row.
+    /// Faces by primitive, corners in a row.
     pub(super) fn faces(&self) -> [(u32, [DVec3; 4]); 6] {
         std::array::from_fn(|primitive| {
             let (axis, upper) = (primitive / 2, primitive % 2);
@@ -124,7 +124,7 @@ impl Cuboid {
         })
     }
 
-    /// Its edges, from end to end.
+    /// Edges, from end to end.
     pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
         let corners = self.0.corners();
         let along = |axis: usize| {

@@ -66,7 +66,7 @@ impl Face {
 }
 
 impl Shape {
-    /// Its flat faces; meshes have none here.
+    /// Flat faces; meshes have none here.
     pub(crate) fn faces(&self) -> Vec<Face> {
         let of_plane = |plane: &Plane, corners: Option<Vec<DVec3>>| Face {
             point: plane.anchor(),

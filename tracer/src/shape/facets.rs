@@ -12,7 +12,7 @@ pub(crate) enum Facet {
     Polygon(Vec<DVec3>),
     /// A disc without its middle, or a whole one where `inner` is 0.
     Ring {
-        /// Its middle.
+        /// Middle.
         centre: DVec3,
         /// Unit vector at right angles to it.
         normal: DVec3,
@@ -40,18 +40,18 @@ impl Window {
         Self { bounds: self.bounds.moved(-position), ..*self }
     }
 
-    /// Whether a point lies in its plane.
+    /// True if a point lies in its plane.
     pub fn level(&self, at: DVec3) -> bool {
         (at[self.axis] - self.bounds.low[self.axis]).abs() <= self.within
     }
 
-    /// Whether a point lies in it.
+    /// True if a point lies in it.
     pub fn holds(&self, at: DVec3) -> bool {
         let point = Bounds { low: at, high: at };
         self.level(at) && self.meets(&point)
     }
 
-    /// Whether a box touches it.
+    /// True if a box touches it.
     pub fn meets(&self, other: &Bounds) -> bool {
         other.overlaps(&self.bounds.padded(self.within))
     }
@@ -61,7 +61,7 @@ impl Window {
         [(self.axis + 1) % 3, (self.axis + 2) % 3]
     }
 
-    /// Whether a facet lies in its plane and they share more than an edge.
+    /// True if a facet lies in its plane and they share more than an edge.
     pub fn overlaps(&self, facet: &Facet) -> bool {
         match facet {
             Facet::Polygon(corners) => {
@@ -84,7 +84,7 @@ impl Window {
         }
     }
 
-    /// Whether a convex polygon in its plane shares area with it, by clipping at all four edges.
+    /// True if a convex polygon in its plane shares area with it, by clipping at all four edges.
     fn shares(&self, corners: &[DVec3]) -> bool {
         let mut left = corners.to_vec();
         for axis in self.along() {

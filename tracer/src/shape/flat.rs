@@ -9,7 +9,7 @@ use super::{Bounds, Intersection, Reach, Sides};
 use crate::error::{Error, finite, positive};
 use crate::ray::Ray;
 
-/// Which points of a plane belong to a shape; u and v are the coordinates along its axes, from its
+/// Part of a plane that belongs to a shape; u and v are the coordinates along its axes, from its
 /// point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Extent {

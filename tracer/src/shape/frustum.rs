@@ -249,7 +249,7 @@ impl Frustum {
         (at - normal * off, normal)
     }
 
-    /// Whether its normal points neither towards the axis nor down.
+    /// True if its normal points neither towards the axis nor down.
     pub(super) fn faces_out_and_up(&self) -> bool {
         self.nr >= 0.0 && self.nz >= 0.0
     }

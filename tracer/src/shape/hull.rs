@@ -56,13 +56,13 @@ impl Hull {
         };
         let of_meridian = |points: &mut dyn Iterator<Item = [f64; 2]>| {
             let measure = |[r, z]: [f64; 2]| r * across + z * d.z;
-            let most = points.max_by(|a, b| measure(*a).total_cmp(&measure(*b)));
-            turned(most.unwrap_or_default())
+            let farthest = points.max_by(|a, b| measure(*a).total_cmp(&measure(*b)));
+            turned(farthest.unwrap_or_default())
         };
         let local = match &self.form {
             Form::Corners(corners) => {
-                let most = corners.iter().max_by(|a, b| a.dot(d).total_cmp(&b.dot(d)));
-                most.copied().unwrap_or_default()
+                let farthest = corners.iter().max_by(|a, b| a.dot(d).total_cmp(&b.dot(d)));
+                farthest.copied().unwrap_or_default()
             }
             Form::Circles(circles) => of_meridian(&mut circles.iter().copied()),
             Form::Ball { radius, heights } => {
@@ -74,7 +74,7 @@ impl Hull {
         self.matrix * local + self.origin
     }
 
-    /// Its axes, of any length.
+    /// Axes, of any length.
     pub fn axes(&self) -> [DVec3; 3] {
         [self.matrix.x_axis, self.matrix.y_axis, self.matrix.z_axis]
     }
@@ -149,8 +149,11 @@ mod tests {
             for _ in 0..200 {
                 let d = crate::random::isotropic(&mut rng);
                 let far = hulls.iter().map(|h| h.farthest(d).dot(d)).fold(f64::MIN, f64::max);
-                let most = points.iter().map(|p| p.dot(d)).fold(f64::MIN, f64::max);
-                assert!(most <= far + 1e-9 && most > far - 0.1, "{number}: {most} {far}");
+                let farthest = points.iter().map(|p| p.dot(d)).fold(f64::MIN, f64::max);
+                assert!(
+                    farthest <= far + 1e-9 && farthest > far - 0.1,
+                    "{number}: {farthest} {far}"
+                );
             }
         }
     }

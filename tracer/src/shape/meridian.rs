@@ -8,7 +8,7 @@ use crate::error::Error;
 /// A stretch of a meridian with its own surface model, for example one step of a stepped dome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Element {
-    /// Its points [r, z] in mm, at least two, in the direction away from the axis: the outer side
+    /// Points [r, z] in mm, at least two, in the direction away from the axis: the outer side
     /// lies to the left (r to the right, z up). The first point is the last one of the element
     /// before.
     pub points: Vec<[f64; 2]>,

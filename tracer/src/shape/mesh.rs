@@ -44,12 +44,12 @@ use crate::ray::Ray;
 /// By how many f32 epsilons of the size of the mesh the boxes of its triangles are padded.
 const PAD: f64 = 64.0;
 
-/// How far before its start a ray begins in the hierarchy, which does not look nearer than 1e-4
-/// there.
+/// Distance before its start at which a ray begins in the hierarchy, which does not look nearer
+/// than 1e-4 there.
 const BEFORE: f64 = 2e-4;
 
 /// Smallest component of a direction that boxes are divided by.
-const LEAST: f32 = 1e-20;
+const MIN_COMPONENT: f32 = 1e-20;
 
 /// Cosine to the normal below which rounding might decide from which side a ray comes.
 const GRAZING: f64 = 1e-9;
@@ -79,7 +79,7 @@ pub struct Mesh {
     patch_of: Vec<u32>,
     patches: usize,
     hierarchy: CwBvh,
-    /// What lengths are multiplied with for the hierarchy, so that the mesh has about the size of 1
+    /// Factor on lengths for the hierarchy, so that the mesh has about the size of 1
     /// there.
     scale: f64,
     bounds: Bounds,
@@ -119,8 +119,8 @@ impl Mesh {
         let (boxes, owners) = split::boxes(vertices, triangles, scale, pad);
         let hierarchy =
             build_cwbvh(&boxes, BvhBuildParams::slow_build(), &mut std::time::Duration::default());
-        let order = hierarchy.primitive_indices.iter();
-        let numbers: Vec<u32> = order.map(|patch| owners[*patch as usize]).collect();
+        let numbers: Vec<u32> =
+            hierarchy.primitive_indices.iter().map(|patch| owners[*patch as usize]).collect();
         let count = triangles.len();
         let (vertices, triangles) = in_order(vertices, triangles, &numbers);
         let mesh = Self {
@@ -128,7 +128,7 @@ impl Mesh {
             triangles,
             count,
             patch_of: numbers.iter().map(|number| patch_of[*number as usize]).collect(),
-            patches: patch_of.iter().max().map_or(0, |most| *most as usize + 1),
+            patches: patch_of.iter().max().map_or(0, |max| *max as usize + 1),
             numbers,
             hierarchy,
             scale,
@@ -146,7 +146,7 @@ impl Mesh {
     /// last bit, as files without shared vertices write them.
     ///
     /// # Errors
-    /// As [`Mesh::new`].
+    /// Same as [`Mesh::new`].
     pub fn welded(triangles: &[[DVec3; 3]], patch_of: &[u32]) -> Result<Self, MeshError> {
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
         let mut vertices = Vec::new();
@@ -171,7 +171,7 @@ impl Mesh {
         self.count
     }
 
-    /// Whether the solid is convex: a ray that leaves it never meets it again.
+    /// True if the solid is convex: a ray that leaves it never meets it again.
     pub fn convex(&self) -> bool {
         self.convex
     }
@@ -291,7 +291,7 @@ impl Mesh {
 #[inline]
 fn divisor(d: f64) -> f32 {
     let d = d as f32;
-    if d.abs() < LEAST { LEAST.copysign(d) } else { d }
+    if d.abs() < MIN_COMPONENT { MIN_COMPONENT.copysign(d) } else { d }
 }
 
 /// Triangles in the order of `numbers`, and the vertices in the order in which they name them.
@@ -342,7 +342,7 @@ impl<'a> ShearedRay<'a> {
         Self { ray, axes: [x, y, z], shear: [d[x] / d[z], d[y] / d[z]] }
     }
 
-    /// Where a corner lies beside the ray. It depends on nothing but the corner and the ray.
+    /// Position of a corner beside the ray. It depends on nothing but the corner and the ray.
     #[inline]
     fn project(&self, corner: DVec3) -> [f64; 2] {
         let from = (corner - self.ray.origin).to_array();

@@ -185,7 +185,7 @@ impl Shape {
     /// axis; n lies to the left of its way. One patch.
     ///
     /// # Errors
-    /// Those of [`Torus::new`].
+    /// Same as [`Torus::new`].
     pub fn arc(
         start: [f64; 2],
         end: [f64; 2],
@@ -226,7 +226,7 @@ impl Shape {
     /// `members` at another place, as one shape with one patch; see [`Placed`].
     ///
     /// # Errors
-    /// Those of [`Placed::new`].
+    /// Same as [`Placed::new`].
     pub fn placed(
         primitives: Vec<Self>,
         closing: Closing,
@@ -327,7 +327,7 @@ impl Shape {
         }
     }
 
-    /// Whether it is the closed surface of a solid.
+    /// True if it is the closed surface of a solid.
     pub(crate) fn closed(&self) -> bool {
         match self {
             Self::Cuboid(_) | Self::Mesh(_) => true,
@@ -338,7 +338,7 @@ impl Shape {
         }
     }
 
-    /// Whether it lies on the surface of a convex solid with n outward: a ray that leaves it on the
+    /// True if it lies on the surface of a convex solid with n outward: a ray that leaves it on the
     /// outer side never meets it again.
     pub(crate) fn convex(&self) -> bool {
         match self {
@@ -349,7 +349,7 @@ impl Shape {
         }
     }
 
-    /// Whether it is a body of revolution about the z axis.
+    /// True if it is a body of revolution about the z axis.
     pub(crate) fn round(&self) -> bool {
         match self {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => false,

@@ -23,17 +23,17 @@ const UPRIGHT: f64 = 1e-12;
 /// A rotation, a translation and an inset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
-    /// Its axes in the frame of the body, as columns: a rotation.
+    /// Axes in the frame of the body, as columns: a rotation.
     pub rotation: DMat3,
-    /// Its origin in the frame of the body, mm.
+    /// Origin in the frame of the body, mm.
     pub origin: DVec3,
     /// Inset of its outermost faces, mm; 0 or more.
     pub inset: f64,
-    /// Which way the lowest face is moved by the inset.
+    /// Direction in which the inset moves the lowest face.
     pub foot: Foot,
 }
 
-/// Which way the lowest face of a placed shape is moved by the inset.
+/// Direction in which the inset moves the lowest face of a placed shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Foot {
     /// Upwards: inwards as all others.
@@ -65,7 +65,7 @@ impl Placement {
     }
 }
 
-/// Whether the members of a placed shape enclose a space.
+/// True if the members of a placed shape enclose a space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Closing {
     /// They are the whole surface of a solid.
@@ -116,7 +116,7 @@ impl Placed {
             finite("place of a shape, mm", value)?;
         }
         let off = rotation * rotation.transpose() - DMat3::IDENTITY;
-        let off = off.to_cols_array().into_iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let off = off.to_cols_array().into_iter().fold(0.0, |max: f64, v| max.max(v.abs()));
         check(
             "deviation of a matrix from a rotation",
             off.max((rotation.determinant() - 1.0).abs()),
@@ -145,11 +145,11 @@ impl Placed {
         if foot == Foot::Sunk {
             let tilts = [0, 1, 2].map(|axis| 1.0 - rotation.col(axis).z.abs());
             let upright = (0..3).find(|axis| tilts[*axis] < UPRIGHT);
-            let least = tilts.into_iter().fold(f64::INFINITY, f64::min);
+            let min = tilts.into_iter().fold(f64::INFINITY, f64::min);
             let axis = upright.ok_or(Error::Number {
                 what: "tilt of a shape whose foot is sunk".to_owned(),
                 expected: "one axis upright",
-                got: least,
+                got: min,
             })?;
             // As high as before, and lower.
             scale[axis] = 1.0;
@@ -234,8 +234,11 @@ impl Placed {
     /// Convex hulls of its members.
     pub(super) fn hulls(&self) -> Vec<Hull> {
         let matrix = self.rotation * DMat3::from_diagonal(self.scale);
-        let all = self.members.iter().flat_map(Shape::hulls);
-        all.map(|hull| hull.within(matrix, self.origin)).collect()
+        self.members
+            .iter()
+            .flat_map(Shape::hulls)
+            .map(|hull| hull.within(matrix, self.origin))
+            .collect()
     }
 
     /// Flat faces of its members.
@@ -249,13 +252,13 @@ impl Placed {
         all.map(placed).collect()
     }
 
-    /// Whether its axis is the z axis.
+    /// True if its axis is the z axis.
     fn about_axis(&self) -> bool {
         self.origin.truncate() == glam::DVec2::ZERO
             && self.rotation.z_axis.truncate() == glam::DVec2::ZERO
     }
 
-    /// Whether it is a body of revolution about the z axis.
+    /// True if it is a body of revolution about the z axis.
     pub(super) fn round(&self) -> bool {
         self.about_axis() && self.members.iter().all(Shape::round)
     }
@@ -305,10 +308,13 @@ impl Placed {
         }
     }
 
-    /// Its edges from end to end, circles as chords.
+    /// Edges from end to end, circles as chords.
     pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
-        let local = self.members.iter().flat_map(local_edges);
-        local.map(|ends| ends.map(|end| self.outwards(end))).collect()
+        self.members
+            .iter()
+            .flat_map(local_edges)
+            .map(|ends| ends.map(|end| self.outwards(end)))
+            .collect()
     }
 }
 

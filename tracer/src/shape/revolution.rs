@@ -35,14 +35,14 @@ pub struct Revolution {
     /// Range of the segments that touch each radial bucket.
     buckets: Vec<(u32, u32)>,
     per_bucket: f64,
-    /// Whether every normal points away from the axis or along it, and up or level: then a ray that
+    /// True if every normal points away from the axis or along it, and up or level: then a ray that
     /// comes nearer to the axis or rises only meets some sides, and stretches of it need no search.
     opening: bool,
     stairs: Option<Stairs>,
 }
 
 impl Revolution {
-    /// Whether its meridian leads from the axis back to the axis.
+    /// True if its meridian leads from the axis back to the axis.
     pub(super) fn closed(&self) -> bool {
         let ends = [self.frusta[0].ends()[0], self.frusta[self.frusta.len() - 1].ends()[1]];
         ends.iter().all(|[r, _]| *r <= 0.0)
@@ -91,7 +91,7 @@ impl Revolution {
             high: high + SLACK * size,
             rim,
             opening: frusta.iter().all(Frustum::faces_out_and_up),
-            stairs: Stairs::of(&frusta),
+            stairs: Stairs::from_frusta(&frusta),
             frusta,
             buckets,
             per_bucket: 1.0 / width,
@@ -129,7 +129,7 @@ impl Revolution {
         Shell { centre_z: self.centre_z, inner: self.inner, outer: self.outer }
     }
 
-    /// Whether every normal points away from the axis or along it, and up or level.
+    /// True if every normal points away from the axis or along it, and up or level.
     pub(crate) fn opening(&self) -> bool {
         self.opening
     }
@@ -139,7 +139,7 @@ impl Revolution {
         &self.frusta
     }
 
-    /// Its segments with the numbers of their patches.
+    /// Segments with the numbers of their patches.
     pub(super) fn frusta_with_patches(&self) -> impl Iterator<Item = (&Frustum, u32)> {
         self.frusta.iter().zip(self.patch_of_frustum.iter().copied())
     }
@@ -226,7 +226,7 @@ impl Revolution {
     }
 }
 
-/// How the distance from the axis changes along a stretch.
+/// Change of the distance from the axis along a stretch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Radially {
     Inward,
@@ -259,7 +259,7 @@ impl March<'_> {
         }
     }
 
-    /// Whether no segment can be met along such a stretch, from an allowed side: d·n has one sign
+    /// True if no segment can be met along such a stretch, from an allowed side: d·n has one sign
     /// for all of them.
     #[inline]
     fn idle(&self, radially: Radially) -> bool {

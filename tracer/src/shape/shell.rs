@@ -6,7 +6,7 @@
 pub(crate) struct Shell {
     /// Height of its centre.
     pub centre_z: f64,
-    /// Its inner and outer radius.
+    /// Inner and outer radius.
     pub inner: f64,
     pub outer: f64,
 }

@@ -110,7 +110,7 @@ impl Sphere {
         (self.centre + normal * self.radius, normal)
     }
 
-    /// Whether it reaches from pole to pole.
+    /// True if it reaches from pole to pole.
     pub(super) fn whole(&self) -> bool {
         self.low <= self.centre.z - self.radius && self.high >= self.centre.z + self.radius
     }

@@ -69,7 +69,7 @@ impl Climb {
 
 impl Stairs {
     /// The staircase that these segments of a meridian are, if they are one.
-    pub fn of(frusta: &[Frustum]) -> Option<Self> {
+    pub fn from_frusta(frusta: &[Frustum]) -> Option<Self> {
         let mut steps: Vec<Step> = Vec::new();
         let mut foot = f64::NAN;
         for pair in frusta.chunks(2) {
@@ -100,8 +100,7 @@ impl Stairs {
 
     /// Height of every tread with the squared radius of the riser at its outer end.
     pub fn levels(&self) -> Vec<(f64, f64)> {
-        let steps = self.steps.iter();
-        steps.map(|step| (step.height, step.square)).collect()
+        self.steps.iter().map(|step| (step.height, step.square)).collect()
     }
 
     /// Height at which the last riser ends.
@@ -125,7 +124,7 @@ impl Stairs {
         level
     }
 
-    /// Where light inside leaves, with the passage of its ray through the shell: within the inner
+    /// Exit of light from inside, with the passage of its ray through the shell: within the inner
     /// ball there is nothing to meet.
     #[inline]
     pub fn leave_through(&self, passage: &Passage, axial: Axial) -> Option<(f64, u32)> {
@@ -145,7 +144,7 @@ impl Stairs {
         self.leave(&Climb { axial, z: axial.z(to.max(0.0)), stop })
     }
 
-    /// Where light outside enters, with the passage of its ray through the shell: outside of the
+    /// Entry of light from outside, with the passage of its ray through the shell: outside of the
     /// outer ball there is nothing to meet.
     #[inline]
     pub fn enter_through(&self, passage: &Passage, axial: Axial) -> Option<(f64, u32)> {
@@ -156,7 +155,7 @@ impl Stairs {
         self.enter(&Climb { axial, z: axial.z(from.max(0.0)), stop: axial.z(to) })
     }
 
-    /// Where light inside leaves: distance and primitive.
+    /// Exit of light from inside: distance and primitive.
     #[inline]
     fn leave(&self, climb: &Climb) -> Option<(f64, u32)> {
         let axial = &climb.axial;
@@ -168,8 +167,8 @@ impl Stairs {
             for number in (0..self.level(climb.z)).rev() {
                 let step = &self.steps[number];
                 let square = climb.square(step.height);
-                let beyond = if number > 0 { self.steps[number - 1].square } else { -1.0 };
-                if square > beyond {
+                let above = if number > 0 { self.steps[number - 1].square } else { -1.0 };
+                if square > above {
                     return Some(if square > step.square {
                         self.riser(axial, number, 1.0)
                     } else {
@@ -201,7 +200,7 @@ impl Stairs {
         None
     }
 
-    /// Where light outside enters: distance and primitive.
+    /// Entry of light from outside: distance and primitive.
     #[inline]
     fn enter(&self, climb: &Climb) -> Option<(f64, u32)> {
         let axial = &climb.axial;

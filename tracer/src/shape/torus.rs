@@ -32,9 +32,9 @@ const SLACK: f64 = 1e-6;
 /// The sense of an arc about its centre, r to the right and z up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bend {
-    /// As the outline of a dome from its top outwards; n points away from the centre.
+    /// Outline of a dome from its top outwards; n points away from the centre.
     Clockwise,
-    /// As a hollow; n points to the centre.
+    /// Hollow; n points to the centre.
     Counterclockwise,
 }
 
@@ -132,7 +132,7 @@ impl Torus {
         Ok(arc)
     }
 
-    /// Whether a point of the circle belongs to the arc.
+    /// True if a point of the circle belongs to the arc.
     #[inline]
     fn holds(&self, p: [f64; 2]) -> bool {
         if self.major {
@@ -199,8 +199,8 @@ impl Torus {
         None
     }
 
-    /// Where a ray along the axis meets an end of the arc there. As n lies to the left of its way,
-    /// n points up where the arc begins and down where it ends.
+    /// Distance where a ray along the axis meets an end of the arc there. As n lies to the left of
+    /// its way, n points up where the arc begins and down where it ends.
     #[cold]
     fn on_axis(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         let rises = ray.direction.z > 0.0;
@@ -232,8 +232,8 @@ impl Torus {
             return None;
         }
         let along = d.x * d.x + d.y * d.y;
-        let most = self.reach + slack;
-        let outside = o.x * o.x + o.y * o.y - most * most;
+        let max = self.reach + slack;
+        let outside = o.x * o.x + o.y * o.y - max * max;
         if along > 0.0 {
             let half = o.x * d.x + o.y * d.y;
             let square = half * half - along * outside;
@@ -278,8 +278,8 @@ impl Torus {
     }
 
     /// Least distance of a point of the arc from the axis.
-    pub(crate) fn least_radius(&self) -> f64 {
-        self.farthest([-1.0, 0.0]).into_iter().fold(self.reach, |least, [r, _]| least.min(r))
+    pub(crate) fn min_radius(&self) -> f64 {
+        self.farthest([-1.0, 0.0]).into_iter().fold(self.reach, |min, [r, _]| min.min(r))
     }
 
     pub(super) fn bounds(&self) -> Bounds {
@@ -352,7 +352,7 @@ impl Track {
         if rise.abs() <= 2.0 { rise } else { 0.0 }
     }
 
-    /// Where F is stationary.
+    /// Points where F is stationary.
     fn stationary(&self) -> ([f64; 3], usize) {
         let (w, dz, c2) = (self.start.z, self.direction.z, self.centre * self.centre);
         // The ray's direction is a unit vector: r² + w² + c² - a² = u² + 2 b u + e.

@@ -36,18 +36,18 @@ impl Distribution {
     /// to 180, at least two; azimuths ascending, from 0 up to below 360. Beyond the first and last
     /// polar angle the intensity is 0.
     pub fn new(thetas_deg: &[f64], phis_deg: &[f64], values: Vec<f64>) -> Result<Self, Error> {
-        for (what, angles, least, range) in [
+        for (what, angles, min, range) in [
             ("polar angles of an intensity table", thetas_deg, 2, 0.0..=180.0),
             ("azimuths of an intensity table", phis_deg, 1, 0.0..=359.999_999),
         ] {
-            if angles.len() < least {
+            if angles.len() < min {
                 return Err(Error::TooFew {
-                    what: if least == 2 {
+                    what: if min == 2 {
                         "polar angles of an intensity table"
                     } else {
                         "azimuths of an intensity table"
                     },
-                    expected: least,
+                    expected: min,
                     got: angles.len(),
                 });
             }

@@ -132,7 +132,7 @@ impl EmittedRays {
         let found_before = [self.direction[0][k], self.direction[1][k]];
         let (a, state) = PathStream::step(before);
         let (b, state) = PathStream::step(state);
-        let (x, y) = (2.0 * random::share(a) - 1.0, 2.0 * random::share(b) - 1.0);
+        let (x, y) = (2.0 * random::unit_from_word(a) - 1.0, 2.0 * random::unit_from_word(b) - 1.0);
         let open = self.found[k] == 0.0;
         for half in 0..2 {
             self.state[half][k] = if open { state[half] } else { before[half] };
@@ -180,7 +180,7 @@ impl WithSimd for ByStreams<'_> {
             for (position, half) in rays.position.iter_mut().zip(half) {
                 for k in 0..COUNT {
                     let (word, state) = PathStream::step([rays.state[0][k], rays.state[1][k]]);
-                    position[k] = half * (2.0 * random::share(word) - 1.0);
+                    position[k] = half * (2.0 * random::unit_from_word(word) - 1.0);
                     rays.state[0][k] = state[0];
                     rays.state[1][k] = state[1];
                 }
@@ -217,10 +217,10 @@ impl WithSimd for ByPoints<'_> {
         let [a, b, u, v, turn] = self.low;
         rays.start(self.streams);
         for k in 0..COUNT {
-            rays.turn[k] = random::share(turn[k] ^ high[4]);
+            rays.turn[k] = random::unit_from_word(turn[k] ^ high[4]);
         }
         for k in 0..COUNT {
-            let (x, y) = concentric([a[k] ^ high[0], b[k] ^ high[1]].map(random::share));
+            let (x, y) = concentric([a[k] ^ high[0], b[k] ^ high[1]].map(random::unit_from_word));
             rays.direction[0][k] = x;
             rays.direction[1][k] = y;
         }
@@ -229,7 +229,7 @@ impl WithSimd for ByPoints<'_> {
         }
         if let Some(half) = rays.half {
             for k in 0..COUNT {
-                let at = [u[k] ^ high[2], v[k] ^ high[3]].map(random::share);
+                let at = [u[k] ^ high[2], v[k] ^ high[3]].map(random::unit_from_word);
                 rays.position[0][k] = half[0] * (2.0 * at[0] - 1.0);
                 rays.position[1][k] = half[1] * (2.0 * at[1] - 1.0);
             }

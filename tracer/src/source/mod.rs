@@ -28,7 +28,7 @@ pub enum Emitter {
     Point,
     /// A disc of the given radius, mm.
     Disc {
-        /// Its radius, mm.
+        /// Radius, mm.
         radius: f64,
     },
     /// A rectangle |u| ≤ `half_x`, |v| ≤ `half_y`, mm; (u, v) are (x, y) where the source faces +z,
@@ -42,7 +42,7 @@ pub enum Emitter {
     /// The inside of a sphere: with Lambertian emission it fills its interior with light of one
     /// radiance from everywhere.
     Enclosure {
-        /// Its radius, mm.
+        /// Radius, mm.
         radius: f64,
     },
 }
@@ -65,7 +65,7 @@ pub enum Emission {
     },
     /// One direction (any length above 0).
     Beam {
-        /// Where the beam goes.
+        /// Direction of the beam.
         direction: DVec3,
     },
     /// A tabulated intensity, its polar angle from the normal of the emitter, its azimuth from u to
@@ -84,7 +84,7 @@ impl Emission {
 /// A source of light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Source {
-    /// Its name in error messages.
+    /// Name in error messages.
     pub name: String,
     /// The middle of the emitter, mm, in the frame of its prototype or of the world.
     pub position: DVec3,

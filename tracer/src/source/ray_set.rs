@@ -12,13 +12,13 @@ use crate::shape::Bounds;
 /// One ray of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayRecord {
-    /// Where it starts, mm.
+    /// Start point, mm.
     pub position: [f32; 3],
-    /// Where it goes, unit vector.
+    /// Direction, a unit vector.
     pub direction: [f32; 3],
-    /// Its flux, in the unit of the file (W or lm).
+    /// Flux, in the unit of the file (W or lm).
     pub flux: f32,
-    /// Its wavelength, nm; NaN where the file has none for each ray.
+    /// Wavelength, nm; NaN where the file has none for each ray.
     pub wavelength: f32,
 }
 
@@ -34,7 +34,7 @@ pub struct RaySet {
     starts: Bounds,
 }
 
-/// Where a ray starts.
+/// Start point of a ray.
 fn start([x, y, z, ..]: &[f32; 6]) -> DVec3 {
     DVec3::new((*x).into(), (*y).into(), (*z).into())
 }
@@ -82,7 +82,7 @@ impl RaySet {
         self.rays.len()
     }
 
-    /// Whether there are none; never true.
+    /// True if there are none; never true.
     pub fn is_empty(&self) -> bool {
         self.rays.is_empty()
     }

@@ -45,7 +45,7 @@ pub(crate) const BLOCK: usize = 1 << LOW;
 const POLYNOMIALS: [(usize, u64, [u64; 3]); DIMENSIONS - 1] =
     [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1]), (3, 2, [1, 1, 1])];
 
-/// Where a path begins, as numbers on [0, 1).
+/// Start of a path as numbers on [0, 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SobolPoint {
     pub direction: [f64; 2],
@@ -57,9 +57,9 @@ pub(crate) struct SobolPoint {
 /// The points of one group.
 #[derive(Debug, Clone)]
 pub(crate) struct SobolSequence {
-    /// What bit j of the number of a point adds.
+    /// Summand of bit j of the number of a point.
     columns: [Words<u64>; BITS],
-    /// What the lowest bits of the number add together, and the shift, for each dimension.
+    /// Sum over the lowest bits of the number, and the shift, for each dimension.
     low: Words<[u64; BLOCK]>,
     /// The higher bits of the last point, and what they add.
     block: u64,
@@ -129,7 +129,7 @@ impl SobolSequence {
         let (low, high) = self.block(number);
         let k = (number % BLOCK as u64) as usize;
         let [a, b, c, d, turn] =
-            [0, 1, 2, 3, 4].map(|axis| random::share(low[axis][k] ^ high[axis]));
+            [0, 1, 2, 3, 4].map(|axis| random::unit_from_word(low[axis][k] ^ high[axis]));
         SobolPoint { direction: [a, b], position: [c, d], turn }
     }
 }
@@ -141,7 +141,7 @@ fn add(words: &mut Words<u64>, more: &Words<u64>) {
     }
 }
 
-/// What each bit of the number of a point adds to its number of this dimension, from 0, without
+/// Summand of each bit of the number of a point in its number of this dimension, from 0, without
 /// scrambling.
 fn directions(dimension: usize) -> [u64; BITS] {
     let mut numbers = [0; BITS];
@@ -207,7 +207,7 @@ mod tests {
         [a, b, c, d, point.turn]
     }
 
-    /// Whether each of the 2^`total` boxes with sides of 2^-`bits` holds exactly one of the points.
+    /// True if each of the 2^`total` boxes with sides of 2^-`bits` holds exactly one of the points.
     fn one_in_each(points: &[[f64; DIMENSIONS]], axes: &[usize], bits: &[u32]) -> bool {
         let mut seen = vec![false; points.len()];
         for point in points {

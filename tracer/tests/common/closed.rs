@@ -24,8 +24,8 @@ fn room(reach: Option<f64>) -> Prototype {
     let planes = (0..6).map(|face| {
         let (axis, sign) = (face / 2, if face % 2 == 0 { 1.0 } else { -1.0 });
         let extent = reach.map_or(Extent::Infinite, |reach| {
-            let most = half.max_element() * (2.0 + reach);
-            Extent::Rectangle { half_u: most, half_v: most }
+            let max = half.max_element() * (2.0 + reach);
+            Extent::Rectangle { half_u: max, half_v: max }
         });
         let normal = axes[axis] * sign;
         let shape = Shape::Plane(Plane::new(normal * half[axis], normal, extent).unwrap());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the physics tests and the benches share: numbers of paths, judgement in standard errors,
+//! Shared by the physics tests and the benches: numbers of paths, judgement in standard errors,
 //! small scenes.
 #![allow(dead_code, reason = "each test binary and bench uses its own part of this module")]
 
@@ -7,7 +7,7 @@ pub mod placed;
 
 use std::f64::consts::{FRAC_PI_3, TAU};
 
-use bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Side, Transport};
+use bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Side, Transport};
 use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::shape::{Element, Mesh};
@@ -71,7 +71,7 @@ pub struct NoFresnel {
 
 impl NoFresnel {
     fn refracted(&self, wi: DVec3) -> Option<DVec3> {
-        let from = Side::of(wi);
+        let from = Side::from_direction(wi);
         let ratio = self.index(from) / self.index(from.opposite());
         let (x, y) = (-ratio * wi.x, -ratio * wi.y);
         let z2 = 1.0 - x * x - y * y;
@@ -90,7 +90,7 @@ impl Bsdf for NoFresnel {
         Some(1.0)
     }
 
-    fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
+    fn lobes(&self, wi: DVec3, _polarisation: Polarisation) -> Vec<OutgoingLobe> {
         self.refracted(wi)
             .map(|wo| OutgoingLobe { wo, power: 1.0, lobe: THROUGH })
             .into_iter()

@@ -28,7 +28,7 @@ pub fn disc(radius: f64, placement: &Placement) -> Shape {
     Shape::placed(vec![annulus], Closing::Open, placement).unwrap()
 }
 
-/// What comes of a scene within a sphere that emits all over its inside; nothing may be lost.
+/// Outcome of a scene within a sphere that emits all over its inside; nothing may be lost.
 pub fn in_furnace(mut scene: SceneBuilder, radius: f64) -> Outcome {
     scene.surface(furnace_wall(radius));
     scene.source(Source::new(

@@ -35,14 +35,14 @@ fn shares_hold_at_every_incidence() {
             let surface = diffuser(law, [0.25, 0.5], index);
             for theta in INCIDENCES_DEG {
                 for wi in [from(theta), from(180.0 - theta)] {
-                    let albedo = surface.albedo(wi, Polarization::S);
+                    let albedo = surface.albedo(wi, Polarisation::S);
                     assert_abs_diff_eq!(albedo.total(), 0.75);
                     let total = albedo.transmitted <= 0.0;
                     let beyond = surface.smooth.refracted(wi).is_none();
                     assert_eq!(total, beyond && law != DiffuseLaw::Lambertian);
                     for _ in 0..50 {
                         let sample = surface.sample(wi, &mut rng).unwrap();
-                        let side = sample.lobe.transport.exit_side(Side::of(wi));
+                        let side = sample.lobe.transport.exit_side(Side::from_direction(wi));
                         assert!(sample.wo.z * side.sign() > 0.0, "{law:?} {wi} {}", sample.wo);
                         assert!((sample.wo.length() - 1.0).abs() < 1e-14);
                         assert_abs_diff_eq!(sample.weight, 0.75);
@@ -55,7 +55,7 @@ fn shares_hold_at_every_incidence() {
     let dark = diffuser(DiffuseLaw::Lambertian, [0.0, 0.0], [1.0, 1.0]);
     assert!(
         dark.sample(DVec3::Z, &mut rng).is_none()
-            && dark.lobes(DVec3::Z, Polarization::S).is_empty()
+            && dark.lobes(DVec3::Z, Polarisation::S).is_empty()
     );
     let clear = diffuser(gaussian(20.0), [0.3, 0.7], [1.0, 1.0]);
     assert_abs_diff_eq!(clear.sample(DVec3::Z, &mut rng).unwrap().weight, 1.0);
@@ -124,7 +124,7 @@ fn density(surface: &Diffuser, wi: DVec3) -> impl Fn(DVec3) -> f64 {
     move |wo| {
         let of = |(part, integral): (&LobeAtIncidence, f64)| {
             let shape = match part.law {
-                _ if Side::of(wo) != part.side => 0.0,
+                _ if Side::from_direction(wo) != part.side => 0.0,
                 DiffuseLaw::Lambertian => wo.z.abs(),
                 DiffuseLaw::Gaussian(lobe) => lobe.gaussian(part.axis.angle_between(wo)),
             };
@@ -192,7 +192,7 @@ fn cosine_laws_are_reciprocal_between_equal_media() {
     let directions = [0.1, 0.9, 1.5, 1.7, 2.9].map(|theta| spherical(theta, 3.0 * theta));
     // f cos θ_o = power · pdf.
     let f = |wi: DVec3, wo: DVec3| {
-        let transport = Transport::between(Side::of(wi), Side::of(wo));
+        let transport = Transport::between(Side::from_direction(wi), Side::from_direction(wo));
         let kind = LobeKind::Diffuse;
         let lobe = Lobe { transport, kind };
         let pdf = surface.pdf(wi, &BsdfSample { wo, weight: 0.9, lobe }).unwrap();
@@ -224,7 +224,7 @@ fn totally_reflected_light_keeps_its_share_and_its_width() {
     let n = f64::from(draws);
     let sigma = (0.75 * 0.25 / n).sqrt();
     assert!((f64::from(near) / n - 0.75).abs() < 4.0 * sigma);
-    let albedo = surface.albedo(wi, Polarization::Unpolarized);
+    let albedo = surface.albedo(wi, Polarisation::Unpolarised);
     assert_abs_diff_eq!(albedo.reflected, 0.8);
 }
 

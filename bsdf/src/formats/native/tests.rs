@@ -2,7 +2,7 @@
 //! The format returns what was written and refuses everything else.
 
 use super::*;
-use crate::bsdf::Polarization;
+use crate::bsdf::Polarisation;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -27,9 +27,9 @@ pub(in crate::formats) fn table() -> OrderTable {
         more: serde_json::Map::from_iter([("solver".to_owned(), "closed form".into())]),
         ..TableHeader::default()
     };
-    let rows = grid.rows(|side, kx, ky, polarization| {
+    let rows = grid.rows(|side, kx, ky, polarisation| {
         let reflected =
-            0.3 + 0.1 * kx.sin() * ky + if polarization == Polarization::S { 0.1 } else { 0.0 };
+            0.3 + 0.1 * kx.sin() * ky + if polarisation == Polarisation::S { 0.1 } else { 0.0 };
         vec![crate::OrderEfficiency::new(side, 0, reflected)]
     });
     OrderTable::build(header, grid.clone(), rows).unwrap()

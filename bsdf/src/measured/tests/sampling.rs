@@ -108,7 +108,7 @@ fn surface(between: LobeMotion, mut response: impl FnMut(f64) -> ScatterTable) -
 }
 
 fn sample_to(from: DVec3, wo: DVec3) -> BsdfSample {
-    let transport = Transport::between(Side::of(from), Side::of(wo));
+    let transport = Transport::between(Side::from_direction(from), Side::from_direction(wo));
     let kind = LobeKind::Cell;
     BsdfSample { wo, weight: 1.0, lobe: Lobe { transport, kind } }
 }
@@ -207,7 +207,7 @@ fn shifted_lobes_are_drawn_by_the_density_of_their_table() {
         // The azimuth of the normal is 0.
         let node = spherical(f64::to_radians(tilt), wi.y.atan2(wi.x));
         let step = |wo: DVec3| {
-            let n = |v: DVec3| shifted.index(Side::of(v));
+            let n = |v: DVec3| shifted.index(Side::from_direction(v));
             (node - wi).truncate() * (n(wi) / n(wo))
         };
         let brdf = |wo: DVec3, at: glam::DVec2| {

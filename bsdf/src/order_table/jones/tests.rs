@@ -2,7 +2,7 @@
 //! Jones matrices of tables: closed forms, laws, samples against interpolated matrices, files.
 
 use super::*;
-use crate::bsdf::{LobeKind, Polarization, s_axis};
+use crate::bsdf::{LobeKind, Polarisation, s_axis};
 use crate::direction::spherical;
 use crate::formats::native;
 use crate::order_table::tests::memory;
@@ -25,25 +25,25 @@ fn grid(kx_per_zone: usize, ky: usize) -> Grid {
 
 /// A table of the shares and matrices of these rows.
 fn table(grid: Grid, rows: Vec<JonesRow>) -> Result<OrderTable, Error> {
-    let share = |m: &Jones, column: usize| m[0][column].norm_sqr() + m[1][column].norm_sqr();
-    let shares = rows.iter().flat_map(|row| {
-        [Polarization::S, Polarization::P].map(|polarization| EfficiencyRow {
+    let efficiency = |m: &Jones, column: usize| m[0][column].norm_sqr() + m[1][column].norm_sqr();
+    let efficiencies = rows.iter().flat_map(|row| {
+        [Polarisation::S, Polarisation::P].map(|polarisation| EfficiencyRow {
             node: row.node,
-            polarization,
+            polarisation,
             orders: row
                 .orders
                 .iter()
                 .map(|o| {
-                    OrderEfficiency::new(o.to, o.order, share(&o.jones, polarization as usize))
+                    OrderEfficiency::new(o.to, o.order, efficiency(&o.jones, polarisation as usize))
                 })
                 .collect(),
         })
     });
-    let plain = OrderTable::build(TableHeader::default(), grid, shares.collect::<Vec<_>>())?;
+    let plain = OrderTable::build(TableHeader::default(), grid, efficiencies.collect::<Vec<_>>())?;
     plain.with_jones(rows)
 }
 
-/// What every node of a grid does, from a function of its wavevector.
+/// Response of every node of a grid, from a function of its wavevector.
 fn rows(grid: &Grid, mut of: impl FnMut(NodeId, &[(Side, i32)]) -> Vec<Jones>) -> Vec<JonesRow> {
     grid.nodes()
         .map(|id| {
@@ -91,8 +91,7 @@ fn any(grid: &Grid, seed: u64) -> Vec<JonesRow> {
         let along: Complex64 = s.iter().zip(&p).map(|(s, p)| s.conj() * p).sum();
         p.iter_mut().zip(&s).for_each(|(p, s)| *p -= along * s);
         unit(&mut p);
-        let pairs = s.chunks(2).zip(p.chunks(2));
-        pairs.map(|(s, p)| [[s[0], p[0]], [s[1], p[1]]]).collect()
+        s.chunks(2).zip(p.chunks(2)).map(|(s, p)| [[s[0], p[0]], [s[1], p[1]]]).collect()
     })
 }
 
@@ -267,8 +266,12 @@ fn a_smooth_interface_has_the_matrices_of_fresnel_at_nodes_and_nearly_between() 
                     (0, false) => mueller(&expected[1]),
                     _ => [[0.0; 4]; 4],
                 };
-                let pairs = got.as_flattened().iter().zip(expected.as_flattened());
-                let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                let off = got
+                    .as_flattened()
+                    .iter()
+                    .zip(expected.as_flattened())
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max);
                 assert!(off < 0.015, "{k:?} {to} {order}: {off} {got:?} {expected:?}");
             }
         }
@@ -284,7 +287,7 @@ fn interpolated_matrices_are_physical_and_keep_the_power_and_the_shares() {
         for _ in 0..120 {
             let wi =
                 spherical(std::f64::consts::PI * rng.random::<f64>(), TAU * rng.random::<f64>());
-            let side = Side::of(wi);
+            let side = Side::from_direction(wi);
             let k = Wavevector::incoming(wi, grid.index(side));
             let matrices = table.mueller(side, k).unwrap();
             let mut sum = [0.0; 4];
@@ -297,11 +300,11 @@ fn interpolated_matrices_are_physical_and_keep_the_power_and_the_shares() {
             for (sum, expected) in sum.into_iter().zip([1.0, 0.0, 0.0, 0.0]) {
                 assert!((sum - expected).abs() < 1e-5, "{sum}");
             }
-            let orders = table.efficiencies(side, k, Polarization::Unpolarized);
+            let orders = table.efficiencies(side, k, Polarisation::Unpolarised);
             for (o, m) in orders.into_iter().zip(&matrices) {
                 assert_eq!((o.to, o.order), (m.to, m.order));
-                let (share, mean) = (o.efficiency, m.mueller[0][0]);
-                assert!((share - mean).abs() < 1e-5, "{share} {mean}");
+                let (efficiency, mean) = (o.efficiency, m.mueller[0][0]);
+                assert!((efficiency - mean).abs() < 1e-5, "{efficiency} {mean}");
             }
         }
     }
@@ -334,7 +337,7 @@ fn draws_follow_the_interpolated_matrices() {
     let level = sidak_level(6);
     for (number, degree) in [0.0, 1.0, 1.0, 0.6, 1.0, 1.0].into_iter().enumerate() {
         let wi = spherical(0.35 + 0.45 * number as f64, 1.1 * number as f64 + 0.2);
-        let side = Side::of(wi);
+        let side = Side::from_direction(wi);
         let light = polarised(&mut rng, degree);
         let stokes = [1.0, light[0], light[1], light[2]];
         let k = Wavevector::incoming(wi, grid.index(side));
@@ -348,15 +351,14 @@ fn draws_follow_the_interpolated_matrices() {
         let mut counts = vec![0.0; expected.len()];
         let mut sums = vec![[0.0; 3]; expected.len()];
         for _ in 0..draws {
-            let (sample, left) = table.sample_polarized(wi, light, &mut rng).unwrap();
+            let (sample, left) = table.sample_polarised(wi, light, &mut rng).unwrap();
             assert!((sample.weight - 1.0).abs() < 1e-15);
             assert!(left.iter().map(|x| x * x).sum::<f64>() < 1.0 + 1e-9);
             let LobeKind::Order(drawn) = sample.lobe.kind else {
                 panic!("{sample:?}");
             };
-            let to = Side::of(sample.wo);
-            let place = expected.iter().position(|e| (e.0, e.1) == (to, drawn));
-            let place = place.unwrap();
+            let to = Side::from_direction(sample.wo);
+            let place = expected.iter().position(|e| (e.0, e.1) == (to, drawn)).unwrap();
             counts[place] += 1.0;
             sums[place].iter_mut().zip(left).for_each(|(s, l)| *s += l);
         }
@@ -387,8 +389,8 @@ fn unpolarised_light_is_drawn_as_without_matrices() {
     let grid = grid(2, 6);
     let with = table(grid.clone(), any(&grid, 21)).unwrap();
     assert!(
-        with.as_polarized().is_some()
-            && with.clone().for_polarization(Polarization::S).unwrap().as_polarized().is_none()
+        with.as_polarised().is_some()
+            && with.clone().for_polarisation(Polarisation::S).unwrap().as_polarised().is_none()
     );
     let mut streams = [Pcg64::seed_from_u64(17), Pcg64::seed_from_u64(17)];
     let mut directions = Pcg64::seed_from_u64(19);
@@ -398,7 +400,7 @@ fn unpolarised_light_is_drawn_as_without_matrices() {
             TAU * directions.random::<f64>(),
         );
         let plain = with.sample(wi, &mut streams[0]);
-        let carried = with.sample_polarized(wi, [0.0; 3], &mut streams[1]);
+        let carried = with.sample_polarised(wi, [0.0; 3], &mut streams[1]);
         assert_eq!(plain, carried.map(|c| c.0));
     }
 }
@@ -422,7 +424,7 @@ fn files_keep_every_bit_of_the_matrices_and_refuse_others() {
     let rows: Vec<JonesRow> = back.jones_rows().unwrap().collect();
     let again = with.clone().with_jones(rows).unwrap();
     assert_eq!(again.packed_jones(), with.packed_jones());
-    let plain = with.for_polarization(Polarization::Unpolarized).unwrap();
+    let plain = with.for_polarisation(Polarisation::Unpolarised).unwrap();
     assert_eq!(memory(&with) - 32 * with.entry_count(), memory(&plain));
 
     // Another version number over the same content: what is there decides.

@@ -28,8 +28,8 @@ fn bad_rows_are_refused() {
     outside[0].node.kx_index = -1000;
     assert!(message(build(outside)).contains("kx index -1000"));
     let mut mixed = rows();
-    mixed[0].polarization = Polarization::Unpolarized;
-    assert!(matches!(build(mixed), Error::UnpolarizedRow));
+    mixed[0].polarisation = Polarisation::Unpolarised;
+    assert!(matches!(build(mixed), Error::UnpolarisedRow));
     for (order, text) in [
         (
             OrderEfficiency::new(Side::Inner, 0, f64::NAN),

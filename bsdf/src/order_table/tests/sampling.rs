@@ -34,7 +34,7 @@ fn stray_power_is_drawn_as_it_is_listed() {
     // propagates, and tables that put most power into the orders that pass off, or all power of one
     // side.
     let edge = |only: bool| {
-        move |side: Side, kx: f64, ky: f64, _: Polarization| {
+        move |side: Side, kx: f64, ky: f64, _: Polarisation| {
             let n = if only { 1.0 } else { N };
             let to = if only { Side::Outer } else { Side::Inner };
             let highest = (-60..=60).rev().find(|l| {
@@ -51,7 +51,7 @@ fn stray_power_is_drawn_as_it_is_listed() {
     // Where the highest order is order 0, the two shares are one.
     let merged = |only: bool| {
         let edge = edge(only);
-        move |side: Side, kx: f64, ky: f64, p: Polarization| {
+        move |side: Side, kx: f64, ky: f64, p: Polarisation| {
             let mut orders: Vec<OrderEfficiency> = Vec::new();
             for o in edge(side, kx, ky, p) {
                 match orders.iter_mut().find(|s| (s.to, s.order) == (o.to, o.order)) {
@@ -94,7 +94,7 @@ fn pdf_is_the_listed_share() {
         let Some(sample) = table.sample(wi, &mut rng) else {
             continue;
         };
-        let lobes = table.lobes(wi, Polarization::Unpolarized);
+        let lobes = table.lobes(wi, Polarisation::Unpolarised);
         let lobe = lobes.iter().find(|l| l.lobe == sample.lobe).unwrap();
         assert!((lobe.wo - sample.wo).length() < 1e-14);
         assert_abs_diff_eq!(table.pdf(wi, &sample).unwrap(), lobe.power, epsilon = 1e-12);

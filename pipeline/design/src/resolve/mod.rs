@@ -220,10 +220,6 @@ impl Design {
         if let Some(stairs) = h.stairs_um {
             at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
         }
-        at.within("hybrid.spread_deg", h.spread_deg, 0.0, 45.0)?;
-        if h.spread_deg > 0.0 {
-            whole_division(at, "hybrid.spread_deg", 90.0, h.spread_deg)?;
-        }
         self.check_trace(at)
     }
 
@@ -234,9 +230,6 @@ impl Design {
             return Err(at.value("trace.paths", t.paths, &expected));
         }
         at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)?;
-        if let Some(split) = t.split {
-            at.count("trace.split", split as usize, 2, 64)?;
-        }
         Ok(())
     }
 

@@ -11,7 +11,7 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::incidence_grid::{USUAL_KY, grid};
-use crate::schema::{Carrying, Incidence, Polarization, Scattering, TableContent};
+use crate::schema::{Carrying, Polarization, TableContent};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
 const MOST_RINGS: f64 = 10_000.0;
@@ -50,7 +50,7 @@ pub(crate) fn check(
     orders(design, cells.iter().filter(solved), at)
 }
 
-/// Matrices are for light that carries its polarisation to bands that leave nothing out.
+/// Checks that matrices meet light that carries its polarisation.
 fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
     let h = &design.hybrid;
     if h.tables != TableContent::Matrices {
@@ -59,9 +59,6 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
     let others = [
         (design.polarization == Carrying::Carried, "light.polarization = \"carried\""),
         (h.polarization == Polarization::Unpolarised, "hybrid.polarization = \"unpolarised\""),
-        (h.incidence == Incidence::Conical, "hybrid.incidence = \"conical\""),
-        (h.scattering == Scattering::Whole, "hybrid.scattering = \"whole\""),
-        (h.spread_deg == 0.0, "hybrid.spread_deg = 0"),
     ];
     match others.into_iter().find(|(holds, _)| !holds) {
         Some((_, needed)) => {

@@ -114,7 +114,7 @@ impl Design {
             "solids": solids.iter().map(solid_fields).collect::<Vec<_>>(),
             "hybrid": hybrid_fields(hybrid, relief),
             "trace": fields!(trace => schema::Trace {
-                paths, max_interactions, sampling, split, ledger_by_source
+                paths, max_interactions, sampling, ledger_by_source
             }),
             "files": files_fields(files),
             "films": films.as_ref().map(films_fields),
@@ -233,7 +233,7 @@ fn hybrid_fields(hybrid: &schema::Hybrid, relief: ReliefModel) -> Value {
         ReliefModel::Rings => json!({"element_width_um": hybrid.element_width_um}),
         ReliefModel::RayTables | ReliefModel::OrderTables => fields!(hybrid => schema::Hybrid {
             element_width_um, rings_per_band, representative, kx_per_zone, ky_count, tolerance,
-            orders, stairs_um, tables, polarization, incidence, scattering, spread_deg;
+            orders, stairs_um, tables, polarization;
             memory_gib
         }),
     }

@@ -39,15 +39,6 @@ pub struct Hybrid {
     /// Polarisation whose shares the bands scatter by.
     #[serde(skip_serializing_if = "is_default")]
     pub polarization: Polarization,
-    /// Which incidences of a table are used.
-    #[serde(skip_serializing_if = "is_default")]
-    pub incidence: Incidence,
-    /// Which part of the light that bands scatter is kept.
-    #[serde(skip_serializing_if = "is_default")]
-    pub scattering: Scattering,
-    /// Orders are spread over cells of direction this wide, degrees; 0 leaves them sharp.
-    #[serde(skip_serializing_if = "is_default")]
-    pub spread_deg: f64,
 }
 
 /// What tables keep of their orders.
@@ -74,43 +65,6 @@ pub enum Polarization {
     P,
 }
 
-/// Which incidences of a table are used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Incidence {
-    /// All of both hemispheres.
-    #[default]
-    Conical,
-    /// Those in the plane across the grooves; light from elsewhere is scattered in its own plane of
-    /// incidence, as that at the same angle is.
-    InPlane,
-    /// Those of light that travels away from the axis; other light is scattered as their mirror
-    /// images.
-    Outwards,
-    /// Those of light that travels towards the axis; other light is scattered as their mirror
-    /// images.
-    Inwards,
-    /// All, but with the relief turned by half a turn.
-    HalfTurn,
-    /// The mean over the azimuth of incidence.
-    AzimuthMean,
-}
-
-/// Which part of the light that bands scatter is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Scattering {
-    /// All of it.
-    #[default]
-    Whole,
-    /// What is transmitted; reflected light is absorbed.
-    Transmission,
-    /// All of it, but what is reflected leaves in the specular direction.
-    SpecularReflection,
-    /// What comes from the silicone; light from the air is absorbed.
-    FromInside,
-}
-
 impl Default for Hybrid {
     fn default() -> Self {
         Self {
@@ -125,9 +79,6 @@ impl Default for Hybrid {
             stairs_um: None,
             tables: TableContent::default(),
             polarization: Polarization::default(),
-            incidence: Incidence::default(),
-            scattering: Scattering::default(),
-            spread_deg: 0.0,
         }
     }
 }

@@ -24,7 +24,7 @@ pub mod solids;
 pub mod sources;
 
 pub use dome::{Dome, DomeForm, Elements, MeshUnit, Shape, ShapeForm};
-pub use hybrid::{Hybrid, Incidence, Polarization, Scattering, TableContent};
+pub use hybrid::{Hybrid, Polarization, TableContent};
 pub use light::{Carrying, Light, Spectrum, SpectrumForm};
 pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
 
@@ -314,9 +314,6 @@ pub struct Trace {
     /// How the beginnings of paths are drawn.
     #[serde(skip_serializing_if = "Sampling::is_random")]
     pub sampling: Sampling,
-    /// Parts into which a path divides at the first surface that lets light through.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub split: Option<u32>,
     /// Whether every source is traced by itself, so that each has a ledger of its own.
     #[serde(skip_serializing_if = "is_default")]
     pub ledger_by_source: bool,
@@ -346,7 +343,6 @@ impl Default for Trace {
             paths: 20_000_000,
             max_interactions: 10_000,
             sampling: Sampling::Random,
-            split: None,
             ledger_by_source: false,
         }
     }

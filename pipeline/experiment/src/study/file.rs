@@ -56,9 +56,6 @@ pub struct StudyFile {
     /// Scale of each figure: a miss of one scale counts as 1.
     #[serde(default)]
     pub scales: BTreeMap<String, f64>,
-    /// Largest rounding of each published figure.
-    #[serde(default)]
-    pub rounding: BTreeMap<String, f64>,
 }
 
 const fn one() -> u64 {

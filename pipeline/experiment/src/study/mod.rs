@@ -3,14 +3,13 @@
 //!
 //! [`mod@file`] mirrors the TOML, [`setups`] combines levels of factors to set-ups, [`targets`]
 //! holds what figures should be, [`definition`] reads and checks a whole study, [`compute`] traces
-//! it, [`trace_figures`] holds the figures of each trace, [`study_results`] their changes and
-//! misfits, and [`resampling_test`] asks whether published figures could be single runs.
+//! it, [`trace_figures`] holds the figures of each trace, and [`study_results`] their changes and
+//! misfits.
 
 mod checks;
 pub mod compute;
 pub mod definition;
 pub mod file;
-pub mod resampling_test;
 pub mod setups;
 pub mod study_results;
 pub mod targets;

@@ -14,12 +14,11 @@ use metrics::estimate::DISTINCT;
 use metrics::{Estimate, JackknifedFigure, spread};
 
 use super::definition::Study;
-use super::resampling_test::{Comparison, compare};
 use super::targets::Targets;
 use super::trace_figures::{SetupFigures, ShortRuns, TraceId, find};
 
 /// Version of the layout of `study.json`.
-const SCHEMA_VERSION: u32 = 2;
+const SCHEMA_VERSION: u32 = 3;
 
 /// A misfit, with and without each group of paths.
 #[derive(Debug, Clone, PartialEq)]
@@ -176,11 +175,6 @@ impl StudyResults<'_> {
         rows
     }
 
-    /// Resampling tests of set-up `index`, one for each length of run.
-    pub fn as_single_runs(&self, index: usize) -> Vec<Comparison> {
-        compare(&self.found[index], &self.study.targets)
-    }
-
     fn base(&self, place: &TraceId, figure: &str) -> Option<&JackknifedFigure> {
         find(&self.found[0], place, figure)
     }
@@ -251,7 +245,6 @@ impl StudyResults<'_> {
                 "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets).map(|m| m.estimate()),
                 "figures": figures,
                 "short_runs": short_runs,
-                "targets_as_single_runs": self.as_single_runs(i),
             })
         });
         let factors = self.study.factors.iter().map(|f| {
@@ -280,7 +273,6 @@ impl StudyResults<'_> {
             "inputs": self.study.inputs,
             "files": files,
             "scales": self.study.targets.scales,
-            "rounding": self.study.targets.rounding,
             "factors": factors.collect::<Vec<_>>(),
             "setups": setups.collect::<Vec<_>>(),
             "impossible": impossible.collect::<Vec<_>>(),

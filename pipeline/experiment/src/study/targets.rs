@@ -45,8 +45,6 @@ pub struct Targets {
     pub scales: BTreeMap<String, f64>,
     /// Design, element, figure → target and scale.
     probes: BTreeMap<[String; 3], (f64, f64)>,
-    /// Figure → largest rounding of its target; 0 if absent.
-    pub rounding: BTreeMap<String, f64>,
 }
 
 impl Targets {
@@ -87,27 +85,7 @@ impl Targets {
                 }
             }
         }
-        Ok(Self { figures, scales: all, probes: BTreeMap::new(), rounding: BTreeMap::new() })
-    }
-
-    /// Adds the rounding of targets.
-    ///
-    /// # Errors
-    /// An unknown figure, or a negative value.
-    pub fn rounded(mut self, rounding: &BTreeMap<String, f64>) -> Result<Self> {
-        for (figure, by) in rounding {
-            ensure!(
-                self.scales.contains_key(figure),
-                "rounding.{figure}: expected one of {}",
-                names()
-            );
-            ensure!(
-                by.is_finite() && *by >= 0.0,
-                "rounding.{figure}: expected a number from 0, got {by}"
-            );
-        }
-        self.rounding.clone_from(rounding);
-        Ok(self)
+        Ok(Self { figures, scales: all, probes: BTreeMap::new() })
     }
 
     /// Adds the targets of `probes`.
@@ -184,11 +162,6 @@ mod tests {
         for scale in [0.0, -1.0, 1e-300, f64::NAN] {
             let scales = BTreeMap::from([("uniformity".to_owned(), scale)]);
             assert!(Targets::new(&toml::Table::new(), &scales).is_err(), "{scale}");
-        }
-        for (figure, by) in [("peak_angle_deg", -1.0), ("peak", 1.0)] {
-            let rounding = BTreeMap::from([(figure.to_owned(), by)]);
-            let targets = Targets::new(&toml::Table::new(), &BTreeMap::new()).expect("no targets");
-            assert!(targets.rounded(&rounding).is_err(), "{figure}");
         }
     }
 }

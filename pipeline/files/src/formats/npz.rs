@@ -10,7 +10,7 @@ use std::io::{Read, Seek, Write};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use bsdf::{
-    EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, Side, TableHeader,
+    EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarisation, Side, TableHeader,
 };
 use ndarray::Array1;
 use ndarray_npy::NpzWriter;
@@ -54,7 +54,7 @@ pub fn write(table: &OrderTable, file: &mut (impl Write + Seek)) -> Result<()> {
         kx_index.push(i32::try_from(node.kx_index)?);
         ky_index.push(i32::try_from(node.ky_index)?);
         let shares =
-            [Polarization::S, Polarization::P].map(|pol| table.node_efficiencies(node, pol));
+            [Polarisation::S, Polarisation::P].map(|pol| table.node_efficiencies(node, pol));
         let [in_s, in_p] = shares;
         for (in_s, in_p) in in_s?.into_iter().zip(in_p?) {
             of_node.push(i32::try_from(number)?);
@@ -162,19 +162,19 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
     };
     let mut rows = Vec::new();
     for (number, code) in sides.iter().enumerate() {
-        let row = |polarization| -> Result<EfficiencyRow> {
+        let row = |polarisation| -> Result<EfficiencyRow> {
             Ok(EfficiencyRow {
                 node: NodeId {
                     side: side(*code)?,
                     kx_index: i64::from(kx[number]),
                     ky_index: usize::try_from(ky[number]).context("node_ky_index below 0")?,
                 },
-                polarization,
+                polarisation,
                 orders: Vec::new(),
             })
         };
-        rows.push(row(Polarization::S)?);
-        rows.push(row(Polarization::P)?);
+        rows.push(row(Polarisation::S)?);
+        rows.push(row(Polarisation::P)?);
     }
     for (k, node) in of_node.iter().enumerate() {
         let first =

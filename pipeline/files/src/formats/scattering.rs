@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use bsdf::formats::{speos, zemax};
-use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, Polarization, Side, convert};
+use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, Polarisation, Side, convert};
 
 use super::content::{self, Content};
 use crate::progress::warn_once;
@@ -159,7 +159,7 @@ pub fn reflector(
 ) -> Result<(Arc<dyn Bsdf>, bool)> {
     let bsdf = content.bsdf(name, [1.0, 1.0], between, Side::Outer)?;
     let turns = content.is_isotropic([1.0, 1.0])?;
-    let albedo = bsdf.albedo(glam::DVec3::Z, Polarization::Unpolarized);
+    let albedo = bsdf.albedo(glam::DVec3::Z, Polarisation::Unpolarised);
     ensure!(
         albedo.reflected > 0.0,
         "`{name}`: expected reflection of light from the outer (front) side, got none"

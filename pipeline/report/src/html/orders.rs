@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use bsdf::order_table::NodeId;
-use bsdf::{OrderTable, Polarization, Side};
+use bsdf::{OrderTable, Polarisation, Side};
 use serde_json::{Value, json};
 
 use files::cache::{Cache, EXTENSION, read_table};
@@ -214,8 +214,8 @@ impl Thinning {
             for side in Side::BOTH {
                 let (mut kx, mut spans, mut shares) = (Vec::new(), Vec::new(), Vec::new());
                 for node in nodes(table, side, ky_index, stride) {
-                    let s = table.node_efficiencies(node, Polarization::S)?;
-                    let p = table.node_efficiencies(node, Polarization::P)?;
+                    let s = table.node_efficiencies(node, Polarisation::S)?;
+                    let p = table.node_efficiencies(node, Polarisation::P)?;
                     kx.push(grid.kx(node.kx_index));
                     for to in Side::BOTH {
                         let mut orders = s.iter().filter(|e| e.to == to).map(|e| e.order);

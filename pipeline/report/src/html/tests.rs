@@ -28,11 +28,11 @@ fn smooth_table() -> bsdf::OrderTable {
     };
     let smooth = SmoothInterface::new(1.41, 1.0).expect("valid");
     let rows: Vec<_> = grid
-        .rows(|side, kx, ky, polarization| {
+        .rows(|side, kx, ky, polarisation| {
             let n = grid.index(side);
             let sign = if side == Side::Inner { -1.0 } else { 1.0 };
             let z = (n * n - kx * kx - ky * ky).sqrt() * sign;
-            let albedo = smooth.albedo(glam::DVec3::new(-kx, -ky, z) / n, polarization);
+            let albedo = smooth.albedo(glam::DVec3::new(-kx, -ky, z) / n, polarisation);
             vec![
                 OrderEfficiency::new(side, 0, albedo.reflected),
                 OrderEfficiency::new(side.opposite(), 0, albedo.transmitted),

@@ -10,7 +10,7 @@
 //! sheets may reach beyond what they end, and what is hidden in something opaque does no harm. Cuts
 //! thinner than a millionth of the body do not count, so solids may touch.
 //!
-//! Where a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, also
+//! If a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, also
 //! sheets with one medium on both sides. Two coincident faces are refused unless one of them is
 //! opaque, because rounding would decide which comes first. Two opaque solids, one of them placed,
 //! cut each other if a line passes through what each has alone and what both have.
@@ -59,7 +59,7 @@ impl Space<'_> {
         named.map_or_else(|| "something opaque".to_owned(), |name| (*name).to_owned())
     }
 
-    /// Whether one of its shapes was placed among the others.
+    /// True if one of its shapes was placed among the others.
     fn placed(&self) -> bool {
         self.surfaces.iter().any(|s| matches!(s.shape, Shape::Placed(_)))
     }
@@ -102,7 +102,7 @@ pub(super) fn check(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
     search.balls(&mut rng)
 }
 
-/// Whether a surface is that of a closed solid.
+/// True if a surface is that of a closed solid.
 fn solid(surface: &CompiledSurface) -> bool {
     surface.regions[0] != surface.regions[1] && surface.shape.closed()
 }
@@ -122,7 +122,7 @@ struct CrossingSearch<'a> {
     space: &'a Space<'a>,
     lines: &'a Lines,
     size: f64,
-    /// Whether all surfaces are judged, not only those of closed solids.
+    /// True if all surfaces are judged, not only those of closed solids.
     whole: bool,
 }
 
@@ -131,19 +131,19 @@ impl<'a> CrossingSearch<'a> {
     /// where the overlap is thickest. On that line other shapes about the same axis may have no
     /// normal.
     fn balls(&self, rng: &mut impl Rng) -> Result<(), Error> {
-        let surfaces = self.space.surfaces.iter();
-        let balls: Vec<(DVec3, f64)> = surfaces.filter_map(|s| s.shape.ball()).collect();
+        let balls: Vec<(DVec3, f64)> =
+            self.space.surfaces.iter().filter_map(|s| s.shape.ball()).collect();
         for (k, &(centre, radius)) in balls.iter().enumerate() {
-            for &(other, least) in &balls[..k] {
+            for &(other, other_radius) in &balls[..k] {
                 let distance = centre.distance(other);
-                let shared = radius + least - distance;
-                let inside = distance <= (radius - least).abs() + THICKNESS * self.size;
+                let shared = radius + other_radius - distance;
+                let inside = distance <= (radius - other_radius).abs() + THICKNESS * self.size;
                 if shared <= THICKNESS * self.size || inside {
                     continue;
                 }
                 let along = (centre - other) / distance;
                 // At this distance at most a fifth of the thickness is lost.
-                let aside = (0.2 * shared * radius.min(least)).sqrt();
+                let aside = (0.2 * shared * radius.min(other_radius)).sqrt();
                 for _ in 0..ABOUT {
                     let beside = random::isotropic(rng).cross(along) * aside;
                     self.along(other + beside, along)?;
@@ -345,7 +345,7 @@ impl<'a> CrossingSearch<'a> {
         }
     }
 
-    /// Where edges of boxes and meshes pass through other surfaces.
+    /// Points where edges of boxes and meshes pass through other surfaces.
     fn places(&self) -> Vec<DVec3> {
         let mut places = Vec::new();
         for (number, surface) in self.space.surfaces.iter().enumerate() {

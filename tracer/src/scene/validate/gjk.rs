@@ -54,24 +54,22 @@ impl<'a> Solid<'a> {
         surfaces.map(|surfaces| Self { body, surfaces })
     }
 
-    /// Whether it certainly does not overlap another body at `at` from it.
+    /// True if it certainly does not overlap another body at `at` from it.
     pub fn apart_from(&self, other: &Self, at: DVec3) -> bool {
         let uncut = self.surfaces.iter().all(|a| {
-            let mut others = other.surfaces.iter();
-            others.all(|b| {
+            other.surfaces.iter().all(|b| {
                 !b.bounds.moved(at).overlaps(&a.bounds)
                     || apart(&a.hulls, &b.hulls, at)
                     || a.hulls.iter().all(|one| {
                         let one = std::slice::from_ref(one);
-                        let each = b.hulls.iter().map(std::slice::from_ref);
-                        each.into_iter().all(|two| apart(one, two, at))
+                        b.hulls.iter().map(std::slice::from_ref).all(|two| apart(one, two, at))
                     })
             })
         });
         uncut && other.lies_outside(self.body, at) && self.lies_outside(other.body, -at)
     }
 
-    /// Whether points of all its surfaces lie outside of a body; it stands at `at` from that.
+    /// True if points of all its surfaces lie outside of a body; it stands at `at` from that.
     fn lies_outside(&self, body: &Body, at: DVec3) -> bool {
         self.surfaces.iter().all(|surface| {
             let middle = surface.bounds.middle();
@@ -85,7 +83,7 @@ impl<'a> Solid<'a> {
     }
 }
 
-/// Whether a point lies outside of a body: two of three directions decide.
+/// True if a point lies outside of a body: two of three directions decide.
 fn outside(body: &Body, point: DVec3) -> bool {
     let free = |look: &&DVec3| {
         let ray = Ray { origin: point, direction: look.normalize() };
@@ -98,11 +96,11 @@ fn outside(body: &Body, point: DVec3) -> bool {
 /// Support point of several hulls: the farthest along a direction.
 fn farthest(hulls: &[Hull], direction: DVec3) -> DVec3 {
     let points = hulls.iter().map(|hull| hull.farthest(direction));
-    let most = points.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)));
-    most.unwrap_or_default()
+    let farthest = points.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)));
+    farthest.unwrap_or_default()
 }
 
-/// Whether a plane separates the convex hull of all `a` from that of all `b`, which stand at `at`
+/// True if a plane separates the convex hull of all `a` from that of all `b`, which stand at `at`
 /// from them.
 fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
     let support = |d: DVec3| farthest(a, d) - farthest(b, -d) - at;

@@ -175,7 +175,7 @@ impl<'a> Shapes<'a> {
         }
     }
 
-    /// Whether two bodies, not both round, certainly do not overlap; the second one stands at
+    /// True if two bodies, not both round, certainly do not overlap; the second one stands at
     /// `apart` from the first.
     fn apart(&mut self, pair: [usize; 2], apart: DVec3) -> bool {
         let [Some(a), Some(b)] = pair.map(|number| self.solids[number].as_ref()) else {

@@ -71,13 +71,13 @@ fn each_ray(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> Result<(), Er
     wrong.map_or(Ok(()), Err)
 }
 
-/// Whether a ray of a set in the world may start in the boxes around more than one body, or in that
+/// True if a ray of a set in the world may start in the boxes around more than one body, or in that
 /// around a bounded surface of the world.
 fn crowded(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> bool {
     let starts = set.starts().moved(placed.source.position);
     let boxes = scene.instances.boxes().iter();
     let mut walls = scene.ground.surfaces.iter().map(|s| s.shape.bounds());
-    boxes.filter(|around| starts.overlaps(around)).count() > 1
+    boxes.filter(|around| starts.overlaps(around)).nth(1).is_some()
         || walls.any(|wall| wall.is_finite() && starts.overlaps(&wall))
 }
 

@@ -13,8 +13,8 @@ use super::{Mesh, MeshError, ShearedRay, turn};
 use crate::ray::Ray;
 use crate::shape::Reach;
 
-/// How deep the ends of an edge must lie on both sides of a triangle, as a share of the size of the
-/// mesh, and how far within its edges, as a share of its area, for the one to cut the other.
+/// Depth of the ends of an edge on both sides of a triangle, at least, as a fraction of the size of
+/// the mesh, and how far within its edges, as a share of its area, for the one to cut the other.
 const DEEP: f64 = 1e-9;
 
 impl Mesh {
@@ -57,7 +57,7 @@ impl Mesh {
         found
     }
 
-    /// Where the edge between two points passes through a triangle.
+    /// Point where the edge between two points passes through a triangle.
     fn passes(
         &self,
         primitive: usize,
@@ -73,9 +73,9 @@ impl Mesh {
         }
         let [a, b, c] = triangle.corners.map(|corner| sheared.project(corner));
         let picker = [turn(b, c), turn(c, a), turn(a, b)];
-        let least = DEEP * picker.iter().map(|turn| turn.abs()).sum::<f64>();
+        let min = DEEP * picker.iter().map(|turn| turn.abs()).sum::<f64>();
         let within =
-            picker.iter().all(|turn| *turn > least) || picker.iter().all(|turn| *turn < -least);
+            picker.iter().all(|turn| *turn > min) || picker.iter().all(|turn| *turn < -min);
         let patch = before / (before - behind);
         within.then(|| ends[0] + (ends[1] - ends[0]) * patch)
     }

@@ -35,14 +35,14 @@ const ROWS: usize = PACKET / WIDE;
 struct Coarse {
     origin: [[f32; PACKET]; 3],
     direction: [[f32; PACKET]; 3],
-    /// How far they look.
+    /// Length of each ray.
     bound: [f32; PACKET],
 }
 
 /// A number of each ray that came to a node, in the order of its list.
 type Rows<T> = [T; ROWS];
 
-/// Those that came to a node.
+/// Rays that came to a node.
 struct Here {
     origin: Rows<[[f32; WIDE]; 3]>,
     direction: Rows<[[f32; WIDE]; 3]>,
@@ -52,7 +52,7 @@ struct Here {
     bound: Rows<[f32; WIDE]>,
     /// The children that they meet, a bit for each.
     met: Rows<[u32; WIDE]>,
-    /// Those that any of a row meets.
+    /// Triangles that any ray of a row meets.
     any: Rows<u32>,
 }
 
@@ -142,8 +142,8 @@ impl Mesh {
     }
 }
 
-/// How far boxes are looked for, rounded up: a bound that is too far costs a test, one that is too
-/// near costs a hit.
+/// Distance up to which boxes are searched, rounded up: a bound that is too far costs a test, one
+/// that is too near costs a hit.
 #[inline(always)]
 fn bound(to: f64, start: f64, scale: f64) -> f32 {
     ((to - start) * scale * (1.0 + 1e-5) + 1e-5) as f32
@@ -184,7 +184,7 @@ impl Traversal<'_, '_> {
         lists.resize(begin + rows * WIDE, lists[end - 1]);
         gather(coarse, &lists[begin..], here);
 
-        let boxes = Boxes::of(node);
+        let boxes = Boxes::from_node(node);
         let mut there = 0;
         for child in 0..8 {
             there |= u32::from(node.child_meta[child] != 0) << child;
@@ -270,7 +270,7 @@ impl Traversal<'_, '_> {
 
 impl Boxes {
     #[inline(always)]
-    fn of(node: &CwBvhNode) -> Self {
+    fn from_node(node: &CwBvhNode) -> Self {
         let (p, e) = (node.p.to_array(), node.e);
         let corner = |sides: [&[u8; 8]; 3]| {
             let mut corner = [[0.0; 8]; 3];

@@ -32,7 +32,7 @@ pub(super) const WIDE: usize = 16;
 /// Most triangles of the leaves of a node.
 pub(super) const PRIMITIVES: usize = 24;
 
-/// How far a ray may pass on the wrong side of an edge, as a share of its length.
+/// Distance by which a ray may pass on the wrong side of an edge, as a fraction of its length.
 const SLACK: f64 = 64.0 * f32::EPSILON as f64;
 
 /// More than numbers that are too small for f32 lose.
@@ -52,9 +52,9 @@ pub(super) struct Prefilter {
     edges: [[Row<f32>; 3]; 3],
     moments: [[Row<f32>; 3]; 3],
     /// A ray may cross if the least of its three numbers is not below this one.
-    least: Row<f32>,
+    min: Row<f32>,
     /// Or if the largest is not above this one.
-    most: Row<f32>,
+    max: Row<f32>,
 }
 
 impl Prefilter {
@@ -63,8 +63,8 @@ impl Prefilter {
             corners: [[[[0.0; LANES]; PRIMITIVES / LANES]; 3]; 3],
             edges: [[[[0.0; LANES]; PRIMITIVES / LANES]; 3]; 3],
             moments: [[[[0.0; LANES]; PRIMITIVES / LANES]; 3]; 3],
-            least: [[0.0; LANES]; PRIMITIVES / LANES],
-            most: [[0.0; LANES]; PRIMITIVES / LANES],
+            min: [[0.0; LANES]; PRIMITIVES / LANES],
+            max: [[0.0; LANES]; PRIMITIVES / LANES],
         }
     }
 
@@ -109,15 +109,15 @@ impl Prefilter {
                     }
                 }
                 let slack = (SLACK * longest + TINY) as f32;
-                self.least[row][k] = if inner { -slack } else { f32::INFINITY };
-                self.most[row][k] = if outer { slack } else { f32::NEG_INFINITY };
+                self.min[row][k] = if inner { -slack } else { f32::INFINITY };
+                self.max[row][k] = if outer { slack } else { f32::NEG_INFINITY };
             }
         }
     }
 
-    /// Which of the first triangles the rays of a row may cross, by their directions d and moments
-    /// o × d. A triangle stands in the child of the node that its bit in `homes` tells, and a ray
-    /// meets the children of its bits in `met`.
+    /// Bits of the first triangles that the rays of a row may cross, by their directions d and
+    /// moments o × d. A triangle stands in the child of the node that its bit in `homes` tells, and
+    /// a ray meets the children of its bits in `met`.
     #[inline(always)]
     pub fn pass(
         &self,
@@ -137,7 +137,7 @@ impl Prefilter {
             };
             let edges = [of(&self.edges, 0), of(&self.edges, 1), of(&self.edges, 2)];
             let moments = [of(&self.moments, 0), of(&self.moments, 1), of(&self.moments, 2)];
-            let (low, high) = (self.least[row][lane], self.most[row][lane]);
+            let (low, high) = (self.min[row][lane], self.max[row][lane]);
             for k in 0..WIDE {
                 let turn = |edge: usize| {
                     let (e, c) = (&edges[edge], &moments[edge]);
@@ -145,8 +145,8 @@ impl Prefilter {
                         + (m[0][k] * e[0] + m[1][k] * e[1] + m[2][k] * e[2])
                 };
                 let (u, v, w) = (turn(0), turn(1), turn(2));
-                let (least, most) = (less(u, less(v, w)), more(u, more(v, w)));
-                let may = ((least >= low) | (most <= high)) & (met[k] & home != 0);
+                let (min, max) = (less(u, less(v, w)), more(u, more(v, w)));
+                let may = ((min >= low) | (max <= high)) & (met[k] & home != 0);
                 passing[k] |= if may { 1 << place } else { 0 };
             }
         }

@@ -10,7 +10,7 @@ use crate::error::MeshError;
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct HalfEdge {
     ends: (u32, u32),
-    /// Whether the triangle runs along it from the higher end to the lower.
+    /// True if the triangle runs along it from the higher end to the lower.
     back: bool,
     triangle: u32,
 }
@@ -100,7 +100,7 @@ fn paired(vertices: &[DVec3], edges: &[HalfEdge]) -> Result<Vec<[u32; 2]>, MeshE
     }
 }
 
-/// Whether no neighbour of a triangle rises above its plane, and all hang together: then the solid
+/// True if no neighbour of a triangle rises above its plane, and all hang together: then the solid
 /// is convex.
 fn convex(vertices: &[DVec3], triangles: &[[u32; 3]], pairs: &[[u32; 2]]) -> bool {
     let corners = |t: u32| triangles[t as usize].map(|k| vertices[k as usize]);

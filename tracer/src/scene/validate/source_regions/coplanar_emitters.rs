@@ -42,7 +42,7 @@ struct Cone {
 
 impl Cone {
     /// The cone of a source, if its directions fill one.
-    fn of(source: &Source) -> Option<Self> {
+    fn from_source(source: &Source) -> Option<Self> {
         let about_normal = |half_angle: f64| Self { axis: source.normal, half_angle };
         if matches!(source.emitter, Emitter::Enclosure { .. }) {
             return None;
@@ -64,13 +64,13 @@ impl Cone {
 
     /// The direction nearest to a unit vector, `less` from the edge of the cone.
     fn towards(&self, wanted: DVec3, less: f64) -> DVec3 {
-        let most = (self.half_angle - less).max(0.0);
-        if self.axis.angle_between(wanted) <= most {
+        let max = (self.half_angle - less).max(0.0);
+        if self.axis.angle_between(wanted) <= max {
             return wanted;
         }
         let aside = wanted - self.axis * wanted.dot(self.axis);
         let aside = aside.try_normalize().unwrap_or_else(|| self.axis.any_orthonormal_vector());
-        self.axis * most.cos() + aside * most.sin()
+        self.axis * max.cos() + aside * max.sin()
     }
 }
 
@@ -102,7 +102,7 @@ fn farthest(corners: &[DVec3], from: DVec3) -> f64 {
 
 /// Judges a source against the flat faces around it.
 pub(super) fn check(scene: &Scene, placed: &PlacedSource) -> Result<(), Misplacement> {
-    let Some(cone) = Cone::of(&placed.source) else {
+    let Some(cone) = Cone::from_source(&placed.source) else {
         return Ok(());
     };
     let judged = Judged { scene, placed, cone };
@@ -115,12 +115,16 @@ pub(super) fn check(scene: &Scene, placed: &PlacedSource) -> Result<(), Misplace
         return Ok(());
     }
     let list = &scene.instances.list;
-    for (number, instance) in (0..).zip(list) {
-        let near = list.len() <= NEIGHBOURS
-            || [placed.instance, scene.array_solids].contains(&Some(number));
-        let body = &scene.bodies[instance.prototype as usize];
-        if near && !std::ptr::eq(body, around) {
-            judged.beside(body, instance.position, false)?;
+    let near: Vec<u32> = if list.len() <= NEIGHBOURS {
+        (0..list.len() as u32).collect()
+    } else {
+        // An instance comes before the array solids.
+        placed.instance.into_iter().chain(scene.array_solids).collect()
+    };
+    for number in near {
+        let body = scene.body(number);
+        if !std::ptr::eq(body, around) {
+            judged.beside(body, list[number as usize].position, false)?;
         }
     }
     Ok(())

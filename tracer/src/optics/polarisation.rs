@@ -16,9 +16,9 @@
 use glam::DVec3;
 use num_complex::Complex64;
 
-/// Whether rays carry their polarisation.
+/// True if rays carry their polarisation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Polarization {
+pub enum Polarisation {
     /// Every surface sees unpolarised light.
     #[default]
     Unpolarised,
@@ -29,7 +29,7 @@ pub enum Polarization {
 
 /// The polarisation of a ray: [`Unpolarised`] or [`Stokes`].
 pub(crate) trait Light: Default + Copy {
-    /// Whether there are Stokes parameters.
+    /// True if there are Stokes parameters.
     const CARRIED: bool;
 
     /// Refers it to the plane of incidence of a ray along `direction` on a surface with unit
