@@ -144,8 +144,16 @@ impl Window {
             [(d[0] * t[0] + d[1] * t[1]) / along, (d[1] * t[0] - d[0] * t[1]) / across]
         };
         let (mut bins, mut rows) = (Vec::new(), Vec::new());
-        for j in 0..grid.rows {
-            for i in 0..grid.columns {
+        // Bins that the window can hold, and one more to each side.
+        let near = |k: usize, count: usize| {
+            let reach = t[k].abs() * along + t[1 - k].abs() * across;
+            let place = |at: f64| at / grid.bin_mm + 0.5 * count as f64;
+            let first = (place(centre[k] - reach) - 1.0).floor().max(0.0) as usize;
+            let end = (place(centre[k] + reach) + 2.0).ceil().clamp(0.0, count as f64) as usize;
+            first..end
+        };
+        for j in near(1, grid.rows) {
+            for i in near(0, grid.columns) {
                 let [u, v] =
                     to_window([grid.centre_mm(i, grid.columns), grid.centre_mm(j, grid.rows)]);
                 if u.abs() <= 1.0 && v.abs() <= 1.0 {

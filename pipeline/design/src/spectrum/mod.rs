@@ -31,7 +31,7 @@ use metrics::plural::count;
 pub enum Weighting {
     /// Radiant power: watts.
     Radiometric,
-    /// Luminous flux: lumens, radiant power times V(λ) times [`metrics::photopic::LUMENS_PER_WATT`].
+    /// Luminous flux: lumens, radiant power times V(λ) times 683 lm/W.
     Photometric,
 }
 
