@@ -8,6 +8,8 @@ pub mod commands;
 pub mod convergence;
 pub mod exit;
 pub mod grating;
+#[cfg(test)]
+mod key_tables;
 pub mod near_field;
 pub mod output;
 pub mod paper_figures;

@@ -251,12 +251,15 @@ fn one_kind<K: Kinds>(kind: &Value, shared: &Value) -> Option<Value> {
     let own_keys = properties(own);
     let told_by_keys = K::untagged(&|key| own_keys.contains_key(key)) == Some(name.as_str());
     keys.extend(own_keys);
-    keys.insert(K::TAG.to_owned(), json!({"const": name}));
+    if !K::TAG.is_empty() {
+        keys.insert(K::TAG.to_owned(), json!({"const": name}));
+    }
     let mut needed = [required(shared), required(own)].concat();
     if !told_by_keys {
         needed.insert(0, K::TAG.into());
     }
     Some(json!({
+        "title": name,
         "description": kind["description"],
         "type": "object",
         "properties": keys,

@@ -10,42 +10,46 @@ use super::is_default;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Hybrid {
-    /// Radial width of a ring, µm; must divide the width of an element.
+    /// Radial width of a ring, µm: divides `elements.width_um`, at most 10 000 rings. Default the
+    /// widest, up to 10, that makes the bands of an element equal: 10 for 100 µm, 9.286 for 65 µm.
     pub element_width_um: f64,
-    /// Neighbouring rings that share one table.
+    /// Neighbouring rings that share a table: divides the number of rings. Default the most, up to
+    /// 10, that divide the rings of one element.
     pub rings_per_band: usize,
-    /// Which ring of a band its table is computed for, from 1.
+    /// Ring of a band that is solved, 1 to `rings_per_band`. Default the middle one: 5 of 10.
     pub representative: usize,
-    /// Nodes of the Bloch wavevector in one Brillouin zone; chosen for the tolerance if absent, but
-    /// where `ky_count` is given.
+    /// Nodes of the Bloch wavevector in one Brillouin zone, 1 to 64. Default as many as
+    /// interpolation takes to pass diffuse light on to the tolerance; 2 with `ky_count`.
     pub kx_per_zone: Option<usize>,
-    /// Nodes of the wavevector along the grooves, 0 to the largest; chosen for the tolerance if
-    /// absent.
+    /// Nodes of the wavevector along the grooves, 2 to 1024; default likewise.
     pub ky_count: Option<usize>,
-    /// No direction's share may move by more than this when slices are halved or a third more
-    /// orders kept.
+    /// Error allowed of what is transmitted, by orders and slices together, estimated over
+    /// directions; without `ky_count` also of diffuse light, by interpolation. 1e-8 to 0.1.
     pub tolerance: f64,
-    /// Highest diffraction order to keep; found for the tolerance if absent.
+    /// Highest diffraction order to keep, up to 2000: not below what propagates in silicone or
+    /// around the dome, nor below what the tolerance takes. Default found for the tolerance.
     pub orders: Option<usize>,
-    /// A table that would take more memory than this while it is solved is refused, GiB.
+    /// Memory that a table may take while it is solved, GiB; more is refused before it is begun.
+    /// 0.001 to 10⁶.
     pub memory_gib: f64,
-    /// Slanted sides become stairs of this height before they are solved, µm; as they are if
-    /// absent.
+    /// Height of stairs that slanted sides become before they are solved, µm, each as wide as the
+    /// relief at its middle; 0.001 to 1000. Default sides as they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stairs_um: Option<f64>,
-    /// What tables keep of their orders.
+    /// Content of the tables; default `"shares"`.
     #[serde(skip_serializing_if = "is_default")]
     pub tables: TableContent,
-    /// Polarisation whose shares the bands scatter by.
+    /// Polarisation the bands scatter by; default `"unpolarised"`.
     #[serde(skip_serializing_if = "is_default")]
     pub polarization: Polarization,
-    /// Which incidences of a table are used.
+    /// Incidences of a table that are used; default `"conical"`.
     #[serde(skip_serializing_if = "is_default")]
     pub incidence: Incidence,
-    /// Which part of the light that bands scatter is kept.
+    /// Part of the scattered light that is kept; default `"whole"`.
     #[serde(skip_serializing_if = "is_default")]
     pub scattering: Scattering,
-    /// Orders are spread over cells of direction this wide, degrees; 0 leaves them sharp.
+    /// Width of cells of polar angle and azimuth in which every order is moved to a random place,
+    /// degrees; 0 or a divisor of 90, at most 45.
     #[serde(skip_serializing_if = "is_default")]
     pub spread_deg: f64,
 }
@@ -57,7 +61,9 @@ pub enum TableContent {
     /// Shares of the power.
     #[default]
     Shares,
-    /// Jones matrices beside them.
+    /// Jones matrices beside them, by which bands see and change the polarisation. Needs
+    /// `light.polarization = "carried"`, and `polarization`, `incidence`, `scattering` and
+    /// `spread_deg` by default; takes three times the memory and one and a half times the time.
     Matrices,
 }
 
@@ -65,7 +71,7 @@ pub enum TableContent {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Polarization {
-    /// Half s, half p.
+    /// The mean of both.
     #[default]
     Unpolarised,
     /// E across the plane of incidence.
@@ -78,21 +84,19 @@ pub enum Polarization {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Incidence {
-    /// All of both hemispheres.
+    /// Every incidence as solved.
     #[default]
     Conical,
-    /// Those in the plane across the grooves; light from elsewhere is scattered in its own plane of
-    /// incidence, as that at the same angle is.
+    /// Light is scattered as that at the same angle in the plane across the grooves, all of it in
+    /// its own plane of incidence.
     InPlane,
-    /// Those of light that travels away from the axis; other light is scattered as their mirror
-    /// images.
+    /// As light that travels away from the axis; other light as its mirror image.
     Outwards,
-    /// Those of light that travels towards the axis; other light is scattered as their mirror
-    /// images.
+    /// As light that travels towards the axis; other light as its mirror image.
     Inwards,
-    /// All, but with the relief turned by half a turn.
+    /// As with the tables laid on the wrong way round.
     HalfTurn,
-    /// The mean over the azimuth of incidence.
+    /// As the mean over all azimuths of incidence, relative to the plane of incidence.
     AzimuthMean,
 }
 
@@ -103,11 +107,11 @@ pub enum Scattering {
     /// All of it.
     #[default]
     Whole,
-    /// What is transmitted; reflected light is absorbed.
+    /// Reflected light is absorbed.
     Transmission,
-    /// All of it, but what is reflected leaves in the specular direction.
+    /// Reflected light leaves in the specular direction, with its power.
     SpecularReflection,
-    /// What comes from the silicone; light from the air is absorbed.
+    /// Light from the air is absorbed, as by tables solved from the silicone alone.
     FromInside,
 }
 
