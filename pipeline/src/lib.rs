@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The program.
 
-pub mod case;
 pub mod cli;
 pub mod cli_errors;
 pub mod commands;
 pub mod convergence;
 pub mod exit;
 pub mod grating;
+pub mod grating_case;
 #[cfg(test)]
 mod key_tables;
 pub mod near_field;

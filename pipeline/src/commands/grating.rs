@@ -11,7 +11,7 @@ use files::progress::Console;
 use files::run_context::RunContext;
 use metrics::plural::count;
 
-use crate::case::Case;
+use crate::grating_case::Case;
 use crate::grating;
 
 /// `batwing grating`.

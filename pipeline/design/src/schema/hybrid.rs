@@ -54,7 +54,7 @@ pub struct Hybrid {
     pub spread_deg: f64,
 }
 
-/// What tables keep of their orders.
+/// Content of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TableContent {
@@ -80,7 +80,7 @@ pub enum Polarization {
     P,
 }
 
-/// Which incidences of a table are used.
+/// Incidences of a table that are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Incidence {
@@ -100,7 +100,7 @@ pub enum Incidence {
     AzimuthMean,
 }
 
-/// Which part of the light that bands scatter is kept.
+/// Part of the scattered light that is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scattering {

@@ -30,7 +30,7 @@ pub struct Light {
     pub polarization: Carrying,
 }
 
-/// What rays know of their polarisation.
+/// Polarisation of light on its way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Carrying {

@@ -64,7 +64,7 @@ pub struct Design {
     /// Receivers beside these two.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub receivers: Vec<receivers::Receiver>,
-    /// What emits, in place of the top of the LED box.
+    /// Sources in place of the top of the LED box.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<sources::Source>,
     /// Further solids and sheets.
@@ -76,7 +76,7 @@ pub struct Design {
     /// Monte Carlo.
     #[serde(default)]
     pub trace: Trace,
-    /// What comes from files of other programs.
+    /// Bands, mirror and source from files of other programs.
     #[serde(default)]
     pub files: files::Files,
 }
@@ -106,7 +106,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 13] {
     ]
 }
 
-/// There are no keys of the kind, or none that all kinds share.
+/// No keys: of a kind without any, or of kinds that share none.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}
@@ -127,7 +127,7 @@ pub struct Silicone {
     pub absorption_per_mm: f64,
 }
 
-/// How the rows of an array stand to each other.
+/// Places of the rows of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Arrangement {
@@ -210,11 +210,10 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// How far the map reaches beyond the outermost LED axes, mm, where neighbours stand `pitch_mm`
-    /// apart.
+    /// Distance from the outermost LED axes to the edge of the map, mm, at a pitch of `pitch_mm`.
     pub fn margin_mm(&self, pitch_mm: f64) -> f64 {
-        const LEAST: f64 = 6.0;
-        self.margin_mm.unwrap_or(LEAST.max(0.5 * pitch_mm))
+        const MIN: f64 = 6.0;
+        self.margin_mm.unwrap_or(MIN.max(0.5 * pitch_mm))
     }
 
     /// Bins side by side that make one in which peak and valley are read.
@@ -224,7 +223,7 @@ impl Receiver {
     }
 }
 
-/// What a map is averaged over.
+/// Images a map is averaged over.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Average {
@@ -235,7 +234,7 @@ pub enum Average {
     None,
 }
 
-/// What is 0 after illuminances were normalised.
+/// Level that is scaled to 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Zero {
@@ -318,7 +317,7 @@ impl Default for FarFieldReceiver {
     }
 }
 
-/// Whether a value is the default, and need not be written.
+/// True if a value is the default and need not be written.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -348,7 +347,7 @@ pub struct Trace {
     pub ledger_by_source: bool,
 }
 
-/// How the beginnings of paths are drawn.
+/// Start of paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampling {

@@ -109,7 +109,7 @@ pub struct SurfaceReceiver {
 /// A rectangle as written.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StatedRectangle {
-    /// Its middle, mm.
+    /// Middle, mm.
     pub position_mm: [f64; 3],
     /// Lengths along u and v, mm.
     pub size_mm: [f64; 2],
@@ -150,7 +150,7 @@ impl ReceiverForm {
         }
     }
 
-    /// Whether it reads I, Q, U and V.
+    /// True if it reads the Stokes parameters.
     pub fn stokes(&self) -> bool {
         match self {
             Self::Plane(plane) => plane.stokes,

@@ -90,7 +90,7 @@ pub struct SpecularAndDiffuse {
     pub specular_fraction: f64,
 }
 
-/// How far the mirror extends.
+/// Reach of the mirror.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Extent {

@@ -137,7 +137,7 @@ pub struct Disc {
 }
 
 impl SolidForm {
-    /// Whether it is a sheet, without an inside.
+    /// True if it is a sheet, without an inside.
     pub fn is_sheet(&self) -> bool {
         matches!(self, Self::Rectangle(_) | Self::Disc(_))
     }
@@ -170,13 +170,13 @@ impl Solid {
         }
     }
 
-    /// Where it stands, as messages show it.
+    /// Place, as messages show it.
     pub fn place(&self) -> String {
         format!("{:?}", self.shared.position_mm.0)
     }
 }
 
-/// How often a solid stands.
+/// Number of copies of a solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Per {
@@ -187,7 +187,7 @@ pub enum Per {
     Array,
 }
 
-/// What a solid is in optical contact with.
+/// Partner of an optical contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OpticalContact {
@@ -198,7 +198,7 @@ pub enum OpticalContact {
 /// `[solids.scatter]`.
 pub type SolidScatter = Tagged<NoKeys, ScatterLaw>;
 
-/// What the surface of a solid with a medium, or a sheet, does with light from either side.
+/// Law of scattering of a solid with a medium, or a sheet, for light from either side.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ScatterLaw {
@@ -266,7 +266,7 @@ pub struct GaussianShares {
 /// `[solids.surface]`: as of `[mirror]` and of `[files.mirror]`.
 pub type SolidSurface = Tagged<NoKeys, SurfaceLaw>;
 
-/// What a solid does with light that does not enter it.
+/// Law of reflection of an opaque solid or a sheet.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SurfaceLaw {

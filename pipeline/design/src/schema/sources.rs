@@ -132,7 +132,7 @@ pub struct SourceOfFile {
 }
 
 impl SourceForm {
-    /// Its place, mm, and what it says that it lies in; of a chip there is neither.
+    /// Place, mm, and the stated surroundings; `None` of a chip.
     pub fn place(&self) -> Option<([f64; 3], Option<&str>)> {
         let (position_mm, inside) = match self {
             Self::Isotropic(source) => (&source.position_mm, &source.inside),
@@ -153,7 +153,7 @@ impl SourceForm {
     }
 }
 
-/// Which light a source shines in, where it states none.
+/// Light of a source that states none of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LightOf {
