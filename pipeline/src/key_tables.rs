@@ -115,7 +115,8 @@ impl Row<'_> {
         let own = words(&self.schema["description"]);
         let mut choices = self.choices.clone();
         let stated = self.schema["oneOf"].as_array().into_iter().flatten();
-        choices.extend(stated.filter_map(|one| Some((one["const"].as_str()?, &one["description"]))));
+        choices
+            .extend(stated.filter_map(|one| Some((one["const"].as_str()?, &one["description"]))));
         let choices = choices.iter().map(|(choice, description)| {
             let description = words(description);
             format!("`\"{choice}\"`: {}", description.trim_end_matches('.'))

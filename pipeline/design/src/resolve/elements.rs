@@ -58,7 +58,7 @@ pub(crate) fn resolve(
 
 /// The error of relief that cannot be built, under `key` unless a radius is to blame.
 pub(crate) fn refused(error: &GeometryError, key: &str, at: &Context) -> ConfigError {
-    let &GeometryError::Radius { element, corner, radius_um, max_um } = error else {
+    let &GeometryError::Radius { element, corner, radius_um, most_um } = error else {
         return at.value(key, error, "rings that neither cross nor overlap");
     };
     let ring = if key == "elements.shapes" {
@@ -66,7 +66,7 @@ pub(crate) fn refused(error: &GeometryError, key: &str, at: &Context) -> ConfigE
     } else {
         format!("ring {element} of hybrid.element_width_um")
     };
-    let expected = format!("at most {max_um} um, which the sides at {ring} hold");
+    let expected = format!("at most {most_um} um, which the sides at {ring} hold");
     let radius_um = (radius_um * 1e6).round() / 1e6;
     at.value(&format!("elements.{corner}_radius_um"), radius_um, &expected)
 }

@@ -6,7 +6,7 @@ use tracer::glam::DVec3;
 use geometry::outline::into_cylinder;
 
 use super::package::reflector;
-use crate::check::{Context, MIN_LENGTH_MM, MAX_LENGTH_MM};
+use crate::check::{Context, MAX_LENGTH_MM, MIN_LENGTH_MM};
 use crate::error::ConfigError;
 use crate::resolved::dome::Dome;
 use crate::resolved::led::{BoxPlace, Led};
