@@ -25,7 +25,7 @@ use serde_json::{Map, Value};
 use metrics::plural::count;
 use search::{Range, Resolution, Search, SearchResult};
 
-use crate::case::{Accuracy, Case, Polarization, Structure};
+use crate::grating_case::{Accuracy, Case, Polarization, Structure};
 
 /// Error that slices may leave where orders are given instead of a tolerance: absolute, and as a
 /// share of the error of the orders.

@@ -26,13 +26,15 @@
 //! | [`rings`], [`convergence`], [`near_field`] | tables, convergence and near field of single rings |
 //! | [`ray_export`] | rays that leave a design, as a ray file |
 
-pub mod case;
 pub mod cli;
 pub mod cli_errors;
 pub mod commands;
 pub mod convergence;
 pub mod exit;
 pub mod grating;
+pub mod grating_case;
+#[cfg(test)]
+mod key_tables;
 pub mod near_field;
 pub mod output;
 pub mod paper_figures;

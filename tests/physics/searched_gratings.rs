@@ -8,8 +8,8 @@ use rcwa::{Bloch, Pol, Side, Truncation, no_progress, solve_line};
 
 use batwing_tests::boundary_integral::{Fineness, Grating};
 use batwing_tests::solver_comparison::{KX0, RINGS, ring};
-use pipeline::case::{Accuracy, Case, Polarization, Structure};
 use pipeline::grating::{Efficiencies, solve};
+use pipeline::grating_case::{Accuracy, Case, Polarization, Structure};
 
 const TOLERANCE: f64 = 1e-3;
 

@@ -9,13 +9,13 @@ use glam::DVec3;
 use super::error::ConfigError;
 
 /// Least length of anything that is built, mm: a nanometre, some atoms.
-pub(super) const LEAST_LENGTH_MM: f64 = 1e-6;
+pub(super) const MIN_LENGTH_MM: f64 = 1e-6;
 
 /// Largest length, mm: ten metres.
-pub(super) const MOST_LENGTH_MM: f64 = 1e4;
+pub(super) const MAX_LENGTH_MM: f64 = 1e4;
 
 /// Most letters of a name of files, which get endings and stand in folders.
-const MOST_LETTERS: usize = 100;
+const MAX_LETTERS: usize = 100;
 
 /// A limit as messages show it: `0.001`, `1e-12`, `1e9`.
 fn limit(number: f64) -> String {
@@ -38,23 +38,23 @@ impl Context<'_> {
         }
     }
 
-    /// What is wrong with a file, after the key that names it.
+    /// Error of a file, after the key that names it.
     pub(super) fn of_files(&self, error: &anyhow::Error) -> ConfigError {
         ConfigError::Files { file: self.file.to_owned(), message: format!("{error:#}") }
     }
 
     /// A length in mm.
     pub(super) fn length(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
-        if (LEAST_LENGTH_MM..=MOST_LENGTH_MM).contains(&value) {
+        if (MIN_LENGTH_MM..=MAX_LENGTH_MM).contains(&value) {
             return Ok(value);
         }
-        let expected = format!("a length from {LEAST_LENGTH_MM:e} to {MOST_LENGTH_MM} mm");
+        let expected = format!("a length from {MIN_LENGTH_MM:e} to {MAX_LENGTH_MM} mm");
         Err(self.value(key, value, &expected))
     }
 
     /// A length in µm.
     pub(super) fn length_um(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
-        let [least, most] = [LEAST_LENGTH_MM, MOST_LENGTH_MM].map(|length| 1e3 * length);
+        let [least, most] = [MIN_LENGTH_MM, MAX_LENGTH_MM].map(|length| 1e3 * length);
         if (least..=most).contains(&value) {
             return Ok(value);
         }
@@ -104,20 +104,20 @@ impl Context<'_> {
 
     /// A name of output files and folders.
     pub(super) fn file_name(&self, key: &str, name: &str) -> Result<(), ConfigError> {
-        let usable = (1..=MOST_LETTERS).contains(&name.len())
+        let usable = (1..=MAX_LETTERS).contains(&name.len())
             && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
             && !name.starts_with('.');
         if usable {
             return Ok(());
         }
         let expected = format!(
-            "letters, digits, '-', '_' and '.' only, at most {MOST_LETTERS}: it names output files"
+            "letters, digits, '-', '_' and '.' only, at most {MAX_LETTERS}: it names output files"
         );
         Err(self.value(key, format!("{name:?}"), &expected))
     }
 }
 
-/// Whether `whole` is a multiple of `part` but for rounding.
+/// True if `whole` is a multiple of `part` but for rounding.
 pub(super) fn divides(part: f64, whole: f64) -> bool {
     let ratio = whole / part;
     (ratio - ratio.round()).abs() < 1e-9

@@ -9,7 +9,7 @@ use anyhow::{Result, bail, ensure};
 pub type Settings = BTreeMap<String, toml::Value>;
 
 /// Most parts of a dotted key; designs nest no deeper than a few.
-const MOST_PARTS: usize = 16;
+const MAX_PARTS: usize = 16;
 
 /// Sets the key at the dotted `path`, with numbers from 0 for entries of lists:
 /// `elements.shapes.1.apex_angle_deg`. The value `""` removes the key.
@@ -24,8 +24,8 @@ pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<
         "expected a key such as led.reflectance, got {path:?}"
     );
     ensure!(
-        parts.len() < MOST_PARTS,
-        "expected a key of at most {MOST_PARTS} parts, got {}",
+        parts.len() < MAX_PARTS,
+        "expected a key of at most {MAX_PARTS} parts, got {}",
         parts.len() + 1
     );
     let mut at = design;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What is wrong with a design file.
+//! Errors of a design file.
 
-/// What is wrong with a design file.
+/// Errors of a design file.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
@@ -43,7 +43,7 @@ pub enum ConfigError {
 }
 
 impl ConfigError {
-    /// What is wrong, without the name of the design's file.
+    /// Message without the name of the design's file.
     pub(crate) fn without_file(&self) -> String {
         match self {
             Self::Value { key, got, expected, .. } => format!("{key} = {got}: expected {expected}"),

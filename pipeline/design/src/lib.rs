@@ -4,6 +4,31 @@
 //! Two steps. [`schema`] mirrors the file key by key and refuses unknown keys; [`resolved`] holds
 //! only values that passed every check, so nothing later asks again whether a length is positive.
 //! Every error names the file, the key, what was found and what was expected.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! let text = design::NEW_DESIGN.replace("NAME", "my-package");
+//! let checked = design::parse("my-package.toml", &text, Path::new(""))?;
+//! assert_eq!(checked.name, "my-package");
+//!
+//! let wrong = text.replace("pitch_mm = 5.0", "pitch_mm = -5.0");
+//! let error = design::parse("my-package.toml", &wrong, Path::new("")).unwrap_err();
+//! assert!(error.to_string().contains("array.pitch_mm"));
+//! # Ok::<(), design::ConfigError>(())
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`schema`] | the file as written, one field a key; doc comments are the reference |
+//! | [`tagged`], [`serde_arrays`] | tables of several kinds, lists of fixed length |
+//! | [`toml_errors`], [`error`] | messages on the form of the file, and on its values |
+//! | `check` | ranges of lengths, numbers, counts and names |
+//! | [`resolve`] | defaults and checks, a file a table |
+//! | [`resolved`] | the checked design, and the names of what its traces depend on |
+//! | [`spectrum`], [`material`] | wavelengths and their weights; indices from files |
+//! | [`dotted_keys`] | keys of a design by path, set by studies and searches |
+//! | [`json_schema`] | JSON Schema for editors, Python and the reference |
 
 mod check;
 pub mod dotted_keys;
@@ -38,7 +63,7 @@ pub const EMBEDDED: [(&str, &str); 5] = [
 pub const NEW_DESIGN: &str = include_str!("new_design.toml");
 
 /// Largest design file: its reader takes some eighty times as much memory.
-const MOST_BYTES: u64 = 4_000_000;
+const MAX_BYTES: u64 = 4_000_000;
 
 /// Keys of earlier versions, with the reason why they are gone.
 const REMOVED: [(&str, &str); 4] = [
@@ -63,12 +88,12 @@ pub fn load(path: &Path) -> Result<Design, ConfigError> {
 }
 
 fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {
-    if bytes <= MOST_BYTES {
+    if bytes <= MAX_BYTES {
         return Ok(());
     }
     let message = format!(
         "expected a design of at most {} MB, got {:.1}; long lists go into files that it names",
-        MOST_BYTES / 1_000_000,
+        MAX_BYTES / 1_000_000,
         bytes as f64 * 1e-6
     );
     Err(ConfigError::Syntax { file: file.to_owned(), message })

@@ -22,12 +22,12 @@ use serde_json::{Map, Value, json};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-/// Where the shared keys of a table go.
+/// Key under which the shared keys of a table go.
 const SHARED: &str = "(shared)";
-/// Where its kind goes, with the keys of that kind.
+/// Key under which its kind goes, with the keys of that kind.
 const KIND: &str = "(kind)";
 
-/// Whether a step of a path is none of the file.
+/// True for steps of a path that are inserted here.
 pub(super) fn is_inserted(step: &str) -> bool {
     step == SHARED || step == KIND
 }
@@ -75,13 +75,13 @@ impl<S: Serialize, K: Kinds> Serialize for Tagged<S, K> {
     }
 }
 
-/// What is wrong with the kind of a table.
+/// Error in the kind of a table.
 pub(super) struct WrongKind {
-    /// Where it stands in the text.
+    /// Place in the text.
     pub(super) span: Range<usize>,
     /// Dotted key, entries of lists from 1.
     pub(super) key: String,
-    /// What was expected and found.
+    /// Expected and found values.
     pub(super) message: String,
 }
 
@@ -251,12 +251,15 @@ fn one_kind<K: Kinds>(kind: &Value, shared: &Value) -> Option<Value> {
     let own_keys = properties(own);
     let told_by_keys = K::untagged(&|key| own_keys.contains_key(key)) == Some(name.as_str());
     keys.extend(own_keys);
-    keys.insert(K::TAG.to_owned(), json!({"const": name}));
+    if !K::TAG.is_empty() {
+        keys.insert(K::TAG.to_owned(), json!({"const": name}));
+    }
     let mut needed = [required(shared), required(own)].concat();
     if !told_by_keys {
         needed.insert(0, K::TAG.into());
     }
     Some(json!({
+        "title": name,
         "description": kind["description"],
         "type": "object",
         "properties": keys,

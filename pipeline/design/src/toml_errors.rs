@@ -13,9 +13,9 @@ use files::serde_messages::plain;
 use super::tagged::{TaggedTable, is_inserted};
 
 /// Most characters of the text that are shown.
-const MOST_SHOWN: usize = 40;
+const MAX_SHOWN: usize = 40;
 
-/// What `text` holds; `tagged` are the tables in it that are of one of several kinds.
+/// Reads `text`; `tagged` are the tables in it that are of one of several kinds.
 ///
 /// # Errors
 /// The complaint about it, with line and column, both from 1, and the key whose value is at fault.
@@ -80,7 +80,7 @@ fn complaint(text: &str, path: &Path, error: &toml::de::Error) -> String {
     }
 }
 
-/// What is wrong with the form of the text, and what stands there.
+/// Message on the form of the text, with what stands there.
 fn in_syntax(said: &str, text: &str, span: Range<usize>) -> String {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     let expected = match &*said {
@@ -98,7 +98,7 @@ fn found(text: &str, span: Range<usize>) -> String {
     let rest = text.get(span.start..).unwrap_or_default();
     let length = if span.is_empty() { rest.len() } else { span.len() };
     let line = rest.get(..length).unwrap_or(rest).lines().next();
-    let shown: String = line.unwrap_or_default().chars().take(MOST_SHOWN).collect();
+    let shown: String = line.unwrap_or_default().chars().take(MAX_SHOWN).collect();
     match shown.trim_end() {
         "" if rest.trim().is_empty() => "the end of the file".to_owned(),
         "" => "the end of the line".to_owned(),

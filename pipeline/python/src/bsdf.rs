@@ -22,7 +22,7 @@ use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Resolution as SolverResolution, hemisphere};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
-use design::resolved::incidence_grid::{FIRST_KX, MOST_KX, MOST_KY, first_ky};
+use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
 use files::cache::{EXTENSION, read_table, write_table};
 use files::formats::content;
 use files::formats::tables::{self, CellFormat, Fineness};
@@ -349,11 +349,11 @@ fn build(
         memory::fits(&directions, &resolution)?;
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
-            most_kx: request.kx_per_zone.is_none().then_some(MOST_KX),
+            most_kx: request.kx_per_zone.is_none().then_some(MAX_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
             tolerance: request.tolerance,
-            most: MOST_KY,
+            most: MAX_KY,
         };
         let found = solve_adaptive(interface, &request, &resolution, &watch)?;
         grid.kx_per_zone = found.directions.kx_per_zone;

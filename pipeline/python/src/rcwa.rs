@@ -400,7 +400,7 @@ pub fn solve_case(
     threads: Option<usize>,
 ) -> PyResult<String> {
     job::run(py, threads, move |job| {
-        let case = pipeline::case::Case::parse(&name, &text)?;
+        let case = pipeline::grating_case::Case::parse(&name, &text)?;
         let solved = pipeline::grating::solve(&case, &job.watch())?;
         let mut json = solved.to_json();
         json["warning"] = solved.missed.into();

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import batwing
-from batwing import bsdf, rcwa, tracer
+from batwing import bsdf, rcwa, simulate
 
 
 def grating() -> rcwa.Grating:
@@ -115,7 +115,7 @@ def test_build_gives_the_table_of_the_binary(binary: str, root: Path, tmp_path: 
     assert done.returncode == 0, done.stderr
     [path] = tmp_path.glob("*.bworders")
     theirs = bsdf.read(path)
-    ring, wavelength = tracer.Design.read(file).ring(15)
+    ring, wavelength = simulate.Design.read(file).ring(15)
     ours = bsdf.build(ring, wavelength, tolerance=2e-2, kx_per_zone=2)
     ours.write(tmp_path / "ours.npz")
     theirs.write(tmp_path / "theirs.npz")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import batwing
-from batwing import bsdf, rcwa, tracer
+from batwing import bsdf, rcwa, simulate
 
 
 def grating(period: float = 1.0) -> rcwa.Grating:
@@ -50,12 +50,12 @@ CASES: list[tuple[str, Callable[[], object], str, str]] = [
     ("fill", lambda: rcwa.Relief.lamellar(1.0, 0.2, 1.5, 1.5, 1.0), "fill", "1.5"),
     ("points", lambda: rcwa.Relief.polygon(1, [[0, 0], [1, 1]], 1.5, 1.0), "points_um", "(2, 2)"),
     ("hemisphere ky", lambda: rcwa.hemisphere(grating(), 0.55, ky=[0.3, 0.1], orders=8), "ky", "(2,)"),
-    ("missing design", lambda: tracer.run("no-such.toml"), "no-such.toml", ""),
-    ("design type", lambda: tracer.run(7), "design", "int 7"),  # type: ignore[arg-type]
-    ("model", lambda: tracer.run({}, model="hybird"), "model", "hybird"),
-    ("design nan", lambda: tracer.run({"name": float("nan")}), "design", "nan"),
+    ("missing design", lambda: simulate.run("no-such.toml"), "no-such.toml", ""),
+    ("design type", lambda: simulate.run(7), "design", "int 7"),  # type: ignore[arg-type]
+    ("model", lambda: simulate.run({}, model="hybird"), "model", "hybird"),
+    ("design nan", lambda: simulate.run({"name": float("nan")}), "design", "nan"),
     ("missing table", lambda: bsdf.read("no-such.bworders"), "no-such.bworders", ""),
-    ("missing folder", lambda: tracer.load("no-such-folder"), "no-such-folder", ""),
+    ("missing folder", lambda: simulate.load("no-such-folder"), "no-such-folder", ""),
 ]
 
 
@@ -76,7 +76,7 @@ def test_bad_input_names_argument_got_and_expected(
 
 
 def test_a_key_of_a_design_is_named() -> None:
-    design = tracer.Design.template().with_values({"led.reflectance": 7})
+    design = simulate.Design.template().with_values({"led.reflectance": 7})
     with pytest.raises(batwing.InputError) as caught:
         design.check()
     assert caught.value.key == "led.reflectance" and caught.value.got == "7"

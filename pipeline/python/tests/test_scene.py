@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import batwing
-from batwing import scene, tracer
+from batwing import scene, simulate
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +85,8 @@ def built(**more: Any) -> scene.Scene:
     )
 
 
-def run(whole: scene.Scene, paths: int = 131_072) -> tracer.Model:
-    return tracer.run(whole.design(), paths=paths, seed=3).model("geometric")
+def run(whole: scene.Scene, paths: int = 131_072) -> simulate.Model:
+    return simulate.run(whole.design(), paths=paths, seed=3).model("geometric")
 
 
 def point(**more: Any) -> list[scene.Source]:
@@ -129,7 +129,7 @@ def test_a_mesh_does_what_the_same_box_does(tmp_path: Path) -> None:
     place: dict[str, Any] = {"position_mm": (0, 0, 4), "medium": medium}
     mesh = built(solids=[scene.Mesh("cube", "cube.obj", "mm", **place)], sources=point())
     box = run(built(solids=[scene.Box("cube", (2, 2, 2), **place)], sources=point()))
-    found = tracer.run(mesh.design(tmp_path), paths=131_072, seed=3).model("geometric")
+    found = simulate.run(mesh.design(tmp_path), paths=131_072, seed=3).model("geometric")
     for name in ("escaped_up", "absorbed_in_cube"):
         one, other = found.ledger[name], box.ledger[name]
         error = np.hypot(one.standard_error, other.standard_error)
@@ -165,7 +165,7 @@ def test_a_dome_with_sheets_and_receivers_is_one_design() -> None:
     above = found.receivers["above"]
     assert above.values.shape == above.standard_error.shape == (6, 10)
     assert (above.standard_error > 0).all()
-    assert tracer.Design(whole.to_dict()).to_toml() == whole.design().to_toml()
+    assert simulate.Design(whole.to_dict()).to_toml() == whole.design().to_toml()
 
 
 def test_no_default_is_written() -> None:

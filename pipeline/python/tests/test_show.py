@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from batwing import bsdf, rcwa, tracer
+from batwing import bsdf, rcwa, simulate
 
 
 def grating() -> rcwa.Grating:
@@ -45,7 +45,7 @@ def test_pictures_show_the_values() -> None:
 
 
 def test_results_have_a_picture_and_a_dataset() -> None:
-    results = tracer.run(tracer.Design.template(), model="geometric", paths=16_384)
+    results = simulate.run(simulate.Design.template(), model="geometric", paths=16_384)
     if pytest.importorskip("matplotlib"):
         assert "image/png" in results._repr_html_()
     pytest.importorskip("xarray")

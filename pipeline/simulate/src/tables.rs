@@ -24,7 +24,7 @@ use rcwa::{Truncation, cost_model};
 use serde_json::{Map, Value, json};
 
 use design::Design;
-use design::resolved::incidence_grid::{MOST_KX, MOST_KY, first_ky, grid};
+use design::resolved::incidence_grid::{MAX_KX, MAX_KY, first_ky, grid};
 use design::schema::{Hybrid, TableContent};
 use files::cache::{Cache, CacheEntry, HEADER_KEY, Key, SOLVER_VERSION};
 use files::run_context::RunContext;
@@ -211,11 +211,11 @@ impl<'a> RingProblem<'a> {
         }
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
-            most_kx: self.kx_by_error().then_some(MOST_KX),
+            most_kx: self.kx_by_error().then_some(MAX_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
             tolerance: self.hybrid.tolerance,
-            most: MOST_KY,
+            most: MAX_KY,
         };
         let found = solve_adaptive(&interface, &request, resolution, &context.interrupt.watch())?;
         grid.kx_per_zone = found.directions.kx_per_zone;

@@ -11,8 +11,8 @@ use files::progress::Console;
 use files::run_context::RunContext;
 use metrics::plural::count;
 
-use crate::case::Case;
 use crate::grating;
+use crate::grating_case::Case;
 
 /// `batwing grating`.
 #[derive(Debug, Args)]

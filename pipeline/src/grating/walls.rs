@@ -16,7 +16,7 @@ use rcwa::{Error, Truncation};
 use metrics::plural::count;
 
 use super::{Answer, Efficiencies, Problem};
-use crate::case::{Accuracy, Case, Structure};
+use crate::grating_case::{Accuracy, Case, Structure};
 
 /// Ratio of the orders of a step of the search.
 const ORDERS: f64 = 1.28;

@@ -19,7 +19,7 @@ use crate::resolved::dome::Dome;
 use crate::schema;
 use crate::schema::dome::{DomeForm, MeridianDome, MeridianFileDome};
 
-/// What a row is, in messages.
+/// Form of a row, in messages.
 const ROW: &str =
     "two to four numbers: r and z in mm, the bulge of an arc, or the r and z of its centre";
 

@@ -18,8 +18,8 @@ use files::formats::{obj, stl};
 use crate::resolved::dome::DomeMesh;
 use crate::schema::dome::{MeshDome, MeshUnit};
 
-/// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of
-/// the solid: the rounding of f32.
+/// Largest distance from z = 0 of a corner of the bottom, as a share of the size of the solid: the
+/// rounding of f32.
 const ROUNDING: f64 = 1e-6;
 
 /// Reads the mesh of `raw` and measures it.

@@ -11,7 +11,7 @@ use crate::schema;
 use crate::schema::dome::{PolylineShape, ShapeForm, TriangleShape};
 
 /// Most radii of corners, µm.
-const MOST_RADIUS_UM: f64 = 1e7;
+const MAX_RADIUS_UM: f64 = 1e7;
 
 /// The relief of `raw` on `base`.
 pub(crate) fn resolve(
@@ -41,7 +41,7 @@ pub(crate) fn resolve(
     }
     let radius = |key: &str, um: f64| {
         let key = format!("elements.{key}_radius_um");
-        at.within(&key, um, 0.0, MOST_RADIUS_UM).map(|um| 1e-3 * um)
+        at.within(&key, um, 0.0, MAX_RADIUS_UM).map(|um| 1e-3 * um)
     };
     let rounding = Rounding {
         tip_mm: radius("tip", raw.tip_radius_um)?,
@@ -71,7 +71,7 @@ pub(crate) fn refused(error: &GeometryError, key: &str, at: &Context) -> ConfigE
     at.value(&format!("elements.{corner}_radius_um"), radius_um, &expected)
 }
 
-/// Whether a shape stands outside the dome all over its element, of this number and width: a
+/// True if a shape stands outside the dome all over its element, of this number and width: a
 /// triangle by angles from the horizontal rises above the chord on both sides, and a step stands
 /// where the dome falls outwards.
 fn stands(

@@ -100,7 +100,7 @@ fn note(name: &str, path: &Path, expected: &str) -> Result<UsedFile> {
     Ok(UsedFile { file: name.to_owned(), sha256: sha256_hex(&bytes), flux_used: None })
 }
 
-/// What leaves the top of a box upwards, of a file of `[files.source]`.
+/// Upward part of the emission, of a file of `[files.source]`.
 pub enum Upward {
     /// The upper part of a far field.
     Table(Distribution),

@@ -13,7 +13,7 @@ use geometry::outline::Ends;
 use geometry::{Meridian, shapes};
 
 use super::{dome, dome_mesh};
-use crate::check::{Context, MOST_LENGTH_MM};
+use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
 use crate::resolved::form::{CHORDS, Form};
 use crate::schema::solids::{
@@ -208,18 +208,18 @@ impl SolidTable<'_> {
                 format!("a place above the bottom, z = 0; it reaches down to {} mm", low.z);
             return Err(self.at.value(&self.key("position_mm"), got, &expected));
         }
-        if low.abs().max(high.abs()).max_element() > 2.0 * MOST_LENGTH_MM {
+        if low.abs().max(high.abs()).max_element() > 2.0 * MAX_LENGTH_MM {
             let expected = "a solid within 20 m of the origin";
             return Err(self.at.value(&self.key("position_mm"), got, expected));
         }
         Ok(())
     }
 
-    /// Where it stands, and how it is turned.
+    /// Place and rotation.
     fn placement(&self, solid: &Solid) -> Result<Placement, ConfigError> {
         let position_mm = solid.shared.position_mm.0;
         for value in position_mm {
-            self.at.within(&self.key("position_mm"), value, -MOST_LENGTH_MM, MOST_LENGTH_MM)?;
+            self.at.within(&self.key("position_mm"), value, -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
         }
         let mut placement = Placement::at(DVec3::from_array(position_mm));
         let (axis, rotation_deg) = match &solid.kind {

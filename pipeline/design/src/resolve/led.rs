@@ -6,7 +6,7 @@ use tracer::glam::DVec3;
 use geometry::outline::into_cylinder;
 
 use super::package::reflector;
-use crate::check::{Context, LEAST_LENGTH_MM, MOST_LENGTH_MM};
+use crate::check::{Context, MAX_LENGTH_MM, MIN_LENGTH_MM};
 use crate::error::ConfigError;
 use crate::resolved::dome::Dome;
 use crate::resolved::led::{BoxPlace, Led};
@@ -16,7 +16,7 @@ use crate::serde_arrays::List;
 use crate::tagged::Tagged;
 
 /// Largest rotation about x or y, degrees.
-const MOST_TILT_DEG: f64 = 10.0;
+const MAX_TILT_DEG: f64 = 10.0;
 
 /// The box of `raw`, inside `dome` in every package.
 pub(crate) fn resolve(
@@ -41,7 +41,7 @@ pub(crate) fn resolve(
     };
     if outside(height_mm) {
         let expected = "a box whose corners lie inside the dome";
-        return Err(if outside(LEAST_LENGTH_MM) {
+        return Err(if outside(MIN_LENGTH_MM) {
             at.value("led.size_mm", format!("{size_mm:?}"), expected)
         } else {
             at.value("led.height_mm", height_mm, expected)
@@ -62,10 +62,10 @@ pub(crate) fn resolve(
         size_mm,
         height_mm,
         reflector: reflector("led", law, at)?,
-        offset_mm: pair("led.offset_mm", keys.offset_mm, MOST_LENGTH_MM)?,
-        tilt_deg: pair("led.tilt_deg", keys.tilt_deg, MOST_TILT_DEG)?,
-        offsets_mm: rows("led.offsets_mm", &keys.offsets_mm, MOST_LENGTH_MM)?,
-        tilts_deg: rows("led.tilts_deg", &keys.tilts_deg, MOST_TILT_DEG)?,
+        offset_mm: pair("led.offset_mm", keys.offset_mm, MAX_LENGTH_MM)?,
+        tilt_deg: pair("led.tilt_deg", keys.tilt_deg, MAX_TILT_DEG)?,
+        offsets_mm: rows("led.offsets_mm", &keys.offsets_mm, MAX_LENGTH_MM)?,
+        tilts_deg: rows("led.tilts_deg", &keys.tilts_deg, MAX_TILT_DEG)?,
     };
     if let (Some(dome), false) = (dome, led.is_centred()) {
         stands_inside(&led, dome, at)?;
@@ -102,15 +102,15 @@ fn stands_inside(led: &Led, dome: &Dome, at: &Context) -> Result<(), ConfigError
     })
 }
 
-/// Whether a corner of the box lies inside the dome; on the bottom of a mesh the scene tells.
+/// True if a corner of the box lies inside the dome; on the bottom of a mesh the scene tells.
 fn holds(dome: &Dome, corner: DVec3) -> bool {
     let r = corner.x.hypot(corner.y);
     match dome {
         Dome::Sphere(sphere) => r < sphere.radius_mm && corner.z < sphere.height_at(r),
         Dome::Meridian(meridian) => {
-            into_cylinder(meridian, r, corner.z.max(LEAST_LENGTH_MM)).is_none()
+            into_cylinder(meridian, r, corner.z.max(MIN_LENGTH_MM)).is_none()
         }
-        Dome::Mesh(mesh) => corner.z <= LEAST_LENGTH_MM || mesh.shape.holds(corner),
+        Dome::Mesh(mesh) => corner.z <= MIN_LENGTH_MM || mesh.shape.holds(corner),
     }
 }
 

@@ -26,7 +26,7 @@ pub(crate) struct ResolvedLight {
 }
 
 impl ResolvedLight {
-    /// What figures are weighted by.
+    /// Weighting of figures.
     pub(crate) fn weighting(&self) -> Weighting {
         let spectrum = self.spectrum.as_ref();
         spectrum.map_or(Weighting::Radiometric, |s| s.weighting)

@@ -34,12 +34,12 @@ use super::check::{Context, divides, whole_division, whole_multiple};
 use super::error::ConfigError;
 use super::resolved::dome::Dome;
 use super::resolved::files::Files;
-use super::resolved::incidence_grid::MOST_KX;
+use super::resolved::incidence_grid::MAX_KX;
 use super::resolved::{Design, Mirror, PATHS};
 use super::schema;
 
 /// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
-const MOST_BINS: f64 = 1e6;
+const MAX_BINS: f64 = 1e6;
 
 /// The text of a design file.
 pub(crate) struct DesignText<'a> {
@@ -47,7 +47,7 @@ pub(crate) struct DesignText<'a> {
     pub(crate) file: &'a str,
     /// The text itself.
     pub(crate) text: &'a str,
-    /// Where files lie that it names.
+    /// Folder of the files that it names.
     pub(crate) folder: &'a Path,
 }
 
@@ -166,15 +166,15 @@ impl Design {
             "receiver.margin_mm",
             margin_mm,
             0.5 * self.array.pitch_mm,
-            package::MOST_MARGIN_MM,
+            package::MAX_MARGIN_MM,
         )?;
         let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
         let bins: f64 = self.half_extent_mm().map(across).iter().product();
-        if bins > MOST_BINS {
+        if bins > MAX_BINS {
             return Err(at.value(
                 "receiver.bin_mm",
                 r.bin_mm,
-                &format!("at most {MOST_BINS} bins on the plane, not {bins:.1e}"),
+                &format!("at most {MAX_BINS} bins on the plane, not {bins:.1e}"),
             ));
         }
         at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
@@ -207,7 +207,7 @@ impl Design {
         at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
         at.count("hybrid.representative", h.representative, 1, h.rings_per_band)?;
         if let Some(count) = h.kx_per_zone {
-            at.count("hybrid.kx_per_zone", count, 1, MOST_KX)?;
+            at.count("hybrid.kx_per_zone", count, 1, MAX_KX)?;
         }
         if let Some(count) = h.ky_count {
             at.count("hybrid.ky_count", count, 2, 1024)?;
@@ -255,7 +255,7 @@ impl Design {
         Ok(())
     }
 
-    /// Whether the bands of relief can have tables.
+    /// True if the bands of relief can have tables.
     pub(crate) fn check_tables(&self, at: &Context) -> Result<(), ConfigError> {
         match self.base() {
             Some(base) if self.has_relief() => tables::check(self, base, at),

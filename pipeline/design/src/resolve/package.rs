@@ -38,7 +38,7 @@ pub(crate) fn dome(raw: &SphereDome, at: &Context) -> Result<SphericalDome, Conf
     Ok(dome)
 }
 
-/// What fills the dome: silicone, or air where there is none.
+/// Filling of the dome: silicone, or air where there is none.
 pub(crate) fn inside(
     raw: &schema::Design,
     domed: bool,
@@ -148,13 +148,13 @@ pub(crate) fn housing(raw: &schema::Housing, at: &Context) -> Result<Housing, Co
 }
 
 /// Most packages along one axis.
-const MOST_ALONG: usize = 128;
+const MAX_ALONG: usize = 128;
 
 /// Most that the plane may reach beyond the outermost packages, mm.
-pub(crate) const MOST_MARGIN_MM: f64 = 1e3;
+pub(crate) const MAX_MARGIN_MM: f64 = 1e3;
 
 /// Largest pitch, mm.
-const MOST_PITCH_MM: f64 = 2.0 * MOST_MARGIN_MM;
+const MAX_PITCH_MM: f64 = 2.0 * MAX_MARGIN_MM;
 
 pub(crate) fn array(
     raw: &schema::Array,
@@ -164,8 +164,8 @@ pub(crate) fn array(
     at: &Context,
 ) -> Result<Array, ConfigError> {
     if raw.positions_file.is_none() {
-        at.count("array.columns", raw.columns, 1, MOST_ALONG)?;
-        at.count("array.rows", raw.rows, 1, MOST_ALONG)?;
+        at.count("array.columns", raw.columns, 1, MAX_ALONG)?;
+        at.count("array.rows", raw.rows, 1, MAX_ALONG)?;
     }
     let width = dome.map_or(led.size_mm[0].max(led.size_mm[1]), |d| 2.0 * d.radius_mm());
     at.length("array.pitch_mm", raw.pitch_mm)?;
@@ -176,9 +176,9 @@ pub(crate) fn array(
             &format!("at least the width of a package, {width} mm"),
         ));
     }
-    if raw.pitch_mm > MOST_PITCH_MM {
+    if raw.pitch_mm > MAX_PITCH_MM {
         let expected = format!(
-            "at most {MOST_PITCH_MM} mm: receiver.margin_mm, which is at most {MOST_MARGIN_MM}, reaches \
+            "at most {MAX_PITCH_MM} mm: receiver.margin_mm, which is at most {MAX_MARGIN_MM}, reaches \
              half a pitch beyond the outermost packages"
         );
         return Err(at.value("array.pitch_mm", raw.pitch_mm, &expected));

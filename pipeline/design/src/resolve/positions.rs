@@ -10,7 +10,7 @@ use anyhow::{Context as _, Result, bail, ensure};
 use crate::schema;
 
 /// Most packages in a file.
-const MOST: usize = 20_000;
+const MAX_POSITIONS: usize = 20_000;
 
 /// Farthest from the origin, mm.
 const FARTHEST: f64 = 1e5;
@@ -50,8 +50,8 @@ fn parse(text: &str, pitch_mm: f64) -> Result<Vec<[f64; 2]>> {
         }
     }
     ensure!(
-        (1..=MOST).contains(&found.len()),
-        "expected 1 to {MOST} positions, got {}",
+        (1..=MAX_POSITIONS).contains(&found.len()),
+        "expected 1 to {MAX_POSITIONS} positions, got {}",
         found.len()
     );
     apart(&found, pitch_mm)?;

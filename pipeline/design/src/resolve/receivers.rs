@@ -5,7 +5,7 @@ use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout};
 use tracer::{Detector, Filter, Measurement};
 
-use crate::check::{Context, LEAST_LENGTH_MM, whole_division};
+use crate::check::{Context, MIN_LENGTH_MM, whole_division};
 use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::files::SourceFile;
@@ -16,18 +16,18 @@ use crate::schema::receivers::{AngularReceiver, Only, Receiver, ReceiverForm, St
 use crate::serde_arrays::List;
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
-const MOST_BINS: f64 = 4e6;
+const MAX_BINS: f64 = 4e6;
 
 /// Longest rectangle, mm: a thousand kilometres, for what is far away.
-const MOST_SIZE_MM: f64 = 1e9;
+const MAX_SIZE_MM: f64 = 1e9;
 
 /// Least width of a bin of directions, degrees.
-const LEAST_BIN_DEG: f64 = 1e-6;
+const MIN_BIN_DEG: f64 = 1e-6;
 
 /// Most bins of a rectangle along u or v.
-const MOST_ALONG_AXIS: usize = 20_000;
+const MAX_ALONG_AXIS: usize = 20_000;
 
-/// What the receivers are checked against.
+/// Parts of the design that receivers are checked against.
 pub(crate) struct Scale<'a> {
     /// Radial width of an element, mm; 0 without elements.
     pub(crate) element_mm: f64,
@@ -39,7 +39,7 @@ pub(crate) struct Scale<'a> {
     pub(crate) sources: &'a [CheckedSource],
     /// Number of the tracer's sources in a package.
     pub(crate) emitters: usize,
-    /// Whether rays carry their polarisation.
+    /// True if rays carry their polarisation.
     pub(crate) carried: bool,
 }
 
@@ -87,8 +87,8 @@ pub(crate) fn resolve(
             detector = detector.stokes();
         }
         bins += detector.bins() as f64;
-        if bins > MOST_BINS {
-            let expected = format!("at most {MOST_BINS:e} bins of all receivers together");
+        if bins > MAX_BINS {
+            let expected = format!("at most {MAX_BINS:e} bins of all receivers together");
             return Err(at.value(&key("bins"), format!("{bins:e} so far"), &expected));
         }
         checked.push(CheckedReceiver { stated: receiver.clone(), detector });
@@ -103,7 +103,7 @@ struct ReceiverTable<'a, K> {
 }
 
 impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
-    /// What a receiver of this kind looks at.
+    /// Target of a receiver of this kind.
     fn measurement(&self, kind: &ReceiverForm) -> Result<Measurement, ConfigError> {
         let rectangle = || self.rectangle(kind.rectangle().unwrap_or_default());
         let sphere = |angular: &AngularReceiver, layout| {
@@ -139,10 +139,10 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
             return Err(at.value(&key("position_mm"), got, &expected));
         }
         for length in size_mm {
-            at.within(&key("size_mm"), length, LEAST_LENGTH_MM, MOST_SIZE_MM)?;
+            at.within(&key("size_mm"), length, MIN_LENGTH_MM, MAX_SIZE_MM)?;
         }
         for count in bins {
-            at.count(&key("bins"), count, 1, MOST_ALONG_AXIS)?;
+            at.count(&key("bins"), count, 1, MAX_ALONG_AXIS)?;
         }
         DetectorRectangle::new(facing, centre, size_mm, bins).map_err(|error| {
             let expected = format!("one that fits: {error}");
@@ -160,7 +160,7 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
         let (key, at) = (self.key, self.at);
         let names = ["theta_bin_deg", "phi_bin_deg"];
         for ((name, width), whole) in names.into_iter().zip(widths).zip([polar, 360.0]) {
-            at.within(&key(name), width, LEAST_BIN_DEG, whole)?;
+            at.within(&key(name), width, MIN_BIN_DEG, whole)?;
             whole_division(at, &key(name), whole, width)?;
         }
         // Widths divide their ranges by now.

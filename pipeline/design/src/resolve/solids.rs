@@ -19,7 +19,7 @@ use crate::error::ConfigError;
 use crate::resolved::films::Stack;
 use crate::resolved::form::Form;
 use crate::resolved::solids::{
-    CheckedSolid, CheckedSurface, FileReflector, MOST_SOLIDS, SolidOptics,
+    CheckedSolid, CheckedSurface, FileReflector, MAX_SOLIDS, SolidOptics,
 };
 use crate::schema::reflectors::Law;
 use crate::schema::solids::{GaussianShares, ReflectorFile, ScatterLaw, Solid};
@@ -50,8 +50,8 @@ pub(crate) fn resolve(
     folder: &Path,
     at: &Context,
 ) -> Result<Vec<CheckedSolid>, ConfigError> {
-    if raw.len() > MOST_SOLIDS {
-        let expected = format!("at most {MOST_SOLIDS} tables");
+    if raw.len() > MAX_SOLIDS {
+        let expected = format!("at most {MAX_SOLIDS} tables");
         return Err(at.value("solids", raw.len(), &expected));
     }
     let mut checked: Vec<CheckedSolid> = Vec::new();

@@ -39,7 +39,7 @@ struct StatedFile<'a> {
     sampling: FileSampling,
 }
 
-/// How the wavelengths of a file are sampled, as it is stated.
+/// Sampling of the wavelengths of a file, as stated.
 pub(crate) struct FileSampling {
     tolerance: Option<f64>,
     samples: Option<usize>,
@@ -53,7 +53,7 @@ impl FileSampling {
     }
 }
 
-/// Where to complain, and what all lights are weighted by.
+/// Context of messages, and the weighting of all lights.
 pub(crate) struct Scope<'a, K> {
     pub(crate) key: &'a K,
     pub(crate) at: &'a Context<'a>,
@@ -114,7 +114,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         }
     }
 
-    /// What the file of a source emits, in which light.
+    /// Emission of the file of a source, light by light.
     pub(crate) fn file(
         &self,
         keys: &SourceKeys,
@@ -149,7 +149,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         }
     }
 
-    /// What the file of `[files.source]` emits, in which light.
+    /// Emission of the file of `[files.source]`, light by light.
     pub(crate) fn upward(
         &self,
         raw: &FileSource,
@@ -261,7 +261,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         }
     }
 
-    /// How the light of a file is sampled.
+    /// Sampling of the light of a file.
     fn sampling(&self, stated: &FileSampling) -> Result<Sampling, ConfigError> {
         let sampling = match (stated.tolerance, stated.samples) {
             (Some(_), Some(_)) => {

@@ -12,7 +12,7 @@ use files::content_hash::sha256_hex;
 use metrics::illuminance::Symmetry;
 
 use super::source_spectra::Scope;
-use crate::check::{Context, MOST_LENGTH_MM};
+use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
 use crate::resolved::files::SourceFile;
 use crate::resolved::led::Led;
@@ -59,7 +59,7 @@ pub(crate) fn resolve(
     Ok(checked)
 }
 
-/// What `[files.source]` emits, in the light that it or its file states.
+/// Emission of `[files.source]`, in the light that it or its file states.
 pub(crate) fn of_files(
     raw: &schema::Design,
     weighting: Weighting,
@@ -76,7 +76,7 @@ fn hash(path: &Path) -> std::io::Result<String> {
     Ok(sha256_hex(&std::fs::read(path)?))
 }
 
-/// What a source says that it lies in.
+/// Stated surroundings of a source.
 fn surroundings(
     raw: &Source,
     domed: bool,
@@ -122,7 +122,7 @@ fn emitters<K: Fn(&str) -> String>(
     let (key, at) = (scope.key, scope.at);
     let (place, _) = raw.kind.place().unwrap_or_default();
     for v in place {
-        at.within(&key("position_mm"), v, -MOST_LENGTH_MM, MOST_LENGTH_MM)?;
+        at.within(&key("position_mm"), v, -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
     }
     let normal = match &raw.kind {
         SourceForm::Cosine(cosine) => cosine.normal,

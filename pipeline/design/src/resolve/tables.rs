@@ -14,7 +14,7 @@ use crate::resolved::incidence_grid::{USUAL_KY, grid};
 use crate::schema::{Carrying, Polarization, TableContent};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
-const MOST_RINGS: f64 = 10_000.0;
+const MAX_RINGS: f64 = 10_000.0;
 
 /// Checks `[hybrid]` of a design with relief on `base`.
 pub(crate) fn check(
@@ -25,8 +25,8 @@ pub(crate) fn check(
     let (elements, width) = (&design.elements, design.hybrid.element_width_um);
     let refuse = |expected: String| at.value("hybrid.element_width_um", width, &expected);
     let count = elements.width_mm * elements.shapes.len() as f64 / (width * 1e-3);
-    if count > MOST_RINGS {
-        return Err(refuse(format!("a width that makes at most {MOST_RINGS} rings")));
+    if count > MAX_RINGS {
+        return Err(refuse(format!("a width that makes at most {MAX_RINGS} rings")));
     }
     let rings = elements.refined(width * 1e-3).ok_or_else(|| {
         refuse(format!("a width that divides elements.width_um = {}", elements.width_mm * 1e3))
@@ -68,7 +68,7 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
     }
 }
 
-/// Whether there can be tables of these cells, one for each band that is solved.
+/// True if there can be tables of these cells, one for each band that is solved.
 ///
 /// # Errors
 /// More orders than can be solved, fewer than propagate, or a grid that holds no node.

@@ -8,16 +8,16 @@ use crate::schema::{Arrangement, is_default};
 /// Packages side by side.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Array {
-    /// Where they stand.
+    /// Places.
     #[serde(flatten)]
     pub positions: PackagePositions,
     /// Distance of neighbours, mm; in a list the least one allowed.
     pub pitch_mm: f64,
-    /// Whether light of one package meets the others.
+    /// True if light of one package meets the others.
     pub crossing: bool,
 }
 
-/// Where packages stand.
+/// Places of packages.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum PackagePositions {
@@ -27,7 +27,7 @@ pub enum PackagePositions {
         columns: usize,
         /// Packages along y.
         rows: usize,
-        /// How rows stand to each other.
+        /// Places of the rows.
         #[serde(skip_serializing_if = "is_default")]
         arrangement: Arrangement,
     },
@@ -71,7 +71,7 @@ impl Array {
         }
     }
 
-    /// Where the axes of the packages stand, (x, y) in mm, row after row.
+    /// Places of the axes of the packages, (x, y) in mm, row after row.
     pub fn axes_mm(&self) -> Vec<[f64; 2]> {
         let (columns, rows, arrangement) = match &self.positions {
             PackagePositions::List { positions_mm } => return positions_mm.clone(),

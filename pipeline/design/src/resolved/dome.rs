@@ -89,7 +89,7 @@ pub struct DomeMesh {
 }
 
 impl DomeMesh {
-    /// Whether the upper corners of a box on the bottom, centred on the axis, lie within.
+    /// True if the upper corners of a box on the bottom, centred on the axis, lie within.
     pub fn holds_box(&self, size_mm: [f64; 2], height_mm: f64) -> bool {
         let [x, y] = size_mm.map(|length| 0.5 * length);
         [[x, y], [-x, y], [-x, -y], [x, -y]]

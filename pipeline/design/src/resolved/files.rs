@@ -15,7 +15,7 @@ use crate::schema;
 /// A file that went in.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UsedFile {
-    /// Its name as given.
+    /// Name as given.
     pub file: String,
     /// Hexadecimal SHA-256.
     pub sha256: String,
@@ -25,7 +25,7 @@ pub struct UsedFile {
     pub flux_used: Option<f64>,
 }
 
-/// What a design takes from files.
+/// Bands, mirror and source of a design from files.
 #[derive(Clone, Default, Serialize)]
 pub struct Files {
     /// As written.
@@ -49,10 +49,10 @@ impl std::fmt::Debug for Files {
     }
 }
 
-/// What `[files.source]` emits.
+/// Emission of `[files.source]`.
 #[derive(Debug, Clone)]
 pub struct SourceFile {
-    /// Its file.
+    /// File.
     pub used: UsedFile,
     /// A part for each of its lights: a far field, from every point of the top of the box, or rays
     /// with their own starts.
@@ -66,7 +66,7 @@ impl Files {
         last.map(|used| used.file.as_str())
     }
 
-    /// Whether band `band` (from 0) comes from a file.
+    /// True if band `band` (from 0) comes from a file.
     pub fn covers(&self, band: usize) -> bool {
         self.band_bsdf(band).is_some()
     }
@@ -76,7 +76,7 @@ impl Files {
         self.bands.get(band).cloned().flatten()
     }
 
-    /// What symmetries mirror and source leave to the light of an array. A mirror that is not
+    /// Symmetries that mirror and source leave to the light of an array. A mirror that is not
     /// isotropic leaves none, nor do rays of a file; bands stand around the axis of a package, each
     /// in its own direction, and leave all.
     pub fn symmetry(&self) -> Symmetry {
@@ -90,7 +90,7 @@ impl Files {
         }
     }
 
-    /// What the file of the source emits, light by light; nothing where there is none.
+    /// Emission of the file of the source, light by light; empty without one.
     pub fn parts(&self) -> &[Part] {
         self.source.as_ref().map_or(&[], |source| &source.parts)
     }

@@ -33,7 +33,7 @@ pub struct Films {
     pub(crate) stated: Arc<FilmStacks>,
 }
 
-/// What the file says, whatever the wavelength.
+/// Film as stated, whatever the wavelength.
 #[derive(Debug)]
 pub(crate) struct FilmStacks {
     pub(crate) dome: Stack,
@@ -72,7 +72,7 @@ pub struct Coats {
     pub substrate: Option<[f64; 2]>,
 }
 
-/// Where an index comes from.
+/// Origin of an index.
 #[derive(Debug)]
 pub(crate) struct IndexSource {
     /// Key of the index or the file.
@@ -156,12 +156,12 @@ impl Films {
         films(Arc::clone(&self.stated), wavelength_nm, at)
     }
 
-    /// Whether the mirror is of metal.
+    /// True if the mirror is of metal.
     pub fn mirrors(&self) -> bool {
         self.substrate.is_some()
     }
 
-    /// What light meets on the dome; `None` where it is bare.
+    /// Optical surface of the dome; `None` where it is bare.
     pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<SurfaceModel>, tracer::Error> {
         let coats = Coats { layers: self.dome.clone(), substrate: None };
         coats.interface(wavelength_nm)

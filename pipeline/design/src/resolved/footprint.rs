@@ -9,7 +9,7 @@ const ROUNDING: f64 = 1e-9;
 /// A rectangle in the plane z = 0, turned about z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnedRectangle {
-    /// Its middle, mm.
+    /// Middle, mm.
     pub centre: DVec2,
     /// Unit vector along its first side.
     pub along: DVec2,
@@ -56,7 +56,7 @@ impl Footprint {
         }
     }
 
-    /// Whether it is a rectangle with sides along x and y.
+    /// True if it is a rectangle with sides along x and y.
     pub fn is_axis_aligned(&self) -> bool {
         match self {
             Self::Rectangle(r) => r.along.abs().min_element() < ROUNDING,
@@ -64,7 +64,7 @@ impl Footprint {
         }
     }
 
-    /// Whether it holds a point; one with a hole is taken to hold none.
+    /// True if it holds a point; one with a hole is taken to hold none.
     pub fn holds(&self, point: DVec2) -> bool {
         match self {
             Self::Rectangle(r) => r.within(point).abs().cmple(r.half).all(),
@@ -75,7 +75,7 @@ impl Footprint {
         }
     }
 
-    /// Whether it meets the rectangle between two corners, which its own bounding box meets.
+    /// True if it meets the rectangle between two corners, which its own bounding box meets.
     pub fn meets(&self, low: DVec2, high: DVec2) -> bool {
         match self {
             // No side of it lies between both (separating axes).

@@ -25,11 +25,11 @@ const LEVEL: f64 = 1e-9;
 pub struct Form {
     /// Pieces that join.
     pub pieces: Vec<Shape>,
-    /// Whether they enclose something.
+    /// True if they enclose something.
     pub closing: Closing,
-    /// Where it stands, in its package or in the array.
+    /// Place, in its package or in the array.
     pub placement: Placement,
-    /// Its generating curve (r, z), arcs by chords, or the right half of a box's section; of a
+    /// Generating curve (r, z), arcs by chords, or the right half of a box's section; of a
     /// sheet its edge (x, y).
     pub(crate) outline: Vec<[f64; 2]>,
 }

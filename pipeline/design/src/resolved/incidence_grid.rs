@@ -14,13 +14,13 @@ const FIRST_KY: [usize; 2] = [12, 24];
 pub(crate) const USUAL_KY: usize = 40;
 
 /// Most nodes of ky that it may come to.
-pub const MOST_KY: usize = 400;
+pub const MAX_KY: usize = 400;
 
 /// Nodes of kx in a Brillouin zone where they are not stated, to begin with.
 pub const FIRST_KX: usize = 2;
 
 /// Most nodes of kx in a Brillouin zone.
-pub const MOST_KX: usize = 64;
+pub const MAX_KX: usize = 64;
 
 /// Nodes of ky with which a grid chosen by error begins at a tolerance: with the middles between
 /// them mostly enough, so that the modes of a line are found once.

@@ -33,16 +33,16 @@ pub struct Led {
     /// Rotation about x, then about y, degrees.
     #[serde(skip_serializing_if = "is_default")]
     pub tilt_deg: [f64; 2],
-    /// What is added to the offset in each package, in the order of the array, mm; empty for
+    /// Offset added in each package, in the order of the array, mm; empty for
     /// nothing.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub offsets_mm: Vec<[f64; 2]>,
-    /// What is added to the tilt in each package, likewise, degrees.
+    /// Tilt added in each package, likewise, degrees.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tilts_deg: Vec<[f64; 2]>,
 }
 
-/// Where a box stands in its package.
+/// Place of a box in its package.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BoxPlace {
     /// From the axis of the package to the centre of the foot, mm.
@@ -52,19 +52,19 @@ pub struct BoxPlace {
 }
 
 impl BoxPlace {
-    /// Whether the centre of the foot lies on the axis of the package.
+    /// True if the centre of the foot lies on the axis of the package.
     pub fn is_on_axis(&self) -> bool {
         is_default(&self.offset_mm)
     }
 
-    /// Whether it is not tilted.
+    /// True if it is not tilted.
     pub fn is_level(&self) -> bool {
         is_default(&self.tilt_deg)
     }
 }
 
 impl Led {
-    /// Whether every box stands level about the axis of its package.
+    /// True if every box stands level about the axis of its package.
     pub fn is_centred(&self) -> bool {
         self.stated_places().all(|place| place == BoxPlace::default())
     }
@@ -75,7 +75,7 @@ impl Led {
         (0..rows).map(|package| self.place(package))
     }
 
-    /// Where the box of a package stands.
+    /// Place of the box of a package.
     pub fn place(&self, package: usize) -> BoxPlace {
         let sum = |common: [f64; 2], own: &[[f64; 2]]| {
             let own = own.get(package).copied().unwrap_or_default();
@@ -137,7 +137,7 @@ impl PlacedBox {
         self.foot + self.rotation * point_mm
     }
 
-    /// Its corners, mm, the lower ones on the plane z = `bottom_mm`; the bits of their numbers say
+    /// Corners, mm, the lower ones on the plane z = `bottom_mm`; the bits of their numbers say
     /// low or high along its own x, y and z.
     pub fn corners(&self, bottom_mm: f64) -> [DVec3; 8] {
         let axis = self.rotation.z_axis;
@@ -158,7 +158,7 @@ impl PlacedBox {
         heights.into_iter().fold(0.0, f64::max)
     }
 
-    /// Its surface from z = `bottom_mm` up, in three patches: sides, top, bottom.
+    /// Surface from z = `bottom_mm` up, in three patches: sides, top, bottom.
     ///
     /// # Errors
     /// Lengths that the tracer refuses.

@@ -22,7 +22,7 @@ pub struct Medium {
     pub(crate) stated: Arc<StatedMedium>,
 }
 
-/// What the file says of a medium, whatever the wavelength.
+/// Medium as stated, whatever the wavelength.
 #[derive(Debug)]
 pub(crate) struct StatedMedium {
     /// Key of its table.
@@ -42,7 +42,7 @@ pub(crate) struct MaterialFile {
     pub(crate) file: String,
     /// The file that was read.
     pub(crate) path: String,
-    /// Its content.
+    /// Content.
     pub(crate) material: Material,
 }
 

@@ -50,7 +50,7 @@ pub struct Design {
     pub name: String,
     /// One line for people.
     pub description: String,
-    /// Where it came from and the hash of that text.
+    /// Origin and hash of the text.
     pub provenance: Provenance,
     /// The dome, if there is one.
     pub dome: Option<Dome>,
@@ -83,7 +83,7 @@ pub struct Design {
     /// Why its relief has no bands and no tables, of a design that does not ask for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without_bands: Option<String>,
-    /// What shines of them, where not all do.
+    /// Subset that shines, where not all do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lit: Option<LitSources>,
     /// Plane receiver.
@@ -93,7 +93,7 @@ pub struct Design {
     /// Receivers beside these two.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub receivers: Vec<CheckedReceiver>,
-    /// What emits, in place of the top of the LED box.
+    /// Sources in place of the top of the LED box.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<CheckedSource>,
     /// Further solids and sheets.
@@ -103,12 +103,12 @@ pub struct Design {
     pub hybrid: schema::Hybrid,
     /// Monte Carlo.
     pub trace: schema::Trace,
-    /// What comes from files of other programs.
+    /// Bands, mirror and source from files of other programs.
     pub files: Files,
     /// Thin films on dome and mirror.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub films: Option<Films>,
-    /// Whether rays carry their polarisation.
+    /// True if rays carry their polarisation.
     #[serde(skip_serializing_if = "schema::is_default")]
     pub polarization: schema::Carrying,
 }
@@ -119,7 +119,7 @@ pub struct Mirror {
     /// Law of reflection.
     #[serde(flatten)]
     pub reflector: Reflector,
-    /// How far it extends.
+    /// Reach.
     pub extent: Extent,
 }
 
@@ -144,13 +144,13 @@ pub struct Housing {
     /// Law of reflection of the walls.
     #[serde(flatten)]
     pub reflector: Reflector,
-    /// What the bottom does between the mirror and the walls; black if absent.
+    /// Bottom between the mirror and the walls; black if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor: Option<Reflector>,
 }
 
 impl Design {
-    /// Whether thin layers lie on the dome.
+    /// True if thin layers lie on the dome.
     pub fn is_coated(&self) -> bool {
         self.films.as_ref().is_some_and(|f| !f.dome.is_empty())
     }
@@ -160,7 +160,7 @@ impl Design {
         if self.spectrum.is_some() { "light.spectrum" } else { "light.wavelength_nm" }
     }
 
-    /// Whether the dome carries relief, so that a hybrid makes sense.
+    /// True if the dome carries relief, so that a hybrid makes sense.
     pub fn has_relief(&self) -> bool {
         self.elements.shapes.iter().any(|s| *s != Shape::Smooth)
     }

@@ -23,7 +23,7 @@ impl CheckedReceiver {
         &self.stated.shared.name
     }
 
-    /// What it looks at.
+    /// Target.
     pub fn kind(&self) -> ReceiverKind {
         self.stated.kind.kind()
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How a surface of a checked design sends light back.
+//! Reflecting surfaces of a checked design.
 
 use serde::Serialize;
 use tracer::{Mixed, SurfaceModel};
@@ -30,7 +30,7 @@ pub enum Reflector {
 }
 
 impl Reflector {
-    /// What light meets on it.
+    /// Optical surface.
     pub fn optics(self) -> SurfaceModel {
         match self {
             Self::Specular { reflectance } => SurfaceModel::Mirror { reflectance },

@@ -22,14 +22,14 @@ use crate::schema::solids::{Per, Solid};
 
 /// Most solids: the tracer counts media of a body in eight bits, those of packages and those of the
 /// array together.
-pub const MOST_SOLIDS: usize = 100;
+pub const MAX_SOLIDS: usize = 100;
 
 /// A solid or a sheet of a checked design.
 #[derive(Debug, Clone, Serialize)]
 pub struct CheckedSolid {
     /// As written.
     pub stated: Solid,
-    /// What it is of at the wavelength, if light enters it.
+    /// Medium at the wavelength, if light enters it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub medium: Option<Medium>,
     /// Layers and metal at the wavelength.
@@ -39,25 +39,25 @@ pub struct CheckedSolid {
     /// they say at the wavelength.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<FileRecord>,
-    /// Its form, in its own coordinates.
+    /// Form, in its own coordinates.
     #[serde(skip)]
     pub form: Form,
     /// The symmetry of the form about the axis of its package, or of the array.
     #[serde(skip)]
     pub symmetry: Symmetry,
-    /// What its surface does at any wavelength.
+    /// Surface as stated, at any wavelength.
     #[serde(skip)]
     pub(crate) surface: Arc<CheckedSurface>,
 }
 
-/// What the design says of a surface, whatever the wavelength.
+/// Surface as stated, whatever the wavelength.
 #[derive(Debug)]
 pub(crate) struct CheckedSurface {
     pub(crate) stack: Stack,
     pub(crate) optics: SolidOptics,
 }
 
-/// What light meets on a solid.
+/// Optical surface of a solid.
 #[derive(Debug)]
 pub(crate) enum SolidOptics {
     /// An interface, with the layers on it.
@@ -66,9 +66,9 @@ pub(crate) enum SolidOptics {
     Scattering(Box<Scattering>),
     /// Stated shares by a formula.
     Diffusing {
-        /// What is reflected.
+        /// Reflected part.
         reflection: DiffuseLobe,
-        /// What is transmitted.
+        /// Transmitted part.
         transmission: DiffuseLobe,
     },
     /// A reflector by a file.
@@ -87,17 +87,17 @@ impl std::fmt::Debug for FileReflector {
 }
 
 impl CheckedSolid {
-    /// Its name.
+    /// Name.
     pub fn name(&self) -> &str {
         &self.stated.shared.name
     }
 
-    /// How often it stands.
+    /// Number of copies.
     pub fn per(&self) -> Per {
         self.stated.shared.per
     }
 
-    /// Whether it stands on the bottom without a gap.
+    /// True if it stands on the bottom without a gap.
     pub fn touches_bottom(&self) -> bool {
         self.stated.shared.optical_contact.is_some()
     }
@@ -113,17 +113,17 @@ impl CheckedSolid {
         })
     }
 
-    /// Whether what it does depends on the wavelength by itself, not only by the indices of media.
+    /// True if what it does depends on the wavelength by itself, not only by the indices of media.
     pub fn is_coated(&self) -> bool {
         self.coats != Coats::default()
     }
 
-    /// Whether tables of files that are made for one pair of indices say what light meets on it.
+    /// True if tables of files that are made for one pair of indices say what light meets on it.
     pub fn scatters(&self) -> bool {
         matches!(self.surface.optics, SolidOptics::Scattering(_))
     }
 
-    /// What light meets on it between media of these indices, inner and outer.
+    /// Optical surface between media of these indices, inner and outer.
     ///
     /// # Errors
     /// Scattering that does not fit the media.

@@ -26,18 +26,18 @@ pub struct CheckedSource {
 }
 
 impl CheckedSource {
-    /// Its name.
+    /// Name.
     pub fn name(&self) -> &str {
         &self.stated.shared.name
     }
 }
 
-/// What emits, and in which light.
+/// Source and its light.
 #[derive(Debug, Clone)]
 pub struct CheckedEmitter {
     /// As the tracer takes it.
     pub source: tracer::Source,
-    /// Its light.
+    /// Light.
     pub light: EmitterLight,
 }
 
@@ -50,14 +50,14 @@ pub enum EmitterLight {
     Colour(Colour),
 }
 
-/// What a file emits in one light.
+/// Emission of a file in one light.
 #[derive(Debug, Clone)]
 pub struct Part {
     /// The directions, and for rays the places.
     pub emission: Emission,
-    /// Its share of the power of the source; 0 where it is dark.
+    /// Share of the power of the source; 0 where it is dark.
     pub share: f64,
-    /// Its light.
+    /// Light.
     pub light: EmitterLight,
 }
 

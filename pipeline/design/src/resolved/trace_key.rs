@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What traces of a design depend on, by name: from this follow the keys under which finished
+//! Dependencies of the traces of a design, by name: from this follow the keys under which finished
 //! traces and groups of paths are stored.
 //!
 //! Every struct of the design is taken apart without `..`, so that a new field does not compile
@@ -40,7 +40,7 @@ macro_rules! fields {
     }};
 }
 
-/// What light meets on the dome, by which it depends on the settings of `[hybrid]`.
+/// Optical surface of the dome, by which it depends on the settings of `[hybrid]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReliefModel {
     /// The elements themselves.

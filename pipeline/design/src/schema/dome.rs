@@ -18,7 +18,7 @@ pub type Dome = Tagged<DomeKeys, DomeForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DomeKeys {
-    /// Thin layers on it, from the silicone outwards.
+    /// Thin layers on dome and cylinder, from the silicone outwards.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
 }
@@ -53,11 +53,11 @@ impl Kinds for DomeForm {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphereDome {
-    /// Radius of the sphere, mm.
+    /// Radius R of the sphere, mm; 1e-6 to 10 000.
     pub sphere_radius_mm: f64,
-    /// Height of the pole above the bottom, mm.
+    /// Height H of the pole above the bottom, mm; 1e-6 to 10 000, at most 2R.
     pub height_mm: f64,
-    /// Overall width (diameter), mm.
+    /// Overall width (diameter), mm; 1e-6 to 10 000. The sphere is still above the bottom there.
     pub width_mm: f64,
 }
 
@@ -65,8 +65,7 @@ pub struct SphereDome {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeridianDome {
-    /// The curve from the axis outwards and down: rows [r, z], [r, z, bulge] or
-    /// [r, z, centre r, centre z], mm.
+    /// Generating curve from the axis outwards and down, mm: 2 to 4001 rows, as below.
     pub meridian_mm: Vec<Vec<f64>>,
 }
 
@@ -74,7 +73,9 @@ pub struct MeridianDome {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeridianFileDome {
-    /// A file of rows as of `meridian_mm`, relative to the design file.
+    /// Text file of such rows, relative to the design file: a row on each line, numbers with
+    /// commas, semicolons or spaces between them; `#` begins a comment, a first line of words is
+    /// passed over.
     pub meridian_file: String,
 }
 
@@ -82,9 +83,11 @@ pub struct MeridianFileDome {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshDome {
-    /// A closed mesh, STL or OBJ, relative to the design file.
+    /// File of triangles, STL (binary or text) or OBJ, relative to the design file: a closed solid
+    /// about the z axis that stands on z = 0 and holds the LED's box. Its triangles in the plane z
+    /// = 0 are the mirror under it. Not with `[elements]`.
     pub mesh: String,
-    /// The unit of its lengths.
+    /// Unit of the lengths in it, which neither format states.
     pub mesh_unit: MeshUnit,
 }
 
@@ -121,17 +124,20 @@ impl MeshUnit {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Elements {
-    /// Number of elements.
+    /// Number of elements, 1 to 2000; together at most half the width of a sphere, or as far as a
+    /// curve is a function z(r).
     pub count: usize,
-    /// Radial width of each, µm.
+    /// Radial width of each, µm; 0.001 to 1e7.
     pub width_um: f64,
-    /// Radius of corners that point away from the silicone, µm; 0 is sharp.
+    /// Radius of corners that point away from the silicone, µm; 0 to 1e7, as far as the sides hold
+    /// it. Default 0, sharp.
     #[serde(default, skip_serializing_if = "is_default")]
     pub tip_radius_um: f64,
-    /// Radius of corners that point into it, those between elements among them, µm; 0 is sharp.
+    /// Radius of corners that point into the silicone, those between neighbouring elements among
+    /// them, µm; as before. Default 0, sharp.
     #[serde(default, skip_serializing_if = "is_default")]
     pub valley_radius_um: f64,
-    /// Which shape stands where.
+    /// List of tables `[[elements.shapes]]`, which give every element exactly one shape.
     pub shapes: Vec<Shape>,
 }
 
@@ -142,9 +148,9 @@ pub type Shape = Tagged<ShapeKeys, ShapeForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShapeKeys {
-    /// First element, from 1.
+    /// First element of this shape, from 1.
     pub from: usize,
-    /// Last element, included.
+    /// Last element of this shape, at most `count`.
     pub to: usize,
 }
 
@@ -152,12 +158,13 @@ pub struct ShapeKeys {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ShapeForm {
-    /// Horizontal tread and vertical riser.
+    /// Level tread at the height of the inner end, upright riser at the outer end; not where a
+    /// curve rises outwards.
     #[serde(rename = "OS1")]
     Os1(NoKeys),
-    /// Triangle standing on the chord of the element.
+    /// Triangle on the chord, by two of its three angles.
     Triangle(TriangleShape),
-    /// Any open polygon standing on the chord.
+    /// Open polygon on the chord.
     Polyline(PolylineShape),
     /// The dome as it is.
     Smooth(NoKeys),
@@ -171,13 +178,15 @@ impl Kinds for ShapeForm {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TriangleShape {
-    /// Interior angle at the base corner nearer the axis, degrees.
+    /// Interior angle at the base corner nearer the axis, degrees; above 0, below 180. Above -90
+    /// with `reference = "horizontal"`, where a side may fall outwards, less than the dome does.
     pub inner_base_angle_deg: Option<f64>,
-    /// Interior angle at the apex, degrees.
+    /// Interior angle at the apex, degrees; above 0, below 180.
     pub apex_angle_deg: Option<f64>,
-    /// Interior angle at the base corner farther out, degrees.
+    /// Interior angle at the base corner farther out, degrees; as the inner one.
     pub outer_base_angle_deg: Option<f64>,
-    /// The line from which angles at the base are measured.
+    /// Line from which angles at the base are measured: `"chord"` or `"horizontal"`. The triangle
+    /// stands on the chord in either case, its outer side steeper than the dome.
     #[serde(default)]
     pub reference: Reference,
 }
@@ -186,6 +195,7 @@ pub struct TriangleShape {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolylineShape {
-    /// Vertices between the base corners, (along the chord, above it), in chords.
+    /// Vertices between the base corners as [along, above] the chord, in lengths of the chord:
+    /// inner corner [0, 0], outer corner [1, 0]. Above the chord, at most 2 chords wide.
     pub points_chords: Vec<List<f64, 2>>,
 }

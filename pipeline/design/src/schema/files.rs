@@ -25,20 +25,21 @@ pub struct Files {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileBands {
-    /// First band, from 1.
+    /// First band, from 1; each band in one entry.
     pub from: usize,
-    /// Last band, included.
+    /// Last band.
     pub to: usize,
-    /// A file that says itself which side is meant; `{band}` in its name stands for the number of
-    /// the band.
+    /// A `.bworders`, `.json`, `.npz`, `.xml` or LightTools `.bsdf` file; `{band}` in its name
+    /// stands for the number of the band. This, or `inner` and `outer`.
     pub file: Option<String>,
-    /// Zemax files for light from the inner side.
+    /// Zemax `.bsdf` or Speos `.anisotropicbsdf` or `.brdf` files for light from the inner side.
     #[serde(default)]
     pub inner: Vec<String>,
-    /// Zemax files for light from the outer side.
+    /// Such files for light from the outer side.
     #[serde(default)]
     pub outer: Vec<String>,
-    /// How lobes move between the incidences of the files.
+    /// Lobes between the incidences of the file: `"fixed"`, where the nearest incidences have them;
+    /// `"shifted"`, moved with the tangential wavevector of the light, as orders do.
     #[serde(default)]
     #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,
@@ -49,9 +50,10 @@ pub struct FileBands {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileMirror {
-    /// The file.
+    /// File that says how the reflector in the plane z = 0 scatters light from its outer (front)
+    /// side, instead of `mirror.kind` and `mirror.reflectance`.
     pub file: String,
-    /// How lobes move between the incidences of the file.
+    /// Lobes between the incidences of the file, as of `[[files.bands]]`.
     #[serde(default)]
     #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,
@@ -61,17 +63,17 @@ pub struct FileMirror {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileSource {
-    /// An `.ies`, `.ldt`, `.tm25ray` or `.ray` file; its axis is +z, rays start about the middle of
-    /// the top of the LED box.
+    /// An `.ies` or `.ldt` far field, emitted by every point of the top of the LED box (the part
+    /// above its plane), or a `.tm25ray`, `.ray`, `.dat` or `.sdf` file, whose rays start about the
+    /// middle of that top; rays that go down or start below it are left out.
     pub file: String,
-    /// LightOf light it shines in: that of the file where it has wavelengths, else that of the
-    /// design.
+    /// Light it shines in. Default `"file"` where the file states wavelengths, else `"design"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<LightOf>,
-    /// Light of the file: largest change of a figure from one number of wavelengths to the next.
+    /// Sampling of the light of the file, as in `[light.spectrum]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Light of the file: number of wavelengths instead.
+    /// Sampling of the light of the file, as in `[light.spectrum]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples: Option<usize>,
 }

@@ -10,13 +10,13 @@ use crate::serde_arrays::List;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
-    /// Refractive index: n or [n, k].
+    /// Refractive index n or [n, k]: n above 0, k not below 0; this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<Index>,
-    /// Material file in refractiveindex.info's YAML form, relative to the design file.
+    /// Material file, as of `[silicone]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
-    /// Thickness, nm.
+    /// Thickness, nm; 0.001 to 1e9.
     pub thickness_nm: f64,
 }
 
@@ -24,10 +24,10 @@ pub struct Layer {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Substrate {
-    /// Refractive index: n or [n, k].
+    /// Refractive index n or [n, k]: n above 0, k not below 0; this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<Index>,
-    /// Material file in refractiveindex.info's YAML form, relative to the design file.
+    /// Material file, as of `[silicone]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
 }

@@ -10,45 +10,50 @@ use super::is_default;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Hybrid {
-    /// Radial width of a ring, µm; must divide the width of an element.
+    /// Radial width of a ring, µm: divides `elements.width_um`, at most 10 000 rings. Default the
+    /// widest, up to 10, that makes the bands of an element equal: 10 for 100 µm, 9.286 for 65 µm.
     pub element_width_um: f64,
-    /// Neighbouring rings that share one table.
+    /// Neighbouring rings that share a table: divides the number of rings. Default the most, up to
+    /// 10, that divide the rings of one element.
     pub rings_per_band: usize,
-    /// Which ring of a band its table is computed for, from 1.
+    /// Ring of a band that is solved, 1 to `rings_per_band`. Default the middle one: 5 of 10.
     pub representative: usize,
-    /// Nodes of the Bloch wavevector in one Brillouin zone; chosen for the tolerance if absent, but
-    /// where `ky_count` is given.
+    /// Nodes of the Bloch wavevector in one Brillouin zone, 1 to 64. Default as many as
+    /// interpolation takes to pass diffuse light on to the tolerance; 2 with `ky_count`.
     pub kx_per_zone: Option<usize>,
-    /// Nodes of the wavevector along the grooves, 0 to the largest; chosen for the tolerance if
-    /// absent.
+    /// Nodes of the wavevector along the grooves, 2 to 1024; default likewise.
     pub ky_count: Option<usize>,
-    /// No direction's share may move by more than this when slices are halved or a third more
-    /// orders kept.
+    /// Error allowed of what is transmitted, by orders and slices together, estimated over
+    /// directions; without `ky_count` also of diffuse light, by interpolation. 1e-8 to 0.1.
     pub tolerance: f64,
-    /// Highest diffraction order to keep; found for the tolerance if absent.
+    /// Highest diffraction order to keep, up to 2000: not below what propagates in silicone or
+    /// around the dome, nor below what the tolerance takes. Default found for the tolerance.
     pub orders: Option<usize>,
-    /// A table that would take more memory than this while it is solved is refused, GiB.
+    /// Memory that a table may take while it is solved, GiB; more is refused before it is begun.
+    /// 0.001 to 10⁶.
     pub memory_gib: f64,
-    /// Slanted sides become stairs of this height before they are solved, µm; as they are if
-    /// absent.
+    /// Height of stairs that slanted sides become before they are solved, µm, each as wide as the
+    /// relief at its middle; 0.001 to 1000. Default sides as they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stairs_um: Option<f64>,
-    /// What tables keep of their orders.
+    /// Content of the tables; default `"shares"`.
     #[serde(skip_serializing_if = "is_default")]
     pub tables: TableContent,
-    /// Polarisation whose shares the bands scatter by.
+    /// Polarisation the bands scatter by; default `"unpolarised"`.
     #[serde(skip_serializing_if = "is_default")]
     pub polarization: Polarization,
 }
 
-/// What tables keep of their orders.
+/// Content of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TableContent {
     /// Shares of the power.
     #[default]
     Shares,
-    /// Jones matrices beside them.
+    /// Jones matrices beside them, by which bands see and change the polarisation. Needs
+    /// `light.polarization = "carried"`, and `polarization` as it is by default; takes three times
+    /// the memory and one and a half times the time.
     Matrices,
 }
 
@@ -56,7 +61,7 @@ pub enum TableContent {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Polarization {
-    /// Half s, half p.
+    /// The mean of both.
     #[default]
     Unpolarised,
     /// E across the plane of incidence.

@@ -12,28 +12,33 @@ use crate::tagged::{Kinds, Tagged};
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Light {
-    /// Vacuum wavelength, nm; this or `spectrum`.
+    /// Vacuum wavelength, nm; 10 to 100 000, and such that every ring of relief has a table: at
+    /// most 1878 orders propagate on either side, and at least one node of the grid. This or
+    /// `[light.spectrum]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_nm: Option<f64>,
-    /// Power over the wavelength.
+    /// Spectrum, as below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
-    /// With `wavelength_nm`: what figures are weighted by.
+    /// With `wavelength_nm`, weighting of all sources: `"radiometric"` gives results in watts,
+    /// `"photometric"` in lumens. Default `"radiometric"`, with `led.power_lm` `"photometric"`;
+    /// with `[light.spectrum]` it stands there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weighting: Option<Weighting>,
-    /// Whether rays carry their polarisation.
+    /// Polarisation of the light on its way; default `"unpolarised"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub polarization: Carrying,
 }
 
-/// What rays know of their polarisation.
+/// Polarisation of light on its way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Carrying {
-    /// Nothing: every surface sees unpolarised light.
+    /// Every surface sees unpolarised light.
     #[default]
     Unpolarised,
-    /// What smooth surfaces made of it.
+    /// Interfaces, layers and specular mirrors see what those before have made of it, with its
+    /// phases.
     Carried,
 }
 
@@ -44,11 +49,16 @@ pub type Spectrum = Tagged<SpectrumKeys, SpectrumForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectrumKeys {
-    /// What figures are weighted by; of a source as of the design.
+    /// Weighting of figures: `"radiometric"`, by power, results in W/sr and W/mm²; `"photometric"`,
+    /// by power times V(λ), results in cd and lx, within 360 to 830 nm. Required, unless
+    /// `led.power_lm` states lumens; refused in `sources.spectrum`.
     pub weighting: Option<Weighting>,
-    /// Largest change of a figure from one number of wavelengths to the next.
+    /// Largest change of `uniformity`, `centre_to_peak` and `extraction_efficiency` (and, times a
+    /// hundred degrees, of the peak angle) at which no more wavelengths are added (3, 7, 15, 31);
+    /// changes within two of their own statistical errors also end it. 1e-6 to 1, default 0.005;
+    /// not for lines.
     pub tolerance: Option<f64>,
-    /// Number of wavelengths.
+    /// Number of wavelengths instead: 1, 3, 7, 15 or 31; not for lines.
     pub samples: Option<usize>,
 }
 
@@ -56,11 +66,11 @@ pub struct SpectrumKeys {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SpectrumForm {
-    /// Blue die and phosphor.
+    /// Blue die and phosphor, two Gaussians, each cut off at three standard deviations.
     WhiteLed(WhiteLed),
-    /// Power at wavelengths, linear between them.
+    /// Linear between rows, nothing beyond.
     Table(SpectrumRows),
-    /// Single wavelengths.
+    /// Single wavelengths, each computed.
     Lines(SpectrumRows),
 }
 
@@ -74,13 +84,13 @@ impl Kinds for SpectrumForm {
 pub struct WhiteLed {
     /// Peak of the blue die, nm.
     pub blue_nm: f64,
-    /// Full width of that peak at half its height, nm.
+    /// Full width of that peak at half its height, nm; at least 0.1.
     pub blue_fwhm_nm: f64,
     /// Peak of the phosphor, nm.
     pub phosphor_nm: f64,
-    /// Full width of that peak at half its height, nm.
+    /// Full width of that peak at half its height, nm; at least 0.1.
     pub phosphor_fwhm_nm: f64,
-    /// Share of the radiant power that is blue.
+    /// Share of the radiant power in the die's peak, 0 to 1.
     pub blue_part: f64,
 }
 
@@ -88,10 +98,12 @@ pub struct WhiteLed {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectrumRows {
-    /// Wavelengths, nm.
+    /// Wavelengths, nm, ascending, 10 to 100 000: two at least in a table, one of lines.
     pub wavelength_nm: Option<Vec<f64>>,
-    /// Power at each.
+    /// Power per nm at each (of lines, power of each), in any unit; not negative, somewhere above
+    /// 0.
     pub power: Option<Vec<f64>>,
-    /// A file of two columns instead, relative to the design file.
+    /// File of these two columns instead, relative to the design file: separated by commas,
+    /// semicolons or spaces, comments after `#`, a heading allowed.
     pub file: Option<String>,
 }

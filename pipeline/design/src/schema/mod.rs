@@ -32,7 +32,8 @@ pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Design {
-    /// Short name, used for output files.
+    /// Name of output directories and results: at most 100 letters, digits, `-`, `_`, `.`; no `.`
+    /// first.
     pub name: String,
     /// One line for people.
     #[serde(default)]
@@ -63,7 +64,7 @@ pub struct Design {
     /// Receivers beside these two.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub receivers: Vec<receivers::Receiver>,
-    /// What emits, in place of the top of the LED box.
+    /// Sources in place of the top of the LED box.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<sources::Source>,
     /// Further solids and sheets.
@@ -75,7 +76,7 @@ pub struct Design {
     /// Monte Carlo.
     #[serde(default)]
     pub trace: Trace,
-    /// What comes from files of other programs.
+    /// Bands, mirror and source from files of other programs.
     #[serde(default)]
     pub files: files::Files,
 }
@@ -105,7 +106,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 13] {
     ]
 }
 
-/// There are no keys of the kind, or none that all kinds share.
+/// No keys: of a kind without any, or of kinds that share none.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}
@@ -114,18 +115,19 @@ pub struct NoKeys {}
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Silicone {
-    /// Refractive index, real.
+    /// Refractive index, real, above 1, below 10 (of a solid from 0.1); this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<f64>,
-    /// Material file in refractiveindex.info's YAML form, relative to the design file.
+    /// Material file in refractiveindex.info's YAML form, relative to the design file: index and
+    /// absorption over the wavelength. It covers the wavelength or the whole spectrum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
-    /// Absorption coefficient for power, 1/mm, beside what a material file says.
+    /// Absorption coefficient for power, 1/mm, added to that of the file; 0 to 10⁶.
     #[serde(default)]
     pub absorption_per_mm: f64,
 }
 
-/// How the rows of an array stand to each other.
+/// Places of the rows of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Arrangement {
@@ -148,21 +150,26 @@ impl Arrangement {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Array {
-    /// Packages along x.
+    /// Packages along x, 1 to 128, centred on the origin; required without `positions_file`.
     #[serde(default)]
     pub columns: usize,
-    /// Packages along y.
+    /// Packages along y, 1 to 128; required without `positions_file`.
     #[serde(default)]
     pub rows: usize,
-    /// Distance of neighbours, mm; the least one allowed where a file gives the positions.
+    /// Distance of neighbours, mm: at least the width of a package, at most 2000; with
+    /// `positions_file` the least distance allowed.
     pub pitch_mm: f64,
-    /// How rows stand to each other.
+    /// Places of the rows; default `"square"`.
     #[serde(default, skip_serializing_if = "Arrangement::is_square")]
     pub arrangement: Arrangement,
-    /// A file of positions in place of columns and rows, relative to the design file.
+    /// Text file of positions in place of `columns`, `rows` and `arrangement`, relative to the
+    /// design file: x and y in mm on each line, with a comma or spaces between; `#` begins a
+    /// comment, a first line of words is passed over. 1 to 20 000 positions within 100 000 mm of
+    /// the origin each way.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub positions_file: Option<String>,
-    /// Whether light of one package meets the others.
+    /// False: each package is traced as if the others were not there, on the mirror of the whole
+    /// array, and the light is added up.
     #[serde(default = "yes")]
     pub crossing: bool,
 }
@@ -175,35 +182,38 @@ fn yes() -> bool {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Receiver {
-    /// Height above the bottom, mm.
+    /// Height above the bottom, mm; above the package, at most 10 000.
     pub plane_height_mm: f64,
-    /// Bin, mm.
+    /// Side of a square bin, mm; 0.001 to a quarter of the pitch, at most a million bins on the
+    /// map.
     pub bin_mm: f64,
-    /// Standard deviation of the Gaussian that smooths the map, mm; 0 leaves it as it is.
+    /// Standard deviation of the Gaussian that smooths the map, mm; at most a quarter of the pitch,
+    /// 0 leaves it.
     pub smoothing_sigma_mm: f64,
-    /// Bin in which peak and valley are read, mm; if absent, they are read in bins of `bin_mm`, the
-    /// valley from a fit.
+    /// Bin in which uniformity is read, mm: a multiple of `bin_mm`, at most a quarter of the pitch.
+    /// The largest such bin is taken beside the smallest that the segments between neighbours pass
+    /// through; the map is as wide as whole bins make it. Without it bins of `bin_mm` are read, the
+    /// valley from a fit to them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read_bin_mm: Option<f64>,
-    /// How far the map reaches beyond the outermost LED axes, mm; in a checked design it is there:
-    /// by default 6, or half a pitch where that is more.
+    /// Distance from the outermost LED axes to the edge of the map, mm; half a pitch to 1000.
+    /// Default 6.0, or half a pitch where that is more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_mm: Option<f64>,
-    /// The level the largest illuminance is scaled to before the logarithm.
+    /// Level the maximum is scaled to before the logarithm; 2 to 10⁹.
     pub full_scale: f64,
-    /// What is scaled to 0.
+    /// Level that is scaled to 0.
     pub zero: Zero,
-    /// What the map is averaged over before it is judged.
+    /// Images the map is averaged over; default `"symmetries"`.
     #[serde(skip_serializing_if = "is_default")]
     pub average: Average,
 }
 
 impl Receiver {
-    /// How far the map reaches beyond the outermost LED axes, mm, where neighbours stand `pitch_mm`
-    /// apart.
+    /// Distance from the outermost LED axes to the edge of the map, mm, at a pitch of `pitch_mm`.
     pub fn margin_mm(&self, pitch_mm: f64) -> f64 {
-        const LEAST: f64 = 6.0;
-        self.margin_mm.unwrap_or(LEAST.max(0.5 * pitch_mm))
+        const MIN: f64 = 6.0;
+        self.margin_mm.unwrap_or(MIN.max(0.5 * pitch_mm))
     }
 
     /// Bins side by side that make one in which peak and valley are read.
@@ -213,24 +223,24 @@ impl Receiver {
     }
 }
 
-/// What a map is averaged over.
+/// Images a map is averaged over.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Average {
-    /// Its images under the symmetries that the array, the packages and the files have in common.
+    /// Its mirror images as far as array, packages, solids, sources and files have them.
     #[default]
     Symmetries,
-    /// Nothing: bins as they were filled.
+    /// Nothing.
     None,
 }
 
-/// What is 0 after illuminances were normalised.
+/// Level that is scaled to 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Zero {
-    /// Darkness: illuminances are divided by the largest.
+    /// No light.
     Dark,
-    /// The smallest illuminance on the receiver, which is subtracted first.
+    /// The smallest illuminance on the map, which then depends on `margin_mm`.
     Smallest,
 }
 
@@ -253,25 +263,34 @@ impl Default for Receiver {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FarFieldReceiver {
-    /// Bin of the polar angle, degrees.
+    /// Bin of the polar angle, degrees; 0.1 to 15, divides 90.
     pub bin_deg: f64,
-    /// Bin of the azimuth, degrees.
+    /// Bin of the azimuth, degrees; 1 to 45, divides 90.
     pub azimuth_bin_deg: f64,
-    /// The centre is the mean below this polar angle, degrees.
+    /// Polar angle below which the centre is averaged, over all azimuths, degrees: where a bin that
+    /// is read ends, a multiple of `read_bin_deg`, with `read_bins = "about"` an odd multiple of
+    /// its half; at most 45. Default the first of these from 2.0 on.
     pub centre_deg: f64,
-    /// Where the peak is: at the vertex of a parabola, or in the middle of the largest bin.
+    /// Method of reading the peak: `"parabola"`, the vertex of a parabola fitted to the largest bin
+    /// and others about it; `"bin"`, middle and intensity of the largest bin. The standard error of
+    /// a bin is that of its choice: 0 where it is largest whichever group of paths is left out.
+    /// Default `"parabola"`.
     #[serde(skip_serializing_if = "is_default")]
     pub peak: PeakMethod,
-    /// The parabola is fitted to the bins within this of the largest, degrees.
+    /// Distance from the largest bin within which the parabola is fitted, degrees; `read_bin_deg`
+    /// to 45, from 0 with `peak = "bin"`, where it is that of `peak_angle_parabola_deg`, through
+    /// bins of `bin_deg`. Default 6.0, or `read_bin_deg` where it is wider.
     pub peak_fit_deg: f64,
-    /// Bin of the polar angle in which peak and centre are read, degrees; `bin_deg` if absent.
+    /// Bin of the polar angle in which peak and centre are read, degrees; at most 15, divides 90, a
+    /// multiple of `bin_deg`, of twice `bin_deg` with `read_bins = "about"`. Default `bin_deg`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read_bin_deg: Option<f64>,
-    /// Whether the bins that are read lie between multiples of their width or about them.
+    /// Places of the bins that are read: `"between"` multiples of their width, or `"about"` them,
+    /// the first about the axis and so half as wide. Default `"between"`.
     #[serde(skip_serializing_if = "is_default")]
     pub read_bins: BinPlacement,
-    /// Azimuth of the cut that the peak is read from, degrees; from the mean over all azimuths if
-    /// absent.
+    /// Azimuth of the half-plane that the peak is read from, degrees, averaged with those at 90,
+    /// 180 and 270° further; 0 to 90. Without it the mean over all azimuths is read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_deg: Option<f64>,
 }
@@ -298,7 +317,7 @@ impl Default for FarFieldReceiver {
     }
 }
 
-/// Whether a value is the default, and need not be written.
+/// True if a value is the default and need not be written.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -307,26 +326,30 @@ pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Trace {
-    /// Paths started by the sources together.
+    /// Paths started by all sources together; 1000 to 10¹².
     pub paths: u64,
-    /// A path is ended, and counted as lost, after this many surfaces.
+    /// Number of surfaces after which a path is given up and its power listed as lost; 10 to 10 000
+    /// 000.
     pub max_interactions: u32,
-    /// How the beginnings of paths are drawn.
+    /// Start of the paths. Standard errors hold for both; best where each of the 64 groups has 2^m
+    /// paths (`paths` = 64 · 2^m). Default `"random"`.
     #[serde(skip_serializing_if = "Sampling::is_random")]
     pub sampling: Sampling,
-    /// Whether every source is traced by itself, so that each has a ledger of its own.
+    /// True: every one of `[[sources]]` is traced by itself, with its part of `paths` by flux (1000
+    /// at least), and `results.json` gives its ledger (`by_source`). Needs `[[sources]]`.
     #[serde(skip_serializing_if = "is_default")]
     pub ledger_by_source: bool,
 }
 
-/// How the beginnings of paths are drawn.
+/// Start of paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampling {
-    /// Independent of each other.
+    /// Each by itself.
     #[default]
     Random,
-    /// Scrambled Sobol' points.
+    /// Evenly spread over packages, places on the LED and directions (not rays of `[files.source]`
+    /// nor directions of far-field files).
     Sobol,
 }
 

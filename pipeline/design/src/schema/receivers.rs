@@ -16,9 +16,10 @@ pub type Receiver = Tagged<ReceiverKeys, ReceiverForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReceiverKeys {
-    /// Names its files.
+    /// Name of its files: at most 100 letters, digits, `-`, `_`, `.`, no `.` first; none twice,
+    /// small and capital letters alike.
     pub name: String,
-    /// Which light.
+    /// Filter of the light, as below; default all light.
     pub only: Option<Only>,
 }
 
@@ -28,13 +29,13 @@ pub struct ReceiverKeys {
 pub enum ReceiverForm {
     /// Irradiance on a rectangle.
     Plane(PlaneReceiver),
-    /// Intensity over polar angle and azimuth, bins between multiples of their widths.
+    /// Intensity over θ and φ, bins between multiples of their widths.
     FarField(AngularReceiver),
-    /// Intensity on C-γ planes, bins about them.
+    /// Intensity on C-γ planes, bins about them (C is φ, γ is θ from +z).
     CGamma(AngularReceiver),
     /// Radiance on a rectangle by place and direction.
     Luminance(LuminanceReceiver),
-    /// Flux on surfaces.
+    /// Flux on the surfaces of one name.
     Surface(SurfaceReceiver),
 }
 
@@ -46,15 +47,16 @@ impl Kinds for ReceiverForm {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneReceiver {
-    /// Middle of the rectangle, mm.
+    /// Middle (x, y, z), mm; above the bottom, through no package and no wall.
     pub position_mm: List<f64, 3>,
-    /// Lengths along u and v, mm.
+    /// Lengths along u and v, mm: (x, y), (y, z) or (x, z), by the normal.
     pub size_mm: List<f64, 2>,
     /// Bins along u and v.
     pub bins: List<usize, 2>,
-    /// The direction in which light passes.
+    /// Direction in which passing light counts; default `"+z"`.
     pub normal: Option<Normal>,
-    /// Whether it reads I, Q, U and V.
+    /// True for the Stokes parameters I, Q, U and V in place of I alone; needs `light.polarization
+    /// = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes: bool,
 }
@@ -63,11 +65,12 @@ pub struct PlaneReceiver {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AngularReceiver {
-    /// Bin of the polar angle, degrees.
+    /// Bin of the polar angle, degrees: a divisor of 180 (luminance: of 90, to the normal).
     pub theta_bin_deg: f64,
-    /// Bin of the azimuth, degrees.
+    /// Bin of the azimuth, degrees: a divisor of 360; of luminance from u to v.
     pub phi_bin_deg: f64,
-    /// Whether it reads I, Q, U and V.
+    /// True for the Stokes parameters I, Q, U and V in place of I alone; needs `light.polarization
+    /// = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes: bool,
 }
@@ -76,19 +79,20 @@ pub struct AngularReceiver {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LuminanceReceiver {
-    /// Middle of the rectangle, mm.
+    /// Middle (x, y, z), mm; above the bottom, through no package and no wall.
     pub position_mm: List<f64, 3>,
-    /// Lengths along u and v, mm.
+    /// Lengths along u and v, mm: (x, y), (y, z) or (x, z), by the normal.
     pub size_mm: List<f64, 2>,
     /// Bins along u and v.
     pub bins: List<usize, 2>,
-    /// The direction in which light passes.
+    /// Direction in which passing light counts; default `"+z"`.
     pub normal: Option<Normal>,
-    /// Bin of the polar angle, degrees.
+    /// Bin of the polar angle, degrees: a divisor of 180 (luminance: of 90, to the normal).
     pub theta_bin_deg: f64,
-    /// Bin of the azimuth, degrees.
+    /// Bin of the azimuth, degrees: a divisor of 360; of luminance from u to v.
     pub phi_bin_deg: f64,
-    /// Whether it reads I, Q, U and V.
+    /// True for the Stokes parameters I, Q, U and V in place of I alone; needs `light.polarization
+    /// = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes: bool,
 }
@@ -97,14 +101,15 @@ pub struct LuminanceReceiver {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceReceiver {
-    /// Their name in the ledger.
+    /// Name in the ledger, without `absorbed_by_` (`ground_mirror`; spaces for underscores are
+    /// taken too).
     pub surface: String,
 }
 
 /// A rectangle as written.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StatedRectangle {
-    /// Its middle, mm.
+    /// Middle, mm.
     pub position_mm: [f64; 3],
     /// Lengths along u and v, mm.
     pub size_mm: [f64; 2],
@@ -145,7 +150,7 @@ impl ReceiverForm {
         }
     }
 
-    /// Whether it reads I, Q, U and V.
+    /// True if it reads the Stokes parameters.
     pub fn stokes(&self) -> bool {
         match self {
             Self::Plane(plane) => plane.stokes,
@@ -222,22 +227,25 @@ impl Normal {
 #[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Only {
-    /// Name in the ledger of the surface met last.
+    /// Name in the ledger of the last surface met, as of `surface`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub last_surface: Option<String>,
-    /// First and last element, from 1, within whose radii the last surface was met.
+    /// First and last element within whose radii the last surface was met, risers with the element
+    /// that they end; on every package.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub last_elements: Option<List<usize, 2>>,
-    /// Least number of surfaces met.
+    /// Least number of surfaces met so far: 0 for light straight from the LED; every reflection,
+    /// refraction and scattering counts one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_bounces: Option<u32>,
-    /// Largest number of surfaces met.
+    /// Largest number of surfaces met so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_bounces: Option<u32>,
-    /// Packages from which the light comes, from 1, row by row.
+    /// Packages from which the light comes, from 1, row by row from the lowest x and y; one at
+    /// least.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub packages: Option<Vec<usize>>,
-    /// Names of the sources from which the light comes.
+    /// Names of `[[sources]]` from which the light comes; one at least.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sources: Option<Vec<String>>,
 }

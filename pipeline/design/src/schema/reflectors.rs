@@ -14,11 +14,11 @@ use crate::tagged::{Kinds, Tagged};
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Law<S> {
-    /// Mirror.
+    /// As a mirror.
     Specular(S),
-    /// Cosine law.
+    /// By the cosine law.
     Lambertian(Reflectance),
-    /// Not at all.
+    /// Nothing is reflected.
     Absorbing(Absorbing),
     /// Partly as a mirror, partly by the cosine law.
     Mixed(SpecularAndDiffuse),
@@ -32,7 +32,7 @@ impl<S: DeserializeOwned + Serialize> Kinds for Law<S> {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reflectance {
-    /// Reflectance, 0 to 1.
+    /// Power reflected per incident power, at every angle, 0 to 1; the rest is absorbed.
     pub reflectance: f64,
 }
 
@@ -40,12 +40,15 @@ pub struct Reflectance {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Metal {
-    /// Reflectance, 0 to 1; of metal, the share of what it reflects that is kept.
+    /// Power reflected per incident power, at every angle, 0 to 1; the rest is absorbed. With
+    /// `substrate` the share that is kept of what the metal reflects.
     pub reflectance: f64,
-    /// The metal, where the reflectance is to follow from it.
+    /// Metal, a table of `index` or `material_file`: what is reflected follows from it at every
+    /// angle. Not with `[files.mirror]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub substrate: Option<Substrate>,
-    /// Thin layers on the metal, from the light towards it.
+    /// Thin layers on the metal, from the light towards it, as those of the dome; needs
+    /// `substrate`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
 }
@@ -81,17 +84,17 @@ pub struct Absorbing {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpecularAndDiffuse {
-    /// Reflectance of both parts together, 0 to 1.
+    /// Power reflected per incident power, both parts together, 0 to 1; the rest is absorbed.
     pub reflectance: f64,
-    /// Share of what is reflected that goes on as from a mirror.
+    /// Share of what is reflected that goes on as from a mirror, 0 to 1.
     pub specular_fraction: f64,
 }
 
-/// How far the mirror extends.
+/// Reach of the mirror.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Extent {
-    /// Under the whole array: a rectangle of columns × rows pitches.
+    /// A rectangle of columns × rows pitches about the array.
     Array,
     /// Under each package only.
     Package,
@@ -104,7 +107,7 @@ pub type Mirror = Tagged<MirrorKeys, Law<Metal>>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MirrorKeys {
-    /// How far it extends.
+    /// Reach of the mirror. Beyond it, a black floor.
     pub extent: Extent,
 }
 
@@ -115,25 +118,29 @@ pub type Led = Tagged<LedKeys, LedLaw>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LedKeys {
-    /// Width along x and y, mm.
+    /// Lengths along x and y, mm; 1e-6 to 10 000, the corners inside the dome.
     pub size_mm: List<f64, 2>,
-    /// Height of the top face, mm.
+    /// Height of the top face, mm; 1e-6 to 10 000.
     pub height_mm: f64,
-    /// Radiant flux that the sources of one package emit, W.
+    /// Radiant flux that the sources of one package emit together, W; 1e-12 to 1e9. Results are
+    /// then absolute; without a flux all sources of all packages together emit 1 W.
     pub power_w: Option<f64>,
-    /// Luminous flux that they emit, lm, instead.
+    /// Luminous flux that they emit, lm, instead; 1e-12 to 1e9. `weighting` is then `"photometric"`
+    /// by default; light of 360 to 830 nm.
     pub power_lm: Option<f64>,
-    /// From the axis of the package to the centre of the foot, along x and y, mm.
+    /// Vector [x, y] from the axis of the package to the centre of the foot, mm; every corner
+    /// inside the dome. Default [0, 0].
     #[serde(default, skip_serializing_if = "is_default")]
     pub offset_mm: List<f64, 2>,
-    /// Rotation about x, then about y, degrees, -10 to 10.
+    /// Rotation [about x, about y], in this order, degrees; -10 to 10. Default [0, 0].
     #[serde(default, skip_serializing_if = "is_default")]
     pub tilt_deg: List<f64, 2>,
-    /// What is added to the offset in each package, one row for each in the order of the array,
-    /// mm.
+    /// Row [x, y] for each package, added to `offset_mm`, in the order of the array: row after row
+    /// from the lowest y, along x; of a file its lines.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub offsets_mm: Vec<List<f64, 2>>,
-    /// What is added to the tilt in each package, as the offsets are, degrees.
+    /// Row [about x, about y] for each package, in the same order, added to `tilt_deg`; each -10 to
+    /// 10.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tilts_deg: Vec<List<f64, 2>>,
 }
@@ -154,14 +161,16 @@ pub type Housing = Tagged<HousingKeys, Law<Reflectance>>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HousingKeys {
-    /// From the outermost packages to the walls, mm.
+    /// Distance from the outlines of the outermost packages to the inside of the walls, mm; 1e-6 to
+    /// 10 000.
     pub distance_mm: f64,
-    /// Height of the walls above the bottom, mm.
+    /// Height of the walls above the bottom, mm; 0.001 to 10 000.
     pub height_mm: f64,
-    /// Thickness of the walls, mm.
+    /// Thickness of the walls, mm; 0.001 to 10 000.
     #[serde(default = "wall_thickness")]
     pub thickness_mm: f64,
-    /// What the bottom does between the mirror and the walls; black if absent.
+    /// Bottom between the mirror and the walls: a table with `kind`, `reflectance` and
+    /// `specular_fraction`. Default black.
     pub floor: Option<Floor>,
 }
 

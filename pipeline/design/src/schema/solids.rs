@@ -19,25 +19,31 @@ pub type Solid = Tagged<SolidKeys, SolidForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidKeys {
-    /// Its name in the ledger, as a surface and as a medium.
+    /// Name in the ledger, in receivers (`surface`, `only.last_surface`) and in `sources.inside`;
+    /// what it absorbs inside is `absorbed_in_NAME`. Letters, digits, `-`, `_`, `.`; none twice,
+    /// none that the ledger has for something else.
     pub name: String,
-    /// Whether every package carries it or it stands once.
+    /// Number of its copies; default `"package"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub per: Per,
-    /// Its place, mm: the middle; of a meridian or a mesh the origin of its coordinates.
+    /// Middle (x, y, z), mm; of a meridian or mesh the origin of its own coordinates. Within 10 m,
+    /// nothing of it below z = 0; default the origin.
     #[serde(default, skip_serializing_if = "is_default")]
     pub position_mm: List<f64, 3>,
-    /// What it stands on without a gap, where light enters it.
+    /// Contact with the mirror or the floor below, without a gap, of a box with one axis upright,
+    /// an upright cylinder or meridian with a `medium` that stands on z = 0 with a flat face.
+    /// Default a gap.
     pub optical_contact: Option<OpticalContact>,
-    /// What it is of, if light enters it; keys of `[silicone]`.
+    /// Material: a table with the keys of `[silicone]`.
     pub medium: Option<Silicone>,
-    /// Thin layers on it, from its inside outwards, where light enters it.
+    /// Thin layers on a solid with a medium, from its inside outwards, as `dome.coating`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
-    /// What its surface does by a file or a formula, where light enters it; of a sheet, what it
-    /// does to light from either side.
+    /// Diffuser in place of Fresnel's formulas, of a solid with a medium or a sheet, for light from
+    /// either side; not with `coating`.
     pub scatter: Option<SolidScatter>,
-    /// What it does with light that does not enter it.
+    /// Reflection of an opaque solid, or of a sheet on both sides: keys of `[mirror]` but `extent`,
+    /// or those of `[files.mirror]`.
     pub surface: Option<SolidSurface>,
 }
 
@@ -55,9 +61,9 @@ pub enum SolidForm {
     Meridian(SolidMeridian),
     /// A closed mesh of triangles.
     Mesh(SolidMesh),
-    /// A flat rectangle without thickness.
+    /// A flat sheet.
     Rectangle(Flat<2>),
-    /// A flat disc without thickness.
+    /// A flat round sheet.
     Disc(Disc),
 }
 
@@ -69,9 +75,9 @@ impl Kinds for SolidForm {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Flat<const N: usize> {
-    /// Lengths along x, y and, of a box, z, mm.
+    /// Lengths along x, y and, of a box, z, mm; 1e-6 to 10 000.
     pub size_mm: List<f64, N>,
-    /// Turned about x, then y, then z by these angles, degrees.
+    /// Angles of turning about x, then y, then z, whose directions stay, degrees; -360 to 360.
     pub rotation_deg: Option<List<f64, 3>>,
 }
 
@@ -79,11 +85,11 @@ pub struct Flat<const N: usize> {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cylinder {
-    /// Radius, mm.
+    /// Radius, mm; 1e-6 to 10 000.
     pub radius_mm: f64,
-    /// Length along the axis, mm.
+    /// Length along the axis, mm; 1e-6 to 10 000.
     pub height_mm: f64,
-    /// Direction of the axis, of any length; +z if absent.
+    /// Direction of the axis, of any length; default [0, 0, 1].
     pub axis: Option<List<f64, 3>>,
 }
 
@@ -91,7 +97,7 @@ pub struct Cylinder {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ball {
-    /// Radius, mm.
+    /// Radius, mm; 1e-6 to 10 000.
     pub radius_mm: f64,
 }
 
@@ -99,11 +105,12 @@ pub struct Ball {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidMeridian {
-    /// Rows as of `dome.meridian_mm`, from the axis back to the axis.
+    /// Rows as of `dome.meridian_mm`, but from the axis back to a lower point of the axis; z may be
+    /// anything. This or `meridian_file`.
     pub meridian_mm: Option<Vec<Vec<f64>>>,
-    /// A file of such rows, relative to the design file.
+    /// File of such rows, relative to the design file.
     pub meridian_file: Option<String>,
-    /// Direction of the axis, of any length; +z if absent.
+    /// Direction of the axis, of any length; default [0, 0, 1].
     pub axis: Option<List<f64, 3>>,
 }
 
@@ -111,11 +118,11 @@ pub struct SolidMeridian {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidMesh {
-    /// An STL or OBJ file, relative to the design file.
+    /// STL or OBJ file of any closed solid, relative to the design file.
     pub mesh: String,
     /// Unit of the lengths in it.
     pub mesh_unit: MeshUnit,
-    /// Turned about x, then y, then z by these angles, degrees.
+    /// Angles of turning about x, then y, then z, whose directions stay, degrees; -360 to 360.
     pub rotation_deg: Option<List<f64, 3>>,
 }
 
@@ -123,14 +130,14 @@ pub struct SolidMesh {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Disc {
-    /// Radius, mm.
+    /// Radius, mm; 1e-6 to 10 000.
     pub radius_mm: f64,
-    /// Direction of the axis, of any length; +z if absent.
+    /// Direction of the axis, of any length; default [0, 0, 1].
     pub axis: Option<List<f64, 3>>,
 }
 
 impl SolidForm {
-    /// Whether it is a sheet, without an inside.
+    /// True if it is a sheet, without an inside.
     pub fn is_sheet(&self) -> bool {
         matches!(self, Self::Rectangle(_) | Self::Disc(_))
     }
@@ -163,43 +170,43 @@ impl Solid {
         }
     }
 
-    /// Where it stands, as messages show it.
+    /// Place, as messages show it.
     pub fn place(&self) -> String {
         format!("{:?}", self.shared.position_mm.0)
     }
 }
 
-/// How often a solid stands.
+/// Number of copies of a solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Per {
-    /// In every package, in its coordinates.
+    /// Every package carries it, coordinates from the middle of its bottom.
     #[default]
     Package,
-    /// Once, in the coordinates of the array.
+    /// It stands once, coordinates from the middle of the array.
     Array,
 }
 
-/// What a solid is in optical contact with.
+/// Partner of an optical contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OpticalContact {
-    /// The bottom, z = 0: the mirror or the floor there.
+    /// Light in the solid meets the bottom directly.
     Bottom,
 }
 
 /// `[solids.scatter]`.
 pub type SolidScatter = Tagged<NoKeys, ScatterLaw>;
 
-/// What the surface of a solid with a medium, or a sheet, does with light from either side.
+/// Law of scattering of a solid with a medium, or a sheet, for light from either side.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ScatterLaw {
-    /// As files say.
+    /// As files say; of a sheet the inner side is that of -z before it is turned.
     File(ScatterFiles),
-    /// Stated shares by the cosine law.
+    /// By the cosine law about the normal, whatever the incidence.
     Lambertian(DiffuseShares),
-    /// Stated shares in Gaussian lobes.
+    /// Gaussian lobes about the straight and the mirrored direction.
     Gaussian(GaussianShares),
 }
 
@@ -215,16 +222,17 @@ impl Kinds for ScatterLaw {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScatterFiles {
-    /// A file that says itself which side is meant.
+    /// File, as of `[[files.bands]]`, made for the indices on both sides, at all wavelengths of the
+    /// design.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Zemax files for light from the inner side.
+    /// Files for light from the inner side.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub inner: Vec<String>,
-    /// Zemax files for light from the outer side.
+    /// Files for light from the outer side.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outer: Vec<String>,
-    /// How lobes move between the incidences of the files.
+    /// Lobes between the incidences of the files, as of `[[files.bands]]`.
     #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,
 }
@@ -233,9 +241,9 @@ pub struct ScatterFiles {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiffuseShares {
-    /// Share of the incident power that is transmitted, 0 to 1.
+    /// Power on the other side per incident power, at every incidence, from either side; 0 to 1.
     pub transmitted: f64,
-    /// Share that is reflected, 0 to 1; what both leave is absorbed.
+    /// Power on the side of incidence, likewise; 0 to 1, with `transmitted` at most 1.
     pub reflected: f64,
 }
 
@@ -243,13 +251,14 @@ pub struct DiffuseShares {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GaussianShares {
-    /// Share of the incident power that is transmitted, 0 to 1.
+    /// Power on the other side per incident power, at every incidence, from either side; 0 to 1.
     pub transmitted: f64,
-    /// Share that is reflected, 0 to 1; what both leave is absorbed.
+    /// Power on the side of incidence, likewise; 0 to 1, with `transmitted` at most 1.
     pub reflected: f64,
-    /// Full width at half maximum of the intensity, degrees.
+    /// Full width at half maximum of the intensity (W/sr) over the angle α to the axis of the lobe,
+    /// degrees; 0.001 to 180.
     pub width_deg: f64,
-    /// That of the reflected light; as of the transmitted light if absent.
+    /// Width of the reflected lobe, degrees; default `width_deg`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reflected_width_deg: Option<f64>,
 }
@@ -257,7 +266,7 @@ pub struct GaussianShares {
 /// `[solids.surface]`: as of `[mirror]` and of `[files.mirror]`.
 pub type SolidSurface = Tagged<NoKeys, SurfaceLaw>;
 
-/// What a solid does with light that does not enter it.
+/// Law of reflection of an opaque solid or a sheet.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SurfaceLaw {
@@ -298,9 +307,9 @@ impl Kinds for SurfaceLaw {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReflectorFile {
-    /// The file.
+    /// File, as of `[files.mirror]`.
     pub file: String,
-    /// How lobes move between the incidences of the file.
+    /// Lobes between the incidences of the file, as of `[[files.bands]]`.
     #[serde(default, skip_serializing_if = "is_default")]
     #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,

@@ -15,17 +15,18 @@ pub type Source = Tagged<SourceKeys, SourceForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SourceKeys {
-    /// Its name, by which receivers tell its light from other.
+    /// Name, by which receivers tell its light from other (`only.sources`); none twice.
     pub name: String,
-    /// Power beside the other sources, in any unit.
+    /// Radiant power beside the other sources, in any unit; 1e-12 to 1e12.
     #[serde(default = "one")]
     pub power: f64,
-    /// Which light it shines in: that of the file where it has wavelengths, else that of the
-    /// design.
+    /// Light it shines in, not beside `wavelength_nm` and `spectrum`. Default `"file"` where its
+    /// file states wavelengths, else `"design"`.
     pub light: Option<LightOf>,
-    /// A wavelength of its own, nm.
+    /// Vacuum wavelength of its own, nm; 10 to 100 000.
     pub wavelength_nm: Option<f64>,
-    /// A spectrum of its own.
+    /// Spectrum of its own: a table of the keys of `[light.spectrum]` but for `weighting`, which is
+    /// one for all sources. Not beside `wavelength_nm`.
     pub spectrum: Option<Spectrum>,
 }
 
@@ -37,15 +38,16 @@ fn one() -> f64 {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SourceForm {
-    /// A point with the same intensity everywhere.
+    /// A point with one intensity everywhere.
     Isotropic(IsotropicSource),
-    /// A point with an intensity in proportion to a power of the cosine.
+    /// A point whose intensity goes with a power of the cosine to its normal.
     Cosine(CosineSource),
-    /// A Lambertian rectangle.
+    /// Lambertian, on one side.
     Rectangle(RectangleSource),
-    /// The top and the four sides of the LED box, Lambertian.
+    /// Top and four sides of the LED box, Lambertian.
     Chip(ChipSource),
-    /// A point that emits a far field, or the rays of a file.
+    /// A point that emits a far field (`.ies`, `.ldt`), whole, or a set of rays (`.tm25ray`,
+    /// `.ray`, `.dat`, `.sdf`) that start about it.
     File(SourceOfFile),
 }
 
@@ -57,10 +59,12 @@ impl Kinds for SourceForm {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IsotropicSource {
-    /// Its place, mm, in the package.
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium that it
+    /// claims and in nothing else.
     pub position_mm: List<f64, 3>,
-    /// What surrounds it: `silicone`, `air`, or a solid of the package by its name; silicone where
-    /// there is a dome, else air.
+    /// Surroundings: `"silicone"`, `"air"`, or the name of a solid that light enters, one of the
+    /// package or that of the array which holds it. Default silicone where there is a dome, else
+    /// air.
     pub inside: Option<String>,
 }
 
@@ -68,13 +72,16 @@ pub struct IsotropicSource {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CosineSource {
-    /// Its place, mm, in the package.
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium that it
+    /// claims and in nothing else.
     pub position_mm: List<f64, 3>,
-    /// What surrounds it, as of an isotropic one.
+    /// Surroundings: `"silicone"`, `"air"`, or the name of a solid that light enters, one of the
+    /// package or that of the array which holds it. Default silicone where there is a dome, else
+    /// air.
     pub inside: Option<String>,
-    /// The direction that it faces, of any length; +z if absent.
+    /// Direction that it faces, of any length; default [0, 0, 1].
     pub normal: Option<List<f64, 3>>,
-    /// The power of the cosine.
+    /// Power of the cosine, 0 to 1e6: 1 is Lambert's law, 0 one intensity over the hemisphere.
     pub exponent: f64,
 }
 
@@ -82,13 +89,17 @@ pub struct CosineSource {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RectangleSource {
-    /// Its middle, mm, in the package.
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium that it
+    /// claims and in nothing else.
     pub position_mm: List<f64, 3>,
-    /// What surrounds it, as of an isotropic one.
+    /// Surroundings: `"silicone"`, `"air"`, or the name of a solid that light enters, one of the
+    /// package or that of the array which holds it. Default silicone where there is a dome, else
+    /// air.
     pub inside: Option<String>,
-    /// The direction that it faces, of any length; +z if absent.
+    /// Direction that it faces, of any length; default [0, 0, 1].
     pub normal: Option<List<f64, 3>>,
-    /// Lengths along u and v, mm.
+    /// Lengths along u and v, mm; 1e-6 to 10 000. (u, v) are (x, y) where it faces up, else u is
+    /// level and v rises.
     pub size_mm: List<f64, 2>,
 }
 
@@ -96,7 +107,8 @@ pub struct RectangleSource {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChipSource {
-    /// Power of the top and of the sides towards +x, -x, +y and -y, in any unit.
+    /// Power of the top and of the sides towards +x, -x, +y and -y, in any unit; not below 0, one
+    /// above.
     pub face_powers: List<f64, 5>,
 }
 
@@ -104,20 +116,23 @@ pub struct ChipSource {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SourceOfFile {
-    /// The place of the file's origin, mm, in the package.
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium that it
+    /// claims and in nothing else.
     pub position_mm: List<f64, 3>,
-    /// What surrounds it, as of an isotropic one.
+    /// Surroundings: `"silicone"`, `"air"`, or the name of a solid that light enters, one of the
+    /// package or that of the array which holds it. Default silicone where there is a dome, else
+    /// air.
     pub inside: Option<String>,
-    /// A far field or a file of rays, relative to the design file.
+    /// File, relative to the design file; axis and azimuths are those of the package.
     pub file: String,
-    /// Largest change of a figure from one number of wavelengths of the file to the next.
+    /// Sampling of the light of the file, as in `[light.spectrum]`.
     pub tolerance: Option<f64>,
-    /// Number of wavelengths of the file instead.
+    /// Sampling of the light of the file, as in `[light.spectrum]`.
     pub samples: Option<usize>,
 }
 
 impl SourceForm {
-    /// Its place, mm, and what it says that it lies in; of a chip there is neither.
+    /// Place, mm, and the stated surroundings; `None` of a chip.
     pub fn place(&self) -> Option<([f64; 3], Option<&str>)> {
         let (position_mm, inside) = match self {
             Self::Isotropic(source) => (&source.position_mm, &source.inside),
@@ -138,12 +153,12 @@ impl SourceForm {
     }
 }
 
-/// Which light a source shines in, where it states none.
+/// Light of a source that states none of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LightOf {
-    /// That of `[light]`.
+    /// That of `[light]`, whatever the file says.
     Design,
-    /// That of its file of rays.
+    /// The wavelengths of its file of rays.
     File,
 }

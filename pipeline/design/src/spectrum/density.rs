@@ -13,7 +13,7 @@ pub(super) const REACH_FWHM: f64 = 3.0 / FWHM;
 const FWHM: f64 = 2.354_820_045_030_949_3;
 /// Widest step, nm, and most steps.
 const STEP_NM: f64 = 1.0;
-const MOST_STEPS: f64 = 20_000.0;
+const MAX_STEPS: f64 = 20_000.0;
 /// Steps to a full width of a Gaussian.
 const STEPS_PER_WIDTH: f64 = 40.0;
 
@@ -127,7 +127,7 @@ fn white_led(peaks: &[Peak; 2]) -> (Vec<f64>, Vec<f64>) {
         let outside = 1e-9 * (high - low);
         nm.extend([low - outside, high + outside]);
         let steps = (high - low) / (peak.fwhm_nm / STEPS_PER_WIDTH).min(STEP_NM);
-        let steps = steps.clamp(1.0, MOST_STEPS).ceil();
+        let steps = steps.clamp(1.0, MAX_STEPS).ceil();
         nm.extend((0..=steps as usize).map(|k| low + (high - low) * k as f64 / steps));
     }
     let nm = sorted(nm);
@@ -149,7 +149,7 @@ fn table(wavelength_nm: &[f64], power: &[f64], photometric: bool) -> (Vec<f64>, 
     let mut nm = wavelength_nm.to_vec();
     if photometric {
         nm.extend(photopic::knots_nm().filter(|k| (first..=last).contains(k)));
-        let steps = ((last - first) / STEP_NM).clamp(1.0, MOST_STEPS).ceil();
+        let steps = ((last - first) / STEP_NM).clamp(1.0, MAX_STEPS).ceil();
         nm.extend((1..steps as usize).map(|k| first + (last - first) * k as f64 / steps));
     }
     let nm = sorted(nm);

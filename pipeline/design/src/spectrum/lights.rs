@@ -19,11 +19,11 @@ pub struct Light {
     pub emitted_w: f64,
     /// Luminous flux of them all, lm.
     pub emitted_lm: f64,
-    /// What it is.
+    /// Content.
     pub light: Colour,
 }
 
-/// Where the wavelengths of a light come from.
+/// Origin of the wavelengths of a light.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum Colour {
@@ -36,14 +36,14 @@ pub enum Colour {
 /// All lights of a design.
 #[derive(Debug, Clone, Serialize)]
 pub struct Lights {
-    /// What far fields, maps and figures are weighted by.
+    /// Weighting of far fields, maps and figures.
     pub weighting: Weighting,
     /// At least one.
     pub lights: Vec<Light>,
-    /// Whether each is traced by itself, the sources of the others being dark.
+    /// True if each is traced by itself, the sources of the others being dark.
     #[serde(skip)]
     pub apart: bool,
-    /// Whether any of them differs from the light of the design.
+    /// True if any of them differs from the light of the design.
     #[serde(skip)]
     pub coloured: bool,
 }
@@ -112,7 +112,7 @@ impl Lights {
 }
 
 impl Colour {
-    /// Whether two lights are one. Rays of files are each their own.
+    /// True if two lights are one. Rays of files are each their own.
     pub fn is(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Spectrum(a), Self::Spectrum(b)) => a == b,
@@ -120,7 +120,7 @@ impl Colour {
         }
     }
 
-    /// How it is sampled; `None` where every wavelength is computed.
+    /// Sampling; `None` where every wavelength is computed.
     pub fn sampling(&self) -> Option<Sampling> {
         match self {
             Self::Spectrum(spectrum) => spectrum.sampling,

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use metrics::plural::count;
 
-/// What a spectrum is weighted by.
+/// Weighting of a spectrum.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
@@ -36,7 +36,7 @@ pub enum Weighting {
 }
 
 impl Weighting {
-    /// Its name in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Radiometric => "radiometric",
@@ -45,7 +45,7 @@ impl Weighting {
     }
 }
 
-/// How many wavelengths a spectrum is sampled at.
+/// Number of wavelengths of a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
@@ -97,7 +97,7 @@ pub struct SpectrumError {
     pub key: &'static str,
     /// The value found.
     pub got: String,
-    /// What is allowed.
+    /// Allowed values.
     pub expected: String,
 }
 
@@ -110,11 +110,11 @@ impl SpectrumError {
 /// A checked spectrum.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spectrum {
-    /// Where the power is.
+    /// Distribution of the power.
     pub source: SpectralPower,
-    /// What far fields, maps and figures are weighted by.
+    /// Weighting of far fields, maps and figures.
     pub weighting: Weighting,
-    /// How it is sampled; `None` for lines.
+    /// Sampling; `None` for lines.
     pub sampling: Option<Sampling>,
     /// Lumens per watt of radiant power; V counts as 0 beyond its table.
     pub luminous_efficacy_lm_per_w: f64,
@@ -190,7 +190,7 @@ impl Spectrum {
         Self::new(source, weighting, None)
     }
 
-    /// Whether all power has one wavelength.
+    /// True if all power has one wavelength.
     pub fn is_line(&self) -> bool {
         matches!(&self.source, SpectralPower::Lines { wavelength_nm, .. } if wavelength_nm.len() == 1)
     }

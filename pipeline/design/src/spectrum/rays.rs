@@ -21,7 +21,7 @@ use super::quadrature::fejer;
 use super::{Sampling, Weighting, shares};
 
 /// Most wavelengths that are all computed.
-pub const MOST_EXACT: usize = 31;
+pub const MAX_EXACT: usize = 31;
 /// Files hold single precision: wavelengths are rounded to this many to a nanometre.
 const PER_NM: f64 = 1e4;
 
@@ -41,7 +41,7 @@ pub struct ColouredRays {
     pub range_nm: [f64; 2],
     /// Lumens per watt of radiant power; V counts as 0 beyond its table.
     pub luminous_efficacy_lm_per_w: f64,
-    /// How they are sampled; `None` where all are computed.
+    /// Sampling; `None` where all are computed.
     pub sampling: Option<Sampling>,
     #[serde(skip)]
     weighting: Weighting,
@@ -54,7 +54,7 @@ pub struct ColouredRays {
 
 impl ColouredRays {
     /// Rays whose flux is radiant, in any unit, and whose wavelengths were checked; those without
-    /// flux say nothing. With more than [`MOST_EXACT`] wavelengths they are sampled as `sampling`
+    /// flux say nothing. With more than [`MAX_EXACT`] wavelengths they are sampled as `sampling`
     /// says.
     pub fn new(records: Vec<RayRecord>, weighting: Weighting, sampling: Sampling) -> Self {
         let lit = records.iter().filter(|ray| ray.flux > 0.0);
@@ -77,7 +77,7 @@ impl ColouredRays {
             wavelengths: flux.len(),
             range_nm: [end(flux.first()), end(flux.last())],
             luminous_efficacy_lm_per_w: photopic::LUMENS_PER_WATT * seen / watts,
-            sampling: (flux.len() > MOST_EXACT).then_some(sampling),
+            sampling: (flux.len() > MAX_EXACT).then_some(sampling),
             weighting,
             records: Arc::new(records),
             flux: Arc::new(flux),
@@ -94,7 +94,7 @@ impl ColouredRays {
         flux.map(|&(nm, w)| (nm, w * weight(nm))).collect()
     }
 
-    /// What its flux is weighted by.
+    /// Weighting of the flux.
     pub(super) fn weighting(&self) -> Weighting {
         self.weighting
     }

@@ -6,7 +6,7 @@ Three levels:
 - `batwing.rcwa`: gratings, their orders, whole hemispheres, near fields;
 - `batwing.bsdf`: tables of diffraction orders and measured scattering, in the formats of other
   programs;
-- `batwing.tracer`: designs as files or dicts, traced, varied, optimised; `batwing.scene` builds
+- `batwing.simulate`: designs as files or dicts, traced, varied, optimised; `batwing.scene` builds
   them of Python objects.
 
 The package installs the command `batwing` too (`batwing.cli.main`).
@@ -33,15 +33,15 @@ from .errors import (
 )
 
 if TYPE_CHECKING:
-    from . import bsdf, cli, rcwa, scene, tracer
-    from .tracer import optimise, reproduce, run, study, tolerance
+    from . import bsdf, cli, rcwa, scene, simulate
+    from .simulate import optimise, reproduce, run, study, tolerance
 
 # Scripts of jobs start the package, not the interpreter alone.
 _native.set_program(_native.__file__, [sys.executable or "python3", "-m", "batwing"])
 
 #: Modules that are imported when they are first used.
-_MODULES = ("bsdf", "cli", "rcwa", "scene", "tracer")
-#: Functions of `tracer` that are reached from here too.
+_MODULES = ("bsdf", "cli", "rcwa", "scene", "simulate", "tracer")
+#: Functions of `simulate` that are reached from here too.
 _FUNCTIONS = ("optimise", "reproduce", "run", "study", "tolerance")
 
 __all__ = [
@@ -63,10 +63,10 @@ __all__ = [
     "scene",
     "set_progress",
     "set_threads",
+    "simulate",
     "study",
     "threads",
     "tolerance",
-    "tracer",
 ]
 
 
@@ -74,7 +74,7 @@ def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return import_module(f"{__name__}.{name}")
     if name in _FUNCTIONS:
-        return getattr(import_module(f"{__name__}.tracer"), name)
+        return getattr(import_module(f"{__name__}.simulate"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -10,7 +10,7 @@ Examples
 --------
 A glass ball above a bare LED, and what passes a plane above it:
 
->>> from batwing import scene, tracer
+>>> from batwing import scene, simulate
 >>> ball = scene.Sphere("ball", position_mm=(0, 0, 1.2), radius_mm=0.5, medium=scene.Medium(1.5))
 >>> built = scene.Scene(
 ...     "ball",
@@ -21,7 +21,7 @@ A glass ball above a bare LED, and what passes a plane above it:
 ...     solids=[ball],
 ...     receivers=[scene.Plane("above", position_mm=(0, 0, 3), size_mm=(2, 2), bins=(4, 4))],
 ... )
->>> found = tracer.run(built.design(), paths=20_000).model("geometric")
+>>> found = simulate.run(built.design(), paths=20_000).model("geometric")
 >>> found.receivers["above"].values.shape
 (4, 4)
 """

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import json
 import os
 import pickle
@@ -15,18 +16,18 @@ import numpy as np
 import pytest
 
 import batwing
-from batwing import tracer
+from batwing import simulate
 
 FEW = 65_536
 
 
 @pytest.fixture(scope="module")
-def found(root: Path) -> tracer.Results:
-    return tracer.run(root / "data/designs/d1.toml", model="geometric", paths=FEW, seed=5)
+def found(root: Path) -> simulate.Results:
+    return simulate.run(root / "data/designs/d1.toml", model="geometric", paths=FEW, seed=5)
 
 
 def test_results_are_those_of_the_binary(
-    binary: str, root: Path, found: tracer.Results, tmp_path: Path
+    binary: str, root: Path, found: simulate.Results, tmp_path: Path
 ) -> None:
     command = [binary, "run", str(root / "data/designs/d1.toml"), "--model", "geometric", "--quiet"]
     subprocess.run([*command, "--paths", str(FEW), "--seed", "5", "--out", str(tmp_path)], check=True)
@@ -36,12 +37,12 @@ def test_results_are_those_of_the_binary(
     assert hashes == {file["file"]: file["sha256"] for file in found.raw["files"]}
 
 
-def test_figures_have_errors_and_units(found: tracer.Results) -> None:
+def test_figures_have_errors_and_units(found: simulate.Results) -> None:
     assert list(found.models) == [("D1", "geometric_100um")]
     model = found.model("geometric")
     uniformity = model.figures["uniformity"]
     assert 0 < uniformity.standard_error < 0.05 < uniformity.value < 1
-    assert f"{tracer.Figure(0.5, 0.25, '1', {}):+.2f}" == "+0.50 ± 0.25"
+    assert f"{simulate.Figure(0.5, 0.25, '1', {}):+.2f}" == "+0.50 ± 0.25"
     assert model.figures["peak_angle_deg"].unit == "deg"
     total = sum(f.value for name, f in model.ledger.items() if name.startswith(("escaped", "absorbed", "lost")))
     assert total == pytest.approx(1.0, abs=1e-9)
@@ -55,47 +56,47 @@ def test_figures_have_errors_and_units(found: tracer.Results) -> None:
         found.model("hybrid")
 
 
-def test_results_are_saved_loaded_and_pickled(found: tracer.Results, tmp_path: Path) -> None:
+def test_results_are_saved_loaded_and_pickled(found: simulate.Results, tmp_path: Path) -> None:
     found.save(tmp_path / "kept")
-    again = tracer.load(tmp_path / "kept")
+    again = simulate.load(tmp_path / "kept")
     assert again.raw == found.raw
     for name, array in found.model("geometric").arrays.items():
         np.testing.assert_array_equal(again.model("geometric").arrays[name], array)
     assert pickle.loads(pickle.dumps(found)).raw == found.raw
 
 
-def test_altered_and_missing_files_are_found(found: tracer.Results, tmp_path: Path) -> None:
+def test_altered_and_missing_files_are_found(found: simulate.Results, tmp_path: Path) -> None:
     found.verify()
     found.save(tmp_path)
-    tracer.load(tmp_path).verify()
+    simulate.load(tmp_path).verify()
     file = tmp_path / "D1/geometric_100um/far_field.csv"
     whole = file.read_bytes()
     file.write_bytes(whole.replace(b"0", b"1", 1))
     with pytest.raises(batwing.FileError, match="far_field.csv"):
-        tracer.load(tmp_path).verify()
+        simulate.load(tmp_path).verify()
     file.unlink()
     with pytest.raises(batwing.FileError, match="far_field.csv"):
-        tracer.load(tmp_path).verify()
+        simulate.load(tmp_path).verify()
     file.write_bytes(whole)
     results = tmp_path / "results.json"
     results.write_bytes(results.read_bytes().replace(b'"paths"', b'"Paths"', 1))
     with pytest.raises(batwing.FileError, match="results.json"):
-        tracer.load(tmp_path).verify()
+        simulate.load(tmp_path).verify()
 
 
 def test_a_dict_twice_gives_the_same_bytes_and_names_no_temporary_file(root: Path) -> None:
-    design = tracer.Design.read(root / "data/designs/d1.toml")
-    first = tracer.run(design, model="geometric", paths=FEW, seed=5, threads=1)
-    again = tracer.run(design.data, model="geometric", paths=FEW, seed=5)
+    design = simulate.Design.read(root / "data/designs/d1.toml")
+    first = simulate.run(design, model="geometric", paths=FEW, seed=5, threads=1)
+    again = simulate.run(design.data, model="geometric", paths=FEW, seed=5)
     assert first._files is not None and first._files == again._files
     [entry] = first.raw["inputs"]
     text = design.to_toml().encode()
     assert entry == {"file": "design.toml", "sha256": hashlib.sha256(text).hexdigest()}
 
 
-def test_a_dict_differs_from_its_file_in_no_figure(root: Path, found: tracer.Results) -> None:
-    design = tracer.Design.read(root / "data/designs/d1.toml")
-    same = tracer.run(design, model="geometric", paths=FEW, seed=5)
+def test_a_dict_differs_from_its_file_in_no_figure(root: Path, found: simulate.Results) -> None:
+    design = simulate.Design.read(root / "data/designs/d1.toml")
+    same = simulate.run(design, model="geometric", paths=FEW, seed=5)
     of_dict, of_file = same.model("geometric"), found.model("geometric")
     assert of_dict.figures.keys() == of_file.figures.keys()
     # Published figures stand beside those of the paper's own file alone.
@@ -107,13 +108,13 @@ def test_a_dict_differs_from_its_file_in_no_figure(root: Path, found: tracer.Res
         np.testing.assert_array_equal(of_dict.arrays[name], array)
     assert not same.comparisons()
     darker = design.with_values({"led.reflectance": 0.1})
-    other = tracer.run(darker, model="geometric", paths=FEW, seed=5)
+    other = simulate.run(darker, model="geometric", paths=FEW, seed=5)
     name = "extraction_efficiency"
     assert other.model("geometric").figures[name].value < of_dict.figures[name].value
     assert design.data != darker.data
 
 
-def test_published_figures_stand_beside_those_of_the_paper(found: tracer.Results) -> None:
+def test_published_figures_stand_beside_those_of_the_paper(found: simulate.Results) -> None:
     rows = {row.figure: row for row in found.comparisons()}
     row = rows["uniformity"]
     assert (row.design, row.model) == ("D1", "geometric_100um")
@@ -124,37 +125,37 @@ def test_published_figures_stand_beside_those_of_the_paper(found: tracer.Results
 
 def test_files_that_a_dict_names_lie_in_its_folder(root: Path, tmp_path: Path) -> None:
     (tmp_path / "places.txt").write_text("-3.0 0.0\n3.0 0.0\n")
-    data = {**tracer.Design.template().data, "array": {"pitch_mm": 6.0, "positions_file": "places.txt"}}
-    found = tracer.run(tracer.Design(data, str(tmp_path)), model="geometric", paths=16_384)
+    data = {**simulate.Design.template().data, "array": {"pitch_mm": 6.0, "positions_file": "places.txt"}}
+    found = simulate.run(simulate.Design(data, str(tmp_path)), model="geometric", paths=16_384)
     assert [one["file"] for one in found.raw["inputs"]] == ["design.toml", str(tmp_path / "places.txt")]
     assert [path.name for path in tmp_path.iterdir()] == ["places.txt"]
     with pytest.raises(batwing.Error, match="places.txt"):
-        tracer.Design(data).check()
+        simulate.Design(data).check()
 
 
 def test_rays_go_out_and_come_in(root: Path, tmp_path: Path) -> None:
-    design = tracer.Design.template()
-    rays = tracer.trace_rays(design, paths=20_000, seed=3)
+    design = simulate.Design.template()
+    rays = simulate.trace_rays(design, paths=20_000, seed=3)
     assert rays.unit == "W" and len(rays.flux) > 10_000
     np.testing.assert_allclose(np.linalg.norm(rays.direction, axis=1), 1.0, atol=1e-5)
-    escaped = tracer.run(design, model="geometric", paths=20_000, seed=3).model("geometric").ledger
+    escaped = simulate.run(design, model="geometric", paths=20_000, seed=3).model("geometric").ledger
     out = escaped["escaped_up"].value + escaped["escaped_down"].value
     assert rays.flux.sum(dtype=float) == pytest.approx(out, abs=0.02)
     for format, ending in (("tm25", "tm25ray"), ("ray", "ray"), ("zemax-ray", "sdf")):
         path = tmp_path / f"rays.{ending}"
         rays.write(path, format)
-        again = tracer.read_rays(path)
+        again = simulate.read_rays(path)
         np.testing.assert_allclose(again.position_mm, rays.position_mm, atol=1e-6)
         np.testing.assert_allclose(again.flux.sum(), rays.flux.sum(), rtol=1e-3)
     with pytest.raises(batwing.InputError, match="direction"):
-        tracer.Rays(rays.position_mm, 2 * rays.direction, rays.flux).write(tmp_path / "x.tm25ray")
+        simulate.Rays(rays.position_mm, 2 * rays.direction, rays.flux).write(tmp_path / "x.tm25ray")
     with pytest.raises(batwing.InputError, match="position_mm"):
-        tracer.Rays(rays.position_mm[:5], rays.direction, rays.flux).write(tmp_path / "x.tm25ray")
+        simulate.Rays(rays.position_mm[:5], rays.direction, rays.flux).write(tmp_path / "x.tm25ray")
 
 
 def test_a_tolerance_analysis_has_its_samples(root: Path, tmp_path: Path) -> None:
     file = root / "data/gallery/d3-by-rays/tolerance.toml"
-    report = tracer.tolerance(file, samples=8, paths=16_384, seed=2)
+    report = simulate.tolerance(file, samples=8, paths=16_384, seed=2)
     [table] = report.tables.values()
     assert {len(column) for column in table.values()} == {8}
     assert report.folder is None and report.seed == report.raw["seed"] == 2
@@ -163,23 +164,23 @@ def test_a_tolerance_analysis_has_its_samples(root: Path, tmp_path: Path) -> Non
 
 def test_a_study_has_its_table(tmp_path: Path) -> None:
     design = tmp_path / "my.toml"
-    design.write_text(tracer.Design.template().to_toml())
+    design.write_text(simulate.Design.template().to_toml())
     study = tmp_path / "study.toml"
     study.write_text(
         'name = "small"\ndescription = "one key"\ndesigns = ["my.toml"]\nmodels = ["geometric"]\n'
         "paths = 16_384\n[[factors]]\n"
         'name = "reflectance"\ndescription = "box"\nkey = "led.reflectance"\nvalues = [0.5, 0.9]\n'
     )
-    report = tracer.study(study, out=tmp_path / "out")
+    report = simulate.study(study, out=tmp_path / "out")
     table = report.tables["study"]
     assert table["value"].dtype == np.float64 and (table["standard_error"] >= 0).all()
     assert report.folder == str(tmp_path / "out")
 
 
 def test_the_name_of_a_design_is_no_path(tmp_path: Path) -> None:
-    data = {**tracer.Design.template().data, "name": "../elsewhere"}
+    data = {**simulate.Design.template().data, "name": "../elsewhere"}
     with pytest.raises(batwing.InputError, match="^design.toml: name"):
-        tracer.Design(data, str(tmp_path)).check()
+        simulate.Design(data, str(tmp_path)).check()
     assert not list(tmp_path.iterdir())
 
 
@@ -210,7 +211,7 @@ def test_a_search_gives_figures_before_and_after(root: Path, tmp_path: Path, bin
     shutil.copy(root / "data/designs/bare-dome.toml", tmp_path)
     problem = tmp_path / "problem.toml"
     problem.write_text(PROBLEM)
-    found = tracer.optimise(problem, out=tmp_path / "mine")
+    found = simulate.optimise(problem, out=tmp_path / "mine")
     command = [binary, "optimise", str(problem), "--quiet", "--out", str(tmp_path / "theirs")]
     subprocess.run(command, check=True)
     theirs = (tmp_path / "theirs/optimise.json").read_bytes()
@@ -228,15 +229,15 @@ def test_a_search_gives_figures_before_and_after(root: Path, tmp_path: Path, bin
     [stage] = found.stages
     assert stage.candidates.sum() == stage.evaluations
     assert (stage.standard_error[np.isfinite(stage.best)] > 0).all() and not found.front
-    again = tracer.run(found.design, model="geometric", paths=16_384)
+    again = simulate.run(found.design, model="geometric", paths=16_384)
     assert list(found.results.models)[1][0] == "closer" == list(again.models)[0][0]
 
-    kept = tracer.optimise(problem)
+    kept = simulate.optimise(problem)
     assert kept.raw == found.raw and kept.folder is None
     kept.verify()
     kept.save(tmp_path / "saved")
     assert (tmp_path / "saved/optimise.json").read_bytes() == theirs
-    assert tracer.load(tmp_path / "saved").raw == found.results.raw
+    assert simulate.load(tmp_path / "saved").raw == found.results.raw
     assert pickle.loads(pickle.dumps(kept)).objective == found.objective
 
 
@@ -245,7 +246,7 @@ def test_a_front_has_its_designs(root: Path, tmp_path: Path) -> None:
     front = '[[objective.terms]]\nfigure = "extraction_efficiency"\n[[stages]]\nmethod = "nsga2"'
     text = PROBLEM.replace("[[stages]]", front).replace("restarts = 2", "restarts = 1")
     (tmp_path / "problem.toml").write_text(text)
-    found = tracer.optimise(tmp_path / "problem.toml", out=tmp_path / "out")
+    found = simulate.optimise(tmp_path / "problem.toml", out=tmp_path / "out")
     assert found.front
     for one in found.front:
         assert list(one.figures) == ["uniformity", "extraction_efficiency"]
@@ -257,8 +258,8 @@ def test_the_quick_reproduction_is_read(tmp_path: Path) -> None:
     folder = os.environ.get("BATWING_RESULTS")
     if folder is None:
         pytest.skip("needs BATWING_RESULTS, the folder of `batwing reproduce --quick`")
-    found = tracer.load(folder)
-    assert isinstance(found, tracer.Reproduction)
+    found = simulate.load(folder)
+    assert isinstance(found, simulate.Reproduction)
     found.verify()
     rows = found.comparisons()
     assert {row.design for row in rows} == {"D1", "D2", "D3"}
@@ -270,8 +271,14 @@ def test_the_quick_reproduction_is_read(tmp_path: Path) -> None:
     assert found.figure_6.rays["share"].sum() == pytest.approx(1.0, abs=1e-3)
 
     # Tables and traces are those of its cache, where it has one.
-    again = tracer.reproduce(quick=True, cache=Path(folder) / "cache", out=tmp_path)
+    again = simulate.reproduce(quick=True, cache=Path(folder) / "cache", out=tmp_path)
     assert again.quick and again.raw == found.raw
     for name in ("hybrid_10um", "geometric_100um"):
         theirs = found.models["D1", name].arrays["far_field"]
         np.testing.assert_array_equal(again.models["D1", name].arrays["far_field"], theirs)
+
+
+def test_the_former_name_warns() -> None:
+    with pytest.warns(DeprecationWarning, match=r"batwing\.simulate"):
+        former = importlib.import_module("batwing.tracer")
+    assert former.run is simulate.run
