@@ -21,7 +21,7 @@ pub struct RayExport<'a> {
     /// Paths to trace.
     pub paths: u64,
     /// Format of the file.
-    pub format: RayFormat,
+    pub format: &'static RayFormat,
     /// Luminous efficacy to state in the file, lm/W.
     pub lumens_per_watt: Option<f64>,
 }

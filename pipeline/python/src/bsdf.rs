@@ -23,9 +23,11 @@ use rcwa::hemisphere::{Directions, Hemisphere, Resolution as SolverResolution, h
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
 use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
+use files::atomic_file::write_atomic;
 use files::cache::{EXTENSION, read_table, write_table};
 use files::formats::content;
-use files::formats::tables::{self, CellFormat, Fineness};
+use files::formats::tables::{self, CellTable, Fineness};
+use files::formats::{self, Holds, Writes, words};
 use pipeline::commands::file_formats::nanometres;
 use simulate::tables::efficiency_rows;
 
@@ -65,19 +67,6 @@ fn order(kind: LobeKind) -> i32 {
         LobeKind::Order(order) => order,
         _ => NO_ORDER,
     }
-}
-
-fn cell_format(name: &str) -> anyhow::Result<CellFormat> {
-    Ok(match name {
-        "zemax" => CellFormat::Zemax,
-        "lighttools" => CellFormat::LightTools,
-        "speos" => CellFormat::Speos,
-        "klems" => CellFormat::Klems,
-        "tensortree" => CellFormat::TensorTree,
-        other => bail!(
-            "format: expected zemax, lighttools, speos, klems, tensortree, json, npz or {EXTENSION}, got {other:?}"
-        ),
-    })
 }
 
 impl Surface {
@@ -276,27 +265,31 @@ impl Surface {
         job::run(py, threads, move |_| {
             let orders = || {
                 table.as_ref().ok_or_else(|| {
-                    anyhow!("format: expected zemax, lighttools, speos, klems or tensortree for measured cells, got {format:?}")
+                    let cells = words(&[Holds::Cells]);
+                    anyhow!("format: expected {cells} for measured cells, got {format:?}")
                 })
             };
             let whole = |()| vec![(path.clone(), "{}".to_owned())];
             let of_table = table.as_deref().map(nanometres);
             let wavelength_nm = wavelength_nm.map(Ok).or(of_table).transpose()?;
-            match format.as_str() {
-                EXTENSION => write_table(&path, orders()?).map(whole),
-                "json" => tables::write_json(orders()?, &path).map(whole),
-                "npz" => tables::write_npz(orders()?, &path).map(whole),
-                name => {
-                    let format = cell_format(name)?;
-                    let written = tables::write_cells(
-                        bsdf.as_ref(),
-                        format,
-                        &fineness,
-                        wavelength_nm,
-                        &path,
-                    )?;
+            if format == EXTENSION {
+                return write_table(&path, orders()?).map(whole);
+            }
+            match formats::writer(&format).map(|writer| writer.writes) {
+                Some(Writes::Orders(write)) => {
+                    let table = orders()?;
+                    write_atomic(&path, |file| write(table, file)).map(whole)
+                }
+                Some(Writes::Cells { write, .. }) => {
+                    let cells =
+                        CellTable { surface: bsdf.as_ref(), fineness: &fineness, wavelength_nm };
+                    let written = write(&cells, &path)?;
                     let files = written.iter();
                     Ok(files.map(|w| (w.path.clone(), tables::describe(w).to_string())).collect())
+                }
+                _ => {
+                    let known = words(&[Holds::Cells, Holds::Orders]).replace(" or ", ", ");
+                    bail!("format: expected {known} or {EXTENSION}, got {format:?}")
                 }
             }
         })

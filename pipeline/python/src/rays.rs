@@ -7,7 +7,8 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use tracer::formats::rays::RayRecord;
 
-use files::formats::ray_files::{self, RayFormat, RayMetadata, StatedWavelengths};
+use files::formats::ray_files::{self, RayMetadata, StatedWavelengths};
+use files::formats::{self, Holds, Writes, words};
 
 use crate::job;
 use crate::rcwa::array;
@@ -44,16 +45,9 @@ pub fn write_rays(
     rows: PyReadonlyArray2<'_, f32>,
     wavelength_nm: Option<f64>,
 ) -> PyResult<(u64, f64)> {
-    let format_of = match format.as_str() {
-        "tm25" => Some(RayFormat::Tm25),
-        "ray" => Some(RayFormat::LightTools),
-        "speos-ray" => Some(RayFormat::Speos),
-        "zemax-ray" => Some(RayFormat::Zemax),
-        _ => None,
+    let Some(Writes::Rays(format)) = formats::writer(&format).map(|writer| writer.writes) else {
+        return Err(crate::errors::refused(py, "format", &words(&[Holds::Rays]), &format));
     };
-    let format = format_of.ok_or_else(|| {
-        crate::errors::refused(py, "format", "tm25, ray, speos-ray or zemax-ray", &format)
-    })?;
     let rows = rows.as_array();
     if rows.ncols() != 8 {
         let got = format!("{} columns", rows.ncols());

@@ -17,7 +17,8 @@ use files::atomic_file::{write_atomic, write_bytes};
 use files::cache::{EXTENSION, read_table};
 use files::formats::content::{self, Content};
 use files::formats::photometry::{self, Labels, Photometry};
-use files::formats::{dxf, obj, stl, svg, tables};
+use files::formats::tables::CellTable;
+use files::formats::{Holds, Writes, words};
 use files::run_context::RunContext;
 use metrics::digits::shortest;
 use metrics::plural::count;
@@ -29,7 +30,7 @@ use simulate::trace::observe;
 use simulate::{bodies, scene_check};
 
 use super::arguments::{cache, paths};
-use super::file_formats::{CellFile, CellSteps, FileFormat, nanometres, not_over};
+use super::file_formats::{CellSteps, FileFormat, nanometres, not_over, print_written};
 use super::outputs::file_writable;
 use crate::ray_export::{ExportedRays, RayExport};
 
@@ -100,13 +101,7 @@ pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     not_over(input, &arguments.out, format)?;
     let arguments = &Export { arguments, format };
     if input.is_dir() {
-        return match format {
-            FileFormat::Ies | FileFormat::Ldt => of_results(arguments, context),
-            _ => bail!(
-                "`{}` is a directory of results: expected --format ies or ldt",
-                input.display()
-            ),
-        };
+        return of_results(arguments, context);
     }
     if input.extension().is_some_and(|e| e == "toml") {
         let design = scene_check::load(input)?;
@@ -152,36 +147,36 @@ fn of_table(arguments: &Export<'_>, context: RunContext) -> Result<()> {
         }
     };
     let out = &arguments.out;
-    let simple = |json: Value| context.console.result(&json, || format!("{}", out.display()));
-    match arguments.format {
-        FileFormat::Json => {
-            tables::write_json(&table, out)?;
-            simple(json!({"file": out.display().to_string()}))
+    match arguments.format.writes {
+        Writes::Orders(write) => {
+            write_atomic(out, |file| write(&table, file))?;
+            let json = json!({"file": out.display().to_string()});
+            context.console.result(&json, || format!("{}", out.display()))
         }
-        FileFormat::Npz => {
-            tables::write_npz(&table, out)?;
-            simple(json!({"file": out.display().to_string()}))
-        }
-        format => {
-            let cells = format.cells().with_context(|| {
-                format!(
-                    "`{}` is a table: expected --format zemax, lighttools, speos, klems, tensortree, json or npz",
-                    input.display()
-                )
-            })?;
-            let wavelength = nanometres(&table)?;
-            let file = CellFile {
-                format: cells,
-                steps: &arguments.steps,
-                wavelength_nm: Some(wavelength),
-                out,
+        Writes::Cells { write, .. } => {
+            let cells = CellTable {
+                surface: table.as_ref(),
+                fineness: &arguments.steps.fineness(),
+                wavelength_nm: Some(nanometres(&table)?),
             };
-            file.write(table.as_ref(), Some(&table), context)
+            print_written(&write(&cells, out)?, Some(&table), context)
         }
+        _ => bail!(
+            "`{}` is a table: expected --format {}",
+            input.display(),
+            words(&[Holds::Cells, Holds::Orders])
+        ),
     }
 }
 
 fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
+    let Writes::FarField(text) = arguments.format.writes else {
+        bail!(
+            "`{}` is a directory of results: expected --format {}",
+            arguments.input.display(),
+            words(&[Holds::FarField])
+        );
+    };
     let far_field::Stored { far, emitted_lm } = far_field::of_results(&arguments.input)?;
     let name = arguments
         .input
@@ -192,7 +187,7 @@ fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
         .map(|c| c.as_os_str().to_string_lossy().into_owned())
         .collect::<Vec<_>>();
     let name: Vec<&str> = name.iter().rev().map(String::as_str).collect();
-    far_field(&name.join(" "), &far, emitted_lm, arguments, context)
+    far_field(&name.join(" "), &far, emitted_lm, text, arguments, context)
 }
 
 /// Writes the far field `far` of sources of 1 lm. Photometry is absolute where the design states
@@ -201,6 +196,7 @@ fn far_field(
     name: &str,
     far: &Distribution,
     emitted_lm: Option<f64>,
+    text: fn(&Labels, &Distribution, Photometry) -> String,
     arguments: &Export<'_>,
     context: RunContext,
 ) -> Result<()> {
@@ -212,8 +208,7 @@ fn far_field(
     };
     let table = far.clone().scaled(photometry.lumens);
     let labels = Labels::of_simulation(name);
-    let text = photometry::text(out, &labels, &table, photometry)?;
-    write_bytes(out, text.as_bytes())?;
+    write_bytes(out, text(&labels, &table, photometry).as_bytes())?;
     let flux = table.flux();
     let json = json!({"file": out.display().to_string(), "flux_lm": flux, "sources_lm": photometry.lumens});
     context.console.result(&json, || {
@@ -233,28 +228,20 @@ fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) ->
     );
     let out = &arguments.out;
     let about = format!("{}, batwing {}", design.name, env!("CARGO_PKG_VERSION"));
-    let geometry = [FileFormat::Stl, FileFormat::Obj, FileFormat::Dxf, FileFormat::Svg];
     ensure!(
-        design.solids.is_empty() || !geometry.contains(&arguments.format),
+        design.solids.is_empty() || arguments.format.holds() != Holds::Geometry,
         "{}: expected a design without [[solids]], which these formats would leave out",
         design.name
     );
-    match arguments.format {
-        FileFormat::Stl | FileFormat::Obj => {
-            let is_stl = arguments.format == FileFormat::Stl;
+    match arguments.format.writes {
+        Writes::Bodies { single, write } => {
             let mut bodies = bodies::bodies(design, arguments.chord_error * 1e-3)
                 .with_context(|| format!("--chord-error: {} um", arguments.chord_error))?;
-            if is_stl {
-                // One closed body: readers take an STL file for one.
+            if single {
+                // The dome comes first.
                 bodies.truncate(1);
             }
-            write_atomic(out, |mut file| {
-                if is_stl {
-                    stl::write(&bodies, &about, &mut file)
-                } else {
-                    obj::write(&bodies, &about, &mut file)
-                }
-            })?;
+            write_atomic(out, |file| write(&bodies, &about, file))?;
             let json: Vec<Value> = bodies
                 .iter()
                 .map(|b| json!({"body": b.name, "triangles": b.triangles.len(), "volume_mm3": b.volume()}))
@@ -272,36 +259,25 @@ fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) ->
                 format!("{}\n{}", out.display(), lines.collect::<Vec<_>>().join("\n"))
             })
         }
-        FileFormat::Dxf | FileFormat::Svg => {
-            let is_svg = arguments.format == FileFormat::Svg;
+        Writes::Meridian(write) => {
             ensure!(
                 design.dome.is_some(),
                 "{}: expected a design with a dome, it has none",
                 design.name
             );
             let meridian = design.outline()?;
-            write_atomic(out, |mut file| {
-                if is_svg {
-                    svg::write(&meridian, &about, &mut file)
-                } else {
-                    dxf::write(&meridian, &about, &mut file)
-                }
-            })?;
+            write_atomic(out, |file| write(&meridian, &about, file))?;
             let json = json!({"file": out.display().to_string(), "pieces": meridian.pieces.len()});
             context.console.result(&json, || {
                 let pieces = count(meridian.pieces.len(), "piece");
                 format!("{}\n  {pieces}", out.display())
             })
         }
-        FileFormat::Ies
-        | FileFormat::Ldt
-        | FileFormat::Tm25
-        | FileFormat::Ray
-        | FileFormat::SpeosRay
-        | FileFormat::ZemaxRay => light(design, arguments, context),
-        _ => bail!(
-            "`{}` is a design: expected --format stl, obj, dxf, svg, ies, ldt, tm25, ray, speos-ray or zemax-ray; `batwing bsdf` makes its tables",
-            arguments.input.display()
+        Writes::FarField(_) | Writes::Rays(_) => light(design, arguments, context),
+        Writes::Cells { .. } | Writes::Orders(_) => bail!(
+            "`{}` is a design: expected --format {}; `batwing bsdf` makes its tables",
+            arguments.input.display(),
+            words(&[Holds::Geometry, Holds::FarField, Holds::Rays])
         ),
     }
 }
@@ -332,16 +308,15 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
     };
     let surface = dome_surface(design, model, tables.as_ref())?;
     let paths = arguments.paths.unwrap_or(design.trace.paths);
-    let Some(format) = arguments.format.rays() else {
-        let seen = observe(design, &surface, paths, &design.name, context)?;
-        let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
-        return far_field(
-            &format!("{} {}", design.name, model.key(design)),
-            &far,
-            design.emitted_lm(),
-            arguments,
-            context,
-        );
+    let format = match arguments.format.writes {
+        Writes::Rays(format) => format,
+        Writes::FarField(text) => {
+            let seen = observe(design, &surface, paths, &design.name, context)?;
+            let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
+            let name = format!("{} {}", design.name, model.key(design));
+            return far_field(&name, &far, design.emitted_lm(), text, arguments, context);
+        }
+        _ => bail!("expected a format of far fields or rays, got {}", arguments.format.word),
     };
     let export = RayExport {
         design,

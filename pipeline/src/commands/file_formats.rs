@@ -3,85 +3,46 @@
 //! on direction cells.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use anyhow::{Result, bail, ensure};
-use bsdf::Bsdf;
 use bsdf::convert::Resolution;
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use files::formats::ray_files::RayFormat;
-use files::formats::tables::{self, CellFormat, Fineness};
+use files::formats::tables::{self, Fineness, Written};
+use files::formats::{WRITERS, Writer, Writes, any_of};
 use files::run_context::RunContext;
 
 use super::arguments::whole;
 
-/// Formats to write, by what they hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FileFormat {
-    /// Table: Zemax tabular BSDF, four .bsdf files
-    Zemax,
-    /// Table: LightTools BSDF text, .bsdf
-    Lighttools,
-    /// Table: Speos anisotropic BSDF text, two .anisotropicbsdf files
-    Speos,
-    /// Table: WINDOW/Radiance XML, Klems matrix, .xml
-    Klems,
-    /// Table: WINDOW/Radiance XML, tensor tree, .xml
-    Tensortree,
-    /// Table of orders: JSON, .json
-    Json,
-    /// Table of orders: NumPy archive, .npz
-    Npz,
-    /// Far field: IES LM-63, .ies
-    Ies,
-    /// Far field: EULUMDAT, .ldt
-    Ldt,
-    /// Rays: TM-25, .tm25ray
-    Tm25,
-    /// Rays: LightTools, .ray
-    Ray,
-    /// Rays: Speos, .ray
-    SpeosRay,
-    /// Rays: Zemax, .sdf or .dat
-    ZemaxRay,
-    /// CAD: binary STL of the bodies, .stl
-    Stl,
-    /// CAD: Wavefront OBJ of the bodies, .obj
-    Obj,
-    /// CAD: DXF of the meridian, .dxf
-    Dxf,
-    /// CAD: SVG of the meridian, .svg
-    Svg,
+/// A format to write, one of the registry.
+#[derive(Debug, Clone, Copy)]
+pub struct FileFormat(&'static Writer);
+
+static FORMATS: LazyLock<Vec<FileFormat>> =
+    LazyLock::new(|| WRITERS.iter().copied().map(FileFormat).collect());
+
+impl ValueEnum for FileFormat {
+    fn value_variants<'a>() -> &'a [Self] {
+        &FORMATS
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.word).help(self.help))
+    }
+}
+
+impl std::ops::Deref for FileFormat {
+    type Target = Writer;
+
+    fn deref(&self) -> &Writer {
+        self.0
+    }
 }
 
 impl FileFormat {
-    /// Endings of its files.
-    fn endings(self) -> &'static [&'static str] {
-        match self {
-            Self::Zemax | Self::Lighttools => &["bsdf"],
-            Self::Speos => &["anisotropicbsdf"],
-            Self::Klems | Self::Tensortree => &["xml"],
-            Self::Json => &["json"],
-            Self::Npz => &["npz"],
-            Self::Ies => &["ies"],
-            Self::Ldt => &["ldt"],
-            Self::Tm25 => &["tm25ray"],
-            Self::Ray | Self::SpeosRay => &["ray"],
-            Self::ZemaxRay => &["sdf", "dat"],
-            Self::Stl => &["stl"],
-            Self::Obj => &["obj"],
-            Self::Dxf => &["dxf"],
-            Self::Svg => &["svg"],
-        }
-    }
-
-    /// As it is given on the command line.
-    pub fn word(self) -> String {
-        let value = self.to_possible_value();
-        value.map_or(String::new(), |value| value.get_name().to_owned())
-    }
-
     /// The format to write `out` in: `given`, which the ending must fit, or that of the ending. A
     /// `.ray` file is one of LightTools unless told otherwise.
     ///
@@ -90,63 +51,39 @@ impl FileFormat {
     pub fn of(given: Option<Self>, out: &Path) -> Result<Self> {
         let ending = out.extension().unwrap_or_default().to_string_lossy();
         let ending = ending.to_ascii_lowercase();
-        let fits = |format: &Self| format.endings().contains(&ending.as_str());
+        let fits = |format: &Self| format.endings.contains(&ending.as_str());
         if let Some(format) = given {
             ensure!(
                 fits(&format),
                 "--out: expected a file ending in .{}, got `{}`",
-                format.endings().join(" or ."),
+                format.endings.join(" or ."),
                 out.display()
             );
             return Ok(format);
         }
-        let fitting: Vec<Self> =
-            Self::value_variants().iter().copied().filter(|format| fits(format)).collect();
+        let fitting: Vec<Self> = FORMATS.iter().copied().filter(fits).collect();
         match fitting[..] {
             [] => bail!(
                 "--out: expected a file whose ending names a format that `--help` lists, or --format, got `{}`",
                 out.display()
             ),
-            [format] | [format @ Self::Ray, _] => Ok(format),
-            [ref most @ .., last] => {
-                let most: Vec<String> = most.iter().map(|format| format.word()).collect();
-                let (most, last) = (most.join(", "), last.word());
-                bail!(
-                    "--format: expected {most} or {last} for a file ending in .{ending}, got none"
-                )
+            [format] => Ok(format),
+            // The word is the ending.
+            [format, ..] if format.word == ending => Ok(format),
+            _ => {
+                let words: Vec<&str> = fitting.iter().map(|format| format.word).collect();
+                let words = any_of(&words);
+                bail!("--format: expected {words} for a file ending in .{ending}, got none")
             }
-        }
-    }
-
-    /// The format of tables on direction cells; `None` for other formats.
-    pub fn cells(self) -> Option<CellFormat> {
-        match self {
-            Self::Zemax => Some(CellFormat::Zemax),
-            Self::Lighttools => Some(CellFormat::LightTools),
-            Self::Speos => Some(CellFormat::Speos),
-            Self::Klems => Some(CellFormat::Klems),
-            Self::Tensortree => Some(CellFormat::TensorTree),
-            _ => None,
-        }
-    }
-
-    /// The format of rays; `None` for other formats.
-    pub fn rays(self) -> Option<RayFormat> {
-        match self {
-            Self::Tm25 => Some(RayFormat::Tm25),
-            Self::Ray => Some(RayFormat::LightTools),
-            Self::SpeosRay => Some(RayFormat::Speos),
-            Self::ZemaxRay => Some(RayFormat::Zemax),
-            _ => None,
         }
     }
 }
 
 /// Refuses to write over `input`: `out`, or a file that the format puts beside it.
 pub(super) fn not_over(input: &Path, out: &Path, format: FileFormat) -> Result<()> {
-    let written = match format.cells() {
-        Some(cells) => tables::targets(cells, out),
-        None => vec![out.to_path_buf()],
+    let written = match format.writes {
+        Writes::Cells { targets, .. } => targets(out),
+        _ => vec![out.to_path_buf()],
     };
     let input = input.canonicalize().ok();
     for path in written {
@@ -193,7 +130,7 @@ pub struct CellSteps {
 }
 
 impl CellSteps {
-    /// The resolution as the writers take it.
+    /// Resolution as the writers take it.
     pub fn fineness(&self) -> Fineness {
         Fineness {
             resolution: Resolution {
@@ -217,42 +154,24 @@ pub fn nanometres(table: &bsdf::OrderTable) -> Result<f64> {
     Ok((table.grid().wavelength * factor * 1e6).round() / 1e6)
 }
 
-/// A table on direction cells to be written.
-pub struct CellFile<'a> {
-    /// Format.
-    pub format: CellFormat,
-    /// Resolution.
-    pub steps: &'a CellSteps,
-    /// Vacuum wavelength to state, nm.
-    pub wavelength_nm: Option<f64>,
-    /// File.
-    pub out: &'a Path,
-}
-
-impl CellFile<'_> {
-    /// Writes `surface` and prints what was written; `source` is the table of orders behind it, if
-    /// any.
-    pub fn write(
-        &self,
-        surface: &dyn Bsdf,
-        source: Option<&bsdf::OrderTable>,
-        context: RunContext,
-    ) -> Result<()> {
-        let fineness = self.steps.fineness();
-        let written =
-            tables::write_cells(surface, self.format, &fineness, self.wavelength_nm, self.out)?;
-        let json: Vec<Value> = written.iter().map(tables::describe).collect();
-        let mut json = json!({"files": json});
-        let mut lines: Vec<String> = written.iter().map(tables::summary).collect();
-        if let Some(table) = source {
-            // A reader that checks reciprocity finds at least this deviation.
-            let off = bsdf::validate::reciprocity(table).deviation;
-            json["reciprocity_of_the_table"] = json!({"worst": off.worst, "rms": off.rms});
-            lines.push(format!(
+/// Prints what `written` files of `surface` lost; `source` is the table of orders behind it, if
+/// any.
+pub(super) fn print_written(
+    written: &[Written],
+    source: Option<&bsdf::OrderTable>,
+    context: RunContext,
+) -> Result<()> {
+    let json: Vec<Value> = written.iter().map(tables::describe).collect();
+    let mut json = json!({"files": json});
+    let mut lines: Vec<String> = written.iter().map(tables::summary).collect();
+    if let Some(table) = source {
+        // A reader that checks reciprocity finds at least this deviation.
+        let off = bsdf::validate::reciprocity(table).deviation;
+        json["reciprocity_of_the_table"] = json!({"worst": off.worst, "rms": off.rms});
+        lines.push(format!(
             "reciprocity of the table itself: shares there and back differ by {:.1e} at most, {:.1e} rms",
             off.worst, off.rms
         ));
-        }
-        context.console.result(&json, || lines.join("\n"))
     }
+    context.console.result(&json, || lines.join("\n"))
 }

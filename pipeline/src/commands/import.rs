@@ -3,28 +3,27 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use bsdf::{LobeMotion, Side};
 use clap::Args;
 use serde_json::json;
 
-use files::atomic_file::write_bytes;
+use files::atomic_file::{write_atomic, write_bytes};
 use files::formats::content::{self, Content};
-use files::formats::photometry::{self, Labels, Photometry};
-use files::formats::{ray_files, tables};
+use files::formats::tables::CellTable;
+use files::formats::{Holds, Reads, Writes, endings, ray_files, words};
 use files::run_context::RunContext;
 use metrics::plural::count;
 
 use super::arguments::{IncidentSide, whole};
-use super::file_formats::{CellFile, CellSteps, FileFormat, nanometres, not_over};
+use super::file_formats::{CellSteps, FileFormat, nanometres, not_over, print_written};
 use super::outputs::file_writable;
 
 /// `batwing import`.
 #[derive(Debug, Args)]
 pub struct ImportArgs {
-    /// File of tables (.bsdf, .txt, .xml, .anisotropicbsdf, .brdf, .json, .npz, .bworders), a far
-    /// field (.ies, .ldt) or rays (.tm25ray, .ray, .dat, .sdf)
-    #[arg(value_name = "FILE")]
+    /// File of a format that is read.
+    #[arg(value_name = "FILE", help = file_help())]
     pub file: PathBuf,
     /// File to convert it into
     #[arg(long, value_name = "FILE")]
@@ -50,6 +49,17 @@ pub struct ImportArgs {
     pub from: IncidentSide,
 }
 
+/// Help on the file, with the endings of all formats.
+fn file_help() -> String {
+    let list = |chosen: fn(&Reads) -> bool| endings(chosen).join(", ");
+    let scatter = list(|reads| matches!(reads, Reads::Scatter(_)));
+    let orders = list(|reads| matches!(reads, Reads::Orders(_)));
+    let native = list(|reads| matches!(reads, Reads::OrdersOfFile(_)));
+    let far = list(|reads| matches!(reads, Reads::FarField(_) | Reads::LampSets(_)));
+    let rays = list(|reads| matches!(reads, Reads::Rays(_)));
+    format!("File of tables ({scatter}, {orders}, {native}), a far field ({far}) or rays ({rays})")
+}
+
 /// Reads, checks, describes, converts.
 pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     let file = &arguments.file;
@@ -63,8 +73,7 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
         None => None,
     };
     let content = content::read_lamp_set(file, arguments.lamp_set)?;
-    let (mut json, text) =
-        content.describe(arguments.lamp_set).with_context(|| file.display().to_string())?;
+    let (mut json, text) = content.describe().with_context(|| file.display().to_string())?;
     json["file"] = file.display().to_string().into();
     if let Some((out, format)) = format {
         return convert(&content, (out, format), arguments, context);
@@ -72,15 +81,15 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     context.console.result(&json, || format!("{}: {text}", file.display()))
 }
 
-/// The formats in words that `content` goes into.
-fn wanted(content: &Content, format: FileFormat) -> anyhow::Error {
-    let expected = match content {
-        Content::Rays(_) => "tm25, ray, speos-ray or zemax-ray",
-        Content::Ies(_) | Content::Ldt(_) => "ies or ldt",
-        Content::Orders(_) => "zemax, lighttools, speos, klems, tensortree, json or npz",
-        _ => "zemax, lighttools, speos, klems or tensortree",
-    };
-    anyhow!("--format: expected {expected} for {}, got {}", content.format(), format.word())
+/// Refusal of a format that `content` does not go into.
+fn misfit(content: &Content, format: FileFormat) -> anyhow::Error {
+    let expected = words(match content {
+        Content::Rays(_) => &[Holds::Rays],
+        Content::FarField(_) => &[Holds::FarField],
+        Content::Orders(_) => &[Holds::Cells, Holds::Orders],
+        Content::Scatter(_) => &[Holds::Cells],
+    });
+    anyhow!("--format: expected {expected} for {}, got {}", content.format(), format.word)
 }
 
 fn convert(
@@ -93,42 +102,24 @@ fn convert(
         let json = json!({"file": out.display().to_string(), "holds": what});
         context.console.result(&json, || format!("{}: {what}", out.display()))
     };
-    match content {
-        Content::Rays(_) => {
-            let to = format.rays().ok_or_else(|| wanted(content, format))?;
+    match (content, format.writes) {
+        (Content::Rays(_), Writes::Rays(to)) => {
             let written = ray_files::convert(&arguments.file, out, to)?;
             let (flux, unit) = (written.flux, written.unit);
             plain(format!("{}, {flux:.6} {unit}", count(written.rays, "ray")))
         }
-        Content::Ies(_) | Content::Ldt(_) => {
-            ensure!(matches!(format, FileFormat::Ies | FileFormat::Ldt), wanted(content, format));
-            let table = content.distribution()?;
+        (Content::FarField(far), Writes::FarField(text)) => {
+            let table = (far.distribution)()?;
             let name = arguments.file.file_stem().unwrap_or_default();
-            let name = name.to_string_lossy();
-            let (labels, lumens, absolute, watts) = match content {
-                Content::Ies(f) => {
-                    let (absolute, lumens) = (f.is_absolute(), f.lumens_per_lamp * f.lamps as f64);
-                    let lumens = if absolute { table.flux() } else { lumens };
-                    (Labels::of_ies(f, &name), lumens, absolute, f.watts)
-                }
-                Content::Ldt(f) => (Labels::of_ldt(f, &name), f.flux, f.is_absolute(), f.watts),
-                _ => bail!("expected a far field"),
-            };
-            let photometry = Photometry { lumens, absolute, watts };
-            let text = photometry::text(out, &labels, &table, photometry)?;
-            write_bytes(out, text.as_bytes())?;
+            let labels = far.labels.clone().named(&name.to_string_lossy());
+            write_bytes(out, text(&labels, &table, far.photometry).as_bytes())?;
             plain(format!("{:.4} lm", table.flux()))
         }
-        Content::Orders(table) if format == FileFormat::Json => {
-            tables::write_json(table, out)?;
+        (Content::Orders(table), Writes::Orders(write)) => {
+            write_atomic(out, |file| write(table, file))?;
             plain(count(table.node_count(), "incidence"))
         }
-        Content::Orders(table) if format == FileFormat::Npz => {
-            tables::write_npz(table, out)?;
-            plain(count(table.node_count(), "incidence"))
-        }
-        _ => {
-            let format = format.cells().ok_or_else(|| wanted(content, format))?;
+        (Content::Orders(_) | Content::Scatter(_), Writes::Cells { write, .. }) => {
             let indices = [arguments.index_inner, arguments.index_outer];
             ensure!(
                 indices.iter().all(|n| n.is_finite() && *n > 0.0),
@@ -140,14 +131,15 @@ fn convert(
             };
             let name = arguments.file.display().to_string();
             let surface = content.bsdf(&name, indices, LobeMotion::Fixed, side)?;
-            // 0 stands for a wavelength that is not stated.
-            let wavelength = match content {
-                Content::LightTools(file) => Some(file.blocks[0].wavelength).filter(|w| *w > 0.0),
+            let wavelength_nm = match content {
+                Content::Scatter(file) => file.wavelength_nm,
                 Content::Orders(table) => Some(nanometres(table)?),
                 _ => None,
             };
-            let file = CellFile { format, steps: &arguments.steps, wavelength_nm: wavelength, out };
-            file.write(surface.as_ref(), None, context)
+            let fineness = arguments.steps.fineness();
+            let table = CellTable { surface: surface.as_ref(), fineness: &fineness, wavelength_nm };
+            print_written(&write(&table, out)?, None, context)
         }
+        _ => Err(misfit(content, format)),
     }
 }

@@ -116,8 +116,8 @@ pub fn upward(name: &str, folder: &Path) -> Result<(UsedFile, Upward)> {
     let path = folder.join(name);
     let mut used = note(name, &path, "a far field or rays")?;
     let (share, found) = match content::read(&path)? {
-        content @ (Content::Ies(_) | Content::Ldt(_)) => {
-            let whole = content.distribution()?;
+        Content::FarField(file) => {
+            let whole = (file.distribution)()?;
             let table = upper(&whole).with_context(|| path.display().to_string())?;
             (table.flux() / whole.flux(), Upward::Table(table))
         }

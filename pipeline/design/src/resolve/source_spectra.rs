@@ -134,8 +134,8 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         };
         let stated = self.stated(keys, Some(&source.sampling), folder)?;
         match content::read(&path).map_err(unusable)? {
-            far @ (Content::Ies(_) | Content::Ldt(_)) => {
-                let table = far.distribution().map_err(unusable)?;
+            Content::FarField(far) => {
+                let table = (far.distribution)().map_err(|e| unusable(e.into()))?;
                 self.far(&source, stated, table)
             }
             Content::Rays(_) => {

@@ -1,48 +1,129 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Reading a file of any format that is known: recognised by its content, checked in full.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail, ensure};
-use bsdf::formats::text::utf8;
-use bsdf::formats::{lighttools, order_json, speos, window, zemax};
-use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, OrderTable, Side, convert};
+use anyhow::{Context, Result, bail};
+use bsdf::measured::ScatterTable;
+use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, OrderTable, Side, Transport};
 use serde_json::{Value, json};
 use tracer::Distribution;
-use tracer::formats::{eulumdat, ies, photometric_text};
+use tracer::formats::photometric_text;
 
 use metrics::plural::count;
 
-use super::npz;
+use super::photometry::{Labels, Photometry};
 use super::ray_files::{self, RaySummary};
-use super::sniff::{self, Kind};
-use crate::cache::read_table;
+use super::{READERS, Reads, sniff};
 use crate::progress::warn_once;
 
 /// Largest power above 1 that is rounding of printed values and needs no warning.
 const ROUNDING: f64 = 1e-3;
 
-/// What a file holds.
+/// Content of a file.
 pub enum Content {
-    /// A table of diffraction orders, native, JSON or `.npz`.
+    /// Table of diffraction orders.
     Orders(Arc<OrderTable>),
-    /// Zemax tabular BSDF.
-    Zemax(zemax::ZemaxBsdf),
-    /// LightTools BSDF text.
-    LightTools(lighttools::LightToolsBsdf),
-    /// WINDOW and Radiance XML.
-    Window(window::WindowBsdf),
-    /// IES LM-63.
-    Ies(ies::Ies),
-    /// EULUMDAT.
-    Ldt(Box<eulumdat::Ldt>),
-    /// Speos BSDF.
-    Speos(speos::SpeosBsdf),
-    /// Rays of any format.
+    /// Scattering of a surface.
+    Scatter(ScatterFile),
+    /// Far field.
+    FarField(FarField),
+    /// Rays.
     Rays(RaySummary),
+}
+
+/// Scattering of a file.
+pub struct ScatterFile {
+    /// Name of the format.
+    pub format: &'static str,
+    /// Wavelength that the file states, nm.
+    pub wavelength_nm: Option<f64>,
+    /// Oddities of a file that can be used.
+    pub warnings: Vec<String>,
+    pub(super) surface: Surface,
+}
+
+/// Tables of one file, each with side and transport.
+pub type Tables = Result<Vec<(Side, Transport, ScatterTable)>, bsdf::Error>;
+/// Tables for light from a side, between media of indices inner and outer.
+type OneSided = dyn Fn(Side, [f64; 2]) -> Tables + Send + Sync;
+/// Surface between media of indices inner and outer.
+type TwoSided = dyn Fn([f64; 2], LobeMotion) -> Result<MeasuredBsdf, bsdf::Error> + Send + Sync;
+
+/// Scattering of a file as a function of what the file does not say.
+pub(super) enum Surface {
+    OneSided(Box<OneSided>),
+    TwoSided(Box<TwoSided>),
+}
+
+impl ScatterFile {
+    /// Scattering of a file that does not say from which side its light comes.
+    pub fn one_sided(
+        format: &'static str,
+        tables: impl Fn(Side, [f64; 2]) -> Tables + Send + Sync + 'static,
+    ) -> Self {
+        let surface = Surface::OneSided(Box::new(tables));
+        Self { format, wavelength_nm: None, warnings: Vec::new(), surface }
+    }
+
+    /// Scattering of a file that says which side is meant.
+    pub fn two_sided(
+        format: &'static str,
+        surface: impl Fn([f64; 2], LobeMotion) -> Result<MeasuredBsdf, bsdf::Error>
+        + Send
+        + Sync
+        + 'static,
+    ) -> Self {
+        let surface = Surface::TwoSided(Box::new(surface));
+        Self { format, wavelength_nm: None, warnings: Vec::new(), surface }
+    }
+
+    /// Tables for light from `side`; `None` where the file says itself which side is meant.
+    pub fn tables(&self, side: Side, indices: [f64; 2]) -> Option<Tables> {
+        match &self.surface {
+            Surface::OneSided(tables) => Some(tables(side, indices)),
+            Surface::TwoSided(_) => None,
+        }
+    }
+
+    /// True where the file does not say from which side its light comes.
+    pub fn is_one_sided(&self) -> bool {
+        matches!(self.surface, Surface::OneSided(_))
+    }
+
+    /// Surface between media of refractive index `indices`; `side` is where the light of a
+    /// one-sided file comes from.
+    ///
+    /// # Errors
+    /// If its power exceeds 1.
+    pub fn surface(
+        &self,
+        indices: [f64; 2],
+        between: LobeMotion,
+        side: Side,
+    ) -> Result<MeasuredBsdf, bsdf::Error> {
+        match &self.surface {
+            Surface::OneSided(tables) => {
+                MeasuredBsdf::new(indices, between, tables(side, indices)?)
+            }
+            Surface::TwoSided(surface) => surface(indices, between),
+        }
+    }
+}
+
+/// Far field of a file.
+pub struct FarField {
+    /// Name of the format.
+    pub format: &'static str,
+    /// Maker and names.
+    pub labels: Labels,
+    /// Statement of the flux of the lamps.
+    pub photometry: Photometry,
+    /// Oddities of a file that can be used.
+    pub warnings: Vec<String>,
+    /// Computes the intensity, cd.
+    pub distribution: Box<dyn Fn() -> Result<Distribution, tracer::Error> + Send + Sync>,
 }
 
 /// Reads and checks the file at `path`, with its first set of lamps, and prints its warnings.
@@ -60,47 +141,32 @@ pub fn read(path: &Path) -> Result<Content> {
 /// As [`read`]; a set of lamps that the file has not.
 pub fn read_lamp_set(path: &Path, lamp_set: Option<usize>) -> Result<Content> {
     let content = parse(path, lamp_set).with_context(|| path.display().to_string())?;
-    for warning in content.warnings(lamp_set) {
+    for warning in content.warnings() {
         warn_once(&format!("{}: {warning}", path.display()));
     }
     Ok(content)
 }
 
-fn open(path: &Path) -> Result<File> {
-    File::open(path).context("expected a table, a far field, rays or scattering, cannot open it")
-}
-
-fn bytes(path: &Path) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    open(path)?.read_to_end(&mut bytes).context("cannot read")?;
-    Ok(bytes)
-}
-
 fn parse(path: &Path, lamp_set: Option<usize>) -> Result<Content> {
-    let kind = sniff::kind(path)?;
-    ensure!(
-        lamp_set.is_none() || kind == Kind::Ldt,
-        "--lamp-set: expected an EULUMDAT file, got {}",
-        kind.name()
-    );
-    let text = || -> Result<String> { Ok(utf8(&bytes(path)?)?.to_owned()) };
-    let photometric = || -> Result<String> { Ok(photometric_text(&bytes(path)?)?) };
-    Ok(match kind {
-        Kind::Orders => Content::Orders(Arc::new(read_table(path)?)),
-        Kind::OrdersNpz => Content::Orders(Arc::new(npz::read(BufReader::new(open(path)?))?)),
-        Kind::OrdersJson => Content::Orders(Arc::new(order_json::read(&text()?)?)),
-        Kind::Window => Content::Window(window::read(&text()?)?),
-        Kind::Zemax => Content::Zemax(zemax::read(&text()?)?),
-        Kind::LightTools => Content::LightTools(lighttools::read(&text()?)?),
-        Kind::Speos => Content::Speos(speos::read(&bytes(path)?)?),
-        Kind::Ies => Content::Ies(ies::read(&photometric()?)?),
-        Kind::Ldt => {
-            let ldt = eulumdat::read_lamp_set(&photometric()?, lamp_set.unwrap_or(1))?;
-            Content::Ldt(Box::new(ldt))
-        }
-        Kind::Tm25 | Kind::LightToolsRays | Kind::SpeosRays | Kind::ZemaxRays => {
-            Content::Rays(ray_files::summary(path)?)
-        }
+    let reader = sniff::reader(path)?;
+    let has_sets = |reads: &Reads| matches!(reads, Reads::LampSets(_));
+    if lamp_set.is_some() && !has_sets(&reader.reads) {
+        let able = READERS.iter().filter(|reader| has_sets(&reader.reads)).map(|r| r.name);
+        let able = able.collect::<Vec<_>>().join(" or ");
+        bail!("--lamp-set: expected an {able} file, got {}", reader.name);
+    }
+    let bytes = || {
+        let opened = std::fs::read(path);
+        opened.context("expected a table, a far field, rays or scattering, cannot open it")
+    };
+    let text = || -> Result<String> { Ok(photometric_text(&bytes()?)?) };
+    Ok(match reader.reads {
+        Reads::OrdersOfFile(read) => Content::Orders(Arc::new(read(path)?)),
+        Reads::Orders(read) => Content::Orders(Arc::new(read(&bytes()?)?)),
+        Reads::Scatter(read) => Content::Scatter(read(&bytes()?)?),
+        Reads::FarField(read) => Content::FarField(read(&text()?)?),
+        Reads::LampSets(read) => Content::FarField(read(&text()?, lamp_set)?),
+        Reads::Rays(_) => Content::Rays(ray_files::summary(path)?),
     })
 }
 
@@ -119,38 +185,25 @@ impl Content {
     pub fn format(&self) -> &'static str {
         match self {
             Self::Orders(_) => "table of diffraction orders",
-            Self::Zemax(_) => "Zemax tabular BSDF",
-            Self::LightTools(_) => "LightTools BSDF",
-            Self::Window(_) => "WINDOW/Radiance BSDF XML",
-            Self::Speos(_) => "Speos BSDF",
-            Self::Ies(_) => "IES LM-63",
-            Self::Ldt(_) => "EULUMDAT",
+            Self::Scatter(file) => file.format,
+            Self::FarField(file) => file.format,
             Self::Rays(rays) => rays.format,
         }
     }
 
-    /// What is odd in the file, though it can be used; `lamp_set` is the set of lamps asked for.
-    fn warnings(&self, lamp_set: Option<usize>) -> Vec<String> {
+    /// Oddities of a file that can be used.
+    fn warnings(&self) -> &[String] {
         match self {
-            Self::Ies(file) => file.warnings.clone(),
-            Self::Ldt(file) => {
-                let several = (file.lamp_sets > 1 && lamp_set.is_none()).then(|| {
-                    format!(
-                        "{} sets of lamps, the first is taken; `batwing import --lamp-set N` takes another",
-                        file.lamp_sets
-                    )
-                });
-                file.warnings.iter().cloned().chain(several).collect()
-            }
-            Self::Rays(rays) => rays.warnings.clone(),
-            Self::Speos(file) => file.warnings.clone(),
-            // Scattering is looked at where it becomes a surface.
-            Self::Zemax(_) | Self::LightTools(_) | Self::Window(_) | Self::Orders(_) => Vec::new(),
+            // Power above 1 is looked for where scattering becomes a surface.
+            Self::Scatter(file) => &file.warnings,
+            Self::FarField(file) => &file.warnings,
+            Self::Rays(rays) => &rays.warnings,
+            Self::Orders(_) => &[],
         }
     }
 
-    /// The scattering that it holds, as a surface between media of refractive index `indices`
-    /// (inner, outer); `side` is where the light of a Zemax or Speos file comes from, `name` that
+    /// Scattering as a surface between media of refractive index `indices`
+    /// (inner, outer); `side` is where the light of a one-sided file comes from, `name` that
     /// of the file in warnings.
     ///
     /// # Errors
@@ -172,8 +225,8 @@ impl Content {
         Ok(Arc::new(measured))
     }
 
-    /// Whether scattering turns with the incidence: tables at one azimuth for all. Tables of orders
-    /// do not.
+    /// True for scattering that turns with the incidence: tables at one azimuth for all. Tables of
+    /// orders do not.
     ///
     /// # Errors
     /// As [`Content::bsdf`].
@@ -187,33 +240,18 @@ impl Content {
     }
 
     fn measured(&self, indices: [f64; 2], between: LobeMotion, side: Side) -> Result<MeasuredBsdf> {
-        Ok(match self {
-            Self::Zemax(file) => convert::from_zemax(&[(side, file)], indices, between)?,
-            Self::LightTools(file) => convert::from_lighttools(file, indices, between)?,
-            Self::Window(file) => convert::from_window(file, indices, between)?,
-            Self::Speos(file) => convert::from_speos(&[(side, file)], indices, between)?,
+        match self {
+            Self::Scatter(file) => Ok(file.surface(indices, between, side)?),
             _ => bail!("expected scattering of a surface, got {}", self.format()),
-        })
+        }
     }
 
-    /// The intensity that it holds, cd.
-    ///
-    /// # Errors
-    /// If it holds none.
-    pub fn distribution(&self) -> Result<Distribution> {
-        Ok(match self {
-            Self::Ies(file) => file.distribution()?,
-            Self::Ldt(file) => file.distribution()?,
-            _ => bail!("expected a far field, got {}", self.format()),
-        })
-    }
-
-    /// What it holds, for programs and for people; `lamp_set` is the set of lamps asked for.
+    /// Content for programs and for people.
     ///
     /// # Errors
     /// If its power exceeds 1, or it holds nothing that can be used.
-    pub fn describe(&self, lamp_set: Option<usize>) -> Result<(Value, String)> {
-        let (value, lines) = match self {
+    pub fn describe(&self) -> Result<(Value, String)> {
+        let (mut value, lines) = match self {
             Self::Orders(table) => {
                 let (header, grid) = (table.header(), table.grid());
                 (
@@ -231,23 +269,22 @@ impl Content {
                     ],
                 )
             }
-            Self::Zemax(_) | Self::LightTools(_) | Self::Window(_) | Self::Speos(_) => {
-                self.describe_scatter()?
-            }
-            Self::Ies(_) | Self::Ldt(_) => self.describe_far_field()?,
+            Self::Scatter(file) => file.describe()?,
+            Self::FarField(file) => file.describe()?,
             Self::Rays(rays) => rays.describe(),
         };
-        let mut value = value;
         value["format"] = self.format().into();
         let mut warnings = value["warnings"].as_array().cloned().unwrap_or_default();
-        warnings.extend(self.warnings(lamp_set).into_iter().map(Value::from));
+        warnings.extend(self.warnings().iter().cloned().map(Value::from));
         value["warnings"] = warnings.into();
         Ok((value, format!("{}\n  {}", self.format(), lines.join("\n  "))))
     }
+}
 
-    fn describe_scatter(&self) -> Result<(Value, Vec<String>)> {
+impl ScatterFile {
+    fn describe(&self) -> Result<(Value, Vec<String>)> {
         // Between equal media, so that no incidence of the file is left out.
-        let measured = self.measured([1.0, 1.0], LobeMotion::Fixed, Side::Outer)?;
+        let measured = self.surface([1.0, 1.0], LobeMotion::Fixed, Side::Outer)?;
         let (mut lines, mut tables) = (Vec::new(), Vec::new());
         for (side, transport, table) in measured.tables() {
             let incidences = table.incidences();
@@ -256,7 +293,7 @@ impl Content {
             let high = totals.iter().copied().fold(0.0, f64::max);
             let kind =
                 if transport == bsdf::Transport::Reflection { "reflected" } else { "transmitted" };
-            let from = if matches!(self, Self::Zemax(_) | Self::Speos(_)) {
+            let from = if self.is_one_sided() {
                 "one side".to_owned()
             } else {
                 format!("the {side} side")
@@ -282,17 +319,12 @@ impl Content {
             lines,
         ))
     }
+}
 
-    fn describe_far_field(&self) -> Result<(Value, Vec<String>)> {
-        let table = self.distribution()?;
-        let (absolute, lumens, watts) = match self {
-            Self::Ies(file) => {
-                let lumens = file.lumens_per_lamp * file.lamps as f64;
-                (file.is_absolute(), lumens, file.watts)
-            }
-            Self::Ldt(file) => (file.is_absolute(), file.flux, file.watts),
-            _ => bail!("expected a far field"),
-        };
+impl FarField {
+    fn describe(&self) -> Result<(Value, Vec<String>)> {
+        let table = (self.distribution)()?;
+        let Photometry { lumens, absolute, watts } = self.photometry;
         let (polar, azimuths) = (table.thetas_deg().len(), table.phis_deg().len());
         let flux = table.flux();
         let kind = if absolute { "absolute" } else { "relative" };

@@ -8,6 +8,16 @@ use anyhow::Result;
 
 use geometry::{Curve, Meridian, Role};
 
+use super::{Writer, Writes};
+
+/// Writes the format.
+pub static WRITER: Writer = Writer {
+    word: "dxf",
+    help: "CAD: DXF of the meridian, .dxf",
+    endings: &["dxf"],
+    writes: Writes::Meridian(|meridian, about, file| write(meridian, about, file)),
+};
+
 /// The layer of a kind of piece.
 pub fn layer(role: Role) -> &'static str {
     match role {

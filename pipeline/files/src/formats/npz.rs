@@ -6,7 +6,7 @@
 //! (shares of the incident power), and `header`, the bytes of a JSON text with `format`, `version`,
 //! `header` and `grid` as in the JSON format. `docs/guide/other-programs.md` shows how to load it.
 
-use std::io::{Read, Seek, Write};
+use std::io::{Cursor, Read, Seek, Write};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use bsdf::{
@@ -18,13 +18,31 @@ use serde::{Deserialize, Serialize};
 use zip::ZipArchive;
 
 use super::npy::{self, Element};
+use super::sniff::Sniff;
+use super::{Reader, Reads, Writer, Writes};
 
-/// Longest header of an array, bytes.
-const LONGEST_HEADER: u64 = 1 << 16;
-/// Longest text of the header of a table, bytes.
-const MOST_TEXT: usize = 1 << 24;
+/// Maximum length of the header of an array, bytes.
+const MAX_HEADER: u64 = 1 << 16;
+/// Maximum length of the text of the header of a table, bytes.
+const MAX_TEXT: usize = 1 << 24;
 
-/// What `header` says.
+/// Reads the format.
+pub static READER: Reader = Reader {
+    name: "a NumPy archive",
+    endings: &["npz"],
+    sniff: Sniff::Mark(|start| start.starts_with(b"PK\x03\x04")),
+    reads: Reads::Orders(|bytes| read(Cursor::new(bytes))),
+};
+
+/// Writes the format.
+pub static WRITER: Writer = Writer {
+    word: "npz",
+    help: "Table of orders: NumPy archive, .npz",
+    endings: &["npz"],
+    writes: Writes::Orders(|table, mut file| write(table, &mut file)),
+};
+
+/// Content of the array `header`.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct About {
@@ -84,15 +102,15 @@ pub fn write(table: &OrderTable, file: &mut (impl Write + Seek)) -> Result<()> {
 struct Members<R>(ZipArchive<R>);
 
 impl<R: Read + Seek> Members<R> {
-    /// The array `name` of one dimension, of at most `most` values: more than the file can mean are
+    /// The array `name` of one dimension, of at most `max` values: more than the file can mean are
     /// not unpacked.
-    fn array<T: Element>(&mut self, name: &str, most: usize) -> Result<Vec<T>> {
+    fn array<T: Element>(&mut self, name: &str, max: usize) -> Result<Vec<T>> {
         let file = format!("{name}.npy");
         let member = self
             .0
             .by_name(&file)
             .map_err(|e| anyhow!("expected an array `{name}`, got none: {e}"))?;
-        let limit = LONGEST_HEADER + (most.saturating_mul(T::SIZE)) as u64;
+        let limit = MAX_HEADER + (max.saturating_mul(T::SIZE)) as u64;
         let mut bytes = Vec::new();
         member
             .take(limit + 1)
@@ -100,7 +118,7 @@ impl<R: Read + Seek> Members<R> {
             .map_err(|e| anyhow!("array `{name}`: expected what was written, got {e}"))?;
         ensure!(
             bytes.len() as u64 <= limit,
-            "array `{name}`: expected at most {most} values, got more"
+            "array `{name}`: expected at most {max} values, got more"
         );
         let (shape, values) = npy::read(&bytes).with_context(|| format!("array `{name}`"))?;
         ensure!(
@@ -118,7 +136,7 @@ impl<R: Read + Seek> Members<R> {
 pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
     let archive = ZipArchive::new(file).map_err(|e| anyhow!("expected a .npz file, got {e}"))?;
     let mut npz = Members(archive);
-    let about: About = serde_json::from_slice(&npz.array::<u8>("header", MOST_TEXT)?)
+    let about: About = serde_json::from_slice(&npz.array::<u8>("header", MAX_TEXT)?)
         .context("array `header`: expected a JSON text")?;
     let (name, version) = (bsdf::formats::order_json::NAME, bsdf::formats::order_json::VERSION);
     ensure!(

@@ -8,6 +8,18 @@ use anyhow::{Context, Result, bail, ensure};
 use glam::DVec3;
 
 use super::mesh::Mesh;
+use super::{Writer, Writes};
+
+/// Writes the format.
+pub static WRITER: Writer = Writer {
+    word: "obj",
+    help: "CAD: Wavefront OBJ of the bodies, .obj",
+    endings: &["obj"],
+    writes: Writes::Bodies {
+        single: false,
+        write: |bodies, about, file| write(bodies, about, file),
+    },
+};
 
 /// The triangles of all objects of a file, corners times `unit_mm`; polygons are cut into fans,
 /// which is right for convex ones. Texture, normals and materials are not looked at.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A traced far field as a photometric file, and far fields of one format in the other.
+//! A traced far field as a table of intensities, and how photometric files state such tables.
 //!
 //! In: power in bins of direction for 1 W emitted. Out: an intensity at points of angle, in cd for
 //! a stated luminous flux of the sources. Bins hold means, files hold values between which readers
@@ -8,15 +8,13 @@
 //! of it crosses an edge, such as the horizon. The rings about the axis are averaged over azimuth,
 //! since on the axis all azimuths are one. The axis of the package (+z) is γ = 0.
 
-use std::path::Path;
-
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, ensure};
 use tracer::Distribution;
-use tracer::formats::{eulumdat, ies};
 
 use metrics::far_field::{AngularBins, BinPlacement};
 
 use super::bin_entries::{self, Weights, polar_weights};
+use super::program;
 
 /// How a file states intensities.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,9 +44,6 @@ pub struct Labels {
     pub lamp: String,
 }
 
-/// Keywords of IES files that hold labels, in the order of [`Labels::all`].
-const KEYWORDS: [&str; 6] = ["MANUFAC", "TEST", "LUMINAIRE", "LUMCAT", "ISSUEDATE", "LAMP"];
-
 impl Labels {
     /// Those of a simulation.
     pub fn of_simulation(name: &str) -> Self {
@@ -62,36 +57,18 @@ impl Labels {
         }
     }
 
-    /// Those of an IES file; `fallback` is the luminaire where it is not named.
-    pub fn of_ies(file: &ies::Ies, fallback: &str) -> Self {
-        let [maker, report, luminaire, number, date, lamp] = KEYWORDS.map(|keyword| {
-            let mut found = file.keywords.iter().filter(|(k, _)| k == keyword);
-            found.next().map_or(String::new(), |(_, text)| text.clone())
-        });
-        Self { maker, report, luminaire, number, date, lamp }.named(fallback)
-    }
-
-    /// Those of an EULUMDAT file; `fallback` is the luminaire where it is not named.
-    pub fn of_ldt(file: &eulumdat::Ldt, fallback: &str) -> Self {
-        let [maker, report, luminaire, number, _, date] = file.texts.clone();
-        Self { maker, report, luminaire, number, date, lamp: file.lamp_texts[0].clone() }
-            .named(fallback)
-    }
-
-    fn named(mut self, fallback: &str) -> Self {
+    /// Labels with the luminaire called `fallback` where it is not named.
+    pub fn named(mut self, fallback: &str) -> Self {
         if self.luminaire.is_empty() {
             fallback.clone_into(&mut self.luminaire);
         }
         self
     }
 
-    fn all(&self) -> [&str; 6] {
+    /// Labels in one order.
+    pub(super) fn all(&self) -> [&str; 6] {
         [&self.maker, &self.report, &self.luminaire, &self.number, &self.date, &self.lamp]
     }
-}
-
-fn program() -> String {
-    format!("batwing {}", env!("CARGO_PKG_VERSION"))
 }
 
 /// Intensity in W/sr from the power in the bins of `sphere`, W for 1 W emitted.
@@ -137,59 +114,10 @@ pub fn distribution(powers: &[f64], sphere: &AngularBins) -> Result<Distribution
     Ok(Distribution::new(&thetas, &phis, values.collect())?)
 }
 
-/// The text of a file, by the ending of `path`; `table` in cd for a source of `photometry.lumens`.
-///
-/// # Errors
-/// If the ending is another than `.ies` and `.ldt`.
-pub fn text(
-    path: &Path,
-    labels: &Labels,
-    table: &Distribution,
-    photometry: Photometry,
-) -> Result<String> {
-    let ending = path.extension().and_then(|e| e.to_str());
-    match ending.map(str::to_ascii_lowercase).as_deref() {
-        Some("ies") => {
-            let mut keywords: Vec<(String, String)> = KEYWORDS
-                .iter()
-                .zip(labels.all())
-                // The standard asks for these four, named or not.
-                .filter(|(k, v)| !v.is_empty() || ["TEST", "ISSUEDATE", "MANUFAC"].contains(k))
-                .map(|(k, v)| ((*k).to_owned(), v.to_owned()))
-                .collect();
-            keywords.push(("TESTLAB".to_owned(), program()));
-            let axis = "vertical angle 0 is the axis of the source";
-            keywords.push(("OTHER".to_owned(), axis.to_owned()));
-            let lumens = if photometry.absolute { -1.0 } else { photometry.lumens };
-            let file = ies::Ies::from_distribution(table, keywords, lumens, photometry.watts);
-            Ok(ies::write(&file))
-        }
-        Some("ldt") => {
-            let texts = [
-                &labels.maker,
-                &labels.report,
-                &labels.luminaire,
-                &labels.number,
-                "",
-                &labels.date,
-            ]
-            .map(str::to_owned);
-            // Absolute photometry knows no lamps: the flux stated is that of the luminaire, its
-            // light output ratio 100 %.
-            let (count, flux) =
-                if photometry.absolute { (-1, table.flux()) } else { (1, photometry.lumens) };
-            let lamps = eulumdat::Lamps { count, flux, watts: photometry.watts };
-            let mut file = eulumdat::Ldt::from_distribution(table, texts, lamps);
-            labels.lamp.clone_into(&mut file.lamp_texts[0]);
-            Ok(eulumdat::write(&file))
-        }
-        _ => bail!("`{}`: expected a file ending in .ies or .ldt", path.display()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::{READERS, Reads, WRITERS, Writes};
     use tracer::glam::DVec3;
 
     fn sphere(bin_deg: f64, azimuths: usize) -> AngularBins {
@@ -204,19 +132,21 @@ mod tests {
     /// Every file of `table`, read back.
     fn files(table: &Distribution) -> Vec<(String, Distribution)> {
         let mut found = Vec::new();
-        for (name, absolute) in
-            [("a.ies", false), ("a.ies", true), ("a.LDT", false), ("a.ldt", true)]
-        {
-            let photometry = Photometry { lumens: 250.0, absolute, watts: 1.0 };
-            let table = table.clone().scaled(250.0);
-            let labels = Labels::of_simulation("x");
-            let text = text(Path::new(name), &labels, &table, photometry).expect("a text");
-            let back = if name == "a.ies" {
-                ies::read(&text).expect("valid").distribution()
-            } else {
-                eulumdat::read(&text).expect("valid").distribution()
-            };
-            found.push((format!("{name} {absolute}"), back.expect("a table")));
+        for writer in WRITERS {
+            let Writes::FarField(text) = writer.writes else { continue };
+            for absolute in [false, true] {
+                let photometry = Photometry { lumens: 250.0, absolute, watts: 1.0 };
+                let table = table.clone().scaled(250.0);
+                let text = text(&Labels::of_simulation("x"), &table, photometry);
+                let reader = READERS.iter().find(|reader| reader.endings == writer.endings);
+                let back = match reader.expect("a reader").reads {
+                    Reads::FarField(read) => read(&text),
+                    Reads::LampSets(read) => read(&text, None),
+                    _ => panic!("{}: expected a reader of far fields", writer.word),
+                };
+                let back = (back.expect("valid").distribution)().expect("a table");
+                found.push((format!("{} {absolute}", writer.word), back));
+            }
         }
         found
     }

@@ -6,10 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use bsdf::formats::{speos, zemax};
-use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, Polarisation, Side, convert};
+use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, Polarisation, Side};
 
-use super::content::{self, Content};
+use super::content::{self, Content, ScatterFile};
 use crate::progress::warn_once;
 use crate::provenance::FileRecord;
 
@@ -21,32 +20,23 @@ pub struct Scattering {
     pub files: Vec<FileRecord>,
 }
 
-/// What they hold.
+/// Content of the files.
 enum Held {
     /// A file that says itself which side is meant, and its name.
     Whole(Box<Content>, String),
-    /// Zemax or Speos files for light from one side each.
-    Sides(Vec<OneSided>),
+    /// Files for light from one side each, with that side.
+    Sides(Vec<(Side, ScatterFile)>),
 }
 
-/// Files that do not say from which side their light comes, with that side.
-enum OneSided {
-    Zemax(Side, zemax::ZemaxBsdf),
-    Speos(Side, speos::SpeosBsdf),
-}
-
-/// The surface of one-sided files between media of these indices.
+/// Surface of one-sided files between media of these indices.
 fn of_sides(
-    files: &[OneSided],
+    files: &[(Side, ScatterFile)],
     indices: [f64; 2],
     between: LobeMotion,
 ) -> Result<MeasuredBsdf, bsdf::Error> {
     let mut tables = Vec::new();
-    for file in files {
-        tables.extend(match file {
-            OneSided::Zemax(side, file) => convert::zemax_tables(&[(*side, file)], indices)?,
-            OneSided::Speos(side, file) => convert::speos_tables(&[(*side, file)])?,
-        });
+    for found in files.iter().filter_map(|(side, file)| file.tables(*side, indices)) {
+        tables.extend(found?);
     }
     MeasuredBsdf::new(indices, between, tables)
 }
@@ -67,7 +57,7 @@ pub fn open(name: &str, folder: &Path, files: &mut Vec<FileRecord>) -> Result<Co
 }
 
 impl Scattering {
-    /// Reads `file`, or the Zemax files for light from the `inner` and the `outer` side.
+    /// Reads `file`, or the one-sided files for light from the `inner` and the `outer` side.
     ///
     /// # Errors
     /// Both or neither; a file that cannot be read, or is not of such a kind.
@@ -83,7 +73,7 @@ impl Scattering {
             ensure!(none, "expected `file`, or `inner` and `outer`, got both");
             let content = open(name, folder, &mut files)?;
             ensure!(
-                !matches!(content, Content::Zemax(_) | Content::Speos(_)),
+                !matches!(&content, Content::Scatter(file) if file.is_one_sided()),
                 "`{name}`: such a file does not say from which side its light comes: expected it under `inner` or `outer`"
             );
             Held::Whole(Box::new(content), name.to_owned())
@@ -93,8 +83,9 @@ impl Scattering {
             for (side, list) in Side::BOTH.into_iter().zip(sides) {
                 for name in list {
                     match open(name, folder, &mut files)? {
-                        Content::Zemax(table) => contents.push(OneSided::Zemax(side, table)),
-                        Content::Speos(table) => contents.push(OneSided::Speos(side, table)),
+                        Content::Scatter(file) if file.is_one_sided() => {
+                            contents.push((side, file));
+                        }
                         other => bail!(
                             "`{name}`: expected a Zemax or Speos file under `{side}`, got {}",
                             other.format()
@@ -107,7 +98,7 @@ impl Scattering {
         Ok(Self { held, between, files })
     }
 
-    /// As a surface between media of these indices, inner and outer.
+    /// Surface between media of these indices, inner and outer.
     ///
     /// # Errors
     /// A table made for others; one of more power than comes in.
@@ -135,7 +126,7 @@ impl Scattering {
         }
     }
 
-    /// Whether scattering turns with the incidence.
+    /// True for scattering that turns with the incidence.
     pub fn is_isotropic(&self) -> bool {
         match &self.held {
             Held::Whole(content, _) => content.is_isotropic([1.0, 1.0]).unwrap_or(false),

@@ -9,6 +9,18 @@ use anyhow::{Context, Result, bail, ensure};
 use glam::DVec3;
 
 use super::mesh::Mesh;
+use super::{Writer, Writes};
+
+/// Writes the format.
+pub static WRITER: Writer = Writer {
+    word: "stl",
+    help: "CAD: binary STL of the bodies, .stl",
+    endings: &["stl"],
+    writes: Writes::Bodies {
+        single: true,
+        write: |bodies, about, file| write(bodies, about, file),
+    },
+};
 
 /// Length of the header with the number of triangles, and of one triangle, bytes.
 const HEADER: usize = 84;

@@ -9,6 +9,15 @@ use anyhow::Result;
 use geometry::{Curve, Meridian};
 
 use super::dxf::layer;
+use super::{Writer, Writes};
+
+/// Writes the format.
+pub static WRITER: Writer = Writer {
+    word: "svg",
+    help: "CAD: SVG of the meridian, .svg",
+    endings: &["svg"],
+    writes: Writes::Meridian(|meridian, about, file| write(meridian, about, file)),
+};
 
 /// Layers in the order in which they are drawn.
 const LAYERS: [&str; 4] = ["RELIEF", "SPHERE", "MERIDIAN", "CYLINDER"];

@@ -1,34 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scattering tables written in the formats of other programs, with what they lost on the way.
+//! Parts of the writers of scattering tables on direction cells, and the figures of what a table
+//! lost on the way.
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, ensure};
-use bsdf::convert::{self, Resolution, Smearing};
-use bsdf::formats::text::scatter_type;
-use bsdf::formats::{lighttools, order_json, speos, window, zemax};
-use bsdf::{Bsdf, OrderTable, Side, Transport};
+use bsdf::convert::{Resolution, Smearing};
+use bsdf::{Bsdf, Transport};
 use serde_json::{Value, json};
 
-use super::npz;
-use crate::atomic_file::write_atomic;
+use super::program;
 
-/// Formats on direction cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CellFormat {
-    /// Zemax tabular: four files, for both sides and types.
-    Zemax,
-    /// LightTools text.
-    LightTools,
-    /// Speos text: two files, for both sides.
-    Speos,
-    /// XML on the Klems basis.
-    Klems,
-    /// XML with tensor trees.
-    TensorTree,
-}
-
-/// How fine a table is written.
+/// Resolution of a written table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fineness {
     /// Steps of tables on angles.
@@ -39,155 +21,49 @@ pub struct Fineness {
 
 /// One written file.
 pub struct Written {
-    /// Where.
+    /// Path.
     pub path: PathBuf,
-    /// What it lost.
+    /// Loss of detail.
     pub smearing: Smearing,
 }
 
-/// The files that [`write_cells`] writes for `path`.
-pub fn targets(format: CellFormat, path: &Path) -> Vec<PathBuf> {
-    let beside = |end: String| {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let ending = path.extension().unwrap_or_default().to_string_lossy();
-        path.with_file_name(format!("{stem}-{end}.{ending}"))
-    };
-    match format {
-        CellFormat::Zemax => Side::BOTH
-            .into_iter()
-            .flat_map(|side| Transport::BOTH.map(|transport| (side, transport)))
-            .map(|(side, t)| beside(format!("{side}-{}", scatter_type(t).to_ascii_lowercase())))
-            .collect(),
-        CellFormat::Speos => Side::BOTH.map(|side| beside(side.to_string())).to_vec(),
-        _ => vec![path.to_path_buf()],
+/// Surface to write on direction cells.
+pub struct CellTable<'a> {
+    /// Surface.
+    pub surface: &'a dyn Bsdf,
+    /// Resolution.
+    pub fineness: &'a Fineness,
+    /// Vacuum wavelength to state, nm.
+    pub wavelength_nm: Option<f64>,
+}
+
+impl CellTable<'_> {
+    /// Wavelength in words.
+    pub(super) fn stated_wavelength(&self) -> String {
+        self.wavelength_nm.map_or("wavelength not stated".to_owned(), |w| format!("{w} nm"))
+    }
+
+    /// Comments at the head of a file.
+    pub(super) fn comments(&self, smearing: &Smearing) -> Vec<String> {
+        vec![
+            format!("{}, {}, unpolarised light", program(), self.stated_wavelength()),
+            format!(
+                "orders are spread over cells up to {:.4} degrees wide; {:.4} would keep neighbours apart",
+                smearing.width_deg,
+                smearing.resolving_deg()
+            ),
+        ]
     }
 }
 
-/// Writes `surface` to `path` (Speos: to two files beside it, whose names say the side; Zemax: to
-/// four files beside it, whose names say side and type).
-///
-/// # Errors
-/// A resolution that is none, or a file that cannot be written.
-pub fn write_cells(
-    surface: &dyn Bsdf,
-    format: CellFormat,
-    fineness: &Fineness,
-    wavelength_nm: Option<f64>,
-    path: &Path,
-) -> Result<Vec<Written>> {
-    let program = format!("batwing {}", env!("CARGO_PKG_VERSION"));
-    match format {
-        CellFormat::Zemax => zemax_files(surface, fineness, &program, wavelength_nm, path),
-        CellFormat::Speos => speos_files(surface, fineness, &program, wavelength_nm, path),
-        CellFormat::LightTools => {
-            let (mut file, smearing) = convert::to_lighttools(
-                surface,
-                wavelength_nm.unwrap_or(0.0),
-                &fineness.resolution,
-            )?;
-            file.comments = comments(&program, wavelength_nm, &smearing);
-            file.comments
-                .push("Front is the outer side of the surface, Back the inner side".to_owned());
-            write_atomic(path, |mut sink| Ok(lighttools::write(&file, &mut sink)?))?;
-            Ok(vec![written(path, smearing)])
-        }
-        CellFormat::Klems | CellFormat::TensorTree => {
-            let (mut file, smearing) = if format == CellFormat::Klems {
-                convert::to_klems(surface, fineness.resolution.samples)?
-            } else {
-                convert::to_tree(surface, fineness.tree_log2, fineness.resolution.samples)?
-            };
-            file.name = stated(wavelength_nm);
-            file.manufacturer = program;
-            write_atomic(path, |mut sink| Ok(window::write(&file, &mut sink)?))?;
-            Ok(vec![written(path, smearing)])
-        }
-    }
+/// Path beside `path` for one of several files, whose stem ends in `part`.
+pub(super) fn beside(path: &Path, part: &str) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-{part}.{ending}"))
 }
 
-fn written(path: &Path, smearing: Smearing) -> Written {
-    Written { path: path.to_path_buf(), smearing }
-}
-
-/// A wavelength in words.
-fn stated(wavelength_nm: Option<f64>) -> String {
-    wavelength_nm.map_or("wavelength not stated".to_owned(), |w| format!("{w} nm"))
-}
-
-fn comments(program: &str, wavelength_nm: Option<f64>, smearing: &Smearing) -> Vec<String> {
-    vec![
-        format!("{program}, {}, unpolarised light", stated(wavelength_nm)),
-        format!(
-            "orders are spread over cells up to {:.4} degrees wide; {:.4} would keep neighbours apart",
-            smearing.width_deg,
-            smearing.resolving_deg()
-        ),
-    ]
-}
-
-fn zemax_files(
-    surface: &dyn Bsdf,
-    fineness: &Fineness,
-    program: &str,
-    wavelength_nm: Option<f64>,
-    path: &Path,
-) -> Result<Vec<Written>> {
-    let mut files = Vec::new();
-    let mut paths = targets(CellFormat::Zemax, path).into_iter();
-    for side in Side::BOTH {
-        for transport in Transport::BOTH {
-            let (mut file, smearing) =
-                convert::to_zemax(surface, side, transport, &fineness.resolution)?;
-            file.comments = comments(program, wavelength_nm, &smearing);
-            file.comments.push(format!("light from the {side} side"));
-            let path = paths.next().unwrap_or_default();
-            write_atomic(&path, |mut sink| Ok(zemax::write(&file, &mut sink)?))?;
-            files.push(written(&path, smearing));
-        }
-    }
-    Ok(files)
-}
-
-fn speos_files(
-    surface: &dyn Bsdf,
-    fineness: &Fineness,
-    program: &str,
-    wavelength_nm: Option<f64>,
-    path: &Path,
-) -> Result<Vec<Written>> {
-    let mut files = Vec::new();
-    for (side, path) in Side::BOTH.into_iter().zip(targets(CellFormat::Speos, path)) {
-        let (mut file, smearing) = convert::to_speos(surface, side, &fineness.resolution)?;
-        // A side from which nothing is scattered has no file: the format has no place for none.
-        if file.parts.is_empty() {
-            continue;
-        }
-        let said = comments(program, wavelength_nm, &smearing).join("; ");
-        file.comment = format!("light from the {side} side; {said}");
-        write_atomic(&path, |mut sink| Ok(speos::write(&file, &mut sink)?))?;
-        files.push(written(&path, smearing));
-    }
-    ensure!(!files.is_empty(), "expected a surface that scatters light from some side, got none");
-    Ok(files)
-}
-
-/// Writes `table` order by order as JSON.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write_json(table: &OrderTable, path: &Path) -> Result<()> {
-    write_atomic(path, |sink| Ok(order_json::write(table, sink)?))
-}
-
-/// Writes `table` order by order as `.npz`.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write_npz(table: &OrderTable, path: &Path) -> Result<()> {
-    write_atomic(path, |mut sink| npz::write(table, &mut sink))
-}
-
-/// Figures of a smearing, every incidence included.
+/// Figures of a smearing for programs, every incidence included.
 pub fn describe(written: &Written) -> Value {
     let s = &written.smearing;
     let incidences: Vec<Value> = s
@@ -212,7 +88,7 @@ pub fn describe(written: &Written) -> Value {
     })
 }
 
-/// The same for people.
+/// Lines on a smearing for people.
 pub fn summary(written: &Written) -> String {
     let s = &written.smearing;
     let apart = if s.resolving_deg().is_finite() {

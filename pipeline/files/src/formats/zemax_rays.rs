@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Rays in the binary format of Zemax.
+
+use std::io::Read;
+use std::path::Path;
+
+use anyhow::Result;
+use tracer::formats::zemax_rays as layout;
+
+use super::ray_files::{
+    Fill, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn, unit,
+};
+use super::sniff::Sniff;
+use super::{Reader, Reads, Writer, Writes, program};
+use crate::atomic_file::Sink;
+
+static RAYS: RayFormat = RayFormat {
+    name: "Zemax ray file",
+    checks_flux: false,
+    has_lumens: true,
+    wavelengths: WavelengthColumn::Optional,
+    scan,
+    write,
+};
+
+/// Reads the format.
+pub static READER: Reader = Reader {
+    name: "a Zemax ray file",
+    endings: &["dat", "sdf"],
+    sniff: Sniff::Mark(|start| {
+        let identifier = start.first_chunk().map(|four| u32::from_le_bytes(*four));
+        identifier.is_some_and(|found| layout::IDENTIFIERS.contains(&found))
+    }),
+    reads: Reads::Rays(&RAYS),
+};
+
+/// Writes the format.
+pub static WRITER: Writer = Writer {
+    word: "zemax-ray",
+    help: "Rays: Zemax, .sdf or .dat",
+    endings: &["sdf", "dat"],
+    writes: Writes::Rays(&RAYS),
+};
+
+fn scan(file: &mut dyn Read, length: u64, take: Take<'_>) -> Result<(RayHeader, f64)> {
+    let mut reader = layout::ZemaxReader::new(file, Some(length))?;
+    while let Some(ray) = reader.next_ray()? {
+        take(ray, f32::NAN)?;
+    }
+    let header = reader.header();
+    let found = RayHeader {
+        flux: Some(f64::from(header.flux)).filter(|flux| flux.is_finite()),
+        unit: unit(header.radiant),
+        // The wavelength of the header is not used by the program itself.
+        wavelengths: HeaderWavelengths::of_column(header.coloured),
+    };
+    Ok((found, reader.sum()))
+}
+
+/// Writes a file; one ending in `.sdf` has a wavelength for each ray where one is known.
+fn write(
+    file: &mut dyn Sink,
+    path: &Path,
+    about: &RayMetadata,
+    fill: Fill<'_>,
+) -> Result<(u64, f64)> {
+    let spectral = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("sdf"));
+    let known = spectral && about.radiant && about.wavelength_nm.is_finite();
+    let header = layout::ZemaxMetadata {
+        description: format!("{}, {}", about.name, program()),
+        wavelength: about.wavelength_nm as f32,
+        coloured: about.per_ray || known,
+        radiant: about.radiant,
+    };
+    let mut writer = layout::ZemaxWriter::new(file, &header)?;
+    fill(&mut |ray| Ok(writer.write(&about.coloured(ray))?))?;
+    Ok(writer.finish()?)
+}
