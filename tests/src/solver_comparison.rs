@@ -8,7 +8,7 @@ use crate::boundary_integral::{Fineness, Grating, Solution};
 use anyhow::Result;
 use pipeline::stages::cells::band_cells;
 use pipeline::stages::tables::interface;
-use rcwa::convergence::{hemisphere_change, largest_change};
+use rcwa::accuracy::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::{Bloch, Pol, Scattering, Side};
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use bsdf::{Side, validate};
 use clap::Args;
-use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 use serde_json::{Value, json};
 
 use super::arguments::cache;
@@ -26,9 +26,9 @@ use crate::stages::tables::labelled;
 
 /// A parser of tolerances that the solver accepts.
 fn tolerance(text: &str) -> Result<f64, String> {
-    let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
+    let range = MIN_TOLERANCE..=MAX_TOLERANCE;
     text.parse().ok().filter(|t| range.contains(t)).ok_or_else(|| {
-        format!("expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}")
+        format!("expected a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}")
     })
 }
 

@@ -17,7 +17,7 @@ use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarizatio
 use num_complex::Complex64;
 use rayon::prelude::*;
 use rcwa::Truncation;
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::converge_hemisphere;
 use rcwa::cost_model;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
@@ -214,11 +214,11 @@ impl<'a> RingProblem<'a> {
         }
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
-            most_kx: self.kx_by_error().then_some(MOST_KX),
+            max_kx: self.kx_by_error().then_some(MOST_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
             tolerance: self.hybrid.tolerance,
-            most: MOST_KY,
+            max_ky: MOST_KY,
         };
         let found = solve_adaptive(&interface, &request, resolution, &context.interrupt.watch())?;
         grid.kx_per_zone = found.directions.kx_per_zone;
@@ -353,7 +353,7 @@ pub fn efficiency_rows(
             rcwa::Pol::P => Polarization::P,
         },
         orders: i
-            .shares
+            .efficiencies
             .into_iter()
             .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
             .collect(),
