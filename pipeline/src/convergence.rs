@@ -272,7 +272,7 @@ pub fn study(
 
 /// Errors of `solved` against `reference`; both hold the same incident waves in the same order.
 fn compare(solved: &[Incidence], reference: &[Incidence]) -> Result<ShareErrors> {
-    let key = |i: &Incidence| (i.side, i.kx_index, i.ky_index, i.pol, i.shares.len());
+    let key = |i: &Incidence| (i.side, i.kx_index, i.ky_index, i.pol, i.efficiencies.len());
     ensure!(
         solved.iter().map(key).eq(reference.iter().map(key)) && !solved.is_empty(),
         "the runs to be compared have different incident waves"
@@ -283,14 +283,14 @@ fn compare(solved: &[Incidence], reference: &[Incidence]) -> Result<ShareErrors>
     let mut reflected = [(0.0, 0.0_f64); 2];
     for (a, b) in solved.iter().zip(reference) {
         let total = |i: &Incidence, back: bool| -> f64 {
-            let of = i.shares.iter().filter(|s| (s.0 == i.side) == back);
+            let of = i.efficiencies.iter().filter(|s| (s.0 == i.side) == back);
             of.map(|s| s.2).sum()
         };
         let [r, t] = [true, false].map(|back| total(a, back) - total(b, back));
         errors.push(r.abs().max(t.abs()));
         let side = &mut reflected[usize::from(a.side == rcwa::Side::Bottom)];
         *side = (side.0 + r, side.1 + 1.0);
-        for (x, y) in a.shares.iter().zip(&b.shares) {
+        for (x, y) in a.efficiencies.iter().zip(&b.efficiencies) {
             largest_order = largest_order.max((x.2 - y.2).abs());
         }
     }
@@ -324,7 +324,7 @@ mod tests {
             kx_index,
             ky_index: 0,
             pol: Pol::S,
-            shares: vec![(side, 0, reflected), (other, 0, orders[0]), (other, 1, orders[1])],
+            efficiencies: vec![(side, 0, reflected), (other, 0, orders[0]), (other, 1, orders[1])],
         }
     }
 

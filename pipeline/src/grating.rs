@@ -1,42 +1,32 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One grating and one incident wave: the efficiency of every order.
 //!
-//! Layers are solved as they are. With a tolerance, a dielectric relief is solved as tables are:
-//! its slices follow its slanted walls, at a resolution that suits the whole hemisphere (`walls`).
-//! Any other relief, and any with a given number of orders, is solved on s and on 2s slices as
-//! stairs and extrapolated: an even power series in the thickness loses its first term. s grows
-//! until the result is stable; with a tolerance the orders grow too (`search`). The estimated error
-//! extends what more orders and more slices change to all further steps.
+//! Layers are solved as they are. With a tolerance, `rcwa::accuracy` finds orders and slices; those
+//! of a dielectric relief follow its slanted walls. A relief with a given number of orders is solved
+//! on s and on 2s slices as stairs and extrapolated: an even power series in the thickness loses its
+//! first term.
 
 mod jones;
-mod search;
-mod walls;
-
-use std::cell::RefCell;
-use std::collections::BTreeMap;
 
 use anyhow::{Result, bail, ensure};
+use rcwa::accuracy::{self, Found, Waves, converge_waves, settle_slices};
+use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::jones::Matrix;
-use rcwa::relief::{Layer, Relief, extrapolate};
+use rcwa::relief::{Layer, extrapolate};
 use rcwa::solve::{highest_order, solve_line};
 use rcwa::{Bloch, Error, Pol, Progress, Scattering, Side, Stack, Truncation};
 use serde_json::{Map, Value};
 
 use metrics::plural::count;
-use search::{Range, Resolution, Search, SearchResult};
 
 use crate::grating_case::{Accuracy, Case, Polarization, Structure};
 
 /// Error that slices may leave where orders are given instead of a tolerance: absolute, and as a
-/// share of the error of the orders.
+/// part of the error of the orders.
 const SLICE_TOLERANCE: f64 = 1e-6;
-const SLICE_SHARE: f64 = 0.01;
-/// Most slices tried, per wavelength of depth.
-const MOST_SLICES_PER_WAVELENGTH: f64 = 2000.0;
-/// Most orders on either side that may propagate; beyond it directions merge.
-const MOST_PROPAGATING: usize = 1_000_000;
-/// Cost of a complex eigenproblem relative to a real one.
-const ABSORBING: f64 = 10.0;
+const SLICE_PART: f64 = 0.01;
+/// Orders on either side that may propagate; beyond, directions merge.
+const MAX_PROPAGATING: usize = 1_000_000;
 
 /// The efficiency of an order that carries power away.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,6 +71,67 @@ pub struct Efficiencies {
     pub jones: Option<Vec<Matrix>>,
 }
 
+/// Structure of a case, as it is solved.
+enum Grating {
+    /// Layers, and the stack of them.
+    Layers(Stack),
+    /// A relief, to be cut.
+    Relief(Interface),
+}
+
+/// One stack, or two that are extrapolated from n and n + 1 slices, with n.
+type Runs = (Stack, Option<(Stack, f64)>);
+
+impl Grating {
+    fn new(problem: &Problem<'_>) -> Result<Self, Error> {
+        let case = problem.case;
+        Ok(match &case.structure {
+            Structure::Layers(layers) => Self::Layers(problem.stack(layers.clone())?),
+            Structure::Relief(relief) => Self::Relief(Interface {
+                relief: relief.clone(),
+                wavelength: case.wavelength,
+                n_top: case.n_top,
+                n_bottom: case.n_bottom,
+            }),
+        })
+    }
+
+    fn structure(&self) -> accuracy::Structure<'_> {
+        match self {
+            Self::Layers(stack) => accuracy::Structure::Layers(stack),
+            Self::Relief(interface) => accuracy::Structure::Relief(interface),
+        }
+    }
+
+    /// Stacks at a resolution: stairs of s and 2s slices where orders are given.
+    fn runs(&self, at: &Resolution, accuracy: Accuracy) -> Result<Runs, Error> {
+        match (self, accuracy) {
+            (Self::Layers(stack), _) => Ok((stack.clone(), None)),
+            (Self::Relief(interface), Accuracy::Tolerance(_)) => {
+                let (coarse, fine) = interface.stacks(at)?;
+                Ok((coarse, fine.map(|fine| (fine, 3.0))))
+            }
+            (Self::Relief(interface), Accuracy::Orders(_)) => {
+                let fine = (!at.plan.is_exact()).then(|| interface.stack(&at.plan.refined(2)));
+                let fine = fine.transpose()?.map(|fine| (fine, 1.0));
+                Ok((interface.stack(&at.plan)?, fine))
+            }
+        }
+    }
+
+    /// Layers, or slices of the finer of the two runs.
+    fn slices(&self, at: &Resolution, accuracy: Accuracy) -> usize {
+        match (self, accuracy) {
+            (Self::Layers(stack), _) => stack.layers().len(),
+            (Self::Relief(interface), Accuracy::Tolerance(_)) if !interface.follows_walls() => {
+                at.plans().1.unwrap_or_else(|| at.plan.clone()).count()
+            }
+            (Self::Relief(_), Accuracy::Orders(_)) => at.plan.refined(2).count(),
+            (Self::Relief(_), Accuracy::Tolerance(_)) => at.plan.count(),
+        }
+    }
+}
+
 /// A case to be solved at several resolutions.
 struct Problem<'a> {
     case: &'a Case,
@@ -116,28 +167,20 @@ impl Problem<'_> {
         Ok(Pol::BOTH.map(|incident| read(&scattering, incident)))
     }
 
-    /// The orders of `relief` on `slices` slices and on twice as many, extrapolated.
-    fn solve_relief(
-        &self,
-        relief: &Relief,
-        truncation: Truncation,
-        slices: usize,
-    ) -> Result<Answer, Error> {
-        let plan = relief.slice_plan(slices);
-        let mut coarse = self.solve(&self.stack(relief.layers(&plan))?, truncation)?;
-        if plan.is_exact() {
-            return Ok(coarse);
+    /// Orders at a resolution, extrapolated where there are two runs.
+    fn solve_runs(&self, (coarse, fine): &Runs, truncation: Truncation) -> Result<Answer, Error> {
+        let mut answer = self.solve(coarse, truncation)?;
+        if let Some((fine, n)) = fine {
+            let finer = self.solve(fine, truncation)?;
+            for (c, f) in answer.iter_mut().flatten().zip(finer.iter().flatten()) {
+                c.te = extrapolate(c.te, f.te, *n);
+                c.tm = extrapolate(c.tm, f.tm, *n);
+            }
         }
-        let fine = relief.layers(&plan.refined(2));
-        let fine = self.solve(&self.stack(fine)?, truncation)?;
-        for (c, f) in coarse.iter_mut().flatten().zip(fine.iter().flatten()) {
-            c.te = extrapolate(c.te, f.te, 1.0);
-            c.tm = extrapolate(c.tm, f.tm, 1.0);
-        }
-        Ok(coarse)
+        Ok(answer)
     }
 
-    /// The orders of the case's own polarisation.
+    /// Orders of the case's own polarisation.
     fn own(&self, [s, p]: &Answer) -> Vec<OrderEfficiency> {
         match self.case.polarization {
             Polarization::S => s.clone(),
@@ -160,7 +203,7 @@ impl Problem<'_> {
     }
 }
 
-/// True if light comes along the normal with s and p turned about it.
+/// True for light along the normal with s and p turned about it.
 fn turned_at_normal(case: &Case) -> bool {
     case.theta_deg.abs() <= 0.0 && case.phi_deg.abs() > 0.0
 }
@@ -190,166 +233,96 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         highest_order(&stack, problem.bloch(&stack))
     };
     ensure!(
-        highest <= MOST_PROPAGATING,
-        "period: expected a length at which at most {MOST_PROPAGATING} orders propagate, got {} at a wavelength of {}",
+        highest <= MAX_PROPAGATING,
+        "period: expected a length at which at most {MAX_PROPAGATING} orders propagate, got {} at a wavelength of {}",
         case.period,
         case.wavelength
     );
-    if let Some((interface, tolerance)) = walls::followed(case) {
-        return problem.follow_walls(&interface, tolerance, highest);
-    }
-    let (relief, layers) = match &case.structure {
-        Structure::Layers(layers) => (None, layers.clone()),
-        Structure::Relief(relief) => (Some(relief), Vec::new()),
+    let grating = Grating::new(&problem)?;
+    let runs = |at: &Resolution| grating.runs(at, case.accuracy);
+    let waves = Waves {
+        solve: &|at: &Resolution| problem.solve_runs(&runs(at)?, at.truncation),
+        distance: &|a: &Answer, b: &Answer| problem.change(a, b),
+        highest_order: highest,
+        first: None,
     };
-    // A search asks for its last steps again at its end.
-    let made: RefCell<BTreeMap<Resolution, Answer>> = RefCell::default();
-    let at = |resolution: Resolution| -> Result<Answer, Error> {
-        if let Some(answer) = made.borrow().get(&resolution) {
-            return Ok(answer.clone());
+    let found = match case.accuracy {
+        Accuracy::Orders(n) => {
+            // Both polarisations decide the slices, so that s, p and unpolarised light are solved
+            // on one structure. Errors are those of the case's polarisation.
+            let either = |[s, p]: &Answer, [t, q]: &Answer| change(s, t).max(change(p, q));
+            let aims = (SLICE_TOLERANCE, SLICE_PART);
+            settle_slices(grating.structure(), &waves, n, aims, &either)?
         }
-        let truncation = Truncation::new(resolution.order)?;
-        let answer = match relief {
-            Some(relief) => problem.solve_relief(relief, truncation, resolution.slices)?,
-            None => problem.solve(&problem.stack(layers.clone())?, truncation)?,
-        };
-        made.borrow_mut().insert(resolution, answer.clone());
-        Ok(answer)
-    };
-    let range = range(case, relief, highest)?;
-    let (found, coarse_slices) = match case.accuracy {
-        Accuracy::Orders(n) => given_orders(&problem, range, n, at)?,
         Accuracy::Tolerance(tolerance) => {
-            let own = |a: &Answer, b: &Answer| problem.change(a, b);
-            let found = Search::new(range, own, at).both(tolerance)?;
-            if let Some(limit) = found.limit.filter(|_| found.errors.orders.is_infinite()) {
-                bail!("tolerance: {tolerance:e} is out of reach: the first step takes {limit}");
-            }
-            (found, None)
+            ensure!(
+                highest + 2 <= Truncation::MAX,
+                "tolerance: expected a period at which at most {} orders propagate, got {highest}; `N` solves with fewer",
+                Truncation::MAX - 2
+            );
+            converge_waves(grating.structure(), &waves, tolerance, progress)?
         }
     };
-    let orders = problem.own(&at(found.at)?);
-    let slices = match relief.map(|r| r.slice_plan(found.at.slices)) {
-        None => layers.len(),
-        Some(plan) if plan.is_exact() => plan.count(),
-        Some(plan) => plan.refined(2).count(),
+    let at = &found.resolution;
+    let slices = grating.slices(at, case.accuracy);
+    let (missed, coarse_slices) = match case.accuracy {
+        Accuracy::Tolerance(tolerance) => (missed(&found, tolerance, slices), None),
+        Accuracy::Orders(_) => (None, coarse_slices(&found)),
     };
-    let jones = if case.jones {
-        let truncation = Truncation::new(found.at.order)?;
-        Some(problem.jones(relief, &layers, truncation, found.at.slices)?)
-    } else {
-        None
-    };
-    Ok(Efficiencies {
-        jones,
-        orders,
-        truncation: found.at.order,
-        slices,
-        estimated_error: found.errors.slices + found.errors.orders,
-        too_few_for: (found.at.order < highest).then_some(highest),
-        coarse_slices,
-        missed: match case.accuracy {
-            Accuracy::Tolerance(tolerance) => missed(&found, tolerance),
-            Accuracy::Orders(_) => None,
-        },
-    })
-}
-
-/// Slices for `n` as the highest order, and their error where it is above the aim. Both
-/// polarisations decide the slices, so that s, p and unpolarised light are solved on one structure.
-/// The errors are those of the case's polarisation.
-fn given_orders(
-    problem: &Problem,
-    range: Range,
-    n: usize,
-    at: impl Fn(Resolution) -> Result<Answer, Error>,
-) -> Result<(SearchResult, Option<f64>)> {
-    let either = |[s, p]: &Answer, [t, q]: &Answer| change(s, t).max(change(p, q));
-    let mut found = if range.sliced {
-        Search::new(range, either, &at).slices(SLICE_TOLERANCE, SLICE_SHARE)?
-    } else {
-        SearchResult::at_first(range)
-    };
-    let here = at(found.at)?;
-    let order = (n + n.div_ceil(3)).max(n + 1);
-    let more = at(Resolution { order, ..found.at })?;
-    found.errors.orders = search::left_by_orders(problem.change(&here, &more), n, order);
-    if !range.sliced {
-        return Ok((found, None));
+    if let Some(missed) = missed.as_ref().filter(|_| found.errors.sum().is_infinite()) {
+        bail!("{missed}");
     }
-    found.errors.slices = search::left(problem.change(&here, &at(found.at.more_slices())?), None);
-    let enough = SLICE_TOLERANCE.max(SLICE_SHARE * found.errors.orders);
-    let too_much = found.limit.is_some() && found.errors.slices > enough;
-    let coarse = too_much.then_some(found.errors.slices);
-    Ok((found, coarse))
-}
-
-/// Range of the search for `case`, of which orders up to `highest` propagate.
-fn range(case: &Case, relief: Option<&Relief>, highest: usize) -> Result<Range> {
-    let (first_order, last_order) = match case.accuracy {
-        Accuracy::Orders(n) => (n, Truncation::MAX),
-        Accuracy::Tolerance(_) => (highest + 2, (8 * highest + 400).min(Truncation::MAX)),
-    };
-    ensure!(
-        first_order <= Truncation::MAX,
-        "tolerance: expected a period at which at most {} orders propagate, got {highest}; `N` solves with fewer",
-        Truncation::MAX - 2
-    );
-    let coarsest = relief.map(|r| r.slice_plan(1));
-    let sliced = coarsest.as_ref().is_some_and(|plan| !plan.is_exact());
-    // At least three slices between two kinks: with fewer, a step of the search changes little.
-    let kinks = coarsest.map_or(0, |plan| plan.count());
-    let depth = relief.map_or(0.0, |r| r.depth() / case.wavelength);
-    let (first_slices, last_slices) = if sliced {
-        (
-            ((8.0 * depth).ceil() as usize + 8).max(3 * kinks),
-            (MOST_SLICES_PER_WAVELENGTH * depth).ceil() as usize + 4000 + 10 * kinks,
-        )
-    } else {
-        (1, 1)
-    };
-    let lossless = match &case.structure {
-        Structure::Layers(layers) => layers.iter().all(Layer::is_lossless),
-        Structure::Relief(relief) => {
-            relief.background().im == 0.0 && relief.polygons().iter().all(|p| p.index.im == 0.0)
-        }
-    };
-    Ok(Range {
-        first: Resolution { order: first_order, slices: first_slices },
-        last: Resolution { order: last_order, slices: last_slices },
-        sliced,
-        weight: if lossless { 1.0 } else { ABSORBING },
+    let matrices = || problem.jones(&runs(at)?, at.truncation);
+    Ok(Efficiencies {
+        jones: case.jones.then(matrices).transpose()?,
+        orders: problem.own(&found.answer),
+        truncation: at.truncation.highest(),
+        slices,
+        estimated_error: found.errors.sum(),
+        too_few_for: (at.truncation.highest() < highest).then_some(highest),
+        coarse_slices,
+        missed,
     })
 }
 
-/// Why the error of a search is above `tolerance`, where it is.
-fn missed(found: &SearchResult, tolerance: f64) -> Option<String> {
-    let (at, errors) = (found.at, found.errors);
-    let limit = found.limit?;
-    if errors.orders + errors.slices <= tolerance {
+/// Error of the slices of given orders, where it is above the aim.
+fn coarse_slices(found: &Found<Answer>) -> Option<f64> {
+    let errors = found.errors;
+    let enough = SLICE_TOLERANCE.max(SLICE_PART * errors.orders);
+    (found.limit.is_some() && errors.slices > enough).then_some(errors.slices)
+}
+
+/// Reason why the error of a search is above `tolerance`, where it is.
+fn missed(found: &Found<Answer>, tolerance: f64, slices: usize) -> Option<String> {
+    let (errors, limit) = (found.errors, found.limit?);
+    if errors.sum() <= tolerance {
         return None;
     }
-    let slices = match errors.slices {
-        0.0 => String::new(),
-        e if e.is_infinite() => format!(", unknown by {}", count(at.slices, "slice")),
-        e => format!(", {e:.1e} by {}", count(at.slices, "slice")),
+    let part = |error: f64, by: String| match error {
+        0.0 => None,
+        e if e.is_infinite() => Some(format!("an unknown one by {by}")),
+        e => Some(format!("{e:.1e} by {by}")),
     };
+    let parts = [
+        part(errors.orders, format!("orders -{m}..{m}", m = found.resolution.truncation.highest())),
+        part(errors.slices, count(slices, "slice")),
+        part(errors.together, "both together".into()),
+    ];
     Some(format!(
-        "tolerance: {tolerance:e} was not reached, the next step takes {limit}; reached: an error of {:.1e} by orders -{m}..{m}{slices}",
-        errors.orders,
-        m = at.order
+        "tolerance: {tolerance:e} was not reached within the {limit} that one case may take; reached: an error of {}",
+        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     ))
 }
 
 /// Largest difference of an efficiency or of a part of it between two lists; orders that only one
 /// of them has count in full.
 fn change(a: &[OrderEfficiency], b: &[OrderEfficiency]) -> f64 {
-    let of = |list: &[OrderEfficiency], like: &OrderEfficiency| {
+    let parts = |list: &[OrderEfficiency], like: &OrderEfficiency| {
         let same = |o: &&OrderEfficiency| (o.side, o.order) == (like.side, like.order);
         list.iter().find(same).map_or([0.0, 0.0], |o| [o.te, o.tm])
     };
     let differences = a.iter().chain(b).map(|o| {
-        let (a, b) = (of(a, o), of(b, o));
+        let (a, b) = (parts(a, o), parts(b, o));
         let [te, tm] = [a[0] - b[0], a[1] - b[1]];
         te.abs().max(tm.abs()).max((te + tm).abs())
     });

@@ -31,7 +31,7 @@ use anyhow::{Context, Result};
 use bsdf::json;
 use num_complex::Complex64;
 use rcwa::Truncation;
-use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
 
 use fields::{Fields, wrong};
@@ -88,7 +88,7 @@ pub enum Accuracy {
     /// Keep the orders -N..N.
     Orders(usize),
     /// Choose orders and slices so that no efficiency is off by more than this, from
-    /// [`SMALLEST_TOLERANCE`] to [`LARGEST_TOLERANCE`].
+    /// [`MIN_TOLERANCE`] to [`MAX_TOLERANCE`].
     Tolerance(f64),
 }
 
@@ -214,10 +214,10 @@ fn accuracy(inputs: &Fields) -> Result<Accuracy> {
         }
         (false, true) => {
             let tolerance = inputs.number("tolerance")?;
-            if (SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&tolerance) {
+            if (MIN_TOLERANCE..=MAX_TOLERANCE).contains(&tolerance) {
                 Ok(Accuracy::Tolerance(tolerance))
             } else {
-                let range = format!("a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}");
+                let range = format!("a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}");
                 Err(inputs.refuse("tolerance", range))
             }
         }

@@ -27,7 +27,7 @@ use faer::linalg::matmul::matmul;
 use faer::traits::ComplexField;
 use faer::{Accum, Mat, Par, c64};
 use num_complex::Complex64;
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::converge_hemisphere;
 use rcwa::cost_model;
 use rcwa::hemisphere::Interface;
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
@@ -86,11 +86,11 @@ fn main() -> Result<(), Failure> {
     });
     let request = GridRequest {
         kx_per_zone: 2,
-        most_kx: None,
+        max_kx: None,
         ky: lower.chain(upper).collect(),
         critical_ky: 1.0,
         tolerance,
-        most: 400,
+        max_ky: 400,
     };
     let found = solve_adaptive(&interface, &request, &resolution, &no_progress)?;
     let table = cpu_seconds()? - begin - search;

@@ -28,7 +28,7 @@ mod clock;
 
 use clock::cpu_seconds;
 use num_complex::Complex64;
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};

@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 /// nine real products of the same kind, seven complex ones.
 const MODES_AND_INTERFACE: f64 = 2.0 * 3.0 / 4.0 + 9.0 / 4.0 + 7.0;
 
-/// As [`MODES_AND_INTERFACE`] on a self-mirror line: four real problems of half the size, products
+/// [`MODES_AND_INTERFACE`] on a self-mirror line: four real problems of half the size, products
 /// within the halves (factors, inverses, A g, E⁻¹ f and two between modes: seven N³ over four),
 /// seven for the interface, all real.
 const STANDING_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + 7.0 / 4.0 + 7.0) / 4.0;
@@ -166,7 +166,7 @@ pub fn memory(directions: &Directions, resolution: &Resolution) -> f64 {
 }
 
 /// Bytes for [`solve_adaptive`](crate::incidence_grid::solve_adaptive()), its caches included.
-/// Where slices follow the walls and every line is its own mirror image, one run in real numbers
+/// Cost where slices follow the walls and every line is its own mirror image, one run in real numbers
 /// takes a quarter of [`memory`].
 pub fn memory_with_cache(
     interface: &Interface,

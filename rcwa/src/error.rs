@@ -17,6 +17,10 @@ pub enum Limit {
     Ky,
     /// Nodes of kx in a Brillouin zone.
     Kx,
+    /// Work of one search.
+    Work,
+    /// Digits of a number: orders of a period far below the wavelength.
+    Digits,
 }
 
 impl std::fmt::Display for Limit {
@@ -26,6 +30,8 @@ impl std::fmt::Display for Limit {
             Self::Slices => "slices",
             Self::Ky => "values of ky",
             Self::Kx => "kx in a Brillouin zone",
+            Self::Work => "work",
+            Self::Digits => "digits",
         })
     }
 }
@@ -47,7 +53,7 @@ pub enum Error {
     Length {
         /// Which length.
         what: &'static str,
-        /// Its value.
+        /// The value.
         got: f64,
     },
     /// A refractive index of no passive medium.
@@ -67,7 +73,7 @@ pub enum Error {
     Segments {
         /// Layer counted from the top, from 0.
         layer: usize,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// A wavevector component that is not a finite number.
@@ -139,6 +145,40 @@ pub enum Error {
         /// Slices of the last attempt.
         slices: usize,
     },
+    /// More orders than fit into memory.
+    #[error(
+        "orders: expected at most {max_orders} in {:.1} GiB of free memory, got {got}", free_bytes / f64::from(1 << 30)
+    )]
+    Memory {
+        /// Highest order that fits.
+        max_orders: usize,
+        /// Bytes that are free.
+        free_bytes: f64,
+        /// Highest order kept.
+        got: usize,
+    },
+    /// Both half-spaces absorb, so that no light falls on the structure.
+    #[error(
+        "half-spaces: expected one without loss, from which light comes, got {n_top} and {n_bottom}"
+    )]
+    NoLight {
+        /// Index above.
+        n_top: Complex64,
+        /// Index below.
+        n_bottom: Complex64,
+    },
+    /// Orders whose wavevectors leave too few digits for the layers.
+    #[error(
+        "{}, at a period of {period_per_wavelength:e} wavelengths: rounding of their wavevectors would leave an error of {rounding:.1e};          expected fewer orders or a longer period", kept_orders(*.highest)
+    )]
+    Rounding {
+        /// Highest order kept.
+        highest: usize,
+        /// Period over wavelength.
+        period_per_wavelength: f64,
+        /// Error left.
+        rounding: f64,
+    },
     /// The eigensolver failed.
     #[error("the eigenvalue problem of a layer ({size} × {size}) did not converge")]
     Eigen {
@@ -156,9 +196,9 @@ pub enum Error {
         layer: usize,
         /// Incident order with the worst balance.
         order: i32,
-        /// Its polarisation.
+        /// The polarisation.
         pol: Pol,
-        /// Where it comes from.
+        /// Half-space that it comes from.
         side: Side,
         /// y component of its wavevector.
         ky: f64,
@@ -177,7 +217,7 @@ pub enum Error {
     Evanescent {
         /// The order.
         order: i32,
-        /// Its half-space.
+        /// The half-space.
         side: Side,
     },
     /// Invalid relief.

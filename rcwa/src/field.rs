@@ -35,9 +35,9 @@ use num_complex::Complex64;
 /// The wave that falls on the structure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incident {
-    /// Where it comes from.
+    /// Half-space that it comes from.
     pub side: Side,
-    /// Its order at the Bloch wavevector.
+    /// Order at the Bloch wavevector.
     pub order: i32,
     /// Amplitudes of its electric vector in s and in p, with their phase at the first plane of the
     /// structure.

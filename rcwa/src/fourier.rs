@@ -96,7 +96,7 @@ fn middles_of_symmetry(ring: &[Segment]) -> impl Iterator<Item = f64> + '_ {
     (0..ring.len()).filter(|&i| mirrors_about(ring, i)).map(|i| ring[i].middle().rem_euclid(1.0))
 }
 
-/// Whether the layer is its own mirror image about `centre`, boundaries compared as by
+/// True where the layer is its own mirror image about `centre`, boundaries compared as by
 /// [`symmetry_centre`].
 pub(crate) fn is_symmetric_about(segments: &[Segment], centre: f64) -> bool {
     let ring = merged_ring(segments);
@@ -110,7 +110,7 @@ pub(crate) fn is_symmetric_about(segments: &[Segment], centre: f64) -> bool {
     })
 }
 
-/// Whether the ring of segments is its own mirror image about the middle of segment `i`.
+/// True where the ring of segments is its own mirror image about the middle of segment `i`.
 fn mirrors_about(ring: &[Segment], i: usize) -> bool {
     let n = ring.len();
     let (mut right, mut left) = (0.0, 0.0);

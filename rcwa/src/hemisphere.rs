@@ -49,7 +49,7 @@ impl Interface {
     /// The stack of layers on a plan of slices.
     ///
     /// # Errors
-    /// As [`Stack::new`].
+    /// The errors of [`Stack::new`].
     pub fn stack(&self, plan: &SlicePlan) -> Result<Stack, Error> {
         Stack::new(
             self.wavelength,
@@ -60,7 +60,7 @@ impl Interface {
         )
     }
 
-    /// Whether slices follow its slanted walls: whether all its media are dielectrics.
+    /// True where slices follow its slanted walls: where all its media are dielectrics.
     pub fn follows_walls(&self) -> bool {
         let dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
         [self.n_top, self.n_bottom].into_iter().all(dielectric) && is_dielectric(&self.relief)
@@ -70,7 +70,7 @@ impl Interface {
     /// efficiencies are extrapolated.
     ///
     /// # Errors
-    /// As [`Stack::new`].
+    /// The errors of [`Stack::new`].
     pub fn stacks(&self, resolution: &Resolution) -> Result<(Stack, Option<Stack>), Error> {
         if let Some(stack) = self.wall_following_stack(&resolution.plan)? {
             return Ok((stack, None));
@@ -90,11 +90,18 @@ impl Interface {
         Stack::with_wall_corrections(self.wavelength, period, n_top, n_bottom, layers).map(Some)
     }
 
+    /// Indices of all media, each once.
+    pub(crate) fn indices(&self) -> Vec<Complex64> {
+        let mut all = vec![self.n_top, self.n_bottom, self.relief.background()];
+        all.extend(self.relief.polygons().iter().map(|polygon| polygon.index));
+        distinct(all)
+    }
+
     /// Layers that a problem passes at a resolution, those of both runs if two are extrapolated.
     pub fn layers(&self, resolution: &Resolution) -> usize {
         if self.follows_walls() {
-            let each = resolution.plan.intervals().iter();
-            each.map(|i| if i.slanted { 2 * i.count } else { 1 }).sum()
+            let intervals = resolution.plan.intervals();
+            intervals.iter().map(|i| if i.slanted { 2 * i.count } else { 1 }).sum()
         } else {
             let (coarse, fine) = resolution.plans();
             coarse.count() + fine.map_or(0, |f| f.count())
@@ -123,11 +130,21 @@ impl Interface {
 
     /// Highest order of any direction, from either side.
     pub fn highest_order(&self) -> usize {
-        let of = |n: Complex64| {
+        let highest = |n: Complex64| {
             if n.im == 0.0 { n.re / self.order_spacing() + 0.5 } else { 0.0 }
         };
-        of(self.n_top).max(of(self.n_bottom)).floor() as usize
+        highest(self.n_top).max(highest(self.n_bottom)).floor() as usize
     }
+}
+
+/// The indices without those that repeat an earlier one.
+pub(crate) fn distinct(all: impl IntoIterator<Item = Complex64>) -> Vec<Complex64> {
+    all.into_iter().fold(Vec::new(), |mut found, index| {
+        if !found.contains(&index) {
+            found.push(index);
+        }
+        found
+    })
 }
 
 /// Nodes of the directions of incidence.
@@ -167,19 +184,19 @@ impl Resolution {
 /// One incident wave and where its power goes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Incidence {
-    /// Where it comes from.
+    /// Half-space that it comes from.
     pub side: Side,
     /// Number i of its kx node; negative for kx < 0.
     pub kx_index: i64,
-    /// Number of its ky node.
+    /// Number of the ky node.
     pub ky_index: usize,
-    /// Its polarisation.
+    /// Polarisation.
     pub pol: Pol,
-    /// (side, order relative to its own, share), shares summing to 1 without loss.
-    pub shares: Vec<(Side, i32, f64)>,
+    /// (side, order relative to its own, efficiency), summing to 1 without loss.
+    pub efficiencies: Vec<(Side, i32, f64)>,
 }
 
-/// Shares over the hemispheres.
+/// Efficiencies over the hemispheres.
 #[derive(Clone, Debug)]
 pub struct Hemisphere {
     /// Every incident wave.
@@ -246,7 +263,7 @@ pub fn work(interface: &Interface, directions: &Directions, resolution: &Resolut
 /// Solves an interface for all directions.
 ///
 /// # Errors
-/// As [`crate::solve()`]; [`Error::Stopped`] if `progress` says so; too few orders for what
+/// The errors of [`crate::solve()`]; [`Error::Stopped`] if `progress` says so; too few orders for what
 /// propagates.
 pub fn hemisphere(
     interface: &Interface,
@@ -346,15 +363,15 @@ fn extrapolated(coarse: f64, fine: Option<f64>) -> f64 {
 }
 
 /// Sets negative efficiencies to 0 and scales the others to keep the sum.
-fn clip_negative(shares: &mut [(Side, i32, f64)]) {
-    let before: f64 = shares.iter().map(|s| s.2).sum();
-    for share in shares.iter_mut() {
-        share.2 = share.2.max(0.0);
+fn clip_negative(efficiencies: &mut [(Side, i32, f64)]) {
+    let before: f64 = efficiencies.iter().map(|s| s.2).sum();
+    for efficiency in efficiencies.iter_mut() {
+        efficiency.2 = efficiency.2.max(0.0);
     }
-    let after: f64 = shares.iter().map(|s| s.2).sum();
+    let after: f64 = efficiencies.iter().map(|s| s.2).sum();
     if after > 0.0 {
-        for share in shares.iter_mut() {
-            share.2 *= before / after;
+        for efficiency in efficiencies.iter_mut() {
+            efficiency.2 *= before / after;
         }
     }
 }
@@ -372,16 +389,16 @@ fn collect(
         for run in std::iter::once(scattering).chain(finer) {
             worst_balance = worst_balance.max(run.worst_balance().map_or(0.0, |w| w.3.abs()));
         }
-        let share = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
+        let efficiency = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
             extrapolated(
                 scattering.efficiency_in(from, to, pol),
                 finer.map(|f| f.efficiency_in(from, to, pol)),
             )
         };
         let node = |m: i32| line + directions.kx_per_zone as i64 * i64::from(m);
-        let mut push = |side, kx_index, pol, mut shares: Vec<(Side, i32, f64)>| {
-            clip_negative(&mut shares);
-            incidences.push(Incidence { side, kx_index, ky_index, pol, shares });
+        let mut push = |side, kx_index, pol, mut efficiencies: Vec<(Side, i32, f64)>| {
+            clip_negative(&mut efficiencies);
+            incidences.push(Incidence { side, kx_index, ky_index, pol, efficiencies });
         };
         for side in Side::BOTH {
             for m in scattering.sources(side) {
@@ -391,15 +408,17 @@ fn collect(
                     for other in Side::BOTH {
                         for n in scattering.orders(other) {
                             let both = Pol::BOTH;
-                            let to =
-                                both.iter().map(|&p| share((side, m, pol), (other, n), p)).sum();
+                            let to = both
+                                .iter()
+                                .map(|&p| efficiency((side, m, pol), (other, n), p))
+                                .sum();
                             direct.push((other, n - m, to));
                             // Reciprocity: (side, -kx_m) to (other, -kx_n) equals (other, kx_n) to
                             // (side, kx_m).
                             if scattering.source(other, n).is_some() {
                                 let from = both
                                     .iter()
-                                    .map(|&p| share((other, n, p), (side, m), pol))
+                                    .map(|&p| efficiency((other, n, p), (side, m), pol))
                                     .sum();
                                 reciprocal.push((other, m - n, from));
                             }

@@ -25,16 +25,16 @@ pub struct GridRequest {
     /// Nodes of kx in one Brillouin zone, ≥ 1; those to begin with if they are chosen by error, and
     /// then an even number.
     pub kx_per_zone: usize,
-    /// Most nodes of kx, if they are chosen by error.
-    pub most_kx: Option<usize>,
+    /// Largest number of nodes of kx, if they are chosen by error.
+    pub max_kx: Option<usize>,
     /// ky to begin with: ascending, at least two; in units of k0.
     pub ky: Vec<f64>,
     /// ky between which nothing is interpolated, the lower index.
     pub critical_ky: f64,
-    /// Error allowed in the hemispherical shares.
+    /// Error allowed in the hemispherical efficiencies.
     pub tolerance: f64,
-    /// Most ky to use.
-    pub most: usize,
+    /// Largest number of ky.
+    pub max_ky: usize,
 }
 
 /// A hemisphere on a grid chosen by error.
@@ -42,9 +42,9 @@ pub struct GridRequest {
 pub struct AdaptiveHemisphere {
     /// The directions used; ky ascending.
     pub directions: Directions,
-    /// The shares, `ky_index` counting in `directions`.
+    /// Efficiencies, `ky_index` counting in `directions`.
     pub solved: Hemisphere,
-    /// Estimated error of the hemispherical shares by interpolation in ky.
+    /// Estimated error of the hemispherical efficiencies by interpolation in ky.
     pub grid_error: f64,
     /// The same by interpolation in kx; none for an odd number of nodes in the zone, of which no
     /// half is a grid of its own.
@@ -55,7 +55,7 @@ pub struct AdaptiveHemisphere {
 struct KyRow {
     ky: f64,
     incidences: Vec<Incidence>,
-    /// Mean share transmitted: from the top in s and p, from the bottom in s and p; 0 where nothing
+    /// Mean transmittance: from the top in s and p, from the bottom in s and p; 0 where nothing
     /// comes from that side.
     means: [f64; 4],
     /// Half the width in kx of each side at this ky.
@@ -68,7 +68,7 @@ struct KyRow {
 /// Solves an interface on ky chosen by error.
 ///
 /// # Errors
-/// As those of the hemisphere's solution; [`Error::NotConverged`] if `most` ky or `most_kx` are too
+/// The errors of the hemisphere's solution; [`Error::NotConverged`] if `max_ky` or `max_kx` are too
 /// few.
 pub fn solve_adaptive(
     interface: &Interface,
@@ -140,7 +140,7 @@ pub fn solve_adaptive(
         }
         next.sort_by(f64::total_cmp);
         next.dedup();
-        if next.is_empty() || all.len() + next.len() > request.most {
+        if next.is_empty() || all.len() + next.len() > request.max_ky {
             return Err(Error::NotConverged {
                 limit: Limit::Ky,
                 tolerance: request.tolerance,
@@ -208,7 +208,7 @@ fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<KyRow> {
             (Side::Bottom, Pol::S) => 2,
             (Side::Bottom, Pol::P) => 3,
         };
-        let through = incidence.shares.iter().filter(|s| s.0 == Side::Bottom);
+        let through = incidence.efficiencies.iter().filter(|s| s.0 == Side::Bottom);
         let row = &mut rows[incidence.ky_index];
         row.means[kind] += through.map(|s| s.2).sum::<f64>();
         counts[incidence.ky_index][kind] += 1;

@@ -25,7 +25,7 @@ pub type Matrix = [[Complex64; 2]; 2];
 pub struct Jones {
     /// Half-space that the wave leaves to.
     pub side: Side,
-    /// Its order.
+    /// Order of the wave.
     pub order: i32,
     /// Amplitude out (row) for a unit amplitude in (column), s before p.
     pub matrix: Matrix,
@@ -40,7 +40,7 @@ impl Jones {
         self.matrix.map(|row| row[0] * incident[0] + row[1] * incident[1])
     }
 
-    /// Shares of the incident power that leave in s and in p, for incident amplitudes (s, p) of any
+    /// Efficiencies in s and in p, for incident amplitudes (s, p) of any
     /// size but 0.
     pub fn efficiencies(&self, incident: [Complex64; 2]) -> [f64; 2] {
         let power = incident[0].norm_sqr() + incident[1].norm_sqr();

@@ -3,7 +3,8 @@
 //! side.
 //!
 //! A periodic relief goes in; the complex amplitude and the efficiency of every diffraction order
-//! come out. One call solves one Bloch wavevector: all directions of incidence that share it, from
+//! come out. The recipe is [`reference`](mod@reference), on one screen; everything else is this,
+//! faster. One call solves one Bloch wavevector: all directions of incidence that share it, from
 //! both half-spaces and in both polarisations.
 //!
 //! # A first grating
@@ -39,11 +40,11 @@
 //! | task | item |
 //! |---|---|
 //! | several angles along the grooves at once | [`solve_line`], [`solve_symmetric_line`] |
-//! | light from one side alone | [`solve_from_top`] |
 //! | polarised light, phases | [`Scattering::amplitude`], [`Scattering::jones`] |
 //! | usual profiles | [`relief::shapes`] |
 //! | refractive indices with dispersion and loss | [`material`] |
-//! | orders and slices for a tolerance | [`convergence`] |
+//! | a list of directions | [`lines`] |
+//! | orders and slices for a tolerance | [`accuracy`] |
 //! | all directions of both hemispheres | [`hemisphere`](mod@hemisphere), [`incidence_grid`] |
 //! | time and memory of a table | [`cost_model`] |
 //! | fields inside and near the grating | [`field`](mod@field) |
@@ -54,15 +55,18 @@
 //! half-space to the bottom one, x along the grating vector, y along the grooves. Wavevectors are
 //! in units of k0. Axes, signs, polarisations and normalisation: `docs/explanation/conventions.md`.
 //!
+//!
 //! # How it works
 //!
-//! [`relief`] cuts a cross-section into layers. `fourier` and `factorization` turn a layer into
-//! matrices. `modes` finds its eigenmodes, `stack` joins the layers from the bottom up, and
-//! [`scattering`] reads off the orders. Equations in comments carry the numbers of
+//! Layers to Fourier coefficients, to Toeplitz matrices, to eigenmodes, to S-matrices, to
+//! efficiencies: [`reference`](mod@reference) is this recipe on one screen, and everything else is
+//! this, faster. [`relief`] cuts a cross-section into layers. `fourier` and `factorization` turn a
+//! layer into matrices. `modes` finds its eigenmodes, `stack` joins the layers from the bottom up,
+//! and [`scattering`] reads off the orders. Equations in comments carry the numbers of
 //! `docs/explanation/theory.md`.
 #![forbid(unsafe_code)]
 
-pub mod convergence;
+pub mod accuracy;
 pub mod cost_model;
 pub mod error;
 mod expansion;
@@ -73,11 +77,13 @@ pub mod hemisphere;
 pub mod incidence_grid;
 pub mod jones;
 mod linalg;
+pub mod lines;
 pub mod material;
 mod modes;
 pub mod orders;
 mod progress;
 mod real_basis;
+pub mod reference;
 pub mod relief;
 pub mod scattering;
 pub mod solve;
@@ -89,6 +95,6 @@ pub use jones::Jones;
 pub use orders::{Bloch, SymmetricBloch, Truncation};
 pub use progress::{Progress, no_progress};
 pub use scattering::Scattering;
-pub use solve::{solve, solve_from_top, solve_line, solve_symmetric_line};
+pub use solve::{solve, solve_line, solve_symmetric_line};
 pub use stack::Stack;
 pub use wave::{Pol, Side};

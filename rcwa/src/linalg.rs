@@ -184,7 +184,7 @@ pub(crate) fn solve_lower_adjoint<T: Scalar>(l: &Mat<T>, rhs: MatMut<'_, T>) {
     l.adjoint().solve_upper_triangular_in_place(rhs);
 }
 
-/// Whether every element is smaller; a NaN is not.
+/// True where every element is smaller; a NaN is not.
 pub(crate) fn is_bounded<T: Scalar>(m: &Mat<T>, largest: f64) -> bool {
     let allowed = largest * largest;
     (0..m.ncols()).all(|j| {

@@ -36,7 +36,7 @@ pub enum MaterialError {
     /// A wavelength that is none.
     #[error("the wavelength must be finite and above 0 micrometres, got {got}")]
     Wavelength {
-        /// Its value.
+        /// The value.
         got: f64,
     },
     /// A wavelength the data do not cover.
@@ -54,9 +54,9 @@ pub enum MaterialError {
         "a range of wavelengths needs 0 < min <= max, both finite, got {min} to {max} micrometres"
     )]
     Range {
-        /// Its begin.
+        /// The begin.
         min: f64,
-        /// Its end.
+        /// The end.
         max: f64,
     },
     /// An index no passive material has.
@@ -64,17 +64,17 @@ pub enum MaterialError {
         "a refractive index n + ik needs finite n >= 0 and k >= 0 that are not both 0, got [{n}, {k}]"
     )]
     Index {
-        /// Its real part.
+        /// The real part.
         n: f64,
-        /// Its imaginary part.
+        /// The imaginary part.
         k: f64,
     },
     /// A permittivity no passive material has.
     #[error("a permittivity needs finite parts, Im >= 0 and not both 0, got [{re}, {im}]")]
     Permittivity {
-        /// Its real part.
+        /// The real part.
         re: f64,
-        /// Its imaginary part.
+        /// The imaginary part.
         im: f64,
     },
     /// A formula with the wrong number of coefficients.
@@ -90,9 +90,9 @@ pub enum MaterialError {
     /// A coefficient is infinite or not a number.
     #[error("coefficient {place} must be finite, got {got}")]
     Coefficient {
-        /// Its place, from 1 as in the formulas.
+        /// The place, from 1 as in the formulas.
         place: usize,
-        /// Its value.
+        /// The value.
         got: f64,
     },
     /// A formula that gives no real index at a wavelength.
@@ -111,7 +111,7 @@ pub enum MaterialError {
     Order {
         /// The row, from 1.
         row: usize,
-        /// Its wavelength.
+        /// The wavelength.
         got: f64,
         /// The wavelength of the row before.
         before: f64,
@@ -131,7 +131,7 @@ pub enum MaterialError {
     Entry {
         /// The line on which the entry begins, from 1.
         line: usize,
-        /// What is wrong.
+        /// The problem.
         problem: Box<MaterialError>,
     },
     /// A key given twice.
@@ -139,7 +139,7 @@ pub enum MaterialError {
     Twice {
         /// The line of the second, from 1.
         line: usize,
-        /// What is given twice.
+        /// The quantity that is given twice.
         key: String,
     },
     /// Something a data file needs is not there.
@@ -235,7 +235,7 @@ pub struct Material {
     k: Source,
 }
 
-/// Where one of n and k comes from.
+/// Source of one of n and k.
 #[derive(Debug, Clone, PartialEq)]
 enum Source {
     Constant(f64),
@@ -265,7 +265,7 @@ impl Material {
     /// A lossless material by Cauchy's n = A + B/λ² + C/λ⁴ + ..., λ in micrometres.
     ///
     /// # Errors
-    /// As [`Material::formula`].
+    /// The errors of [`Material::formula`].
     pub fn cauchy(terms: &[f64], range_um: [f64; 2]) -> Result<Self, MaterialError> {
         let mut coefficients: Vec<f64> = terms.first().copied().into_iter().collect();
         for (i, &term) in terms.iter().enumerate().skip(1) {
@@ -330,7 +330,7 @@ impl Material {
     /// The permittivity at a vacuum wavelength in micrometres.
     ///
     /// # Errors
-    /// As [`Material::index_at`].
+    /// The errors of [`Material::index_at`].
     pub fn permittivity_at(&self, wavelength_um: f64) -> Result<Permittivity, MaterialError> {
         self.index_at(wavelength_um).map(Permittivity::from)
     }

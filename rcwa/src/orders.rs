@@ -165,7 +165,7 @@ pub(crate) fn channels(
     channels_at(n, bloch, orders.map(|order| (order, kx(order))))
 }
 
-/// As [`channels`] for orders with these kx, which decide to the last bit which orders propagate.
+/// [`channels`] for orders with these kx, which decide to the last bit which orders propagate.
 pub(crate) fn channels_at(
     n: Complex64,
     bloch: Bloch,

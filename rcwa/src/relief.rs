@@ -62,13 +62,13 @@ pub enum ReliefError {
     Length {
         /// Which length.
         what: &'static str,
-        /// Its value.
+        /// The value.
         got: f64,
     },
     /// A layer's thickness is negative, infinite or not a number (zero is allowed).
     #[error("the thickness of a layer must be finite and not negative, got {got}")]
     Thickness {
-        /// Its value.
+        /// The value.
         got: f64,
     },
     /// A refractive index no passive material has.
@@ -79,7 +79,7 @@ pub enum ReliefError {
     Index {
         /// Whose index.
         what: String,
-        /// Its value.
+        /// The value.
         got: Complex64,
     },
     /// Fewer than three different points.
@@ -141,15 +141,15 @@ pub enum ReliefError {
     Uncovered {
         /// Position in the list of segments, from 0.
         segment: usize,
-        /// Where the segment before ended.
+        /// End of the segment before.
         expected: f64,
-        /// Where it begins.
+        /// Begin of the segment.
         got: f64,
     },
     /// The last segment does not end at the end of the period.
     #[error("segments must cover the period from 0 to 1: the last one ends at {got}")]
     OpenEnd {
-        /// Where the last segment ends.
+        /// End of the last segment.
         got: f64,
     },
     /// A segment that ends where or before it begins.
@@ -157,9 +157,9 @@ pub enum ReliefError {
     EmptySegment {
         /// Position in the list of segments, from 0.
         segment: usize,
-        /// Its begin.
+        /// Begin of the segment.
         x0: f64,
-        /// Its end.
+        /// End of the segment.
         x1: f64,
     },
     /// A shape's parameter is out of its range.
@@ -169,7 +169,7 @@ pub enum ReliefError {
         what: &'static str,
         /// The allowed range in words.
         expected: &'static str,
-        /// Its value.
+        /// The value.
         got: f64,
     },
 }
@@ -269,7 +269,7 @@ impl Relief {
         layer::cut(self, z)
     }
 
-    /// How to cut the relief into about `count` slices, see [`SlicePlan`].
+    /// Plan that cuts the relief into about `count` slices.
     pub fn slice_plan(&self, count: usize) -> SlicePlan {
         SlicePlan::new(self, count)
     }
@@ -296,7 +296,7 @@ impl Relief {
     }
 }
 
-/// Whether `got` is the index n + ik of a passive material: finite, n ≥ 0, k ≥ 0, not 0.
+/// Checks that `got` is the index n + ik of a passive material: finite, n ≥ 0, k ≥ 0, not 0.
 ///
 /// # Errors
 /// [`ReliefError::Index`] naming `what` it belongs to.

@@ -21,7 +21,7 @@ pub const ENERGY_TOLERANCE: f64 = 1e-10;
 pub struct Scattering {
     bloch: Bloch,
     channels: [Vec<Channel>; 2],
-    /// Whether light can come from a half-space: whether it is lossless.
+    /// True where light can come from a half-space: where it is lossless.
     sources: [bool; 2],
     /// Blocks [to][from].
     blocks: [[CMat; 2]; 2],
@@ -130,14 +130,6 @@ impl Scattering {
         Self { bloch, channels: [top, bottom], sources: [true; 2], blocks }
     }
 
-    /// Removes the answer to light from the bottom half-space.
-    pub(crate) fn remove_bottom_source(&mut self) {
-        self.sources[1] = false;
-        for to in &mut self.blocks {
-            to[1] = Mat::zeros(to[1].nrows(), 0);
-        }
-    }
-
     /// The Bloch wavevector this belongs to.
     pub fn bloch(&self) -> Bloch {
         self.bloch
@@ -189,8 +181,8 @@ impl Scattering {
             [(2 * i + to.2.number(), 2 * j + from.2.number())]
     }
 
-    /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side,
-    /// order)` with polarisation `pol`; 0 where either is no channel.
+    /// Efficiency with which a wave from `(side, order, polarisation)` leaves in `(side, order)` with
+    /// polarisation `pol`; 0 where either is no channel.
     pub fn efficiency_in(&self, from: (Side, i32, Pol), to: (Side, i32), pol: Pol) -> f64 {
         let (Some(source), Some(target)) = (self.source(from.0, from.1), self.channel(to.0, to.1))
         else {
@@ -200,13 +192,13 @@ impl Scattering {
         flux * self.amplitude(from, (to.0, to.1, pol)).norm_sqr()
     }
 
-    /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side,
-    /// order)`, in both polarisations together; 0 where either is no channel.
+    /// Efficiency with which a wave from `(side, order, polarisation)` leaves in `(side, order)`, in
+    /// both polarisations together; 0 where either is no channel.
     pub fn efficiency(&self, from: (Side, i32, Pol), to: (Side, i32)) -> f64 {
         Pol::BOTH.iter().map(|&pol| self.efficiency_in(from, to, pol)).sum()
     }
 
-    /// Share that goes back to (`to` = where it came from) or passes into a half-space, all orders
+    /// Part of the power that goes back to (`to` = where it came from) or passes into a half-space, all orders
     /// together.
     pub fn total(&self, from: (Side, i32, Pol), to: Side) -> f64 {
         self.orders(to).map(|order| self.efficiency(from, (to, order))).sum()

@@ -5,8 +5,8 @@
 
 use crate::support::{SIDES, largest_difference, layer, real, waves};
 use num_complex::Complex64;
-use rcwa::convergence::{Range, converge, converge_hemisphere, largest_change};
-use rcwa::hemisphere::Interface;
+use rcwa::accuracy::{Found, Structure, Waves, converge_hemisphere, converge_waves};
+use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 use rcwa::material::{Formula, Material, MaterialError};
 use rcwa::no_progress;
@@ -14,20 +14,27 @@ use rcwa::relief::shapes::{self, Materials};
 use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
 use std::f64::consts::{PI, SQRT_2};
 
-/// A sawtooth whose reflectance converges slowly: metal, p polarisation.
-fn slow(truncation: Truncation, slices: usize) -> Result<Vec<f64>, Error> {
-    let materials = Materials { ridge: Complex64::new(0.3, 3.0), groove: real(1.0) };
-    let relief = shapes::triangle(1.0, [0.7, 0.4], materials).unwrap();
-    let stack = Stack::new(0.55, 1.0, real(1.0), Complex64::new(0.3, 3.0), relief.slices(slices))?;
-    let scattering = rcwa::solve(&stack, Bloch::new(0.1, 0.0), truncation)?;
-    Ok(vec![scattering.total((Side::Top, 0, Pol::P), Side::Top)])
+/// Lamellae of metal in p polarisation, whose reflectance converges slowly.
+fn slow() -> Interface {
+    let metal = Complex64::new(0.13, 2.77);
+    let materials = Materials { ridge: metal, groove: real(1.5) };
+    let relief = shapes::lamellar(0.36, 0.16, 1.0 / 3.0, materials).unwrap();
+    Interface { relief, wavelength: 1.0, n_top: real(1.0), n_bottom: metal }
 }
 
-const RANGE: Range =
-    Range { first_order: 4, last_order: 12, first_slices: Some(4), last_slices: 12 };
+/// The reflectance at `tolerance`, if `solve` is asked at all.
+fn searched(
+    interface: &Interface,
+    tolerance: f64,
+    solve: &dyn Fn(&Resolution) -> Result<f64, Error>,
+) -> Result<Found<f64>, Error> {
+    let distance = |a: &f64, b: &f64| (a - b).abs();
+    let waves = Waves { solve, distance: &distance, highest_order: 0, first: None };
+    converge_waves(Structure::Relief(interface), &waves, tolerance, &no_progress)
+}
 
 /// The error, what it says was reached, and its words, which must hold all of it.
-fn not_converged(found: Result<rcwa::convergence::Converged, Error>) -> (f64, usize, usize) {
+fn not_converged(found: Result<Found<f64>, Error>) -> (f64, usize, usize) {
     let error = found.unwrap_err();
     let words = error.to_string();
     let Error::NotConverged { limit, tolerance, allowed, estimate, truncation, slices } = error
@@ -49,28 +56,24 @@ fn not_converged(found: Result<rcwa::convergence::Converged, Error>) -> (f64, us
 }
 
 #[test]
-fn a_tolerance_beyond_the_slices_allowed_says_how_far_they_went() {
-    let found = converge(1e-6, RANGE, largest_change, slow);
-    let (tolerance, truncation, slices) = not_converged(found);
-    assert!((tolerance - 1e-6).abs() < 1e-18);
-    // The slices are at their limit, a step below it at most, and the orders have not been raised.
-    assert_eq!(truncation, RANGE.first_order);
-    assert!(slices <= RANGE.last_slices && 3 * slices >= 2 * RANGE.last_slices);
-}
-
-#[test]
-fn a_tolerance_beyond_the_orders_allowed_says_how_far_they_went() {
-    let exact_slices = Range { first_slices: None, ..RANGE };
-    let (_, truncation, _) = not_converged(converge(1e-6, exact_slices, largest_change, slow));
-    assert!(truncation <= RANGE.last_order && 3 * truncation >= 2 * RANGE.last_order);
+fn a_tolerance_out_of_reach_says_how_far_the_search_went() {
+    let interface = slow();
+    let stack = interface.stack(&interface.relief.slice_plan(1)).unwrap();
+    let solve = |at: &Resolution| {
+        let scattering = rcwa::solve(&stack, Bloch::new(0.1, 0.0), at.truncation)?;
+        Ok(scattering.total((Side::Top, 0, Pol::P), Side::Top))
+    };
+    let found = searched(&interface, 1e-6, &solve).unwrap();
+    assert!(found.limit.is_some() && found.errors.sum() > 1e-6);
+    let (tolerance, truncation, _) = not_converged(found.within(1e-6));
+    assert!((tolerance - 1e-6).abs() < 1e-18 && truncation > 50);
 }
 
 #[test]
 fn tolerances_that_no_arithmetic_keeps_are_refused_before_any_work() {
     for asked in [0.0, -1e-3, 1e-12, 0.5, f64::NAN, f64::INFINITY] {
-        let never =
-            |_: Truncation, _: usize| panic!("nothing is solved for a tolerance of {asked}");
-        let error = converge(asked, RANGE, largest_change, never).unwrap_err();
+        let never = |_: &Resolution| panic!("nothing is solved for a tolerance of {asked}");
+        let error = searched(&slow(), asked, &never).unwrap_err();
         let words = error.to_string();
         assert!(
             words.contains("1e-8") && words.contains("0.1") && words.contains(&asked.to_string()),
@@ -81,6 +84,14 @@ fn tolerances_that_no_arithmetic_keeps_are_refused_before_any_work() {
             Err(Error::Tolerance { .. })
         ));
     }
+}
+
+#[test]
+fn a_structure_that_no_light_reaches_has_no_resolution() {
+    let metal = Complex64::new(0.13, 2.77);
+    let dark = Interface { n_top: metal, ..slow() };
+    let error = converge_hemisphere(&dark, 1e-2, &no_progress).unwrap_err();
+    assert!(matches!(error, Error::NoLight { .. }), "{error}");
 }
 
 fn small_steps() -> Interface {
@@ -97,11 +108,11 @@ fn a_grid_of_too_few_directions_is_no_table() {
     let interface = small_steps();
     let request = GridRequest {
         kx_per_zone: 1,
-        most_kx: None,
+        max_kx: None,
         ky: vec![0.05, 0.6, 1.3],
         critical_ky: 1.0,
         tolerance: 1e-6,
-        most: 7,
+        max_ky: 7,
     };
     let resolution = rcwa::hemisphere::Resolution {
         truncation: Truncation::new(interface.highest_order() + 2).unwrap(),

@@ -349,7 +349,7 @@ fn a_structure_turned_over_has_the_same_field() {
         layer(0.2, &[(0.2, real(1.0)), (0.5, real(1.8)), (1.0, real(1.41))]),
         ridge(0.3, 0.6, 0.2, Complex64::new(1.5, 0.1), real(1.0)),
     ];
-    let upright = stack(layers.clone());
+    let vertical = stack(layers.clone());
     let turned =
         Stack::new(WAVELENGTH, PERIOD, real(1.0), real(1.41), layers.into_iter().rev().collect())
             .unwrap();
@@ -357,7 +357,7 @@ fn a_structure_turned_over_has_the_same_field() {
     let z = vec![-0.2, 0.1, 0.35, 0.6];
     let x = one_period(5);
     let a = found(
-        &upright,
+        &vertical,
         bloch,
         8,
         Incident::unit(Side::Bottom, Pol::P),

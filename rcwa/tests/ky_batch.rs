@@ -122,11 +122,11 @@ fn added_later(interface: &Interface) {
     let ky = (0..20).map(|i| (f64::from(i) + 0.5) * SILICONE / 20.0).collect();
     let request = GridRequest {
         kx_per_zone: 2,
-        most_kx: None,
+        max_kx: None,
         ky,
         critical_ky: 1.0,
         tolerance: 5e-4,
-        most: 300,
+        max_ky: 300,
     };
     let resolution = Resolution {
         truncation: Truncation::new(13).unwrap(),
@@ -149,7 +149,7 @@ fn added_later(interface: &Interface) {
         let mut count = 0;
         for (a, b) in both.zip(&alone.incidences) {
             assert_eq!((a.side, a.kx_index, a.pol), (b.side, b.kx_index, b.pol));
-            for (a, b) in a.shares.iter().zip(&b.shares) {
+            for (a, b) in a.efficiencies.iter().zip(&b.efficiencies) {
                 assert!((a.2 - b.2).abs() < 2e-11, "{} {}", a.2, b.2);
             }
             count += 1;

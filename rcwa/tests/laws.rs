@@ -463,7 +463,7 @@ fn diffuse_transmittance(
     let mut sums = [0.0; 2];
     for incidence in &solved.incidences {
         let from = usize::from(incidence.side == Side::Bottom);
-        let through = incidence.shares.iter().filter(|s| s.0 != incidence.side).map(|s| s.2);
+        let through = incidence.efficiencies.iter().filter(|s| s.0 != incidence.side).map(|s| s.2);
         sums[from] += 0.5 * cell * through.sum::<f64>() / (std::f64::consts::PI * n[from].powi(2));
     }
     sums

@@ -2,6 +2,7 @@
 //! All tests of the solver, one module a subject. They make one program: each links the libraries
 //! again.
 
+mod accuracy;
 mod bad_input;
 mod closed_forms;
 mod converged;
@@ -12,7 +13,6 @@ mod jones;
 mod ky_batch;
 mod laws;
 mod limits;
-mod one_side;
 mod oracle;
 mod properties;
 mod real_basis;

@@ -4,7 +4,9 @@
 
 use crate::support::{assert_near, real, solve};
 use num_complex::Complex64;
-use rcwa::convergence::{Range, converge, converge_hemisphere, hemisphere_change, largest_change};
+use rcwa::accuracy::{
+    Structure, Waves, converge_hemisphere, converge_waves, hemisphere_change, largest_change,
+};
 use rcwa::hemisphere::{
     Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere, work,
 };
@@ -12,7 +14,7 @@ use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 use rcwa::no_progress;
 use rcwa::relief::Relief;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::{Bloch, Error, Pol, Side, Truncation};
+use rcwa::{Bloch, Error, Pol, Side, Stack, Truncation};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -88,7 +90,7 @@ fn nodes_by_reciprocity_equal_direct_solutions() {
             for incidence in solved.incidences.iter().filter(here) {
                 let order = ((incidence.kx_index - line) / 4) as i32;
                 let from = (incidence.side, order, incidence.pol);
-                for &(side, relative, share) in &incidence.shares {
+                for &(side, relative, share) in &incidence.efficiencies {
                     let expected = run.efficiency(from, (side, order + relative));
                     assert_near(&format!("{incidence:?}"), share, expected, 1e-11);
                     compared += 1;
@@ -101,7 +103,7 @@ fn nodes_by_reciprocity_equal_direct_solutions() {
 
 /// Sum of the shares of every incident wave.
 fn sums(solved: &Hemisphere) -> impl Iterator<Item = f64> + '_ {
-    solved.incidences.iter().map(|i| i.shares.iter().map(|s| s.2).sum())
+    solved.incidences.iter().map(|i| i.efficiencies.iter().map(|s| s.2).sum())
 }
 
 #[test]
@@ -114,7 +116,7 @@ fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
     let highest = 12;
     let extrapolated = run(&sawtooth, &directions, &resolution(&sawtooth, highest, 24));
     assert!(sums(&extrapolated).all(|sum| (sum - 1.0).abs() < 1e-11));
-    assert!(extrapolated.incidences.iter().all(|i| i.shares.iter().all(|s| s.2 >= 0.0)));
+    assert!(extrapolated.incidences.iter().all(|i| i.efficiencies.iter().all(|s| s.2 >= 0.0)));
     assert!(extrapolated.worst_balance < 1e-11);
 
     let kx0 = 0.5 * sawtooth.order_spacing();
@@ -135,7 +137,7 @@ fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
             .filter(|i| i.ky_index == ky_index && i.pol == Pol::S)
         {
             let from = (incidence.side, incidence.kx_index as i32, incidence.pol);
-            for &(side, relative, share) in &incidence.shares {
+            for &(side, relative, share) in &incidence.efficiencies {
                 let of = |s: &rcwa::Scattering| s.efficiency(from, (side, from.1 + relative));
                 by_extrapolation += (share - of(&limit)).powi(2);
                 by_slices += (of(&fine) - of(&limit)).powi(2);
@@ -180,21 +182,34 @@ fn bounded(error: f64, estimate: f64, tolerance: f64) -> bool {
     error <= estimate && estimate <= tolerance
 }
 
+/// Transmittance of one wave in s and in p, searched for; with the estimated error.
+fn found(wave: &Interface, tolerance: f64) -> (Vec<f64>, f64) {
+    let solve = |at: &Resolution| {
+        let (coarse, None) = wave.stacks(at)? else { panic!("not followed") };
+        transmittances(&coarse, at.truncation)
+    };
+    let distance = |a: &Vec<f64>, b: &Vec<f64>| largest_change(a, b);
+    let waves = Waves { solve: &solve, distance: &distance, highest_order: 5, first: None };
+    let structure = Structure::Relief(wave);
+    let found = converge_waves(structure, &waves, tolerance, &no_progress).unwrap();
+    assert_eq!(found.limit, None);
+    (found.answer, found.errors.sum())
+}
+
+fn transmittances(stack: &Stack, truncation: Truncation) -> Result<Vec<f64>, Error> {
+    let s = rcwa::solve(stack, Bloch::new(0.21, 0.4), truncation)?;
+    Ok(Pol::BOTH.iter().map(|&p| s.total((Side::Top, 0, p), Side::Bottom)).collect())
+}
+
 #[test]
 fn a_search_keeps_its_tolerance_for_a_lamella() {
     let lamella =
         interface(shapes::lamellar(0.9, 0.4, 0.5, Materials::lossless(1.41, 1.0)).unwrap());
     let stack = lamella.stack(&lamella.relief.slice_plan(1)).unwrap();
-    let shares = |truncation: Truncation| {
-        let s = rcwa::solve(&stack, Bloch::new(0.21, 0.4), truncation)?;
-        Ok(Pol::BOTH.iter().map(|&p| s.total((Side::Top, 0, p), Side::Bottom)).collect::<Vec<_>>())
-    };
-    let truth = shares(Truncation::new(160).unwrap()).unwrap();
+    let truth = transmittances(&stack, Truncation::new(160).unwrap()).unwrap();
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
-        let range = Range { first_order: 7, last_order: 200, first_slices: None, last_slices: 1 };
-        let found = converge(tolerance, range, largest_change, |m, _| shares(m)).unwrap();
-        let error = largest_change(&found.values, &truth);
-        let estimate = found.estimated_error;
+        let (values, estimate) = found(&lamella, tolerance);
+        let error = largest_change(&values, &truth);
         assert!(bounded(error, estimate, tolerance), "{error:.1e} {estimate:.1e} {tolerance:.0e}");
     }
 }
@@ -203,18 +218,11 @@ fn a_search_keeps_its_tolerance_for_a_lamella() {
 fn a_search_keeps_its_tolerance_for_a_sinusoid() {
     let relief = shapes::sinusoid(0.8, 0.25, 24, Materials::lossless(1.41, 1.0)).unwrap();
     let wave = interface(relief);
-    let shares = |truncation: Truncation, slices: usize| {
-        let stack = wave.stack(&wave.relief.slice_plan(slices))?;
-        let s = rcwa::solve(&stack, Bloch::new(0.21, 0.4), truncation)?;
-        Ok(Pol::BOTH.iter().map(|&p| s.total((Side::Top, 0, p), Side::Bottom)).collect::<Vec<_>>())
-    };
-    let truth = shares(Truncation::new(40).unwrap(), 480).unwrap();
+    let stack = wave.stack(&wave.relief.slice_plan(480)).unwrap();
+    let truth = transmittances(&stack, Truncation::new(40).unwrap()).unwrap();
     for tolerance in [1e-2, 1e-3, 2e-4] {
-        let range =
-            Range { first_order: 8, last_order: 80, first_slices: Some(24), last_slices: 1000 };
-        let found = converge(tolerance, range, largest_change, shares).unwrap();
-        let error = largest_change(&found.values, &truth);
-        let estimate = found.estimated_error;
+        let (values, estimate) = found(&wave, tolerance);
+        let error = largest_change(&values, &truth);
         assert!(bounded(error, estimate, tolerance), "{error:.1e} {estimate:.1e} {tolerance:.0e}");
     }
 }
@@ -222,7 +230,7 @@ fn a_search_keeps_its_tolerance_for_a_sinusoid() {
 /// Share transmitted from every direction.
 fn transmitted(solved: &Hemisphere) -> Vec<f64> {
     let through =
-        |i: &Incidence| i.shares.iter().filter(|s| s.0 == Side::Bottom).map(|s| s.2).sum();
+        |i: &Incidence| i.efficiencies.iter().filter(|s| s.0 == Side::Bottom).map(|s| s.2).sum();
     solved.incidences.iter().map(through).collect()
 }
 
@@ -285,7 +293,7 @@ fn flux(directions: &Directions, solved: &Hemisphere, pols: &[Pol]) -> [f64; 2] 
                 .filter(|i| i.side == side && i.ky_index == j && pols.contains(&i.pol));
             let all: Vec<f64> = here
                 .map(|i| {
-                    let through = i.shares.iter().filter(|s| s.0 == Side::Bottom);
+                    let through = i.efficiencies.iter().filter(|s| s.0 == Side::Bottom);
                     through.map(|s| s.2).sum()
                 })
                 .collect();
@@ -319,11 +327,11 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
     for tolerance in [1e-2, 1e-3] {
         let request = GridRequest {
             kx_per_zone: 2,
-            most_kx: None,
+            max_kx: None,
             ky: spread(4),
             critical_ky: 1.0,
             tolerance,
-            most: 200,
+            max_ky: 200,
         };
         let found = solve_adaptive(&relief, &request, &resolution, &no_progress).unwrap();
         let ky = &found.directions.ky;
@@ -340,11 +348,11 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
     }
     let hopeless = GridRequest {
         kx_per_zone: 2,
-        most_kx: None,
+        max_kx: None,
         ky: spread(4),
         critical_ky: 1.0,
         tolerance: 1e-6,
-        most: 25,
+        max_ky: 25,
     };
     let error = solve_adaptive(&relief, &hopeless, &resolution, &no_progress).unwrap_err();
     assert!(matches!(error, Error::NotConverged { .. }), "{error}");
@@ -365,11 +373,11 @@ fn kx_chosen_by_error_give_the_flux_of_eight_times_as_many() {
         for tolerance in [2e-2, 5e-3] {
             let request = GridRequest {
                 kx_per_zone: 2,
-                most_kx: Some(64),
+                max_kx: Some(64),
                 ky: spread(8),
                 critical_ky: 1.0,
                 tolerance,
-                most: 200,
+                max_ky: 200,
             };
             let found = solve_adaptive(relief, &request, &resolution, &no_progress).unwrap();
             let kx_error = found.kx_error.expect("an even number");
@@ -400,11 +408,11 @@ fn lines_added_between_others_are_those_of_a_grid_twice_as_dense() {
     let resolution = resolution(&relief, relief.highest_order() + 2, 7);
     let request = GridRequest {
         kx_per_zone: 2,
-        most_kx: Some(64),
+        max_kx: Some(64),
         ky: spread(4),
         critical_ky: 1.0,
         tolerance: 6e-3,
-        most: 200,
+        max_ky: 200,
     };
     let found = solve_adaptive(&relief, &request, &resolution, &no_progress).unwrap();
     assert!(found.directions.kx_per_zone >= 4);
@@ -419,13 +427,13 @@ fn lines_added_between_others_are_those_of_a_grid_twice_as_dense() {
     assert_eq!(a.len(), b.len());
     for (a, b) in a.iter().zip(&b) {
         assert_eq!(key(&a), key(&b));
-        assert_eq!(a.shares.len(), b.shares.len());
-        for (x, y) in a.shares.iter().zip(&b.shares) {
+        assert_eq!(a.efficiencies.len(), b.efficiencies.len());
+        for (x, y) in a.efficiencies.iter().zip(&b.efficiencies) {
             assert!((x.0, x.1) == (y.0, y.1) && (x.2 - y.2).abs() < 1e-10);
         }
     }
     // As many kx as it takes are not allowed.
-    let few = GridRequest { most_kx: Some(2), ..request };
+    let few = GridRequest { max_kx: Some(2), ..request };
     let error = solve_adaptive(&relief, &few, &resolution, &no_progress).unwrap_err();
     assert!(error.to_string().contains("kx in a Brillouin zone"), "{error}");
 }

@@ -172,7 +172,7 @@ fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
     let cell = band_cells(&design)[1].clone().expect("a relief");
     let interface = interface(&cell, 0.55).expect("a relief");
     let (resolution, _) =
-        rcwa::convergence::converge_hemisphere(&interface, 1e-2, &no_progress).expect("converges");
+        rcwa::accuracy::converge_hemisphere(&interface, 1e-2, &no_progress).expect("converges");
     let ky = Grid::ky_nodes(SILICONE, 1.0, 28);
     let table = with_matrices(&interface, 2, ky, &resolution);
     println!(

@@ -12,7 +12,7 @@ use batwing_tests::solver_comparison::{
 };
 use batwing_tests::tables::resolution;
 use rcwa::Pol;
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::converge_hemisphere;
 use rcwa::no_progress;
 
 /// Tolerance of the designs' tables.

@@ -9,7 +9,7 @@
 
 use anyhow::{Context as _, Result};
 use batwing_tests::solver_comparison::{RINGS, ring};
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
 use rcwa::no_progress;
 use rcwa::{Side, Truncation};
@@ -74,8 +74,8 @@ fn errors(table: &Hemisphere, finer: &Hemisphere) -> Errors {
     let waves = table.incidences.iter().zip(&finer.incidences);
     let (mut totals, mut squares) = (Vec::new(), 0.0);
     for (a, b) in waves {
-        totals.push((transmitted(&a.shares) - transmitted(&b.shares)).abs());
-        let orders = a.shares.iter().zip(&b.shares);
+        totals.push((transmitted(&a.efficiencies) - transmitted(&b.efficiencies)).abs());
+        let orders = a.efficiencies.iter().zip(&b.efficiencies);
         squares += orders.map(|(a, b)| (a.2 - b.2).abs()).fold(0.0_f64, f64::max).powi(2);
     }
     totals.sort_by(f64::total_cmp);

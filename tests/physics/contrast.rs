@@ -5,7 +5,7 @@ use batwing_tests::boundary_integral::{Fineness, Grating};
 use num_complex::Complex64;
 use rcwa::Side;
 use rcwa::Truncation;
-use rcwa::convergence::{converge_hemisphere, hemisphere_change};
+use rcwa::accuracy::{converge_hemisphere, hemisphere_change};
 use rcwa::hemisphere::{Directions, Incidence, Interface, Resolution, hemisphere};
 use rcwa::no_progress;
 use rcwa::relief::{Polygon, Relief};
@@ -32,7 +32,7 @@ fn solved(interface: &Interface, resolution: &Resolution, ky: Vec<f64>) -> Vec<I
 }
 
 fn share(incidence: &Incidence, side: Side) -> f64 {
-    let to = incidence.shares.iter().filter(|share| share.0 == side);
+    let to = incidence.efficiencies.iter().filter(|share| share.0 == side);
     to.map(|share| share.2).sum()
 }
 

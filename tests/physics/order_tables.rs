@@ -18,7 +18,7 @@ use bsdf::formats::native;
 use bsdf::validate::{self, InterpolationReport};
 use bsdf::{Grid, OrderEfficiency, OrderTable, Polarisation, Side};
 use num_complex::Complex64;
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::relief::Relief;
 use rcwa::{Pol, Truncation, no_progress};
@@ -53,7 +53,7 @@ type Totals = BTreeMap<(bool, i64, usize, bool), [f64; 2]>;
 fn shares(interface: &Interface, directions: &Directions, resolution: &Resolution) -> Totals {
     let solved = hemisphere(interface, directions, resolution, &no_progress).expect("solved");
     let of = |i: &rcwa::hemisphere::Incidence, same: bool| {
-        i.shares.iter().filter(|s| (s.0 == i.side) == same).map(|s| s.2).sum()
+        i.efficiencies.iter().filter(|s| (s.0 == i.side) == same).map(|s| s.2).sum()
     };
     solved
         .incidences

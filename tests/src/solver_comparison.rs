@@ -5,7 +5,7 @@
 //! differences over all incident waves of the wavevector, from both sides, for each polarisation.
 
 use anyhow::Result;
-use rcwa::convergence::{hemisphere_change, largest_change};
+use rcwa::accuracy::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::{Bloch, Pol, Scattering, Side};
 

@@ -67,7 +67,7 @@ pub fn order_table(
         node: NodeId { side: scatter_side(i.side), kx_index: i.kx_index, ky_index: i.ky_index },
         polarisation: if i.pol == Pol::S { Polarisation::S } else { Polarisation::P },
         orders: i
-            .shares
+            .efficiencies
             .into_iter()
             .map(|(to, order, share)| OrderEfficiency::new(scatter_side(to), order, share))
             .collect(),

@@ -18,7 +18,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use rcwa::Truncation;
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Resolution as SolverResolution, hemisphere};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
@@ -342,11 +342,11 @@ fn build(
         memory::fits(&directions, &resolution)?;
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
-            most_kx: request.kx_per_zone.is_none().then_some(MAX_KX),
+            max_kx: request.kx_per_zone.is_none().then_some(MAX_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
             tolerance: request.tolerance,
-            most: MAX_KY,
+            max_ky: MAX_KY,
         };
         let found = solve_adaptive(interface, &request, &resolution, &watch)?;
         grid.kx_per_zone = found.directions.kx_per_zone;

@@ -12,7 +12,6 @@ mod bsdf;
 mod command;
 mod errors;
 mod job;
-mod lines;
 mod memory;
 mod rays;
 mod rcwa;

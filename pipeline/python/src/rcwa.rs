@@ -7,15 +7,16 @@ use anyhow::ensure;
 use num_complex::Complex64;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::{converge_hemisphere, first_resolution};
 use rcwa::field::{Grid, field};
 use rcwa::hemisphere::{Directions, Resolution, hemisphere};
+use rcwa::lines::{Direction, DirectionOrders, LinesRequest, SolvedDirections, ToleranceRequest};
+use rcwa::lines::{converge_directions, solve_directions};
 use rcwa::relief::{Polygon, Relief};
 use rcwa::{Bloch, Side, Stack, Truncation};
 
 use crate::errors::to_python;
 use crate::job::{self, Job};
-use crate::lines::{Incident, Orders, Request, solve_all};
 use crate::memory;
 
 /// Polygon as Python hands it over: index and corners.
@@ -26,12 +27,17 @@ type Array<'py, T> = Bound<'py, numpy::PyArrayDyn<T>>;
 /// One stack, or two that are extrapolated, by the number of slices.
 type Stacks = (usize, Arc<(Stack, Option<Stack>)>);
 
+/// Tolerance and resolution of a table, where slices follow walls.
+type TableResolution = (f64, Option<Resolution>);
+
 /// A relief between two half-spaces at one wavelength.
 #[pyclass(frozen, module = "batwing._native")]
 pub struct Interface {
     inner: rcwa::hemisphere::Interface,
     /// The stack of the last resolution.
     last: Arc<Mutex<Option<Stacks>>>,
+    /// The tolerance and the resolution that the last search over directions began with.
+    table: Arc<Mutex<Option<TableResolution>>>,
 }
 
 fn side(top: bool) -> Side {
@@ -56,9 +62,9 @@ struct Dense<T> {
 
 /// Values of a half-space, `size` for each direction and order, from lists of orders.
 fn dense<T: Clone, V>(
-    all: &[Orders],
-    list: impl Fn(&Orders) -> &[(usize, i32, V)],
-    half_space: usize,
+    all: &[DirectionOrders],
+    list: impl Fn(&DirectionOrders) -> &[(Side, i32, V)],
+    half_space: Side,
     size: usize,
     zero: T,
     put: impl Fn(&V, &mut dyn FnMut(usize, T)),
@@ -83,7 +89,7 @@ fn dense<T: Clone, V>(
     Dense { first, orders, values }
 }
 
-fn efficiencies(all: &[Orders], half_space: usize) -> Dense<f64> {
+fn efficiencies(all: &[DirectionOrders], half_space: Side) -> Dense<f64> {
     dense(
         all,
         |o| &o.efficiencies,
@@ -98,7 +104,7 @@ fn efficiencies(all: &[Orders], half_space: usize) -> Dense<f64> {
     )
 }
 
-fn jones(all: &[Orders], half_space: usize) -> Dense<Complex64> {
+fn jones(all: &[DirectionOrders], half_space: Side) -> Dense<Complex64> {
     let zero = Complex64::ZERO;
     dense(
         all,
@@ -123,13 +129,15 @@ impl<T: numpy::Element> Dense<T> {
 
 /// Orders of one half-space for Python.
 type Half<'py, T> = (i32, Array<'py, T>);
-/// Efficiencies of both half-spaces, Jones matrices of both, |R + T - 1|, problems.
+/// Efficiencies of both half-spaces, Jones matrices of both, |R + T - 1|, problems; highest order,
+/// slices and estimated error, the latter where a tolerance is given.
 type Solution<'py> = (
     Half<'py, f64>,
     Half<'py, f64>,
     Option<(Half<'py, Complex64>, Half<'py, Complex64>)>,
     f64,
     usize,
+    (usize, usize, Option<f64>),
 );
 /// Electric and magnetic field, index, flux, R, T.
 type Field<'py> = (
@@ -177,6 +185,35 @@ fn stacks(
     Ok(stacks)
 }
 
+/// The resolution that a search over directions begins with, that of `table` where it is of the
+/// same tolerance.
+fn table_resolution(
+    interface: &rcwa::hemisphere::Interface,
+    table: &Mutex<Option<TableResolution>>,
+    tolerance: f64,
+    progress: &rcwa::Progress<'_>,
+) -> Result<Option<Resolution>, rcwa::Error> {
+    let locked = || table.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, found)) = locked().as_ref().filter(|(at, _)| at.total_cmp(&tolerance).is_eq()) {
+        return Ok(found.clone());
+    }
+    let found = first_resolution(interface, tolerance, progress)?;
+    *locked() = Some((tolerance, found.clone()));
+    Ok(found)
+}
+
+/// Orders of both half-spaces as arrays, their Jones matrices, |R + T - 1|, problems, resolution.
+type Halves =
+    ([Dense<f64>; 2], Option<[Dense<Complex64>; 2]>, f64, usize, (usize, usize, Option<f64>));
+
+fn halves(solved: &SolvedDirections, jones: bool, at: &Resolution, error: Option<f64>) -> Halves {
+    let all = &solved.orders;
+    let efficiencies = Side::BOTH.map(|half_space| efficiencies(all, half_space));
+    let matrices = jones.then(|| Side::BOTH.map(|half_space| self::jones(all, half_space)));
+    let resolution = (at.truncation.highest(), at.plan.count(), error);
+    (efficiencies, matrices, solved.balance, solved.problems, resolution)
+}
+
 fn views(values: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
     values.as_array().to_vec()
 }
@@ -201,7 +238,7 @@ impl Interface {
             // Checks the wavelength and the half-spaces.
             Stack::new(wavelength, period, n_top, n_bottom, Vec::new())?;
             let inner = rcwa::hemisphere::Interface { relief, wavelength, n_top, n_bottom };
-            Ok(Self { inner, last: Arc::default() })
+            Ok(Self { inner, last: Arc::default(), table: Arc::default() })
         };
         build().map_err(|error| to_python(py, &error))
     }
@@ -211,12 +248,12 @@ impl Interface {
         self.inner.highest_order()
     }
 
-    /// Whether one slice between kinks is exact.
+    /// True where one slice between kinks is exact.
     fn is_exact(&self) -> bool {
         self.inner.relief.slice_plan(1).is_exact()
     }
 
-    /// Whether slices follow slanted walls.
+    /// True where slices follow slanted walls.
     fn follows_walls(&self) -> bool {
         self.inner.follows_walls()
     }
@@ -240,8 +277,9 @@ impl Interface {
         })
     }
 
-    /// Efficiencies (and Jones matrices) of a list of directions.
-    #[pyo3(signature = (top, kx, ky, azimuth, orders, slices, jones, threads))]
+    /// Efficiencies (and Jones matrices) of a list of directions, at given orders and slices or to
+    /// a tolerance.
+    #[pyo3(signature = (top, kx, ky, azimuth, orders, slices, tolerance, jones, threads))]
     fn solve<'py>(
         &self,
         py: Python<'py>,
@@ -251,34 +289,74 @@ impl Interface {
         azimuth: PyReadonlyArray1<'py, f64>,
         orders: usize,
         slices: usize,
+        tolerance: Option<f64>,
         jones: bool,
         threads: Option<usize>,
     ) -> PyResult<Solution<'py>> {
         let (kx, ky, azimuth) = (kx.as_array(), ky.as_array(), azimuth.as_array());
-        let directions: Vec<Incident> = kx
+        let directions: Vec<Direction> = kx
             .iter()
             .zip(ky)
             .zip(azimuth)
-            .map(|((&kx, &ky), &azimuth)| Incident { kx, ky, azimuth })
+            .map(|((&kx, &ky), &azimuth)| Direction { kx, ky, azimuth })
             .collect();
         let (interface, last) = (self.inner.clone(), Arc::clone(&self.last));
-        let count = directions.len();
+        let table = Arc::clone(&self.table);
+        let (count, side) = (directions.len(), side(top));
         let work = move |job: &Job| {
-            let stacks = stacks(&interface, &last, slices)?;
+            let index = if top { interface.n_top } else { interface.n_bottom };
             ensure!(
-                !jones || stacks.1.is_none(),
-                "jones: expected a relief of upright walls or of dielectrics, got one that is extrapolated from two runs, whose phases differ"
+                index.im == 0.0 && index.re > 0.0,
+                "side: expected a half-space of real index, since light comes from it, got [{}, {}]",
+                index.re,
+                index.im
             );
-            let truncation = Truncation::new(orders)?;
-            let request = Request { stacks: &stacks, truncation, side: side(top), jones };
+            let is_extrapolated =
+                !interface.follows_walls() && !interface.relief.slice_plan(1).is_exact();
+            ensure!(
+                !jones || !is_extrapolated,
+                "jones: expected a relief of vertical walls or of dielectrics, got one that is extrapolated from two runs, whose phases differ"
+            );
+            let at = match tolerance {
+                Some(tolerance) => {
+                    let watch = &job.watch();
+                    let request = ToleranceRequest {
+                        interface: &interface,
+                        side,
+                        directions: &directions,
+                        tolerance,
+                        first: table_resolution(&interface, &table, tolerance, watch)?,
+                        free_bytes: &memory::free_bytes,
+                    };
+                    let found = converge_directions(&request, watch)?;
+                    let error = Some(found.errors.sum());
+                    if !jones {
+                        return Ok(halves(&found.answer, jones, &found.resolution, error));
+                    }
+                    (found.resolution, error)
+                }
+                None => {
+                    let truncation = Truncation::new(orders)?;
+                    (Resolution { truncation, plan: interface.relief.slice_plan(slices) }, None)
+                }
+            };
+            let stacks = match tolerance {
+                None => stacks(&interface, &last, slices)?,
+                Some(_) => Arc::new(interface.stacks(&at.0)?),
+            };
+            let request = LinesRequest {
+                stacks: &stacks,
+                truncation: at.0.truncation,
+                side,
+                jones,
+                free_bytes: &memory::free_bytes,
+            };
             let steps = |count| job.expect(count);
-            let solved = solve_all(request, &directions, &steps, &job.watch())?;
-            let all = &solved.orders;
-            let halves = [0, 1].map(|half_space| efficiencies(all, half_space));
-            let matrices = jones.then(|| [0, 1].map(|half_space| self::jones(all, half_space)));
-            Ok((halves, matrices, solved.balance, solved.problems))
+            let solved = solve_directions(request, &directions, &steps, &job.watch())?;
+            Ok(halves(&solved, jones, &at.0, at.1))
         };
-        let ([upper, lower], matrices, balance, problems) = job::run(py, threads, work)?;
+        let ([upper, lower], matrices, balance, problems, resolution) =
+            job::run(py, threads, work)?;
         let matrices = matrices
             .map(|[upper, lower]| {
                 PyResult::Ok((upper.into_python(py, count)?, lower.into_python(py, count)?))
@@ -290,6 +368,7 @@ impl Interface {
             matrices,
             balance,
             problems,
+            resolution,
         ))
     }
 
@@ -320,14 +399,13 @@ impl Interface {
                 kx.push(directions.node(pair[0].kx_index) * spacing);
                 ky.push(directions.ky[pair[0].ky_index]);
                 // Shares are summed over the polarisation that leaves; kept as that of the first.
-                let mut orders = Orders::default();
-                for (s, p) in pair[0].shares.iter().zip(&pair[1].shares) {
-                    let number = usize::from(s.0 == Side::Bottom);
-                    orders.efficiencies.push((number, s.1, [[s.2, 0.0], [p.2, 0.0]]));
+                let mut orders = DirectionOrders::default();
+                for (s, p) in pair[0].efficiencies.iter().zip(&pair[1].efficiencies) {
+                    orders.efficiencies.push((s.0, s.1, [[s.2, 0.0], [p.2, 0.0]]));
                 }
                 all.push(orders);
             }
-            let halves = [0, 1].map(|half_space| efficiencies(&all, half_space));
+            let halves = Side::BOTH.map(|half_space| efficiencies(&all, half_space));
             Ok((from_top, kx, ky, halves, solved.worst_balance, solved.problems))
         };
         let (from_top, kx, ky, [upper, lower], balance, problems) = job::run(py, threads, work)?;

@@ -175,6 +175,12 @@ def test_a_tolerance_is_kept() -> None:
     assert coarse.estimated_error is not None and coarse.estimated_error <= 1e-3
 
 
+def test_a_tolerance_is_kept_below_half_a_wavelength() -> None:
+    relief = rcwa.Relief.lamellar(0.6, 0.4, 0.6, ridge=3.48, groove=1.0)
+    found = rcwa.solve(rcwa.Grating(relief, 1.0, 1.0), 1.2, 10.0, polarisation="both")
+    assert abs(float(found.total_transmitted[1]) - 0.3274) < 1e-3
+
+
 def test_cases_are_those_of_the_command(binary: str, tmp_path: Path) -> None:
     case = {
         "wavelength": 0.55,

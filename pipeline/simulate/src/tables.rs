@@ -16,7 +16,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarisation, TableHeader};
 use num_complex::Complex64;
 use rayon::prelude::*;
-use rcwa::convergence::converge_hemisphere;
+use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 use rcwa::relief::{Polygon, Relief};
@@ -211,11 +211,11 @@ impl<'a> RingProblem<'a> {
         }
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
-            most_kx: self.kx_by_error().then_some(MAX_KX),
+            max_kx: self.kx_by_error().then_some(MAX_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
             tolerance: self.hybrid.tolerance,
-            most: MAX_KY,
+            max_ky: MAX_KY,
         };
         let found = solve_adaptive(&interface, &request, resolution, &context.interrupt.watch())?;
         grid.kx_per_zone = found.directions.kx_per_zone;
@@ -350,7 +350,7 @@ pub fn efficiency_rows(
             rcwa::Pol::P => Polarisation::P,
         },
         orders: i
-            .shares
+            .efficiencies
             .into_iter()
             .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
             .collect(),

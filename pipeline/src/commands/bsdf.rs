@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use bsdf::{Side, validate};
 use clap::Args;
-use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 use serde_json::{Value, json};
 
 use design::Design;
@@ -27,10 +27,11 @@ use crate::rings::{self, RingChoice, RingTable, each};
 
 /// A parser of tolerances that the solver accepts.
 fn tolerance(text: &str) -> Result<f64, String> {
-    let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
-    text.parse().ok().filter(|t| range.contains(t)).ok_or_else(|| {
-        format!("expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}")
-    })
+    let range = MIN_TOLERANCE..=MAX_TOLERANCE;
+    text.parse()
+        .ok()
+        .filter(|t| range.contains(t))
+        .ok_or_else(|| format!("expected a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}"))
 }
 
 const HEADING: &str = "ring  period (um)  orders  slices  kx0 x ky  est. error  energy   seconds  operations     bytes  file";

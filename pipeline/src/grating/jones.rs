@@ -5,45 +5,31 @@
 
 use num_complex::Complex64;
 use rcwa::jones::{Jones, Matrix};
-use rcwa::relief::{Layer, Relief, extrapolate};
+use rcwa::relief::extrapolate;
 use rcwa::{Error, Side, Stack, Truncation};
 use serde_json::{Map, Value, json};
 
-use super::{OrderEfficiency, Problem};
+use super::{OrderEfficiency, Problem, Runs};
 
 impl Problem<'_> {
-    /// Matrices of all orders of one stack, top before bottom, by ascending order.
-    pub(super) fn jones_on(
-        &self,
-        stack: &Stack,
-        truncation: Truncation,
-    ) -> Result<Vec<Jones>, Error> {
-        let scattering = rcwa::solve(stack, self.bloch(stack), truncation)?;
-        scattering.jones_of_all((Side::Top, 0))
-    }
-
     /// Matrices of all orders, top before bottom, by ascending order.
     pub(super) fn jones(
         &self,
-        relief: Option<&Relief>,
-        layers: &[Layer],
+        (coarse, fine): &Runs,
         truncation: Truncation,
-        slices: usize,
     ) -> Result<Vec<Matrix>, Error> {
-        let of = |layers: Vec<Layer>| self.jones_on(&self.stack(layers)?, truncation);
-        let Some(relief) = relief else {
-            return Ok(of(layers.to_vec())?.iter().map(|j| j.matrix).collect());
+        let solve = |stack: &Stack| -> Result<Vec<Jones>, Error> {
+            let scattering = rcwa::solve(stack, self.bloch(stack), truncation)?;
+            scattering.jones_of_all((Side::Top, 0))
         };
-        let plan = relief.slice_plan(slices);
-        let coarse = of(relief.layers(&plan))?;
-        if plan.is_exact() {
+        let coarse = solve(coarse)?;
+        let Some((fine, n)) = fine else {
             return Ok(coarse.iter().map(|j| j.matrix).collect());
-        }
-        let fine = of(relief.layers(&plan.refined(2)))?;
-        let extrapolated = |(c, f): (&Jones, &Jones)| {
-            [0, 1].map(|q| [0, 1].map(|p| extrapolate(c.matrix[q][p], f.matrix[q][p], 1.0)))
         };
-        Ok(coarse.iter().zip(&fine).map(extrapolated).collect())
+        let extrapolated = |(c, f): (&Jones, &Jones)| {
+            [0, 1].map(|q| [0, 1].map(|p| extrapolate(c.matrix[q][p], f.matrix[q][p], *n)))
+        };
+        Ok(coarse.iter().zip(&solve(fine)?).map(extrapolated).collect())
     }
 }
 

@@ -20,7 +20,7 @@ pub(crate) enum FieldGroup {
 
 /// The functions in which fields are expanded.
 pub(crate) trait Expansion<T: Scalar> {
-    /// How many there are for a group of components.
+    /// Number of functions for a group of components.
     fn count(&self, of: FieldGroup) -> usize;
 
     /// Highest order of Fourier coefficients that a product needs.
@@ -44,7 +44,7 @@ pub(crate) trait Expansion<T: Scalar> {
     /// fraction of the period).
     fn point_values(&self, x: f64) -> Vec<Vec<T>>;
 
-    /// Whether [`point_values`](Self::point_values) stands for the mirror image of x about the
+    /// True where [`point_values`](Self::point_values) stands for the mirror image of x about the
     /// origin too.
     fn counts_mirror_image(&self) -> bool;
 

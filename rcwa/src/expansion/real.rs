@@ -42,7 +42,7 @@ impl RealFunction {
         if self.twice == 0 { 1.0 } else { SQRT_2 }
     }
 
-    /// Its value at a distance from the origin, in periods; of orders the cosine.
+    /// Value at a distance from the origin, in periods; of orders the cosine.
     fn at(self, x: f64) -> f64 {
         let (sin, cos) = (TAU * self.periods() * x).sin_cos();
         self.scale() * if self.shape == FunctionKind::Sine { sin } else { cos }
@@ -137,7 +137,7 @@ impl RealFunctions {
         Self::new(FunctionSet::FourierOrders, centre, [waves.clone(), waves], reach)
     }
 
-    pub(crate) fn of(&self, field: FieldGroup) -> &[RealFunction] {
+    pub(crate) fn functions_of(&self, field: FieldGroup) -> &[RealFunction] {
         match field {
             FieldGroup::X => &self.x,
             FieldGroup::Z => &self.z,
@@ -229,7 +229,7 @@ fn element(a: RealFunction, b: RealFunction, c: &[Complex64], mixes: bool) -> f6
 
 impl Expansion<f64> for RealFunctions {
     fn count(&self, of: FieldGroup) -> usize {
-        self.of(of).len()
+        self.functions_of(of).len()
     }
 
     fn reach(&self) -> usize {
@@ -241,7 +241,7 @@ impl Expansion<f64> for RealFunctions {
     }
 
     fn multiplication(&self, to: FieldGroup, from: FieldGroup, c: &[Complex64]) -> RMat {
-        let (rows, columns) = (self.of(to), self.of(from));
+        let (rows, columns) = (self.functions_of(to), self.functions_of(from));
         Mat::from_fn(rows.len(), columns.len(), |i, j| element(rows[i], columns[j], c, to != from))
     }
 

@@ -148,7 +148,7 @@ impl<'a> Points<'a> {
             let height = (self.k0() * (lower - self.z[row])).clamp(0.0, slab.thickness);
             let raised = medium.raised(own, height);
             let displacement = medium.displacement(&raised);
-            let fields = Coefficients::of(&medium.to_fourier(raised));
+            let fields = Coefficients::from_tangential(&medium.to_fourier(raised));
             let ez = medium.divided_by_permittivity(&self.displacement_z(&fields));
             let components = self.components(&fields, Some(displacement), ez);
             self.flux[row] = fields.power() / self.incident;
@@ -170,8 +170,12 @@ impl<'a> Points<'a> {
         ez: Vec<Complex64>,
     ) -> Components {
         let [ex, ey] = &fields.e;
-        let hz = self.kx.iter().zip(ex.iter().zip(ey));
-        let hz = hz.map(|(kx, (ex, ey))| kx * ey - self.ky * ex).collect();
+        let hz = self
+            .kx
+            .iter()
+            .zip(ex.iter().zip(ey))
+            .map(|(kx, (ex, ey))| kx * ey - self.ky * ex)
+            .collect();
         let divide = displacement_x.is_some();
         Components {
             electric: [displacement_x.unwrap_or_else(|| ex.clone()), ey.clone(), ez],

@@ -18,7 +18,7 @@ use num_complex::Complex64;
 use std::sync::Arc;
 
 /// States saved on the way up before every second one is dropped.
-const MOST_SAVED: usize = 48;
+const MAX_SAVED: usize = 48;
 
 /// The field on the first and on the last plane of the structure.
 pub(super) struct PlaneFields {
@@ -183,7 +183,7 @@ pub(super) fn solve(
         if ascent.at.number.is_multiple_of(stride) {
             saved.push(ascent.at.clone());
         }
-        if saved.len() > MOST_SAVED {
+        if saved.len() > MAX_SAVED {
             stride *= 2;
             saved.retain(|k| k.number.is_multiple_of(stride));
         }

@@ -102,7 +102,7 @@ impl Coefficients {
         of(&self.e[0], &self.h[0]) + of(&self.e[1], &self.h[1])
     }
 
-    pub(super) fn of(fields: &Tangential) -> Self {
+    pub(super) fn from_tangential(fields: &Tangential) -> Self {
         let column = |m: &CMat| (0..m.nrows()).map(|i| m[(i, 0)]).collect();
         Self {
             e: [column(&fields.ex), column(&fields.ey)],

@@ -202,7 +202,7 @@ fn symmetric_layers_of_many_segments_are_recognised_wherever_they_lie() {
     assert!(symmetric_about(&two_ridges, symmetry_centre(&two_ridges).unwrap()));
 }
 
-/// Whether the coefficients about the centre are even in n.
+/// True where the coefficients about the centre are even in n.
 fn symmetric_about(list: &[Segment], centre: f64) -> bool {
     let c = coefficients_about(list, permittivity, MAX, centre);
     (1..=MAX).all(|n| (c[MAX + n] - c[MAX - n]).norm() < 1e-13)

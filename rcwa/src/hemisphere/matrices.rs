@@ -24,7 +24,7 @@ use crate::wave::Side;
 /// One direction of incidence and the matrices of all orders.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matrices {
-    /// Where the light comes from.
+    /// Half-space that the light comes from.
     pub side: Side,
     /// Number i of its kx node; negative for kx < 0.
     pub kx_index: i64,
@@ -35,11 +35,11 @@ pub struct Matrices {
     pub orders: Vec<(Side, i32, Matrix)>,
 }
 
-/// Jones matrices of an interface for all directions; `None` if its shares are extrapolated from
+/// Jones matrices of an interface for all directions; `None` if its efficiencies are extrapolated from
 /// two runs.
 ///
 /// # Errors
-/// As [`hemisphere`](super::hemisphere()).
+/// The errors of [`hemisphere`](super::hemisphere()).
 pub fn hemisphere_matrices(
     interface: &Interface,
     directions: &Directions,

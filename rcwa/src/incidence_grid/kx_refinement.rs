@@ -31,13 +31,13 @@ pub(super) fn refined(
     let mut kx_per_zone = request.kx_per_zone;
     loop {
         let left = left(interface, all, kx_per_zone);
-        let (Some(estimate), Some(most)) = (left, request.most_kx) else {
+        let (Some(estimate), Some(max)) = (left, request.max_kx) else {
             return Ok((kx_per_zone, left));
         };
         if estimate <= request.tolerance {
             return Ok((kx_per_zone, left));
         }
-        if 2 * kx_per_zone > most {
+        if 2 * kx_per_zone > max {
             return Err(Error::NotConverged {
                 limit: Limit::Kx,
                 tolerance: request.tolerance,
@@ -81,7 +81,7 @@ fn left(interface: &Interface, all: &[KyRow], kx_per_zone: usize) -> Option<f64>
     Some(LEFT * largest)
 }
 
-/// Mean share transmitted over all kx, less that over every second one: from the top in s and p,
+/// Mean transmittance over all kx, less that over every second one: from the top in s and p,
 /// from the bottom in s and p.
 fn steps(incidences: &[Incidence]) -> [f64; 4] {
     // Sum and number, of even and of odd kx.
@@ -89,7 +89,7 @@ fn steps(incidences: &[Incidence]) -> [f64; 4] {
     for incidence in incidences {
         let side = usize::from(incidence.side == Side::Bottom);
         let kind = 2 * side + usize::from(incidence.pol == Pol::P);
-        let through = incidence.shares.iter().filter(|s| s.0 == Side::Bottom);
+        let through = incidence.efficiencies.iter().filter(|s| s.0 == Side::Bottom);
         let sum = &mut sums[kind][incidence.kx_index.rem_euclid(2) as usize];
         sum[0] += through.map(|s| s.2).sum::<f64>();
         sum[1] += 1.0;

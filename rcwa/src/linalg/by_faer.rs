@@ -23,11 +23,11 @@ pub(crate) struct Lu<T: LuScalar> {
 
 impl<T: LuScalar> Lu<T> {
     pub(crate) fn new(a: &Mat<T>) -> Self {
-        Self::of(a.clone())
+        Self::in_place(a.clone())
     }
 
-    /// Of a matrix whose memory becomes that of the factors.
-    pub(crate) fn of(mut a: Mat<T>) -> Self {
+    /// Factors a matrix in its own memory.
+    pub(crate) fn in_place(mut a: Mat<T>) -> Self {
         let size = a.nrows();
         let (mut rows, mut inverse) = (vec![0; size], vec![0; size]);
         let scratch = lu_in_place_scratch::<usize, T>(size, size, Par::Seq, Spec::default());
@@ -77,7 +77,7 @@ pub(crate) fn eigen_hermitian(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
     finite(values, eigen.U().to_owned(), f64::is_finite, |u| u.is_finite())
 }
 
-/// As [`eigen_hermitian`], real.
+/// Eigenvalues (ascending) and orthonormal eigenvectors of a real symmetric matrix.
 pub(crate) fn eigen_symmetric(a: &RMat) -> Result<(Vec<f64>, RMat), Error> {
     let eigen = a.self_adjoint_eigen(Side::Lower).map_err(|_| Error::Eigen { size: a.nrows() })?;
     let values = eigen.S().column_vector().iter().copied().collect();

@@ -38,7 +38,7 @@ impl<T: LuScalar> Lu<T> {
     }
 
     /// Of a matrix that is not needed any more.
-    pub(crate) fn of(a: Mat<T>) -> Self {
+    pub(crate) fn in_place(a: Mat<T>) -> Self {
         Self::new(&a)
     }
 
@@ -75,7 +75,7 @@ pub(crate) fn eigen_hermitian(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
     self_adjoint(a, |u| u.is_finite())
 }
 
-/// As [`eigen_hermitian`], real.
+/// Eigenvalues (ascending) and orthonormal eigenvectors of a real symmetric matrix.
 pub(crate) fn eigen_symmetric(a: &RMat) -> Result<(Vec<f64>, RMat), Error> {
     self_adjoint(a, |u| u.is_finite())
 }

@@ -45,7 +45,7 @@ impl Formula {
         Self::ALL.get(number.checked_sub(1)?).copied()
     }
 
-    /// Whether the formula takes these coefficients.
+    /// True where the formula takes these coefficients.
     pub(super) fn check(self, coefficients: &[f64]) -> Result<(), MaterialError> {
         let got = coefficients.len();
         let (fits, expected) = match self {

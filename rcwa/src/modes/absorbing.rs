@@ -14,11 +14,11 @@ use crate::relief::Layer;
 use faer::Mat;
 use num_complex::Complex64;
 
-/// Condition number of an eigenvalue above which a problem is taken to be nearly defective: shares
+/// Condition number of an eigenvalue above which a problem is taken to be nearly defective: efficiencies
 /// lose about its square in units of round-off.
 const NEARLY_DEFECTIVE: f64 = 1e5;
 
-/// Condition number at which not even a share's third digit is left.
+/// Condition number at which not even the third digit of an efficiency is left.
 const DEFECTIVE: f64 = 3e6;
 
 /// Absorption added to a material of a layer whose problem is nearly defective, in parts of |ε|.

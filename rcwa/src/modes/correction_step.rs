@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The flow of M(z) - M₀ at one node of a slice (4.1): strips along the sides, and walls that are
-//! not upright.
+//! not vertical.
 //!
 //! Half of the strips acts before the walls and half after. Where ky is not 0 the two do not
 //! commute, and one after the other leaves an error that falls only as the square of the height of
 //! a slice (on the step of ring 75 by 40 slices, six times as much as this way).
 
-use super::normal_vector::{NormalVectorFlow, UprightLayer};
+use super::normal_vector::{NormalVectorFlow, VerticalLayer};
 use super::strips::StripFlow;
 use crate::error::Error;
 use crate::expansion::Expansion;
@@ -51,22 +51,22 @@ impl<T: Scalar> CorrectionStep<T> {
     pub(crate) fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,
-        upright: &UprightLayer<'_, T>,
+        vertical: &VerticalLayer<'_, T>,
         d: f64,
     ) -> Result<Self, Error> {
-        let walls = NormalVectorFlow::new(expansion, section, upright, d)?;
-        let basis = upright.basis();
+        let walls = NormalVectorFlow::new(expansion, section, vertical, d)?;
+        let basis = vertical.basis();
         let strips = StripFlow::new(expansion, &section.strips, basis, 0.5 * d);
         let sizes = [basis.g.nrows(), basis.f.nrows()];
-        Ok(Self::of(
+        Ok(Self::from_flows(
             section.place,
             strips.unwrap_or_else(|| StripFlow::none(sizes)),
             walls.unwrap_or_else(|| NormalVectorFlow::none(sizes)),
         ))
     }
 
-    /// Of strips over half the height, twice, and walls between.
-    pub(super) fn of(place: f64, strips: StripFlow<T>, walls: NormalVectorFlow<T>) -> Self {
+    /// Step of strips over half the height, twice, and walls between.
+    pub(super) fn from_flows(place: f64, strips: StripFlow<T>, walls: NormalVectorFlow<T>) -> Self {
         let [electric, magnetic] = walls.steps;
         let scaled = |m: &Mat<T>, by: T| Mat::from_fn(m.nrows(), m.ncols(), |i, j| by * m[(i, j)]);
         let StripFlow { reads: [p0, p1], writes: [w0, w1] } = strips;

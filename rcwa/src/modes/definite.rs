@@ -88,8 +88,8 @@ impl<T: Scalar> Eigenpairs<T> {
         let [b_lse, b_lsm] = [self.b_lse, self.b_lsm]
             .map(|b| -> Vec<T> { b.into_iter().map(|b| T::ONE.scaled(b)).collect() });
         let dot = |a: &Mat<T>, i: usize, b: &Mat<T>, j: usize| {
-            let pairs = a.col_as_slice(i).iter().zip(b.col_as_slice(j));
-            pairs.fold(T::ZERO, |sum, (a, b)| sum + a.conjugate() * *b)
+            let (a, b) = (a.col_as_slice(i), b.col_as_slice(j));
+            a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + a.conjugate() * *b)
         };
         let (o, q, degenerate) = coupled(
             &overlaps,

@@ -41,7 +41,7 @@ pub(crate) struct DegenerateModes<T = Complex64> {
     pub(super) rest_lsm: Mat<T>,
 }
 
-/// How the coordinates (ex_J, ey_I) and (hy_J, hx_I) at the top of a slab follow from those at its
+/// Coordinates (ex_J, ey_I) and (hy_J, hx_I) at the top of a slab as functions of those at its
 /// bottom: e' = ce e - i se h, h' = ch h - i sh e; in real numbers e' = ce e + se h, h' = ch h - sh
 /// e.
 pub(crate) struct DegenerateTransfer<T> {

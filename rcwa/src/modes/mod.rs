@@ -36,7 +36,7 @@ mod uniform;
 
 pub(crate) use correction_step::CorrectionStep;
 pub(crate) use degenerate_modes::{DegenerateModes, DegenerateTransfer};
-pub(crate) use normal_vector::UprightLayer;
+pub(crate) use normal_vector::VerticalLayer;
 
 use crate::error::Error;
 use crate::expansion::real::RealFunctions;

@@ -8,7 +8,7 @@
 //!
 //! in the components x and z, with E_L the Toeplitz matrix of ε and A that of 1/ε \[Popov & Nevière
 //! 2001\], made symmetric so that energy is kept at any truncation \[Götz et al. 2008\].
-//! UprightLayer walls (W = diag(1, 0)) give Li's rules, with which the modes of [`super`] are
+//! Vertical walls (W = diag(1, 0)) give Li's rules, with which the modes of [`super`] are
 //! found; at slanted walls these converge as 1/M only. Let Q be the matrix of D above, B = Qzz⁻¹, C
 //! = B Qzx, G = Qxx - Qxz C, and s = K Hy - ky Hx. In the quadratic form whose derivatives are the
 //! equations of the fields the difference is v* Φ v / 2 with v = (Ex, s) and
@@ -37,10 +37,10 @@ const LEAST: f64 = 1e-3;
 const SKETCHED: usize = 12;
 
 /// Largest distance of an image from its vector at which it replaces it.
-const MOST_BESIDE: f64 = 0.3;
+const MAX_BESIDE: f64 = 0.3;
 
 /// Matrices shared by all sections of one layer.
-pub(crate) struct UprightLayer<'a, T> {
+pub(crate) struct VerticalLayer<'a, T> {
     basis: &'a Basis<T>,
     /// E₀⁻¹.
     e_inverse: Mat<T>,
@@ -53,7 +53,7 @@ pub(crate) struct UprightLayer<'a, T> {
     by_hx: Mat<T>,
 }
 
-impl<'a, T: Scalar> UprightLayer<'a, T> {
+impl<'a, T: Scalar> VerticalLayer<'a, T> {
     pub(super) fn basis(&self) -> &Basis<T> {
         self.basis
     }
@@ -106,18 +106,18 @@ impl<T: Scalar> NormalVectorFlow<T> {
         }
     }
 
-    /// Of a section with the weight `d` (times k0), beside an upright layer.
+    /// Of a section with the weight `d` (times k0), beside a layer of vertical walls.
     pub(crate) fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,
-        upright: &UprightLayer<'_, T>,
+        vertical: &VerticalLayer<'_, T>,
         d: f64,
     ) -> Result<Option<Self>, Error> {
-        let basis = upright.basis;
-        let form = QuadraticForm::new(expansion, section, upright);
+        let basis = vertical.basis;
+        let form = QuadraticForm::new(expansion, section, vertical);
         let mut count = sketched(expansion, section.borders.len());
         let (values, vectors) = loop {
-            let known = &upright.sketch;
+            let known = &vertical.sketch;
             let found = if count <= known.ncols() {
                 largest(|v| form.times(v), known.as_ref().subcols(0, count))?
             } else {
@@ -135,8 +135,8 @@ impl<T: Scalar> NormalVectorFlow<T> {
         let (x, z) = (expansion.count(FieldGroup::X), expansion.count(FieldGroup::Z));
         let electric = adjoint(&vectors.as_ref().subrows(0, x).to_owned());
         let magnetic = adjoint(&vectors.as_ref().subrows(x, z).to_owned());
-        let (ex, hy) = (mul(&electric, &basis.ag), mul(&magnetic, &upright.by_hy));
-        let hx = mul(&magnetic, &upright.by_hx);
+        let (ex, hy) = (mul(&electric, &basis.ag), mul(&magnetic, &vertical.by_hy));
+        let hx = mul(&magnetic, &vertical.by_hx);
         let steps = expansion.step_factors();
         let rank = values.len();
         let overlap = mul(&ex, &adjoint(&hy));
@@ -176,13 +176,13 @@ fn gains<T: Scalar>(generator: &Mat<T>, values: &[f64], d: f64) -> Mat<T> {
     Mat::from_fn(rank, rank, |i, j| sum[(j, i)].scaled(values[j]))
 }
 
-/// Φ of a section beside one that is upright, in blocks.
+/// Φ of a section beside one of vertical walls, in blocks.
 struct QuadraticForm<T> {
     /// By Ex in Ex.
     electric: Mat<T>,
     /// By Ex in s.
     mixed: Mat<T>,
-    /// Its conjugate transpose.
+    /// Conjugate transpose.
     mixed_adjoint: Mat<T>,
     /// By s in s.
     magnetic: Mat<T>,
@@ -217,7 +217,7 @@ impl<T: Scalar> QuadraticForm<T> {
     fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,
-        upright: &UprightLayer<'_, T>,
+        vertical: &VerticalLayer<'_, T>,
     ) -> Self {
         let weights = |w: &Wall| [w.xx, w.xz];
         let (reach, origin) = (expansion.reach(), expansion.origin());
@@ -249,10 +249,10 @@ impl<T: Scalar> QuadraticForm<T> {
         let zx = adjoint(&xz);
         product(g.as_mut(), Accum::Add, -T::ONE, zx.as_ref(), mixed.as_ref());
         Self {
-            electric: symmetric(&combined(&g, &upright.a_inverse, -1.0)),
+            electric: symmetric(&combined(&g, &vertical.a_inverse, -1.0)),
             mixed_adjoint: adjoint(&mixed),
             mixed,
-            magnetic: symmetric(&combined(&upright.e_inverse, &b, -1.0)),
+            magnetic: symmetric(&combined(&vertical.e_inverse, &b, -1.0)),
         }
     }
 
@@ -361,9 +361,8 @@ fn largest<T: Scalar>(
     let vectors = mul(&range, &chosen(&|_| 1.0));
     for j in 0..kept.len() {
         let (image, vector) = (better.col_as_slice_mut(j), vectors.col_as_slice(j));
-        let pairs = image.iter().zip(vector);
-        let deviation: f64 = pairs.map(|(a, b)| (*a + -*b).squared()).sum();
-        if deviation > MOST_BESIDE * MOST_BESIDE {
+        let deviation: f64 = image.iter().zip(vector).map(|(a, b)| (*a + -*b).squared()).sum();
+        if deviation > MAX_BESIDE * MAX_BESIDE {
             image.copy_from_slice(vector);
         }
     }

@@ -43,7 +43,7 @@ pub(crate) fn modes(layer: &Layer, functions: &RealFunctions) -> Result<Option<M
 
 impl Derivative<f64> for RealFunctions {
     fn kappa_squared(&self) -> Vec<f64> {
-        let z = self.of(FieldGroup::Z).iter();
+        let z = self.functions_of(FieldGroup::Z).iter();
         z.map(|wave| wave.kappa * wave.kappa).collect()
     }
 
@@ -108,7 +108,7 @@ fn put(to: &mut RMat, [rows, columns]: [&Range<usize>; 2], from: &RMat) {
 /// The functions themselves, with b = ε - κ²; g = √ε is normalised as that of other layers.
 fn uniform(epsilon: f64, functions: &RealFunctions) -> Modes<f64> {
     let b = |field| -> Vec<f64> {
-        let waves = functions.of(field).iter();
+        let waves = functions.functions_of(field).iter();
         waves.map(|w| epsilon - w.kappa * w.kappa).collect()
     };
     let (b_lse, b_lsm) = (b(FieldGroup::Z), b(FieldGroup::X));

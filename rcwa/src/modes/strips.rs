@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 /// Points across a strip: the first number, and the second for each radian of the phase of the
 /// highest order over half of it. That order is then right to 4e-4 of a strip, lower ones to more
 /// digits.
-const LEAST_POINTS: f64 = 1.8;
+const MIN_POINTS: f64 = 1.8;
 const POINTS_PER_RADIAN: f64 = 0.8;
 
 /// The change of coordinates by strips.
@@ -50,7 +50,7 @@ impl<T: Scalar> StripFlow<T> {
             let (half, middle) = (0.5 * (strip.x1 - strip.x0), 0.5 * (strip.x0 + strip.x1));
             // Radians from the middle to the end for the highest order of the difference.
             let phase = 2.0 * PI * expansion.reach() as f64 * half;
-            for (x, weight) in gauss((LEAST_POINTS + POINTS_PER_RADIAN * phase).ceil() as usize) {
+            for (x, weight) in gauss((MIN_POINTS + POINTS_PER_RADIAN * phase).ceil() as usize) {
                 let all = expansion.point_values(middle + half * x);
                 gains.extend(all.iter().map(|_| d * strip.rise * weight * half));
                 functions.extend(all);
@@ -151,7 +151,8 @@ mod tests {
         );
         let strips =
             StripFlow::new(expansion, &[strip], &Basis::fourier([size, size]), 0.5).unwrap();
-        let correction = CorrectionStep::of(0.0, strips, NormalVectorFlow::none([size, size]));
+        let correction =
+            CorrectionStep::from_flows(0.0, strips, NormalVectorFlow::none([size, size]));
         let mut e =
             Mat::from_fn(size, 2 * size, |i, j| if j == size + i { T::ONE } else { T::ZERO });
         let mut h = Mat::zeros(size, 2 * size);

@@ -260,7 +260,7 @@ fn published(id: &str, file: &str) -> Value {
     cases.iter().find(|c| c["id"] == id).unwrap().clone()
 }
 
-/// How far the nearest eigenvalue is from each exact one. (In metal, truncated TM problems have
+/// Distance of the nearest eigenvalue from each exact one. (In metal, truncated TM problems have
 /// some that are none of the layer's: Li's rule keeps them where they do no harm.)
 fn errors(exact: &Value, b: &[Complex64]) -> Vec<f64> {
     let exact = exact.as_array().unwrap();

@@ -59,14 +59,15 @@ impl<'a> HalfSpace<'a> {
     /// Columns of the coordinates (ex and ey, or hy and hx) of the orders that propagate,
     /// ascending.
     fn propagating(&self) -> Vec<usize> {
-        let [x, z] = [FieldGroup::X, FieldGroup::Z].map(|field| self.functions.of(field).iter());
+        let [x, z] =
+            [FieldGroup::X, FieldGroup::Z].map(|field| self.functions.functions_of(field).iter());
         let all = x.chain(z).enumerate();
         all.filter(|(_, wave)| self.kz_squared(wave) > 0.0).map(|(column, _)| column).collect()
     }
 
     /// The functions of orders that decay: place, |(κ, ky)| and γ.
     fn evanescent(&self, field: FieldGroup) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
-        let waves = self.functions.of(field).iter().enumerate();
+        let waves = self.functions.functions_of(field).iter().enumerate();
         waves.filter_map(|(place, wave)| {
             let kz_squared = self.kz_squared(wave);
             let gamma = (-kz_squared).max(0.0).sqrt().max(BARELY_EVANESCENT.im);
@@ -167,7 +168,7 @@ impl<'a> HalfSpace<'a> {
 
     /// exp(i kx x) by the functions of a group, but for a factor that all orders of the line have.
     fn parts(&self, field: FieldGroup, kx: f64) -> impl Iterator<Item = (usize, Complex64)> + '_ {
-        let waves = self.functions.of(field).iter().enumerate();
+        let waves = self.functions.functions_of(field).iter().enumerate();
         waves.filter_map(move |(place, wave)| {
             let is_order = wave.shape == FunctionKind::Order;
             let kappa = if is_order { kx } else { kx.abs() };

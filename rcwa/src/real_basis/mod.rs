@@ -65,7 +65,7 @@ impl RealBasis {
     /// Of all standing waves, apart if there is a centre.
     fn of_pairs(all: &RealFunctions, at: SymmetricBloch, centre: Option<f64>) -> Self {
         // One order alone has no sine.
-        let is_paired = all.of(FieldGroup::X).len() > 1;
+        let is_paired = all.functions_of(FieldGroup::X).len() > 1;
         let parts = match centre.filter(|_| is_paired) {
             Some(centre) => all.parities(centre).to_vec(),
             None => vec![all.clone()],
@@ -104,7 +104,7 @@ impl RealBasis {
     }
 }
 
-/// Whether there is no loss, no metal and no layer that is thick for waves of this in-plane
+/// True where there is no loss, no metal and no layer that is thick for waves of this in-plane
 /// wavevector.
 fn applies(stack: &Stack, steepest: f64) -> bool {
     let is_dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
@@ -133,7 +133,7 @@ fn centre(stack: &Stack) -> Option<f64> {
     })
 }
 
-/// Whether every wall has its mirror image about `centre` among `walls`, whose places have been
+/// True where every wall has its mirror image about `centre` among `walls`, whose places have been
 /// compared.
 fn are_mirrored(walls: &[Wall], centre: f64) -> bool {
     let distance = |a: f64, b: f64| ((a - b) - (a - b).round()).abs();

@@ -166,7 +166,7 @@ fn parities_at_the_edge_are_all_standing_waves() {
     }
 }
 
-/// What of the walls' corrections is left out differs.
+/// The parts of the walls' corrections that are left out differ.
 #[test]
 fn followed_sides_are_those_of_running_waves() {
     let stack = followed([1.6, 1.3], 12);
@@ -248,7 +248,7 @@ fn one_order_alone_is_not_split() {
     assert!(worst(&stack, &line, 0.0, truncation(0)) < 1e-12);
 }
 
-/// What a folded point makes of Ey is what it and its mirror image make.
+/// A folded point makes of Ey the same as it and its mirror image.
 #[test]
 fn folded_points_have_those_of_both_halves() {
     use crate::expansion::Expansion;

@@ -16,7 +16,7 @@ pub(super) fn sides(points: &[Point]) -> impl Iterator<Item = (Point, Point)> {
     points.iter().copied().zip(points.iter().copied().cycle().skip(1))
 }
 
-/// Where the outline crosses the height z, sorted; an even number, inside between the first and
+/// Places where the outline crosses the height z, sorted; an even number, inside between the first and
 /// the second, the third and the fourth, and so on. A side owns its upper end, not its lower one.
 pub(super) fn crossings(points: &[Point], z: f64) -> Vec<f64> {
     let mut found: Vec<f64> = sides(points)
@@ -69,13 +69,13 @@ pub(super) fn crossing_height(s: (Point, Point), t: (Point, Point)) -> Option<f6
     (inside(u) && inside(v)).then(|| s.0[1] + u * d[1])
 }
 
-/// Whether the corner a, b, c turns back onto itself.
+/// True where the corner a, b, c turns back onto itself.
 fn folds_back(a: Point, b: Point, c: Point) -> bool {
     let (d, e) = (minus(b, a), minus(c, b));
     cross(d, e).abs() <= COLLINEAR * length(d) * length(e) && dot(d, e) < 0.0
 }
 
-/// Whether two sides share any point.
+/// True where two sides share any point.
 fn touches(s: (Point, Point), t: (Point, Point)) -> bool {
     let (a, b) = (turn(t, s.0), turn(t, s.1));
     let (c, d) = (turn(s, t.0), turn(s, t.1));

@@ -17,12 +17,12 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// Its width as a fraction of the period.
+    /// Width as a fraction of the period.
     pub fn width(&self) -> f64 {
         self.x1 - self.x0
     }
 
-    /// Its middle, a fraction of the period.
+    /// Middle, a fraction of the period.
     pub fn middle(&self) -> f64 {
         0.5 * (self.x0 + self.x1)
     }
@@ -81,7 +81,7 @@ impl Layer {
         self.segments.iter().all(|s| s.index == first).then_some(first)
     }
 
-    /// Whether every permittivity in it is real (an index that is real or purely imaginary).
+    /// True where every permittivity is real (an index that is real or purely imaginary).
     pub fn is_lossless(&self) -> bool {
         self.segments.iter().all(|s| s.index.re == 0.0 || s.index.im == 0.0)
     }

@@ -28,7 +28,7 @@ impl Materials {
     }
 }
 
-/// A lamellar grating: a ridge from x = 0 over the share `fill` of the period, 0 < fill < 1.
+/// A lamellar grating: a ridge from x = 0 over the part `fill` of the period, 0 < fill < 1.
 ///
 /// # Errors
 /// A fill out of its range and whatever [`Relief::new`] refuses.

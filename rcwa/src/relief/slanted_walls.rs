@@ -3,9 +3,9 @@
 //!
 //! In: a relief of real indices and a plan. Out: for every slice of the plan its section half-way
 //! up, as two layers of half its height, each with the corrections for the sections at the nodes of
-//! Gauss: strips along the sides, and walls that are not upright.
+//! Gauss: strips along the sides, and walls that are not vertical.
 //!
-//! The fields obey F' = M(z) F. With M₀ of the section half-way up, its walls taken as upright, a
+//! The fields obey F' = M(z) F. With M₀ of the section half-way up, its walls taken as vertical, a
 //! slice of height h is passed by the flows of M₀ from node to node and, at each node, by the flow
 //! of M(z) - M₀ over its weight. First-order effects of M - M₀ within a slice are so right to the
 //! eighth order in h, second-order ones to the second; but strips are narrow and walls are
@@ -53,16 +53,16 @@ pub(crate) struct Strip {
     pub(crate) rise: f64,
 }
 
-/// The difference of a section of a relief from the upright layer whose modes are used.
+/// The difference of a section of a relief from the layer of vertical walls whose modes are used.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct WallCorrection {
     /// Height of the section above the bottom of the layer, in units of the layer's thickness.
     pub(crate) place: f64,
-    /// Its weight in the quadrature, as a height.
+    /// Weight in the quadrature, as a height.
     pub(crate) height: f64,
     /// The materials of the section.
     pub(crate) segments: Vec<Segment>,
-    /// Its borders between materials, ascending.
+    /// Borders between materials, ascending.
     pub(crate) borders: Vec<Wall>,
     /// The strips in which its ε differs.
     pub(crate) strips: Vec<Strip>,
@@ -109,7 +109,7 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallC
 }
 
 /// The section at height `z`, its walls and its strips; `None` where it is the layer and all walls
-/// are upright.
+/// are vertical.
 fn wall_correction(
     relief: &Relief,
     z: f64,
@@ -174,7 +174,7 @@ fn slope(relief: &Relief, x: f64, z: f64) -> f64 {
     found
 }
 
-/// Whether `relief` consists of dielectrics alone.
+/// True where `relief` consists of dielectrics alone.
 pub(crate) fn is_dielectric(relief: &Relief) -> bool {
     let indices = relief.polygons().iter().map(|p| p.index);
     let mut all = indices.chain([relief.background()]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where to cut a relief: at every kink, and between kinks into slices of equal thickness.
+//! Places to cut a relief: at every kink, and between kinks into slices of equal thickness.
 
 use super::{Relief, SAME_PLACE, geometry};
 use std::ops::{Div, Mul, Sub};
@@ -17,14 +17,14 @@ pub struct Interval {
     pub z1: f64,
     /// Number of slices; 1 where no side is slanted.
     pub count: usize,
-    /// Whether any side in it is slanted; if not, one slice is exact.
+    /// True where any side is slanted; if not, one slice is exact.
     pub slanted: bool,
     /// Length of its most slanted side, in the unit of the relief, less where that side is steep; 0
     /// without slanted sides.
     pub stairs: f64,
 }
 
-/// How a relief is cut: intervals from kink to kink that cover 0 to the depth, each cut evenly.
+/// Cut of a relief: intervals from kink to kink that cover 0 to the depth, each cut evenly.
 ///
 /// Kinks are the corners of the polygons and the places where outlines cross. Since no slice
 /// contains one, what the cutting does to any smooth result is an even power series in the
@@ -63,6 +63,12 @@ impl SlicePlan {
         Self { intervals }
     }
 
+    /// The plan of a structure that is not cut: no intervals.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { intervals: Vec::new() }
+    }
+
     /// The intervals from top to bottom.
     pub fn intervals(&self) -> &[Interval] {
         &self.intervals
@@ -78,7 +84,7 @@ impl SlicePlan {
         self.intervals.iter().map(|i| i.count).sum()
     }
 
-    /// Whether it represents the relief exactly (no slanted sides), so that refining changes
+    /// True where it represents the relief exactly (no slanted sides), so that refining changes
     /// nothing.
     pub fn is_exact(&self) -> bool {
         self.intervals.iter().all(|i| !i.slanted)
@@ -202,7 +208,7 @@ fn outline_crossings(relief: &Relief) -> Vec<f64> {
     found
 }
 
-/// How long the stairs of a side of slope |dx/dz| count for, per height. Where the slope is above
+/// Length that the stairs of a side of slope |dx/dz| count for, per height. Where the slope is above
 /// 1, the side's length: what diffracts is a stair's pitch along it. A steep side has stairs of
 /// little area, slope h²/2: they are as good while h goes as the root of the slope.
 fn stairs(slope: f64) -> f64 {

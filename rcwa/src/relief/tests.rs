@@ -162,14 +162,14 @@ fn the_mirror_image_is_the_mirror_image_of_every_cut() {
 
 #[test]
 fn plans_cut_at_every_kink_and_refine_evenly() {
-    // Kinks at 1 (corner), 3 (corner); below 1 upright sides.
+    // Kinks at 1 (corner), 3 (corner); below 1 vertical sides.
     let tooth =
         one(&[[1.0, 0.0], [9.0, 0.0], [9.0, 1.0], [7.0, 3.0], [6.0, 4.0], [4.0, 4.0], [1.0, 1.0]])
             .unwrap();
     let plan = tooth.slice_plan(20);
     let heights: Vec<_> = plan.intervals().iter().map(|i| (i.z0, i.z1, i.slanted)).collect();
     assert_eq!(heights, [(0.0, 1.0, false), (1.0, 3.0, true), (3.0, 4.0, true)]);
-    assert_eq!(plan.intervals()[0].count, 1, "upright sides need one slice");
+    assert_eq!(plan.intervals()[0].count, 1, "vertical sides need one slice");
     assert_eq!(plan.count(), 20);
     assert!(!plan.is_exact());
     let fine = plan.refined(2);
@@ -204,7 +204,7 @@ fn extrapolation_takes_away_what_goes_as_the_square_of_the_thickness() {
 }
 
 #[test]
-fn upright_sides_are_exact_in_one_slice() {
+fn vertical_sides_are_exact_in_one_slice() {
     let lamellar = shapes::lamellar(10.0, 4.0, 0.3, Materials::lossless(1.41, 1.0)).unwrap();
     let plan = lamellar.slice_plan(64);
     assert!(plan.is_exact());

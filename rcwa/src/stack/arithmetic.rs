@@ -12,7 +12,7 @@ use num_complex::Complex64;
 pub(crate) const THIN: f64 = 2.5;
 /// Largest growth exponent of layers that are passed together. At 10 energy closes as well; at 14
 /// it does not.
-pub(crate) const MOST_GROWTH: f64 = 8.0;
+pub(crate) const MAX_EXPONENT: f64 = 8.0;
 
 /// Numbers for the coordinates of a line: complex for orders, real where [`crate::real_basis`]
 /// applies.
@@ -29,7 +29,7 @@ pub(crate) trait Arithmetic: Scalar {
     const SUMS: &'static [f64];
 
     /// Growth exponent of evanescent waves beyond which thin slices take new parameters.
-    const MOST_GROWN: f64;
+    const MAX_GROWN_EXPONENT: f64;
 
     /// cos(kz d) and sin(kz d)/kz, both even in kz.
     fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self);
@@ -48,7 +48,7 @@ impl Arithmetic for Complex64 {
     const LARGEST_IMPEDANCE: f64 = 1e3;
     // For a passive structure |e + h|² ≥ |e|² + |h|².
     const SUMS: &'static [f64] = &[1.0];
-    const MOST_GROWN: f64 = THIN;
+    const MAX_GROWN_EXPONENT: f64 = THIN;
 
     fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self) {
         let x2 = kz_squared * d * d;
@@ -76,7 +76,7 @@ impl Arithmetic for f64 {
     // Without radiation each sum has poles of its own, never at the same place.
     const SUMS: &'static [f64] = &[1.0, -1.0, 0.5, -0.5, 2.0, -2.0];
     // The same as for layers that pass together.
-    const MOST_GROWN: f64 = MOST_GROWTH;
+    const MAX_GROWN_EXPONENT: f64 = MAX_EXPONENT;
 
     fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self) {
         let x2 = kz_squared * d * d;

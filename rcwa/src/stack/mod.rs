@@ -22,7 +22,6 @@
 pub(crate) mod arithmetic;
 pub(crate) mod interface;
 pub(crate) mod ky_batch;
-pub(crate) mod planar;
 pub(crate) mod propagate;
 pub(crate) mod recursion;
 pub(crate) mod state;
@@ -88,7 +87,7 @@ impl Stack {
         })
     }
 
-    /// As [`Stack::new`], each layer with its wall corrections, from its bottom to its top.
+    /// [`Stack::new`] of layers each with its wall corrections, from its bottom to its top.
     pub(crate) fn with_wall_corrections(
         wavelength: f64,
         period: f64,
@@ -136,7 +135,7 @@ impl Stack {
         }
     }
 
-    /// Whether no half-space and no layer absorbs.
+    /// True where no half-space and no layer absorbs.
     pub fn is_lossless(&self) -> bool {
         self.n_top.im == 0.0
             && self.n_bottom.im == 0.0

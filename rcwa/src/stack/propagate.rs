@@ -19,7 +19,7 @@ pub(crate) struct LayerStep<'a, T> {
     /// The interface below it, unless the layer below has the same modes.
     pub(crate) interface: Option<InterfaceMatrices<T>>,
     pub(crate) modes: &'a Modes<T>,
-    /// Its wall corrections, from its bottom to its top.
+    /// Wall corrections, from its bottom to its top.
     pub(crate) corrections: Vec<CorrectionStep<T>>,
     /// Thickness times k0.
     pub(crate) thickness: f64,
@@ -86,7 +86,7 @@ fn propagate<T: Arithmetic>(
                 // Layers are taken to be followed by their like.
                 next = slabs(between_corrections.peek().map_or(first, |p| p.0)).1;
             }
-            if state.growth + steepest * next > T::MOST_GROWN {
+            if state.growth + steepest * next > T::MAX_GROWN_EXPONENT {
                 choose_parameters(state);
             }
         }
@@ -224,7 +224,7 @@ fn slab<T: Arithmetic>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T],
 fn take_impedance<T: Arithmetic>(state: &mut State<T>) -> bool {
     let [factors, impedance] = &mut state.scratch.squares;
     factors.copy_from(&state.magnetic);
-    let lu = Lu::of(std::mem::replace(factors, Mat::new()));
+    let lu = Lu::in_place(std::mem::replace(factors, Mat::new()));
     lu.solve_into(&state.electric, impedance);
     let taken = is_bounded(impedance, T::LARGEST_IMPEDANCE);
     if taken {
@@ -241,7 +241,7 @@ fn take_impedance<T: Arithmetic>(state: &mut State<T>) -> bool {
 fn take_sum<T: Arithmetic>(state: &mut State<T>) {
     let size = state.electric.ncols();
     for (attempt, &alpha) in T::SUMS.iter().enumerate() {
-        let lu = Lu::of(combined(&state.electric, &state.magnetic, alpha));
+        let lu = Lu::in_place(combined(&state.electric, &state.magnetic, alpha));
         let [_, electric] = &mut state.scratch.squares;
         lu.solve_into(&state.electric, electric);
         if attempt + 1 < T::SUMS.len() && !is_bounded(electric, T::LARGEST_IMPEDANCE) {

@@ -15,7 +15,7 @@ use super::transfer::{Transfer, Workspace};
 use super::transfer_cache::TransferCache;
 use crate::error::Error;
 use crate::expansion::FieldGroup;
-use crate::modes::{Basis, CorrectionStep, ModeExpansion, Modes, UprightLayer};
+use crate::modes::{Basis, CorrectionStep, ModeExpansion, Modes, VerticalLayer};
 use crate::progress::Progress;
 use crate::relief::{Layer, WallCorrection};
 use rayon::prelude::*;
@@ -23,7 +23,7 @@ use rayon::prelude::*;
 /// Modes that are held in memory together.
 const BASES_AT_A_TIME: usize = 24;
 
-/// How the layers were passed.
+/// Outcome of passing the layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Passage {
     /// One by one.
@@ -88,14 +88,14 @@ struct Fields<'a, T> {
     states: Vec<&'a mut State<T>>,
     batch: KyBatch,
     workspace: Workspace<T>,
-    /// Whether some layers have been passed together.
+    /// True where some layers have been passed together.
     together: bool,
 }
 
 impl<'a, T: Arithmetic> Fields<'a, T> {
     fn new(states: Vec<&'a mut State<T>>) -> Self {
         Self {
-            batch: KyBatch::of(states.iter().map(|s| s.ky)),
+            batch: KyBatch::new(states.iter().map(|s| s.ky)),
             states,
             workspace: Workspace::new(),
             together: false,
@@ -158,19 +158,19 @@ fn steps<'a, T: Arithmetic>(
     modes: &'a Modes<T>,
     below: &Basis<T>,
 ) -> Result<Vec<LayerStep<'a, T>>, Error> {
-    let upright = layers
+    let vertical = layers
         .iter()
         .any(|(_, corrections)| !corrections.is_empty())
-        .then(|| UprightLayer::new(expansion, &layers[0].0.segments, &modes.basis));
+        .then(|| VerticalLayer::new(expansion, &layers[0].0.segments, &modes.basis));
     let mut interface = Some(InterfaceMatrices::new(&modes.basis, below));
     let step = |(layer, corrections): &Corrected<'_>| {
-        let flow = |(section, upright): (&WallCorrection, _)| {
+        let flow = |(section, vertical): (&WallCorrection, _)| {
             let height = stack.in_waves(section.height);
-            CorrectionStep::new(expansion, section, upright, height)
+            CorrectionStep::new(expansion, section, vertical, height)
         };
-        let sections = upright
+        let sections = vertical
             .iter()
-            .flat_map(|upright| corrections.iter().map(move |section| (section, upright)));
+            .flat_map(|vertical| corrections.iter().map(move |section| (section, vertical)));
         Ok(LayerStep {
             interface: interface.take(),
             modes,

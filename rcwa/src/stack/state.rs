@@ -71,18 +71,11 @@ impl<T: Scalar> Scratch<T> {
 impl State {
     /// Just above the bottom half-space of index `n`, in [`crate::modes::Basis::fourier`]
     /// coordinates; t are the amplitudes of all downward waves, u those of the upward channels, in
-    /// the order (channel, s then p); outgoing amplitudes are those of all `channels`, and none is
-    /// upward unless the half-space is `is_lit`.
+    /// the order (channel, s then p); outgoing amplitudes are those of all `channels`.
     ///
     /// s: E = s, H = -kz k∥/|k∥| downward; p: E = (kz/n) k∥/|k∥|, H = n s; upward waves have kz
     /// reversed.
-    pub(crate) fn at_bottom(
-        n: Complex64,
-        kx: &[f64],
-        bloch: Bloch,
-        channels: &[Channel],
-        is_lit: bool,
-    ) -> Self {
+    pub(crate) fn at_bottom(n: Complex64, kx: &[f64], bloch: Bloch, channels: &[Channel]) -> Self {
         let kz = half_space_kz(n, kx, bloch.ky);
         let orders = kx.len();
         let mut electric = Mat::zeros(2 * orders, 2 * orders);
@@ -104,7 +97,7 @@ impl State {
         let row = |u: usize| 2 * (channels[u / 2].order - first) as usize + u % 2;
         let outgoing = 2 * channels.len();
         // An absorbing half-space sends no light.
-        let incoming = if is_lit && n.im == 0.0 { outgoing } else { 0 };
+        let incoming = if n.im == 0.0 { outgoing } else { 0 };
         // Upward: s keeps E and reverses H, p reverses E and keeps H.
         let sign = |u: usize| if u.is_multiple_of(2) { 1.0 } else { -1.0 };
         Self {

@@ -64,7 +64,7 @@ struct CoordinateCounts {
 }
 
 impl CoordinateCounts {
-    fn of<T>(modes: &Modes<T>) -> Self {
+    fn new<T>(modes: &Modes<T>) -> Self {
         Self { lsm: modes.b_lsm.len(), lse: modes.b_lse.len() }
     }
 
@@ -98,7 +98,7 @@ impl<T: Arithmetic> Transfer<T> {
     pub(crate) fn new(steps: &[LayerStep<'_, T>], span: &KyBatch, shelf: &Workspace<T>) -> Self {
         let thickness = steps.iter().map(|s| s.thickness).sum();
         let nodes = span.places(thickness);
-        let sizes = CoordinateCounts::of(steps[0].modes);
+        let sizes = CoordinateCounts::new(steps[0].modes);
         let parts = sizes.elements().map(|count| 4 * count);
         let [mut even, mut odd] = parts.map(|part| vec![T::ZERO; part * nodes.len()]);
         even.par_chunks_mut(parts[0]).zip(odd.par_chunks_mut(parts[1])).zip(&nodes).for_each(
@@ -228,8 +228,8 @@ fn pass_layers<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) 
         {
             state.cross(interface);
         }
-        let each = layers.iter().map(|s| (s.thickness, s.corrections.as_slice()));
-        pass_thin_layers(state, layers[0].modes, each);
+        let passed = layers.iter().map(|s| (s.thickness, s.corrections.as_slice()));
+        pass_thin_layers(state, layers[0].modes, passed);
     }
 }
 
@@ -360,7 +360,7 @@ impl<T: Scalar> EvaluatedTransfer<'_, T> {
         }
     }
 
-    /// As [`Self::add`] for magnetic fields that are the identity.
+    /// [`Self::add`] for magnetic fields that are the identity.
     fn add_identity(&self, out: &mut Mat<T>, above: usize) {
         let count = self.sizes.lsm;
         let [to_lsm, to_lse] = self.part(1, above);

@@ -17,7 +17,7 @@ pub(crate) struct TransferCache<T> {
     basis: Option<Basis<T>>,
     /// The ky they hold for.
     span: Option<KyBatch>,
-    /// Whether the next layers may be added.
+    /// True where the next layers may be added.
     grows: bool,
     /// Bytes for them.
     bytes: usize,

@@ -59,7 +59,7 @@ fn diffuse_light_passes_both_ways_by_the_squares_of_the_indices() {
             let solved = solved(&interface, kx_per_zone, &ky, 1)?;
             let mut through = [0.0; 2];
             for incidence in &solved.incidences {
-                for &(side, _, share) in &incidence.shares {
+                for &(side, _, share) in &incidence.efficiencies {
                     if side != incidence.side {
                         through[usize::from(incidence.side == Side::Bottom)] += share;
                     }
@@ -81,8 +81,8 @@ fn extrapolated_shares_still_add_up() {
             let solved = solved(&interface, kx_per_zone, &ky, slices)?;
             prop_assert!(!solved.incidences.is_empty());
             for incidence in &solved.incidences {
-                let all: f64 = incidence.shares.iter().map(|s| s.2).sum();
-                prop_assert!(incidence.shares.iter().all(|s| s.2 >= 0.0));
+                let all: f64 = incidence.efficiencies.iter().map(|s| s.2).sum();
+                prop_assert!(incidence.efficiencies.iter().all(|s| s.2 >= 0.0));
                 small("shares - 1", all - 1.0, 1e-10)?;
             }
             Ok(())

@@ -8,5 +8,6 @@ mod hemispheres;
 mod invariance;
 mod planar;
 mod random;
+mod reference;
 mod self_mirror;
 mod symmetry;

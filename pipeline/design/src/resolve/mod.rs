@@ -24,7 +24,7 @@ pub mod tables;
 
 use std::path::Path;
 
-use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 
 use ::files::content_hash::sha256_hex;
 use ::files::provenance::Provenance;
@@ -212,8 +212,8 @@ impl Design {
         if let Some(count) = h.ky_count {
             at.count("hybrid.ky_count", count, 2, 1024)?;
         }
-        if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&h.tolerance) {
-            let expected = format!("a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}");
+        if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&h.tolerance) {
+            let expected = format!("a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}");
             return Err(at.value("hybrid.tolerance", h.tolerance, &expected));
         }
         at.within("hybrid.memory_gib", h.memory_gib, 0.001, 1e6)?;

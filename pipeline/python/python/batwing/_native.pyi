@@ -80,9 +80,17 @@ class Interface:
         azimuth: _Floats,
         orders: int,
         slices: int,
+        tolerance: float | None,
         jones: bool,
         threads: int | None,
-    ) -> tuple[_Half, _Half, tuple[_ComplexHalf, _ComplexHalf] | None, float, int]: ...
+    ) -> tuple[
+        _Half,
+        _Half,
+        tuple[_ComplexHalf, _ComplexHalf] | None,
+        float,
+        int,
+        tuple[int, int, float | None],
+    ]: ...
     def hemisphere(
         self,
         kx_per_zone: int,

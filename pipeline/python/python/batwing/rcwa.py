@@ -605,8 +605,8 @@ def solve(
     slices : int, optional
         Slices of a relief with slanted walls [default: 24 to a wavelength of depth].
     tolerance : float, optional
-        In place of orders: error of the share transmitted, 1e-8 to 0.1 [default: 1e-3]. See
-        `Grating.resolution`.
+        In place of orders: largest error of an efficiency of these directions, 1e-8 to 0.1
+        [default: 1e-3], as of `batwing grating`.
     side : {'top', 'bottom'}
         Half-space that the light comes from; its index is real.
     jones : bool
@@ -648,19 +648,28 @@ def solve(
         _checks.choice("side", side, _SIDES)
     threads = _checks.threads(threads)
     interface = grating._at(wavelength)
-    order, slice_count, error = grating._resolve(wavelength, orders, slices, tolerance, threads)
+    if orders is None:
+        # The search counts every efficiency of these directions.
+        if slices is not None:
+            _checks.refuse("slices", "orders beside them", "none")
+        order = slice_count = 0
+        tolerance = 1e-3 if tolerance is None else _checks.number("tolerance", tolerance)
+    else:
+        order, slice_count, _ = grating._resolve(wavelength, orders, slices, tolerance, threads)
     kx, ky, azimuth = _rows(grating._index(side, wavelength).real, theta, phi)
     shape = theta.shape
-    upper, lower, matrices, residual, problems = interface.solve(
+    upper, lower, matrices, residual, problems, found = interface.solve(
         side == "top",
         kx,
         ky,
         azimuth,
         order,
         slice_count,
+        tolerance,
         jones,
         threads,
     )
+    order, slice_count, error = found
     if side == "bottom":
         upper, lower = lower, upper
         matrices = None if matrices is None else (matrices[1], matrices[0])

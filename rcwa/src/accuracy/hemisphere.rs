@@ -2,9 +2,10 @@
 //! The search for orders and slices of a whole hemisphere.
 //!
 //! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that
-//! stand for the others.
+//! stand for the others. Where few orders propagate, or none half a zone from the normal, light in
+//! the plane of the grooves and light beside it are judged too.
 //!
-//! Where slanted sides are followed, slices and orders are each compared with about a third more,
+//! Slices that follow slanted walls and orders are each compared with about a third more,
 //! and the difference continued by the square of the thickness of a slice and the cube of 1/M, or
 //! its square where indices differ much. Errors fall faster than that where they are of the order
 //! of a thousandth. What slices leave hardly depends on the orders nor what orders leave on the
@@ -16,15 +17,15 @@
 //! the series begins to hold. Orders there converge as 1/M² on given stairs; in TM stairs and
 //! orders together converge as 1/M, so that in the end both are raised together.
 
-use super::check_tolerance;
+use super::law::{Law, corner_exponent};
+use super::{check_tolerance, largest_change};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution};
-use crate::orders::SymmetricBloch;
-use crate::orders::Truncation;
+use crate::orders::{SymmetricBloch, Truncation};
 use crate::progress::Progress;
 use crate::relief::{SlicePlan, extrapolate};
 use crate::scattering::Scattering;
-use crate::solve::solve_symmetric_line;
+use crate::solve::{rounding_error, solve_line, solve_symmetric_line};
 use crate::wave::{Pol, Side};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -32,29 +33,31 @@ use std::ops::RangeInclusive;
 
 /// Part of the tolerance that slices may take; orders may take the rest.
 const SLICES_PART: f64 = 0.3;
-/// The error of the extrapolation from 3k and 4k slices over its difference from that of 4k and 5k:
-/// 1/(1 - (3/5)²), the errors being as 1/(3·4)² and 1/(4·5)².
-const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
-/// Elsewhere than at the ky looked at, errors may be larger; and the law of slices holds less well.
-const ORDERS_SAFETY: f64 = 1.6;
-const SLICES_SAFETY: f64 = 4.0;
-const TOGETHER_SAFETY: f64 = 1.3;
-/// Errors go as this power of the thickness of a slice that follows the sides, or faster.
-const LAW_OF_SLICES: i32 = 2;
+/// Law of stairs on 3k slices extrapolated with 4k, compared with the same of 4k and 5k: errors
+/// are as 1/(3·4)² and 1/(4·5)². Elsewhere than at the ky looked at they may be larger, and the
+/// law holds less well.
+const STAIRS: Law = Law { exponent: 2.0, safety: 4.0 };
+const STAIRS_RATIO: f64 = 3.0 / 5.0;
+/// Law of orders on walls that are not followed, unless corners make it slower.
+const ORDERS: Law = Law { exponent: 2.0, safety: 1.6 };
+/// Law of stairs and orders raised together.
+const TOGETHER: Law = Law { exponent: 1.0, safety: 1.3 };
+/// Errors go as this power of the thickness of a slice that follows the walls, or faster.
+const SLICES_EXPONENT: f64 = 2.0;
 /// Errors go as this power of 1/M, or faster, but where one index is so many times another: there
 /// they go as the square from the beginning, and single waves, near resonances, are off by more
 /// than those looked at. Below some tolerance they are in their tails, and estimates too low.
-const LAW: i32 = 3;
+const EXPONENT: f64 = 3.0;
 const HIGH_CONTRAST: f64 = 1.8;
-const LAW_OF_HIGH_CONTRAST: i32 = 2;
+const EXPONENT_AT_HIGH_CONTRAST: f64 = 2.0;
 const TAIL: f64 = 5e-4;
 const SAFETY: f64 = 1.4;
-/// Exponent by which the highest order may grow in a slice that follows the sides, at low contrast
+/// Exponent by which the highest order may grow in a slice that follows the walls, at low contrast
 /// and at high: beyond, what sections depart from its middle by is no small correction.
-const MOST_GROWTH: f64 = 6.0;
-const MOST_GROWTH_AT_HIGH_CONTRAST: f64 = 2.5;
+const MAX_EXPONENT: f64 = 6.0;
+const MAX_EXPONENT_AT_HIGH_CONTRAST: f64 = 2.5;
 /// Below a thousandth that exponent goes as this power of the tolerance.
-const GROWTH_BY_TOLERANCE: f64 = 0.3;
+const EXPONENT_BY_TOLERANCE: f64 = 0.3;
 /// Slices and orders beyond those that propagate go about as the root of the depth in half
 /// wavelengths: so many of each suit a thousandth.
 const FIRST_SLICES: f64 = 6.0;
@@ -63,23 +66,32 @@ const FIRST_ORDERS: f64 = 1.2;
 /// converge in them.
 const FOR_ORDERS: f64 = 0.85;
 
-/// Ratio of the orders of the reference run to those compared with it, and the least ratio that
+/// Ratio of the orders of the reference run to those compared with it, and the smallest ratio that
 /// will do.
 const REFERENCE: f64 = 1.35;
-const SHORTEST_REFERENCE: f64 = 1.22;
+const MIN_REFERENCE: f64 = 1.22;
 /// Ratio of slices in a comparison, where they follow the walls.
 const FOLLOWED_REFERENCE: f64 = 1.33;
 /// Ratio of orders in a comparison, where slices follow the walls.
 const FOLLOWED_ORDERS: f64 = 1.28;
+/// Orders next to those found that must agree, where walls are vertical and corners slow:
+/// efficiencies of every second or third order lie on curves of their own.
+const NEIGHBOURS: usize = 2;
 
 /// Orders, of all ky together, that are looked at at least.
 const WAVES: usize = 120;
 /// A few ky stand for all: no error below this part of the tolerance is ever claimed.
-const LEAST_CLAIM: f64 = 1.0 / 3.0;
+const MIN_CLAIM: f64 = 1.0 / 3.0;
+/// Periods, in wavelengths of the denser half-space, below which light off half a zone is judged
+/// too, and above which light at half a zone is.
+const FEW_ORDERS: f64 = 1.0;
+const EDGE_PROPAGATES: f64 = 0.55;
+/// kx of such light, in units of the smaller index.
+const OFF_NORMAL: f64 = 0.45;
 
-/// The distance between two results of a hemisphere: the value that 99 % of the components stay
-/// below, or a third of the largest, whichever is more. The rest are directions at grazing
-/// incidence, which carry next to no power.
+/// Distance between two results of a hemisphere: the value that 99 % of the components stay below,
+/// or a third of the largest, whichever is more. The rest are directions at grazing incidence,
+/// which carry next to no power. Infinite where there is nothing to compare.
 pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
     let mut changes: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
     changes.sort_by(f64::total_cmp);
@@ -87,24 +99,24 @@ pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
     let nearly_all = last * 99 / 100;
     match (changes.get(nearly_all), changes.get(last)) {
         (Some(nearly_all), Some(largest)) => nearly_all.max(largest / 3.0),
-        _ => 0.0,
+        _ => f64::INFINITY,
     }
 }
 
-/// Shares of all incident waves of a line.
-struct LineEfficiencies {
-    /// Share transmitted, of each wave.
+/// Efficiencies of all incident waves of the sample.
+struct SampleEfficiencies {
+    /// Transmittance of each wave.
     totals: Vec<f64>,
-    /// Share of each order, of each wave.
+    /// Efficiency of each order, of each wave.
     orders: Vec<f64>,
-    /// Where the orders of each wave end in `orders`.
+    /// Ends of the orders of each wave in `orders`.
     ends: Vec<usize>,
 }
 
-impl LineEfficiencies {
-    fn of(line: &[Scattering]) -> Self {
+impl SampleEfficiencies {
+    fn new(sample: &[Scattering]) -> Self {
         let (mut totals, mut orders, mut ends) = (Vec::new(), Vec::new(), Vec::new());
-        for scattering in line {
+        for scattering in sample {
             for side in Side::BOTH {
                 for m in scattering.sources(side) {
                     for pol in Pol::BOTH {
@@ -126,34 +138,40 @@ impl LineEfficiencies {
 
     /// To thickness 0 from `self` on `n` slices and `finer` on n + 1.
     fn extrapolated(&self, finer: &Self, n: f64) -> Self {
-        let of = |a: &[f64], b: &[f64]| {
-            let both = a.iter().zip(b);
-            both.map(|(&a, &b)| extrapolate(a, b, n)).collect()
-        };
+        let each =
+            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(&a, &b)| extrapolate(a, b, n)).collect();
         Self {
-            totals: of(&self.totals, &finer.totals),
-            orders: of(&self.orders, &finer.orders),
+            totals: each(&self.totals, &finer.totals),
+            orders: each(&self.orders, &finer.orders),
             ends: self.ends.clone(),
         }
     }
 
-    /// As [`hemisphere_change`] for the transmission; a third of the root mean square, over the
+    /// [`hemisphere_change`] of the transmittance; a third of the root mean square, over the
     /// waves, of the largest change of an order, if that is more.
     fn distance(&self, other: &Self) -> f64 {
         let begins = std::iter::once(0).chain(self.ends.iter().copied());
         let squares: f64 = begins
             .zip(&self.ends)
-            .map(|(a, &b)| super::largest_change(&self.orders[a..b], &other.orders[a..b]).powi(2))
+            .map(|(a, &b)| largest_change(&self.orders[a..b], &other.orders[a..b]).powi(2))
             .sum();
         let order = (squares / self.ends.len().max(1) as f64).sqrt();
         hemisphere_change(&self.totals, &other.totals).max(order / 3.0)
     }
 }
 
-/// The sample of problems that both searches solve.
+/// kx0 of a line of the sample, in units of k0.
+#[derive(Clone, Copy)]
+enum LinePlace {
+    Symmetric(SymmetricBloch),
+    At(f64),
+}
+
+/// The sample of problems that all searches solve.
 struct Probe<'a> {
     interface: &'a Interface,
     tolerance: f64,
+    lines: Vec<LinePlace>,
     ky: Vec<f64>,
     progress: &'a Progress<'a>,
 }
@@ -172,29 +190,63 @@ impl Probe<'_> {
         }
     }
 
-    fn sample(&self, truncation: Truncation, plan: &SlicePlan) -> Result<LineEfficiencies, Error> {
+    fn sample(
+        &self,
+        truncation: Truncation,
+        plan: &SlicePlan,
+    ) -> Result<SampleEfficiencies, Error> {
         let stack = match self.interface.wall_following_stack(plan)? {
             Some(stack) => stack,
             None => self.interface.stack(plan)?,
         };
-        let line = solve_symmetric_line(
-            &stack,
-            SymmetricBloch::Edge,
-            &self.ky,
-            truncation,
-            self.progress,
-        )?;
-        Ok(LineEfficiencies::of(&line))
+        let mut all = Vec::new();
+        for &line in &self.lines {
+            all.extend(match line {
+                LinePlace::Symmetric(at) => {
+                    solve_symmetric_line(&stack, at, &self.ky, truncation, self.progress)?
+                }
+                LinePlace::At(kx0) => solve_line(&stack, kx0, &self.ky, truncation, self.progress)?,
+            });
+        }
+        let sample = SampleEfficiencies::new(&all);
+        // Nothing compared is nothing known.
+        if sample.totals.is_empty() {
+            let Interface { n_top, n_bottom, .. } = *self.interface;
+            return Err(Error::NoLight { n_top, n_bottom });
+        }
+        Ok(sample)
     }
+}
+
+/// Indices of the half-spaces that send light, the smaller and the larger; an absorbing one sends
+/// none.
+fn clear_indices(interface: &Interface) -> (f64, f64) {
+    let clear = [interface.n_top, interface.n_bottom].map(|n| (n.im == 0.0).then_some(n.re));
+    let all = || clear.into_iter().flatten();
+    (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max))
+}
+
+/// Lines that stand for all: half a zone, where many orders propagate at once; with a period of
+/// few orders the normal and light beside it, since half a zone may send none.
+fn probed_lines(interface: &Interface) -> Vec<LinePlace> {
+    let (low, high) = clear_indices(interface);
+    let period = high / interface.order_spacing();
+    let edge = LinePlace::Symmetric(SymmetricBloch::Edge);
+    if period >= FEW_ORDERS || high == 0.0 {
+        return vec![edge];
+    }
+    let mut lines =
+        vec![LinePlace::Symmetric(SymmetricBloch::Centre), LinePlace::At(OFF_NORMAL * low)];
+    if period > EDGE_PROPAGATES {
+        lines.push(edge);
+    }
+    lines
 }
 
 /// ky that stand for all, below the critical one and, if there is anything there, above it: two
 /// where many orders propagate, more where few do, so that about as many waves are looked at.
-fn probed(interface: &Interface) -> Vec<f64> {
-    // An absorbing half-space sends no light.
-    let clear = [interface.n_top, interface.n_bottom].map(|n| (n.im == 0.0).then_some(n.re));
-    let low = clear.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    let high = clear.into_iter().flatten().fold(0.0, f64::max);
+fn probed_ky(interface: &Interface) -> Vec<f64> {
+    let (low, high) = clear_indices(interface);
     let count = 2 * WAVES.div_ceil(2 * (2 * interface.highest_order() + 1)).clamp(2, 8);
     let spread = |from: f64, to: f64, count: usize| {
         (0..count).map(move |i| from + (to - from) * (i as f64 + 0.5) / count as f64)
@@ -208,20 +260,21 @@ fn probed(interface: &Interface) -> Vec<f64> {
     }
 }
 
-/// Orders and slices with which the share transmitted from any direction, s or p, is within
-/// `tolerance` (by [`hemisphere_change`]), and single orders within three times that (root mean
+/// Orders and slices with which the transmittance from any direction, s or p, is within `tolerance` (by [`hemisphere_change`]), and single orders within three times that (root mean
 /// square over the waves of the largest one of each); with the estimated error of the former. In
 /// tests the true error stays within the tolerance and within 1.5 times the estimate.
 ///
 /// # Errors
-/// A tolerance out of range; no convergence within the range; those of the solver.
+/// A tolerance out of range; half-spaces that both absorb; no convergence within the range; those
+/// of the solver.
 pub fn converge_hemisphere(
     interface: &Interface,
     tolerance: f64,
     progress: &Progress<'_>,
 ) -> Result<(Resolution, f64), Error> {
     check_tolerance(tolerance)?;
-    let probe = Probe { interface, tolerance, ky: probed(interface), progress };
+    let (lines, ky) = (probed_lines(interface), probed_ky(interface));
+    let probe = Probe { interface, tolerance, lines, ky, progress };
     let highest = interface.highest_order();
     let first_order = highest + 4 + highest / 16;
     let (plan, slices_error) = if interface.follows_walls() {
@@ -243,7 +296,11 @@ pub fn converge_hemisphere(
     let (truncation, orders_error) = orders(&probe, range, &longest, allowed)?;
     let plan = fine_enough(interface, &plan, truncation, tolerance);
     let found = Resolution { truncation, plan };
-    let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
+    let rounding = rounding_error(interface.order_spacing(), truncation);
+    if rounding > tolerance {
+        return Err(probe.not_converged(Limit::Digits, &found, tolerance, rounding));
+    }
+    let estimate = (slices_error + orders_error).max(MIN_CLAIM * tolerance).max(rounding);
     if interface.follows_walls() || found.plan.is_exact() {
         return Ok((found, estimate));
     }
@@ -276,7 +333,7 @@ fn stairs_and_orders(
         };
         let there = extrapolated(&finer)?;
         let ratio = highest as f64 / raised as f64;
-        let left = TOGETHER_SAFETY * sample.distance(&there) / (1.0 - ratio);
+        let left = TOGETHER.left_by_coarser(sample.distance(&there), ratio);
         if left <= tolerance {
             return Ok((here, left.max(estimate)));
         }
@@ -302,7 +359,7 @@ fn slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64),
     let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
     let effort = (1.15 + 0.3 * (1e-3 / tolerance).log10()).max(0.3);
     let mut count = ((effort * half_wavelengths).ceil() as usize).max(3 * coarsest.count());
-    let most = most_slices(&coarsest, half_wavelengths);
+    let max = max_slices(&coarsest, half_wavelengths);
     loop {
         let plan = relief.slice_plan(count).raised(3);
         let samples = [3, 4, 5]
@@ -311,7 +368,7 @@ fn slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64),
             .collect::<Result<Vec<_>, _>>()?;
         let here = samples[0].extrapolated(&samples[1], 3.0);
         let there = samples[1].extrapolated(&samples[2], 4.0);
-        let estimate = SLICES_SAFETY * SLICES_FACTOR * here.distance(&there);
+        let estimate = STAIRS.left_by_coarser(here.distance(&there), STAIRS_RATIO);
         if estimate <= allowed {
             return Ok((plan, estimate));
         }
@@ -319,7 +376,7 @@ fn slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64),
         // still diffract.
         let growth = (estimate / allowed).powf(0.25).clamp(1.1, 1.4);
         let next = (plan.count() as f64 * growth).ceil() as usize;
-        if next > most {
+        if next > max {
             let last = Resolution { truncation, plan };
             return Err(probe.not_converged(Limit::Slices, &last, allowed, estimate));
         }
@@ -328,13 +385,13 @@ fn slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64),
 }
 
 /// Slices beyond which none are tried.
-fn most_slices(coarsest: &SlicePlan, half_wavelengths: f64) -> usize {
+fn max_slices(coarsest: &SlicePlan, half_wavelengths: f64) -> usize {
     400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize
 }
 
 /// `plan`, its slices cut where slanted walls are followed so that their corrections stay small
 /// for all orders at `tolerance`.
-pub fn fine_enough(
+pub(super) fn fine_enough(
     interface: &Interface,
     plan: &SlicePlan,
     truncation: Truncation,
@@ -343,13 +400,13 @@ pub fn fine_enough(
     if !interface.follows_walls() || plan.is_exact() {
         return plan.clone();
     }
-    let most =
-        if is_of_high_contrast(interface) { MOST_GROWTH_AT_HIGH_CONTRAST } else { MOST_GROWTH };
+    let max =
+        if is_of_high_contrast(interface) { MAX_EXPONENT_AT_HIGH_CONTRAST } else { MAX_EXPONENT };
     let steepest = truncation.highest() as f64 * interface.order_spacing();
-    let most = most * (tolerance / 1e-3).min(1.0).powf(GROWTH_BY_TOLERANCE);
-    let height = most * interface.wavelength / (TAU * steepest);
+    let max = max * (tolerance / 1e-3).min(1.0).powf(EXPONENT_BY_TOLERANCE);
+    let height = max * interface.wavelength / (TAU * steepest);
     let coarsest = interface.relief.slice_plan(1);
-    plan.no_higher(height, most_slices(&coarsest, half_wavelengths(interface, &coarsest)))
+    plan.no_higher(height, max_slices(&coarsest, half_wavelengths(interface, &coarsest)))
 }
 
 /// Half wavelengths of the densest medium on the sides that are cut.
@@ -357,7 +414,7 @@ fn half_wavelengths(interface: &Interface, plan: &SlicePlan) -> f64 {
     2.0 * densest(interface) * plan.stairs() / interface.wavelength
 }
 
-/// The same on the depth of the relief.
+/// Half wavelengths of the densest medium on the depth of the relief.
 fn depth(interface: &Interface) -> f64 {
     2.0 * densest(interface) * interface.relief.depth() / interface.wavelength
 }
@@ -367,21 +424,28 @@ fn densest(interface: &Interface) -> f64 {
     outside.max(interface.relief.densest())
 }
 
-/// Whether errors of orders fall only as the square of 1/M from the beginning, and single waves
+/// True where errors of orders fall only as the square of 1/M from the beginning, and single waves
 /// depart by more than most.
-pub fn is_of_high_contrast(interface: &Interface) -> bool {
+pub(super) fn is_of_high_contrast(interface: &Interface) -> bool {
     interface.relief.contrast() > HIGH_CONTRAST
 }
 
-/// Power of 1/M with which errors go where sides are followed, and a safety of that and of slices.
-fn followed_law(interface: &Interface, tolerance: f64) -> (i32, f64) {
+/// Law of orders where walls are followed; slices have its safety.
+pub(super) fn followed_law(interface: &Interface, tolerance: f64) -> Law {
     if is_of_high_contrast(interface) {
-        (LAW_OF_HIGH_CONTRAST, SAFETY)
-    } else if tolerance < TAIL {
-        (LAW, SAFETY)
+        Law { exponent: EXPONENT_AT_HIGH_CONTRAST, safety: SAFETY }
     } else {
-        (LAW, 1.0)
+        Law { exponent: EXPONENT, safety: if tolerance < TAIL { SAFETY } else { 1.0 } }
     }
+}
+
+/// Law of orders where walls are vertical or cut into stairs: that of the corners, where media
+/// differ much.
+fn unfollowed_law(interface: &Interface) -> Law {
+    if interface.follows_walls() && !is_of_high_contrast(interface) {
+        return ORDERS;
+    }
+    Law { exponent: ORDERS.exponent.min(corner_exponent(&interface.indices())), ..ORDERS }
 }
 
 /// A plan of slices that follow the sides, and the error that they leave: the difference to a third
@@ -394,12 +458,13 @@ fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePl
         return Ok((coarsest, 0.0));
     }
     let allowed = SLICES_PART * tolerance;
-    let (law, safety) = (LAW_OF_SLICES, followed_law(probe.interface, tolerance).1);
+    let safety = followed_law(probe.interface, tolerance).safety;
+    let law = Law { exponent: SLICES_EXPONENT, safety };
     let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
     let usual = FIRST_SLICES * depth(probe.interface).sqrt();
     let effort = (1e-3 / tolerance).powf(0.2) * usual.min(1.1 * half_wavelengths);
     let mut count = (effort.ceil() as usize).max(2 * coarsest.count());
-    let most = most_slices(&coarsest, half_wavelengths);
+    let max = max_slices(&coarsest, half_wavelengths);
     loop {
         let plans = [count, (count as f64 * FOLLOWED_REFERENCE).ceil() as usize + 1]
             .map(|count| relief.slice_plan(count));
@@ -414,15 +479,15 @@ fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePl
             both(|| probe.sample(truncation, &plans[0]), || probe.sample(truncation, &plans[1]))?;
         let counts = plans.each_ref().map(|plan| plan.count() as f64);
         let ratio = counts[0] / counts[1];
-        let estimate = safety * here.distance(&there) / (1.0 - ratio.powi(law));
-        let growth = (estimate / allowed).powf(1.0 / f64::from(law)).max(1.0);
+        let estimate = law.left_by_coarser(here.distance(&there), ratio);
+        let growth = law.growth(estimate, allowed).max(1.0);
         if growth * ratio <= 1.0 {
             let plan = relief.slice_plan((counts[0] * growth).ceil() as usize);
-            let left = estimate * (counts[0] / plan.count() as f64).powi(law);
+            let left = estimate * law.fall(counts[0] / plan.count() as f64);
             return Ok((plan, left));
         }
         count = (counts[0] * growth.min(1.4)).ceil() as usize;
-        if count > most {
+        if count > max {
             let [plan, _] = plans;
             let last = Resolution { truncation, plan };
             return Err(probe.not_converged(Limit::Slices, &last, allowed, estimate));
@@ -431,8 +496,9 @@ fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePl
 }
 
 /// Orders out of a growing sequence, and the error they leave. Each is compared with about a third
-/// more, and the difference continued by the law M⁻², which corners and jumps of the fields make it
-/// follow, or M⁻³ or M⁻² where slanted sides are followed. Of the tolerance, `allowed` is theirs.
+/// more, and the difference continued by the law M⁻² or slower, which corners and jumps of the
+/// fields make it follow, or M⁻³ or M⁻² where slanted walls are followed. Of the tolerance,
+/// `allowed` is theirs.
 fn orders(
     probe: &Probe<'_>,
     range: RangeInclusive<usize>,
@@ -447,11 +513,10 @@ fn orders(
     let at = |m: usize, plan: &SlicePlan| probe.sample(Truncation::new(m)?, plan);
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
     let follows_walls = probe.interface.follows_walls() && !plan.is_exact();
-    let (law, safety, reference_by) = if follows_walls {
-        let (law, safety) = followed_law(probe.interface, probe.tolerance);
-        (law, safety, FOLLOWED_ORDERS)
+    let (law, reference_by) = if follows_walls {
+        (followed_law(probe.interface, probe.tolerance), FOLLOWED_ORDERS)
     } else {
-        (2, ORDERS_SAFETY, REFERENCE)
+        (unfollowed_law(probe.interface), REFERENCE)
     };
     let mut m = *range.start();
     let mut finest = grown(m, reference_by);
@@ -459,15 +524,20 @@ fn orders(
     let (mut here, mut reference) = both(|| at(m, &plan), || at(finest, &plan))?;
     loop {
         let ratio = m as f64 / finest as f64;
-        let estimate = safety * here.distance(&reference) / (1.0 - ratio.powi(law));
+        let mut estimate = law.left_by_coarser(here.distance(&reference), ratio);
+        if estimate <= allowed && !follows_walls && law != ORDERS {
+            for neighbour in m + 1..=m + NEIGHBOURS {
+                estimate = estimate.max(law.safety * here.distance(&at(neighbour, &plan)?));
+            }
+        }
         if estimate <= allowed {
             return Ok((Truncation::new(m)?, estimate));
         }
-        let growth = (estimate / allowed).powf(1.0 / f64::from(law));
+        let growth = law.growth(estimate, allowed);
         if follows_walls && growth * ratio <= 1.0 {
             // Between the two the law need not be trusted far.
             let enough = grown(m, growth).min(finest);
-            let left = estimate * (m as f64 / enough as f64).powi(law);
+            let left = estimate * law.fall(m as f64 / enough as f64);
             return Ok((Truncation::new(enough)?, left));
         }
         // As far as the law says, but never far at once.
@@ -482,7 +552,7 @@ fn orders(
                 slices: plan.count(),
             });
         }
-        if grown(m, SHORTEST_REFERENCE) <= finest {
+        if grown(m, MIN_REFERENCE) <= finest {
             here = at(m, &plan)?;
         } else {
             finest = grown(m, reference_by);
@@ -494,9 +564,9 @@ fn orders(
 
 /// Two samples side by side.
 fn both(
-    a: impl FnOnce() -> Result<LineEfficiencies, Error> + Send,
-    b: impl FnOnce() -> Result<LineEfficiencies, Error> + Send,
-) -> Result<(LineEfficiencies, LineEfficiencies), Error> {
+    a: impl FnOnce() -> Result<SampleEfficiencies, Error> + Send,
+    b: impl FnOnce() -> Result<SampleEfficiencies, Error> + Send,
+) -> Result<(SampleEfficiencies, SampleEfficiencies), Error> {
     let (a, b) = rayon::join(a, b);
     Ok((a?, b?))
 }

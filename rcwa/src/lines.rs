@@ -5,19 +5,20 @@
 //! wavevector, and all ky of one kx share the modes of every layer. So directions are sorted into
 //! lines of kx in the first Brillouin zone, and each line is solved once for its different ky.
 //! Efficiencies do not depend on the sign of ky. Without loss, reciprocity, S(-k) = Sᵀ(k), gives
-//! those at -kx too, so that lines at kx ≥ 0 are enough (`rcwa::hemisphere`).
+//! those at -kx too, so that lines at kx ≥ 0 are enough ([`hemisphere`](mod@crate::hemisphere)).
 
-use anyhow::ensure;
-use num_complex::Complex64;
+use crate::accuracy::{Found, Structure, Waves, converge_waves};
+use crate::error::Error;
+use crate::hemisphere::{Interface, Resolution};
+use crate::jones::Matrix;
+use crate::orders::{Bloch, SymmetricBloch, Truncation};
+use crate::progress::Progress;
+use crate::relief::extrapolate;
+use crate::scattering::Scattering;
+use crate::solve::{highest_order, solve, solve_line, solve_symmetric_line};
+use crate::stack::Stack;
+use crate::wave::{Pol, Side};
 use rayon::prelude::*;
-use rcwa::relief::extrapolate;
-use rcwa::solve::highest_order;
-use rcwa::{
-    Bloch, Pol, Progress, Scattering, Side, Stack, SymmetricBloch, Truncation, solve, solve_line,
-    solve_symmetric_line,
-};
-
-use crate::memory::free_bytes;
 
 /// Wavevectors closer than this, in order spacings or in k0, are one: rounding of angles.
 const SAME: f64 = 1e-12;
@@ -26,12 +27,12 @@ const SAME: f64 = 1e-12;
 /// since lines round components of about [`SAME`].
 const NORMAL: f64 = 1e-9;
 
-/// Bytes that are taken without looking at how many are free.
+/// Bytes that are taken without asking how many are free.
 const LITTLE: f64 = 256e6;
 
-/// One wave that falls on the structure.
+/// Direction of a wave that falls on the structure.
 #[derive(Debug, Clone, Copy)]
-pub struct Incident {
+pub struct Direction {
     /// Across the grooves, in k0.
     pub kx: f64,
     /// Along the grooves, in k0.
@@ -40,35 +41,40 @@ pub struct Incident {
     pub azimuth: f64,
 }
 
-/// The orders of one direction.
+/// Half-space, order relative to the incident one, efficiency [in][out] over s and p.
+pub type Efficiency = (Side, i32, [[f64; 2]; 2]);
+
+/// Orders of one direction.
 #[derive(Debug, Clone, Default)]
-pub struct Orders {
-    /// Half-space, order relative to the incident one, efficiency [in][out] over s and p.
-    pub efficiencies: Vec<(usize, i32, [[f64; 2]; 2])>,
-    /// Half-space, order, matrix [out][in] of electric amplitudes.
-    pub jones: Vec<(usize, i32, [[Complex64; 2]; 2])>,
+pub struct DirectionOrders {
+    /// Efficiencies of all orders that propagate.
+    pub efficiencies: Vec<Efficiency>,
+    /// Half-space, relative order, Jones matrix of electric amplitudes, where it is asked for.
+    pub jones: Vec<(Side, i32, Matrix)>,
 }
 
-/// The structure, where light comes from, and what is asked.
+/// Request for the orders of directions.
 #[derive(Clone, Copy)]
-pub struct Request<'a> {
+pub struct LinesRequest<'a> {
     /// One stack, or two that are extrapolated.
     pub stacks: &'a (Stack, Option<Stack>),
     /// Orders kept.
     pub truncation: Truncation,
-    /// Where light comes from.
+    /// Half-space that light comes from; without loss.
     pub side: Side,
-    /// Whether Jones matrices are wanted; of one stack alone.
+    /// True where Jones matrices are wanted; of one stack alone.
     pub jones: bool,
+    /// Bytes of memory that may be taken; asked for large problems only.
+    pub free_bytes: &'a (dyn Fn() -> f64 + Sync),
 }
 
 /// A direction as an order of a line.
 struct Member {
     direction: usize,
-    /// Its order at the line's wavevector, or at the mirrored one.
+    /// Order at the line's wavevector, or at the mirrored one.
     order: i32,
     mirrored: bool,
-    /// Whether its ky is below 0.
+    /// True for ky below 0.
     negative: bool,
 }
 
@@ -79,22 +85,19 @@ struct Line {
     ky: Vec<(f64, Vec<Member>)>,
 }
 
-/// Solution with the largest |R + T - 1| of the problems and their number.
-pub struct Solved {
-    /// In the order of the directions.
-    pub orders: Vec<Orders>,
+/// Solution of a list of directions.
+#[derive(Debug, Clone)]
+pub struct SolvedDirections {
+    /// Orders, in the sequence of the directions.
+    pub orders: Vec<DirectionOrders>,
     /// Largest |R + T - 1|; of R + T - 1 with loss.
     pub balance: f64,
     /// Bloch wavevectors solved, of both stacks.
     pub problems: usize,
 }
 
-fn side_number(side: Side) -> usize {
-    usize::from(side == Side::Bottom)
-}
-
 /// Sorts directions into lines; with `fold` those at -kx are given by the lines at kx.
-fn lines(directions: &[Incident], spacing: f64, fold: bool) -> Vec<Line> {
+fn lines(directions: &[Direction], spacing: f64, fold: bool) -> Vec<Line> {
     let mut placed: Vec<(f64, f64, Member)> = directions
         .iter()
         .enumerate()
@@ -149,7 +152,7 @@ impl Line {
         ky: &[f64],
         truncation: Truncation,
         progress: &Progress<'_>,
-    ) -> Result<Vec<Scattering>, rcwa::Error> {
+    ) -> Result<Vec<Scattering>, Error> {
         if self.kx.abs() <= SAME {
             solve_symmetric_line(stack, SymmetricBloch::Centre, ky, truncation, progress)
         } else if (self.kx - 0.5).abs() <= SAME {
@@ -166,68 +169,139 @@ fn bytes_per_ky(truncation: Truncation) -> f64 {
     8.0 * (2.0 * truncation.count() as f64).powi(2) * 16.0
 }
 
+/// Number of ky of one line that are solved at once.
+fn ky_at_once(request: LinesRequest<'_>, lines: &[Line]) -> Result<usize, Error> {
+    let workers = rayon::current_num_threads().min(lines.len()).max(1);
+    let runs = 1 + usize::from(request.stacks.1.is_some());
+    let per_ky = bytes_per_ky(request.truncation) * runs as f64;
+    let all_ky: usize = lines.iter().map(|line| line.ky.len()).sum();
+    if per_ky * all_ky as f64 <= LITTLE {
+        return Ok(all_ky);
+    }
+    let (free, got) = ((request.free_bytes)(), request.truncation.highest());
+    if per_ky > free {
+        let max = (free / per_ky).sqrt() * got as f64;
+        return Err(Error::Memory { max_orders: max as usize, free_bytes: free, got });
+    }
+    Ok((free / per_ky / workers as f64).max(1.0) as usize)
+}
+
+/// Highest order of the lines and of their directions.
+fn highest_of(stack: &Stack, lines: &[Line]) -> usize {
+    let spacing = stack.wavelength() / stack.period();
+    let each = lines.iter().flat_map(|line| line.ky.iter().map(move |ky| (line.kx, ky)));
+    each.map(|(kx, (ky, members))| {
+        let own = members.iter().map(|m| m.order.unsigned_abs() as usize).max();
+        highest_order(stack, Bloch::new(kx * spacing, *ky)).max(own.unwrap_or(0))
+    })
+    .max()
+    .unwrap_or(0)
+}
+
+/// Lines of a stack for these directions.
+fn lines_of(stack: &Stack, directions: &[Direction], jones: bool) -> Vec<Line> {
+    let is_clear = Side::BOTH.iter().all(|&side| stack.index(side).im == 0.0);
+    lines(directions, stack.wavelength() / stack.period(), is_clear && !jones)
+}
+
+/// Directions that are to be known to a tolerance.
+#[derive(Clone)]
+pub struct ToleranceRequest<'a> {
+    /// Structure.
+    pub interface: &'a Interface,
+    /// Half-space that light comes from; without loss.
+    pub side: Side,
+    /// Directions of the light.
+    pub directions: &'a [Direction],
+    /// Largest error of an efficiency of any order, in s and in p.
+    pub tolerance: f64,
+    /// Result of an earlier [`first_resolution`](crate::accuracy::first_resolution), if there is
+    /// one.
+    pub first: Option<Resolution>,
+    /// Bytes of memory that may be taken; asked for large problems only.
+    pub free_bytes: &'a (dyn Fn() -> f64 + Sync),
+}
+
+/// Solves directions to a tolerance.
+///
+/// # Errors
+/// The errors of [`converge_waves`] and [`solve_directions`]; no convergence within the work allowed.
+pub fn converge_directions(
+    request: &ToleranceRequest<'_>,
+    progress: &Progress<'_>,
+) -> Result<Found<SolvedDirections>, Error> {
+    let &ToleranceRequest { interface, side, directions, tolerance, free_bytes, .. } = request;
+    let flat = interface.stack(&interface.relief.slice_plan(1))?;
+    let solve = |at: &Resolution| {
+        let stacks = &interface.stacks(at)?;
+        let truncation = at.truncation;
+        let request = LinesRequest { stacks, truncation, side, jones: false, free_bytes };
+        solve_directions(request, directions, &|_| (), progress)
+    };
+    let waves = Waves {
+        solve: &solve,
+        distance: &largest_difference,
+        highest_order: highest_of(&flat, &lines_of(&flat, directions, false)),
+        first: request.first.clone(),
+    };
+    converge_waves(Structure::Relief(interface), &waves, tolerance, progress)?.within(tolerance)
+}
+
+/// Largest difference of an efficiency of any order, of its parts in s and p or of their sum.
+fn largest_difference(a: &SolvedDirections, b: &SolvedDirections) -> f64 {
+    let changes = a.orders.iter().zip(&b.orders);
+    changes.map(|(a, b)| efficiency_change(&a.efficiencies, &b.efficiencies)).fold(0.0, f64::max)
+}
+
+/// Largest difference of an efficiency between two lists, of its parts in s and p or of their sum;
+/// orders that only one of them has count in full.
+fn efficiency_change(a: &[Efficiency], b: &[Efficiency]) -> f64 {
+    let find = |list: &[Efficiency], like: &Efficiency| {
+        let same = |o: &&Efficiency| (o.0, o.1) == (like.0, like.1);
+        list.iter().find(same).map_or([[0.0; 2]; 2], |o| o.2)
+    };
+    let differences = a.iter().chain(b).flat_map(|o| {
+        let (a, b) = (find(a, o), find(b, o));
+        [0, 1].map(|p| {
+            let [s, p] = [a[p][0] - b[p][0], a[p][1] - b[p][1]];
+            s.abs().max(p.abs()).max((s + p).abs())
+        })
+    });
+    differences.fold(0.0, f64::max)
+}
+
 /// Solves all directions; the number of layers to pass goes to `expect`, those passed go to
 /// `progress`.
 ///
 /// # Errors
 /// Fewer orders than propagate, more than fit into memory, a direction that does not propagate, and
 /// those of the solver.
-pub fn solve_all(
-    request: Request<'_>,
-    directions: &[Incident],
+pub fn solve_directions(
+    request: LinesRequest<'_>,
+    directions: &[Direction],
     expect: &dyn Fn(usize),
     progress: &Progress<'_>,
-) -> anyhow::Result<Solved> {
-    let Request { stacks, truncation, side, jones, .. } = request;
+) -> Result<SolvedDirections, Error> {
+    let LinesRequest { stacks, truncation, jones, .. } = request;
     let stack = &stacks.0;
-    let spacing = stack.wavelength() / stack.period();
-    let index = stack.index(side);
-    ensure!(
-        index.im == 0.0 && index.re > 0.0,
-        "side: expected a half-space of real index, since light comes from it, got [{}, {}]",
-        index.re,
-        index.im
-    );
-    let lossless = [stack.index(Side::Top), stack.index(Side::Bottom)].iter().all(|n| n.im == 0.0);
-    let lines = lines(directions, spacing, lossless && !jones);
-    for line in &lines {
-        for (ky, members) in &line.ky {
-            let needed = highest_order(stack, Bloch::new(line.kx * spacing, *ky));
-            let own = members.iter().map(|m| m.order.unsigned_abs() as usize).max();
-            let needed = needed.max(own.unwrap_or(0));
-            if needed > truncation.highest() {
-                return Err(rcwa::Error::TooFewOrders {
-                    got: truncation.highest(),
-                    propagating: needed,
-                }
-                .into());
-            }
-        }
+    let lines = lines_of(stack, directions, jones);
+    let propagating = highest_of(stack, &lines);
+    if propagating > truncation.highest() {
+        return Err(Error::TooFewOrders { got: truncation.highest(), propagating });
     }
-    let workers = rayon::current_num_threads().min(lines.len()).max(1);
-    let per_ky = bytes_per_ky(truncation) * (1 + usize::from(stacks.1.is_some())) as f64;
+    let at_once = ky_at_once(request, &lines)?;
     let all_ky: usize = lines.iter().map(|line| line.ky.len()).sum();
-    let at_once = if per_ky * all_ky as f64 > LITTLE {
-        let free = free_bytes();
-        ensure!(
-            per_ky <= free,
-            "orders: expected at most {:.0} in {:.1} GiB of free memory, got {}",
-            (free / per_ky).sqrt() * truncation.highest() as f64,
-            free / f64::from(1 << 30),
-            truncation.highest()
-        );
-        (free / per_ky / workers as f64).max(1.0) as usize
-    } else {
-        all_ky
-    };
     let layers = stacks.0.layers().len() + stacks.1.as_ref().map_or(0, |s| s.layers().len());
     expect(layers * all_ky);
     let solved: Vec<LineSolution> = lines
         .into_par_iter()
-        .map(|line| of_line(request, directions, line, at_once, progress))
+        .map(|line| solve_one_line(request, directions, line, at_once, progress))
         .collect::<Result<_, _>>()?;
-    let mut all =
-        Solved { orders: vec![Orders::default(); directions.len()], balance: 0.0, problems: 0 };
+    let mut all = SolvedDirections {
+        orders: vec![DirectionOrders::default(); directions.len()],
+        balance: 0.0,
+        problems: 0,
+    };
     for line in solved {
         all.balance = all.balance.max(line.balance);
         all.problems += line.problems;
@@ -239,25 +313,28 @@ pub fn solve_all(
 }
 
 struct LineSolution {
-    orders: Vec<(usize, Orders)>,
+    orders: Vec<(usize, DirectionOrders)>,
     balance: f64,
     problems: usize,
 }
 
-fn of_line(
-    request: Request<'_>,
-    directions: &[Incident],
+fn solve_one_line(
+    request: LinesRequest<'_>,
+    directions: &[Direction],
     line: Line,
     at_once: usize,
     progress: &Progress<'_>,
-) -> Result<LineSolution, rcwa::Error> {
-    let Request { stacks, truncation, side, jones, .. } = request;
+) -> Result<LineSolution, Error> {
+    let LinesRequest { stacks, truncation, side, jones, .. } = request;
     let mut result = LineSolution { orders: Vec::new(), balance: 0.0, problems: 0 };
     for part in line.ky.chunks(at_once) {
         let ky: Vec<f64> = part.iter().map(|(ky, _)| *ky).collect();
         let coarse = line.solve(&stacks.0, &ky, truncation, progress)?;
-        let fine = stacks.1.as_ref();
-        let fine = fine.map(|stack| line.solve(stack, &ky, truncation, progress)).transpose()?;
+        let fine = stacks
+            .1
+            .as_ref()
+            .map(|stack| line.solve(stack, &ky, truncation, progress))
+            .transpose()?;
         for run in coarse.iter().chain(fine.iter().flatten()) {
             let balance = run.worst_balance().map_or(0.0, |worst| worst.3.abs());
             result.balance = result.balance.max(balance);
@@ -281,7 +358,7 @@ fn of_line(
                 } else {
                     read(pair.0, pair.1, side, member, jones)
                 };
-                let orders = orders.ok_or(rcwa::Error::Evanescent { order: 0, side })?;
+                let orders = orders.ok_or(Error::Evanescent { order: 0, side })?;
                 result.orders.push((member.direction, orders));
             }
         }
@@ -296,28 +373,27 @@ fn read(
     side: Side,
     member: &Member,
     jones: bool,
-) -> Option<Orders> {
+) -> Option<DirectionOrders> {
     let m = member.order;
     coarse.source(side, m)?;
-    let share = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
+    let efficiency = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
         let one = coarse.efficiency_in(from, to, pol);
         fine.map_or(one, |fine| extrapolate(one, fine.efficiency_in(from, to, pol), 3.0))
     };
-    let mut orders = Orders::default();
+    let mut orders = DirectionOrders::default();
     for other in Side::BOTH {
         for n in coarse.orders(other) {
-            let number = side_number(other);
             if member.mirrored {
                 if coarse.source(other, n).is_none() {
                     continue;
                 }
-                let from = |p, q| share((other, n, q), (side, m), p);
+                let from = |p, q| efficiency((other, n, q), (side, m), p);
                 let all = Pol::BOTH.map(|p| Pol::BOTH.map(|q| from(p, q)));
-                orders.efficiencies.push((number, m - n, all));
+                orders.efficiencies.push((other, m - n, all));
             } else {
-                let to = |p, q| share((side, m, p), (other, n), q);
+                let to = |p, q| efficiency((side, m, p), (other, n), q);
                 let all = Pol::BOTH.map(|p| Pol::BOTH.map(|q| to(p, q)));
-                orders.efficiencies.push((number, n - m, all));
+                orders.efficiencies.push((other, n - m, all));
             }
         }
     }
@@ -329,7 +405,7 @@ fn read(
             // The mirror y -> -y turns s into -s.
             matrix[0][1] *= sign;
             matrix[1][0] *= sign;
-            orders.jones.push((side_number(found.side), found.order - m, matrix));
+            orders.jones.push((found.side, found.order - m, matrix));
         }
     }
     Some(orders)
@@ -337,11 +413,9 @@ fn read(
 
 /// Sets negative efficiencies of an extrapolation to 0 and scales the others to keep the sum of
 /// each incident polarisation.
-fn clip_negative(orders: &mut [(usize, i32, [[f64; 2]; 2])]) {
+fn clip_negative(orders: &mut [Efficiency]) {
     for p in 0..2 {
-        let sum = |orders: &[(usize, i32, [[f64; 2]; 2])]| -> f64 {
-            orders.iter().flat_map(|o| o.2[p]).sum()
-        };
+        let sum = |orders: &[Efficiency]| -> f64 { orders.iter().flat_map(|o| o.2[p]).sum() };
         if orders.iter().all(|o| o.2[p].iter().all(|e| *e >= 0.0)) {
             continue;
         }

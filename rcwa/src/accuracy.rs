@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Orders and slices for a tolerance: the only searches for a resolution.
+//!
+//! In: a structure, the light that is asked for, a tolerance. Out: a [`Resolution`] and the error
+//! left there. [`hemisphere`] asks for all directions of a table, [`waves`] for single directions
+//! and lists of them. Both follow one rule. A result is compared with others of more or fewer
+//! orders or slices; the change is continued by the law that errors obey ([`Law`]) and must come
+//! below the tolerance. Every efficiency asked for then is within the tolerance of the limit of
+//! infinitely many orders and slices; of a hemisphere, whose directions nobody asks for one by one,
+//! in the distance [`hemisphere_change`]. What does not settle within the work allowed is refused,
+//! or comes with an error above the tolerance and the [`Limit`](crate::error::Limit) that was met.
+//!
+//! [`Resolution`]: crate::hemisphere::Resolution
+
+mod hemisphere;
+mod law;
+mod waves;
+
+pub use hemisphere::{converge_hemisphere, hemisphere_change};
+pub use waves::{
+    ErrorParts, Found, Structure, Waves, converge_waves, first_resolution, settle_slices,
+};
+
+use crate::error::Error;
+
+/// Smallest tolerance accepted: below it round-off of many layers is in the way.
+pub const MIN_TOLERANCE: f64 = 1e-8;
+/// Largest tolerance accepted.
+pub const MAX_TOLERANCE: f64 = 0.1;
+
+fn check_tolerance(got: f64) -> Result<(), Error> {
+    let (smallest, largest) = (MIN_TOLERANCE, MAX_TOLERANCE);
+    if (smallest..=largest).contains(&got) {
+        Ok(())
+    } else {
+        Err(Error::Tolerance { smallest, largest, got })
+    }
+}
+
+/// Largest difference of any component: the distance in which single numbers are asked for.
+pub fn largest_change(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Searches for a tolerance from periods far below the wavelength to fifty of them, of dielectrics
+//! and metals: the stated error bounds the distance to solutions of many orders, or the search says
+//! that it has not settled.
+
+use crate::support::real;
+use num_complex::Complex64;
+use rcwa::accuracy::{
+    Structure, Waves, converge_hemisphere, converge_waves, hemisphere_change, largest_change,
+};
+use rcwa::hemisphere::{Interface, Resolution};
+use rcwa::lines::{Direction, ToleranceRequest, converge_directions};
+use rcwa::relief::Layer;
+use rcwa::relief::shapes::{self, Materials};
+use rcwa::{Bloch, Error, Pol, Side, Stack, Truncation, no_progress};
+
+/// Periods in wavelengths: either side of where half a zone sends no light, and far from it.
+const PERIODS: [f64; 10] = [0.05, 0.2, 0.3, 0.4, 0.499, 0.501, 0.7, 1.1, 2.0, 10.0];
+
+const ALUMINIUM: Complex64 = Complex64::new(0.96, 6.7);
+
+/// Ridges at a wavelength of 1 between air and `below`.
+fn lamella(period: f64, fill: f64, ridge: Complex64, below: Complex64) -> Interface {
+    let relief = shapes::lamellar(period, 0.33, fill, Materials { ridge, groove: real(1.0) });
+    Interface { relief: relief.unwrap(), wavelength: 1.0, n_top: real(1.0), n_bottom: below }
+}
+
+/// Reflectance from the top in s and p at some directions, in the plane of incidence and off it.
+fn reflectances(stack: &Stack, highest: usize) -> Result<Vec<f64>, Error> {
+    let mut all = Vec::new();
+    for (kx, ky) in [(0.0, 0.0), (0.174, 0.0), (0.6, 0.0), (0.3, 0.5), (0.0, 0.7)] {
+        let s = rcwa::solve(stack, Bloch::new(kx, ky), Truncation::new(highest)?)?;
+        all.extend(Pol::BOTH.map(|pol| s.total((Side::Top, 0, pol), Side::Top)));
+    }
+    Ok(all)
+}
+
+/// Reflectances in the limit, by many orders and by a few less; the second is what they are off by.
+fn limit(interface: &Interface) -> (Vec<f64>, f64) {
+    let stack = interface.stack(&interface.relief.slice_plan(1)).unwrap();
+    let many = 80 + 2 * interface.highest_order();
+    let [all, less] = [many, 4 * many / 5].map(|m| reflectances(&stack, m).unwrap());
+    let own = largest_change(&all, &less);
+    (all, own)
+}
+
+/// Error of a hemisphere's resolution and the stated one; `None` if it has not settled.
+fn searched(interface: &Interface, tolerance: f64) -> Option<(f64, f64, usize)> {
+    let found = converge_hemisphere(interface, tolerance, &no_progress);
+    let (resolution, estimate) = match found {
+        Err(Error::NotConverged { .. }) => return None,
+        other => other.unwrap(),
+    };
+    let stack = interface.stack(&resolution.plan).unwrap();
+    let here = reflectances(&stack, resolution.truncation.highest()).unwrap();
+    let (there, own) = limit(interface);
+    let error = (hemisphere_change(&here, &there) - 5.0 * own).max(0.0);
+    Some((error, estimate, resolution.truncation.highest()))
+}
+
+#[test]
+fn dielectrics_of_any_period_keep_their_tolerance() {
+    for (index, fill) in [(1.41, 0.5), (3.48, 0.6)] {
+        for period in PERIODS {
+            let interface = lamella(period, fill, real(index), real(1.41));
+            for tolerance in if period > 5.0 { vec![1e-2] } else { vec![1e-2, 1e-3] } {
+                let (error, estimate, m) = searched(&interface, tolerance)
+                    .unwrap_or_else(|| panic!("{index}, {period}: has not settled"));
+                assert!(
+                    error <= estimate && estimate <= tolerance,
+                    "index {index}, period {period}: {error:.1e}, stated {estimate:.1e}, M = {m}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn metals_of_any_period_keep_their_tolerance_or_do_not_settle() {
+    let mut settled = 0;
+    for period in [0.05, 0.3, 0.499, 0.501, 1.1] {
+        let interface = lamella(period, 1.0 / 3.0, ALUMINIUM, real(1.5));
+        for tolerance in [5e-2, 2e-2] {
+            let Some((error, estimate, m)) = searched(&interface, tolerance) else {
+                continue;
+            };
+            settled += 1;
+            assert!(
+                error <= estimate && estimate <= tolerance,
+                "period {period}: {error:.1e}, stated {estimate:.1e}, M = {m}"
+            );
+        }
+    }
+    assert!(settled >= 5, "{settled}");
+}
+
+/// The silicon grating whose transmittance was off by a sixth at any tolerance.
+#[test]
+fn silicon_below_half_a_wavelength_is_right() {
+    let relief = shapes::lamellar(0.6, 0.4, 0.6, Materials::lossless(3.48, 1.0)).unwrap();
+    let grating = Interface { relief, wavelength: 1.2, n_top: real(1.0), n_bottom: real(1.0) };
+    let (found, _) = converge_hemisphere(&grating, 1e-3, &no_progress).unwrap();
+    let stack = grating.stack(&found.plan).unwrap();
+    let bloch = Bloch::from_angles(&stack, Side::Top, 10f64.to_radians(), 0.0);
+    let solved = rcwa::solve(&stack, bloch, found.truncation).unwrap();
+    let transmitted = solved.total((Side::Top, 0, Pol::P), Side::Bottom);
+    // Single directions may be off by three times the tolerance of a hemisphere.
+    assert!((transmitted - 0.3274).abs() < 3e-3, "{transmitted} with {found:?}");
+
+    let free_bytes = || 1e9;
+    let request = ToleranceRequest {
+        interface: &grating,
+        side: Side::Top,
+        directions: &[Direction { kx: bloch.kx0, ky: 0.0, azimuth: 0.0 }],
+        tolerance: 1e-3,
+        first: None,
+        free_bytes: &free_bytes,
+    };
+    let found = converge_directions(&request, &no_progress).unwrap();
+    let orders = &found.answer.orders[0].efficiencies;
+    let below = orders.iter().filter(|order| order.0 == Side::Bottom);
+    let transmitted: f64 = below.map(|order| order.2[1].iter().sum::<f64>()).sum();
+    assert!((transmitted - 0.3274).abs() < 1e-3, "{transmitted} with {:?}", found.resolution);
+}
+
+/// Reflectance of one wave of layers by a search, with the stated error.
+fn layers(stack: &Stack, pol: Pol, tolerance: f64) -> (f64, f64, usize) {
+    let solve = |at: &Resolution| {
+        let s = rcwa::solve(stack, Bloch::new(0.0, 0.0), at.truncation)?;
+        Ok(s.total((Side::Top, 0, pol), Side::Top))
+    };
+    let distance = |a: &f64, b: &f64| (a - b).abs();
+    let waves = Waves { solve: &solve, distance: &distance, highest_order: 0, first: None };
+    let structure = Structure::Layers(stack);
+    let found = converge_waves(structure, &waves, tolerance, &no_progress).unwrap();
+    (found.answer, found.errors.sum(), found.resolution.truncation.highest())
+}
+
+/// Silver ridges under glass, in TM: efficiencies of every third order lie on curves of their own.
+#[test]
+fn silver_in_tm_states_an_error_that_bounds() {
+    let silver = Complex64::new(0.132_151_433_575_751_74, 2.765_766_440_138_452);
+    let glass = real(1.5);
+    let third = 1.0 / 3.0;
+    let ridge = crate::support::layer(80.0, &[(third, glass), (2.0 * third, silver), (1.0, glass)]);
+    let film = Layer::uniform(20.0, glass).unwrap();
+    let stack = Stack::new(500.0, 180.0, real(1.0), silver, vec![film, ridge]).unwrap();
+    for tolerance in [3e-2, 3e-3] {
+        let (reflectance, stated, _) = layers(&stack, Pol::P, tolerance);
+        // The limit of many more orders in stretched coordinates.
+        assert!((reflectance - 0.7857).abs() <= stated + 1e-3, "{reflectance}, {stated:.1e}");
+    }
+}
+
+/// Far below the wavelength lamellae are a film, and the orders' wavevectors leave few digits.
+#[test]
+fn periods_far_below_the_wavelength_are_right_or_refused() {
+    let stack = |period: f64| {
+        let ridge = crate::support::layer(0.3, &[(0.4, real(2.5)), (1.0, real(1.5))]);
+        Stack::new(1.0, period, real(1.0), real(1.5), vec![ridge]).unwrap()
+    };
+    for period in [1e-3, 1e-4] {
+        let (reflectance, stated, m) = layers(&stack(period), Pol::S, 1e-3);
+        let off = (reflectance - 0.088_278).abs();
+        assert!(off <= stated && stated <= 1e-3, "{period}: off by {off:.1e}, {stated:.1e}, M {m}");
+    }
+    let many = Truncation::new(80).unwrap();
+    let error = rcwa::solve(&stack(1e-5), Bloch::new(0.0, 0.0), many).unwrap_err();
+    assert!(matches!(error, Error::Rounding { .. }), "{error}");
+    let (_, stated, _) = layers(&stack(1e-5), Pol::S, 1e-5);
+    assert!(stated > 1e-5, "{stated:.1e}");
+}
