@@ -13,11 +13,6 @@
 use super::jackknife::spread;
 use super::{Estimate, Grouped};
 
-/// Key in `results.json`.
-pub const KEY: &str = "cell_colour_difference";
-/// Name for people.
-pub const LABEL: &str = "colour difference \u{394}u'v', cell";
-
 /// X, Y and Z of every point, one point after the other.
 type Tristimulus = [f64];
 

@@ -14,6 +14,7 @@ pub mod digits;
 pub mod estimate;
 pub mod extraction;
 pub mod far_field;
+pub mod figures;
 pub mod illuminance;
 mod jackknife;
 mod jackknifed_figure;

@@ -9,6 +9,7 @@ use metrics::Estimate;
 use metrics::digits::{format_value_with_error, shortest, thousands};
 use metrics::extraction::{Ledger, is_end};
 use metrics::far_field::PeakPlace;
+use metrics::figures::{CENTRE_TO_PEAK, EXTRACTION, PARABOLA, PEAK_ANGLE, UNIFORMITY};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
@@ -121,22 +122,24 @@ fn uniformity(text: &mut String, model: &ModelResult) {
             line(text, name, &format!("{:empty$}{value}", ""));
         }
     }
-    if let Some(figure) = model.figure("uniformity") {
+    if let Some(figure) = model.figure(UNIFORMITY.key) {
         line(text, "as the design reads it", &percent(figure.estimate));
     }
 }
 
 fn far_field(text: &mut String, model: &ModelResult) {
-    let of_far_field = ["peak_angle_deg", "peak_angle_parabola_deg", "centre_to_peak"];
+    let of_far_field = [PEAK_ANGLE, PARABOLA, CENTRE_TO_PEAK].map(|figure| figure.key);
     let figures: Vec<&Figure> = of_far_field.iter().filter_map(|k| model.figure(k)).collect();
     if !figures.is_empty() {
         text.push_str(" far field\n");
     }
     for figure in figures {
-        let beside = model.figure("peak_angle_deg").map(|peak| peak.peak_place);
+        let beside = model.figure(PEAK_ANGLE.key).map(|peak| peak.peak_place);
         // A ratio to a peak that is noise is noise as well.
         let place = match (figure.key, beside) {
-            ("centre_to_peak", Some(PeakPlace::NotResolved)) => PeakPlace::NotResolved,
+            (key, Some(PeakPlace::NotResolved)) if key == CENTRE_TO_PEAK.key => {
+                PeakPlace::NotResolved
+            }
             _ => figure.peak_place,
         };
         let value = match (place.words(), figure.unit) {
@@ -154,7 +157,7 @@ fn far_field(text: &mut String, model: &ModelResult) {
         };
         line(text, figure.label, &value);
     }
-    if let Some(extracted) = model.figure("extraction_efficiency") {
+    if let Some(extracted) = model.figure(EXTRACTION.key) {
         line(text, "extraction from the domes", &percent(extracted.estimate));
     }
 }

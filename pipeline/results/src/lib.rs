@@ -42,9 +42,6 @@ use crate::published::{Models, Published};
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 4;
 
-/// Key of the figure whose valley and peak are marked on maps.
-pub const VALLEY_TO_PEAK: &str = "illuminance_valley_to_peak";
-
 /// File under the directory of results.
 pub const FILE: &str = "results.json";
 

@@ -8,7 +8,11 @@ mod missing;
 use std::borrow::Cow;
 
 use anyhow::Result;
-use map_reader::{MAP_FIGURES, MapReader};
+use map_reader::MapReader;
+use metrics::figures::{
+    self, CENTRE_TO_PEAK, COLOUR_DIFFERENCE, Definition, EXTRACTION, FAR_FIELD, PAPERS_MAP,
+    PARABOLA, PEAK_ANGLE, Source, UNIFORMITY, UNIFORMITY_DIAGONAL,
+};
 use rayon::prelude::*;
 use tracer::Outcome;
 use tracer::ledger::{Lines, Loss};
@@ -19,9 +23,9 @@ use metrics::extraction::{self, Ledger, flow};
 use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakPlace};
 use metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
 use metrics::layout::Layout;
-use metrics::quantity::{Curve, Unit};
+use metrics::quantity::Curve;
 use metrics::uniformity::{Places, ValleyReading, bin_by_bin};
-use metrics::uniformity_forms::{FORMS, nine_points};
+use metrics::uniformity_forms::nine_points;
 use metrics::{Estimate, Grouped, JackknifedFigure, changes, colour_difference};
 use results::{Extremes, Figure};
 
@@ -53,28 +57,6 @@ pub struct Observation {
     /// X, Y and Z (CIE 1931) at the nine points of the cell, in any one unit, where several
     /// wavelengths were put together.
     pub tristimulus: Option<Grouped>,
-}
-
-/// Keys of the figures of a far field.
-const FAR_FIGURES: [&str; 3] = ["peak_angle_deg", "centre_to_peak", PARABOLA];
-/// Key of the peak angle between bins, of designs that read it as the middle of a bin.
-pub(super) const PARABOLA: &str = "peak_angle_parabola_deg";
-/// Key of the extraction efficiency.
-pub(super) const EXTRACTION: &str = "extraction_efficiency";
-
-/// Keys of all figures of merit: those of the paper's tables in their order, then the other forms
-/// of uniformity.
-pub fn figure_keys() -> impl Iterator<Item = &'static str> {
-    let papers = FAR_FIGURES.into_iter().chain(MAP_FIGURES);
-    papers
-        .chain([EXTRACTION])
-        .chain(FORMS.iter().map(|form| form.key))
-        .chain([colour_difference::KEY])
-}
-
-/// Whether the figure under `key` compares neighbours in a map.
-pub(super) fn is_of_map(key: &str) -> bool {
-    MAP_FIGURES.contains(&key) || FORMS.iter().any(|form| form.key == key)
 }
 
 /// Positions of the receivers in a trace.
@@ -322,7 +304,7 @@ impl Observation {
         let mut all = by_key(far, map.unwrap_or_default(), extracted);
         if let (Some(from), Some(to)) = (&coarse.tristimulus, &self.tristimulus) {
             let change = changes(from, to, largest_colour_difference);
-            all.extend(change.into_iter().map(|e| (colour_difference::KEY, e)));
+            all.extend(change.into_iter().map(|e| (COLOUR_DIFFERENCE.key, e)));
         }
         all
     }
@@ -343,7 +325,7 @@ impl Observation {
         });
         let colours = self.tristimulus.as_ref().into_iter();
         let colours = colours.flat_map(|seen| of(seen, &largest_colour_difference));
-        let colours = colours.map(|rows| (colour_difference::KEY, rows));
+        let colours = colours.map(|rows| (COLOUR_DIFFERENCE.key, rows));
         by_key(
             of(&self.far_field, &|p| reading.plain(p)),
             map.unwrap_or_default(),
@@ -362,23 +344,23 @@ impl Observation {
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<(&'static str, JackknifedFigure)> {
         let mut all = Vec::new();
-        if FAR_FIGURES.into_iter().any(&wanted) {
+        if FAR_FIELD.iter().any(|figure| wanted(figure.key)) {
             let reading = far_field_reading(design);
             let read = replicates(&self.far_field, &|powers| reading.plain(powers));
-            all.extend(FAR_FIGURES.into_iter().zip(read));
+            all.extend(FAR_FIELD.iter().map(|figure| figure.key).zip(read));
         }
-        if wanted(EXTRACTION) {
+        if wanted(EXTRACTION.key) {
             let read = replicates(&self.flows, &|p| vec![extraction::of_powers(p)]);
-            all.extend([EXTRACTION].into_iter().zip(read));
+            all.extend([EXTRACTION.key].into_iter().zip(read));
         }
-        if self.lit() && figure_keys().any(|key| is_of_map(key) && wanted(key)) {
+        if self.lit() && figures::all().any(|f| f.source == Source::Map && wanted(f.key)) {
             let reader = self.map_reader(design);
             let read = replicates(&self.binned_map(design), &|map| reader.values(map));
             all.extend(reader.keyed(read));
         }
-        if let Some(seen) = self.tristimulus.as_ref().filter(|_| wanted(colour_difference::KEY)) {
+        if let Some(seen) = self.tristimulus.as_ref().filter(|_| wanted(COLOUR_DIFFERENCE.key)) {
             let read = replicates(seen, &largest_colour_difference);
-            all.extend([colour_difference::KEY].into_iter().zip(read));
+            all.extend([COLOUR_DIFFERENCE.key].into_iter().zip(read));
         }
         all.retain(|(key, _)| wanted(key));
         all
@@ -410,10 +392,10 @@ impl Observation {
         let map: Option<Vec<f64>> = map.iter().map(read).collect();
         let map = map.filter(|_| self.lit());
         let mut all = vec![
-            (FAR_FIGURES[0], far.iter().map(|f| f[0]).collect()),
-            (FAR_FIGURES[1], far.iter().map(|f| f[1]).collect()),
+            (PEAK_ANGLE.key, far.iter().map(|f| f[0]).collect()),
+            (CENTRE_TO_PEAK.key, far.iter().map(|f| f[1]).collect()),
         ];
-        all.extend(map.map(|values| (MAP_FIGURES[0], values)));
+        all.extend(map.map(|values| (UNIFORMITY.key, values)));
         all
     }
 
@@ -459,53 +441,49 @@ impl Observation {
 
     /// The figures of merit, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
-        let figure = |key, label, unit, estimate| Figure {
-            key,
-            label,
-            unit,
+        let figure = |figure: Definition, estimate| Figure {
+            key: figure.key,
+            label: figure.label,
+            unit: figure.unit,
             estimate,
             peak_place: PeakPlace::OffAxis,
             peak_range_deg: None,
             extremes: None,
             wavelength_error: None,
         };
-        let [peak_angle, centre_to_peak, parabola] = FAR_FIGURES;
         let far = far_field_reading(design).figures(&self.far_field);
         let mut figures = Vec::new();
         // Nothing is read from a far field without light.
         if far.peak_w_per_sr.value > 0.0 {
-            let angle = |key, label, estimate| Figure {
-                peak_place: far.peak_place,
-                ..figure(key, label, Unit::Degree, estimate)
-            };
+            let angle =
+                |of, estimate| Figure { peak_place: far.peak_place, ..figure(of, estimate) };
             figures.extend([
                 Figure {
                     peak_range_deg: far.peak_range_deg,
-                    ..angle(peak_angle, "peak angle", far.peak_angle_deg)
+                    ..angle(PEAK_ANGLE, far.peak_angle_deg)
                 },
-                figure(centre_to_peak, "centre/peak", Unit::Fraction, far.centre_to_peak),
+                figure(CENTRE_TO_PEAK, far.centre_to_peak),
             ]);
             let between = far.peak_angle_parabola_deg;
-            figures.extend(between.map(|e| angle(parabola, "peak angle, parabola", e)));
+            figures.extend(between.map(|e| angle(PARABOLA, e)));
         }
         if self.lit() {
             let map = self.binned_map(design);
             let reader = MapReader::new(design, self.grid, &map);
             let places = reader.places(map.total());
             let of_map = reader.estimates(&map).into_iter();
-            figures.extend(of_map.map(|(key, label, estimate)| Figure {
-                extremes: places.and_then(|places| extremes(key, places)),
-                ..figure(key, label, Unit::Fraction, estimate)
+            figures.extend(of_map.map(|(of, estimate)| Figure {
+                extremes: places.and_then(|places| extremes(of, places)),
+                ..figure(of, estimate)
             }));
         }
         if design.dome.is_some() {
             let extracted = extraction::extraction(&self.flows);
-            figures.push(figure(EXTRACTION, "extraction", Unit::Fraction, extracted));
+            figures.push(figure(EXTRACTION, extracted));
         }
         let colours = self.tristimulus.as_ref();
         if let Some(estimate) = colours.and_then(colour_difference::estimate) {
-            let (key, label) = (colour_difference::KEY, colour_difference::LABEL);
-            figures.push(figure(key, label, Unit::Relative, estimate));
+            figures.push(figure(COLOUR_DIFFERENCE, estimate));
         }
         figures
     }
@@ -536,13 +514,12 @@ fn replicates(
     .collect()
 }
 
-/// Where the paper's figure under `key` is read.
-fn extremes(key: &str, places: Places) -> Option<Extremes> {
-    let valley_mm = match MAP_FIGURES.iter().position(|known| *known == key)? {
-        1 => places.diagonal_mm,
-        _ => places.straight_mm,
-    };
-    Some(Extremes { valley_mm, peak_mm: places.peak_mm })
+/// Places where the paper's figure is read.
+fn extremes(figure: Definition, places: Places) -> Option<Extremes> {
+    let is_papers = PAPERS_MAP.contains(&figure);
+    let is_diagonal = figure == UNIFORMITY_DIAGONAL;
+    let valley_mm = if is_diagonal { places.diagonal_mm } else { places.straight_mm };
+    is_papers.then_some(Extremes { valley_mm, peak_mm: places.peak_mm })
 }
 
 /// The curve of `values` at `x` up to `last`.
@@ -562,8 +539,8 @@ fn by_key<T>(
     map: Vec<(&'static str, T)>,
     extracted: Vec<T>,
 ) -> Vec<(&'static str, T)> {
-    let far = FAR_FIGURES.into_iter().zip(far);
-    far.chain(map).chain([EXTRACTION].into_iter().zip(extracted)).collect()
+    let far = FAR_FIELD.iter().map(|figure| figure.key).zip(far);
+    far.chain(map).chain([EXTRACTION.key].into_iter().zip(extracted)).collect()
 }
 
 /// A map above darkness, or above its own smallest bin.

@@ -26,6 +26,7 @@ use design::spectrum::Sampling;
 use design::spectrum::lights::{Colour, Lights};
 use design::spectrum::quadrature::COUNTS;
 use metrics::Estimate;
+use metrics::figures;
 use metrics::plural::count;
 use results::Figure;
 use results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
@@ -39,9 +40,6 @@ use super::stopping_rule::StoppingRule;
 use super::trace_plan::TracePlan;
 use super::units::Units;
 
-/// Figures whose change decides whether wavelengths are added.
-const DECISIVE: [&str; 4] =
-    ["peak_angle_deg", "centre_to_peak", "uniformity", "extraction_efficiency"];
 /// A change within this many of its standard errors is none that could be seen.
 const UNSEEN: f64 = 2.0;
 /// Degrees that count as much as a fraction of 1.
@@ -262,7 +260,7 @@ fn verdict(
     tolerance: f64,
 ) -> (f64, Option<StoppedBy>) {
     let decisive = |key: &str| {
-        DECISIVE.contains(&key)
+        figures::find(key).is_some_and(|figure| figure.adds_wavelengths)
             && figures.iter().any(|f| f.key == key && f.peak_place.is_off_axis())
     };
     let (mut worst, mut within, mut unseen) = (0.0f64, true, true);

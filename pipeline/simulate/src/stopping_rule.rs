@@ -21,11 +21,12 @@ use design::schema::receivers::ReceiverKind;
 use files::checkpoint::{Checkpoints, LEAST_PATHS};
 use files::run_context::RunContext;
 use metrics::far_field::{PeakMethod, PeakPlace};
+use metrics::figures::{self, COLOUR_DIFFERENCE, EXTRACTION, PARABOLA, Source};
 use metrics::plural::count;
-use metrics::{Estimate, colour_difference, jackknife};
+use metrics::{Estimate, jackknife};
 use results::schema::UntilError;
 
-use super::observation::{EXTRACTION, Observation, PARABOLA, figure_keys, is_of_map, layout};
+use super::observation::{Observation, layout};
 use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
@@ -51,12 +52,12 @@ impl FromStr for ErrorTarget {
         let expected = || {
             format!(
                 "expected FIGURE=ERROR, such as uniformity=0.1%, with one of {}, or {FLUX} and the name of a receiver",
-                figure_keys().collect::<Vec<_>>().join(", ")
+                figures::all().map(|f| f.key).collect::<Vec<_>>().join(", ")
             )
         };
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
         let named = figure.strip_prefix(FLUX).is_some_and(|name| !name.is_empty());
-        if !named && !figure_keys().any(|key| key == figure) {
+        if !named && figures::find(figure).is_none() {
             return Err(expected());
         }
         let (number, unit) = match error.strip_suffix('%') {
@@ -117,19 +118,20 @@ impl ErrorTarget {
         let figure = self.figure.as_str();
         let file = &design.provenance.file;
         ensure!(
-            !is_of_map(figure) || !layout(design).straight().is_empty(),
+            !figures::find(figure).is_some_and(|f| f.source == Source::Map)
+                || !layout(design).straight().is_empty(),
             "--until-error: {file}: expected a figure that the design has, got {figure}, which compares neighbours one pitch apart, of which there are none"
         );
         ensure!(
-            figure != colour_difference::KEY,
+            figure != COLOUR_DIFFERENCE.key,
             "--until-error: {file}: expected a figure of the batches of paths, got {figure}, which needs all wavelengths"
         );
         ensure!(
-            figure != EXTRACTION || design.dome.is_some(),
+            figure != EXTRACTION.key || design.dome.is_some(),
             "--until-error: {file}: expected a figure that the design has, got {figure}, and there is no dome"
         );
         ensure!(
-            figure != PARABOLA || design.far_field.peak == PeakMethod::Bin,
+            figure != PARABOLA.key || design.far_field.peak == PeakMethod::Bin,
             "--until-error: {file}: expected a figure that the design has, got {figure}, and far_field.peak is no bin: peak_angle_deg is that of the parabola"
         );
         if let Some(name) = self.figure.strip_prefix(FLUX) {

@@ -3,6 +3,7 @@
 //! which its valley was read.
 
 use anyhow::Result;
+use metrics::figures::VALLEY_TO_PEAK;
 
 use files::atomic_file::write_bytes;
 use files::formats::{csv, exr};
@@ -12,7 +13,7 @@ use report::plots::{
     BinImage, IlluminanceMap, LedOutline, LineColours, Mark, Section, cross_section,
     illuminance_map, palette,
 };
-use results::{Extremes, VALLEY_TO_PEAK};
+use results::Extremes;
 use simulate::observation::{curve, layout};
 
 use super::{ModelFiles, capitalised, scaled};
@@ -149,7 +150,7 @@ impl ModelFiles<'_> {
     }
 
     fn extremes(&self) -> Option<Extremes> {
-        self.result.figure(VALLEY_TO_PEAK)?.extremes
+        self.result.figure(VALLEY_TO_PEAK.key)?.extremes
     }
 
     fn line(&self) -> MapLine {
@@ -245,7 +246,7 @@ impl ModelFiles<'_> {
     }
 
     fn valley(&self, at: [f64; 2]) -> Mark {
-        let share = self.result.figure(VALLEY_TO_PEAK);
+        let share = self.result.figure(VALLEY_TO_PEAK.key);
         Mark::valley(at, share.map_or(0.0, |figure| figure.estimate.value))
     }
 

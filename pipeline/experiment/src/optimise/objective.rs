@@ -10,8 +10,9 @@ use anyhow::{Context, Result, bail, ensure};
 use design::Design;
 use design::dotted_keys::{self, Settings};
 use files::provenance::FileRecord;
-use metrics::{Bounds, Estimate, JackknifedFigure, colour_difference, spread};
-use simulate::observation::{Observation, figure_keys};
+use metrics::figures::{self, COLOUR_DIFFERENCE};
+use metrics::{Bounds, Estimate, JackknifedFigure, spread};
+use simulate::observation::Observation;
 
 use super::file::{ConstraintKeys, Goal, TermKeys};
 use super::target::{DISTANCES, Target};
@@ -300,7 +301,7 @@ fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
         );
         return Ok(());
     }
-    let mut all: Vec<&str> = figure_keys().collect();
+    let mut all: Vec<&str> = figures::all().map(|figure| figure.key).collect();
     all.extend(DISTANCES);
     ensure!(
         all.contains(&figure),
@@ -308,7 +309,7 @@ fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
         all.join(", ")
     );
     ensure!(
-        figure != colour_difference::KEY
+        figure != COLOUR_DIFFERENCE.key
             || design.all_lights().is_some_and(|all| all.lights.len() > 1),
         "figure: expected a figure that the design has, got {figure:?}, which needs light of several \
          wavelengths ([light.spectrum] or sources of their own)"

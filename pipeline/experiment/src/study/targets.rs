@@ -6,31 +6,16 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail, ensure};
 
 use design::dotted_keys;
-use metrics::uniformity_forms::FORMS;
-use results::VALLEY_TO_PEAK;
+use metrics::figures;
 
 use super::file::Probe;
 
-/// Figures of the paper's tables with default scales: about the precision of the published figures.
-const PAPERS: [(&str, f64); 6] = [
-    ("peak_angle_deg", 5.0),
-    ("centre_to_peak", 0.06),
-    ("uniformity", 0.02),
-    ("uniformity_diagonal", 0.02),
-    (VALLEY_TO_PEAK, 0.03),
-    ("extraction_efficiency", 0.01),
-];
-
-/// Default scale of the forms of uniformity: that of valley/peak.
-const FORM_SCALE: f64 = 0.03;
 /// Least scale; a smaller one makes misses that no picture can show.
 const LEAST_SCALE: f64 = 1e-9;
 
 /// Figures that may be targets, with their default scales.
 fn default_scales() -> BTreeMap<String, f64> {
-    let forms = FORMS.iter().map(|form| (form.key, FORM_SCALE));
-    let all = PAPERS.into_iter().chain(forms);
-    all.map(|(figure, scale)| (figure.to_owned(), scale)).collect()
+    figures::all().filter_map(|figure| Some((figure.key.to_owned(), figure.scale?))).collect()
 }
 
 /// Design → model → figure → value.
@@ -71,11 +56,8 @@ impl Targets {
                     let Some(number) = dotted_keys::number(value).filter(|n| n.is_finite()) else {
                         bail!("{key}: expected a number, got {value}");
                     };
-                    let (most, unit) = if figure == "peak_angle_deg" {
-                        (180.0, "degrees")
-                    } else {
-                        (1.0, "a fraction")
-                    };
+                    let known = figures::find(figure);
+                    let (most, unit) = known.map_or((1.0, "a fraction"), |f| f.largest_target());
                     ensure!(
                         (0.0..=most).contains(&number),
                         "{key}: expected {unit} from 0 to {most}, got {number}"
@@ -144,7 +126,7 @@ mod tests {
         let table = toml::from_str("[own.geometric]\ncell_min_to_mean = 0.8").expect("TOML");
         let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
         let found = targets.of("own", "geometric", "cell_min_to_mean");
-        assert_eq!(found, Some((0.8, FORM_SCALE)));
+        assert_eq!(found, Some((0.8, 0.03)));
     }
 
     #[test]

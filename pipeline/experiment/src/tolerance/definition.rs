@@ -11,7 +11,6 @@ use design::{Design, toml_errors};
 use files::provenance::FileRecord;
 use metrics::Bounds;
 use simulate::model::Model;
-use simulate::observation::figure_keys;
 
 use super::deviations::Deviations;
 use super::file::{ConstraintKeys, ToleranceFile};
@@ -110,7 +109,7 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
         PATHS.start(),
         PATHS.end()
     );
-    let known: Vec<&str> = figure_keys().collect();
+    let known: Vec<&str> = metrics::figures::all().map(|figure| figure.key).collect();
     let figures =
         file.figures.unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
     ensure!(!figures.is_empty(), "figures: expected at least one, got none");

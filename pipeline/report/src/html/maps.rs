@@ -3,10 +3,10 @@
 //! paints the bins and draws the profiles.
 
 use anyhow::Result;
+use metrics::figures::VALLEY_TO_PEAK;
 use serde_json::{Value, json};
 
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
-use results::VALLEY_TO_PEAK;
 use results::package::PackageFile;
 
 use super::models::{Model, Plane};
@@ -122,7 +122,7 @@ fn leds(package: &PackageFile) -> Vec<LedOutline> {
 
 /// Where valley and peak were read.
 fn marks(model: &Model) -> Vec<Mark> {
-    let Some(figure) = model.entry.figures.get(VALLEY_TO_PEAK) else {
+    let Some(figure) = model.entry.figures.get(VALLEY_TO_PEAK.key) else {
         return Vec::new();
     };
     let valley = figure.valley_at_mm.map(|at| Mark::valley(at, figure.value));

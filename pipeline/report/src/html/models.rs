@@ -5,6 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use metrics::figures::{CENTRE_TO_PEAK, PEAK_ANGLE};
 use serde_json::{Value, json};
 
 use files::formats::exr;
@@ -18,7 +19,7 @@ use super::pack::{base64_of_numbers, linear};
 use crate::plots::map_range;
 
 /// Figures that every model has.
-const ALWAYS: [&str; 2] = ["peak_angle_deg", "centre_to_peak"];
+const ALWAYS: [&str; 2] = [PEAK_ANGLE.key, CENTRE_TO_PEAK.key];
 /// Counter that every model has.
 pub const SURFACES: &str = "surfaces_per_path";
 /// Key of the power ledger.

@@ -3,13 +3,13 @@
 //! uniformity; and, for the page's 3-D view, the package, paths and the far field.
 
 use anyhow::Result;
+use metrics::figures::{UNIFORMITY, VALLEY_TO_PEAK};
 use serde_json::{Value, json};
 
 use files::formats::exr;
 use metrics::Estimate;
 use metrics::digits::format_value_with_error;
 use metrics::plural::count;
-use results::VALLEY_TO_PEAK;
 use results::package::{PackageDrawing, PackageFile, Path3d};
 use results::ray_paths::PathEnd;
 
@@ -81,8 +81,8 @@ pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value
                 "model": model.label(),
                 "paths": thousands(model.entry.paths),
                 "efficiency": percent(ledger.account("escaped_up")),
-                "uniformity": percent(figure("uniformity")),
-                "valley": percent(figure(VALLEY_TO_PEAK)),
+                "uniformity": percent(figure(UNIFORMITY.key)),
+                "valley": percent(figure(VALLEY_TO_PEAK.key)),
             })
         };
         json!({

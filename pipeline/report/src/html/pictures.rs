@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
+use metrics::figures::PEAK_ANGLE;
 use minijinja::HtmlEscape;
 use serde_json::{Value, json};
 
@@ -16,7 +17,7 @@ use results::schema::{CurvesEntry, LobeEntry, LobesEntry};
 
 use super::models::{FarFieldTable, Model};
 use super::orders::Listed;
-use super::tables::{self, PEAK};
+use super::tables;
 use crate::convergence_study::ConvergenceStudy;
 use crate::plots::{
     Colour, ErrorCurve, FarField, Heading, LineColours, LobeSide, Picture, PlaneLobe, Refinement,
@@ -373,7 +374,7 @@ impl Chosen {
             let cut = |list: &[f64]| list[..count].to_vec();
             Curve::new(model.label(), cut(x), cut(value), cut(error))
         };
-        let published = model.entry.figures.get(PEAK).and_then(|peak| peak.published);
+        let published = model.entry.figures.get(PEAK_ANGLE.key).and_then(|peak| peak.published);
         self.peaks.extend(published.map(|angle| (self.whole.len(), angle)));
         self.upper.push(named(upper)?.thinned(MOST_POINTS)?.mirrored()?);
         self.whole.push(named(curve.x().len())?.thinned(2 * MOST_POINTS)?);

@@ -2,33 +2,19 @@
 //! The parts of the page that are tables of numbers: figures of merit, power ledger, tables of
 //! orders, provenance. They go into the page's template as JSON.
 
+use metrics::figures::{self as definitions, Definition, PARABOLA, PEAK_ANGLE};
 use serde_json::{Value, json};
 
 use metrics::Estimate;
 use metrics::digits::{self, format_value_with_error};
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::FORMS;
-use results::VALLEY_TO_PEAK;
 use results::schema::FigureEntry;
 
 use super::folder::Folder;
 use super::models::{Model, SURFACES};
 use super::orders::Listed;
 use crate::summary::SummaryRow;
-
-/// Figures by key, in the order of the paper's tables, and their names for people.
-const FIGURES: [(&str, &str); 6] = [
-    (PEAK, "peak angle"),
-    ("centre_to_peak", "centre / peak"),
-    ("uniformity", "uniformity"),
-    ("uniformity_diagonal", "uniformity, diagonal"),
-    (VALLEY_TO_PEAK, "illuminance valley / peak"),
-    ("extraction_efficiency", "extraction"),
-];
-
-/// The peak angle, and the same between bins, which stands below it.
-pub const PEAK: &str = "peak_angle_deg";
-const PARABOLA: &str = "peak_angle_parabola_deg";
 
 /// Power below which an account of the ledger is left out where it is so in every model.
 const NOTHING: f64 = 5e-7;
@@ -112,17 +98,15 @@ impl FigureOfMerit<'_> {
 /// The figures of the paper's tables of a model, in their order.
 pub fn figures<'a>(model: &Model<'a>) -> Vec<FigureOfMerit<'a>> {
     let all = &model.entry.figures;
-    let known = |key: &str| FIGURES.iter().position(|(known, _)| *known == key);
-    let shown = |key: &str| known(key).is_some();
-    let mut found: Vec<_> = all.iter().filter(|(key, _)| shown(key)).collect();
-    found.sort_by_key(|(key, _)| known(key));
-    let figure = |(key, entry): (&'a String, &'a FigureEntry)| FigureOfMerit {
-        label: known(key).map_or_else(|| key.replace('_', " "), |i| FIGURES[i].1.to_owned()),
-        unit: if key.ends_with("_deg") { Unit::Degree } else { Unit::Fraction },
-        entry,
-        between: (key == PEAK).then(|| all.get(PARABOLA)).flatten(),
+    let figure = |definition: Definition| {
+        Some(FigureOfMerit {
+            label: definition.heading?.to_owned(),
+            unit: definition.unit,
+            entry: all.get(definition.key)?,
+            between: all.get(PARABOLA.key).filter(|_| definition == PEAK_ANGLE),
+        })
     };
-    found.into_iter().map(figure).collect()
+    definitions::all().filter_map(figure).collect()
 }
 
 /// The figures as lines of a picture: those that have published ones, of designs that have some;

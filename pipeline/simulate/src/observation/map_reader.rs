@@ -8,18 +8,13 @@ use std::borrow::Cow;
 
 use design::Design;
 use design::schema::Zero;
+use metrics::figures::{self, Definition, PAPERS_MAP};
 use metrics::illuminance::{Grid, coarser};
 use metrics::uniformity::{MapReading, Places, above_smallest, smallest_bin};
 use metrics::uniformity_forms::{Regions, Uniformity};
 use metrics::{Estimate, Grouped};
-use results::VALLEY_TO_PEAK;
 
 use super::{layout, reading};
-
-/// Keys of the paper's figures of a map.
-pub(super) const MAP_FIGURES: [&str; 3] = ["uniformity", "uniformity_diagonal", VALLEY_TO_PEAK];
-/// Their names for people.
-const LABELS: [&str; 3] = ["uniformity", "uniformity, diagonal", "illuminance valley/peak"];
 
 /// Reads figures from maps of one design.
 pub(super) struct MapReader {
@@ -84,12 +79,12 @@ impl MapReader {
     /// One value for each of [`MapReader::values`], with its key.
     pub(super) fn keyed<T>(&self, values: Vec<T>) -> Vec<(&'static str, T)> {
         let forms = self.regions.iter().flat_map(Regions::forms);
-        let keys = MAP_FIGURES.into_iter().chain(forms.map(|form| form.key));
+        let keys = PAPERS_MAP.iter().map(|figure| figure.key).chain(forms.map(|form| form.key));
         keys.zip(values).collect()
     }
 
-    /// Key, name and estimate of all figures of `map`.
-    pub(super) fn estimates(&self, map: &Grouped) -> Vec<(&'static str, &'static str, Estimate)> {
+    /// All figures of `map` with their estimates.
+    pub(super) fn estimates(&self, map: &Grouped) -> Vec<(Definition, Estimate)> {
         let Some(regions) = &self.regions else {
             return Vec::new();
         };
@@ -99,12 +94,8 @@ impl MapReader {
             Some(_) => self.above_zero(map),
         };
         let papers = papers.map(|u| [u.straight, u.diagonal, u.valley_to_peak]);
-        let papers = papers
-            .into_iter()
-            .flat_map(|estimates| MAP_FIGURES.into_iter().zip(LABELS).zip(estimates));
-        let forms = forms.into_iter();
-        let forms = forms.map(|(form, estimate)| (form.key, form.label, estimate));
-        papers.map(|((key, label), estimate)| (key, label, estimate)).chain(forms).collect()
+        let papers = papers.into_iter().flat_map(|estimates| PAPERS_MAP.into_iter().zip(estimates));
+        papers.chain(forms.into_iter().map(|(form, e)| (figures::of_form(form), e))).collect()
     }
 
     /// The paper's figures of `map` above its smallest bin; `None` of an even map.
