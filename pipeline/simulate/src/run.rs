@@ -169,7 +169,8 @@ impl Run<'_> {
             result.tables = tables.describe();
         }
         let part = WavelengthScene { design, surface: &surface, share: 1.0 };
-        let output = Output { design, units: Units::from_design(design, None), out: destination.out };
+        let output =
+            Output { design, units: Units::from_design(design, None), out: destination.out };
         let mut observation = Cow::Owned(observation);
         // Paths of the package are traced on one thread.
         let (package, written) = rayon::join(

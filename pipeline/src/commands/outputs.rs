@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 use files::cache::Cache;
-use files::checkpoint::Checkpoints;
+use files::store::Store;
 use files::run_context::RunContext;
 
 /// Parts that an interrupted run keeps: tables of orders.
@@ -31,9 +31,9 @@ pub(super) fn note_interrupt(context: RunContext, cache: Option<&Cache>, what: &
 pub(super) fn checkpoints(
     cache: Option<&Cache>,
     context: RunContext,
-) -> Result<Option<Checkpoints>> {
+) -> Result<Option<Store>> {
     let cache = cache.filter(|_| context.checkpoints.is_none());
-    cache.map(|cache| Checkpoints::open(cache.directory(), context.console)).transpose()
+    cache.map(|cache| Store::of_program(cache.directory(), context.console)).transpose()
 }
 
 /// Refuses a directory into which no file can be written, whether it exists or not. Leaves nothing
