@@ -41,7 +41,8 @@ impl<T: FileKeys> CheckedFile<T> {
         let text =
             std::fs::read_to_string(path).with_context(|| format!("{name}: cannot be read"))?;
         let read = || -> Result<Self> {
-            let has = |key| toml::from_str(&text).is_ok_and(|t: toml::Table| t.contains_key(key));
+            let has =
+                |key: &str| toml::from_str(&text).is_ok_and(|t: toml::Table| t.contains_key(key));
             for (former, now) in T::FORMER {
                 ensure!(
                     !has(former),
