@@ -306,10 +306,12 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
     let traces = folder.path().join(".batwing-cache/traces");
     let traces = files(&traces);
     let other = std::fs::read(&traces[1]).expect("readable");
-    for (bytes, why) in [(&b"{"[..], "EOF"), (&other, "expected the trace of key")] {
+    for (bytes, why) in
+        [(&b"{"[..], "is damaged"), (&other, "holds paths of another trace or group")]
+    {
         std::fs::write(&traces[0], bytes).expect("written");
         let (again, said) = run(folder.path(), &[]);
-        assert!(said.contains("no usable trace") && said.contains(why), "{said}");
+        assert!(said.contains("traced anew") && said.contains(why), "{said}");
         assert_eq!(first, again);
     }
 }

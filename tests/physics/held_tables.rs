@@ -10,6 +10,7 @@ use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
 use simulate::tables::tables;
 use simulate::trace::observe;
+use simulate::trace_plan::DomeChoice;
 
 #[test]
 #[ignore = "slow: solves 23 coarse tables"]
@@ -25,14 +26,15 @@ fn held_tables_are_those_of_the_design_and_are_solved_once() {
     let cache = Cache::new(folder.path().to_path_buf());
     let interrupt = Interrupt::default();
     let context = RunContext::quiet(&interrupt, 7);
-    let mut traces = ModelTraces::new(Model::Hybrid, &cache);
-    let held = traces.observe(&d1, context).expect("a trace");
+    let mut traces = ModelTraces::of_search(&cache);
+    let hybrid = DomeChoice::Model(Model::Hybrid);
+    let held = traces.observe(&d1, hybrid, "", context).expect("a trace");
     assert_eq!(traces.tables_solved(), 17);
-    let again = traces.observe(&d1, context).expect("a trace");
+    let again = traces.observe(&d1, hybrid, "", context).expect("a trace");
     assert_eq!(held.far_field, again.far_field);
     assert_eq!(traces.tables_solved(), 17);
     // D2 has other shapes on its six innermost bands.
-    traces.observe(&d2, context).expect("a trace");
+    traces.observe(&d2, hybrid, "", context).expect("a trace");
     assert_eq!(traces.tables_solved(), 23);
 
     let own = tables(&[&d1], None, None, context).expect("tables").remove(0);

@@ -75,7 +75,7 @@ const REMOVED: [(&str, &str); 4] = [
     ("hybrid.scattering", ABLATIONS),
     ("hybrid.spread_deg", ABLATIONS),
 ];
-const ABLATIONS: &str = "tables with something left out were for the reproduction of the paper, which has their results (docs/reproduction/hybrid.md)";
+const ABLATIONS: &str = "tables with something left out were for the reproduction of the paper, which has their results (docs/reproduction.md)";
 
 /// Reads and checks the design file at `path`. Material files are looked for beside it.
 pub fn load(path: &Path) -> Result<Design, ConfigError> {

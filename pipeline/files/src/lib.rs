@@ -3,7 +3,6 @@
 
 pub mod atomic_file;
 pub mod cache;
-pub mod checkpoint;
 pub mod content_hash;
 pub mod formats;
 pub mod interrupt;
@@ -12,3 +11,4 @@ pub mod progress;
 pub mod provenance;
 pub mod run_context;
 pub mod serde_messages;
+pub mod store;

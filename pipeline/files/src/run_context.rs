@@ -2,9 +2,9 @@
 //! The run context: console, interrupt flag, seed and checkpoints, which every stage of one run
 //! shares.
 
-use crate::checkpoint::Checkpoints;
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
+use crate::store::Store;
 
 /// The context of one run.
 #[derive(Clone, Copy)]
@@ -16,19 +16,19 @@ pub struct RunContext<'a> {
     /// Seed of all random numbers.
     pub seed: u64,
     /// Where finished groups of paths are stored, if they are.
-    pub checkpoints: Option<&'a Checkpoints>,
+    pub checkpoints: Option<&'a Store>,
 }
 
 impl<'a> RunContext<'a> {
     /// The same, storing finished groups of paths in `checkpoints`, if there are some.
     #[must_use]
-    pub fn storing(self, checkpoints: Option<&'a Checkpoints>) -> Self {
+    pub fn storing(self, checkpoints: Option<&'a Store>) -> Self {
         Self { checkpoints: checkpoints.or(self.checkpoints), ..self }
     }
 
     /// Whether all pieces of a job are merged, so that nothing may be computed.
     pub fn is_merging(self) -> bool {
-        self.checkpoints.is_some_and(Checkpoints::is_merging)
+        self.checkpoints.is_some_and(Store::is_merging)
     }
 
     /// The same, with warnings alone on the console.

@@ -6,12 +6,12 @@
 
 use super::cma_es::{CmaEs, Settings};
 use super::normal::Normal;
-use super::{BUDGET_SPENT, Minimiser, Point, Told};
+use super::{BUDGET_SPENT, Evaluated, Minimiser, Point};
 
-/// Most doublings of the population.
-const MOST_DOUBLINGS: u32 = 9;
+/// Largest number of doublings of the population.
+const MAX_DOUBLINGS: u32 = 9;
 
-/// Where the budget of a run is booked.
+/// Account of the budget of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Regime {
     /// Population doubled with each restart, step size of the settings.
@@ -20,20 +20,20 @@ enum Regime {
     Small,
 }
 
-/// What a run has found.
+/// State of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// Evaluations of this run.
     pub evaluations: usize,
     /// Smallest value, or infinity where no candidate was feasible.
     pub best_value: f64,
-    /// Its candidate; the favourite where none was feasible.
+    /// Candidate of that value; the favourite where none was feasible.
     pub best_point: Point,
     /// Mean of the last distribution.
     pub favourite: Point,
     /// Candidates of a generation.
     pub population: usize,
-    /// Why the run has ended, or that it goes on.
+    /// Reason of its end, or that it goes on.
     pub why: &'static str,
 }
 
@@ -51,17 +51,17 @@ pub struct Bipop {
     /// Evaluations of the last run with a large population.
     last_large: usize,
     runs: Vec<Run>,
-    best: Option<Told>,
+    best: Option<Evaluated>,
     ended: Option<&'static str>,
 }
 
 impl Bipop {
     /// The first run starts as `settings` say, later ones at uniform points of the box;
-    /// `most_evaluations` is the budget of all together.
+    /// `max_evaluations` is the budget of all together.
     ///
     /// # Panics
     ///
-    /// As [`CmaEs::new`].
+    /// Those of [`CmaEs::new`].
     pub fn new(settings: Settings) -> Self {
         let mut random = Normal::new(settings.seed);
         let run = CmaEs::new(Settings { seed: random.seed(), ..settings.clone() });
@@ -96,7 +96,7 @@ impl Bipop {
     }
 
     fn left(&self) -> usize {
-        (self.settings.most_evaluations).saturating_sub(self.large + self.small)
+        (self.settings.max_evaluations).saturating_sub(self.large + self.small)
     }
 
     /// Files the run that has ended.
@@ -113,7 +113,7 @@ impl Bipop {
         self.runs.push(state);
     }
 
-    /// What the run under way has found.
+    /// State of the run under way.
     fn state(&self, why: &'static str) -> Run {
         let run = &self.run;
         let favourite = run.favourite();
@@ -133,7 +133,7 @@ impl Bipop {
         let start = self.random.point(self.settings.start.len());
         let seed = self.random.seed();
         let mut settings =
-            Settings { start, seed, most_evaluations: self.left(), ..self.settings.clone() };
+            Settings { start, seed, max_evaluations: self.left(), ..self.settings.clone() };
         if self.small < self.large {
             self.regime = Regime::Small;
             let ratio = 2f64.powi(self.doublings as i32) / 2.0;
@@ -141,11 +141,11 @@ impl Bipop {
             let population = (self.settings.population as f64 * ratio.powf(exponent)).floor();
             settings.population = (population as usize).max(2);
             settings.sigma *= 10f64.powf(-2.0 * self.random.uniform());
-            let most = (self.last_large / 2).max(settings.population);
-            settings.most_evaluations = most.min(settings.most_evaluations);
+            let max = (self.last_large / 2).max(settings.population);
+            settings.max_evaluations = max.min(settings.max_evaluations);
         } else {
             self.regime = Regime::Large;
-            self.doublings = (self.doublings + 1).min(MOST_DOUBLINGS);
+            self.doublings = (self.doublings + 1).min(MAX_DOUBLINGS);
             settings.population <<= self.doublings;
         }
         self.run = CmaEs::new(settings);
@@ -181,7 +181,7 @@ impl Minimiser for Bipop {
         }
     }
 
-    fn best(&self) -> Option<&Told> {
+    fn best(&self) -> Option<&Evaluated> {
         self.best.as_ref()
     }
 
@@ -193,7 +193,7 @@ impl Minimiser for Bipop {
         self.ended
     }
 
-    fn fills_up(&self) -> bool {
-        self.run.fills_up()
+    fn reuses_population(&self) -> bool {
+        self.run.reuses_population()
     }
 }

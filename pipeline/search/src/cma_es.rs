@@ -16,14 +16,14 @@ use self::strategy::Strategy;
 use super::box_transform::{from_box, into_box};
 use super::normal::Normal;
 use super::record::Record;
-use super::{BUDGET_SPENT, Minimiser, Point, Told};
+use super::{BUDGET_SPENT, Evaluated, Minimiser, Point};
 
 mod stopping;
 mod strategy;
 
 /// Largest standard deviation of a coordinate, as a fraction of the box (pycma's
 /// `maxstd_boundrange`): beyond it the mirrored box looks the same everywhere.
-const LARGEST_DEVIATION: f64 = 1.0 / 3.0;
+const MAX_DEVIATION: f64 = 1.0 / 3.0;
 
 /// Rounds that fill up a generation before the mean jumps to the best feasible candidate.
 const ROUNDS: usize = 5;
@@ -46,7 +46,7 @@ pub struct Settings {
     /// Seed of all random numbers.
     pub seed: u64,
     /// Budget of evaluations.
-    pub most_evaluations: usize,
+    pub max_evaluations: usize,
     /// The search ends when all standard deviations are below this (TolX).
     pub smallest_step: f64,
     /// The search ends when the values of recent generations differ by less (TolFun).
@@ -58,15 +58,15 @@ impl Settings {
     ///
     /// # Panics
     ///
-    /// Where `start` has no coordinates.
-    pub fn new(start: Point, seed: u64, most_evaluations: usize) -> Self {
+    /// A `start` without coordinates.
+    pub fn new(start: Point, seed: u64, max_evaluations: usize) -> Self {
         assert!(!start.is_empty(), "a box of no dimension");
         Self {
             population: strategy::default_population(start.len()),
             start,
             sigma: 0.3,
             seed,
-            most_evaluations,
+            max_evaluations,
             smallest_step: 1e-12,
             smallest_change: 1e-12,
         }
@@ -121,8 +121,7 @@ impl CmaEs {
     ///
     /// # Panics
     ///
-    /// Where the start has no coordinates, the step size is not positive, or the population is
-    /// below 2.
+    /// A start without coordinates, a step size that is not positive, a population below 2.
     pub fn new(settings: Settings) -> Self {
         let n = settings.start.len();
         assert!(n > 0, "a box of no dimension");
@@ -131,7 +130,7 @@ impl CmaEs {
         let mut run = Self {
             strategy: Strategy::new(n, settings.population),
             random: Normal::new(settings.seed),
-            record: Record::new(settings.most_evaluations),
+            record: Record::new(settings.max_evaluations),
             mean: DVector::from_iterator(n, settings.start.iter().map(|&u| from_box(u))),
             sigma: settings.sigma,
             covariance: DMatrix::identity(n, n),
@@ -256,7 +255,7 @@ impl CmaEs {
 
     fn limit_step_size(&mut self) {
         let longest = self.covariance.diagonal().max().sqrt();
-        self.sigma = self.sigma.min(LARGEST_DEVIATION / longest);
+        self.sigma = self.sigma.min(MAX_DEVIATION / longest);
     }
 
     fn check_criteria(&mut self, ranked: &[Ranked]) {
@@ -316,7 +315,7 @@ impl Minimiser for CmaEs {
         boxed(&self.mean)
     }
 
-    fn best(&self) -> Option<&Told> {
+    fn best(&self) -> Option<&Evaluated> {
         self.record.best()
     }
 
@@ -328,7 +327,7 @@ impl Minimiser for CmaEs {
         self.ended
     }
 
-    fn fills_up(&self) -> bool {
+    fn reuses_population(&self) -> bool {
         !self.kept.is_empty()
     }
 }

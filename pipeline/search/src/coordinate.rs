@@ -6,7 +6,7 @@
 //! here with a trial of all moves that gain.
 
 use super::record::Record;
-use super::{BUDGET_SPENT, Minimiser, Point, Told};
+use super::{BUDGET_SPENT, Evaluated, Minimiser, Point};
 
 /// Settings of a [`CoordinateSearch`].
 #[derive(Debug, Clone)]
@@ -18,7 +18,7 @@ pub struct Settings {
     /// The search ends below this step.
     pub smallest_step: f64,
     /// Budget of evaluations.
-    pub most_evaluations: usize,
+    pub max_evaluations: usize,
 }
 
 /// A centre with its neighbours at one step along each coordinate. Moves that gain are tried
@@ -40,7 +40,7 @@ impl CoordinateSearch {
     ///
     /// # Panics
     ///
-    /// Where the start has no coordinates or a step is not positive.
+    /// A start without coordinates, a step that is not positive.
     pub fn new(settings: Settings) -> Self {
         let Settings { start, step, .. } = settings;
         assert!(!start.is_empty(), "a box of no dimension");
@@ -51,7 +51,7 @@ impl CoordinateSearch {
             centre: start.iter().map(|u| u.clamp(0.0, 1.0)).collect(),
             step,
             gains: Vec::new(),
-            record: Record::new(settings.most_evaluations),
+            record: Record::new(settings.max_evaluations),
         }
     }
 
@@ -130,7 +130,7 @@ impl Minimiser for CoordinateSearch {
         self.centre.clone()
     }
 
-    fn best(&self) -> Option<&Told> {
+    fn best(&self) -> Option<&Evaluated> {
         self.record.best()
     }
 

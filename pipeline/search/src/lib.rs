@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Black-box searches over the unit box, by ask and tell: minimisers of one objective, and the
-//! Pareto front of two ([`nsga2`]).
+//! Pareto front of two.
 //!
-//! A [`Minimiser`] gives the candidates of a generation and takes their values. It knows nothing of
-//! what the coordinates mean. All chance comes from its seed: the same seed and the same values
-//! give the same candidates, to the bit, so a replay of the values restores any state.
+//! In come a start, a budget and a seed, then the values of the candidates; out go candidates,
+//! generation by generation, and the best of them. A search knows nothing of what the coordinates
+//! mean. All chance comes from its seed: the same seed and the same values give the same candidates,
+//! to the bit, so a replay of the values restores any state.
 //!
 //! ```
 //! use search::{Minimiser, cma_es::{CmaEs, Settings}};
@@ -20,6 +21,17 @@
 //! }
 //! assert!(search.favourite().iter().all(|u| (u - 0.6).abs() < 1e-4));
 //! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`cma_es`] | CMA-ES, with its weights and its criteria of an end |
+//! | [`bipop`] | restarts of CMA-ES with large and small populations |
+//! | [`coordinate`] | pattern search along the coordinates, without random numbers |
+//! | [`random`] | uniform candidates |
+//! | [`nsga2`] | NSGA-II, the Pareto front of two objectives |
+//! | [`normal`] | one stream of uniform and normal random numbers |
+//! | `box_transform` | map from free coordinates into the box |
+//! | `record` | budget, candidates asked last, best candidate |
 
 pub mod bipop;
 mod box_transform;
@@ -37,8 +49,8 @@ pub type Point = Vec<f64>;
 
 /// A candidate with its value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Told {
-    /// Where.
+pub struct Evaluated {
+    /// The candidate.
     pub point: Point,
     /// Objective, smaller is better; infinity where the candidate is infeasible.
     pub value: f64,
@@ -63,17 +75,17 @@ pub trait Minimiser {
     fn favourite(&self) -> Point;
 
     /// Feasible candidate of the smallest value told.
-    fn best(&self) -> Option<&Told>;
+    fn best(&self) -> Option<&Evaluated>;
 
     /// Number of values told.
     fn evaluations(&self) -> usize;
 
-    /// Why the search has ended, or none while it goes on.
+    /// Reason of the end of the search, or none while it goes on.
     fn ended(&self) -> Option<&'static str>;
 
-    /// Whether the candidates asked next are ranked with some that have been told already, so that
-    /// values with a common error must keep it.
-    fn fills_up(&self) -> bool {
+    /// True where the candidates asked next are ranked with some that have been told already, so
+    /// that values with a common error must keep it.
+    fn reuses_population(&self) -> bool {
         false
     }
 }

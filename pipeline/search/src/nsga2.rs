@@ -19,19 +19,18 @@ const CROSSOVER_INDEX: f64 = 15.0;
 /// Distribution index of the mutation; each coordinate is mutated with probability 1/n.
 const MUTATION_INDEX: f64 = 20.0;
 
-/// What came of a candidate.
+/// Objectives and miss of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judgement {
     /// Both objectives, smaller is better.
     pub objectives: [f64; 2],
-    /// How far it is from meeting the constraints, 0 where it meets them; infinite where it was not
-    /// judged.
+    /// Distance from meeting the constraints: 0 where it meets them, infinite without objectives.
     pub miss: f64,
 }
 
 impl Judgement {
-    /// Whether it is no worse in anything than `other`, and better in something; less of a miss comes
-    /// before any objective.
+    /// True where it is no worse in anything than `other`, and better in something; less of a miss
+    /// comes before any objective.
     pub fn dominates(&self, other: &Self) -> bool {
         if self.miss > 0.0 || other.miss > 0.0 {
             return self.miss < other.miss;
@@ -56,17 +55,17 @@ pub struct Nsga2 {
 
 impl Nsga2 {
     /// A population of `population` about `start` and uniform in the box; at most
-    /// `most_evaluations` candidates are judged, parents again in every generation.
+    /// `max_evaluations` candidates are judged, parents again in every generation.
     ///
     /// # Panics
     ///
-    /// Where `start` has no coordinates or the population is below 4.
-    pub fn new(start: &Point, population: usize, seed: u64, most_evaluations: usize) -> Self {
+    /// A `start` without coordinates, or a population below 4.
+    pub fn new(start: &Point, population: usize, seed: u64, max_evaluations: usize) -> Self {
         assert!(!start.is_empty() && population >= 4, "nothing to cross");
         let mut random = Normal::new(seed);
         let mut asked = vec![start.clone()];
         asked.extend((1..population).map(|_| random.point(start.len())));
-        Self { population, random, left: most_evaluations, asked, parents: Vec::new(), front: 0 }
+        Self { population, random, left: max_evaluations, asked, parents: Vec::new(), front: 0 }
     }
 
     /// Candidates of the next generation: parents first, then as many offspring; none once the budget

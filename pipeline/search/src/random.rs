@@ -3,7 +3,7 @@
 
 use super::normal::Normal;
 use super::record::Record;
-use super::{BUDGET_SPENT, Minimiser, Point, Told};
+use super::{BUDGET_SPENT, Evaluated, Minimiser, Point};
 
 /// Independent candidates, uniform in the box.
 #[derive(Debug, Clone)]
@@ -15,18 +15,18 @@ pub struct RandomSearch {
 }
 
 impl RandomSearch {
-    /// At most `most_evaluations` candidates, `population` in a generation.
+    /// At most `max_evaluations` candidates, `population` in a generation.
     ///
     /// # Panics
     ///
-    /// Where `dimension` or `population` is 0.
-    pub fn new(dimension: usize, population: usize, seed: u64, most_evaluations: usize) -> Self {
+    /// A `dimension` or `population` of 0.
+    pub fn new(dimension: usize, population: usize, seed: u64, max_evaluations: usize) -> Self {
         assert!(dimension > 0 && population > 0, "nothing to draw");
         Self {
             dimension,
             population,
             random: Normal::new(seed),
-            record: Record::new(most_evaluations),
+            record: Record::new(max_evaluations),
         }
     }
 }
@@ -51,7 +51,7 @@ impl Minimiser for RandomSearch {
         self.best().map_or_else(middle, |b| b.point.clone())
     }
 
-    fn best(&self) -> Option<&Told> {
+    fn best(&self) -> Option<&Evaluated> {
         self.record.best()
     }
 

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What every search keeps: budget, candidates asked last, best candidate.
 
-use super::{Point, Told};
+use super::{Evaluated, Point};
 
 /// Candidates asked and values told.
 #[derive(Debug, Clone)]
 pub(super) struct Record {
-    most_evaluations: usize,
+    max_evaluations: usize,
     evaluations: usize,
     asked: Vec<Point>,
-    best: Option<Told>,
+    best: Option<Evaluated>,
 }
 
 impl Record {
-    pub(super) fn new(most_evaluations: usize) -> Self {
-        Self { most_evaluations, evaluations: 0, asked: Vec::new(), best: None }
+    pub(super) fn new(max_evaluations: usize) -> Self {
+        Self { max_evaluations, evaluations: 0, asked: Vec::new(), best: None }
     }
 
     /// Candidates that wait for their values.
@@ -29,15 +29,15 @@ impl Record {
     }
 
     /// Pairs the waiting candidates with their values, NaN read as infinity.
-    pub(super) fn tell(&mut self, values: &[f64]) -> Vec<Told> {
+    pub(super) fn tell(&mut self, values: &[f64]) -> Vec<Evaluated> {
         let asked = std::mem::take(&mut self.asked);
         assert_eq!(asked.len(), values.len(), "one value for each candidate");
         self.evaluations += values.len();
         let read = |value: f64| if value.is_nan() { f64::INFINITY } else { value };
-        let told: Vec<Told> = asked
+        let told: Vec<Evaluated> = asked
             .into_iter()
             .zip(values)
-            .map(|(point, &value)| Told { point, value: read(value) })
+            .map(|(point, &value)| Evaluated { point, value: read(value) })
             .collect();
         for one in &told {
             let bar = self.best.as_ref().map_or(f64::INFINITY, |b| b.value);
@@ -48,7 +48,7 @@ impl Record {
         told
     }
 
-    pub(super) fn best(&self) -> Option<&Told> {
+    pub(super) fn best(&self) -> Option<&Evaluated> {
         self.best.as_ref()
     }
 
@@ -58,6 +58,6 @@ impl Record {
 
     /// Evaluations that the budget still allows.
     pub(super) fn left(&self) -> usize {
-        self.most_evaluations.saturating_sub(self.evaluations)
+        self.max_evaluations.saturating_sub(self.evaluations)
     }
 }

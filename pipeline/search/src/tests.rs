@@ -135,7 +135,7 @@ fn large_populations_find_the_optimum_of_rastrigin() {
             let mut search = CmaEs::new(Settings {
                 start: (0..n).map(place).collect(),
                 population,
-                most_evaluations: 1_000_000,
+                max_evaluations: 1_000_000,
                 ..central(n, seed, 2.0 / WIDE)
             });
             minimise(&mut search, quiet(|u| functions::rastrigin(&coordinates(u, WIDE))))
@@ -189,7 +189,7 @@ fn searches(n: usize, seed: u64, most: usize) -> Vec<Box<dyn Minimiser>> {
             start: vec![0.3; n],
             step: 0.25,
             smallest_step: 1e-6,
-            most_evaluations: most,
+            max_evaluations: most,
         })),
     ]
 }
@@ -287,15 +287,15 @@ fn a_run_under_way_is_among_runs() {
 #[test]
 fn a_generation_of_which_most_is_refused_is_filled_up() {
     let mut search = CmaEs::new(Settings::new(vec![0.5; 4], 1, 1000));
-    assert!(!search.fills_up());
+    assert!(!search.reuses_population());
     assert_eq!(search.ask().len(), 8);
     let mut values = [f64::INFINITY; 8];
     (values[0], values[3]) = (1.0, 2.0);
     search.tell(&values);
-    assert!(search.fills_up());
+    assert!(search.reuses_population());
     assert_eq!(search.ask().len(), 6);
     search.tell(&[3.0; 6]);
-    assert!(!search.fills_up());
+    assert!(!search.reuses_population());
 }
 
 #[test]
@@ -360,7 +360,7 @@ fn gains_of_coordinates_are_tried_together() {
         start: vec![0.3; 6],
         step: 0.1,
         smallest_step: 1e-4,
-        most_evaluations: 4000,
+        max_evaluations: 4000,
     });
     let sphere = |u: &Point| u.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>();
     // A round: all neighbours, then what gained. On a sum every coordinate moves at once.
@@ -436,7 +436,7 @@ fn fronts_are_as_near_as_those_of_pymoo() {
     }
 }
 
-/// Where nothing meets the constraint at first, the search goes to where it is met.
+/// A search of which nothing meets the constraint at first goes to where it is met.
 #[test]
 fn fronts_keep_their_constraints() {
     let judge = |x: &Point| Judgement {

@@ -190,14 +190,14 @@ impl Job {
     }
 
     /// The shares of `count` shards.
-    fn deal(&self, count: usize) -> Vec<Share> {
+    fn partition(&self, count: usize) -> Vec<Share> {
         let seconds = |ring: &Ring| TableCost::from_rings([ring]).seconds();
         let tables: Vec<f64> = self.rings.iter().map(seconds).collect();
         let tasks = self.tasks.iter().map(|task| TaskPieces {
             count: task.pieces(),
             cost: seconds_of_paths(1, task.paths()) + task.own_tables().seconds(),
         });
-        shard::deal(&tables, &tasks.collect::<Vec<_>>(), count)
+        shard::partition(&tables, &tasks.collect::<Vec<_>>(), count)
     }
 
     /// Cost of `share`.
@@ -254,12 +254,12 @@ impl SharedWork for Job {
     }
 
     fn costs(&self, count: usize) -> Vec<Cost> {
-        let shares = self.deal(count);
+        let shares = self.partition(count);
         shares.iter().map(|share| self.cost(share)).collect()
     }
 
     fn compute(&self, choice: &ShardChoice, cache: &Cache, context: RunContext) -> Result<Cost> {
-        let shares = self.deal(choice.count);
+        let shares = self.partition(choice.count);
         let mut cost = Cost::default();
         for &number in &choice.numbers {
             self.share(&shares[number], cache, context)?;
@@ -274,7 +274,7 @@ impl SharedWork for Job {
         cache: &Cache,
         context: RunContext,
     ) -> Result<Vec<MissingPieces>> {
-        let shares = self.deal(count);
+        let shares = self.partition(count);
         let usable = |ring: &Ring| matches!(cache.find(&ring.key), CacheEntry::Table(_));
         let rings: Vec<bool> = self.rings.iter().map(usable).collect();
         let missing: Vec<Vec<u64>> =

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Traces of many designs in one model, without files: what searches and tolerance analyses ask
-//! for. Tables of orders stay in memory from one design to the next.
+//! Traces of many designs without files, as studies, tolerance analyses and searches ask for them.
+//! Tables of orders stay in memory from one design to the next.
+
+use std::borrow::Cow;
 
 use anyhow::Result;
 
@@ -8,28 +10,38 @@ use design::Design;
 use files::cache::Cache;
 use files::run_context::RunContext;
 
-use super::dome_surface::dome_surface;
 use super::model::Model;
 use super::observation::Observation;
 use super::spectral::SpectralJob;
 use super::tables::HeldTables;
-use super::trace::TraceJob;
+use super::trace::{GROUPS, TraceJob};
+use super::trace_plan::{DomeChoice, TracePlan};
 
-/// Groups that errors are told from: maps are read that many times, so that fewer than in a run
+/// Groups for the errors of a search: maps are read that many times, so that fewer than in a run
 /// leave more of the time to paths. The error of an error is a fifth.
-const ERROR_GROUPS: usize = 16;
+const SEARCH_GROUPS: usize = 16;
 
-/// Traces of one model.
+/// Most tables that a search holds; some 10 MB each.
+const SEARCH_TABLES: usize = 600;
+
+/// Traces of many designs.
 pub struct ModelTraces<'a> {
-    model: Model,
     cache: &'a Cache,
     tables: HeldTables,
+    error_groups: usize,
 }
 
 impl<'a> ModelTraces<'a> {
-    /// Traces of `model`, whose tables `cache` keeps.
-    pub fn new(model: Model, cache: &'a Cache) -> Self {
-        Self { model, cache, tables: HeldTables::default() }
+    /// Traces of designs that differ little, with few groups for their errors; `cache` keeps the
+    /// tables.
+    pub fn of_search(cache: &'a Cache) -> Self {
+        let tables = HeldTables::new(SEARCH_TABLES);
+        Self { cache, tables, error_groups: SEARCH_GROUPS }
+    }
+
+    /// Traces as in a run; `cache` keeps the tables, memory those of the last design.
+    pub fn of_study(cache: &'a Cache) -> Self {
+        Self { cache, tables: HeldTables::new(0), error_groups: GROUPS }
     }
 
     /// Tables of orders solved so far.
@@ -37,29 +49,37 @@ impl<'a> ModelTraces<'a> {
         self.tables.solved
     }
 
-    /// Observation of `design`, by its own number of paths.
+    /// Traces the own number of paths of `design` and reads its receivers; `what` is shown beside
+    /// the progress.
     ///
     /// # Errors
-    /// Errors of the solver and the tracer; an interrupt.
-    pub fn observe(&mut self, design: &Design, context: RunContext) -> Result<Observation> {
-        let model = self.model;
-        if let Some(lights) = design.all_lights() {
-            let job =
-                SpectralJob { design, lights: &lights, model, cache: Some(self.cache), context };
-            return job.observe();
+    /// Those of the solver and the tracer; an interrupt.
+    pub fn observe(
+        &mut self,
+        design: &Design,
+        dome: DomeChoice,
+        what: &str,
+        context: RunContext,
+    ) -> Result<Observation> {
+        let cache = Some(self.cache);
+        if let (DomeChoice::Model(model), Some(lights)) = (dome, design.all_lights()) {
+            return SpectralJob { design, lights: &lights, model, cache, context }.observe();
         }
-        let tables = match model {
-            Model::Hybrid => Some(self.tables.of_design(design, Some(self.cache), context)?),
+        let tables = match dome {
+            DomeChoice::Model(Model::Hybrid) => {
+                Some(self.tables.of_design(design, cache, context)?)
+            }
             _ => None,
         };
-        let surface = dome_surface(design, model, tables.as_ref())?;
-        let job = TraceJob {
-            design,
-            surface: &surface,
+        let plan = TracePlan {
+            design: Cow::Borrowed(design),
+            dome,
             paths: design.trace.paths,
-            what: "",
-            error_groups: ERROR_GROUPS,
+            what: what.to_owned(),
+            seed: context.seed,
         };
+        let surface = plan.surface(tables.as_ref())?;
+        let job = TraceJob { error_groups: self.error_groups, ..plan.job(&surface) };
         job.observe(context)
     }
 }

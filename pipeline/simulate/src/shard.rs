@@ -76,14 +76,14 @@ pub struct Share {
 }
 
 /// Deals tables and pieces of tasks, by their costs, to `count` shards.
-pub fn deal(tables: &[f64], tasks: &[TaskPieces], count: usize) -> Vec<Share> {
+pub fn partition(tables: &[f64], tasks: &[TaskPieces], count: usize) -> Vec<Share> {
     let mut shares = vec![Share::default(); count.max(1)];
-    deal_tables(tables, &mut shares);
-    deal_tasks(tasks, &mut shares);
+    partition_tables(tables, &mut shares);
+    partition_tasks(tasks, &mut shares);
     shares
 }
 
-fn deal_tables(tables: &[f64], shares: &mut [Share]) {
+fn partition_tables(tables: &[f64], shares: &mut [Share]) {
     let mut order: Vec<usize> = (0..tables.len()).collect();
     order.sort_by(|&a, &b| tables[b].total_cmp(&tables[a]).then(a.cmp(&b)));
     // The bits of positive numbers are ordered as they are.
@@ -101,7 +101,7 @@ fn deal_tables(tables: &[f64], shares: &mut [Share]) {
     }
 }
 
-fn deal_tasks(tasks: &[TaskPieces], shares: &mut [Share]) {
+fn partition_tasks(tasks: &[TaskPieces], shares: &mut [Share]) {
     let all: f64 = tasks.iter().map(|task| task.count as f64 * task.cost).sum();
     let level = level(shares, all);
     let mut shard = 0;
@@ -169,7 +169,7 @@ mod tests {
         let whole: f64 =
             tables.iter().sum::<f64>() + tasks.iter().map(|t| t.count as f64 * t.cost).sum::<f64>();
         for count in [1, 2, 3, 8, 64, 1000] {
-            let shares = deal(&tables, &tasks, count);
+            let shares = partition(&tables, &tasks, count);
             assert_eq!(shares.len(), count);
             let mut dealt: Vec<usize> = shares.iter().flat_map(|s| s.tables.clone()).collect();
             dealt.sort_unstable();
@@ -191,6 +191,6 @@ mod tests {
 
     #[test]
     fn a_job_of_nothing_is_dealt() {
-        assert_eq!(deal(&[], &[], 3), vec![Share::default(); 3]);
+        assert_eq!(partition(&[], &[], 3), vec![Share::default(); 3]);
     }
 }

@@ -15,11 +15,12 @@ use serde_json::{Value, json};
 use tracer::CheckpointStore;
 
 use design::Design;
-use design::resolved::PATHS;
+use design::resolved::check_paths;
 use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::ReceiverKind;
-use files::checkpoint::{Checkpoints, LEAST_PATHS};
+use files::cache::Key;
 use files::run_context::RunContext;
+use files::store::{MIN_PATHS, Store};
 use metrics::far_field::{PeakMethod, PeakPlace};
 use metrics::figures::{self, COLOUR_DIFFERENCE, EXTRACTION, PARABOLA, Source};
 use metrics::plural::count;
@@ -93,12 +94,7 @@ impl StoppingRule {
     /// A number of paths that no run may have.
     pub fn batch(&self, stated: u64) -> Result<u64> {
         let most = self.most_paths;
-        ensure!(
-            PATHS.contains(&most),
-            "--most-paths: expected a whole number from {} to {}, got {most}",
-            PATHS.start(),
-            PATHS.end()
-        );
+        check_paths("--most-paths", most)?;
         let groups = GROUPS as u64;
         Ok(if most < stated.next_multiple_of(groups) { most / groups * groups } else { stated })
     }
@@ -193,9 +189,9 @@ where
         let groups = checkpoints.map(|kept| {
             let until =
                 json!({"figure": figure, "error": error, "most_paths": self.rule.most_paths});
-            kept.of(&json!({"until": until, "batch": self.key_fields}))
+            kept.entries(Key::of(&json!({"until": until, "batch": self.key_fields})))
         });
-        let mark = checkpoints.map(Checkpoints::mark);
+        let snapshot = checkpoints.map(Store::snapshot);
         let found = groups.as_ref().and_then(|groups| groups.find(0));
         let found = found.and_then(|bytes| from_bytes(&bytes, self.design, self.weights.len()));
         let (mut batches, mut sums) = match (found, first) {
@@ -243,14 +239,14 @@ where
             }
             // What follows takes the memory that they have had.
             drop(means);
-            if let (Some(groups), Some(mark)) = (&groups, &mark)
-                && paths >= kept_paths + LEAST_PATHS
+            if let (Some(groups), Some(snapshot)) = (&groups, &snapshot)
+                && paths >= kept_paths + MIN_PATHS
             {
                 groups.keep(0, &to_bytes(batches, &sums));
                 kept_paths = paths;
                 // What is in the sum needs no groups of its own.
                 if let Some(kept) = checkpoints {
-                    kept.drop_since(mark);
+                    kept.discard_newer(snapshot);
                 }
             }
             let seed = seeds::of_batch(self.context.seed, batches);

@@ -478,17 +478,20 @@ fn of_bands(
 }
 
 /// Tables held in memory for many designs that share rings.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct HeldTables {
+    max_held: usize,
     held: BTreeMap<Key, Arc<OrderTable>>,
     /// Tables solved so far.
     pub solved: usize,
 }
 
-/// Most tables held; some 10 MB each.
-const MAX_HELD: usize = 600;
-
 impl HeldTables {
+    /// No tables; where more than `max_held` are held, those that a design does not need go.
+    pub fn new(max_held: usize) -> Self {
+        Self { max_held, held: BTreeMap::new(), solved: 0 }
+    }
+
     /// The tables of `design`: held ones, else those of the cache, else solved ones, which the
     /// cache keeps.
     ///
@@ -503,7 +506,7 @@ impl HeldTables {
         let bands = problems(design, None);
         let rings = bands.iter().flatten().map(|ring| (&ring.key, ring));
         let needed: BTreeMap<&Key, &RingProblem> = rings.collect();
-        if self.held.len() > MAX_HELD {
+        if self.held.len() > self.max_held {
             self.held.retain(|key, _| needed.contains_key(key));
         }
         let mut unknown = needed;

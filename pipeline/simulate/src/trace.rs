@@ -9,9 +9,10 @@ use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
 
 use design::Design;
 use design::resolved::trace_key::ReliefModel;
-use files::checkpoint::{Checkpoints, Groups};
+use files::cache::Key;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
+use files::store::{Entries, Store};
 use metrics::extraction::flow;
 
 use super::observation::{Observation, plane_grid};
@@ -79,7 +80,7 @@ impl TraceJob<'_> {
             tracer::run_with(&scene, receivers, &settings, control)
         })?;
         context.interrupt.check()?;
-        context.checkpoints.map_or(Ok(()), Checkpoints::is_whole)?;
+        context.checkpoints.map_or(Ok(()), Store::take_error)?;
         let outcome = uninterrupted(outcome)?.merged(self.error_groups);
         let mut observation = Observation::new(self.design, outcome);
         observation.depolarised_by = scene.scattering_surfaces();
@@ -104,7 +105,7 @@ impl TraceJob<'_> {
         bar.finish_and_clear();
         context.interrupt.check()?;
         uninterrupted(done)?;
-        context.checkpoints.map_or(Ok(()), Checkpoints::is_whole)
+        context.checkpoints.map_or(Ok(()), Store::take_error)
     }
 
     /// Hands far field, plane and the design's own receivers to `trace`.
@@ -123,9 +124,9 @@ impl TraceJob<'_> {
     }
 
     /// Store of finished groups, if they are kept.
-    fn groups<'c>(&self, context: RunContext<'c>) -> Option<Groups<'c>> {
+    fn groups<'c>(&self, context: RunContext<'c>) -> Option<Entries<'c>> {
         let checkpoints = context.checkpoints.filter(|all| all.keeps(self.paths))?;
-        Some(checkpoints.of(&self.key_fields(context.seed)))
+        Some(checkpoints.entries(Key::of(&self.key_fields(context.seed))))
     }
 
     /// All that the groups of this trace depend on, beside the program. Tables follow from the
@@ -148,7 +149,7 @@ impl TraceJob<'_> {
 
 fn control<'a>(
     progress: &'a (dyn Fn(u64) + Sync),
-    groups: Option<&'a Groups<'_>>,
+    groups: Option<&'a Entries<'_>>,
     context: RunContext<'a>,
 ) -> Control<'a> {
     Control {

@@ -7,7 +7,7 @@ use std::ops::Range;
 use anyhow::{Context, Result};
 
 use design::Design;
-use files::cache::Cache;
+use files::cache::{Cache, Key};
 use files::run_context::RunContext;
 use geometry::Meridian;
 
@@ -129,7 +129,7 @@ impl Task for TracePlan<'static> {
             DomeChoice::Element(element) => self.element(element)?,
         };
         let fields = self.job(&surface).key_fields(self.seed);
-        let groups = context.checkpoints.map(|all| all.of(&fields));
+        let groups = context.checkpoints.map(|all| all.entries(Key::of(&fields)));
         Ok(groups.map_or_else(Vec::new, |groups| groups.missing(0..self.pieces())))
     }
 

@@ -16,10 +16,10 @@ use serde_json::json;
 
 use files::atomic_file;
 use files::cache::SOLVER_VERSION;
-use files::checkpoint::program_sha256;
 use files::content_hash::{hashes, sealed, sha256_hex};
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
+use files::store::program_sha256;
 use simulate::job::SharedWork;
 
 use super::bsdf::BsdfArgs;
@@ -82,7 +82,7 @@ impl SharedLine {
     /// The command line of these words.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// Words that make no command.
     pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self> {
         Self::try_parse_from(words).map_err(|error| {
             let text = error.to_string();
@@ -95,7 +95,7 @@ impl SharedLine {
     }
 }
 
-/// What all shards of a job have in common.
+/// Record of what all shards of a job have in common.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct JobRecord {
     job_version: u32,
@@ -107,7 +107,7 @@ pub struct JobRecord {
     pub shards: usize,
     /// Directory of the cache, as given.
     pub cache: Option<PathBuf>,
-    /// Where the first shard was started, by which paths that are not absolute are meant.
+    /// Directory in which the first shard was started, by which paths that are not absolute are meant.
     pub directory: PathBuf,
     /// Files read, by their hashes.
     inputs: Vec<FileRecord>,
@@ -180,7 +180,7 @@ impl JobRecord {
     /// Refuses to take part in `other`, which is another job.
     ///
     /// # Errors
-    /// What differs.
+    /// A difference.
     pub fn same_job(&self, other: &Self, out: &Path) -> Result<()> {
         let path = out.join(FILE);
         let differs = |what: &str, of_job: &str, own: &str| {
@@ -236,7 +236,7 @@ impl JobRecord {
         Ok(())
     }
 
-    /// What distinguishes the job from others in one cache.
+    /// Hash that distinguishes the job from others in one cache.
     pub fn identity(&self) -> String {
         let fields = json!({
             "command": self.command,
@@ -267,7 +267,7 @@ impl JobRecord {
         own.chain(seed).chain(place).chain(cache).collect()
     }
 
-    /// Where the cache lies, for people; two processes with the same one share pieces.
+    /// Place of the cache, for people; two processes with the same one share pieces.
     fn cache_place(&self) -> String {
         match &self.cache {
             Some(cache) => format!("`{}`", self.directory.join(cache).display()),

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 use files::cache::Cache;
-use files::checkpoint::Checkpoints;
 use files::run_context::RunContext;
+use files::store::Store;
 
 /// Parts that an interrupted run keeps: tables of orders.
 pub(super) const TABLES: &str = "tables";
@@ -28,12 +28,9 @@ pub(super) fn note_interrupt(context: RunContext, cache: Option<&Cache>, what: &
 }
 
 /// The store of finished groups of paths in `cache`; none where a job has one already.
-pub(super) fn checkpoints(
-    cache: Option<&Cache>,
-    context: RunContext,
-) -> Result<Option<Checkpoints>> {
+pub(super) fn checkpoints(cache: Option<&Cache>, context: RunContext) -> Result<Option<Store>> {
     let cache = cache.filter(|_| context.checkpoints.is_none());
-    cache.map(|cache| Checkpoints::open(cache.directory(), context.console)).transpose()
+    cache.map(|cache| Store::of_program(cache.directory(), context.console)).transpose()
 }
 
 /// Refuses a directory into which no file can be written, whether it exists or not. Leaves nothing

@@ -8,9 +8,9 @@ use clap::Args;
 
 use design::Design;
 use files::atomic_file;
-use files::checkpoint::Checkpoints;
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
+use files::store::Store;
 use report::plots::{Heading, published_vs_computed};
 use report::summary::{self, SummaryRow};
 use results::published::{self, Published};
@@ -165,7 +165,7 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
         pictures.into_iter().chain(others),
     )?;
     results.write(&arguments.out, &published)?;
-    checkpoints.iter().for_each(Checkpoints::finish);
+    checkpoints.iter().for_each(Store::finish);
     context.console.result(&results.to_json(&published)?, || {
         let note = if arguments.quick { format!("\n{QUICK_NOTE}\n") } else { String::new() };
         format!("{}{note}\nwritten to {}", summary::plain_text(&rows), arguments.out.display())

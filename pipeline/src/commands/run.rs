@@ -10,8 +10,8 @@ use clap::{Args, ValueEnum};
 
 use design::Design;
 use design::spectrum::Spectrum;
-use files::checkpoint::{Checkpoints, LEAST_PATHS};
 use files::run_context::RunContext;
+use files::store::{MIN_PATHS, Store};
 use metrics::digits::thousands;
 use report::{run_summary, summary};
 use results::published::Published;
@@ -160,7 +160,7 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
             .say(&format!("{asked} paths are traced as {traced}: {GROUPS} groups of equal size"));
     }
     let needs_tables = models.contains(&Model::Hybrid);
-    let stores_paths = stopping_rule.is_some() || design.trace.paths >= LEAST_PATHS;
+    let stores_paths = stopping_rule.is_some() || design.trace.paths >= MIN_PATHS;
     let cache = (arguments.cache.is_some() || needs_tables || stores_paths)
         .then(|| cache(arguments.cache.as_deref(), &arguments.out));
     let lights = design.all_lights();
@@ -196,7 +196,7 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
     let on_bottom = on_bottom(&design)?;
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;
-    checkpoints.iter().for_each(Checkpoints::finish);
+    checkpoints.iter().for_each(Store::finish);
     context.console.result(&results.to_json(&published)?, || {
         let light = run_summary::plain_text(&results.designs[0]);
         let mut rows = summary::rows(&results, &published);

@@ -35,7 +35,7 @@ pub struct JobOptions<'a> {
 }
 
 impl<'a> JobOptions<'a> {
-    /// Those of a command with these arguments.
+    /// Options of a command with these arguments.
     pub fn new(out: &'a Path, cache_given: Option<&'a Path>, sharing: &'a Sharing) -> Self {
         Self { out, cache_given, shard: sharing.shard.as_ref() }
     }
@@ -73,7 +73,7 @@ impl CommandLine {
 
 /// A command whose work may be shared.
 pub trait Shardable {
-    /// Its options as a job.
+    /// Options of the command as a job.
     fn job_options(&self) -> JobOptions<'_>;
 
     /// The command line without the program and without `--seed`, `--out`, `--cache` and `--shard`.
@@ -82,12 +82,12 @@ pub trait Shardable {
     /// The pieces of the work.
     ///
     /// # Errors
-    /// What the command refuses; work whose parts follow from one another.
+    /// Refusals of the command; work whose parts follow from one another.
     fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>>;
 
     /// Runs the command, which finds in the cache whatever is there.
     ///
     /// # Errors
-    /// Those of the command.
+    /// Errors of the command.
     fn run(&self, context: RunContext) -> Result<()>;
 }

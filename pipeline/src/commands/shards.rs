@@ -12,9 +12,9 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use files::atomic_file;
-use files::checkpoint::Checkpoints;
 use files::interrupt::Stopped;
 use files::run_context::RunContext;
+use files::store::Store;
 use metrics::plural::count;
 use simulate::job::{Cost, MissingPieces, SharedWork};
 use simulate::shard::{SHARDS, ShardChoice};
@@ -86,7 +86,7 @@ pub struct SubmitArgs {
 /// Computes the pieces of the shards `choice` of `command`.
 ///
 /// # Errors
-/// Those of the command; another job in its directory; a shard that the job does not have.
+/// Errors of the command; another job in its directory; a shard that the job does not have.
 pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContext) -> Result<()> {
     let options = command.job_options();
     let (out, cache) = (options.out, options.cache());
@@ -105,7 +105,7 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
             cache.directory().display()
         ));
         let identity = record.identity();
-        let pieces = Checkpoints::of_job(cache.directory(), &identity, false, context.console);
+        let pieces = Store::of_job(cache.directory(), &identity, false, context.console);
         work.compute(choice, &cache, context.storing(Some(&pieces)))
     };
     let cost = compute().map_err(worth_repeating)?;
@@ -123,7 +123,7 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
 /// Prints how many shards a job has and what each costs, and notes the job in its directory.
 ///
 /// # Errors
-/// Those of the command; another job in its directory.
+/// Errors of the command; another job in its directory.
 pub fn plan(arguments: &PlanArgs, context: RunContext) -> Result<()> {
     let open = OpenJob::open(&arguments.job, context)?;
     let costs = open.work.costs(open.record.shards);
@@ -171,7 +171,7 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
     let command = line.command.get();
     let (cache, identity) = (command.job_options().cache(), record.identity());
     let context = RunContext { seed: line.seed, ..context };
-    let pieces = Checkpoints::of_job(cache.directory(), &identity, true, context.console);
+    let pieces = Store::of_job(cache.directory(), &identity, true, context.console);
     let context = context.storing(Some(&pieces));
     let merge = || -> Result<()> {
         let missing = open.work.missing(record.shards, &cache, context)?;
@@ -196,7 +196,7 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
 /// Writes the scripts of a job for SLURM, and submits them if that is asked for.
 ///
 /// # Errors
-/// Those of the command; another job in its directory; what sbatch says.
+/// Errors of the command and of sbatch; another job in its directory.
 pub fn submit(arguments: &SubmitArgs, context: RunContext) -> Result<()> {
     let open = OpenJob::open(&arguments.job, context)?;
     let (record, out) = (&open.record, &open.out);

@@ -222,7 +222,7 @@ fn spans(outcome: &StudyResults, figure: &str) -> Vec<MarkedLine> {
         .collect()
 }
 
-/// How many of the other set-ups of `ranking` may be better than the first.
+/// Counts the other set-ups of `ranking` that may be better than the first.
 fn tied(ranking: &[Ranked]) -> String {
     match ranking.iter().skip(1).filter(|ranked| ranked.is_tied()).count() {
         0 => format!("the first is ahead of the others by more than {DISTINCT} standard errors"),

@@ -18,7 +18,7 @@ pub fn script_of_shards(out: &Path) -> PathBuf {
     out.join(FOLDER).join("shards.sh")
 }
 
-/// Whether the script in `out` is that of an array of `shards` shards.
+/// True where the script in `out` is that of an array of `shards` shards.
 pub fn is_script_of(shards: usize, out: &Path) -> bool {
     let text = std::fs::read_to_string(script_of_shards(out));
     text.is_ok_and(|text| text.contains(&choice_of_task(shards)))
@@ -76,7 +76,7 @@ fn write(
 /// tasks of the array have ended, however they did.
 ///
 /// # Errors
-/// What sbatch says.
+/// Errors of sbatch.
 pub fn submit(out: &Path) -> Result<[String; 2]> {
     let array = sbatch(&[], &script_of_shards(out))?;
     let after = format!("--dependency=afterany:{array}");
@@ -99,7 +99,7 @@ fn sbatch(options: &[&str], script: &Path) -> Result<String> {
     Ok(number.to_owned())
 }
 
-/// How both are submitted by hand.
+/// Command that submits both by hand.
 pub fn by_hand(out: &Path) -> String {
     let line = |script: PathBuf| shell_line(&[script.into()]);
     let (shards, merge) = (line(script_of_shards(out)), line(script_of_merge(out)));

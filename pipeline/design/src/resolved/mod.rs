@@ -40,8 +40,21 @@ use super::schema::{self, Extent};
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
 
-/// Paths of use: fewer give no standard error worth the name, more take weeks.
+/// Allowed number of paths.
 pub const PATHS: RangeInclusive<u64> = 1_000..=1_000_000_000_000;
+
+/// Checks the number of paths that `key` states.
+///
+/// # Errors
+/// One that is not allowed.
+pub fn check_paths(key: &str, paths: u64) -> anyhow::Result<()> {
+    let (low, high) = (PATHS.start(), PATHS.end());
+    anyhow::ensure!(
+        PATHS.contains(&paths),
+        "{key}: expected a whole number from {low} to {high}, got {paths}"
+    );
+    Ok(())
+}
 
 /// A checked design.
 #[derive(Debug, Clone, Serialize)]

@@ -13,12 +13,13 @@ use files::interrupt::Interrupted;
 use files::run_context::RunContext;
 use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
+use simulate::trace_plan::DomeChoice;
 
-use super::objective::{Judged, Objective};
+use super::objective::{Evaluation, Objective};
 use super::outcome::Outcome;
 use super::problem::{Problem, StageSettings};
 use super::robust::RobustObjective;
-use super::shared_evaluations::{Batch, Evaluation, SharedEvaluations};
+use super::shared_evaluations::{Batch, SharedEvaluations, TracedOutcome};
 use super::variables::Variables;
 use crate::design_file::DesignFile;
 
@@ -29,14 +30,14 @@ pub(super) struct Evaluator<'a> {
     pub robust: Option<&'a RobustObjective>,
     pub stage: &'a StageSettings,
     traces: ModelTraces<'a>,
-    /// Who else judges candidates.
+    /// Evaluations shared with other processes.
     shared: Option<&'a SharedEvaluations<'a>>,
     /// Tables of orders solved so far.
     pub tables: usize,
 }
 
 impl<'a> Evaluator<'a> {
-    /// What judges the candidates of a stage of `problem`, alone or with others; tables come from
+    /// Evaluator of the candidates of a stage of `problem`, alone or with others; tables come from
     /// `cache`.
     pub fn new(
         problem: &'a Problem,
@@ -50,7 +51,7 @@ impl<'a> Evaluator<'a> {
             objective: &problem.objective,
             robust: problem.robust.as_ref(),
             stage,
-            traces: ModelTraces::new(stage.model, cache),
+            traces: ModelTraces::of_search(cache),
             shared,
             tables: 0,
         }
@@ -59,7 +60,7 @@ impl<'a> Evaluator<'a> {
     /// The outcomes of `batch`, in order: here, or here and by others. `judge` makes one of them.
     ///
     /// # Errors
-    /// Those of `judge` and of sharing; an interrupt.
+    /// Errors of `judge` and of sharing; an interrupt.
     pub fn outcomes(
         &mut self,
         batch: &Batch,
@@ -67,14 +68,14 @@ impl<'a> Evaluator<'a> {
         judge: impl Fn(&mut Self, usize) -> Result<Outcome>,
     ) -> Result<Vec<Outcome>> {
         let shared = self.shared;
-        let mut one = |number| -> Result<Evaluation> {
+        let mut one = |number| -> Result<TracedOutcome> {
             let before = self.traces.tables_solved();
             let outcome = judge(self, number)?;
             let tables = self.traces.tables_solved() - before;
-            Ok(Evaluation { outcome, tables })
+            Ok(TracedOutcome { outcome, tables })
         };
         let all = match shared {
-            Some(shared) => shared.of(batch, context, &mut one)?,
+            Some(shared) => shared.evaluate(batch, context, &mut one)?,
             None => (0..batch.count)
                 .map(|number| {
                     context.interrupt.check()?;
@@ -105,7 +106,7 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Why the candidate at `point` is not traced, if it is not.
+    /// Reason why the candidate at `point` is not traced, if it is not.
     pub fn refusal(&self, point: &[f64]) -> Option<String> {
         self.design(point).err()
     }
@@ -133,7 +134,7 @@ impl<'a> Evaluator<'a> {
         context: RunContext,
     ) -> Result<Outcome> {
         match self.judge(file, paths, context) {
-            Ok(judged) => Ok(Outcome::Judged(judged)),
+            Ok(judged) => Ok(Outcome::Evaluated(judged)),
             // A failure of files may pass: it says nothing of the candidate.
             Err(error) if error.is::<Interrupted>() || is_of_files(&error) => Err(error),
             Err(error) => Ok(Outcome::Refused(format!("{error:#}"))),
@@ -144,8 +145,8 @@ impl<'a> Evaluator<'a> {
     /// from it, which share the paths.
     ///
     /// # Errors
-    /// Those of the solver and the tracer; figures that cannot be read; an interrupt.
-    fn judge(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
+    /// Errors of the solver and the tracer; figures that cannot be read; an interrupt.
+    fn judge(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Evaluation> {
         let Some(robust) = self.robust else {
             return self.judge_one(file, paths, context);
         };
@@ -158,7 +159,12 @@ impl<'a> Evaluator<'a> {
         Ok(robust.combine(&judged.collect::<Result<Vec<_>>>()?, self.objective))
     }
 
-    fn judge_one(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Judged> {
+    fn judge_one(
+        &mut self,
+        file: &DesignFile,
+        paths: u64,
+        context: RunContext,
+    ) -> Result<Evaluation> {
         let mut design = file.with(&Settings::new())?;
         design.trace.paths = paths;
         let context = RunContext {
@@ -166,7 +172,8 @@ impl<'a> Evaluator<'a> {
             checkpoints: None,
             ..context.silent()
         };
-        let seen = self.traces.observe(&design, context)?;
+        let seen =
+            self.traces.observe(&design, DomeChoice::Model(self.stage.model), "", context)?;
         self.objective.judge(file, &design, &seen)
     }
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use design::dotted_keys::Settings;
-use design::resolved::PATHS;
+use design::resolved::check_paths;
 use files::cache::Cache;
 use files::run_context::RunContext;
 use search::Point;
@@ -72,7 +72,7 @@ pub fn judge_lines(
     Ok(())
 }
 
-/// What a search needs to know of the problem.
+/// Line that tells an outer search of the problem.
 fn head(problem: &Problem, variables: &Variables) -> Result<Value> {
     let start = variables.start()?;
     let ends = [0.0, 1.0].map(|share| variables.coefficients(&vec![share; start.len()]));
@@ -101,12 +101,7 @@ fn answer(line: &str, evaluator: &mut Evaluator, context: RunContext) -> Result<
         request.point
     );
     let paths = request.paths.unwrap_or(evaluator.stage.paths);
-    ensure!(
-        PATHS.contains(&paths),
-        "paths: expected a whole number from {} to {}, got {paths}",
-        PATHS.start(),
-        PATHS.end()
-    );
+    check_paths("paths", paths)?;
     let seed = request.seed.unwrap_or(context.seed);
     let context = RunContext { seed, ..context };
     let outcome = evaluator.evaluate(&request.point, paths, context)?;

@@ -6,6 +6,8 @@ use serde::Deserialize;
 use design::dotted_keys::Settings;
 use simulate::model::Model;
 
+use crate::checked_file::FileKeys;
+
 /// A whole problem file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -17,12 +19,12 @@ pub struct ProblemFile {
     pub description: String,
     /// Design file to start from, relative to the problem file.
     pub design: String,
-    /// What is varied.
+    /// Variables.
     pub variables: Vec<VariableKeys>,
-    /// What the mould allows.
+    /// Limits of the mould.
     #[serde(default)]
     pub limits: LimitKeys,
-    /// What is sought.
+    /// Objective.
     pub objective: ObjectiveKeys,
     /// Bounds of figures.
     #[serde(default)]
@@ -30,10 +32,12 @@ pub struct ProblemFile {
     /// Searches one after the other, each from where the one before ended.
     #[serde(default)]
     pub stages: Vec<StageKeys>,
-    /// How the result is verified.
+    /// Verification of the result.
     #[serde(default)]
     pub verification: VerificationKeys,
 }
+
+impl FileKeys for ProblemFile {}
 
 /// `[[variables]]`: a key of the design, or a profile over its rings or its radius.
 #[derive(Debug, Clone, Deserialize)]
@@ -51,7 +55,7 @@ pub struct VariableKeys {
     pub from: Option<f64>,
     /// Largest value.
     pub to: Option<f64>,
-    /// Where the search starts; absent: the value of the design.
+    /// Start of the search; absent: the value of the design.
     pub start: Option<f64>,
     /// Values are whole multiples of this.
     pub resolution: Option<f64>,
@@ -88,7 +92,7 @@ pub struct LimitKeys {
     pub tip_radius_um: Option<f64>,
     /// Least radius of valleys, µm.
     pub valley_radius_um: Option<f64>,
-    /// Whether the outline may lean over itself.
+    /// True where the outline may lean over itself.
     #[serde(default)]
     pub overhang: bool,
 }
@@ -107,7 +111,7 @@ pub struct ObjectiveKeys {
     pub deviations: Option<f64>,
 }
 
-/// What is done with a figure.
+/// Use of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Goal {
@@ -126,7 +130,7 @@ pub enum Goal {
 pub struct TermKeys {
     /// Key of a figure.
     pub figure: String,
-    /// What is done with it.
+    /// Use of the figure.
     #[serde(default)]
     pub goal: Goal,
     /// Value sought.
@@ -163,7 +167,7 @@ const fn two() -> f64 {
     2.0
 }
 
-/// How candidates are selected.
+/// Method that selects candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -199,7 +203,7 @@ impl Method {
 pub struct StageKeys {
     /// Model of the traces; absent: rays on the relief.
     pub model: Option<Model>,
-    /// How candidates are selected.
+    /// Method that selects candidates.
     #[serde(default)]
     pub method: Method,
     /// Coefficients of every profile of rings, instead of its own.

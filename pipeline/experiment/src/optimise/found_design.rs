@@ -18,7 +18,7 @@ use crate::design_file::DesignFile;
 pub const DESIGN: &str = "design.toml";
 /// Picture of the Pareto front, beside it.
 pub const FRONT_PICTURE: &str = "front.png";
-/// How files of the designs of a Pareto front begin.
+/// Start of the names of files of a Pareto front.
 pub(super) const FRONT: &str = "front-";
 
 /// A design that was found, as its file will be.
@@ -53,7 +53,7 @@ impl FoundDesign {
     /// Writes it into `out` with the files that it names, and reads it again.
     ///
     /// # Errors
-    /// Those of files; one that does not pass its checks.
+    /// Errors of files; a design that does not pass its checks.
     pub fn write(self, problem: &Problem, out: &Path) -> Result<Self> {
         let path = out.join(&self.name);
         copy_named_files(problem, out)?;
@@ -84,7 +84,7 @@ fn copy_named_files(problem: &Problem, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Whether `name` is that of a design of a Pareto front.
+/// True where `name` is that of a design of a Pareto front.
 pub fn is_of_front(name: &str) -> bool {
     let number = name.strip_prefix(FRONT).and_then(|rest| rest.strip_suffix(".toml"));
     number.is_some_and(|number| number.parse::<u32>().is_ok())

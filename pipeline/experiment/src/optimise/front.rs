@@ -9,18 +9,18 @@ use search::nsga2::{Judgement, Nsga2, fronts};
 use simulate::seeds::mix;
 
 use super::log::Candidate;
-use super::objective::{Judged, Objective};
+use super::objective::{Evaluation, Objective};
 use super::stage::{SearchState, StageResult, StageSearch};
 
 /// A verified design of the front.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FrontDesign {
-    /// Its file under the directory of results.
+    /// File under the directory of results.
     pub file: String,
     /// Coefficients of the variables, in the units of the design.
     pub coefficients: Vec<f64>,
     /// Its figures.
-    pub judged: Judged,
+    pub judged: Evaluation,
 }
 
 impl StageSearch<'_, '_> {
@@ -54,7 +54,7 @@ impl StageSearch<'_, '_> {
     }
 }
 
-/// What a candidate is worth among others.
+/// Worth of a candidate among others.
 fn judgement(objective: &Objective, candidate: &Candidate) -> Judgement {
     let costs = objective.pair_of_costs(&candidate.figures);
     let miss = match (candidate.feasible, costs) {

@@ -8,9 +8,9 @@ use geometry::{Curve, Meridian, Role};
 
 use super::file::LimitKeys;
 
-/// How near to a limit a length counts as at it, as a share.
+/// Distance from a limit below which a length counts as at it, as a share.
 const AT_LIMIT: f64 = 1e-3;
-/// How near to a limit an angle counts as at it, degrees.
+/// Distance from a limit below which an angle counts as at it, degrees.
 const AT_LIMIT_DEG: f64 = 0.05;
 /// Rounding of angles, degrees.
 const ROUNDING_DEG: f64 = 1e-6;
@@ -145,7 +145,7 @@ fn least(a: (usize, f64), b: (usize, f64)) -> (usize, f64) {
     if b.1 < a.1 { b } else { a }
 }
 
-/// Whether a piece goes back towards the axis.
+/// True where a piece goes back towards the axis.
 fn leans(outline: &Meridian) -> bool {
     let back = |[a, _]: [f64; 2], [b, _]: [f64; 2]| b < a - 1e-9;
     outline.pieces.iter().any(|p| back(p.start, p.end))

@@ -23,7 +23,7 @@ pub const FILE: &str = "log.jsonl";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum Line {
-    /// What the log belongs to.
+    /// Problem that the log belongs to.
     Problem {
         /// Hash of all that the search depends on.
         key: String,
@@ -43,16 +43,16 @@ pub(super) struct Candidate {
     pub point: Vec<f64>,
     /// Values of the variables' coefficients, in the units of the design.
     pub coefficients: Vec<f64>,
-    /// What the search minimises; absent for refused candidates.
+    /// Value that the search minimises; absent for refused candidates.
     pub value: Option<f64>,
     /// Standard error of the objective.
     pub standard_error: Option<f64>,
     /// Figures of objective and constraints.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub figures: BTreeMap<String, Estimate>,
-    /// Whether all constraints are met.
+    /// True where all constraints are met.
     pub feasible: bool,
-    /// Why it was refused.
+    /// Reason of a refusal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
 }
@@ -60,7 +60,7 @@ pub(super) struct Candidate {
 impl Candidate {
     pub fn new(point: &[f64], coefficients: Vec<f64>, outcome: &Outcome) -> Self {
         let judged = match outcome {
-            Outcome::Judged(judged) => Some(judged),
+            Outcome::Evaluated(judged) => Some(judged),
             Outcome::Refused(_) => None,
         };
         let figures = judged.into_iter().flat_map(|judged| &judged.figures);
@@ -73,12 +73,12 @@ impl Candidate {
             feasible: outcome.feasible().is_some(),
             refused: match outcome {
                 Outcome::Refused(why) => Some(why.clone()),
-                Outcome::Judged(_) => None,
+                Outcome::Evaluated(_) => None,
             },
         }
     }
 
-    /// What the search minimises.
+    /// Value that the search minimises.
     pub fn value(&self) -> f64 {
         self.value.unwrap_or(f64::INFINITY)
     }
@@ -183,7 +183,7 @@ impl Log {
     /// Adds a generation.
     ///
     /// # Errors
-    /// Those of the file.
+    /// Errors of the file.
     pub fn add(&mut self, generation: &Generation) -> Result<()> {
         let Some(file) = &mut self.file else {
             return Ok(());

@@ -3,7 +3,7 @@
 
 use metrics::spread;
 
-use super::objective::{Constraint, Judged};
+use super::objective::{Constraint, Evaluation};
 
 /// A constraint counts where errors decide it for this share of a generation.
 const UNDECIDED: f64 = 0.25;
@@ -11,11 +11,11 @@ const UNDECIDED: f64 = 0.25;
 /// The largest noise of the objective, and of those of `constraints` that errors decide for a
 /// quarter of the candidates. Noise is the root mean square of standard errors, each against the
 /// mean of the generation, as a share of the standard deviation: 1 where all differences are errors.
-pub(super) fn noise(judged: &[Judged], constraints: &[Constraint]) -> Option<f64> {
+pub(super) fn noise(judged: &[Evaluation], constraints: &[Constraint]) -> Option<f64> {
     let values: Vec<Replicated> = judged.iter().map(|j| (j.value, &j.without[..])).collect();
     let of_constraints = constraints.iter().filter_map(|constraint| {
         let figure =
-            |one: &'_ Judged| one.figures.iter().position(|(k, _)| *k == constraint.figure);
+            |one: &'_ Evaluation| one.figures.iter().position(|(k, _)| *k == constraint.figure);
         let place = judged.first().and_then(figure)?;
         let figures: Vec<_> = judged.iter().map(|one| &one.figures[place].1).collect();
         let undecided = figures.iter().filter(|f| constraint.is_undecided(f)).count();
@@ -51,13 +51,13 @@ mod tests {
     use metrics::{Bounds, JackknifedFigure};
 
     /// Candidates with an exact objective and a figure of the given value and standard error.
-    fn candidates(figures: &[(f64, f64)]) -> Vec<Judged> {
+    fn candidates(figures: &[(f64, f64)]) -> Vec<Evaluation> {
         let one = |(k, &(value, error)): (usize, &(f64, f64))| {
             // Two replicates `error` to either side: that standard error. Their signs alternate, so
             // that the mean has none.
             let error = if k % 2 == 0 { error } else { -error };
             let figure = JackknifedFigure::new(value, vec![value - error, value + error]);
-            Judged {
+            Evaluation {
                 value: k as f64,
                 without: vec![k as f64; 2],
                 without_package: Vec::new(),
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn errors_that_candidates_share_are_no_noise() {
-        let alike = |shift: f64| Judged {
+        let alike = |shift: f64| Evaluation {
             value: shift,
             without: vec![shift - 0.5, shift + 0.5],
             without_package: Vec::new(),

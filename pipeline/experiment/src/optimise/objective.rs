@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
+use serde::{Deserialize, Serialize};
 
 use design::Design;
 use design::dotted_keys::{self, Settings};
@@ -90,8 +91,8 @@ pub(super) struct Objective {
 }
 
 /// A candidate judged.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Judged {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Evaluation {
     /// Objective; smaller is better.
     pub value: f64,
     /// The objective without each group of paths.
@@ -104,7 +105,7 @@ pub(super) struct Judged {
     pub figures: Vec<(String, JackknifedFigure)>,
 }
 
-impl Judged {
+impl Evaluation {
     /// Standard error of the objective by its paths, for the packages that were drawn.
     pub fn standard_error(&self) -> f64 {
         spread(&self.without)
@@ -188,7 +189,12 @@ impl Objective {
     ///
     /// # Errors
     /// A figure that cannot be read from it.
-    pub fn judge(&self, file: &DesignFile, design: &Design, seen: &Observation) -> Result<Judged> {
+    pub fn judge(
+        &self,
+        file: &DesignFile,
+        design: &Design,
+        seen: &Observation,
+    ) -> Result<Evaluation> {
         let wanted = self.wanted();
         let read = seen.replicated(design, |key| wanted.contains(&key));
         let figure = |key: &str| -> Result<JackknifedFigure> {
@@ -243,14 +249,14 @@ impl Objective {
     }
 
     /// Objective and misses of `figures`.
-    pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Judged {
+    pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Evaluation {
         let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
         let terms: Vec<(&Term, &JackknifedFigure)> =
             self.terms.iter().filter_map(|term| Some((term, find(&term.figure)?))).collect();
         let groups = terms.iter().map(|(_, f)| f.without.len()).min();
         let without = |g: usize| terms.iter().map(|(t, f)| t.cost(f.without[g])).sum();
         let miss = self.miss(&figures);
-        Judged {
+        Evaluation {
             value: terms.iter().map(|(t, f)| t.cost(f.value)).sum(),
             without: (0..groups.unwrap_or(0)).map(without).collect(),
             without_package: Vec::new(),

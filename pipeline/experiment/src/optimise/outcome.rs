@@ -2,15 +2,16 @@
 //! What came of a candidate, and what the search makes of it.
 
 use anyhow::Result;
+use serde::{Deserialize, Serialize};
 
-use super::objective::Judged;
+use super::objective::Evaluation;
 
-/// What came of a candidate.
-#[derive(Debug, Clone, PartialEq)]
+/// Outcome of a candidate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Outcome {
-    /// Its objective and figures.
-    Judged(Judged),
-    /// Why it was not traced, or gives no objective.
+    /// Objective and figures.
+    Evaluated(Evaluation),
+    /// Reason why it was not traced, or gives no objective.
     Refused(String),
 }
 
@@ -22,27 +23,27 @@ impl Outcome {
     /// What was judged.
     ///
     /// # Errors
-    /// Why there is nothing.
-    pub fn judged(self) -> Result<Judged> {
+    /// Reason of the refusal.
+    pub fn evaluation(self) -> Result<Evaluation> {
         match self {
-            Self::Judged(judged) => Ok(judged),
+            Self::Evaluated(judged) => Ok(judged),
             Self::Refused(why) => Err(anyhow::Error::msg(why)),
         }
     }
 
-    /// What the search minimises.
+    /// Value that the search minimises.
     pub fn value(&self) -> f64 {
         match self {
-            Self::Judged(judged) if judged.miss > 0.0 => INFEASIBLE * (1.0 + judged.miss),
-            Self::Judged(judged) => judged.value,
+            Self::Evaluated(judged) if judged.miss > 0.0 => INFEASIBLE * (1.0 + judged.miss),
+            Self::Evaluated(judged) => judged.value,
             Self::Refused(_) => f64::INFINITY,
         }
     }
 
     /// The objective where all constraints are met.
-    pub fn feasible(&self) -> Option<&Judged> {
+    pub fn feasible(&self) -> Option<&Evaluation> {
         match self {
-            Self::Judged(judged) if judged.miss <= 0.0 => Some(judged),
+            Self::Evaluated(judged) if judged.miss <= 0.0 => Some(judged),
             _ => None,
         }
     }

@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A checked problem: reads the problem file and its design, and checks them against each other.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
 
+use design::Design;
 use design::dotted_keys::Settings;
-use design::resolved::PATHS;
-use design::{Design, toml_errors};
+use design::resolved::check_paths;
 use files::cache::Key;
 use files::provenance::FileRecord;
 use simulate::model::Model;
-use simulate::trace::GROUPS;
 
 use super::file::{Method, ProblemFile, StageKeys};
 use super::limits::Limits;
 use super::objective::Objective;
 use super::robust::RobustObjective;
 use super::variables::Variables;
-use crate::design_file::DesignFile;
+use crate::checked_file::{CheckedFile, is_file_name};
 
 /// Version of the search; raise it whenever the same problem would be searched otherwise.
 const SEARCH_VERSION: u32 = 2;
@@ -34,7 +33,7 @@ const FRONT_POPULATION: usize = 40;
 /// Standard deviation at the start of a search, as a share of the ranges.
 const STEP: f64 = 0.2;
 /// Most letters of a name, as of a design.
-const MOST_LETTERS: usize = 100;
+const MAX_LETTERS: usize = 100;
 /// Most candidates of a stage.
 const MOST_EVALUATIONS: usize = 1_000_000;
 
@@ -67,7 +66,7 @@ pub struct Problem {
 pub struct StageSettings {
     /// Model of its traces.
     pub model: Model,
-    /// How candidates are selected.
+    /// Method that selects candidates.
     pub method: Method,
     /// Coefficients of each profile over rings.
     pub knots: Option<usize>,
@@ -93,19 +92,14 @@ pub struct StageSettings {
 /// A file that cannot be read, a key out of range, variables or figures that the design does not
 /// have.
 pub fn load(path: &Path) -> Result<Problem> {
-    let text = std::fs::read_to_string(path)
-        .with_context(|| format!("{}: cannot be read", path.display()))?;
-    parse(path, &text).with_context(|| path.display().to_string())
+    CheckedFile::load(path, check)
 }
 
-fn parse(path: &Path, text: &str) -> Result<Problem> {
-    let file: ProblemFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
-    let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+fn check(mut head: CheckedFile<ProblemFile>) -> Result<Problem> {
+    let file = head.keys.clone();
     ensure!(
-        (1..=MOST_LETTERS).contains(&file.name.len())
-            && !file.name.starts_with('.')
-            && file.name.chars().all(usable),
-        "name: expected at most {MOST_LETTERS} letters, digits, '-', '_' and '.', got {:?}",
+        file.name.len() <= MAX_LETTERS && is_file_name(&file.name),
+        "name: expected at most {MAX_LETTERS} letters, digits, '-', '_' and '.', got {:?}",
         file.name
     );
     // The folder of its results lies beside files of the search.
@@ -114,9 +108,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         "name: expected none that ends as a file does, got {:?}",
         file.name
     );
-    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    let place = folder.join(&file.design);
-    let (source, record) = DesignFile::read(&place).context("design")?;
+    let source = head.design("design", &file.design)?;
     let design = source.with(&Settings::new())?;
     ensure!(
         design.name != file.name,
@@ -128,7 +120,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     // A coefficient that starts nowhere is refused before anything is written.
     variables.start().context("variables")?;
     let (terms, source) = (&file.objective.terms, &variables.source);
-    let (objective, targets) = Objective::new(terms, &file.constraints, source, &folder)?;
+    let (objective, targets) = Objective::new(terms, &file.constraints, source, &head.folder)?;
     let default = [StageKeys::default()];
     let stages = match file.stages.as_slice() {
         [] => default.as_slice(),
@@ -139,7 +131,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
     });
     let stages: Vec<StageSettings> = stages.collect::<Result<_>>()?;
     let (robust, named) =
-        RobustObjective::new(&file.objective, file.verification.samples, &folder)?.unzip();
+        RobustObjective::new(&file.objective, file.verification.samples, &head.folder)?.unzip();
     for (k, one) in stages.iter().enumerate() {
         if one.method == Method::Nsga2 {
             seeks_a_front(&objective, robust.is_some(), k + 1 == stages.len())
@@ -161,14 +153,9 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         model.available(&design).context("verification.models")?;
     }
     if let Some(paths) = file.verification.paths {
-        ensure!(
-            PATHS.contains(&paths),
-            "verification.paths: expected a whole number from {} to {}, got {paths}",
-            PATHS.start(),
-            PATHS.end()
-        );
+        check_paths("verification.paths", paths)?;
     }
-    let mut inputs = vec![FileRecord::new(path.display().to_string(), text.as_bytes()), record];
+    let mut inputs = head.inputs;
     inputs.extend(design.provenance.named.iter().cloned());
     inputs.extend(named.into_iter().flatten());
     inputs.extend(targets);
@@ -183,7 +170,7 @@ fn parse(path: &Path, text: &str) -> Result<Problem> {
         variables,
         objective,
         robust,
-        text: text.to_owned(),
+        text: head.text,
     })
 }
 
@@ -201,7 +188,7 @@ impl Problem {
     }
 }
 
-/// Whether a stage may seek a Pareto front.
+/// Checks that a stage may seek a Pareto front.
 fn seeks_a_front(objective: &Objective, robust: bool, last: bool) -> Result<()> {
     let front = "\"nsga2\"";
     ensure!(objective.pair().is_some(), "expected {front} with two terms of different figures");
@@ -253,15 +240,8 @@ fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<Sta
     );
     let paths = keys.paths.unwrap_or(FIRST_PATHS);
     let most_paths = keys.most_paths.unwrap_or(MOST_PATHS.max(paths));
-    let groups = GROUPS as u64;
-    for (key, value) in [("paths", paths), ("most_paths", most_paths)] {
-        ensure!(
-            PATHS.contains(&value) && value >= groups,
-            "{key}: expected a whole number from {} to {}, got {value}",
-            PATHS.start(),
-            PATHS.end()
-        );
-    }
+    check_paths("paths", paths)?;
+    check_paths("most_paths", most_paths)?;
     ensure!(
         most_paths >= paths,
         "most_paths: expected at least `paths`, {paths}, got {most_paths}"

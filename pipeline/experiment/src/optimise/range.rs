@@ -109,7 +109,7 @@ impl Range {
         }
     }
 
-    /// Where `value` lies in the unit box, moved into the bounds.
+    /// Place of `value` in the unit box, moved into the bounds.
     pub fn coordinate(&self, value: f64) -> f64 {
         match self {
             Self::Between { from, to, .. } => ((value - from) / (to - from)).clamp(0.0, 1.0),

@@ -22,7 +22,7 @@ use super::evaluate::Evaluator;
 use super::found_design::{DESIGN, FRONT, FoundDesign, remove_front};
 use super::front::FrontDesign;
 use super::log::{self, Log};
-use super::objective::Judged;
+use super::objective::Evaluation;
 use super::outcome::Outcome;
 use super::problem::{Problem, StageSettings};
 use super::robust::RobustObjective;
@@ -35,19 +35,19 @@ use crate::design_file::DesignFile;
 /// Number of the seed beside those of the search.
 const VERIFICATION: u64 = 0x5eed;
 
-/// How an optimisation is made.
+/// Recipe of an optimisation.
 pub struct Recipe<'a> {
     /// The problem.
     pub problem: &'a Problem,
-    /// Where tables come from and go to.
+    /// Cache of tables.
     pub cache: &'a Cache,
     /// Time for the search; what is begun is finished.
     pub budget: Option<Duration>,
-    /// Who else judges candidates.
+    /// Evaluations shared with other processes.
     pub(super) shared: Option<&'a SharedEvaluations<'a>>,
 }
 
-/// What a stage of the search found, for results.
+/// A stage of the search with its result.
 #[derive(Debug, Clone)]
 pub struct StageOutcome {
     /// The stage as it ran.
@@ -62,13 +62,13 @@ pub struct Coefficient {
     pub label: String,
     /// At the start of the last stage.
     pub start: f64,
-    /// Where the search ended.
+    /// Value at the end of the search.
     pub found: f64,
     /// Change of the objective for one unit, where it was looked at.
     pub sensitivity: Option<Estimate>,
 }
 
-/// What an optimisation found.
+/// Result of an optimisation.
 #[derive(Debug, Clone)]
 pub struct Optimised {
     /// Stages in their order.
@@ -79,14 +79,14 @@ pub struct Optimised {
     pub coefficients: Vec<Coefficient>,
     /// Limits at which the design stands.
     pub active_limits: Vec<String>,
-    pub(super) before: Option<Judged>,
-    pub(super) after: Judged,
+    pub(super) before: Option<Evaluation>,
+    pub(super) after: Evaluation,
     /// The design found with `set` of the last stage.
-    pub(super) as_in_search: Judged,
+    pub(super) as_in_search: Evaluation,
     pub(super) front: Vec<FrontDesign>,
 }
 
-/// What all stages found.
+/// Result of all stages.
 pub(super) struct Searched {
     stages: Vec<StageOutcome>,
     /// Keys of the design found.
@@ -97,15 +97,15 @@ pub(super) struct Searched {
     best: Point,
 }
 
-/// What fresh paths show of the designs that were found.
+/// Evaluations of the designs that were found, by fresh paths.
 pub(super) struct Verified {
     coefficients: Vec<Coefficient>,
-    before: Option<Judged>,
-    after: Judged,
+    before: Option<Evaluation>,
+    after: Evaluation,
     /// The design found with `set` of the last stage.
-    as_in_search: Judged,
+    as_in_search: Evaluation,
     /// Of the designs of the front.
-    front: Vec<Judged>,
+    front: Vec<Evaluation>,
 }
 
 impl<'a> Recipe<'a> {
@@ -172,7 +172,7 @@ impl<'a> Recipe<'a> {
     /// Runs all stages, each from where the one before ended.
     ///
     /// # Errors
-    /// As [`Recipe::run`].
+    /// Errors of [`Recipe::run`].
     pub(super) fn search(&self, log: &mut Log, context: RunContext) -> Result<Searched> {
         let problem = self.problem;
         let started = Instant::now();
@@ -241,7 +241,7 @@ impl<'a> Recipe<'a> {
     /// sensitivities.
     ///
     /// # Errors
-    /// As [`Recipe::run`].
+    /// Errors of [`Recipe::run`].
     pub(super) fn verify(
         &self,
         found: &Searched,
@@ -268,17 +268,18 @@ impl<'a> Recipe<'a> {
         let outcomes = verification("the verification", &all, point, &mut evaluator, context)?;
         let mut outcomes = outcomes.into_iter();
         let mut next = || outcomes.next().context("expected the outcome of a design");
-        let after = next()?.judged()?;
+        let after = next()?.evaluation()?;
         // The design of the problem may lack what is judged.
-        let before = next()?.judged().ok();
-        let as_in_search = if of_search.is_empty() { after.clone() } else { next()?.judged()? };
+        let before = next()?.evaluation().ok();
+        let as_in_search =
+            if of_search.is_empty() { after.clone() } else { next()?.evaluation()? };
         let front = designs[1..].iter();
         let front = front.map(|one| (&one.file, self.verification_paths(&one.design)));
         let points = &found.last_result().front;
         let front: Vec<_> = front.collect();
         let name = "the verification of the front";
         let front = verification(name, &front, points, &mut evaluator, context)?;
-        let front = front.into_iter().map(Outcome::judged);
+        let front = front.into_iter().map(Outcome::evaluation);
         Ok(Verified {
             coefficients,
             before,

@@ -11,7 +11,7 @@ use files::provenance::FileRecord;
 use metrics::JackknifedFigure;
 
 use super::file::ObjectiveKeys;
-use super::objective::{Judged, Objective};
+use super::objective::{Evaluation, Objective};
 use crate::design_file::DesignFile;
 use crate::tolerance::definition::{self, Overrides};
 use crate::tolerance::deviations::Deviations;
@@ -100,12 +100,12 @@ impl RobustObjective {
 
     /// Mean and deviation of `packages`, whose traces are independent. Figures are means,
     /// by which `objective` judges the constraints.
-    pub fn combine(&self, packages: &[Judged], objective: &Objective) -> Judged {
+    pub fn combine(&self, packages: &[Evaluation], objective: &Objective) -> Evaluation {
         let first = &packages[0];
-        let all: Vec<&Judged> = packages.iter().collect();
-        let value = |of: &dyn Fn(&Judged) -> f64| self.value(&all, of);
+        let all: Vec<&Evaluation> = packages.iter().collect();
+        let value = |of: &dyn Fn(&Evaluation) -> f64| self.value(&all, of);
         let without_package = |k: usize| {
-            let rest: Vec<&Judged> = [&all[..k], &all[k + 1..]].concat();
+            let rest: Vec<&Evaluation> = [&all[..k], &all[k + 1..]].concat();
             self.value(&rest, &|one| one.value)
         };
         let groups = packages.iter().map(|one| one.without.len()).min().unwrap_or(0);
@@ -124,7 +124,7 @@ impl RobustObjective {
             (key.clone(), over_packages)
         });
         let figures: Vec<(String, JackknifedFigure)> = figures.collect();
-        Judged {
+        Evaluation {
             value: value(&|one| one.value),
             without: (0..groups).map(|g| value(&|one| one.without[g])).collect(),
             without_package: (0..packages.len()).map(without_package).collect(),
@@ -134,7 +134,7 @@ impl RobustObjective {
     }
 
     /// Mean and deviation of what `of` gives of `packages`, without what their own noise adds.
-    fn value(&self, packages: &[&Judged], of: &dyn Fn(&Judged) -> f64) -> f64 {
+    fn value(&self, packages: &[&Evaluation], of: &dyn Fn(&Evaluation) -> f64) -> f64 {
         let values: Vec<f64> = packages.iter().map(|one| of(one)).collect();
         let n = values.len() as f64;
         let squared_errors = packages.iter().map(|one| one.standard_error().powi(2));
@@ -157,10 +157,10 @@ mod tests {
     use super::*;
 
     /// A package with an objective, two replicates about it, and a figure of opposite sign.
-    fn package(value: f64, error: f64) -> Judged {
+    fn package(value: f64, error: f64) -> Evaluation {
         let about = |value: f64| vec![value - error, value + error];
         let figure = JackknifedFigure::new(-value, about(-value));
-        Judged {
+        Evaluation {
             value,
             without: about(value),
             without_package: Vec::new(),

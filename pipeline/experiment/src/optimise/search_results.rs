@@ -15,7 +15,7 @@ use results::schema::Program;
 
 use super::front::FrontDesign;
 use super::log::{Candidate, GenerationEnd};
-use super::objective::Judged;
+use super::objective::Evaluation;
 use super::outcome::INFEASIBLE;
 use super::problem::Problem;
 use super::recipe::{Coefficient, Optimised, StageOutcome};
@@ -64,7 +64,7 @@ impl Optimised {
         let in_search = Some(selected.search_value).filter(|value| *value < INFEASIBLE);
         let as_in_search = self.as_in_search.estimate();
         ObjectiveEntry {
-            before: self.before.as_ref().map(Judged::estimate),
+            before: self.before.as_ref().map(Evaluation::estimate),
             after,
             in_search,
             at_selection: selected
@@ -96,7 +96,7 @@ impl Optimised {
     /// The Pareto front with both figures of every design; none where no front was sought.
     fn front_entry(&self, problem: &Problem) -> Option<FrontEntry> {
         let names = problem.objective.pair()?;
-        let pair = |judged: &Judged| {
+        let pair = |judged: &Evaluation| {
             let [first, second] = names.map(|key| judged.figure(key));
             Some([first?, second?])
         };
@@ -224,7 +224,7 @@ fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
     }
 }
 
-/// Whether the design that the search began with meets the constraints.
+/// True where the design that the search began with meets the constraints.
 fn begins_feasible(file: &OptimisationFile) -> bool {
     file.constraints.iter().all(|constraint| {
         let figure = file.figures.get(&constraint.figure);

@@ -10,7 +10,7 @@ use simulate::model::Model;
 use simulate::seeds::mix;
 
 use super::evaluate::Evaluator;
-use super::objective::Judged;
+use super::objective::Evaluation;
 use super::outcome::Outcome;
 use super::shared_evaluations::Batch;
 
@@ -23,7 +23,7 @@ const SENSITIVITY: u64 = 0x5e45;
 /// where no tables have to be solved for it.
 ///
 /// # Errors
-/// Those of the evaluator.
+/// Errors of the evaluator.
 pub(super) fn sensitivities(
     mut evaluator: Evaluator,
     point: &Point,
@@ -61,10 +61,10 @@ pub(super) fn sensitivities(
     for (k, pair) in outcomes.chunks(2).enumerate() {
         let at = |moved: &Point| variables.coefficients(moved)[k];
         let judged = pair.iter().filter_map(|(moved, outcome)| match outcome {
-            Outcome::Judged(one) => Some((at(moved), one)),
+            Outcome::Evaluated(one) => Some((at(moved), one)),
             Outcome::Refused(_) => None,
         });
-        let judged: Vec<(f64, &Judged)> = judged.collect();
+        let judged: Vec<(f64, &Evaluation)> = judged.collect();
         found.push(match judged.as_slice() {
             [(a, low), (b, high)] if b > a && variables.is_number(k) => {
                 let pairs = high.without.iter().zip(&low.without);

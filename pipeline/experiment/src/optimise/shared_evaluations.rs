@@ -14,17 +14,15 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
-use tracer::CheckpointStore;
+use serde_json::json;
 
-use files::checkpoint::{Checkpoints, Groups};
+use files::cache::Key;
 use files::progress::Progress;
 use files::run_context::RunContext;
-use metrics::JackknifedFigure;
+use files::store::{Entries, Store};
 use search::Point;
 use simulate::shard::ShardChoice;
 
-use super::objective::Judged;
 use super::outcome::Outcome;
 
 /// A shard is waited for so many times as long as the slowest candidate took.
@@ -40,9 +38,9 @@ const LONGEST_POLL: Duration = Duration::from_secs(1);
 pub(super) struct Batch<'a> {
     /// Which one of the search, for people; no other has this name.
     pub name: String,
-    /// How many.
+    /// Number of evaluations.
     pub count: usize,
-    /// What they follow from.
+    /// Points from which they follow.
     pub points: &'a [Point],
     /// Paths of each.
     pub paths: u64,
@@ -51,8 +49,8 @@ pub(super) struct Batch<'a> {
 }
 
 /// An outcome with what it took.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Evaluation {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct TracedOutcome {
     pub outcome: Outcome,
     /// Tables of orders that were solved for it.
     pub tables: usize,
@@ -62,14 +60,14 @@ pub(super) struct Evaluation {
 pub(super) struct SharedEvaluations<'a> {
     /// Key of the search.
     search: String,
-    pieces: &'a Checkpoints,
+    pieces: &'a Store,
     /// The shards of this process; none where everything is there.
     shards: Option<&'a ShardChoice>,
     least_patience: Duration,
     state: RefCell<State>,
 }
 
-/// What a shard knows beside the pieces.
+/// Knowledge of a shard beside the pieces.
 #[derive(Debug, Default)]
 struct State {
     /// Shards that have been waited for in vain, and whose candidates are judged here.
@@ -103,35 +101,17 @@ impl Display for MissingEvaluations {
 
 impl std::error::Error for MissingEvaluations {}
 
-/// An evaluation as it is kept, numbers by their bits.
+/// An outcome as it is kept.
 #[derive(Debug, Serialize, Deserialize)]
-struct Piece {
+struct StoredOutcome {
     /// Shard that made it.
     shard: usize,
     seconds: f64,
-    tables: usize,
-    outcome: Result<KeptJudged, String>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct KeptJudged {
-    value: u64,
-    without: Vec<u64>,
-    without_package: Vec<u64>,
-    miss: u64,
-    figures: Vec<KeptFigure>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct KeptFigure {
-    key: String,
-    value: u64,
-    standard_error: u64,
-    without: Vec<u64>,
+    evaluation: TracedOutcome,
 }
 
 impl<'a> SharedEvaluations<'a> {
-    /// Those of the search of this key among the pieces of `context`, by `shards`; without shards
+    /// Evaluations of the search of this key among the pieces of `context`, by `shards`; without shards
     /// all are read.
     ///
     /// # Errors
@@ -159,15 +139,15 @@ impl<'a> SharedEvaluations<'a> {
     /// The evaluations of `batch`, of which `judge` makes one by its number.
     ///
     /// # Errors
-    /// Those of `judge`; pieces that cannot be kept; an interrupt; [`MissingEvaluations`] where all
+    /// Errors of `judge`; pieces that cannot be kept; an interrupt; [`MissingEvaluations`] where all
     /// should be there.
-    pub fn of(
+    pub fn evaluate(
         &self,
         batch: &Batch,
         context: RunContext,
-        judge: &mut dyn FnMut(usize) -> Result<Evaluation>,
-    ) -> Result<Vec<Evaluation>> {
-        let mut known = KnownEvaluations::new(batch, self.pieces.of(&batch.fields(&self.search)));
+        judge: &mut dyn FnMut(usize) -> Result<TracedOutcome>,
+    ) -> Result<Vec<TracedOutcome>> {
+        let mut known = KnownEvaluations::new(batch, self.pieces.entries(batch.key(&self.search)));
         let Some(shards) = self.shards else {
             known.read_all();
             return known.all();
@@ -239,23 +219,16 @@ impl<'a> SharedEvaluations<'a> {
         number: usize,
         shard: usize,
         known: &mut KnownEvaluations,
-        judge: &mut dyn FnMut(usize) -> Result<Evaluation>,
+        judge: &mut dyn FnMut(usize) -> Result<TracedOutcome>,
     ) -> Result<()> {
         if known.look(number).is_some() {
             return Ok(());
         }
         let begin = Instant::now();
         let evaluation = judge(number)?;
-        let piece = Piece {
-            shard,
-            seconds: begin.elapsed().as_secs_f64(),
-            tables: evaluation.tables,
-            outcome: kept(&evaluation.outcome),
-        };
-        let bytes = serde_json::to_vec(&piece)?;
-        known.groups.keep(number as u64, &bytes);
-        self.pieces.is_whole()?;
-        known.add(number, piece.seconds, evaluation);
+        let stored = StoredOutcome { shard, seconds: begin.elapsed().as_secs_f64(), evaluation };
+        known.entries.keep_value(number as u64, &stored)?;
+        known.add(number, stored);
         let mut state = self.state.borrow_mut();
         state.judged += 1;
         state.paths += known.batch.paths;
@@ -264,30 +237,30 @@ impl<'a> SharedEvaluations<'a> {
 }
 
 impl Batch<'_> {
-    /// All that tells its pieces from those of others.
-    fn fields(&self, search: &str) -> Value {
+    /// Key of its pieces.
+    fn key(&self, search: &str) -> Key {
         let bits = |point: &Point| point.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        json!({
+        Key::of(&json!({
             "search": search,
             "batch": self.name,
             "paths": self.paths,
             "points": self.points.iter().map(bits).collect::<Vec<_>>(),
-        })
+        }))
     }
 }
 
-/// What is known of a batch.
+/// Known evaluations of a batch.
 struct KnownEvaluations<'a, 'b> {
     batch: &'a Batch<'a>,
-    groups: Groups<'b>,
-    evaluations: Vec<Option<Evaluation>>,
+    entries: Entries<'b>,
+    evaluations: Vec<Option<TracedOutcome>>,
     /// Longest time of one.
     seconds: f64,
 }
 
 impl<'a, 'b> KnownEvaluations<'a, 'b> {
-    fn new(batch: &'a Batch, groups: Groups<'b>) -> Self {
-        Self { batch, groups, evaluations: vec![None; batch.count], seconds: 0.0 }
+    fn new(batch: &'a Batch, entries: Entries<'b>) -> Self {
+        Self { batch, entries, evaluations: vec![None; batch.count], seconds: 0.0 }
     }
 
     fn missing(&self) -> impl Iterator<Item = usize> {
@@ -298,17 +271,16 @@ impl<'a, 'b> KnownEvaluations<'a, 'b> {
 
     /// Looks for a piece, and returns the shard that made it.
     fn look(&mut self, number: usize) -> Option<usize> {
-        let bytes = self.groups.find(number as u64)?;
-        let piece: Piece = serde_json::from_slice(&bytes).ok()?;
-        let evaluation = Evaluation { outcome: unkept(piece.outcome), tables: piece.tables };
-        self.add(number, piece.seconds, evaluation);
-        Some(piece.shard)
+        let stored: StoredOutcome = self.entries.find_value(number as u64)?;
+        let shard = stored.shard;
+        self.add(number, stored);
+        Some(shard)
     }
 
     /// Reads all pieces that are there.
     fn read_all(&mut self) {
         // To look for one that is not would be a fault of the merge.
-        let missing = self.groups.missing(0..self.batch.count as u64);
+        let missing = self.entries.missing(0..self.batch.count as u64);
         for number in 0..self.batch.count {
             if !missing.contains(&(number as u64)) {
                 self.look(number);
@@ -316,14 +288,14 @@ impl<'a, 'b> KnownEvaluations<'a, 'b> {
         }
     }
 
-    fn add(&mut self, number: usize, seconds: f64, evaluation: Evaluation) {
-        self.seconds = self.seconds.max(seconds);
-        self.evaluations[number] = Some(evaluation);
+    fn add(&mut self, number: usize, stored: StoredOutcome) {
+        self.seconds = self.seconds.max(stored.seconds);
+        self.evaluations[number] = Some(stored.evaluation);
         self.batch.progress.inc(1);
     }
 
     /// All evaluations in their order.
-    fn all(self) -> Result<Vec<Evaluation>> {
+    fn all(self) -> Result<Vec<TracedOutcome>> {
         let numbers = self.missing().collect();
         let batch = self.batch.name.clone();
         let all = self.evaluations.into_iter().collect::<Option<Vec<_>>>();
@@ -361,74 +333,30 @@ impl Wait {
     }
 }
 
-fn kept(outcome: &Outcome) -> Result<KeptJudged, String> {
-    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect();
-    match outcome {
-        Outcome::Refused(why) => Err(why.clone()),
-        Outcome::Judged(judged) => Ok(KeptJudged {
-            value: judged.value.to_bits(),
-            without: bits(&judged.without),
-            without_package: bits(&judged.without_package),
-            miss: judged.miss.to_bits(),
-            figures: judged
-                .figures
-                .iter()
-                .map(|(key, figure)| KeptFigure {
-                    key: key.clone(),
-                    value: figure.value.to_bits(),
-                    standard_error: figure.standard_error.to_bits(),
-                    without: bits(&figure.without),
-                })
-                .collect(),
-        }),
-    }
-}
-
-fn unkept(outcome: Result<KeptJudged, String>) -> Outcome {
-    let numbers = |bits: Vec<u64>| bits.into_iter().map(f64::from_bits).collect();
-    match outcome {
-        Err(why) => Outcome::Refused(why),
-        Ok(kept) => Outcome::Judged(Judged {
-            value: f64::from_bits(kept.value),
-            without: numbers(kept.without),
-            without_package: numbers(kept.without_package),
-            miss: f64::from_bits(kept.miss),
-            figures: kept
-                .figures
-                .into_iter()
-                .map(|kept| {
-                    let value = f64::from_bits(kept.value);
-                    let mut figure = JackknifedFigure::new(value, numbers(kept.without));
-                    figure.standard_error = f64::from_bits(kept.standard_error);
-                    (kept.key, figure)
-                })
-                .collect(),
-        }),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::optimise::objective::Evaluation;
     use files::interrupt::Interrupt;
+    use metrics::JackknifedFigure;
 
     const COUNT: usize = 7;
 
-    fn evaluation(number: usize) -> Evaluation {
+    fn evaluation(number: usize) -> TracedOutcome {
         let value = [0.1, f64::NAN, -0.0, 1e-310, f64::INFINITY, 3.0, -2.5][number];
-        let judged = Judged {
+        let judged = Evaluation {
             value,
             without: vec![value, 0.3],
             without_package: vec![value, -0.0],
             miss: 0.0,
             figures: vec![("f".to_owned(), JackknifedFigure::new(1.0 / 3.0, vec![value, 0.7]))],
         };
-        Evaluation {
+        TracedOutcome {
             outcome: match number {
                 3 => Outcome::Refused("too dark".to_owned()),
-                _ => Outcome::Judged(judged),
+                _ => Outcome::Evaluated(judged),
             },
             tables: number,
         }
@@ -443,7 +371,7 @@ mod tests {
         let interrupt = Interrupt::default();
         let context = RunContext::quiet(&interrupt, 1);
         let merging = shards.is_none();
-        let pieces = Checkpoints::of_job(cache, "job", merging, context.console);
+        let pieces = Store::of_job(cache, "job", merging, context.console);
         let context = context.storing(Some(&pieces));
         let shared = SharedEvaluations {
             least_patience: patience,
@@ -458,7 +386,7 @@ mod tests {
                 paths: 10,
                 progress: &progress,
             };
-            let all = shared.of(&batch, context, &mut |number| Ok(evaluation(number)))?;
+            let all = shared.evaluate(&batch, context, &mut |number| Ok(evaluation(number)))?;
             Ok(format!("{all:?}"))
         };
         let all = (1..=2).map(batch).collect();
@@ -517,8 +445,7 @@ mod tests {
                 "search": "key", "batch": format!("batch {batch}"), "paths": 10,
                 "points": [[0.5f64.to_bits()]],
             });
-            let name = files::cache::Key::of(&json!({"trace": fields}));
-            folder.path().join("jobs/job").join(name.hex())
+            folder.path().join("jobs/job").join(Key::of(&fields).hex())
         };
         for number in [2, 5] {
             let piece = pieces(2).join(format!("{number}.group"));

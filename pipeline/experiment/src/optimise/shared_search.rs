@@ -49,7 +49,7 @@ impl SharedSearch {
     }
 }
 
-/// What is missing, by shard of `count`, where `error` says so; with `follows`, all of them have
+/// Missing pieces by shard of `count`, where `error` says so; with `follows`, all of them have
 /// pieces that follow from it.
 fn named(error: Error, count: usize, follows: bool) -> Result<Vec<MissingPieces>> {
     let missing = error.downcast::<MissingEvaluations>()?;

@@ -28,7 +28,7 @@ impl BSpline {
         inner as f64 / spans as f64
     }
 
-    /// Where each coefficient acts most: the mean of its inner knots [Greville].
+    /// Abscissa at which each coefficient acts most: the mean of its inner knots [Greville].
     pub fn abscissae(self) -> Vec<f64> {
         let degree = self.degree();
         let at = |k: usize| match degree {

@@ -4,7 +4,7 @@
 //!
 //! Every generation has a seed of its own, so that no candidate is kept for a lucky one. Within a
 //! generation all candidates have the same seed and paths, also those that replace refused ones.
-//! Paths are doubled where the error of a ranking is too large for it ([`MOST_NOISE`]).
+//! Paths are doubled where the error of a ranking is too large for it ([`MAX_NOISE`]).
 
 use std::cmp::Reverse;
 use std::time::Instant;
@@ -30,9 +30,9 @@ use super::problem::StageSettings;
 use super::shared_evaluations::Batch;
 
 /// Paths are doubled where the noise of a generation is a larger share of its scatter.
-const MOST_NOISE: f64 = 0.7;
+const MAX_NOISE: f64 = 0.7;
 /// A search has converged when its standard deviations are below this share of the ranges.
-const SMALLEST_STEP: f64 = 2e-3;
+const MIN_STEP: f64 = 2e-3;
 /// Paths of the traces among which the best is chosen, beside the largest number of the search.
 const SELECTION: u64 = 4;
 
@@ -49,11 +49,11 @@ pub(super) struct FinalCandidate {
     pub selection_value: f64,
     /// Its standard error.
     pub selection_error: Option<f64>,
-    /// Whether all constraints are met.
+    /// True where all constraints are met.
     pub feasible: bool,
 }
 
-/// What a stage found.
+/// Result of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StageResult {
     /// Best first.
@@ -66,7 +66,7 @@ pub(super) struct StageResult {
     pub refusals: Vec<(String, usize)>,
     /// Candidate that came nearest to meeting the constraints, where none met them.
     pub nearest: Option<Candidate>,
-    /// Whether the budget of time ended it.
+    /// True where the budget of time ended it.
     pub cut_short: bool,
     /// Points of the Pareto front, by the first term; empty of a search for one objective.
     pub front: Vec<Point>,
@@ -79,14 +79,14 @@ pub(super) struct StageSearch<'a, 'b> {
     pub evaluator: Evaluator<'a>,
     pub log: &'b mut Log,
     pub context: RunContext<'a>,
-    /// When the search began or was resumed.
+    /// Time at which the search began or was resumed.
     pub started: Instant,
-    /// When no further generation is begun.
+    /// Time after which no further generation is begun.
     pub deadline: Option<Instant>,
     pub progress: &'b Progress,
 }
 
-/// What the candidates that are ranked with each other have in common.
+/// Seed and paths of candidates that are ranked with each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Common {
     /// Number of the seed.
@@ -148,7 +148,7 @@ impl StageSearch<'_, '_> {
         let cma_es = cma_es::Settings {
             sigma: stage.step,
             population: stage.population,
-            smallest_step: SMALLEST_STEP,
+            smallest_step: MIN_STEP,
             ..cma_es::Settings::new(start.clone(), seed, budget)
         };
         match stage.method {
@@ -158,8 +158,8 @@ impl StageSearch<'_, '_> {
                 AnyMinimiser::Coordinate(Box::new(CoordinateSearch::new(coordinate::Settings {
                     start,
                     step: stage.step,
-                    smallest_step: SMALLEST_STEP,
-                    most_evaluations: budget,
+                    smallest_step: MIN_STEP,
+                    max_evaluations: budget,
                 })))
             }
             // The front has a loop of its own.
@@ -178,7 +178,9 @@ impl StageSearch<'_, '_> {
             if points.is_empty() {
                 return Ok(());
             }
-            let Some(candidates) = self.next_generation(&points, state, search.fills_up())? else {
+            let Some(candidates) =
+                self.next_generation(&points, state, search.reuses_population())?
+            else {
                 return Ok(());
             };
             let values: Vec<f64> = candidates.iter().map(Candidate::value).collect();
@@ -192,9 +194,9 @@ impl StageSearch<'_, '_> {
         &mut self,
         points: &[Point],
         state: &mut SearchState,
-        fills_up: bool,
+        reuses_population: bool,
     ) -> Result<Option<Vec<Candidate>>> {
-        let common = state.begin(fills_up);
+        let common = state.begin(reuses_population);
         let Some(generation) = self.generation(points, state.generation, common)? else {
             state.result.cut_short = true;
             return Ok(None);
@@ -245,9 +247,9 @@ impl StageSearch<'_, '_> {
             Candidate::new(point, coefficients, outcome)
         });
         let candidates: Vec<Candidate> = candidates.collect();
-        let judged = outcomes.into_iter().filter_map(|one| one.judged().ok());
+        let judged = outcomes.into_iter().filter_map(|one| one.evaluation().ok());
         let noise = noise(&judged.collect::<Vec<_>>(), &self.evaluator.objective.constraints);
-        let coarse = noise.is_some_and(|noise| noise > MOST_NOISE);
+        let coarse = noise.is_some_and(|noise| noise > MAX_NOISE);
         let generation = Generation {
             end: GenerationEnd {
                 stage: self.number,
@@ -328,9 +330,9 @@ impl SearchState {
 
     /// Begins a generation: what its candidates have in common, which those that fill up the one
     /// before share with it.
-    fn begin(&mut self, fills_up: bool) -> Common {
+    fn begin(&mut self, reuses_population: bool) -> Common {
         self.generation += 1;
-        if !fills_up {
+        if !reuses_population {
             self.common = Common { seed: self.generation, paths: self.paths };
         }
         self.common

@@ -20,7 +20,7 @@ use crate::ring_slopes::{RingSlopes, Side};
 /// Key of the shapes of rings.
 const SHAPES: &str = "elements.shapes";
 
-/// How near to a bound a coefficient counts as at it, as a share of its range.
+/// Distance from a bound below which a coefficient counts as at it, as a share of its range.
 const AT_BOUND: f64 = 1e-3;
 
 /// A checked variable.
@@ -43,7 +43,7 @@ enum Place {
 }
 
 impl Place {
-    /// Whether a profile here sets what stands under `key`.
+    /// True where a profile here sets what stands under `key`.
     fn sets(&self, key: &str) -> bool {
         let within = |whole: &str| contains(whole, key) || contains(key, whole);
         match self {
@@ -62,7 +62,7 @@ pub(super) struct Variables {
     pub source: DesignFile,
     /// In the order of the file.
     pub all: Vec<Variable>,
-    /// What slopes are clipped by.
+    /// Limits that clip slopes.
     pub limits: Limits,
 }
 
@@ -153,7 +153,7 @@ impl Variables {
         Ok(point)
     }
 
-    /// What the coordinates of a point are, for people.
+    /// Names of the coordinates of a point, for people.
     pub fn labels(&self) -> Vec<String> {
         let of = |variable: &Variable| -> Vec<String> {
             match variable.count {
@@ -170,7 +170,7 @@ impl Variables {
         all.flat_map(|v| std::iter::repeat_n(&v.range, v.count))
     }
 
-    /// Whether the coordinate `k` is a number, no choice.
+    /// True where the coordinate `k` is a number, no choice.
     pub fn is_number(&self, k: usize) -> bool {
         let range = self.ranges().nth(k);
         range.is_some_and(|range| matches!(range, Range::Between { .. }))
@@ -300,7 +300,7 @@ impl Variable {
     }
 }
 
-/// Whether the dotted key `outer` is `inner` or holds it.
+/// True where the dotted key `outer` is `inner` or holds it.
 fn contains(outer: &str, inner: &str) -> bool {
     let rest = inner.strip_prefix(outer);
     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))

@@ -42,7 +42,7 @@ impl VerificationRun {
         mix(seed ^ mix(RESULTS))
     }
 
-    /// Its traces, for several processes to share; `context` has the seed of the runs.
+    /// Traces of the run, for several processes to share; `context` has the seed of the runs.
     ///
     /// # Errors
     /// Wavelengths that follow from what has been traced.
@@ -57,10 +57,10 @@ impl VerificationRun {
         run.plans(&self.models, context)
     }
 
-    /// Its results, with files at `destination`; `context` has the seed of the runs.
+    /// Results of the run, with files at `destination`; `context` has the seed of the runs.
     ///
     /// # Errors
-    /// Those of the solver, the tracer and the files; an interrupt.
+    /// Errors of the solver, the tracer and the files; an interrupt.
     pub fn results(
         &self,
         destination: Destination,

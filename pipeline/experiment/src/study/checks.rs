@@ -4,31 +4,26 @@
 use anyhow::{Context, Result, ensure};
 
 use design::Design;
-use design::resolved::PATHS;
+use design::resolved::check_paths;
 use simulate::model::Model;
 use simulate::trace::GROUPS;
 
 use super::file::{Probe, StudyFile};
 use super::targets::Targets;
+use crate::checked_file::is_file_name;
 use crate::design_file::DesignFile;
 
 /// Checks name, models, designs and paths.
 pub(super) fn head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
-    let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     ensure!(
-        !file.name.is_empty() && !file.name.starts_with('.') && file.name.chars().all(usable),
+        is_file_name(&file.name),
         "name: expected letters, digits, '-', '_' and '.', got {:?}",
         file.name
     );
     ensure!(!file.models.is_empty(), "models: expected at least one, got none");
     ensure!(!file.designs.is_empty(), "designs: expected at least one file, got none");
     if let Some(paths) = paths {
-        ensure!(
-            PATHS.contains(&paths),
-            "paths: expected a whole number from {} to {}, got {paths}",
-            PATHS.start(),
-            PATHS.end()
-        );
+        check_paths("paths", paths)?;
     }
     Ok(())
 }

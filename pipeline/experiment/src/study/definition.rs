@@ -2,11 +2,11 @@
 //! A checked study: reads the study file and its designs, makes every set-up's designs and checks
 //! them.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use design::{Design, toml_errors};
+use design::Design;
 use files::provenance::FileRecord;
 use simulate::model::Model;
 
@@ -14,6 +14,7 @@ use super::checks;
 use super::file::{Level, Probe, StudyFile};
 use super::setups::{self, FactorLevels, Setup};
 use super::targets::Targets;
+use crate::checked_file::CheckedFile;
 use crate::design_file::DesignFile;
 
 /// A checked study.
@@ -49,34 +50,15 @@ pub struct Study {
 /// # Errors
 /// A file that cannot be read; a set-up whose design is invalid.
 pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
-    let text = std::fs::read_to_string(path)
-        .with_context(|| format!("{}: cannot be read", path.display()))?;
-    parse(path, &text, paths).with_context(|| path.display().to_string())
+    CheckedFile::load(path, |file| check(file, paths))
 }
 
-fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
-    ensure!(
-        !text.parse().unwrap_or_else(|_| toml::Table::new()).contains_key("rounding"),
-        "rounding: removed with the comparison of targets with short runs, whose results stand in \
-         docs/reproduction/readings.md"
-    );
-    let file: StudyFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
+fn check(mut head: CheckedFile<StudyFile>, paths: Option<u64>) -> Result<Study> {
+    let file = head.keys.clone();
     let paths = paths.or(file.paths);
     checks::head(&file, paths)?;
-    let mut read = InputReader {
-        folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
-        inputs: vec![input(&path.display().to_string(), text)],
-    };
-    let sources: Vec<DesignFile> = file
-        .designs
-        .iter()
-        .map(|name| {
-            let read_file = DesignFile::read(&read.folder.join(name)).context("designs");
-            let (source, record) = read_file?;
-            read.inputs.push(record);
-            Ok(source)
-        })
-        .collect::<Result<_>>()?;
+    let sources = file.designs.iter().map(|name| head.design("designs", name));
+    let sources: Vec<DesignFile> = sources.collect::<Result<_>>()?;
     checks::sources(&sources)?;
     let targets = match (&file.targets, &file.targets_file) {
         (Some(_), Some(_)) => {
@@ -84,7 +66,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         }
         (Some(table), None) => Targets::new(table, &file.scales)?,
         (None, Some(name)) => {
-            let (path, table) = read.toml("targets_file", name)?;
+            let (path, table) = head.toml("targets_file", name)?;
             Targets::new(&table, &file.scales)
                 .with_context(|| format!("targets_file: `{}`", path.display()))?
         }
@@ -103,11 +85,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     }
     checks::short_runs(&file, &setups[0].1)?;
     for design in setups.iter().flat_map(|(_, designs)| designs) {
-        for beside in &design.provenance.named {
-            if !read.inputs.contains(beside) {
-                read.inputs.push(beside.clone());
-            }
-        }
+        head.record(&design.provenance.named);
     }
     Ok(Study {
         name: file.name,
@@ -120,27 +98,8 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         short_run_traces: file.short_run_traces,
         probes: file.probes,
         targets,
-        inputs: read.inputs,
+        inputs: head.inputs,
     })
-}
-
-/// Reads the files that a study names, and records them.
-struct InputReader {
-    folder: PathBuf,
-    inputs: Vec<FileRecord>,
-}
-
-impl InputReader {
-    fn toml(&mut self, key: &str, name: &str) -> Result<(PathBuf, toml::Table)> {
-        let path = self.folder.join(name);
-        let at = || format!("{key}: `{}`", path.display());
-        let text =
-            std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
-        let table =
-            toml_errors::read(&text, &[]).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
-        self.inputs.push(input(&path.display().to_string(), &text));
-        Ok((path, table))
-    }
 }
 
 /// Set-ups with their designs.
@@ -186,10 +145,6 @@ fn designs(
         }
     }
     Ok((possible, impossible))
-}
-
-fn input(file: &str, text: &str) -> FileRecord {
-    FileRecord::new(file, text.as_bytes())
 }
 
 /// The design that `setup` makes of `source`.

@@ -9,6 +9,8 @@ use design::dotted_keys::Settings;
 use design::serde_arrays::List;
 use simulate::model::Model;
 
+use crate::checked_file::FileKeys;
+
 /// A whole study file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -24,10 +26,10 @@ pub struct StudyFile {
     pub models: Vec<Model>,
     /// Paths of each trace; those of the designs if absent.
     pub paths: Option<u64>,
-    /// How the levels of the factors are combined.
+    /// Arrangement of the levels of the factors.
     #[serde(default)]
     pub arrangement: FactorArrangement,
-    /// Whether set-ups without a valid design are listed and left out; otherwise the study is
+    /// True where set-ups without a valid design are listed and left out; otherwise the study is
     /// refused.
     #[serde(default)]
     pub skip_impossible: bool,
@@ -58,11 +60,19 @@ pub struct StudyFile {
     pub scales: BTreeMap<String, f64>,
 }
 
+impl FileKeys for StudyFile {
+    const REMOVED: &[(&str, &str)] = &[(
+        "rounding",
+        "removed with the comparison of targets with short runs, whose results stand in \
+         docs/reproduction.md",
+    )];
+}
+
 const fn one() -> u64 {
     1
 }
 
-/// How levels are combined to set-ups.
+/// Arrangement of levels to set-ups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FactorArrangement {

@@ -34,7 +34,7 @@ impl Misfit {
         Estimate::new(self.value, spread(&self.without))
     }
 
-    /// How far it lies above another one, group by group.
+    /// Excess over another one, group by group.
     pub fn above(&self, other: &Self) -> Estimate {
         let pairs = self.without.iter().zip(&other.without);
         let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
@@ -47,14 +47,14 @@ impl Misfit {
 pub struct Ranked {
     /// Number of the set-up.
     pub setup: usize,
-    /// Its misfit.
+    /// Misfit of the set-up.
     pub misfit: Estimate,
-    /// How far it lies above the first one.
+    /// Excess over the first one.
     pub above_first: Estimate,
 }
 
 impl Ranked {
-    /// Whether it cannot be told from the first one, which itself is among these.
+    /// True where it cannot be told from the first one, which itself is among these.
     pub fn is_tied(&self) -> bool {
         self.above_first.value <= DISTINCT * self.above_first.standard_error
     }

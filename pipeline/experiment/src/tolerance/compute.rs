@@ -22,18 +22,18 @@ use super::sample_tracer::{Figures, SampleTracer};
 /// One package of many.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledPackage {
-    /// What is added to numbers of the design.
+    /// Offsets that are added to numbers of the design.
     pub offsets: Vec<Offset>,
-    /// Its figures, or why it makes no design.
+    /// Figures, or the reason why it makes no design.
     pub figures: Result<Figures, String>,
 }
 
-/// What the traces show.
+/// Figures of the traces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampled {
     /// Figures of the design without deviations.
     pub nominal: Figures,
-    /// What reading without symmetries adds to them; it is taken off the figures of the samples.
+    /// Bias of reading without symmetries; it is taken off the figures of the samples.
     /// Empty where samples have the symmetries of the design.
     pub reading_bias: Figures,
     /// Figures of all samples.

@@ -1,28 +1,26 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A checked tolerance analysis: reads the file and its design, and checks them against each other.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 
+use design::Design;
 use design::dotted_keys::Settings;
-use design::resolved::PATHS;
-use design::{Design, toml_errors};
+use design::resolved::check_paths;
 use files::provenance::FileRecord;
 use metrics::Bounds;
 use simulate::model::Model;
 
 use super::deviations::Deviations;
 use super::file::{ConstraintKeys, ToleranceFile};
+use crate::checked_file::CheckedFile;
 use crate::design_file::DesignFile;
 
 /// Samples where the file states none.
 const SAMPLES: usize = 200;
 /// Samples of use: fewer give no quantile, more no news.
 const ALLOWED: std::ops::RangeInclusive<usize> = 8..=100_000;
-
-/// What `[[constraints]]` were called; `[limits]` of a problem file are those of a mould.
-const FORMER_CONSTRAINTS: &str = "limits";
 
 /// A checked tolerance analysis.
 #[derive(Debug, Clone)]
@@ -37,7 +35,7 @@ pub struct ToleranceAnalysis {
     pub source: DesignFile,
     /// Keys that are set before anything deviates.
     pub set: Settings,
-    /// What deviates.
+    /// Deviations.
     pub deviations: Deviations,
     /// Model of the traces.
     pub model: Model,
@@ -47,7 +45,7 @@ pub struct ToleranceAnalysis {
     pub paths: u64,
     /// Figures that are reported.
     pub figures: Vec<String>,
-    /// What a package has to meet.
+    /// Constraints on a package.
     pub constraints: Vec<Constraint>,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
@@ -58,11 +56,11 @@ pub struct ToleranceAnalysis {
 pub struct Constraint {
     /// Key of the figure.
     pub figure: String,
-    /// Where it has to lie.
+    /// Bounds of the figure.
     pub bounds: Bounds,
 }
 
-/// What a command replaces in a tolerance file.
+/// Values by which a command replaces those of a tolerance file.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Overrides {
     /// Number of samples.
@@ -76,23 +74,14 @@ pub struct Overrides {
 /// # Errors
 /// A file that cannot be read, a key out of range, keys or figures that the design does not have.
 pub fn load(path: &Path, overrides: Overrides) -> Result<ToleranceAnalysis> {
-    let text = std::fs::read_to_string(path)
-        .with_context(|| format!("{}: cannot be read", path.display()))?;
-    parse(path, &text, overrides).with_context(|| path.display().to_string())
+    CheckedFile::load(path, |file| check(file, overrides))
 }
 
-fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnalysis> {
-    let has_limits = |table: toml::Table| table.contains_key(FORMER_CONSTRAINTS);
-    ensure!(
-        !toml::from_str(text).is_ok_and(has_limits),
-        "{FORMER_CONSTRAINTS}: expected it to be called `constraints`, got the former name"
-    );
-    let file: ToleranceFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
-    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    let place = folder.join(&file.design);
-    let (source, record) = DesignFile::read(&place).context("design")?;
+fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<ToleranceAnalysis> {
+    let file = head.keys.clone();
+    let source = head.design("design", &file.design)?;
     let table = source.table_with(&file.set).context("set")?;
-    let source = DesignFile::new(place, table);
+    let source = DesignFile::new(source.path, table);
     let design = source.with(&Settings::new())?;
     let model = file.model.unwrap_or(Model::Geometric).available(&design)?;
     let samples = overrides.samples.or(file.samples).unwrap_or(SAMPLES);
@@ -103,12 +92,7 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
         ALLOWED.end()
     );
     let paths = overrides.paths.or(file.paths).unwrap_or(design.trace.paths);
-    ensure!(
-        PATHS.contains(&paths),
-        "paths: expected a whole number from {} to {}, got {paths}",
-        PATHS.start(),
-        PATHS.end()
-    );
+    check_paths("paths", paths)?;
     let known: Vec<&str> = metrics::figures::all().map(|figure| figure.key).collect();
     let figures =
         file.figures.unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
@@ -125,7 +109,7 @@ fn parse(path: &Path, text: &str, overrides: Overrides) -> Result<ToleranceAnaly
     });
     let constraints = constraints.collect::<Result<_>>()?;
     let deviations = Deviations::new(&source, &file.tolerances, &file.correlations)?;
-    let mut inputs = vec![FileRecord::new(path.display().to_string(), text.as_bytes()), record];
+    let mut inputs = head.inputs;
     inputs.extend(design.provenance.named.iter().cloned());
     Ok(ToleranceAnalysis {
         name: file.name,

@@ -66,7 +66,7 @@ impl Law {
     }
 }
 
-/// What is added to one number of the design in a sample.
+/// Offset of one number of the design in a sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Offset {
     /// Number of the tolerance.

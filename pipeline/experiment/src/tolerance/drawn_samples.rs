@@ -13,7 +13,7 @@ use super::deviations::{Deviations, Offset};
 /// beside that of the samples.
 const NOMINAL_TRACES: u64 = 16;
 
-/// What a trace is of.
+/// Object of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Traced {
     /// The design.
@@ -33,12 +33,12 @@ pub(super) struct Drawn {
 /// The offsets of all samples, in order. Traces are numbered, those of the design first.
 pub(super) struct DrawnSamples {
     pub samples: Vec<Drawn>,
-    /// Whether any of them lacks a symmetry of the design.
+    /// True where any of them lacks a symmetry of the design.
     pub breaks_symmetry: bool,
 }
 
 impl DrawnSamples {
-    /// Those of `analysis` by the random numbers of `seed`.
+    /// Draws the samples of `analysis` by the random numbers of `seed`.
     ///
     /// # Errors
     /// Deviations that set what the design does not have.
@@ -70,7 +70,7 @@ impl DrawnSamples {
         self.nominal() + self.samples.len() as u64
     }
 
-    /// What the trace `number` is of.
+    /// Object of the trace `number`.
     pub fn traced(&self, number: u64) -> Traced {
         match number.checked_sub(self.nominal()) {
             Some(sample) => Traced::Sample(sample as usize),

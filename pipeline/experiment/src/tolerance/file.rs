@@ -7,6 +7,7 @@ use serde::Deserialize;
 use design::dotted_keys::Settings;
 use simulate::model::Model;
 
+use crate::checked_file::FileKeys;
 use crate::ring_slopes::Side;
 
 /// A whole tolerance file.
@@ -31,14 +32,19 @@ pub struct ToleranceFile {
     pub paths: Option<u64>,
     /// Figures that are reported; absent: all.
     pub figures: Option<Vec<String>>,
-    /// What deviates.
+    /// Deviations.
     pub tolerances: Vec<ToleranceKeys>,
     /// Correlations between tolerances, by name.
     #[serde(default)]
     pub correlations: Vec<CorrelationKeys>,
-    /// What a package has to meet.
+    /// Constraints on a package.
     #[serde(default)]
     pub constraints: Vec<ConstraintKeys>,
+}
+
+impl FileKeys for ToleranceFile {
+    // `[limits]` of a problem file are those of a mould.
+    const FORMER: &[(&str, &str)] = &[("limits", "constraints")];
 }
 
 /// `[[tolerances]]`.
@@ -60,7 +66,7 @@ pub struct ToleranceKeys {
     pub half_width: Option<f64>,
     /// Value without deviation, of keys that the design does not state.
     pub nominal: Option<f64>,
-    /// Whether all entries that the key or the profile stands for deviate alike.
+    /// True where all entries that the key or the profile stands for deviate alike.
     #[serde(default)]
     pub common: bool,
 }

@@ -6,18 +6,18 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, ensure};
 use serde_json::json;
-use tracer::CheckpointStore;
 
 use design::dotted_keys::Settings;
 use design::schema::Average;
 use files::atomic_file::is_of_files;
-use files::cache::Cache;
-use files::checkpoint::{Checkpoints, Groups};
+use files::cache::{Cache, Key};
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
+use files::store::Entries;
 use metrics::Estimate;
 use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
+use simulate::trace_plan::DomeChoice;
 
 use super::definition::ToleranceAnalysis;
 use super::drawn_samples::{DrawnSamples, Traced};
@@ -33,10 +33,6 @@ pub(super) struct SampleTracer<'a> {
     context: RunContext<'a>,
 }
 
-/// Figures as they are kept: names with the bits of value and standard error, or why there are
-/// none.
-type KeptFigures = Result<Vec<(String, u64, u64)>, String>;
-
 impl<'a> SampleTracer<'a> {
     pub fn new(
         analysis: &'a ToleranceAnalysis,
@@ -44,7 +40,7 @@ impl<'a> SampleTracer<'a> {
         cache: &'a Cache,
         context: RunContext<'a>,
     ) -> Self {
-        Self { analysis, drawn, traces: ModelTraces::new(analysis.model, cache), context }
+        Self { analysis, drawn, traces: ModelTraces::of_search(cache), context }
     }
 
     /// Figures of a trace; for a sample, why it makes no design.
@@ -72,41 +68,24 @@ impl<'a> SampleTracer<'a> {
         }
     }
 
-    fn groups(&self) -> Option<Groups<'a>> {
-        groups(self.analysis, self.context)
-    }
-
-    /// What a shard kept of a trace.
+    /// Figures of a trace that a shard kept.
     pub fn kept(&self, number: u64) -> Option<Result<Figures, String>> {
-        let bytes = self.groups()?.find(number)?;
-        let kept: KeptFigures = serde_json::from_slice(&bytes).ok()?;
-        let figure = |(key, value, error): (String, u64, u64)| {
-            let estimate = Estimate::new(f64::from_bits(value), f64::from_bits(error));
-            (key, estimate)
-        };
-        Some(kept.map(|figures| figures.into_iter().map(figure).collect()))
+        entries(self.analysis, self.context)?.find_value(number)
     }
 
-    pub fn keep(&self, number: u64, figures: Result<Figures, String>) -> Result<()> {
-        let bits = |(key, estimate): (String, Estimate)| {
-            let (value, error) = (estimate.value, estimate.standard_error);
-            (key, value.to_bits(), error.to_bits())
-        };
-        let kept: KeptFigures = figures.map(|figures| figures.into_iter().map(bits).collect());
-        if let Some(groups) = self.groups() {
-            groups.keep(number, &serde_json::to_vec(&kept)?);
-        }
-        self.context.checkpoints.map_or(Ok(()), Checkpoints::is_whole)
+    pub fn keep(&self, number: u64, figures: &Result<Figures, String>) -> Result<()> {
+        let entries = entries(self.analysis, self.context);
+        entries.map_or(Ok(()), |entries| entries.keep_value(number, figures))
     }
 }
 
-/// Where shards keep the figures of traces.
-pub(super) fn groups<'a>(
+/// The figures of traces that shards keep.
+pub(super) fn entries<'a>(
     analysis: &ToleranceAnalysis,
     context: RunContext<'a>,
-) -> Option<Groups<'a>> {
-    let of = json!({"samples of": analysis.name, "seed": context.seed});
-    context.checkpoints.map(|checkpoints| checkpoints.of(&of))
+) -> Option<Entries<'a>> {
+    let fields = json!({"samples of": analysis.name, "seed": context.seed});
+    context.checkpoints.map(|store| store.entries(Key::of(&fields)))
 }
 
 /// The figures of the design with these settings, with or without averaging over symmetries.
@@ -121,7 +100,7 @@ fn figures(
     if !averaged {
         design.receiver.average = Average::None;
     }
-    let seen = traces.observe(&design, context)?;
+    let seen = traces.observe(&design, DomeChoice::Model(analysis.model), "", context)?;
     let wanted = |key: &str| analysis.figures.iter().any(|figure| figure == key);
     let figures = seen.replicated(&design, wanted).into_iter();
     let figures: Figures =

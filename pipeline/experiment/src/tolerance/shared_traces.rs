@@ -16,7 +16,7 @@ use simulate::tables::Ring;
 
 use super::definition::ToleranceAnalysis;
 use super::drawn_samples::DrawnSamples;
-use super::sample_tracer::{SampleTracer, groups};
+use super::sample_tracer::{SampleTracer, entries};
 
 /// The traces of `analysis` with this seed, for several processes to share: those without
 /// deviations and the samples.
@@ -67,7 +67,7 @@ pub struct SharedTraces {
     seed: u64,
     /// Numbers of the traces.
     numbers: Range<u64>,
-    /// Whether they need tables of the design without deviations.
+    /// True where they need tables of the design without deviations.
     needs_tables: bool,
     /// Tables that each of them needs beside these.
     own_tables: TableCost,
@@ -96,8 +96,8 @@ impl Task for SharedTraces {
 
     fn missing(&self, _: &Cache, context: RunContext) -> Result<Vec<u64>> {
         let seed = self.seed;
-        let groups = groups(&self.analysis, RunContext { seed, ..context });
-        let missing = groups.map_or_else(Vec::new, |groups| groups.missing(self.numbers.clone()));
+        let entries = entries(&self.analysis, RunContext { seed, ..context });
+        let missing = entries.map_or_else(Vec::new, |all| all.missing(self.numbers.clone()));
         let numbers = missing.into_iter();
         Ok(numbers.map(|number| number - self.numbers.start).collect())
     }
@@ -111,7 +111,7 @@ impl Task for SharedTraces {
             context.interrupt.check()?;
             if tracer.kept(number).is_none() {
                 let figures = tracer.trace(number)?;
-                tracer.keep(number, figures)?;
+                tracer.keep(number, &figures)?;
             }
         }
         Ok(())

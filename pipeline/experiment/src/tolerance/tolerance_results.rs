@@ -32,7 +32,7 @@ pub struct FigureStatistics {
     pub scatter: Scatter,
     /// Mean of the samples less the nominal value.
     pub shift: Estimate,
-    /// What contributes to the scatter, with the share that no straight line explains.
+    /// Contributions to the scatter, with the share that no straight line explains.
     pub contributions: Option<(Vec<Contribution>, Estimate)>,
 }
 
@@ -41,7 +41,7 @@ pub struct FigureStatistics {
 pub struct ToleranceResults<'a> {
     /// The analysis.
     pub analysis: &'a ToleranceAnalysis,
-    /// What its traces show.
+    /// Figures of its traces.
     pub sampled: &'a Sampled,
     /// By figure, in the order of the file.
     pub figures: Vec<FigureStatistics>,

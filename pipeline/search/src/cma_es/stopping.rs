@@ -8,8 +8,8 @@ use super::Settings;
 /// Largest condition number of the covariance matrix.
 const CONDITION: f64 = 1e14;
 
-/// Most generations that stagnation looks back on.
-const LONGEST: usize = 20_000;
+/// Largest number of generations that stagnation looks back on.
+const MAX_SPAN: usize = 20_000;
 
 /// Best and median values of past generations.
 #[derive(Debug, Clone, Default)]
@@ -54,7 +54,7 @@ impl History {
             }
         }
         let generations = self.best.len();
-        let span = (generations / 5).max(120 + per_generation as usize).min(LONGEST);
+        let span = (generations / 5).max(120 + per_generation as usize).min(MAX_SPAN);
         let stagnant = generations >= span
             && [&self.best, &self.median]
                 .iter()
@@ -90,11 +90,11 @@ impl Distribution<'_> {
 }
 
 fn range(values: &[f64]) -> f64 {
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    most - values.iter().copied().fold(f64::INFINITY, f64::min)
+    let max = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    max - values.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Whether the median of the last 30 % is not better than that of the first 30 %.
+/// True where the median of the last 30 % is not better than that of the first 30 %.
 fn stagnates(values: &[f64]) -> bool {
     let part = (values.len() * 3 / 10).max(1);
     median(&values[values.len() - part..]) >= median(&values[..part])

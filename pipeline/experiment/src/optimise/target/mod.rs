@@ -23,7 +23,7 @@ const MAP_DISTANCE: &str = "illuminance_distance";
 /// Figures that need a file with their target.
 pub(super) const DISTANCES: [&str; 2] = [FAR_FIELD_DISTANCE, MAP_DISTANCE];
 
-/// What a trace is to come near to.
+/// Target that a trace is to come near to.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Target {
     FarField(FarFieldTarget),

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Groups of paths that an interrupted command had finished, kept beside the tables until its
-//! results are written.
+//! One store of what was computed, under explicit keys and to the bit: groups of paths, figures of
+//! traces, candidates of a search.
 //!
-//! A trace has a folder under `checkpoints` in the cache, named by the hash of all that its groups
-//! depend on: this very program, the resolved design, the surface of the dome, paths and seed. A
-//! group is one file: a mark, the SHA-256 of what follows, the name of the trace, the number of the
-//! group, and the bytes that [`tracer::checkpoint`] makes of it. A file that is damaged or that
-//! belongs elsewhere is reported, and its paths are traced anew; folders of other programs, and
-//! those that nobody has touched for a week, are removed when a command begins, its own when its
-//! results are written.
+//! A [`Key`] is the hash of all that a value depends on. The values of a key are numbered, and lie in
+//! a folder of its name, each in a file: a mark, the SHA-256 of what follows, key and number, and the
+//! bytes of the value. They are written whole or not at all. A file that is damaged or that belongs
+//! elsewhere is reported, and its value is computed anew.
 //!
-//! The shards of a job keep theirs under `jobs/<job>` in the cache instead, traces of any length,
-//! where no other command looks; a job is of one program. Merging reads them and traces nothing.
+//! | made by | folder in the cache | lasts |
+//! |---|---|---|
+//! | [`Store::of_program`] | `checkpoints/<program>` | until the results are written, at most a week without use, and no longer than the program |
+//! | [`Store::of_job`] | `jobs/<job>` | until the shards of the job are merged |
+//! | [`Store::lasting`] | as named | until somebody removes it |
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, Metadata};
@@ -24,7 +24,8 @@ use std::time::{Duration, SystemTime};
 
 use anyhow::{Context, Result, anyhow};
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use tracer::CheckpointStore;
 
@@ -34,40 +35,40 @@ use crate::progress::Console;
 use crate::{atomic_file, program};
 
 /// Paths below which a trace is too short to be worth keeping in parts: about a second.
-pub const LEAST_PATHS: u64 = 1_000_000;
+pub const MIN_PATHS: u64 = 1_000_000;
 
-/// Folder under the cache.
+/// Folder of what commands keep until their results are written.
 const FOLDER: &str = "checkpoints";
-/// Folder of the groups of jobs under the cache.
+/// Folder of jobs.
 const JOBS: &str = "jobs";
 /// How a file begins.
 const MARK: &[u8; 8] = b"bwgroup2";
-/// Where the name of the trace begins: after the mark and the hash.
+/// Where key and number begin: after the mark and the hash.
 const HEAD: usize = MARK.len() + 32;
-/// How long an unfinished trace is kept.
+/// How long values of an unfinished command are kept.
 const KEPT: Duration = Duration::from_hours(7 * 24);
 
-/// The checkpoints of one command.
+/// A folder of values by key, as one command sees it.
 #[derive(Debug)]
-pub struct Checkpoints {
+pub struct Store {
     /// The directory of the cache.
     cache: PathBuf,
-    /// `checkpoints/<program>` in it.
+    /// The folder in it.
     folder: PathBuf,
     console: Console,
-    /// Folders of traces of this command.
+    /// Folders of keys that this command has asked for.
     used: Mutex<BTreeSet<PathBuf>>,
-    /// What they are for.
+    /// What the values are kept for.
     purpose: Purpose,
-    /// Whether it was said that nothing can be kept.
+    /// True once the console has said that nothing can be kept.
     refused: AtomicBool,
-    /// Why a group could not be kept, or that one is missing where all are merged.
+    /// Reason why a value could not be kept, or is missing where all are merged.
     failure: Mutex<Option<anyhow::Error>>,
     /// Files that a merge has compared with their hashes, as they were then.
     verified: Mutex<BTreeMap<PathBuf, FileState>>,
 }
 
-/// What changes with every change of a file.
+/// State of a file, which changes with every change of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct FileState {
     length: u64,
@@ -76,12 +77,12 @@ struct FileState {
 
 impl FileState {
     /// `None` where the file system keeps no times.
-    fn of(file: &Metadata) -> Option<Self> {
+    fn new(file: &Metadata) -> Option<Self> {
         Some(Self { length: file.len(), modified: file.modified().ok()? })
     }
 }
 
-/// What groups are kept for.
+/// Use of the values of a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Purpose {
     /// To go on after an interrupt.
@@ -90,14 +91,17 @@ enum Purpose {
     Sharding,
     /// All are there.
     Merging,
+    /// For later commands.
+    Lasting,
 }
 
-impl Checkpoints {
-    /// Those of a command of this program in the directory `cache`; removes what is outdated there.
+impl Store {
+    /// The store of a command of this program in the directory `cache`, for a repetition after an
+    /// interrupt; removes what is outdated there.
     ///
     /// # Errors
     /// A program that cannot be read.
-    pub fn open(cache: &Path, console: Console) -> Result<Self> {
+    pub fn of_program(cache: &Path, console: Console) -> Result<Self> {
         let program = program_sha256()?;
         let root = cache.join(FOLDER);
         let folder = root.join(&program[..16]);
@@ -113,39 +117,40 @@ impl Checkpoints {
                 remove(&old);
             }
         }
-        Ok(Self {
+        Ok(Self::new(cache, folder, Purpose::Resuming, console))
+    }
+
+    /// The store of the shards of `job` in the directory `cache`; when `merging`, all values are
+    /// there, and nothing is computed.
+    pub fn of_job(cache: &Path, job: &str, merging: bool, console: Console) -> Self {
+        let purpose = if merging { Purpose::Merging } else { Purpose::Sharding };
+        Self::new(cache, cache.join(JOBS).join(job), purpose, console)
+    }
+
+    /// The store in the folder `name` of the directory `cache`, which lasts.
+    pub fn lasting(cache: &Path, name: &str, console: Console) -> Self {
+        Self::new(cache, cache.join(name), Purpose::Lasting, console)
+    }
+
+    fn new(cache: &Path, folder: PathBuf, purpose: Purpose, console: Console) -> Self {
+        Self {
             cache: cache.to_path_buf(),
             folder,
             console,
             used: Mutex::default(),
-            purpose: Purpose::Resuming,
-            refused: AtomicBool::new(false),
-            failure: Mutex::default(),
-            verified: Mutex::default(),
-        })
-    }
-
-    /// Those that the shards of `job` keep in the directory `cache`; when `merging` they are
-    /// complete, and nothing is traced.
-    pub fn of_job(cache: &Path, job: &str, merging: bool, console: Console) -> Self {
-        Self {
-            cache: cache.to_path_buf(),
-            folder: cache.join(JOBS).join(job),
-            console,
-            used: Mutex::default(),
-            purpose: if merging { Purpose::Merging } else { Purpose::Sharding },
+            purpose,
             refused: AtomicBool::new(false),
             failure: Mutex::default(),
             verified: Mutex::default(),
         }
     }
 
-    /// Whether a trace of `paths` paths is kept in groups.
+    /// True where groups of a trace of `paths` paths are kept.
     pub fn keeps(&self, paths: u64) -> bool {
-        self.purpose != Purpose::Resuming || paths >= LEAST_PATHS
+        self.purpose != Purpose::Resuming || paths >= MIN_PATHS
     }
 
-    /// Whether everything is there, so that nothing may be computed.
+    /// True where all values are there, so that nothing may be computed.
     pub fn is_merging(&self) -> bool {
         self.purpose == Purpose::Merging
     }
@@ -156,17 +161,16 @@ impl Checkpoints {
         failure.get_or_insert(error);
     }
 
-    /// Refuses to go on where a group of a shard could not be kept, or one that is merged was
-    /// missing.
+    /// Takes the first error of a value that could not be kept, or is missing in a merge.
     ///
     /// # Errors
-    /// Why, of the first of them.
-    pub fn is_whole(&self) -> Result<()> {
+    /// That one.
+    pub fn take_error(&self) -> Result<()> {
         let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.take().map_or(Ok(()), Err)
     }
 
-    /// Removes everything that the shards of the job kept, and folders that are empty then.
+    /// Removes all values of the job, and folders that are empty then.
     pub fn discard_job(&self) {
         remove(&self.folder);
         // Fails where another job keeps something, as it should.
@@ -174,29 +178,28 @@ impl Checkpoints {
         let _ = fs::remove_dir(&self.cache);
     }
 
-    /// The groups of the trace that depends on `fields` and on nothing else.
-    pub fn of(&self, fields: &Value) -> Groups<'_> {
-        let key = Key::of(&json!({"trace": fields}));
+    /// The values of `key`.
+    pub fn entries(&self, key: Key) -> Entries<'_> {
         let folder = self.folder.join(key.hex());
         self.used.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.clone());
-        Groups { checkpoints: self, key, folder }
+        Entries { store: self, key, folder }
     }
 
-    /// Folders of traces of this command so far.
-    pub fn mark(&self) -> BTreeSet<PathBuf> {
+    /// Folders of the keys asked for so far.
+    pub fn snapshot(&self) -> BTreeSet<PathBuf> {
         self.used.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Removes what traces kept that began since a mark.
-    pub fn drop_since(&self, mark: &BTreeSet<PathBuf>) {
+    /// Removes the values of keys asked for since a snapshot.
+    pub fn discard_newer(&self, snapshot: &BTreeSet<PathBuf>) {
         let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
-        for folder in used.difference(mark) {
+        for folder in used.difference(snapshot) {
             remove(folder);
         }
-        used.clone_from(mark);
+        used.clone_from(snapshot);
     }
 
-    /// Removes those of this command, and folders that are empty then.
+    /// Removes the values of this command, and folders that are empty then.
     pub fn finish(&self) {
         let used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
         for folder in used.iter() {
@@ -223,54 +226,70 @@ pub fn program_sha256() -> Result<String> {
     Ok(HASH.get_or_init(|| sha256_hex(&bytes)).clone())
 }
 
-/// The groups of one trace.
+/// The values of one key.
 #[derive(Debug)]
-pub struct Groups<'a> {
-    checkpoints: &'a Checkpoints,
+pub struct Entries<'a> {
+    store: &'a Store,
     key: Key,
     folder: PathBuf,
 }
 
-impl Groups<'_> {
-    fn path(&self, group: u64) -> PathBuf {
-        self.folder.join(format!("{group}.group"))
+impl Entries<'_> {
+    /// The value `number`; `None` where there is none that can be used.
+    pub fn find_value<T: DeserializeOwned>(&self, number: u64) -> Option<T> {
+        ciborium::from_reader(self.find(number)?.as_slice()).ok()
     }
 
-    /// What a file says of itself: its trace and its number there.
-    fn header(&self, group: u64) -> Vec<u8> {
-        [self.key.hex().as_bytes(), &group.to_le_bytes()].concat()
+    /// Keeps the value `number`.
+    ///
+    /// # Errors
+    /// A value that cannot be kept, where it would be lost.
+    pub fn keep_value(&self, number: u64, value: &impl Serialize) -> Result<()> {
+        let mut bytes = Vec::new();
+        ciborium::into_writer(value, &mut bytes)?;
+        self.keep(number, &bytes);
+        self.store.take_error()
     }
 
-    /// Those of `groups` that are missing or unusable.
-    pub fn missing(&self, groups: Range<u64>) -> Vec<u64> {
-        let is_there = |group: u64| matches!(self.look(group), Some((_, Ok(_))));
-        let groups = groups.into_par_iter();
-        groups.filter(|&group| !is_there(group)).collect()
+    /// Those of `numbers` without a value that can be used.
+    pub fn missing(&self, numbers: Range<u64>) -> Vec<u64> {
+        let is_there = |number: u64| matches!(self.look(number), Some((_, Ok(_))));
+        numbers.into_par_iter().filter(|&number| !is_there(number)).collect()
     }
 
-    /// The file of a group and what it holds; `None` without one.
-    fn look(&self, group: u64) -> Option<(PathBuf, Result<Vec<u8>, &'static str>)> {
-        let path = self.path(group);
+    fn path(&self, number: u64) -> PathBuf {
+        self.folder.join(format!("{number}.group"))
+    }
+
+    /// Key and number of a value, as its file states them.
+    fn header(&self, number: u64) -> Vec<u8> {
+        [self.key.hex().as_bytes(), &number.to_le_bytes()].concat()
+    }
+
+    /// The file of a value and the bytes in it; `None` without one.
+    fn look(&self, number: u64) -> Option<(PathBuf, Result<Vec<u8>, &'static str>)> {
+        let path = self.path(number);
         let mut file = File::open(&path).ok()?;
         let metadata = file.metadata().ok()?;
         let mut bytes = Vec::with_capacity(metadata.len() as usize + 1);
         file.read_to_end(&mut bytes).ok()?;
-        let content = self.unpack(group, &path, bytes, FileState::of(&metadata));
+        let content = self.unpack(number, &path, bytes, FileState::new(&metadata));
         Some((path, content))
     }
 
-    /// The bytes of a group from those of its file.
+    /// The bytes of a value from those of its file.
     fn unpack(
         &self,
-        group: u64,
+        number: u64,
         path: &Path,
         mut file: Vec<u8>,
         state: Option<FileState>,
     ) -> Result<Vec<u8>, &'static str> {
-        if file.len() < HEAD || file[..MARK.len()] != *MARK || !self.is_whole(path, &file, state) {
+        if file.len() < HEAD || file[..MARK.len()] != *MARK || !self.is_complete(path, &file, state)
+        {
             return Err("is damaged");
         }
-        let header = self.header(group);
+        let header = self.header(number);
         if !file[HEAD..].starts_with(&header) {
             return Err("holds paths of another trace or group");
         }
@@ -278,32 +297,32 @@ impl Groups<'_> {
         Ok(file)
     }
 
-    /// Whether the content of a file is that of its hash. A merge reads a file twice, to see that
+    /// True where the content of a file has the hash that it states. A merge reads a file twice, to see that
     /// all are there and to add them up, and hashes it once unless it has changed.
-    fn is_whole(&self, path: &Path, file: &[u8], state: Option<FileState>) -> bool {
-        let merging = self.checkpoints.is_merging();
+    fn is_complete(&self, path: &Path, file: &[u8], state: Option<FileState>) -> bool {
+        let merging = self.store.is_merging();
         let verified = || {
-            let verified = self.checkpoints.verified.lock();
+            let verified = self.store.verified.lock();
             verified.unwrap_or_else(PoisonError::into_inner)
         };
         if merging && state.is_some() && verified().get(path) == state.as_ref() {
             return true;
         }
-        let whole = file[MARK.len()..HEAD] == *Sha256::digest(&file[HEAD..]);
-        if let Some(state) = state.filter(|_| merging && whole) {
+        let complete = file[MARK.len()..HEAD] == *Sha256::digest(&file[HEAD..]);
+        if let Some(state) = state.filter(|_| merging && complete) {
             verified().insert(path.to_path_buf(), state);
         }
-        whole
+        complete
     }
 }
 
-impl CheckpointStore for Groups<'_> {
-    fn find(&self, group: u64) -> Option<Vec<u8>> {
-        let looked = self.look(group);
-        if self.checkpoints.is_merging() && !matches!(looked, Some((_, Ok(_)))) {
-            self.checkpoints.fail(anyhow!(
+impl CheckpointStore for Entries<'_> {
+    fn find(&self, number: u64) -> Option<Vec<u8>> {
+        let looked = self.look(number);
+        if self.store.is_merging() && !matches!(looked, Some((_, Ok(_)))) {
+            self.store.fail(anyhow!(
                 "expected `{}` among the pieces of the job, found none that can be used",
-                self.path(group).display()
+                self.path(number).display()
             ));
         }
         let (path, content) = looked?;
@@ -311,23 +330,27 @@ impl CheckpointStore for Groups<'_> {
             .map_err(|why| {
                 let name = path.display();
                 let said = format!("`{name}` {why}; its paths are traced anew");
-                self.checkpoints.console.warn(&said);
+                self.store.console.warn(&said);
             })
             .ok()
     }
 
-    fn keep(&self, group: u64, bytes: &[u8]) {
-        let content = [&self.header(group), bytes].concat();
+    fn keep(&self, number: u64, bytes: &[u8]) {
+        let content = [&self.header(number), bytes].concat();
         let file = [&MARK[..], &Sha256::digest(&content), &content].concat();
-        let Err(error) = atomic_file::write_scratch(&self.path(group), &file) else {
+        let store = self.store;
+        let write = match store.purpose {
+            Purpose::Lasting => atomic_file::write_bytes,
+            _ => atomic_file::write_scratch,
+        };
+        let Err(error) = write(&self.path(number), &file) else {
             return;
         };
-        let checkpoints = self.checkpoints;
-        if checkpoints.purpose == Purpose::Sharding {
-            checkpoints.fail(error);
-        } else if !atomic_file::is_closed() && !checkpoints.refused.swap(true, Ordering::Relaxed) {
+        if matches!(store.purpose, Purpose::Sharding | Purpose::Lasting) {
+            store.fail(error);
+        } else if !atomic_file::is_closed() && !store.refused.swap(true, Ordering::Relaxed) {
             // After Ctrl-C no more files appear, which needs no word.
-            checkpoints.console.warn(&format!(
+            store.console.warn(&format!(
                 "finished paths cannot be kept ({error:#}); an interrupted run would begin anew"
             ));
         }
@@ -341,13 +364,15 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
     entries.filter_map(|e| Some(e.ok()?.path())).collect()
 }
 
-/// What cannot be removed costs space and nothing else.
+/// Removes a folder. One that cannot be removed costs space and nothing else.
 fn remove(folder: &Path) {
     let _ = fs::remove_dir_all(folder);
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     const QUIET: Console = Console { quiet: true, json: false };
@@ -356,19 +381,19 @@ mod tests {
     fn groups_come_back_whole_or_not_at_all_and_leave_nothing() {
         let directory = tempfile::tempdir().expect("a folder");
         let cache = directory.path().join("cache");
-        let open = || Checkpoints::open(&cache, QUIET).expect("readable");
+        let open = || Store::of_program(&cache, QUIET).expect("readable");
         let first = open();
-        let groups = first.of(&json!({"seed": 1}));
+        let groups = first.entries(Key::of(&json!({"seed": 1})));
         assert_eq!(groups.find(3), None);
         groups.keep(3, b"some bytes");
         groups.keep(4, b"");
 
         // Another command of the same program finds them, under the same fields only.
         let second = open();
-        let same = second.of(&json!({"seed": 1}));
+        let same = second.entries(Key::of(&json!({"seed": 1})));
         assert_eq!(same.find(3).as_deref(), Some(&b"some bytes"[..]));
         assert_eq!(same.find(4).as_deref(), Some(&b""[..]));
-        let other = second.of(&json!({"seed": 2}));
+        let other = second.entries(Key::of(&json!({"seed": 2})));
         assert_eq!(other.find(3), None);
 
         // Copied under another trace or another number, a whole file is refused.
@@ -391,13 +416,27 @@ mod tests {
     }
 
     #[test]
+    fn values_come_back_to_the_bit_from_a_store_that_lasts() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let open = || Store::lasting(directory.path(), "values", QUIET);
+        let key = || Key::of(&json!(1));
+        let values = [0.1, -0.0, 1e-310, f64::INFINITY, f64::NAN, 1.0 / 3.0];
+        let kept: Result<Vec<f64>, String> = Ok(values.to_vec());
+        open().entries(key()).keep_value(0, &kept).expect("kept");
+        let found = open().entries(key()).find_value::<Result<Vec<f64>, String>>(0);
+        let bits = |all: &[f64]| all.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&found.expect("a value").expect("numbers")), bits(&values));
+        assert_eq!(open().entries(key()).find_value::<Vec<String>>(0), None);
+    }
+
+    #[test]
     fn a_merge_sees_a_file_that_changed_after_it_was_verified() {
         let directory = tempfile::tempdir().expect("a folder");
-        let open = |merging| Checkpoints::of_job(directory.path(), "job", merging, QUIET);
+        let open = |merging| Store::of_job(directory.path(), "job", merging, QUIET);
         let fields = json!({"seed": 1});
-        open(false).of(&fields).keep(0, b"some bytes");
+        open(false).entries(Key::of(&fields)).keep(0, b"some bytes");
         let merge = open(true);
-        let groups = merge.of(&fields);
+        let groups = merge.entries(Key::of(&fields));
         assert_eq!(groups.missing(0..2), [1]);
         assert_eq!(groups.find(0).as_deref(), Some(&b"some bytes"[..]));
         let path = groups.path(0);
@@ -409,7 +448,7 @@ mod tests {
         let later = SystemTime::now() + Duration::from_secs(1);
         file.set_modified(later).expect("set");
         assert_eq!(groups.find(0), None);
-        assert!(merge.is_whole().is_err());
+        assert!(merge.take_error().is_err());
     }
 
     #[test]
@@ -419,9 +458,9 @@ mod tests {
         fs::create_dir_all(&old).expect("made");
         fs::write(old.join("0.group"), b"old").expect("written");
         fs::write(directory.path().join("table.bworders"), b"stays").expect("written");
-        let checkpoints = Checkpoints::open(directory.path(), QUIET).expect("readable");
+        let store = Store::of_program(directory.path(), QUIET).expect("readable");
         assert!(!old.exists());
-        checkpoints.finish();
+        store.finish();
         assert!(directory.path().join("table.bworders").exists());
         assert!(!directory.path().join(FOLDER).exists());
     }
