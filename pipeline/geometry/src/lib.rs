@@ -1,11 +1,32 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From a design to plain geometry: the generating curve of the dome, and the unit cell of a ring.
+//! From profiles to plain geometry: the generating curve of a dome, and the unit cell of a ring.
 //!
-//! A dome and its rings of relief go in. Out come a [`Meridian`] (pieces of line and arc from the
-//! axis to the bottom, for the ray tracer) and a [`Cell`] per ring (one period of the relief in the
+//! In: a dome and its rings of relief. Out: a [`Meridian`] (pieces of line and arc from the axis to
+//! the bottom, for the ray tracer) and a [`Cell`] for each ring (one period of the relief in the
 //! frame of its chord, for the wave solver and for its control by ray optics). Ring i of width w
 //! spans r from w(i-1) to wi; its base corners lie on the smooth surface that carries the relief
 //! ([`BaseSurface`]), and everything on it stands on the chord between them.
+//!
+//! ```
+//! use geometry::profile::{Elements, Rounding, Shape, SphericalDome};
+//! use geometry::ring_cell;
+//!
+//! let dome = SphericalDome { sphere_radius_mm: 2.0, height_mm: 1.0, radius_mm: 1.7 };
+//! let rings =
+//!     Elements { width_mm: 0.01, shapes: vec![Shape::Os1; 170], rounding: Rounding::default() };
+//! let cell = ring_cell(&dome, &rings, 75, 1.41)?.expect("a step");
+//! // The chord of ring 75 of the paper's dome.
+//! assert!((cell.period_um - 10.78).abs() < 0.005);
+//! # Ok::<(), geometry::GeometryError>(())
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`profile`] | profiles of a dome and of its rings |
+//! | `base_surface`, `relief`, `rounding` | smooth surface, elements on it, rounded corners |
+//! | `meridian`, [`outline`], `planar` | generating curves, stated ones, and where pieces meet |
+//! | `cell` | one period in the frame of its chord |
+//! | [`shapes`] | a generating curve as the tracer's shapes |
 
 mod base_surface;
 mod cell;

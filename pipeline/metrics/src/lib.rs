@@ -1,10 +1,34 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Figures of merit from receiver sums, with jackknife errors.
+//! Figures of merit from receiver sums, with jackknife errors, quantities and units.
 //!
-//! Observations are kept apart for the groups of paths of a run ([`Grouped`]). A figure is any
-//! function of their sums, and becomes an [`Estimate`] with its standard error by leaving out one
-//! group at a time (jackknife). Ratios, maxima and fitted angles so need no error propagation by
+//! In: power in bins, for each group of the paths of a run ([`Grouped`]). Out: figures as
+//! [`Estimate`]s. A figure is any function of the sums; its standard error comes from leaving out
+//! one group at a time (jackknife), so ratios, maxima and fitted angles need no error propagation by
 //! hand. Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
+//!
+//! ```
+//! use metrics::{Grouped, jackknife};
+//!
+//! // Emitted and absorbed power in four groups of paths.
+//! let groups = [[1.0, 0.1], [1.0, 0.2], [1.0, 0.1], [1.0, 0.2]];
+//! let power = Grouped::new(groups.map(Vec::from).to_vec());
+//! let absorbed = jackknife(&power, |sum| sum[1] / sum[0]);
+//! assert!((absorbed.value - 0.15).abs() < 1e-12);
+//! assert!((absorbed.standard_error - 0.0289).abs() < 1e-4);
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`figures`] | registry: key, label, unit, comparison of every figure |
+//! | [`far_field`] | intensity over angle, peak angle, centre/peak |
+//! | [`illuminance`], [`layout`] | maps on the plane, places of the LEDs |
+//! | [`uniformity`], [`uniformity_forms`], [`valley`] | uniformity in all forms, minimum of a noisy map |
+//! | [`extraction`] | extraction efficiency, power ledger |
+//! | [`colour_difference`], [`colour_matching`], [`photopic`] | colour over the cell, CIE tables |
+//! | [`estimate`] | value with standard error |
+//! | [`quantity`] | maps, curves and axes with units |
+//! | [`digits`], [`plural`] | numbers and counts for people |
+//! | [`columns`] | two columns of text as numbers |
 
 mod bounds;
 pub mod colour_difference;

@@ -1,6 +1,33 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Results for people: pictures ([`plots`], [`path_picture`]), the table of results ([`summary`])
-//! and one page of HTML that shows them all ([`html`]). The same input gives the same bytes.
+//! Results for people: pictures, tables of text, one page of HTML.
+//!
+//! In: results data and the files that they list. Out: SVG and PNG, text for the terminal, a page
+//! that needs no other file. Nothing is simulated here, and the same input gives the same bytes.
+//!
+//! ```
+//! use metrics::quantity::{Curve, Quantity, Unit};
+//! use report::plots::{FarField, Heading, LineColours, far_field_cartesian};
+//!
+//! let curve = Curve::new("Lambertian", vec![0.0, 60.0], vec![1.0, 0.5], vec![0.01; 2])?;
+//! let picture = FarField {
+//!     heading: &Heading::new("Far field", "a flat LED"),
+//!     quantity: &Quantity::new("intensity", Unit::PerSteradian),
+//!     curves: &[curve],
+//!     colours: LineColours::Neutral,
+//!     numbers: &[],
+//!     peaks: &[],
+//! };
+//! assert!(far_field_cartesian(&picture)?.png()?.starts_with(b"\x89PNG"));
+//! # Ok::<(), anyhow::Error>(())
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`plots`] | far fields, maps, sections, bars, dots |
+//! | [`path_picture`] | section of a package with paths of light |
+//! | [`summary`], [`run_summary`] | tables of figures as text |
+//! | [`html`] | the page |
+//! | [`optimisation`], [`tolerance`], [`convergence_study`] | pictures of these files |
 
 pub mod convergence_study;
 pub mod html;

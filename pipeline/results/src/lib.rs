@@ -1,11 +1,30 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `results.json`: every figure with its standard error, beside the published one, and where all of
-//! it came from.
+//! Results files: `results.json` and its siblings, written and read by the same types.
 //!
-//! The layout is written out in `docs/reference/results-schema.md`; [`SCHEMA_VERSION`] changes when
-//! a key changes its meaning. No time and no host appear in it, so that the same inputs and seed
-//! give the same bytes. It lists the files written beside it with their hashes, so that a reader
-//! can tell whether they still are what the run wrote.
+//! In: figures with standard errors, ledgers, tables, names of files. Out: JSON with the hash of
+//! every file beside it, so that a reader can tell whether they still are what the run wrote; and
+//! the same read back. No time and no host appear, so the same inputs and seed give the same bytes.
+//! [`SCHEMA_VERSION`] changes when a key changes its meaning; the layout stands in
+//! `docs/reference/results-schema.md`.
+//!
+//! ```
+//! use results::published::Published;
+//!
+//! // The figures of the paper, which stand beside computed ones.
+//! assert!(Published::load().is_ok());
+//! // A file of another layout is refused with the version expected.
+//! let other = serde_json::json!({"schema_version": 1});
+//! assert!(results::schema::ResultsFile::of(&other).unwrap_err().contains("schema_version"));
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`schema`] | `results.json` key by key |
+//! | [`published`] | figures of the paper |
+//! | [`far_field`] | far field of a model, read back |
+//! | [`package`], [`ray_paths`] | drawing of the package, single paths |
+//! | [`optimisation`], [`tolerance`] | `optimise.json`, `tolerance.json` |
+//! | `sealed_file` | version and hash of a file |
 
 pub mod far_field;
 pub mod optimisation;
