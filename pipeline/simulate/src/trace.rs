@@ -198,7 +198,6 @@ mod tests {
 
     use design::resolved::array::PackagePositions;
     use design::schema::Sampling;
-    use files::cache::Key;
     use files::interrupt::Interrupt;
     use metrics::far_field::{BinPlacement, PeakMethod};
 
