@@ -17,7 +17,7 @@
 //! let context = RunContext::quiet(&interrupt, 1);
 //! let observation = observe(&design, &surface, 4096, "bare dome", context)?;
 //! let figures = observation.figures(&design);
-//! let extraction = figures.iter().find(|figure| figure.key == "extraction").expect("a dome");
+//! let extraction = figures.iter().find(|figure| figure.key == "extraction_efficiency").expect("a dome");
 //! assert!(extraction.estimate.value > 0.9 && extraction.estimate.standard_error < 0.01);
 //! # Ok::<(), anyhow::Error>(())
 //! ```
