@@ -294,7 +294,7 @@ pub fn solve_directions(
     let layers = stacks.0.layers().len() + stacks.1.as_ref().map_or(0, |s| s.layers().len());
     expect(layers * all_ky);
     let solved: Vec<LineSolution> = lines
-        .into_par_iter()
+        .par_iter()
         .map(|line| solve_one_line(request, directions, line, at_once, progress))
         .collect::<Result<_, _>>()?;
     let mut all = SolvedDirections {
@@ -321,7 +321,7 @@ struct LineSolution {
 fn solve_one_line(
     request: LinesRequest<'_>,
     directions: &[Direction],
-    line: Line,
+    line: &Line,
     at_once: usize,
     progress: &Progress<'_>,
 ) -> Result<LineSolution, Error> {

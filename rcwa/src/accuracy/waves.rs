@@ -164,12 +164,11 @@ pub fn converge_waves<A>(
         (None, Structure::Relief(interface)) => first_resolution(interface, tolerance, progress)?,
         (None, Structure::Layers(_)) => None,
     };
-    let (manner, first) = match table {
-        Some(table) => (Manner::FollowedWalls, table),
-        None => {
-            let truncation = Truncation::new(waves.highest_order + 2)?;
-            (Manner::Stairs, structure.first_resolution(truncation))
-        }
+    let (manner, first) = if let Some(table) = table {
+        (Manner::FollowedWalls, table)
+    } else {
+        let truncation = Truncation::new(waves.highest_order + 2)?;
+        (Manner::Stairs, structure.first_resolution(truncation))
     };
     let mut search = Search::new(structure, waves, manner, tolerance, first)?;
     let halt = search.run().err();
