@@ -22,7 +22,7 @@
 //! | [`commands`] | one file a command, and the records of shared jobs |
 //! | [`output`] | files of a model: maps, sections, pictures, receivers |
 //! | [`paper_figures`] | Figures 3, 4 and 6 of the paper |
-//! | [`case`], [`grating`] | grating cases and their solution |
+//! | [`grating_case`], [`grating`] | grating cases and their solution |
 //! | [`rings`], [`convergence`], [`near_field`] | tables, convergence and near field of single rings |
 //! | [`ray_export`] | rays that leave a design, as a ray file |
 

@@ -317,28 +317,25 @@ impl Interface {
                 !jones || !is_extrapolated,
                 "jones: expected a relief of vertical walls or of dielectrics, got one that is extrapolated from two runs, whose phases differ"
             );
-            let at = match tolerance {
-                Some(tolerance) => {
-                    let watch = &job.watch();
-                    let request = ToleranceRequest {
-                        interface: &interface,
-                        side,
-                        directions: &directions,
-                        tolerance,
-                        first: table_resolution(&interface, &table, tolerance, watch)?,
-                        free_bytes: &memory::free_bytes,
-                    };
-                    let found = converge_directions(&request, watch)?;
-                    let error = Some(found.errors.sum());
-                    if !jones {
-                        return Ok(halves(&found.answer, jones, &found.resolution, error));
-                    }
-                    (found.resolution, error)
+            let at = if let Some(tolerance) = tolerance {
+                let watch = &job.watch();
+                let request = ToleranceRequest {
+                    interface: &interface,
+                    side,
+                    directions: &directions,
+                    tolerance,
+                    first: table_resolution(&interface, &table, tolerance, watch)?,
+                    free_bytes: &memory::free_bytes,
+                };
+                let found = converge_directions(&request, watch)?;
+                let error = Some(found.errors.sum());
+                if !jones {
+                    return Ok(halves(&found.answer, jones, &found.resolution, error));
                 }
-                None => {
-                    let truncation = Truncation::new(orders)?;
-                    (Resolution { truncation, plan: interface.relief.slice_plan(slices) }, None)
-                }
+                (found.resolution, error)
+            } else {
+                let truncation = Truncation::new(orders)?;
+                (Resolution { truncation, plan: interface.relief.slice_plan(slices) }, None)
             };
             let stacks = match tolerance {
                 None => stacks(&interface, &last, slices)?,

@@ -58,6 +58,7 @@ impl Labels {
     }
 
     /// Labels with the luminaire called `fallback` where it is not named.
+    #[must_use]
     pub fn named(mut self, fallback: &str) -> Self {
         if self.luminaire.is_empty() {
             fallback.clone_into(&mut self.luminaire);

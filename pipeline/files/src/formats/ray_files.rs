@@ -25,6 +25,11 @@ pub type Take<'a> = &'a mut dyn FnMut(RayRecord, f32) -> Result<()>;
 /// Function that hands all rays of a file to its writer.
 pub type Fill<'a> = Box<dyn FnOnce(&mut dyn FnMut(&RayRecord) -> Result<()>) -> Result<()> + 'a>;
 
+/// Reader of a ray file of so many bytes: header, and the sum of the flux of the rays.
+pub type Scan = fn(&mut dyn Read, u64, Take<'_>) -> Result<(RayHeader, f64)>;
+/// Writer of a ray file for a path: number of rays, and their flux.
+pub type Write = fn(&mut dyn Sink, &Path, &RayMetadata, Fill<'_>) -> Result<(u64, f64)>;
+
 /// Reader and writer of a format of rays.
 #[derive(Debug)]
 pub struct RayFormat {
@@ -38,9 +43,9 @@ pub struct RayFormat {
     /// Wavelengths of single rays in a written file.
     pub wavelengths: WavelengthColumn,
     /// Reads the header and hands every ray on; returns the sum of their flux too.
-    pub scan: fn(&mut dyn Read, u64, Take<'_>) -> Result<(RayHeader, f64)>,
+    pub scan: Scan,
     /// Writes a file for this path; returns the number of rays and their flux.
-    pub write: fn(&mut dyn Sink, &Path, &RayMetadata, Fill<'_>) -> Result<(u64, f64)>,
+    pub write: Write,
 }
 
 /// Column of wavelengths in a written file.
