@@ -2,9 +2,9 @@
 //! Orders and slices for a tolerance: the only searches for a resolution.
 //!
 //! In: a structure, the light that is asked for, a tolerance. Out: a [`Resolution`] and the error
-//! left there. [`hemisphere`] asks for all directions of a table, [`waves`] for single directions
+//! left there. `hemisphere` asks for all directions of a table, `waves` for single directions
 //! and lists of them. Both follow one rule. A result is compared with others of more or fewer
-//! orders or slices; the change is continued by the law that errors obey ([`Law`]) and must come
+//! orders or slices; the change is continued by the law that errors obey (`Law`) and must come
 //! below the tolerance. Every efficiency asked for then is within the tolerance of the limit of
 //! infinitely many orders and slices; of a hemisphere, whose directions nobody asks for one by one,
 //! in the distance [`hemisphere_change`]. What does not settle within the work allowed is refused,

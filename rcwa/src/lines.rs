@@ -41,7 +41,7 @@ pub struct Direction {
     pub azimuth: f64,
 }
 
-/// Half-space, order relative to the incident one, efficiency [in][out] over s and p.
+/// Half-space, order relative to the incident one, efficiency `[in][out]` over s and p.
 pub type Efficiency = (Side, i32, [[f64; 2]; 2]);
 
 /// Orders of one direction.

@@ -10,7 +10,7 @@
 //! kx_m = kx0 + m λ/Λ; K = diag(kx_m), and primes are derivatives along z.
 //!
 //! 1. Fourier coefficients of a layer: c_n = ∫ ε(x) exp(-2πinx) dx over one period, in closed form.
-//! 2. Li's rules [Li1996a]: εEy and εEz are products of functions that do not jump together, by the
+//! 2. Li's rules \[Li1996a\]: εEy and εEz are products of functions that do not jump together, by the
 //!    Toeplitz matrix E of ε; εEx is continuous where ε and Ex jump, and takes the inverse of the
 //!    Toeplitz matrix A of 1/ε.
 //! 3. Without Ez = E⁻¹(ky Hx - K Hy) and Hz = K Ey - ky Ex, Maxwell's equations for e = (Ex, Ey) and
@@ -20,7 +20,7 @@
 //!    kz of a wave that leaves.
 //! 5. Amplitudes a± and b± on the two sides of an interface: with X = W_a⁻¹W_b and Y = V_a⁻¹V_b,
 //!    a± = ½(X + Y) b± + ½(X - Y) b∓.
-//! 6. S-matrices [Li1996b], outgoing from incoming amplitudes, joined from the top down; a thickness
+//! 6. S-matrices \[Li1996b\], outgoing from incoming amplitudes, joined from the top down; a thickness
 //!    d multiplies by exp(ikz d), which never grows.
 //! 7. Efficiency of an order: its power through z = const over that of the incident wave.
 
