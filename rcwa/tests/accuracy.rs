@@ -81,9 +81,9 @@ fn dielectrics_of_any_period_keep_their_tolerance() {
 }
 
 #[test]
-#[ignore = "slow: hundreds of orders (minutes)"]
+#[ignore = "slow: up to 231 orders (30 s)"]
 fn dielectrics_of_long_periods_keep_their_tolerance() {
-    dielectrics_keep(&[10.0, 50.0], &[1e-2]);
+    dielectrics_keep(&[10.0], &[1e-2]);
 }
 
 #[test]
