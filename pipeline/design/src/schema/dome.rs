@@ -57,7 +57,7 @@ pub struct SphereDome {
     pub sphere_radius_mm: f64,
     /// Height H of the pole above the bottom, mm; 1e-6 to 10 000, at most 2R.
     pub height_mm: f64,
-    /// Overall width (diameter), mm; 1e-6 to 10 000. The sphere is still above the bottom there.
+    /// Diameter, mm; 1e-6 to 10 000. The sphere is still above the bottom there.
     pub width_mm: f64,
 }
 
@@ -73,9 +73,8 @@ pub struct MeridianDome {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeridianFileDome {
-    /// Text file of such rows, relative to the design file: a row on each line, numbers with
-    /// commas, semicolons or spaces between them; `#` begins a comment, a first line of words is
-    /// passed over.
+    /// Text file of such rows: commas, semicolons or spaces between numbers, `#` for comments, a
+    /// heading allowed.
     pub meridian_file: String,
 }
 
@@ -83,11 +82,10 @@ pub struct MeridianFileDome {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshDome {
-    /// File of triangles, STL (binary or text) or OBJ, relative to the design file: a closed solid
-    /// about the z axis that stands on z = 0 and holds the LED's box. Its triangles in the plane z
-    /// = 0 are the mirror under it. Not with `[elements]`.
+    /// STL (binary or text) or OBJ file: a closed solid about the z axis that stands on z = 0,
+    /// holds the LED's box and carries no `[elements]`. Triangles in z = 0 are the mirror under it.
     pub mesh: String,
-    /// Unit of the lengths in it, which neither format states.
+    /// Unit of the lengths in it.
     pub mesh_unit: MeshUnit,
 }
 
@@ -124,20 +122,18 @@ impl MeshUnit {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Elements {
-    /// Number of elements, 1 to 2000; together at most half the width of a sphere, or as far as a
-    /// curve is a function z(r).
+    /// Number of elements, 1 to 2000; at most as far as the dome is a function z(r).
     pub count: usize,
     /// Radial width of each, µm; 0.001 to 1e7.
     pub width_um: f64,
-    /// Radius of corners that point away from the silicone, µm; 0 to 1e7, as far as the sides hold
-    /// it. Default 0, sharp.
+    /// Radius of corners that point away from the silicone, µm; 0 to 1e7. Default 0, sharp.
     #[serde(default, skip_serializing_if = "is_default")]
     pub tip_radius_um: f64,
-    /// Radius of corners that point into the silicone, those between neighbouring elements among
-    /// them, µm; as before. Default 0, sharp.
+    /// Radius of corners that point into the silicone, also between elements, µm; 0 to 1e7. Default
+    /// 0, sharp.
     #[serde(default, skip_serializing_if = "is_default")]
     pub valley_radius_um: f64,
-    /// List of tables `[[elements.shapes]]`, which give every element exactly one shape.
+    /// Tables `[[elements.shapes]]`, which give every element exactly one shape.
     pub shapes: Vec<Shape>,
 }
 
@@ -178,15 +174,14 @@ impl Kinds for ShapeForm {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TriangleShape {
-    /// Interior angle at the base corner nearer the axis, degrees; above 0, below 180. Above -90
-    /// with `reference = "horizontal"`, where a side may fall outwards, less than the dome does.
+    /// Interior angle at the base corner nearer the axis, degrees; above 0, below 180. With
+    /// `reference = "horizontal"` above -90, if the side falls less steeply than the dome.
     pub inner_base_angle_deg: Option<f64>,
     /// Interior angle at the apex, degrees; above 0, below 180.
     pub apex_angle_deg: Option<f64>,
     /// Interior angle at the base corner farther out, degrees; as the inner one.
     pub outer_base_angle_deg: Option<f64>,
-    /// Line from which angles at the base are measured: `"chord"` or `"horizontal"`. The triangle
-    /// stands on the chord in either case, its outer side steeper than the dome.
+    /// Line from which angles at the base are measured; the outer side stays steeper than the dome.
     #[serde(default)]
     pub reference: Reference,
 }
@@ -195,7 +190,7 @@ pub struct TriangleShape {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolylineShape {
-    /// Vertices between the base corners as [along, above] the chord, in lengths of the chord:
-    /// inner corner [0, 0], outer corner [1, 0]. Above the chord, at most 2 chords wide.
+    /// Vertices [along, above] the chord between the inner corner [0, 0] and the outer corner [1,
+    /// 0], in chords; above it, at most 2 chords wide.
     pub points_chords: Vec<List<f64, 2>>,
 }

@@ -29,8 +29,8 @@ pub struct FileBands {
     pub from: usize,
     /// Last band.
     pub to: usize,
-    /// A `.bworders`, `.json`, `.npz`, `.xml` or LightTools `.bsdf` file; `{band}` in its name
-    /// stands for the number of the band. This, or `inner` and `outer`.
+    /// A `.bworders`, `.json`, `.npz`, `.xml` or LightTools `.bsdf` file; `{band}` is the number of
+    /// the band. This, or `inner` and `outer`.
     pub file: Option<String>,
     /// Zemax `.bsdf` or Speos `.anisotropicbsdf` or `.brdf` files for light from the inner side.
     #[serde(default)]
@@ -38,8 +38,8 @@ pub struct FileBands {
     /// Such files for light from the outer side.
     #[serde(default)]
     pub outer: Vec<String>,
-    /// Lobes between the incidences of the file: `"fixed"`, where the nearest incidences have them;
-    /// `"shifted"`, moved with the tangential wavevector of the light, as orders do.
+    /// Lobes between the incidences of the file: `"fixed"` as at the nearest ones; `"shifted"` with
+    /// the tangential wavevector, as orders do.
     #[serde(default)]
     #[schemars(schema_with = "lobe_motion")]
     pub between: LobeMotion,
@@ -50,8 +50,7 @@ pub struct FileBands {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileMirror {
-    /// File that says how the reflector in the plane z = 0 scatters light from its outer (front)
-    /// side, instead of `mirror.kind` and `mirror.reflectance`.
+    /// Scattering on its outer (front) side, instead of `mirror.kind` and `mirror.reflectance`.
     pub file: String,
     /// Lobes between the incidences of the file, as of `[[files.bands]]`.
     #[serde(default)]
@@ -63,11 +62,11 @@ pub struct FileMirror {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileSource {
-    /// An `.ies` or `.ldt` far field, emitted by every point of the top of the LED box (the part
-    /// above its plane), or a `.tm25ray`, `.ray`, `.dat` or `.sdf` file, whose rays start about the
-    /// middle of that top; rays that go down or start below it are left out.
+    /// An `.ies` or `.ldt` far field, emitted by every point of the top of the box, above its
+    /// plane; or `.tm25ray`, `.ray`, `.dat` or `.sdf` rays about its middle, but those that go down
+    /// or start below.
     pub file: String,
-    /// Light it shines in. Default `"file"` where the file states wavelengths, else `"design"`.
+    /// Light of the source. Default `"file"` where the file states wavelengths, else `"design"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<LightOf>,
     /// Sampling of the light of the file, as in `[light.spectrum]`.

@@ -10,7 +10,7 @@ use crate::serde_arrays::List;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
-    /// Refractive index n or [n, k]: n above 0, k not below 0; this or `material_file`.
+    /// Refractive index n or [n, k], n above 0, k from 0; this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<Index>,
     /// Material file, as of `[silicone]`.
@@ -24,7 +24,7 @@ pub struct Layer {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Substrate {
-    /// Refractive index n or [n, k]: n above 0, k not below 0; this or `material_file`.
+    /// Refractive index n or [n, k], n above 0, k from 0; this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<Index>,
     /// Material file, as of `[silicone]`.

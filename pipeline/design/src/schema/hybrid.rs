@@ -11,29 +11,27 @@ use super::is_default;
 #[serde(deny_unknown_fields, default)]
 pub struct Hybrid {
     /// Radial width of a ring, µm: divides `elements.width_um`, at most 10 000 rings. Default the
-    /// widest, up to 10, that makes the bands of an element equal: 10 for 100 µm, 9.286 for 65 µm.
+    /// widest, up to 10, that makes the bands of an element equal.
     pub element_width_um: f64,
     /// Neighbouring rings that share a table: divides the number of rings. Default the most, up to
-    /// 10, that divide the rings of one element.
+    /// 10, that divide those of an element.
     pub rings_per_band: usize,
     /// Ring of a band that is solved, 1 to `rings_per_band`. Default the middle one: 5 of 10.
     pub representative: usize,
-    /// Nodes of the Bloch wavevector in one Brillouin zone, 1 to 64. Default as many as
-    /// interpolation takes to pass diffuse light on to the tolerance; 2 with `ky_count`.
+    /// Nodes of the Bloch wavevector in one Brillouin zone, 1 to 64. Default found for the
+    /// tolerance; 2 with `ky_count`.
     pub kx_per_zone: Option<usize>,
-    /// Nodes of the wavevector along the grooves, 2 to 1024; default likewise.
+    /// Nodes of the wavevector along the grooves, 2 to 1024. Default found for the tolerance.
     pub ky_count: Option<usize>,
-    /// Error allowed of what is transmitted, by orders and slices together, estimated over
-    /// directions; without `ky_count` also of diffuse light, by interpolation. 1e-8 to 0.1.
+    /// Error allowed of what is transmitted, over directions; without `ky_count` also by
+    /// interpolation, of diffuse light. 1e-8 to 0.1.
     pub tolerance: f64,
-    /// Highest diffraction order to keep, up to 2000: not below what propagates in silicone or
-    /// around the dome, nor below what the tolerance takes. Default found for the tolerance.
+    /// Highest diffraction order, up to 2000: not below what propagates or what the tolerance
+    /// takes. Default found for the tolerance.
     pub orders: Option<usize>,
-    /// Memory that a table may take while it is solved, GiB; more is refused before it is begun.
-    /// 0.001 to 10⁶.
+    /// Memory for solving a table, GiB; more is refused beforehand. 0.001 to 10⁶.
     pub memory_gib: f64,
-    /// Height of stairs that slanted sides become before they are solved, µm, each as wide as the
-    /// relief at its middle; 0.001 to 1000. Default sides as they are.
+    /// Height of stairs in place of slanted sides, µm; 0.001 to 1000. Default sides as they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stairs_um: Option<f64>,
     /// Content of the tables; default `"shares"`.
@@ -51,9 +49,8 @@ pub enum TableContent {
     /// Shares of the power.
     #[default]
     Shares,
-    /// Jones matrices beside them, by which bands see and change the polarisation. Needs
-    /// `light.polarization = "carried"`, and `polarization` as it is by default; takes three times
-    /// the memory and one and a half times the time.
+    /// Jones matrices too, by which bands see and change polarisation. Needs `light.polarization =
+    /// "carried"` and the default `polarization`; 3 times the memory, 1.5 times the time.
     Matrices,
 }
 

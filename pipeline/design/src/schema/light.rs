@@ -12,17 +12,15 @@ use crate::tagged::{Kinds, Tagged};
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Light {
-    /// Vacuum wavelength, nm; 10 to 100 000, and such that every ring of relief has a table: at
-    /// most 1878 orders propagate on either side, and at least one node of the grid. This or
+    /// Vacuum wavelength, nm; 10 to 100 000, with at most 1878 orders in relief. This or
     /// `[light.spectrum]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_nm: Option<f64>,
     /// Spectrum, as below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
-    /// With `wavelength_nm`, weighting of all sources: `"radiometric"` gives results in watts,
-    /// `"photometric"` in lumens. Default `"radiometric"`, with `led.power_lm` `"photometric"`;
-    /// with `[light.spectrum]` it stands there.
+    /// With `wavelength_nm`: weighting of all sources. Default `"radiometric"`, with `led.power_lm`
+    /// `"photometric"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weighting: Option<Weighting>,
     /// Polarisation of the light on its way; default `"unpolarised"`.
@@ -37,8 +35,7 @@ pub enum Carrying {
     /// Every surface sees unpolarised light.
     #[default]
     Unpolarised,
-    /// Interfaces, layers and specular mirrors see what those before have made of it, with its
-    /// phases.
+    /// Interfaces, layers and specular mirrors see and change polarisation and phases.
     Carried,
 }
 
@@ -49,14 +46,11 @@ pub type Spectrum = Tagged<SpectrumKeys, SpectrumForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectrumKeys {
-    /// Weighting of figures: `"radiometric"`, by power, results in W/sr and W/mm²; `"photometric"`,
-    /// by power times V(λ), results in cd and lx, within 360 to 830 nm. Required, unless
-    /// `led.power_lm` states lumens; refused in `sources.spectrum`.
+    /// Weighting of figures. Required without `led.power_lm`; refused in `sources.spectrum`.
     pub weighting: Option<Weighting>,
-    /// Largest change of `uniformity`, `centre_to_peak` and `extraction_efficiency` (and, times a
-    /// hundred degrees, of the peak angle) at which no more wavelengths are added (3, 7, 15, 31);
-    /// changes within two of their own statistical errors also end it. 1e-6 to 1, default 0.005;
-    /// not for lines.
+    /// Largest change of `uniformity`, `centre_to_peak`, `extraction_efficiency` and the hundredth
+    /// part of the peak angle at which no wavelengths are added; so do changes within two of their
+    /// errors. 1e-6 to 1, default 0.005; not for lines.
     pub tolerance: Option<f64>,
     /// Number of wavelengths instead: 1, 3, 7, 15 or 31; not for lines.
     pub samples: Option<usize>,
@@ -98,12 +92,10 @@ pub struct WhiteLed {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectrumRows {
-    /// Wavelengths, nm, ascending, 10 to 100 000: two at least in a table, one of lines.
+    /// Wavelengths, nm, ascending, 10 to 100 000: at least two in a table, one of lines.
     pub wavelength_nm: Option<Vec<f64>>,
-    /// Power per nm at each (of lines, power of each), in any unit; not negative, somewhere above
-    /// 0.
+    /// Power per nm at each (of lines, power of each), in any unit; from 0, one above 0.
     pub power: Option<Vec<f64>>,
-    /// File of these two columns instead, relative to the design file: separated by commas,
-    /// semicolons or spaces, comments after `#`, a heading allowed.
+    /// File of these two columns instead; form as of `dome.meridian_file`.
     pub file: Option<String>,
 }

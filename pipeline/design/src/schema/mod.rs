@@ -118,8 +118,8 @@ pub struct Silicone {
     /// Refractive index, real, above 1, below 10 (of a solid from 0.1); this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<f64>,
-    /// Material file in refractiveindex.info's YAML form, relative to the design file: index and
-    /// absorption over the wavelength. It covers the wavelength or the whole spectrum.
+    /// Material file in refractiveindex.info's YAML form: index and absorption over all wavelengths
+    /// of the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
     /// Absorption coefficient for power, 1/mm, added to that of the file; 0 to 10⁶.
@@ -134,8 +134,7 @@ pub enum Arrangement {
     /// Package above package, rows one pitch apart.
     #[default]
     Square,
-    /// Every other row half a pitch to the right, rows √3/2 of a pitch apart: six neighbours at one
-    /// pitch.
+    /// Every other row half a pitch to the right, rows √3/2 of a pitch apart.
     Hexagonal,
 }
 
@@ -156,20 +155,18 @@ pub struct Array {
     /// Packages along y, 1 to 128; required without `positions_file`.
     #[serde(default)]
     pub rows: usize,
-    /// Distance of neighbours, mm: at least the width of a package, at most 2000; with
-    /// `positions_file` the least distance allowed.
+    /// Distance of neighbours, mm: from the width of a package to 2000; with `positions_file` the
+    /// least distance allowed.
     pub pitch_mm: f64,
     /// Places of the rows; default `"square"`.
     #[serde(default, skip_serializing_if = "Arrangement::is_square")]
     pub arrangement: Arrangement,
-    /// Text file of positions in place of `columns`, `rows` and `arrangement`, relative to the
-    /// design file: x and y in mm on each line, with a comma or spaces between; `#` begins a
-    /// comment, a first line of words is passed over. 1 to 20 000 positions within 100 000 mm of
-    /// the origin each way.
+    /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
+    /// a line, mm, within 100 000; form as of `dome.meridian_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub positions_file: Option<String>,
-    /// False: each package is traced as if the others were not there, on the mirror of the whole
-    /// array, and the light is added up.
+    /// False: each package is traced without the others, on the mirror of the whole array, and the
+    /// light is added up.
     #[serde(default = "yes")]
     pub crossing: bool,
 }
@@ -187,17 +184,14 @@ pub struct Receiver {
     /// Side of a square bin, mm; 0.001 to a quarter of the pitch, at most a million bins on the
     /// map.
     pub bin_mm: f64,
-    /// Standard deviation of the Gaussian that smooths the map, mm; at most a quarter of the pitch,
-    /// 0 leaves it.
+    /// Standard deviation of the Gaussian that smooths the map, mm; 0 to a quarter of the pitch.
     pub smoothing_sigma_mm: f64,
-    /// Bin in which uniformity is read, mm: a multiple of `bin_mm`, at most a quarter of the pitch.
-    /// The largest such bin is taken beside the smallest that the segments between neighbours pass
-    /// through; the map is as wide as whole bins make it. Without it bins of `bin_mm` are read, the
-    /// valley from a fit to them.
+    /// Bin in which peak and valley are read, mm: a multiple of `bin_mm`, at most a quarter of the
+    /// pitch. Default: bins of `bin_mm`, the valley from a fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read_bin_mm: Option<f64>,
-    /// Distance from the outermost LED axes to the edge of the map, mm; half a pitch to 1000.
-    /// Default 6.0, or half a pitch where that is more.
+    /// Distance from the outermost axes to the edge of the map, mm; half a pitch to 1000. Default
+    /// the larger of 6.0 and half a pitch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_mm: Option<f64>,
     /// Level the maximum is scaled to before the logarithm; 2 to 10⁹.
@@ -227,7 +221,7 @@ impl Receiver {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Average {
-    /// Its mirror images as far as array, packages, solids, sources and files have them.
+    /// Its mirror images, as far as all parts have them.
     #[default]
     Symmetries,
     /// Nothing.
@@ -267,30 +261,24 @@ pub struct FarFieldReceiver {
     pub bin_deg: f64,
     /// Bin of the azimuth, degrees; 1 to 45, divides 90.
     pub azimuth_bin_deg: f64,
-    /// Polar angle below which the centre is averaged, over all azimuths, degrees: where a bin that
-    /// is read ends, a multiple of `read_bin_deg`, with `read_bins = "about"` an odd multiple of
-    /// its half; at most 45. Default the first of these from 2.0 on.
+    /// Polar angle below which the centre is averaged, degrees: where a bin that is read ends; at
+    /// most 45. Default the first of these from 2.0 on.
     pub centre_deg: f64,
-    /// Method of reading the peak: `"parabola"`, the vertex of a parabola fitted to the largest bin
-    /// and others about it; `"bin"`, middle and intensity of the largest bin. The standard error of
-    /// a bin is that of its choice: 0 where it is largest whichever group of paths is left out.
-    /// Default `"parabola"`.
+    /// Method of reading the peak. Default `"parabola"`.
     #[serde(skip_serializing_if = "is_default")]
     pub peak: PeakMethod,
     /// Distance from the largest bin within which the parabola is fitted, degrees; `read_bin_deg`
-    /// to 45, from 0 with `peak = "bin"`, where it is that of `peak_angle_parabola_deg`, through
-    /// bins of `bin_deg`. Default 6.0, or `read_bin_deg` where it is wider.
+    /// (0 with `peak = "bin"`) to 45. Default at least `read_bin_deg`.
     pub peak_fit_deg: f64,
     /// Bin of the polar angle in which peak and centre are read, degrees; at most 15, divides 90, a
-    /// multiple of `bin_deg`, of twice `bin_deg` with `read_bins = "about"`. Default `bin_deg`.
+    /// multiple of `bin_deg` (of twice that about multiples). Default `bin_deg`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read_bin_deg: Option<f64>,
-    /// Places of the bins that are read: `"between"` multiples of their width, or `"about"` them,
-    /// the first about the axis and so half as wide. Default `"between"`.
+    /// Places of the bins that are read. Default `"between"`.
     #[serde(skip_serializing_if = "is_default")]
     pub read_bins: BinPlacement,
-    /// Azimuth of the half-plane that the peak is read from, degrees, averaged with those at 90,
-    /// 180 and 270° further; 0 to 90. Without it the mean over all azimuths is read.
+    /// Azimuth of the cut in which the peak is read, averaged with those 90, 180 and 270° further,
+    /// degrees; 0 to 90. Default the mean over all azimuths.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_deg: Option<f64>,
 }
@@ -328,15 +316,13 @@ pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 pub struct Trace {
     /// Paths started by all sources together; 1000 to 10¹².
     pub paths: u64,
-    /// Number of surfaces after which a path is given up and its power listed as lost; 10 to 10 000
-    /// 000.
+    /// Number of surfaces after which a path counts as lost; 10 to 10 000 000.
     pub max_interactions: u32,
-    /// Start of the paths. Standard errors hold for both; best where each of the 64 groups has 2^m
-    /// paths (`paths` = 64 · 2^m). Default `"random"`.
+    /// Start of the paths; Sobol' is best with `paths` = 64 · 2^m. Default `"random"`.
     #[serde(skip_serializing_if = "Sampling::is_random")]
     pub sampling: Sampling,
-    /// True: every one of `[[sources]]` is traced by itself, with its part of `paths` by flux (1000
-    /// at least), and `results.json` gives its ledger (`by_source`). Needs `[[sources]]`.
+    /// True: each of `[[sources]]` is traced by itself, with `paths` divided by flux (at least 1000
+    /// each), and has its ledger (`by_source`).
     #[serde(skip_serializing_if = "is_default")]
     pub ledger_by_source: bool,
 }
@@ -348,8 +334,7 @@ pub enum Sampling {
     /// Each by itself.
     #[default]
     Random,
-    /// Evenly spread over packages, places on the LED and directions (not rays of `[files.source]`
-    /// nor directions of far-field files).
+    /// Evenly spread over packages, places and directions; not of files.
     Sobol,
 }
 

@@ -16,8 +16,7 @@ pub type Receiver = Tagged<ReceiverKeys, ReceiverForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReceiverKeys {
-    /// Name of its files: at most 100 letters, digits, `-`, `_`, `.`, no `.` first; none twice,
-    /// small and capital letters alike.
+    /// Name of its files: as `name` of the design; none twice, whatever the case.
     pub name: String,
     /// Filter of the light, as below; default all light.
     pub only: Option<Only>,
@@ -55,8 +54,7 @@ pub struct PlaneReceiver {
     pub bins: List<usize, 2>,
     /// Direction in which passing light counts; default `"+z"`.
     pub normal: Option<Normal>,
-    /// True for the Stokes parameters I, Q, U and V in place of I alone; needs `light.polarization
-    /// = "carried"`.
+    /// True: Stokes parameters I, Q, U and V; needs `light.polarization = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes: bool,
 }
@@ -65,12 +63,11 @@ pub struct PlaneReceiver {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AngularReceiver {
-    /// Bin of the polar angle, degrees: a divisor of 180 (luminance: of 90, to the normal).
+    /// Bin of the polar angle, degrees: divides 180 (luminance: 90, to the normal).
     pub theta_bin_deg: f64,
-    /// Bin of the azimuth, degrees: a divisor of 360; of luminance from u to v.
+    /// Bin of the azimuth, degrees: divides 360; of luminance from u to v.
     pub phi_bin_deg: f64,
-    /// True for the Stokes parameters I, Q, U and V in place of I alone; needs `light.polarization
-    /// = "carried"`.
+    /// True: Stokes parameters I, Q, U and V; needs `light.polarization = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes: bool,
 }
@@ -87,12 +84,11 @@ pub struct LuminanceReceiver {
     pub bins: List<usize, 2>,
     /// Direction in which passing light counts; default `"+z"`.
     pub normal: Option<Normal>,
-    /// Bin of the polar angle, degrees: a divisor of 180 (luminance: of 90, to the normal).
+    /// Bin of the polar angle, degrees: divides 180 (luminance: 90, to the normal).
     pub theta_bin_deg: f64,
-    /// Bin of the azimuth, degrees: a divisor of 360; of luminance from u to v.
+    /// Bin of the azimuth, degrees: divides 360; of luminance from u to v.
     pub phi_bin_deg: f64,
-    /// True for the Stokes parameters I, Q, U and V in place of I alone; needs `light.polarization
-    /// = "carried"`.
+    /// True: Stokes parameters I, Q, U and V; needs `light.polarization = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes: bool,
 }
@@ -101,8 +97,7 @@ pub struct LuminanceReceiver {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceReceiver {
-    /// Name in the ledger, without `absorbed_by_` (`ground_mirror`; spaces for underscores are
-    /// taken too).
+    /// Name in the ledger, without `absorbed_by_` (`ground_mirror`).
     pub surface: String,
 }
 
@@ -230,22 +225,19 @@ pub struct Only {
     /// Name in the ledger of the last surface met, as of `surface`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub last_surface: Option<String>,
-    /// First and last element within whose radii the last surface was met, risers with the element
-    /// that they end; on every package.
+    /// First and last element within whose radii the last surface was met, on every package.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub last_elements: Option<List<usize, 2>>,
-    /// Least number of surfaces met so far: 0 for light straight from the LED; every reflection,
-    /// refraction and scattering counts one.
+    /// Least number of surfaces met: 0 for light straight from the LED.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_bounces: Option<u32>,
-    /// Largest number of surfaces met so far.
+    /// Largest number of surfaces met.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_bounces: Option<u32>,
-    /// Packages from which the light comes, from 1, row by row from the lowest x and y; one at
-    /// least.
+    /// Packages from which the light comes, from 1, row by row from the lowest x and y.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub packages: Option<Vec<usize>>,
-    /// Names of `[[sources]]` from which the light comes; one at least.
+    /// Names of `[[sources]]` from which the light comes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sources: Option<Vec<String>>,
 }

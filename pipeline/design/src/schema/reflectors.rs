@@ -32,7 +32,7 @@ impl<S: DeserializeOwned + Serialize> Kinds for Law<S> {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reflectance {
-    /// Power reflected per incident power, at every angle, 0 to 1; the rest is absorbed.
+    /// Power reflected per incident power, at every angle, 0 to 1.
     pub reflectance: f64,
 }
 
@@ -40,15 +40,14 @@ pub struct Reflectance {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Metal {
-    /// Power reflected per incident power, at every angle, 0 to 1; the rest is absorbed. With
-    /// `substrate` the share that is kept of what the metal reflects.
+    /// Power reflected per incident power, at every angle, 0 to 1. With `substrate` the share kept
+    /// of what the metal reflects.
     pub reflectance: f64,
-    /// Metal, a table of `index` or `material_file`: what is reflected follows from it at every
-    /// angle. Not with `[files.mirror]`.
+    /// Metal, a table of `index` or `material_file`, whose reflectance follows at every angle. Not
+    /// with `[files.mirror]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub substrate: Option<Substrate>,
-    /// Thin layers on the metal, from the light towards it, as those of the dome; needs
-    /// `substrate`.
+    /// Thin layers on the metal, from the light towards it; needs `substrate`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
 }
@@ -86,7 +85,7 @@ pub struct Absorbing {
 pub struct SpecularAndDiffuse {
     /// Power reflected per incident power, both parts together, 0 to 1; the rest is absorbed.
     pub reflectance: f64,
-    /// Share of what is reflected that goes on as from a mirror, 0 to 1.
+    /// Share of the reflected light that is specular, 0 to 1.
     pub specular_fraction: f64,
 }
 
@@ -122,24 +121,23 @@ pub struct LedKeys {
     pub size_mm: List<f64, 2>,
     /// Height of the top face, mm; 1e-6 to 10 000.
     pub height_mm: f64,
-    /// Radiant flux that the sources of one package emit together, W; 1e-12 to 1e9. Results are
-    /// then absolute; without a flux all sources of all packages together emit 1 W.
+    /// Radiant flux of one package, W; 1e-12 to 1e9. Without a flux all packages together emit 1 W.
     pub power_w: Option<f64>,
-    /// Luminous flux that they emit, lm, instead; 1e-12 to 1e9. `weighting` is then `"photometric"`
-    /// by default; light of 360 to 830 nm.
+    /// Luminous flux instead, lm; 1e-12 to 1e9. `weighting` is then `"photometric"` by default;
+    /// light of 360 to 830 nm.
     pub power_lm: Option<f64>,
-    /// Vector [x, y] from the axis of the package to the centre of the foot, mm; every corner
-    /// inside the dome. Default [0, 0].
+    /// Centre of the foot [x, y] from the axis of the package, mm; every corner inside the dome.
+    /// Default [0, 0].
     #[serde(default, skip_serializing_if = "is_default")]
     pub offset_mm: List<f64, 2>,
     /// Rotation [about x, about y], in this order, degrees; -10 to 10. Default [0, 0].
     #[serde(default, skip_serializing_if = "is_default")]
     pub tilt_deg: List<f64, 2>,
-    /// Row [x, y] for each package, added to `offset_mm`, in the order of the array: row after row
-    /// from the lowest y, along x; of a file its lines.
+    /// Rows [x, y] added to `offset_mm`: one a package, row after row from the lowest y, along x;
+    /// of a file its lines.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub offsets_mm: Vec<List<f64, 2>>,
-    /// Row [about x, about y] for each package, in the same order, added to `tilt_deg`; each -10 to
+    /// Rows [about x, about y] added to `tilt_deg`, one a package in the same order; each -10 to
     /// 10.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tilts_deg: Vec<List<f64, 2>>,
@@ -161,16 +159,14 @@ pub type Housing = Tagged<HousingKeys, Law<Reflectance>>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HousingKeys {
-    /// Distance from the outlines of the outermost packages to the inside of the walls, mm; 1e-6 to
-    /// 10 000.
+    /// Distance from the outermost packages to the inside of the walls, mm; 1e-6 to 10 000.
     pub distance_mm: f64,
     /// Height of the walls above the bottom, mm; 0.001 to 10 000.
     pub height_mm: f64,
     /// Thickness of the walls, mm; 0.001 to 10 000.
     #[serde(default = "wall_thickness")]
     pub thickness_mm: f64,
-    /// Bottom between the mirror and the walls: a table with `kind`, `reflectance` and
-    /// `specular_fraction`. Default black.
+    /// Bottom between mirror and walls: `kind`, `reflectance`, `specular_fraction`. Default black.
     pub floor: Option<Floor>,
 }
 

@@ -19,28 +19,25 @@ pub type Solid = Tagged<SolidKeys, SolidForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidKeys {
-    /// Name in the ledger, in receivers (`surface`, `only.last_surface`) and in `sources.inside`;
-    /// what it absorbs inside is `absorbed_in_NAME`. Letters, digits, `-`, `_`, `.`; none twice,
-    /// none that the ledger has for something else.
+    /// Name in the ledger, receivers and `sources.inside`: letters, digits, `-`, `_`, `.`; none
+    /// twice, none that the ledger has already.
     pub name: String,
     /// Number of its copies; default `"package"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub per: Per,
-    /// Middle (x, y, z), mm; of a meridian or mesh the origin of its own coordinates. Within 10 m,
-    /// nothing of it below z = 0; default the origin.
+    /// Middle (x, y, z), mm; of a meridian or mesh its own origin. Within 10 m, nothing below z =
+    /// 0; default the origin.
     #[serde(default, skip_serializing_if = "is_default")]
     pub position_mm: List<f64, 3>,
-    /// Contact with the mirror or the floor below, without a gap, of a box with one axis upright,
-    /// an upright cylinder or meridian with a `medium` that stands on z = 0 with a flat face.
-    /// Default a gap.
+    /// Contact with the bottom, of a box, cylinder or meridian with a `medium` that stands upright
+    /// and flat on z = 0. Default a gap.
     pub optical_contact: Option<OpticalContact>,
     /// Material: a table with the keys of `[silicone]`.
     pub medium: Option<Silicone>,
     /// Thin layers on a solid with a medium, from its inside outwards, as `dome.coating`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
-    /// Diffuser in place of Fresnel's formulas, of a solid with a medium or a sheet, for light from
-    /// either side; not with `coating`.
+    /// Diffuser, of a solid with a medium or a sheet; not with `coating`.
     pub scatter: Option<SolidScatter>,
     /// Reflection of an opaque solid, or of a sheet on both sides: keys of `[mirror]` but `extent`,
     /// or those of `[files.mirror]`.
@@ -77,7 +74,7 @@ impl Kinds for SolidForm {
 pub struct Flat<const N: usize> {
     /// Lengths along x, y and, of a box, z, mm; 1e-6 to 10 000.
     pub size_mm: List<f64, N>,
-    /// Angles of turning about x, then y, then z, whose directions stay, degrees; -360 to 360.
+    /// Rotation about the fixed x, then y, then z, degrees; -360 to 360.
     pub rotation_deg: Option<List<f64, 3>>,
 }
 
@@ -105,10 +102,10 @@ pub struct Ball {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidMeridian {
-    /// Rows as of `dome.meridian_mm`, but from the axis back to a lower point of the axis; z may be
-    /// anything. This or `meridian_file`.
+    /// Rows as of `dome.meridian_mm`, from the axis back to a lower point of it; any z. This or
+    /// `meridian_file`.
     pub meridian_mm: Option<Vec<Vec<f64>>>,
-    /// File of such rows, relative to the design file.
+    /// File of such rows.
     pub meridian_file: Option<String>,
     /// Direction of the axis, of any length; default [0, 0, 1].
     pub axis: Option<List<f64, 3>>,
@@ -118,11 +115,11 @@ pub struct SolidMeridian {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidMesh {
-    /// STL or OBJ file of any closed solid, relative to the design file.
+    /// STL or OBJ file of a closed solid.
     pub mesh: String,
     /// Unit of the lengths in it.
     pub mesh_unit: MeshUnit,
-    /// Angles of turning about x, then y, then z, whose directions stay, degrees; -360 to 360.
+    /// Rotation about the fixed x, then y, then z, degrees; -360 to 360.
     pub rotation_deg: Option<List<f64, 3>>,
 }
 
@@ -180,10 +177,10 @@ impl Solid {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Per {
-    /// Every package carries it, coordinates from the middle of its bottom.
+    /// One a package, from the middle of its bottom.
     #[default]
     Package,
-    /// It stands once, coordinates from the middle of the array.
+    /// One, from the middle of the array.
     Array,
 }
 
@@ -202,7 +199,7 @@ pub type SolidScatter = Tagged<NoKeys, ScatterLaw>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ScatterLaw {
-    /// As files say; of a sheet the inner side is that of -z before it is turned.
+    /// As files say; the inner side of a sheet is -z before rotation.
     File(ScatterFiles),
     /// By the cosine law about the normal, whatever the incidence.
     Lambertian(DiffuseShares),
@@ -222,8 +219,7 @@ impl Kinds for ScatterLaw {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScatterFiles {
-    /// File, as of `[[files.bands]]`, made for the indices on both sides, at all wavelengths of the
-    /// design.
+    /// File as of `[[files.bands]]`, for the indices on both sides, at all wavelengths.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Files for light from the inner side.
@@ -241,9 +237,9 @@ pub struct ScatterFiles {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiffuseShares {
-    /// Power on the other side per incident power, at every incidence, from either side; 0 to 1.
+    /// Power on the other side per incident power, at every incidence; 0 to 1.
     pub transmitted: f64,
-    /// Power on the side of incidence, likewise; 0 to 1, with `transmitted` at most 1.
+    /// Power on the side of incidence, likewise; with `transmitted` at most 1.
     pub reflected: f64,
 }
 
@@ -251,12 +247,11 @@ pub struct DiffuseShares {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GaussianShares {
-    /// Power on the other side per incident power, at every incidence, from either side; 0 to 1.
+    /// Power on the other side per incident power, at every incidence; 0 to 1.
     pub transmitted: f64,
-    /// Power on the side of incidence, likewise; 0 to 1, with `transmitted` at most 1.
+    /// Power on the side of incidence, likewise; with `transmitted` at most 1.
     pub reflected: f64,
-    /// Full width at half maximum of the intensity (W/sr) over the angle α to the axis of the lobe,
-    /// degrees; 0.001 to 180.
+    /// Full width at half maximum of the intensity about the lobe's axis, degrees; 0.001 to 180.
     pub width_deg: f64,
     /// Width of the reflected lobe, degrees; default `width_deg`.
     #[serde(skip_serializing_if = "Option::is_none")]

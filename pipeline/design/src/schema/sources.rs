@@ -15,18 +15,16 @@ pub type Source = Tagged<SourceKeys, SourceForm>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SourceKeys {
-    /// Name, by which receivers tell its light from other (`only.sources`); none twice.
+    /// Name for `only.sources`; none twice.
     pub name: String,
     /// Radiant power beside the other sources, in any unit; 1e-12 to 1e12.
     #[serde(default = "one")]
     pub power: f64,
-    /// Light it shines in, not beside `wavelength_nm` and `spectrum`. Default `"file"` where its
-    /// file states wavelengths, else `"design"`.
+    /// Light of the source. Default `"file"` where its file states wavelengths, else `"design"`.
     pub light: Option<LightOf>,
     /// Vacuum wavelength of its own, nm; 10 to 100 000.
     pub wavelength_nm: Option<f64>,
-    /// Spectrum of its own: a table of the keys of `[light.spectrum]` but for `weighting`, which is
-    /// one for all sources. Not beside `wavelength_nm`.
+    /// Spectrum of its own: keys of `[light.spectrum]` but `weighting`. Not beside `wavelength_nm`.
     pub spectrum: Option<Spectrum>,
 }
 
@@ -46,8 +44,8 @@ pub enum SourceForm {
     Rectangle(RectangleSource),
     /// Top and four sides of the LED box, Lambertian.
     Chip(ChipSource),
-    /// A point that emits a far field (`.ies`, `.ldt`), whole, or a set of rays (`.tm25ray`,
-    /// `.ray`, `.dat`, `.sdf`) that start about it.
+    /// A point that emits a far field (`.ies`, `.ldt`) or rays (`.tm25ray`, `.ray`, `.dat`,
+    /// `.sdf`).
     File(SourceOfFile),
 }
 
@@ -59,12 +57,11 @@ impl Kinds for SourceForm {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IsotropicSource {
-    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium that it
-    /// claims and in nothing else.
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
+    /// `inside` alone.
     pub position_mm: List<f64, 3>,
-    /// Surroundings: `"silicone"`, `"air"`, or the name of a solid that light enters, one of the
-    /// package or that of the array which holds it. Default silicone where there is a dome, else
-    /// air.
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
+    /// is a dome, else air.
     pub inside: Option<String>,
 }
 
@@ -72,16 +69,15 @@ pub struct IsotropicSource {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CosineSource {
-    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium that it
-    /// claims and in nothing else.
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
+    /// `inside` alone.
     pub position_mm: List<f64, 3>,
-    /// Surroundings: `"silicone"`, `"air"`, or the name of a solid that light enters, one of the
-    /// package or that of the array which holds it. Default silicone where there is a dome, else
-    /// air.
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
+    /// is a dome, else air.
     pub inside: Option<String>,
     /// Direction that it faces, of any length; default [0, 0, 1].
     pub normal: Option<List<f64, 3>>,
-    /// Power of the cosine, 0 to 1e6: 1 is Lambert's law, 0 one intensity over the hemisphere.
+    /// Power of the cosine, 0 to 1e6: 1 is Lambert's law.
     pub exponent: f64,
 }
 
@@ -89,12 +85,11 @@ pub struct CosineSource {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RectangleSource {
-    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium that it
-    /// claims and in nothing else.
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
+    /// `inside` alone.
     pub position_mm: List<f64, 3>,
-    /// Surroundings: `"silicone"`, `"air"`, or the name of a solid that light enters, one of the
-    /// package or that of the array which holds it. Default silicone where there is a dome, else
-    /// air.
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
+    /// is a dome, else air.
     pub inside: Option<String>,
     /// Direction that it faces, of any length; default [0, 0, 1].
     pub normal: Option<List<f64, 3>>,
@@ -107,8 +102,7 @@ pub struct RectangleSource {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChipSource {
-    /// Power of the top and of the sides towards +x, -x, +y and -y, in any unit; not below 0, one
-    /// above.
+    /// Power of the top and of the sides towards +x, -x, +y and -y, in any unit; one above 0.
     pub face_powers: List<f64, 5>,
 }
 
@@ -116,14 +110,13 @@ pub struct ChipSource {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SourceOfFile {
-    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium that it
-    /// claims and in nothing else.
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
+    /// `inside` alone.
     pub position_mm: List<f64, 3>,
-    /// Surroundings: `"silicone"`, `"air"`, or the name of a solid that light enters, one of the
-    /// package or that of the array which holds it. Default silicone where there is a dome, else
-    /// air.
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
+    /// is a dome, else air.
     pub inside: Option<String>,
-    /// File, relative to the design file; axis and azimuths are those of the package.
+    /// File; axis and azimuths are those of the package.
     pub file: String,
     /// Sampling of the light of the file, as in `[light.spectrum]`.
     pub tolerance: Option<f64>,
@@ -157,7 +150,7 @@ impl SourceForm {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LightOf {
-    /// That of `[light]`, whatever the file says.
+    /// That of `[light]`.
     Design,
     /// The wavelengths of its file of rays.
     File,

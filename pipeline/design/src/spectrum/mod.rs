@@ -29,9 +29,9 @@ use metrics::plural::count;
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Weighting {
-    /// Radiant power: watts.
+    /// Radiant power: W, W/sr, W/mm².
     Radiometric,
-    /// Luminous flux: lumens, radiant power times V(λ) times 683 lm/W.
+    /// Luminous flux, radiant power times V(λ) times 683 lm/W: lm, cd, lx; 360 to 830 nm.
     Photometric,
 }
 

@@ -145,7 +145,7 @@ pub enum PeakMethod {
     /// At the vertex of a parabola through the bins about the largest.
     #[default]
     Parabola,
-    /// In the middle of the largest bin, as a plot of the bins shows it.
+    /// In the middle of the largest bin.
     Bin,
 }
 

@@ -35,7 +35,7 @@ pub enum BinPlacement {
     /// Between multiples of their width.
     #[default]
     Between,
-    /// About multiples of their width: the first about the axis, half as wide on this side of it.
+    /// About multiples of their width, the first half as wide.
     About,
 }
 
