@@ -69,10 +69,10 @@ pub struct FileSource {
     /// Light of the source. Default `"file"` where the file states wavelengths, else `"design"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<LightOf>,
-    /// Sampling of the light of the file, as in `[light.spectrum]`.
+    /// As in `[light.spectrum]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Sampling of the light of the file, as in `[light.spectrum]`.
+    /// As in `[light.spectrum]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples: Option<usize>,
 }

@@ -48,11 +48,11 @@ pub type Spectrum = Tagged<SpectrumKeys, SpectrumForm>;
 pub struct SpectrumKeys {
     /// Weighting of figures. Required without `led.power_lm`; refused in `sources.spectrum`.
     pub weighting: Option<Weighting>,
-    /// Largest change of `uniformity`, `centre_to_peak`, `extraction_efficiency` and the hundredth
-    /// part of the peak angle at which no wavelengths are added; so do changes within two of their
-    /// errors. 1e-6 to 1, default 0.005; not for lines.
+    /// Wavelengths are added until `uniformity`, `centre_to_peak` and `extraction_efficiency`
+    /// change by at most this, the peak angle by a hundred times as many degrees, or all within two
+    /// of their errors. 1e-6 to 1, default 0.005; not for lines.
     pub tolerance: Option<f64>,
-    /// Number of wavelengths instead: 1, 3, 7, 15 or 31; not for lines.
+    /// Number of wavelengths in place of `tolerance`: 1, 3, 7, 15 or 31; not for lines.
     pub samples: Option<usize>,
 }
 
@@ -78,11 +78,11 @@ impl Kinds for SpectrumForm {
 pub struct WhiteLed {
     /// Peak of the blue die, nm.
     pub blue_nm: f64,
-    /// Full width of that peak at half its height, nm; at least 0.1.
+    /// Full width of that peak at half maximum, nm; at least 0.1.
     pub blue_fwhm_nm: f64,
     /// Peak of the phosphor, nm.
     pub phosphor_nm: f64,
-    /// Full width of that peak at half its height, nm; at least 0.1.
+    /// Full width of that peak at half maximum, nm; at least 0.1.
     pub phosphor_fwhm_nm: f64,
     /// Share of the radiant power in the die's peak, 0 to 1.
     pub blue_part: f64,

@@ -149,7 +149,7 @@ impl Arrangement {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Array {
-    /// Packages along x, 1 to 128, centred on the origin; required without `positions_file`.
+    /// Packages along x, 1 to 128; required without `positions_file`.
     #[serde(default)]
     pub columns: usize,
     /// Packages along y, 1 to 128; required without `positions_file`.

@@ -123,8 +123,8 @@ pub struct LedKeys {
     pub height_mm: f64,
     /// Radiant flux of one package, W; 1e-12 to 1e9. Without a flux all packages together emit 1 W.
     pub power_w: Option<f64>,
-    /// Luminous flux instead, lm; 1e-12 to 1e9. `weighting` is then `"photometric"` by default;
-    /// light of 360 to 830 nm.
+    /// Luminous flux of one package, lm, in place of `power_w`; 1e-12 to 1e9. Weighting is then
+    /// photometric by default; 360 to 830 nm.
     pub power_lm: Option<f64>,
     /// Centre of the foot [x, y] from the axis of the package, mm; every corner inside the dome.
     /// Default [0, 0].

@@ -32,15 +32,15 @@ pub struct SolidKeys {
     /// Contact with the bottom, of a box, cylinder or meridian with a `medium` that stands upright
     /// and flat on z = 0. Default a gap.
     pub optical_contact: Option<OpticalContact>,
-    /// Material: a table with the keys of `[silicone]`.
+    /// Material: keys of `[silicone]`.
     pub medium: Option<Silicone>,
     /// Thin layers on a solid with a medium, from its inside outwards, as `dome.coating`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
     /// Diffuser, of a solid with a medium or a sheet; not with `coating`.
     pub scatter: Option<SolidScatter>,
-    /// Reflection of an opaque solid, or of a sheet on both sides: keys of `[mirror]` but `extent`,
-    /// or those of `[files.mirror]`.
+    /// Opaque reflection, of a sheet on both sides: keys of `[mirror]` but `extent`, or of
+    /// `[files.mirror]`.
     pub surface: Option<SolidSurface>,
 }
 
@@ -54,7 +54,7 @@ pub enum SolidForm {
     Cylinder(Cylinder),
     /// A ball.
     Sphere(Ball),
-    /// A body of revolution by its generating curve.
+    /// A body of revolution by its meridian.
     Meridian(SolidMeridian),
     /// A closed mesh of triangles.
     Mesh(SolidMesh),

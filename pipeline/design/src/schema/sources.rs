@@ -17,7 +17,7 @@ pub type Source = Tagged<SourceKeys, SourceForm>;
 pub struct SourceKeys {
     /// Name for `only.sources`; none twice.
     pub name: String,
-    /// Radiant power beside the other sources, in any unit; 1e-12 to 1e12.
+    /// Part of the radiant power, in any unit; 1e-12 to 1e12.
     #[serde(default = "one")]
     pub power: f64,
     /// Light of the source. Default `"file"` where its file states wavelengths, else `"design"`.
@@ -38,7 +38,7 @@ fn one() -> f64 {
 pub enum SourceForm {
     /// A point with one intensity everywhere.
     Isotropic(IsotropicSource),
-    /// A point whose intensity goes with a power of the cosine to its normal.
+    /// A point with a power of the cosine to its normal.
     Cosine(CosineSource),
     /// Lambertian, on one side.
     Rectangle(RectangleSource),
@@ -118,9 +118,9 @@ pub struct SourceOfFile {
     pub inside: Option<String>,
     /// File; axis and azimuths are those of the package.
     pub file: String,
-    /// Sampling of the light of the file, as in `[light.spectrum]`.
+    /// As in `[light.spectrum]`.
     pub tolerance: Option<f64>,
-    /// Sampling of the light of the file, as in `[light.spectrum]`.
+    /// As in `[light.spectrum]`.
     pub samples: Option<usize>,
 }
 
