@@ -13,13 +13,24 @@
 //!
 //! Segments join LEDs next to each other and diagonals those across a square of four; both refer
 //! their lowest value to the largest of the whole map. The cell is the rectangle between the
-//! outermost LED axes.
+//! outermost LED axes; bins on its border count by the area inside, and for extremes if their middle
+//! lies inside. Where nine or thirteen points see one phase of the pitch, each is read over all
+//! phases ([`Regions::is_one_phase`]).
 //!
-//! An extreme of noisy bins is biased. A valley read from a local fit ([`super::valley`]) has no
-//! bias to speak of. The peak is the largest bin, which lies above the true maximum on average; the
-//! place that one half of the paths picks, read in the other half, lies below it. The reported
-//! value is the middle of both, averaged over many halvings, and half their distance bounds its
-//! bias. A smallest bin is treated likewise, with the signs exchanged.
+//! An extreme of noisy bins is biased. The peak is the largest bin, which lies above the true maximum
+//! on average; the place that one half of the paths picks, read in the other half, lies below it.
+//! The reported value is the middle of both, averaged over many halvings, and half their distance b
+//! bounds its bias. A smallest bin is treated likewise, with the signs exchanged. The standard error
+//! holds the scatter σ and, as that of a value anywhere between the two, b/√3. With b above σ the
+//! figure is not resolved ([`Estimate::is_resolved`]).
+//!
+//! The valley of a local fit ([`super::valley`]) is read in one half where the other is lowest. It
+//! has no bias of choice among valleys of one depth, and one below the error among others.
+//!
+//! The scatter is the larger of two jackknife errors, one that picks extremes anew without each
+//! group and one that reads them at one place. Where a few paths decide, neither sees the paths that
+//! might have come: what one path more at the smallest place changes is added, so that no error is 0
+//! and three errors are the three paths of an empty bin at 95 % confidence.
 //!
 //! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
 //! paths does not, and is averaged over many halvings.
@@ -30,7 +41,7 @@ use super::illuminance::Grid;
 use super::jackknife::spread;
 use super::layout::Layout;
 use super::uniformity::{MapReading, ValleyReading, largest, logarithmic, ratio, smallest};
-use super::valley::Valley;
+use super::valley::{Lowest, Valley};
 use super::{Estimate, Grouped};
 
 /// Where a form is read.
@@ -123,6 +134,11 @@ impl Sample {
     fn of(&self, map: &[f64]) -> f64 {
         self.bins.iter().zip(self.weights).map(|(k, w)| w * map[*k]).sum()
     }
+
+    /// Σ c² / Σ c over the weights: the share of one bin's noise.
+    fn concentration(&self) -> f64 {
+        self.weights.iter().map(|c| c * c).sum::<f64>() / self.weights.iter().sum::<f64>()
+    }
 }
 
 /// One region of a map: where it is sampled, and how its lowest value is read.
@@ -130,8 +146,42 @@ impl Sample {
 struct Sampled {
     region: Region,
     samples: Vec<Sample>,
+    /// Share of each sample in means.
+    areas: Vec<f64>,
+    /// The first so many samples are those of extremes.
+    extremes: usize,
     /// Of segments and diagonals; elsewhere the smallest sample.
     valley: Option<Valley>,
+}
+
+/// Where a region has its extremes.
+#[derive(Debug, Clone)]
+struct Picks {
+    low: Pick,
+    high: Pick,
+}
+
+/// What reads an extreme at its place.
+#[derive(Debug, Clone)]
+enum Pick {
+    Valley(Lowest),
+    Sample(Sample),
+}
+
+impl Pick {
+    fn of(&self, map: &[f64]) -> f64 {
+        match self {
+            Self::Valley(lowest) => lowest.value(map),
+            Self::Sample(sample) => sample.of(map),
+        }
+    }
+
+    fn concentration(&self) -> f64 {
+        match self {
+            Self::Valley(lowest) => lowest.concentration(),
+            Self::Sample(sample) => sample.concentration(),
+        }
+    }
 }
 
 /// Values of one region in one map.
@@ -159,49 +209,48 @@ impl Levels {
 pub struct Regions {
     regions: Vec<Sampled>,
     full_scale: f64,
+    is_one_phase: bool,
 }
 
 impl Regions {
-    /// Segments and diagonals that the layout has. A fit has its window where the valley of `map`
-    /// is.
-    pub fn between_neighbours(reading: &MapReading, map: &[f64]) -> Self {
-        let lines = |region, segments: &[[[f64; 2]; 2]]| {
-            Some(Sampled {
-                region,
-                valley: Some(reading.valley(map, segments)?),
-                samples: along(reading.grid, segments, reading.valley),
-            })
+    /// Segments and diagonals that the layout has.
+    pub fn between_neighbours(reading: &MapReading) -> Self {
+        let lines = |region, valley: &Option<Valley>, segments: Vec<_>| {
+            let samples = along(reading.grid, &segments, reading.reading);
+            Some(Sampled { valley: Some(valley.clone()?), ..Sampled::of(region, samples) })
         };
         let regions = [
-            lines(Region::Segment, &reading.layout.straight()),
-            lines(Region::Diagonal, &reading.layout.diagonal()),
+            lines(Region::Segment, &reading.straight, reading.layout.straight()),
+            lines(Region::Diagonal, &reading.diagonal, reading.layout.diagonal()),
         ];
-        Self { regions: regions.into_iter().flatten().collect(), full_scale: reading.full_scale }
+        let regions = regions.into_iter().flatten().collect();
+        Self { regions, full_scale: reading.full_scale, is_one_phase: false }
     }
 
     /// [`Regions::between_neighbours`], and the cell.
-    pub fn new(reading: &MapReading, map: &[f64]) -> Self {
-        let mut all = Self::between_neighbours(reading, map);
-        let grid = reading.grid;
-        if let Some([low, high]) = cell_on(grid, &reading.layout) {
-            let points = |region, places: &[[f64; 2]]| Sampled {
-                region,
-                valley: None,
-                samples: places
-                    .iter()
-                    .map(|[u, v]| {
-                        let at = [(u, 0), (v, 1)].map(|(u, k)| low[k] + u * (high[k] - low[k]));
-                        Sample::at(grid, at)
-                    })
-                    .collect(),
+    pub fn new(reading: &MapReading) -> Self {
+        let mut all = Self::between_neighbours(reading);
+        let (grid, layout) = (reading.grid, &reading.layout);
+        if let Some(cell) = cell_on(grid, layout) {
+            all.is_one_phase = one_phase(layout).contains(&true);
+            let points = |region, points: &[[f64; 2]]| {
+                let places = over_phases(layout, cell, points);
+                let samples = places.into_iter().map(|at| Sample::at(grid, at)).collect();
+                Sampled::of(region, samples)
             };
             all.regions.extend([
-                Sampled { region: Region::Cell, valley: None, samples: inside(grid, low, high) },
+                Sampled::rectangle(grid, cell),
                 points(Region::NinePoints, &POINTS[..9]),
                 points(Region::ThirteenPoints, &POINTS),
             ]);
         }
         all
+    }
+
+    /// True if the nine and thirteen points lie at one phase of the pitch, along rows or columns,
+    /// and are read over all phases for that reason.
+    pub fn is_one_phase(&self) -> bool {
+        self.is_one_phase
     }
 
     /// The forms of [`FORMS`] that this map has, without errors; the peaks are largest bins.
@@ -212,25 +261,43 @@ impl Regions {
 
     /// The forms of [`FORMS`] of `map` (W/mm² by groups) with their errors.
     pub fn estimates(&self, map: &Grouped) -> Vec<(RegionForm, Estimate)> {
+        let near = self.near(map.total());
+        let picks: Vec<Picks> = near.regions.iter().map(|r| r.picks(map.total())).collect();
+        let peak = Sample::bin(largest(map.total()).0);
         let groups = (0..map.count()).into_par_iter();
-        let without: Vec<_> = groups.map(|g| self.squared(&map.without(g))).collect();
-        let plain = self.all(map.total());
+        let without = groups.map(|g| {
+            let map = map.without(g);
+            let regions = near.regions.iter().zip(&picks);
+            let held = regions.map(|(region, picks)| region.at(&map, picks, &peak)).collect();
+            [near.all(&map), held]
+        });
+        let without: Vec<[Vec<Levels>; 2]> = without.collect();
+        let mut plain = self.all(map.total());
         let crossed = self.crossed(map, &plain);
-        let mut position = 0;
+        for ((plain, crossed), region) in plain.iter_mut().zip(&crossed).zip(&self.regions) {
+            if let Some(Valley::Fit(_)) = region.valley {
+                plain.low = crossed.low;
+            }
+        }
+        let event = event(map);
         self.each(|k, form| {
-            let left_out: Vec<f64> = without.iter().map(|values| values[position]).collect();
-            position += 1;
-            let error = spread(&left_out);
-            let of = |levels: &Levels| levels.figure(form, self.full_scale);
+            let squared = |levels: &[Levels]| match form {
+                Form::Variation => ratio(levels[k].variance.max(0.0), levels[k].mean.powi(2)),
+                _ => levels[k].figure(form, self.full_scale),
+            };
+            let [anew, held] = [0, 1].map(|kind| {
+                spread(&without.iter().map(|levels| squared(&levels[kind])).collect::<Vec<f64>>())
+            });
+            let error = anew.max(held);
             if form == Form::Variation {
-                return Estimate::new(crossed[k].variance / crossed[k].mean.powi(2), error).sqrt();
+                return Estimate::new(ratio(crossed[k].variance, crossed[k].mean.powi(2)), error)
+                    .sqrt();
             }
-            let (plain, crossed) = (of(&plain[k]), of(&crossed[k]));
-            Estimate {
-                value: 0.5 * (plain + crossed),
-                standard_error: error,
-                bias_bound: Some(0.5 * (plain - crossed).abs()),
-            }
+            let of = |levels: &Levels| levels.figure(form, self.full_scale);
+            let one_more = event * picks[k].low.concentration();
+            let more = Levels { low: crossed[k].low + one_more, ..crossed[k] };
+            let error = error.hypot(of(&more) - of(&crossed[k]));
+            Estimate::between(of(&plain[k]), of(&crossed[k]), error)
         })
     }
 
@@ -245,13 +312,13 @@ impl Regions {
         self.regions.iter().map(|r| r.levels(map, peak)).collect()
     }
 
-    /// [`Regions::plain`] with the square of the coefficient of variation.
-    fn squared(&self, map: &[f64]) -> Vec<f64> {
-        let square = |(form, value): (RegionForm, f64)| match form.form {
-            Form::Variation => value * value,
-            _ => value,
+    /// What suffices for maps that hardly differ from `map`.
+    fn near(&self, map: &[f64]) -> Self {
+        let near = |region: &Sampled| Sampled {
+            valley: region.valley.as_ref().map(|valley| valley.near(map)),
+            ..region.clone()
         };
-        self.plain(map).into_iter().map(square).collect()
+        Self { regions: self.regions.iter().map(near).collect(), ..*self }
     }
 
     fn each<T>(&self, mut value: impl FnMut(usize, Form) -> T) -> Vec<(RegionForm, T)> {
@@ -265,7 +332,7 @@ impl Regions {
     }
 
     /// Means over halvings of what one half has where the other has its extremes, and of the
-    /// covariance of both. Fitted valleys and means are those of `plain`.
+    /// covariance of both. Means are those of `plain`.
     fn crossed(&self, map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
         let of_split = |split| {
             let [a, b] = map.halves(split);
@@ -274,7 +341,10 @@ impl Regions {
             let crossed = regions.map(|region| region.cross(&a, &b, at_peak));
             crossed.collect::<Vec<_>>()
         };
-        let of_splits: Vec<Vec<Levels>> = map.halvings().into_par_iter().map(of_split).collect();
+        let segments = self.regions.iter().filter_map(|r| r.valley.as_ref().map(Valley::segments));
+        let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(1);
+        let halvings: Vec<usize> = map.halvings().take(affordable).collect();
+        let of_splits: Vec<Vec<Levels>> = halvings.into_par_iter().map(of_split).collect();
         let mut sums = vec![Levels::default(); plain.len()];
         for (region, one) in of_splits.iter().flat_map(|all| all.iter().enumerate()) {
             let sum = &mut sums[region];
@@ -283,17 +353,32 @@ impl Regions {
             sum.variance += one.variance;
         }
         let scale = 1.0 / of_splits.len() as f64;
-        let mean = |((sum, plain), region): ((&Levels, &Levels), &Sampled)| Levels {
-            low: match &region.valley {
-                Some(Valley::Fit(_)) => plain.low,
-                _ => sum.low * scale,
-            },
+        let mean = |(sum, plain): (&Levels, &Levels)| Levels {
+            low: sum.low * scale,
             high: sum.high * scale,
             mean: plain.mean,
             variance: sum.variance * scale,
         };
-        sums.iter().zip(plain).zip(&self.regions).map(mean).collect()
+        sums.iter().zip(plain).map(mean).collect()
     }
+}
+
+/// Most segments that are searched in halves of the paths, over all halvings.
+const MAX_SEGMENTS_READ: usize = 16_384;
+
+/// Power of one path in a bin of `map`, in its unit: the variance of all bins over their sum, as of
+/// counts. Every 16th bin of large maps is looked at.
+fn event(map: &Grouped) -> f64 {
+    let step = (map.total().len() / 65_536).clamp(1, 16);
+    let n = map.count() as f64;
+    let (mut squares, mut sum) = (0.0, 0.0);
+    for bin in (0..map.total().len()).step_by(step) {
+        let mean = map.total()[bin] / n;
+        let deviations = (0..map.count()).map(|g| (map.group(g)[bin] - mean).powi(2));
+        squares += deviations.sum::<f64>() * n / (n - 1.0);
+        sum += map.total()[bin];
+    }
+    ratio(squares, sum)
 }
 
 /// The paper's figures of one illuminance map.
@@ -325,44 +410,108 @@ impl Uniformity {
 }
 
 impl Sampled {
+    /// Samples that all count alike.
+    fn of(region: Region, samples: Vec<Sample>) -> Self {
+        let areas = vec![1.0 / samples.len() as f64; samples.len()];
+        Self { region, areas, extremes: samples.len(), samples, valley: None }
+    }
+
+    /// The bins of a rectangle, by their area inside; those with their middles inside come first.
+    fn rectangle(grid: Grid, [low, high]: [[f64; 2]; 2]) -> Self {
+        let rounding = 1e-9 * grid.bin_mm;
+        // Bin, length inside as a fraction of the bin, and whether the middle lies inside.
+        let line = |k: usize, count: usize| {
+            let half = 0.5 * grid.bin_mm;
+            let bins = (0..count).map(move |i| (i, grid.centre_mm(i, count)));
+            let parts = bins.map(move |(i, at)| {
+                let inside = (at + half).min(high[k]) - (at - half).max(low[k]);
+                let has_middle = at >= low[k] - rounding && at <= high[k] + rounding;
+                (i, inside / grid.bin_mm, has_middle)
+            });
+            parts.filter(|part| part.1 > 1e-9).collect::<Vec<_>>()
+        };
+        let (columns, rows) = (line(0, grid.columns), line(1, grid.rows));
+        let bins = rows.iter().flat_map(|(j, height, row)| {
+            let bin = move |(i, width, column): &(usize, f64, bool)| {
+                (Sample::bin(j * grid.columns + i), width * height, *row && *column)
+            };
+            columns.iter().map(bin)
+        });
+        let (within, border): (Vec<_>, Vec<_>) = bins.partition(|(_, _, has_middle)| *has_middle);
+        let extremes = within.len();
+        let all = within.into_iter().chain(border);
+        let (samples, mut areas): (Vec<_>, Vec<_>) = all.map(|(s, area, _)| (s, area)).unzip();
+        let whole: f64 = areas.iter().sum();
+        areas.iter_mut().for_each(|area| *area /= whole);
+        Self { region: Region::Cell, samples, areas, extremes, valley: None }
+    }
+
+    fn mean(&self, values: &[f64]) -> f64 {
+        values.iter().zip(&self.areas).map(|(value, area)| value * area).sum()
+    }
+
+    fn values(&self, map: &[f64]) -> Vec<f64> {
+        self.samples.iter().map(|s| s.of(map)).collect()
+    }
+
+    /// Covariance of the values of two maps over the region.
+    fn covariance(&self, a: &[f64], b: &[f64]) -> f64 {
+        let (mean_a, mean_b) = (self.mean(a), self.mean(b));
+        let products = a.iter().zip(b).zip(&self.areas);
+        products.map(|((a, b), area)| (a - mean_a) * (b - mean_b) * area).sum()
+    }
+
     fn levels(&self, map: &[f64], peak: f64) -> Levels {
-        let values = || self.samples.iter().map(|s| s.of(map));
-        let count = self.samples.len() as f64;
-        let mean = values().sum::<f64>() / count;
-        let least = || values().fold(f64::INFINITY, f64::min);
+        let values = self.values(map);
+        let extremes = || values[..self.extremes].iter().copied();
         Levels {
-            low: self.valley.as_ref().map_or_else(least, |v| v.minimum(map)),
+            low: match &self.valley {
+                Some(valley) => valley.minimum(map),
+                None => extremes().fold(f64::INFINITY, f64::min),
+            },
             high: match self.valley {
                 Some(_) => peak,
-                None => values().fold(f64::NEG_INFINITY, f64::max),
+                None => extremes().fold(f64::NEG_INFINITY, f64::max),
             },
-            mean,
-            variance: values().map(|v| (v - mean).powi(2)).sum::<f64>() / count,
+            mean: self.mean(&values),
+            variance: self.covariance(&values, &values),
+        }
+    }
+
+    /// Places of the extremes of `map`.
+    fn picks(&self, map: &[f64]) -> Picks {
+        let values = self.values(map);
+        let places: Vec<usize> = (0..self.extremes).collect();
+        let low = || Pick::Sample(self.samples[smallest(&values, &places)]);
+        Picks {
+            low: self.valley.as_ref().map_or_else(low, |v| Pick::Valley(v.lowest(map))),
+            high: Pick::Sample(self.samples[largest(&values[..self.extremes]).0]),
+        }
+    }
+
+    /// Levels of `map` with the extremes at given places.
+    fn at(&self, map: &[f64], picks: &Picks, peak: &Sample) -> Levels {
+        let values = self.values(map);
+        Levels {
+            low: picks.low.of(map),
+            high: if self.valley.is_some() { peak.of(map) } else { picks.high.of(map) },
+            mean: self.mean(&values),
+            variance: self.covariance(&values, &values),
         }
     }
 
     /// What one of two halves has where the other has its extremes, and their covariance; no mean.
     fn cross(&self, a: &[f64], b: &[f64], at_peak: f64) -> Levels {
-        let [in_a, in_b] =
-            [a, b].map(|half| self.samples.iter().map(|s| s.of(half)).collect::<Vec<f64>>());
-        let places: Vec<usize> = (0..in_a.len()).collect();
-        let swapped =
-            |pick: &dyn Fn(&[f64]) -> usize| 0.5 * (in_b[pick(&in_a)] + in_a[pick(&in_b)]);
-        let low = match &self.valley {
-            Some(Valley::Bins(bins)) => 0.5 * (b[smallest(a, bins)] + a[smallest(b, bins)]),
-            Some(Valley::Fit(_)) => 0.0,
-            None => swapped(&|values| smallest(values, &places)),
-        };
-        let high = match self.valley {
-            Some(_) => at_peak,
-            None => swapped(&|values| largest(values).0),
-        };
-        let count = in_a.len() as f64;
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
-        let (mean_a, mean_b) = (mean(&in_a), mean(&in_b));
-        let products = in_a.iter().zip(&in_b);
-        let products = products.map(|(a, b)| (a - mean_a) * (b - mean_b));
-        Levels { low, high, mean: 0.0, variance: products.sum::<f64>() / count }
+        let (in_a, in_b) = (self.picks(a), self.picks(b));
+        Levels {
+            low: 0.5 * (in_a.low.of(b) + in_b.low.of(a)),
+            high: match self.valley {
+                Some(_) => at_peak,
+                None => 0.5 * (in_a.high.of(b) + in_b.high.of(a)),
+            },
+            mean: 0.0,
+            variance: self.covariance(&self.values(a), &self.values(b)),
+        }
     }
 }
 
@@ -402,12 +551,10 @@ fn cell_on(grid: Grid, layout: &Layout) -> Option<[[f64; 2]; 2]> {
     cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
 }
 
-/// Mean of `map` over the bins whose middles lie in the cell; `None` without a cell.
+/// Mean of `map` over the cell; `None` without a cell.
 pub fn mean_over_cell(grid: Grid, layout: &Layout, map: &[f64]) -> Option<f64> {
-    let [low, high] = cell_on(grid, layout)?;
-    let samples = inside(grid, low, high);
-    let sum: f64 = samples.iter().map(|sample| sample.of(map)).sum();
-    Some(sum / samples.len() as f64)
+    let region = Sampled::rectangle(grid, cell_on(grid, layout)?);
+    Some(region.mean(&region.values(map)))
 }
 
 /// Values of `map` at the nine points of the cell; `None` without a cell.
@@ -420,12 +567,45 @@ pub fn nine_points(grid: Grid, layout: &Layout, map: &[f64]) -> Option<[f64; 9]>
     Some(points)
 }
 
-/// Bins with their middles in a rectangle.
-fn inside(grid: Grid, low: [f64; 2], high: [f64; 2]) -> Vec<Sample> {
-    let within = |k: usize, at: f64| at >= low[k] && at <= high[k];
-    let columns = || (0..grid.columns).filter(|i| within(0, grid.centre_mm(*i, grid.columns)));
-    let rows = (0..grid.rows).filter(|j| within(1, grid.centre_mm(*j, grid.rows)));
-    rows.flat_map(|j| columns().map(move |i| Sample::bin(j * grid.columns + i))).collect()
+/// Positions in a pitch that count as one.
+const SAME_PHASE: f64 = 0.1;
+
+/// Positions in a pitch at which points are read that see one phase of it alone.
+const PHASES: usize = 12;
+
+/// True of columns and of rows if the nine points see one phase of the pitch there. A phase and its
+/// mirror image are one. LEDs that do not stand in rows and columns have no phase.
+fn one_phase(layout: &Layout) -> [bool; 2] {
+    let is_one = |count: usize| {
+        let phase = |u: f64| {
+            let place = (u * (count as f64 - 1.0)).rem_euclid(1.0);
+            place.min(1.0 - place)
+        };
+        let phases = [POINTS[0][0], POINTS[1][0]].map(phase);
+        count > 1 && (phases[0] - phases[1]).abs() < SAME_PHASE
+    };
+    layout.counts().map_or([false; 2], |counts| counts.map(is_one))
+}
+
+/// Places of `points` of the cell; where they see one phase of the pitch, at all phases of it.
+fn over_phases(layout: &Layout, [low, high]: [[f64; 2]; 2], points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let counts = layout.counts().unwrap_or([1; 2]);
+    let shifts = [0, 1].map(|k| match one_phase(layout)[k] {
+        true => {
+            let pitch = (high[k] - low[k]) / (counts[k] as f64 - 1.0);
+            let shift = |phase| pitch * (phase as f64 / PHASES as f64 - 0.5);
+            (0..PHASES).map(shift).collect()
+        }
+        false => vec![0.0],
+    });
+    let place = |u: f64, k: usize, shift: f64| {
+        (low[k] + u * (high[k] - low[k]) + shift).clamp(low[k], high[k])
+    };
+    let all = points.iter().flat_map(|[u, v]| {
+        let of_row = shifts[1].iter().map(move |y| (u, v, y));
+        of_row.flat_map(|(u, v, y)| shifts[0].iter().map(move |x| (*u, *v, *x, *y)))
+    });
+    all.map(|(u, v, x, y)| [place(u, 0, x), place(v, 1, y)]).collect()
 }
 
 /// Samples half a bin apart along `segments`, or the bins that these pass through.
@@ -487,11 +667,11 @@ mod tests {
     }
 
     fn reading_of(layout: Layout, valley: ValleyReading) -> MapReading {
-        MapReading { grid: GRID, layout, full_scale: 256.0, valley }
+        MapReading::new(GRID, layout, 256.0, valley)
     }
 
     fn estimates(map: &Grouped, reading: ValleyReading) -> Vec<(RegionForm, Estimate)> {
-        Regions::new(&reading_of(layout(), reading), map.total()).estimates(map)
+        Regions::new(&reading_of(layout(), reading)).estimates(map)
     }
 
     fn value(all: &[(RegionForm, Estimate)], key: &str) -> Estimate {
@@ -561,12 +741,12 @@ mod tests {
     fn a_row_has_no_diagonal_and_no_cell() {
         let row = Layout::rectangular(vec![[-4.0, 0.0], [4.0, 0.0]], 2, 1, PITCH);
         let seen = map(0.5, 0.0, 2);
-        let regions = Regions::new(&reading_of(row, ValleyReading::Fit), seen.total());
+        let regions = Regions::new(&reading_of(row, ValleyReading::Fit));
         let found = regions.plain(seen.total());
         assert_eq!(found.len(), 4);
         assert!(found.iter().all(|(form, _)| form.region == Region::Segment));
         let one = Layout::rectangular(vec![[0.0, 0.0]], 1, 1, PITCH);
-        let none = Regions::new(&reading_of(one, ValleyReading::Fit), seen.total());
+        let none = Regions::new(&reading_of(one, ValleyReading::Fit));
         assert!(none.plain(seen.total()).is_empty());
     }
 }
