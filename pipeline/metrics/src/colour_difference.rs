@@ -31,11 +31,7 @@ pub fn estimate(values: &Grouped) -> Option<Estimate> {
     let crossed: Option<Vec<f64>> = halvings.map(|k| crossed(&values.halves(k))).collect();
     let crossed = crossed?;
     let crossed = (crossed.iter().sum::<f64>() / crossed.len() as f64).max(0.0);
-    Some(Estimate {
-        value: 0.5 * (found + crossed),
-        standard_error: spread(&without?),
-        bias_bound: Some(0.5 * (found - crossed).abs()),
-    })
+    Some(Estimate::between(found, crossed, spread(&without?)))
 }
 
 /// What each half has along the largest difference of the other.

@@ -15,7 +15,8 @@ pub struct Estimate {
     /// One standard deviation of the value.
     #[serde(deserialize_with = "standard_error")]
     pub standard_error: f64,
-    /// For figures that pick a largest or smallest bin: bound of the bias that picking leaves.
+    /// For figures that pick a largest or smallest bin: bound b of the bias that picking leaves.
+    /// The standard error holds b/√3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
 }
@@ -24,6 +25,22 @@ impl Estimate {
     /// A value with its standard error and no selection in it.
     pub fn new(value: f64, standard_error: f64) -> Self {
         Self { value, standard_error, bias_bound: None }
+    }
+
+    /// A value with scatter `scatter` that lies anywhere between two others: their middle.
+    pub fn between(low: f64, high: f64, scatter: f64) -> Self {
+        let bound = 0.5 * (high - low).abs();
+        Self {
+            value: 0.5 * (low + high),
+            standard_error: scatter.hypot(bound / 3f64.sqrt()),
+            bias_bound: Some(bound),
+        }
+    }
+
+    /// True unless the bias that picking may leave exceeds the scatter.
+    pub fn is_resolved(&self) -> bool {
+        // σ² + b²/3 is the square of the error.
+        self.bias_bound.is_none_or(|bound| bound <= 0.75f64.sqrt() * self.standard_error)
     }
 
     /// The square root; that of a value that noise drives below 0 is 0. The error is the larger of

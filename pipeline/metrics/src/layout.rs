@@ -8,6 +8,7 @@ pub struct Layout {
     pub axes_mm: Vec<[f64; 2]>,
     /// Distance of neighbours, mm.
     pub pitch_mm: f64,
+    counts: Option<[usize; 2]>,
     straight: Vec<[usize; 2]>,
     diagonal: Vec<[usize; 2]>,
 }
@@ -34,7 +35,7 @@ impl Layout {
                 diagonal.push([at(i, j - 1), at(i - 1, j)]);
             }
         }
-        Self { axes_mm, pitch_mm, straight, diagonal }
+        Self { axes_mm, pitch_mm, counts: Some([columns, rows]), straight, diagonal }
     }
 
     /// LEDs anywhere: neighbours are those one pitch apart, within a thousandth. There are no
@@ -54,7 +55,12 @@ impl Layout {
             }
         }
         straight.sort_unstable();
-        Self { axes_mm, pitch_mm, straight, diagonal: Vec::new() }
+        Self { axes_mm, pitch_mm, counts: None, straight, diagonal: Vec::new() }
+    }
+
+    /// Columns and rows; `None` of LEDs anywhere.
+    pub fn counts(&self) -> Option<[usize; 2]> {
+        self.counts
     }
 
     fn segments(&self, pairs: &[[usize; 2]]) -> Vec<[[f64; 2]; 2]> {

@@ -10,7 +10,7 @@
 use super::Grouped;
 use super::illuminance::Grid;
 use super::layout::Layout;
-use super::valley::Valley;
+use super::valley::{Lowest, Valley};
 
 /// How the valley between neighbours is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,15 +22,9 @@ pub enum ValleyReading {
 }
 
 impl ValleyReading {
-    fn valley(
-        self,
-        grid: Grid,
-        map: &[f64],
-        segments: &[[[f64; 2]; 2]],
-        pitch_mm: f64,
-    ) -> Option<Valley> {
+    fn valley(self, grid: Grid, segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> Option<Valley> {
         match self {
-            Self::Fit => Valley::fit(grid, map, segments, pitch_mm),
+            Self::Fit => Valley::fit(grid, segments, pitch_mm),
             Self::Bins => Valley::bins(grid, segments),
         }
     }
@@ -40,34 +34,40 @@ impl ValleyReading {
 #[derive(Debug, Clone)]
 pub struct MapReading {
     /// Bins of the maps.
-    pub grid: Grid,
+    pub(super) grid: Grid,
     /// LEDs below them.
-    pub layout: Layout,
+    pub(super) layout: Layout,
     /// Level that the largest illuminance is scaled to before the logarithm.
-    pub full_scale: f64,
+    pub(super) full_scale: f64,
     /// How the valley is read.
-    pub valley: ValleyReading,
+    pub(super) reading: ValleyReading,
+    /// Between LEDs next to each other; `None` without any, or with bins too coarse for the fit.
+    pub(super) straight: Option<Valley>,
+    /// Across the diagonals of four.
+    pub(super) diagonal: Option<Valley>,
 }
 
 impl MapReading {
-    pub(super) fn valley(&self, map: &[f64], segments: &[[[f64; 2]; 2]]) -> Option<Valley> {
-        let pitch_mm = self.layout.pitch_mm;
-        self.valley.valley(self.grid, map, segments, pitch_mm)
+    /// Of maps on `grid` above the LEDs of `layout`, scaled to `full_scale` before the logarithm.
+    pub fn new(grid: Grid, layout: Layout, full_scale: f64, reading: ValleyReading) -> Self {
+        let valley = |segments: &[_]| reading.valley(grid, segments, layout.pitch_mm);
+        let (straight, diagonal) = (valley(&layout.straight()), valley(&layout.diagonal()));
+        Self { grid, layout, full_scale, reading, straight, diagonal }
     }
 
     /// Valleys on the straight segments and on the diagonals. A single row has no diagonal and
     /// repeats the straight valley.
-    fn valleys(&self, map: &[f64]) -> Option<[Valley; 2]> {
-        let straight = self.valley(map, &self.layout.straight())?;
-        let diagonal = self.valley(map, &self.layout.diagonal());
-        let diagonal = diagonal.unwrap_or_else(|| straight.clone());
+    fn valleys(&self, map: &[f64]) -> Option<[Lowest; 2]> {
+        let straight = self.straight.as_ref()?.lowest(map);
+        let diagonal = self.diagonal.as_ref();
+        let diagonal = diagonal.map_or_else(|| straight.clone(), |valley| valley.lowest(map));
         Some([straight, diagonal])
     }
 
     /// Where the valleys and the peak of `map` are; `None` as for [`MapReading::plain`].
     pub fn places(&self, map: &[f64]) -> Option<Places> {
         let valleys = self.valleys(map)?;
-        let [straight_mm, diagonal_mm] = valleys.map(|valley| valley.place_mm(self.grid, map));
+        let [straight_mm, diagonal_mm] = valleys.map(|lowest| lowest.place_mm(self.grid));
         Some(Places { straight_mm, diagonal_mm, peak_mm: self.grid.middle_mm(largest(map).0) })
     }
 
@@ -76,7 +76,7 @@ impl MapReading {
     pub fn plain(&self, map: &[f64]) -> Option<[f64; 3]> {
         let peak = largest(map).1;
         let valleys = self.valleys(map)?;
-        let [low, corner] = valleys.map(|valley| ratio(valley.minimum(map), peak));
+        let [low, corner] = valleys.map(|lowest| ratio(lowest.value(map), peak));
         let on_scale = |v: f64| logarithmic(v, self.full_scale);
         Some([on_scale(low), on_scale(corner), low])
     }
@@ -153,7 +153,7 @@ mod tests {
         full_scale: f64,
         valley: ValleyReading,
     ) -> MapReading {
-        MapReading { grid, layout: layout.clone(), full_scale, valley }
+        MapReading::new(grid, layout.clone(), full_scale, valley)
     }
 
     fn uniformity(
@@ -164,7 +164,7 @@ mod tests {
         reading: ValleyReading,
     ) -> Option<Uniformity> {
         let reading = reading_of(grid, layout, full_scale, reading);
-        let regions = Regions::between_neighbours(&reading, map.total());
+        let regions = Regions::between_neighbours(&reading);
         Uniformity::of(&regions.estimates(map))
     }
 

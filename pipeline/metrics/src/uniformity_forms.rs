@@ -7,29 +7,45 @@
 //! | valley/peak | L_min / L_max |
 //! | min/mean | L_min / L_mean, "U0" of EN 12464-1 |
 //! | coefficient of variation | σ / L_mean, σ² the variance of L over the region |
-//! | logarithmic | max(0, 1 + ln(L_min / L_max) / ln `full_scale`) ([`logarithmic`]) |
+//! | logarithmic | max(0, 1 + ln(L_min / L_max) / ln `full_scale`) ([`logarithmic`](super::uniformity::logarithmic)) |
 //! | nine points | L_min / L_max of the middles of 3 × 3 equal parts of the cell (ANSI/NAPM IT7.228) |
 //! | thirteen points | the same with a point in each corner, a tenth of the way to the centre |
 //!
 //! Segments join LEDs next to each other and diagonals those across a square of four; both refer
 //! their lowest value to the largest of the whole map. The cell is the rectangle between the
-//! outermost LED axes.
+//! outermost LED axes; bins on its border count by the area inside, and for extremes if their middle
+//! lies inside. Where nine or thirteen points see one phase of the pitch, each is read over all
+//! phases ([`Regions::is_one_phase`]).
 //!
-//! An extreme of noisy bins is biased. A valley read from a local fit ([`super::valley`]) has no
-//! bias to speak of. The peak is the largest bin, which lies above the true maximum on average; the
-//! place that one half of the paths picks, read in the other half, lies below it. The reported
-//! value is the middle of both, averaged over many halvings, and half their distance bounds its
-//! bias. A smallest bin is treated likewise, with the signs exchanged.
+//! An extreme of noisy bins is biased. The peak is the largest bin, which lies above the true maximum
+//! on average; the place that one half of the paths picks, read in the other half, lies below it.
+//! The reported value is the middle of both, averaged over many halvings, and half their distance b
+//! bounds its bias. A smallest bin is treated likewise, with the signs exchanged. The standard error
+//! holds the scatter σ and, as that of a value anywhere between the two, b/√3. With b above σ the
+//! figure is not resolved ([`Estimate::is_resolved`]).
+//!
+//! The valley of a local fit ([`super::valley`]) is read in one half where the other is lowest. It
+//! has no bias of choice among valleys of one depth, and one below the error among others.
+//!
+//! The scatter is the larger of two jackknife errors, one that picks extremes anew without each
+//! group and one that reads them at one place. Where a few paths decide, neither sees the paths that
+//! might have come: what one path more at the smallest place changes is added, so that no error is 0
+//! and three errors are the three paths of an empty bin at 95 % confidence.
 //!
 //! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
 //! paths does not, and is averaged over many halvings.
 
+mod sampled;
+
 use rayon::prelude::*;
 
-use super::illuminance::Grid;
+use self::sampled::{
+    Levels, POINTS, Picks, Sample, Sampled, along, cell_on, one_phase, over_phases,
+};
+pub use self::sampled::{cell, mean_over_cell, nine_points};
+
 use super::jackknife::spread;
-use super::layout::Layout;
-use super::uniformity::{MapReading, ValleyReading, largest, logarithmic, ratio, smallest};
+use super::uniformity::{MapReading, largest, ratio};
 use super::valley::Valley;
 use super::{Estimate, Grouped};
 
@@ -100,108 +116,53 @@ pub const FORMS: [RegionForm; 14] = {
     ]
 };
 
-/// A weighted mean of up to four bins.
-#[derive(Debug, Clone, Copy)]
-struct Sample {
-    bins: [usize; 4],
-    weights: [f64; 4],
-}
-
-impl Sample {
-    /// Bin `k` alone.
-    fn bin(k: usize) -> Self {
-        Self { bins: [k; 4], weights: [1.0, 0.0, 0.0, 0.0] }
-    }
-
-    /// Bilinear interpolation at `[x, y]`, mm, as [`Grid::at`].
-    fn at(grid: Grid, [x, y]: [f64; 2]) -> Self {
-        let (bins, [a, b]) = grid.corners(x, y);
-        let weights = [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b];
-        Self { bins, weights }
-    }
-
-    fn of(&self, map: &[f64]) -> f64 {
-        self.bins.iter().zip(self.weights).map(|(k, w)| w * map[*k]).sum()
-    }
-}
-
-/// One region of a map: where it is sampled, and how its lowest value is read.
-#[derive(Debug, Clone)]
-struct Sampled {
-    region: Region,
-    samples: Vec<Sample>,
-    /// Of segments and diagonals; elsewhere the smallest sample.
-    valley: Option<Valley>,
-}
-
-/// Values of one region in one map.
-#[derive(Debug, Clone, Copy, Default)]
-struct Levels {
-    low: f64,
-    high: f64,
-    mean: f64,
-    variance: f64,
-}
-
-impl Levels {
-    fn figure(&self, form: Form, full_scale: f64) -> f64 {
-        match form {
-            Form::ValleyToPeak => ratio(self.low, self.high),
-            Form::MinToMean => ratio(self.low, self.mean),
-            Form::Variation => ratio(self.variance.max(0.0).sqrt(), self.mean),
-            Form::Logarithmic => logarithmic(ratio(self.low, self.high), full_scale),
-        }
-    }
-}
-
 /// The regions of a map of one design.
 #[derive(Debug, Clone)]
 pub struct Regions {
     regions: Vec<Sampled>,
     full_scale: f64,
+    is_one_phase: bool,
 }
 
 impl Regions {
-    /// Segments and diagonals that the layout has. A fit has its window where the valley of `map`
-    /// is.
-    pub fn between_neighbours(reading: &MapReading, map: &[f64]) -> Self {
-        let lines = |region, segments: &[[[f64; 2]; 2]]| {
-            Some(Sampled {
-                region,
-                valley: Some(reading.valley(map, segments)?),
-                samples: along(reading.grid, segments, reading.valley),
-            })
+    /// Segments and diagonals that the layout has.
+    pub fn between_neighbours(reading: &MapReading) -> Self {
+        let lines = |region, valley: &Option<Valley>, segments: Vec<_>| {
+            let samples = along(reading.grid, &segments, reading.reading);
+            Some(Sampled { valley: Some(valley.clone()?), ..Sampled::of(region, samples) })
         };
         let regions = [
-            lines(Region::Segment, &reading.layout.straight()),
-            lines(Region::Diagonal, &reading.layout.diagonal()),
+            lines(Region::Segment, &reading.straight, reading.layout.straight()),
+            lines(Region::Diagonal, &reading.diagonal, reading.layout.diagonal()),
         ];
-        Self { regions: regions.into_iter().flatten().collect(), full_scale: reading.full_scale }
+        let regions = regions.into_iter().flatten().collect();
+        Self { regions, full_scale: reading.full_scale, is_one_phase: false }
     }
 
     /// [`Regions::between_neighbours`], and the cell.
-    pub fn new(reading: &MapReading, map: &[f64]) -> Self {
-        let mut all = Self::between_neighbours(reading, map);
-        let grid = reading.grid;
-        if let Some([low, high]) = cell_on(grid, &reading.layout) {
-            let points = |region, places: &[[f64; 2]]| Sampled {
-                region,
-                valley: None,
-                samples: places
-                    .iter()
-                    .map(|[u, v]| {
-                        let at = [(u, 0), (v, 1)].map(|(u, k)| low[k] + u * (high[k] - low[k]));
-                        Sample::at(grid, at)
-                    })
-                    .collect(),
+    pub fn new(reading: &MapReading) -> Self {
+        let mut all = Self::between_neighbours(reading);
+        let (grid, layout) = (reading.grid, &reading.layout);
+        if let Some(cell) = cell_on(grid, layout) {
+            all.is_one_phase = one_phase(layout).contains(&true);
+            let points = |region, points: &[[f64; 2]]| {
+                let places = over_phases(layout, cell, points);
+                let samples = places.into_iter().map(|at| Sample::at(grid, at)).collect();
+                Sampled::of(region, samples)
             };
             all.regions.extend([
-                Sampled { region: Region::Cell, valley: None, samples: inside(grid, low, high) },
+                Sampled::rectangle(grid, cell),
                 points(Region::NinePoints, &POINTS[..9]),
                 points(Region::ThirteenPoints, &POINTS),
             ]);
         }
         all
+    }
+
+    /// True if the nine and thirteen points lie at one phase of the pitch, along rows or columns,
+    /// and are read over all phases for that reason.
+    pub fn is_one_phase(&self) -> bool {
+        self.is_one_phase
     }
 
     /// The forms of [`FORMS`] that this map has, without errors; the peaks are largest bins.
@@ -212,25 +173,43 @@ impl Regions {
 
     /// The forms of [`FORMS`] of `map` (W/mm² by groups) with their errors.
     pub fn estimates(&self, map: &Grouped) -> Vec<(RegionForm, Estimate)> {
+        let near = self.near(map.total());
+        let picks: Vec<Picks> = near.regions.iter().map(|r| r.picks(map.total())).collect();
+        let peak = Sample::bin(largest(map.total()).0);
         let groups = (0..map.count()).into_par_iter();
-        let without: Vec<_> = groups.map(|g| self.squared(&map.without(g))).collect();
-        let plain = self.all(map.total());
+        let without = groups.map(|g| {
+            let map = map.without(g);
+            let regions = near.regions.iter().zip(&picks);
+            let held = regions.map(|(region, picks)| region.at(&map, picks, &peak)).collect();
+            [near.all(&map), held]
+        });
+        let without: Vec<[Vec<Levels>; 2]> = without.collect();
+        let mut plain = self.all(map.total());
         let crossed = self.crossed(map, &plain);
-        let mut position = 0;
+        for ((plain, crossed), region) in plain.iter_mut().zip(&crossed).zip(&self.regions) {
+            if let Some(Valley::Fit(_)) = region.valley {
+                plain.low = crossed.low;
+            }
+        }
+        let event = event(map);
         self.each(|k, form| {
-            let left_out: Vec<f64> = without.iter().map(|values| values[position]).collect();
-            position += 1;
-            let error = spread(&left_out);
-            let of = |levels: &Levels| levels.figure(form, self.full_scale);
+            let squared = |levels: &[Levels]| match form {
+                Form::Variation => ratio(levels[k].variance.max(0.0), levels[k].mean.powi(2)),
+                _ => levels[k].figure(form, self.full_scale),
+            };
+            let [anew, held] = [0, 1].map(|kind| {
+                spread(&without.iter().map(|levels| squared(&levels[kind])).collect::<Vec<f64>>())
+            });
+            let error = anew.max(held);
             if form == Form::Variation {
-                return Estimate::new(crossed[k].variance / crossed[k].mean.powi(2), error).sqrt();
+                return Estimate::new(ratio(crossed[k].variance, crossed[k].mean.powi(2)), error)
+                    .sqrt();
             }
-            let (plain, crossed) = (of(&plain[k]), of(&crossed[k]));
-            Estimate {
-                value: 0.5 * (plain + crossed),
-                standard_error: error,
-                bias_bound: Some(0.5 * (plain - crossed).abs()),
-            }
+            let of = |levels: &Levels| levels.figure(form, self.full_scale);
+            let one_more = event * picks[k].low.concentration();
+            let more = Levels { low: crossed[k].low + one_more, ..crossed[k] };
+            let error = error.hypot(of(&more) - of(&crossed[k]));
+            Estimate::between(of(&plain[k]), of(&crossed[k]), error)
         })
     }
 
@@ -245,13 +224,13 @@ impl Regions {
         self.regions.iter().map(|r| r.levels(map, peak)).collect()
     }
 
-    /// [`Regions::plain`] with the square of the coefficient of variation.
-    fn squared(&self, map: &[f64]) -> Vec<f64> {
-        let square = |(form, value): (RegionForm, f64)| match form.form {
-            Form::Variation => value * value,
-            _ => value,
+    /// What suffices for maps that hardly differ from `map`.
+    fn near(&self, map: &[f64]) -> Self {
+        let near = |region: &Sampled| Sampled {
+            valley: region.valley.as_ref().map(|valley| valley.near(map)),
+            ..region.clone()
         };
-        self.plain(map).into_iter().map(square).collect()
+        Self { regions: self.regions.iter().map(near).collect(), ..*self }
     }
 
     fn each<T>(&self, mut value: impl FnMut(usize, Form) -> T) -> Vec<(RegionForm, T)> {
@@ -265,7 +244,7 @@ impl Regions {
     }
 
     /// Means over halvings of what one half has where the other has its extremes, and of the
-    /// covariance of both. Fitted valleys and means are those of `plain`.
+    /// covariance of both. Means are those of `plain`.
     fn crossed(&self, map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
         let of_split = |split| {
             let [a, b] = map.halves(split);
@@ -274,7 +253,10 @@ impl Regions {
             let crossed = regions.map(|region| region.cross(&a, &b, at_peak));
             crossed.collect::<Vec<_>>()
         };
-        let of_splits: Vec<Vec<Levels>> = map.halvings().into_par_iter().map(of_split).collect();
+        let segments = self.regions.iter().filter_map(|r| r.valley.as_ref().map(Valley::segments));
+        let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(1);
+        let halvings: Vec<usize> = map.halvings().take(affordable).collect();
+        let of_splits: Vec<Vec<Levels>> = halvings.into_par_iter().map(of_split).collect();
         let mut sums = vec![Levels::default(); plain.len()];
         for (region, one) in of_splits.iter().flat_map(|all| all.iter().enumerate()) {
             let sum = &mut sums[region];
@@ -283,17 +265,32 @@ impl Regions {
             sum.variance += one.variance;
         }
         let scale = 1.0 / of_splits.len() as f64;
-        let mean = |((sum, plain), region): ((&Levels, &Levels), &Sampled)| Levels {
-            low: match &region.valley {
-                Some(Valley::Fit(_)) => plain.low,
-                _ => sum.low * scale,
-            },
+        let mean = |(sum, plain): (&Levels, &Levels)| Levels {
+            low: sum.low * scale,
             high: sum.high * scale,
             mean: plain.mean,
             variance: sum.variance * scale,
         };
-        sums.iter().zip(plain).zip(&self.regions).map(mean).collect()
+        sums.iter().zip(plain).map(mean).collect()
     }
+}
+
+/// Most segments that are searched in halves of the paths, over all halvings.
+const MAX_SEGMENTS_READ: usize = 16_384;
+
+/// Power of one path in a bin of `map`, in its unit: the variance of all bins over their sum, as of
+/// counts. Every 16th bin of large maps is looked at.
+fn event(map: &Grouped) -> f64 {
+    let step = (map.total().len() / 65_536).clamp(1, 16);
+    let n = map.count() as f64;
+    let (mut squares, mut sum) = (0.0, 0.0);
+    for bin in (0..map.total().len()).step_by(step) {
+        let mean = map.total()[bin] / n;
+        let deviations = (0..map.count()).map(|g| (map.group(g)[bin] - mean).powi(2));
+        squares += deviations.sum::<f64>() * n / (n - 1.0);
+        sum += map.total()[bin];
+    }
+    ratio(squares, sum)
 }
 
 /// The paper's figures of one illuminance map.
@@ -324,133 +321,14 @@ impl Uniformity {
     }
 }
 
-impl Sampled {
-    fn levels(&self, map: &[f64], peak: f64) -> Levels {
-        let values = || self.samples.iter().map(|s| s.of(map));
-        let count = self.samples.len() as f64;
-        let mean = values().sum::<f64>() / count;
-        let least = || values().fold(f64::INFINITY, f64::min);
-        Levels {
-            low: self.valley.as_ref().map_or_else(least, |v| v.minimum(map)),
-            high: match self.valley {
-                Some(_) => peak,
-                None => values().fold(f64::NEG_INFINITY, f64::max),
-            },
-            mean,
-            variance: values().map(|v| (v - mean).powi(2)).sum::<f64>() / count,
-        }
-    }
-
-    /// What one of two halves has where the other has its extremes, and their covariance; no mean.
-    fn cross(&self, a: &[f64], b: &[f64], at_peak: f64) -> Levels {
-        let [in_a, in_b] =
-            [a, b].map(|half| self.samples.iter().map(|s| s.of(half)).collect::<Vec<f64>>());
-        let places: Vec<usize> = (0..in_a.len()).collect();
-        let swapped =
-            |pick: &dyn Fn(&[f64]) -> usize| 0.5 * (in_b[pick(&in_a)] + in_a[pick(&in_b)]);
-        let low = match &self.valley {
-            Some(Valley::Bins(bins)) => 0.5 * (b[smallest(a, bins)] + a[smallest(b, bins)]),
-            Some(Valley::Fit(_)) => 0.0,
-            None => swapped(&|values| smallest(values, &places)),
-        };
-        let high = match self.valley {
-            Some(_) => at_peak,
-            None => swapped(&|values| largest(values).0),
-        };
-        let count = in_a.len() as f64;
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
-        let (mean_a, mean_b) = (mean(&in_a), mean(&in_b));
-        let products = in_a.iter().zip(&in_b);
-        let products = products.map(|(a, b)| (a - mean_a) * (b - mean_b));
-        Levels { low, high, mean: 0.0, variance: products.sum::<f64>() / count }
-    }
-}
-
-/// Positions in the unit square: the middles of 3 × 3 parts, then a point in every corner.
-const POINTS: [[f64; 2]; 13] = {
-    const L: f64 = 1.0 / 6.0;
-    const M: f64 = 0.5;
-    const H: f64 = 5.0 / 6.0;
-    [
-        [L, L],
-        [M, L],
-        [H, L],
-        [L, M],
-        [M, M],
-        [H, M],
-        [L, H],
-        [M, H],
-        [H, H],
-        [0.05, 0.05],
-        [0.95, 0.05],
-        [0.05, 0.95],
-        [0.95, 0.95],
-    ]
-};
-
-/// Corners of the rectangle between the outermost LED axes, mm.
-pub fn cell(layout: &Layout) -> Option<[[f64; 2]; 2]> {
-    let first = *layout.axes_mm.first()?;
-    let grow = |[low, high]: [[f64; 2]; 2], axis: &[f64; 2]| {
-        [[low[0].min(axis[0]), low[1].min(axis[1])], [high[0].max(axis[0]), high[1].max(axis[1])]]
-    };
-    Some(layout.axes_mm.iter().fold([first; 2], grow))
-}
-
-/// The cell, if it is at least two bins of `grid` wide.
-fn cell_on(grid: Grid, layout: &Layout) -> Option<[[f64; 2]; 2]> {
-    cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
-}
-
-/// Mean of `map` over the bins whose middles lie in the cell; `None` without a cell.
-pub fn mean_over_cell(grid: Grid, layout: &Layout, map: &[f64]) -> Option<f64> {
-    let [low, high] = cell_on(grid, layout)?;
-    let samples = inside(grid, low, high);
-    let sum: f64 = samples.iter().map(|sample| sample.of(map)).sum();
-    Some(sum / samples.len() as f64)
-}
-
-/// Values of `map` at the nine points of the cell; `None` without a cell.
-pub fn nine_points(grid: Grid, layout: &Layout, map: &[f64]) -> Option<[f64; 9]> {
-    let [low, high] = cell_on(grid, layout)?;
-    let points = std::array::from_fn(|k| {
-        let at = [0, 1].map(|i| low[i] + POINTS[k][i] * (high[i] - low[i]));
-        Sample::at(grid, at).of(map)
-    });
-    Some(points)
-}
-
-/// Bins with their middles in a rectangle.
-fn inside(grid: Grid, low: [f64; 2], high: [f64; 2]) -> Vec<Sample> {
-    let within = |k: usize, at: f64| at >= low[k] && at <= high[k];
-    let columns = || (0..grid.columns).filter(|i| within(0, grid.centre_mm(*i, grid.columns)));
-    let rows = (0..grid.rows).filter(|j| within(1, grid.centre_mm(*j, grid.rows)));
-    rows.flat_map(|j| columns().map(move |i| Sample::bin(j * grid.columns + i))).collect()
-}
-
-/// Samples half a bin apart along `segments`, or the bins that these pass through.
-fn along(grid: Grid, segments: &[[[f64; 2]; 2]], reading: ValleyReading) -> Vec<Sample> {
-    if let (ValleyReading::Bins, Some(Valley::Bins(bins))) = (reading, Valley::bins(grid, segments))
-    {
-        return bins.into_iter().map(Sample::bin).collect();
-    }
-    let mut samples = Vec::new();
-    for [a, b] in segments {
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        let count = (2.0 * length / grid.bin_mm).ceil().max(1.0) as usize;
-        samples.extend((0..count).map(|k| {
-            let s = (k as f64 + 0.5) / count as f64;
-            Sample::at(grid, [0, 1].map(|i| a[i] + s * (b[i] - a[i])))
-        }));
-    }
-    samples
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::illuminance::Grid;
+    use crate::layout::Layout;
+    use crate::uniformity::ValleyReading;
 
     const PITCH: f64 = 8.0;
     const GRID: Grid = Grid { columns: 160, rows: 160, bin_mm: 0.1 };
@@ -487,11 +365,11 @@ mod tests {
     }
 
     fn reading_of(layout: Layout, valley: ValleyReading) -> MapReading {
-        MapReading { grid: GRID, layout, full_scale: 256.0, valley }
+        MapReading::new(GRID, layout, 256.0, valley)
     }
 
     fn estimates(map: &Grouped, reading: ValleyReading) -> Vec<(RegionForm, Estimate)> {
-        Regions::new(&reading_of(layout(), reading), map.total()).estimates(map)
+        Regions::new(&reading_of(layout(), reading)).estimates(map)
     }
 
     fn value(all: &[(RegionForm, Estimate)], key: &str) -> Estimate {
@@ -561,12 +439,12 @@ mod tests {
     fn a_row_has_no_diagonal_and_no_cell() {
         let row = Layout::rectangular(vec![[-4.0, 0.0], [4.0, 0.0]], 2, 1, PITCH);
         let seen = map(0.5, 0.0, 2);
-        let regions = Regions::new(&reading_of(row, ValleyReading::Fit), seen.total());
+        let regions = Regions::new(&reading_of(row, ValleyReading::Fit));
         let found = regions.plain(seen.total());
         assert_eq!(found.len(), 4);
         assert!(found.iter().all(|(form, _)| form.region == Region::Segment));
         let one = Layout::rectangular(vec![[0.0, 0.0]], 1, 1, PITCH);
-        let none = Regions::new(&reading_of(one, ValleyReading::Fit), seen.total());
+        let none = Regions::new(&reading_of(one, ValleyReading::Fit));
         assert!(none.plain(seen.total()).is_empty());
     }
 }

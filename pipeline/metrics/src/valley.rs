@@ -4,12 +4,15 @@
 //! The smallest of many noisy bins lies below the true minimum by more than its standard error.
 //! Between two LEDs the map is smooth on the scale of the LED. The minimum is therefore that of a
 //! polynomial fitted by least squares to a window of bins: fourth degree along the segment, second
-//! degree across it, with mixed terms. The fit is linear in the map, and a moving mean places its
-//! window, so noise has hardly any choice.
+//! degree across it, with mixed terms. The fit is linear in the map. Windows cover
+//! the segment, each is read in its middle, and the lowest counts, anew in every map.
+
+use std::sync::{Arc, OnceLock};
 
 use super::illuminance::Grid;
+use super::uniformity::smallest;
 
-/// Half the window along the segment, in pitches.
+/// Half the window along the segment and the most between two windows, in pitches.
 const ALONG: f64 = 0.12;
 /// Half the window across it, in pitches.
 const ACROSS: f64 = 0.1;
@@ -22,25 +25,57 @@ fn terms(u: f64, v: f64) -> [f64; TERMS] {
     [1.0, u, u * u, u.powi(3), u.powi(4), v, v * v, u * v, u * u * v, u * v * v, u * u * v * v]
 }
 
-/// Where the lowest value between neighbours is read.
+/// How the lowest value between neighbours is read.
 #[derive(Debug, Clone)]
 pub enum Valley {
-    /// From a fit.
-    Fit(Window),
+    /// From a fit about the lowest stretch of a map.
+    Fit(FittedValley),
     /// The smallest of these bins.
     Bins(Vec<usize>),
 }
 
-/// Whether bins of `grid` are narrow enough for a fit about the middles of all `segments`.
+/// Segments on which fits are made.
+#[derive(Debug, Clone)]
+pub struct FittedValley {
+    grid: Grid,
+    segments: Vec<Arc<Segment>>,
+    pitch_mm: f64,
+}
+
+/// A segment, with its windows from one end to the other once they are asked for.
+#[derive(Debug)]
+struct Segment {
+    ends: [[f64; 2]; 2],
+    windows: OnceLock<Vec<Window>>,
+}
+
+/// Where one map is lowest: what reads another map at the same place.
+#[derive(Debug, Clone)]
+pub struct Lowest(Place);
+
+#[derive(Debug, Clone)]
+enum Place {
+    /// A position in a window of a segment.
+    Fit(Arc<Segment>, usize, f64),
+    /// A bin.
+    Bin(usize),
+}
+
+/// True if bins of `grid` are narrow enough for a fit about the middle of the first of `segments`,
+/// which are all of about one length.
 pub fn fits(grid: Grid, segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> bool {
     let middle = |[a, b]: [[f64; 2]; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-    segments.iter().all(|ends| Window::about(grid, middle(*ends), *ends, pitch_mm).is_some())
+    let window = |ends| Window::about(grid, middle(ends), ends, pitch_mm);
+    segments.first().is_none_or(|ends| window(*ends).is_some())
 }
 
 impl Valley {
-    /// From a fit to `map` about its lowest stretch; `None` as for [`Window::find`].
-    pub fn fit(grid: Grid, map: &[f64], segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> Option<Self> {
-        Window::find(grid, map, segments, pitch_mm).map(Self::Fit)
+    /// From fits; `None` without segments, or where a window holds too few bins.
+    pub fn fit(grid: Grid, segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> Option<Self> {
+        let segment = |ends: &_| Arc::new(Segment { ends: *ends, windows: OnceLock::new() });
+        let valley =
+            FittedValley { grid, segments: segments.iter().map(segment).collect(), pitch_mm };
+        (!segments.is_empty() && fits(grid, segments, pitch_mm)).then_some(Self::Fit(valley))
     }
 
     /// From the bins that `segments` pass through, as a display of the map and its cross-section
@@ -64,23 +99,144 @@ impl Valley {
         (!bins.is_empty()).then_some(Self::Bins(bins))
     }
 
-    /// Lowest value in `map`.
-    pub fn minimum(&self, map: &[f64]) -> f64 {
+    /// Where `map` is lowest.
+    pub fn lowest(&self, map: &[f64]) -> Lowest {
+        Lowest(match self {
+            Self::Fit(valley) => valley.lowest(map).unwrap_or(Place::Bin(0)),
+            Self::Bins(bins) => Place::Bin(smallest(map, bins)),
+        })
+    }
+
+    /// The same on the segments that are lowest in `map`, for maps that hardly differ from it.
+    #[must_use]
+    pub fn near(&self, map: &[f64]) -> Self {
         match self {
-            Self::Fit(window) => window.minimum(map),
-            Self::Bins(bins) => bins.iter().map(|&k| map[k]).fold(f64::INFINITY, f64::min),
+            Self::Fit(valley) => {
+                Self::Fit(FittedValley { segments: valley.lowest_segments(map), ..valley.clone() })
+            }
+            Self::Bins(_) => self.clone(),
         }
     }
 
-    /// Where [`Valley::minimum`] is read in `map` on `grid`, (x, y) in mm.
-    pub fn place_mm(&self, grid: Grid, map: &[f64]) -> [f64; 2] {
+    /// Segments between which a minimum is picked.
+    pub fn segments(&self) -> usize {
         match self {
-            Self::Fit(window) => window.place_mm(map),
-            Self::Bins(bins) => {
-                let least = bins.iter().min_by(|a, b| map[**a].total_cmp(&map[**b]));
-                grid.middle_mm(least.copied().unwrap_or(0))
+            Self::Fit(valley) => valley.segments.len(),
+            Self::Bins(_) => 1,
+        }
+    }
+
+    /// Lowest value in `map`.
+    pub fn minimum(&self, map: &[f64]) -> f64 {
+        self.lowest(map).value(map)
+    }
+}
+
+impl Lowest {
+    /// Value of `map` at this place.
+    pub fn value(&self, map: &[f64]) -> f64 {
+        match &self.0 {
+            Place::Fit(segment, k, u) => value(&segment.window(*k).fit(map), *u),
+            Place::Bin(bin) => map[*bin],
+        }
+    }
+
+    /// The place, (x, y) in mm.
+    pub fn place_mm(&self, grid: Grid) -> [f64; 2] {
+        match &self.0 {
+            Place::Fit(segment, k, u) => segment.window(*k).point_mm(*u),
+            Place::Bin(bin) => grid.middle_mm(*bin),
+        }
+    }
+
+    /// Σ c² / Σ c over the weights c of the bins that are read: the share of one bin's noise.
+    pub fn concentration(&self) -> f64 {
+        match &self.0 {
+            Place::Fit(segment, k, u) => {
+                let weights = || segment.window(*k).weights.iter().map(|c| value(c, *u));
+                weights().map(|c| c * c).sum::<f64>() / weights().sum::<f64>()
+            }
+            Place::Bin(_) => 1.0,
+        }
+    }
+}
+
+impl Segment {
+    /// Window `k`, which was built before it was picked.
+    fn window(&self, k: usize) -> &Window {
+        &self.windows.get().expect("built")[k]
+    }
+
+    /// Windows whose middle parts cover the segment.
+    fn windows(&self, grid: Grid, pitch_mm: f64) -> &[Window] {
+        self.windows.get_or_init(|| {
+            let [a, b] = self.ends;
+            let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+            let margin = (0.5 * ALONG * pitch_mm / length).min(0.5);
+            let steps = ((1.0 - 2.0 * margin) * length / (ALONG * pitch_mm)).ceil().max(1.0);
+            let centre = |k: usize| {
+                let s = margin + (1.0 - 2.0 * margin) * k as f64 / steps;
+                [0, 1].map(|i| a[i] + s * (b[i] - a[i]))
+            };
+            // Half of what lies between two centres.
+            let half = 0.5 * (1.0 - 2.0 * margin) * length / steps / (ALONG * pitch_mm);
+            let last = steps as usize;
+            let window = |k| {
+                let mut window = Window::about(grid, centre(k), self.ends, pitch_mm)?;
+                let [low, high] = &mut window.range;
+                *low = if k == 0 { *low } else { -half };
+                *high = if k == last { *high } else { half };
+                Some(window)
+            };
+            (0..=last).filter_map(window).collect()
+        })
+    }
+}
+
+impl FittedValley {
+    /// Most segments on which fits are made to one map.
+    const MAX_SEGMENTS: usize = 8;
+
+    /// The lowest fit to `map`. Neighbouring windows share most of their bins and each is read in
+    /// its middle, so that the minimum changes with the map steadily.
+    fn lowest(&self, map: &[f64]) -> Option<Place> {
+        let mut best: Option<(f64, Place)> = None;
+        for segment in self.lowest_segments(map) {
+            for (k, window) in segment.windows(self.grid, self.pitch_mm).iter().enumerate() {
+                let (u, low) = window.lowest(map);
+                if best.as_ref().is_none_or(|(lowest, _)| low < *lowest) {
+                    best = Some((low, Place::Fit(segment.clone(), k, u)));
+                }
             }
         }
+        best.map(|(_, place)| place)
+    }
+
+    /// The segments of the lowest moving means of `map`.
+    fn lowest_segments(&self, map: &[f64]) -> Vec<Arc<Segment>> {
+        if self.segments.len() <= Self::MAX_SEGMENTS {
+            return self.segments.clone();
+        }
+        let mean = |segment: &Arc<Segment>| (self.lowest_mean(map, segment.ends), segment.clone());
+        let mut means: Vec<_> = self.segments.iter().map(mean).collect();
+        means.sort_by(|a, b| a.0.total_cmp(&b.0));
+        means.truncate(Self::MAX_SEGMENTS);
+        means.into_iter().map(|(_, segment)| segment).collect()
+    }
+
+    /// Smallest moving mean of `map` on the segment from `a` to `b`.
+    fn lowest_mean(&self, map: &[f64], [a, b]: [[f64; 2]; 2]) -> f64 {
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let steps = (length / (0.5 * self.grid.bin_mm)).ceil() as usize;
+        let at = |k: usize| {
+            let s = k as f64 / steps as f64;
+            self.grid.at(map, a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]))
+        };
+        let values: Vec<f64> = (0..=steps).map(at).collect();
+        let reach = ((0.5 * ALONG * self.pitch_mm / length) * steps as f64).round() as usize;
+        let means = values.windows(2 * reach + 1);
+        let means = means.map(|part| part.iter().sum::<f64>() / part.len() as f64);
+        means.fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -91,7 +247,7 @@ pub struct Window {
     bins: Vec<usize>,
     /// What each bin adds to the coefficients of 1, u, ... u⁴.
     weights: Vec<[f64; DEGREES]>,
-    /// Range of u that lies on the segment.
+    /// Range of u that is read: the middle of the window, or up to the end of the segment.
     range: [f64; 2],
     /// Where u = 0, (x, y) in mm.
     centre_mm: [f64; 2],
@@ -100,41 +256,6 @@ pub struct Window {
 }
 
 impl Window {
-    /// The window about the lowest stretch of `map` on `segments` of one `pitch_mm`. `None` without
-    /// segments, or where the window holds too few bins for a fit.
-    pub fn find(
-        grid: Grid,
-        map: &[f64],
-        segments: &[[[f64; 2]; 2]],
-        pitch_mm: f64,
-    ) -> Option<Self> {
-        let mut best: Option<(f64, [f64; 2], [[f64; 2]; 2])> = None;
-        for &[a, b] in segments {
-            let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-            let steps = (length / (0.5 * grid.bin_mm)).ceil() as usize;
-            let point = |k: usize| {
-                let s = k as f64 / steps as f64;
-                [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
-            };
-            let values: Vec<f64> = (0..=steps)
-                .map(|k| {
-                    let [x, y] = point(k);
-                    grid.at(map, x, y)
-                })
-                .collect();
-            let reach = ((0.5 * ALONG * pitch_mm / length) * steps as f64).round() as usize;
-            for k in reach..=steps - reach {
-                let mean =
-                    values[k - reach..=k + reach].iter().sum::<f64>() / (2 * reach + 1) as f64;
-                if best.is_none_or(|b| mean < b.0) {
-                    best = Some((mean, point(k), [a, b]));
-                }
-            }
-        }
-        let (_, centre, [a, b]) = best?;
-        Self::about(grid, centre, [a, b], pitch_mm)
-    }
-
     fn about(grid: Grid, centre: [f64; 2], [a, b]: [[f64; 2]; 2], pitch_mm: f64) -> Option<Self> {
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         let t = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
@@ -180,19 +301,15 @@ impl Window {
         })
     }
 
-    /// Lowest value of the fit to `map` on the segment.
-    pub fn minimum(&self, map: &[f64]) -> f64 {
-        let fit = self.fit(map);
-        let values = self.positions().map(|u| value(&fit, u));
-        values.fold(f64::INFINITY, f64::min)
-    }
-
-    /// Where the fit to `map` is lowest on the segment, (x, y) in mm.
-    fn place_mm(&self, map: &[f64]) -> [f64; 2] {
+    /// Where the fit to `map` is lowest on the segment, and its value there.
+    fn lowest(&self, map: &[f64]) -> (f64, f64) {
         let fit = self.fit(map);
         let values = self.positions().map(|u| (u, value(&fit, u)));
-        let lowest = values.min_by(|a, b| a.1.total_cmp(&b.1));
-        let u = lowest.map_or(0.0, |(u, _)| u);
+        values.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.0, fit[0]))
+    }
+
+    /// The point at `u`, (x, y) in mm.
+    fn point_mm(&self, u: f64) -> [f64; 2] {
         [0, 1].map(|k| self.centre_mm[k] + u * self.step_mm[k])
     }
 
@@ -209,7 +326,7 @@ impl Window {
 
     /// Values of u at which the fit is read.
     fn positions(&self) -> impl Iterator<Item = f64> {
-        const STEPS: i32 = 400;
+        const STEPS: i32 = 160;
         let [low, high] = self.range;
         (0..=STEPS).map(move |k| low + (high - low) * f64::from(k) / f64::from(STEPS))
     }
@@ -277,26 +394,45 @@ mod tests {
                 - 0.2 * (y - 1.0).powi(2)
         });
         let segment = [[[-4.0, 1.0], [4.0, 1.0]]];
-        let low = Window::find(GRID, &m, &segment, 8.0).expect("a window").minimum(&m);
+        let valley = Valley::fit(GRID, &segment, 8.0).expect("a window");
+        let low = valley.minimum(&m);
         assert!((low - 2.0).abs() < 1e-5, "{low}");
-        let valley = Valley::fit(GRID, &m, &segment, 8.0).expect("a window");
-        let [x, y] = valley.place_mm(GRID, &m);
+        let [x, y] = valley.lowest(&m).place_mm(GRID);
         assert!((x - 0.2).abs() < 0.01 && (y - 1.0).abs() < 1e-9, "{x} {y}");
     }
 
     #[test]
     fn slanted_segments_have_their_own_frame() {
         let m = map(|x, y| 1.0 + 0.1 * (x + y).powi(2) + 0.2 * (x - y));
-        let low = Window::find(GRID, &m, &[[[-4.0, -4.0], [4.0, 4.0]]], 8.0)
-            .expect("a window")
-            .minimum(&m);
+        let valley = Valley::fit(GRID, &[[[-4.0, -4.0], [4.0, 4.0]]], 8.0).expect("a window");
+        let low = valley.minimum(&m);
         assert!((low - 1.0).abs() < 1e-5, "{low}");
     }
 
     #[test]
     fn a_window_of_few_bins_is_refused() {
         let coarse = Grid { columns: 8, rows: 8, bin_mm: 2.0 };
-        assert!(Window::find(coarse, &vec![1.0; 64], &[[[-4.0, 0.0], [4.0, 0.0]]], 8.0).is_none());
-        assert!(Window::find(GRID, &map(|_, _| 1.0), &[], 8.0).is_none());
+        assert!(Valley::fit(coarse, &[[[-4.0, 0.0], [4.0, 0.0]]], 8.0).is_none());
+        assert!(Valley::fit(GRID, &[], 8.0).is_none());
+    }
+
+    #[test]
+    fn of_two_minima_one_is_read() {
+        // A W along x: minima of 1 at -1.5 and 1.5 mm, 1.3 in the middle.
+        let w = |x: f64| 1.0 + 0.3 * ((x / 1.5).powi(2) - 1.0).powi(2);
+        let m = map(|x, _| w(x));
+        let valley = Valley::fit(GRID, &[[[-4.0, 0.0], [4.0, 0.0]]], 8.0).expect("a window");
+        let [x, _] = valley.lowest(&m).place_mm(GRID);
+        assert!((valley.minimum(&m) - 1.0).abs() < 2e-3, "{}", valley.minimum(&m));
+        assert!((x.abs() - 1.5).abs() < 0.05, "{x}");
+    }
+
+    #[test]
+    fn what_is_read_elsewhere_is_the_place_of_this_map() {
+        let [one, other] = [-1.0, 1.0].map(|at| map(|x, _| 1.0 + 0.1 * (x - at).powi(2)));
+        let valley = Valley::fit(GRID, &[[[-4.0, 0.0], [4.0, 0.0]]], 8.0).expect("a window");
+        assert!((valley.lowest(&one).value(&other) - 1.4).abs() < 2e-3);
+        // 20 x 17 bins and 11 terms: a fit has the noise of a few bins' worth at most.
+        assert!((0.005..0.1).contains(&valley.lowest(&one).concentration()));
     }
 }

@@ -31,12 +31,12 @@ impl MapReader {
     pub(super) fn new(design: &Design, recorded: Grid, map: &Grouped) -> Self {
         let total = map.total();
         let mut reader = Self {
-            reading: MapReading {
-                grid: coarser(&[], recorded, design.receiver.read_together()).1,
-                layout: layout(design),
-                full_scale: design.receiver.full_scale,
-                valley: reading(design),
-            },
+            reading: MapReading::new(
+                coarser(&[], recorded, design.receiver.read_together()).1,
+                layout(design),
+                design.receiver.full_scale,
+                reading(design),
+            ),
             smallest: match design.receiver.zero {
                 Zero::Dark => None,
                 Zero::Smallest => Some(smallest_bin(total)),
@@ -44,7 +44,7 @@ impl MapReader {
             regions: None,
         };
         let regions = reader.papers(total);
-        reader.regions = regions.map(|_| Regions::new(&reader.reading, total));
+        reader.regions = regions.map(|_| Regions::new(&reader.reading));
         reader
     }
 
@@ -103,7 +103,7 @@ impl MapReader {
         let above = above_smallest(map);
         let total = above.total();
         let lit = total.iter().any(|l| *l > 0.0);
-        let regions = Regions::between_neighbours(&self.reading, total);
+        let regions = Regions::between_neighbours(&self.reading);
         Uniformity::of(&regions.estimates(&above)).filter(|_| lit)
     }
 }
