@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths in three dimensions of one package alone: a few to be drawn, and by polar angle the ring
-//! or surface that the light of all came from last.
+//! Paths in three dimensions from one package: a few to be drawn, as far as the next package, and
+//! by polar angle the ring or surface that the light of all came from last.
 
 use anyhow::Result;
 use bsdf::Side;
+use tracer::glam::DVec3;
 use tracer::ledger::Lines;
 use tracer::{Fate, Interaction, Observer, Ray, Sampling, Settings, trace_observed};
 
@@ -12,7 +13,7 @@ use results::package::{Path3d, Paths3d, RingOutline};
 use results::ray_paths::PathEnd;
 
 use super::package_drawing::rounded;
-use super::paths::{path_end, single_package};
+use super::paths::{lit_scene, middle_package, path_end};
 use super::scene::{self, DomeSurface, is_skin};
 
 /// Most paths traced.
@@ -64,7 +65,7 @@ pub(super) fn paths_3d(
         if count == 0 {
             continue;
         }
-        let scene = scene::build(&single_package(part.design), part.surface)?;
+        let (scene, axis) = lit_scene(part.design, part.surface)?;
         let settings = Settings {
             sampling: Sampling::Random,
             roulette_below: 1.0,
@@ -72,6 +73,9 @@ pub(super) fn paths_3d(
         };
         let mut recorder = Recorder {
             lines: scene.lines(),
+            axes: part.design.array.axes_mm(),
+            own: middle_package(part.design).0,
+            axis,
             rings: &boxed,
             drawn,
             faces: &mut seen.faces,
@@ -107,12 +111,18 @@ struct End {
 #[derive(Default)]
 struct Current {
     points: Vec<[f64; 3]>,
+    /// True where it has met another package, beyond which it is not drawn.
+    is_elsewhere: bool,
     ring: Option<usize>,
     line: Option<usize>,
 }
 
 struct Recorder<'a> {
     lines: &'a Lines,
+    /// Axes of all packages, the number of the one that shines, and its axis.
+    axes: Vec<[f64; 2]>,
+    own: usize,
+    axis: DVec3,
     rings: &'a BoxedRings<'a>,
     drawn: u64,
     faces: &'a mut Vec<String>,
@@ -135,30 +145,40 @@ impl Recorder<'_> {
 impl Observer for Recorder<'_> {
     fn begins(&mut self, ray: &Ray) {
         self.path = Current::default();
-        self.path.points.push(ray.origin.to_array());
+        self.path.points.push((ray.origin - self.axis).to_array());
     }
 
     fn meets(&mut self, met: &Interaction) {
         let point = met.point;
-        if (self.paths.len() as u64) < self.drawn && self.path.points.len() < MAX_BENDS {
-            self.path.points.push(point.to_array());
+        let package = met.instance.map(|number| number as usize);
+        let package = package.filter(|number| *number < self.axes.len());
+        if (self.paths.len() as u64) < self.drawn
+            && self.path.points.len() < MAX_BENDS
+            && !self.path.is_elsewhere
+        {
+            self.path.points.push((point - self.axis).to_array());
         }
+        self.path.is_elsewhere |= package.is_some_and(|number| number != self.own);
         self.path.line = Some(met.line);
         let leaves = met.from == Side::Inner && met.to == Side::Outer && met.weight > 0.0;
-        if leaves && is_skin(&self.lines.surfaces[met.line]) {
-            self.path.ring = self.rings.nearest([point.x.hypot(point.y), point.z]);
+        if let Some(package) = package
+            && leaves
+            && is_skin(&self.lines.surfaces[met.line])
+        {
+            let [x, y] = self.axes[package];
+            self.path.ring = self.rings.nearest([(point.x - x).hypot(point.y - y), point.z]);
         }
     }
 
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
         let end = path_end(fate, self.lines);
-        let whole = self.path.points.len() < MAX_BENDS;
+        let whole = self.path.points.len() < MAX_BENDS && !self.path.is_elsewhere;
         if let Fate::Medium(_, length) = fate
             && whole
         {
             // The middle of the flight stands for the place of absorption.
             let place = ray.at(0.5 * length.min(1e3));
-            self.path.points.push(place.to_array());
+            self.path.points.push((place - self.axis).to_array());
         }
         let flies = matches!(end, PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost);
         let face = self.path.line.map(|line| self.face(line));
@@ -174,7 +194,7 @@ impl Observer for Recorder<'_> {
                 ring: self.path.ring,
                 face,
                 points_mm: points.map(|point| point.map(rounded)).collect(),
-                // The end of a path with more bends is not drawn.
+                // The end of a path with more bends, or at another package, is not drawn.
                 leaves_along: (flies && whole).then_some(along),
             });
         }
@@ -274,8 +294,8 @@ mod tests {
         assert_eq!(none, 0, "all light leaves through the dome");
         for path in &seen.paths {
             let flies = matches!(path.fate, PathEnd::EscapedUp | PathEnd::EscapedDown);
-            let whole = path.points_mm.len() < MAX_BENDS;
-            assert!(!flies || path.ring.is_some() && path.leaves_along.is_some() == whole);
+            assert!(!flies || path.ring.is_some());
+            assert!(path.points_mm.len() < MAX_BENDS || path.leaves_along.is_none());
         }
     }
 

@@ -180,7 +180,7 @@ impl Run<'_> {
             || destination.writer.write(output, &mut result, &mut observation, context),
         );
         written?;
-        package::write(&package?, design, destination.out, &mut result)?;
+        package::write(package, output, &mut result, context)?;
         Ok(result)
     }
 
@@ -206,8 +206,8 @@ impl Run<'_> {
             destination.writer.write_by_wavelength(output, &mut result, &nodes, &observation)?;
         }
         let parts = trace.surfaces();
-        let package = package::package(self.design, &parts, true, context.seed)?;
-        package::write(&package, self.design, destination.out, &mut result)?;
+        let package = package::package(self.design, &parts, true, context.seed);
+        package::write(package, output, &mut result, context)?;
         Ok(result)
     }
 
