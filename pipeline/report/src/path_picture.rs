@@ -140,9 +140,8 @@ impl Section<'_> {
             .chain([0.0])
             .collect();
         let lines = drawing.dome_mm.iter();
-        let dome: Vec<Vec<Point>> = lines
-            .flat_map(|line| places.iter().map(|x| self.all(&moved(line, *x))))
-            .collect();
+        let dome: Vec<Vec<Point>> =
+            lines.flat_map(|line| places.iter().map(|x| self.all(&moved(line, *x)))).collect();
         let (around, inside): (Vec<_>, Vec<_>) =
             solids.into_iter().partition(|solid| extent(solid) > 2.0 * drawing.radius_mm);
         for solid in around {

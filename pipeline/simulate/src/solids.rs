@@ -296,8 +296,11 @@ fn extent_mm(design: &Design) -> f64 {
         .filter_map(|solid| Some(solid.form.shape(0.0).ok()?.bounds().farthest()));
     let largest = solids.fold(0.0, f64::max);
     let half = design.half_extent_mm();
-    let walls =
-        design.housing.as_ref().map_or(0.0, |h| h.distance_mm + h.thickness_mm + h.height_mm);
+    let inner = design.housing_half_mm().unwrap_or_default();
+    let walls = design.housing.as_ref().map_or(0.0, |h| {
+        let beyond = [0, 1].map(|k| (inner[k] - half[k]).max(0.0));
+        beyond[0].max(beyond[1]) + h.thickness_mm + h.height_mm
+    });
     let package = design.package_width_mm() + design.dome.as_ref().map_or(0.0, Dome::height_mm);
     half[0].max(half[1]) + design.array.pitch_mm + package + walls + largest
 }

@@ -19,6 +19,7 @@ use simulate::description::description;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::solids::SolidOnBottom;
+use simulate::warnings::warnings;
 use simulate::{scene, scene_check};
 
 /// `batwing check`.
@@ -46,6 +47,9 @@ pub fn of_design(design: &Design, context: RunContext) -> Result<()> {
     let models: Vec<String> = Model::all_of(design).into_iter().map(|m| m.key(design)).collect();
     let surface = dome_surface(design, Model::Geometric, None)?;
     let on_bottom = scene::on_bottom(design, &surface)?;
+    for warning in warnings(design) {
+        context.console.warn(&warning);
+    }
     let json = json!({"file": design.provenance.file, "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": on_bottom});
     context.console.result(&json, || describe(design, &models, &on_bottom))
 }

@@ -24,6 +24,7 @@ use simulate::run::{Destination, Run};
 use simulate::solids::SolidOnBottom;
 use simulate::stopping_rule::{ErrorTarget, StoppingRule};
 use simulate::trace::GROUPS;
+use simulate::warnings::warnings;
 use simulate::{model_result, scene, scene_check};
 
 use super::arguments::{ModelChoice, cache, paths};
@@ -146,6 +147,9 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         design.trace.paths = rule.batch(design.trace.paths)?;
     }
     let models = arguments.models(&design)?;
+    for warning in warnings(&design) {
+        context.console.warn(&warning);
+    }
     if let (None, Some(left_out)) = (arguments.model.one(), Model::left_out(&design)) {
         let file = &design.provenance.file;
         context.console.warn(&format!("{file}: {left_out}"));
