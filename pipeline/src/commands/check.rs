@@ -18,7 +18,7 @@ use simulate::cells::band_cells;
 use simulate::description::description;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
-use simulate::solids::SolidOnBottom;
+use simulate::scene::Standing;
 use simulate::warnings::warnings;
 use simulate::{scene, scene_check};
 
@@ -46,15 +46,15 @@ pub fn of_design(design: &Design, context: RunContext) -> Result<()> {
     let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
     let models: Vec<String> = Model::all_of(design).into_iter().map(|m| m.key(design)).collect();
     let surface = dome_surface(design, Model::Geometric, None)?;
-    let on_bottom = scene::on_bottom(design, &surface)?;
+    let standing = scene::standing(design, &surface)?;
     for warning in warnings(design) {
         context.console.warn(&warning);
     }
-    let json = json!({"file": design.provenance.file, "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": on_bottom});
-    context.console.result(&json, || describe(design, &models, &on_bottom))
+    let json = json!({"file": design.provenance.file, "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": standing.on_bottom, "gaps": standing.gaps});
+    context.console.result(&json, || describe(design, &models, &standing))
 }
 
-fn describe(design: &Design, models: &[String], on_bottom: &[SolidOnBottom]) -> String {
+fn describe(design: &Design, models: &[String], standing: &Standing) -> String {
     let mut text = format!("{}: {}\n", design.name, design.description);
     let mut line = |key: &str, value: &str| {
         // Writing to a string cannot fail.
@@ -63,8 +63,8 @@ fn describe(design: &Design, models: &[String], on_bottom: &[SolidOnBottom]) -> 
     for (key, value) in description(design) {
         line(key, &value);
     }
-    for solid in on_bottom {
-        line("bottom", &solid.describe());
+    for (key, value) in standing.describe() {
+        line(key, &value);
     }
     line("paths", &thousands(design.trace.paths));
     for used in &design.files.used {

@@ -17,11 +17,11 @@ use report::{run_summary, summary};
 use results::published::Published;
 use results::schema::PaperFigures;
 use results::{DesignResult, Results};
+use simulate::description::description;
 use simulate::dome_surface::dome_surface;
 use simulate::job::{Job, SharedWork, Task};
 use simulate::model::Model;
 use simulate::run::{Destination, Run};
-use simulate::solids::SolidOnBottom;
 use simulate::stopping_rule::{ErrorTarget, StoppingRule};
 use simulate::trace::GROUPS;
 use simulate::warnings::warnings;
@@ -197,7 +197,7 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         references: Vec::new(),
         figures: PaperFigures::default(),
     };
-    let on_bottom = on_bottom(&design)?;
+    let standing = standing(&design)?;
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Store::finish);
@@ -213,19 +213,17 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         let (out, seconds) = (arguments.out.display(), started.elapsed().as_secs_f64());
         let wavelengths = results.wavelength_errors();
         format!(
-            "{light}{on_bottom}{table}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
+            "{light}{standing}{table}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
             results::FILE
         )
     })
 }
 
-/// A line on what stands on the bottom and light enters; empty where nothing does.
-fn on_bottom(design: &Design) -> Result<String> {
+/// Lines on how the hybrid solves the rings, what stands on the bottom, and narrow gaps; empty where
+/// there is nothing to say.
+fn standing(design: &Design) -> Result<String> {
     let surface = dome_surface(design, Model::Geometric, None)?;
-    let on_bottom = scene::on_bottom(design, &surface)?;
-    if on_bottom.is_empty() {
-        return Ok(String::new());
-    }
-    let all: Vec<String> = on_bottom.iter().map(SolidOnBottom::describe).collect();
-    Ok(format!("on the bottom: {}\n", all.join("; ")))
+    let mut said = scene::standing(design, &surface)?.describe();
+    said.extend(description(design).into_iter().filter(|(key, _)| ["rings", "symmetry"].contains(key)));
+    Ok(said.into_iter().map(|(key, words)| format!("{key}: {words}\n")).collect())
 }
