@@ -26,6 +26,7 @@ use metrics::illuminance::Symmetry;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use report::plots::{FarField, Heading, far_field_cartesian, far_field_polar};
 use results::ModelResult;
+use results::earlier::Earlier;
 use simulate::absolute::absolute;
 use simulate::observation::{Observation, curve};
 use simulate::run::{ModelWriter, Output};
@@ -49,7 +50,11 @@ pub const FILES: [&str; 12] = [
 ];
 
 /// The files of a model, as [`FILES`] lists them.
-pub struct ModelFilesWriter;
+#[derive(Default)]
+pub struct ModelFilesWriter {
+    /// Results that stay while those of a model are replaced.
+    pub earlier: Option<Earlier>,
+}
 
 impl ModelWriter for ModelFilesWriter {
     fn write(
@@ -80,7 +85,10 @@ impl ModelWriter for ModelFilesWriter {
             let file = &design.provenance.file;
             context.console.warn(&format!("{file}: {why}"));
         }
-        supersede(&output.out.join(results::FILE))?;
+        match &self.earlier {
+            Some(earlier) => earlier.write(output.out)?,
+            None => supersede(&output.out.join(results::FILE))?,
+        }
         for folder in [folder, &folder.join(receivers::FOLDER)] {
             discard_abandoned(folder);
         }

@@ -30,6 +30,7 @@ pub(super) fn package(
     design: &Design,
     parts: &[WavelengthScene],
     is_spectral: bool,
+    surfaces_per_path: f64,
     seed: u64,
 ) -> Result<PackageFile> {
     let first = parts.first().context("expected light to trace")?;
@@ -43,7 +44,7 @@ pub(super) fn package(
     Ok(PackageFile {
         simulated,
         section_paths: section_paths(parts, seed)?,
-        paths_3d: paths_3d(parts, &drawing.rings, seed)?,
+        paths_3d: paths_3d(parts, &drawing.rings, surfaces_per_path, seed)?,
         drawing,
     })
 }

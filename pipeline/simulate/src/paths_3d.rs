@@ -18,6 +18,10 @@ use super::scene::{self, DomeSurface, is_skin};
 
 /// Most paths traced.
 const TRACED: u64 = 1 << 16;
+/// Most surfaces that a path meets before it is given up here.
+const MAX_SURFACES: u32 = 1_000;
+/// Most surfaces that all paths meet, by the mean of the trace.
+const MAX_MET: f64 = 8e6;
 /// Paths that are kept to be drawn.
 const DRAWN: u64 = 1_500;
 /// Width of the polar angles counted, degrees.
@@ -33,17 +37,19 @@ pub(super) struct WavelengthScene<'a> {
 }
 
 /// Traces as many paths of all `parts` through a dome of `rings` as their design asks for, at most
-/// [`TRACED`].
+/// [`TRACED`], and fewer where each meets many surfaces.
 ///
 /// # Errors
 /// Scenes that cannot be built.
 pub(super) fn paths_3d(
     parts: &[WavelengthScene],
     rings: &[RingOutline],
+    surfaces_per_path: f64,
     seed: u64,
 ) -> Result<Paths3d> {
     let asked = parts.iter().map(|part| part.design.trace.paths).max();
-    let traced = asked.unwrap_or_default().min(TRACED);
+    let most = (MAX_MET / surfaces_per_path.max(1.0)) as u64;
+    let traced = asked.unwrap_or_default().min(TRACED).min(most.max(DRAWN));
     let mut seen = Paths3d {
         traced: 0,
         rings: rings.iter().map(|ring| ring.name.clone()).collect(),
@@ -69,6 +75,7 @@ pub(super) fn paths_3d(
         let settings = Settings {
             sampling: Sampling::Random,
             roulette_below: 1.0,
+            max_bounces: part.design.trace.max_interactions.min(MAX_SURFACES),
             ..scene::settings(part.design, count, seed.wrapping_add(place as u64))
         };
         let mut recorder = Recorder {
@@ -283,7 +290,7 @@ mod tests {
         let rings = package_drawing(&design, surface.meridian()).rings;
         assert_eq!(rings.len(), 18, "17 rings and the side");
         let part = WavelengthScene { design: &design, surface: &surface, share: 1.0 };
-        let seen = paths_3d(&[part], &rings, 3).expect("traced");
+        let seen = paths_3d(&[part], &rings, 10.0, 3).expect("traced");
         assert_eq!((seen.traced, seen.paths.len()), (TRACED, DRAWN as usize));
         let sum = |rows: &[Vec<u32>]| rows.iter().flatten().map(|n| u64::from(*n)).sum::<u64>();
         assert_eq!(sum(&seen.by_ring), sum(&seen.by_face));

@@ -19,10 +19,10 @@ use anyhow::Result;
 pub use contact::{Bottom, BottomPart};
 use contact::{Coverage, Covered, covered, plates};
 use nesting::{NestedObject, NestedPlace, Nesting};
-pub use touching::NARROW_MM;
-use touching::{Displacement, NarrowGap, narrow_gaps};
 use rayon::prelude::*;
 use serde::Serialize;
+pub use touching::NARROW_MM;
+use touching::{Displacement, NarrowGap, narrow_gaps};
 use tracer::glam::{DVec2, DVec3};
 use tracer::{
     Containment, Medium, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface,

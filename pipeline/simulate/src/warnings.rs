@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a design may say by mistake, for `check` and `run`: sources that hang over the edge of what
-//! they lie on, and sources in one place.
+//! they lie on, sources in one place, and bodies that hold the light.
 
+use anyhow::Result;
 use tracer::glam::DVec3;
 use tracer::shape::Bounds;
-use tracer::{Emission, Emitter, Source};
+use tracer::{
+    Emission, Emitter, Interaction, Observer, Sampling, Settings, Source, trace_observed,
+};
 
 use design::Design;
 use design::resolved::led::BoxPlace;
 use metrics::digits::shortest;
+
+use super::dome_surface::dome_surface;
+use super::model::Model;
+use super::scene;
 
 /// Largest distance of a source from the face that it lies on, as a share of the size of the face.
 const ON: f64 = 1e-2;
@@ -21,8 +28,55 @@ struct Face {
     normal: DVec3,
 }
 
+/// Paths that are followed to see how many surfaces they meet.
+const PROBED: u64 = 256;
+/// Mean surfaces of a path beyond which a trace is slow: the usual is some ten.
+const MANY: f64 = 300.0;
+
 /// Warnings on `design`, in words.
-pub fn warnings(design: &Design) -> Vec<String> {
+///
+/// # Errors
+/// A scene that cannot be built.
+pub fn warnings(design: &Design) -> Result<Vec<String>> {
+    let mut said = of_sources(design);
+    said.extend(held_light(design)?);
+    Ok(said)
+}
+
+/// Surfaces met by the paths of a probe, by ledger line.
+struct Counter(Vec<u64>);
+
+impl Observer for Counter {
+    fn meets(&mut self, met: &Interaction) {
+        self.0[met.line] += 1;
+    }
+}
+
+/// The body that holds the paths, where they meet many surfaces.
+fn held_light(design: &Design) -> Result<Option<String>> {
+    let surface = dome_surface(design, Model::Geometric, None)?;
+    let scene = scene::build(design, &surface)?;
+    let names = &scene.lines().surfaces;
+    let mut counter = Counter(vec![0; names.len()]);
+    let settings = Settings { sampling: Sampling::Random, ..scene::settings(design, PROBED, 1) };
+    trace_observed(&scene, &settings, |ray| ray, &mut counter)?;
+    let all: u64 = counter.0.iter().sum();
+    let mean = all as f64 / PROBED as f64;
+    let most = counter.0.iter().zip(names).max_by_key(|(met, _)| **met);
+    let held = most.filter(|_| mean > MANY).map(|(met, name)| {
+        format!(
+            "{}: {name:?} holds the light: a path meets some {} surfaces, {:.0} % of them of {name:?}, so that a trace takes long; some ten are usual, and paths are given up after {} (trace.max_interactions)",
+            design.provenance.file,
+            shortest(format!("{mean:.1e}").parse().unwrap_or(mean)),
+            100.0 * *met as f64 / all as f64,
+            design.trace.max_interactions,
+        )
+    });
+    Ok(held)
+}
+
+/// Warnings on the places of sources.
+fn of_sources(design: &Design) -> Vec<String> {
     let lit: Vec<(String, &Source)> = design
         .sources
         .iter()

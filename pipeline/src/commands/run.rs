@@ -14,6 +14,7 @@ use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
 use metrics::digits::thousands;
 use report::{run_summary, summary};
+use results::earlier::Earlier;
 use results::published::Published;
 use results::schema::PaperFigures;
 use results::{DesignResult, Results};
@@ -147,7 +148,7 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         design.trace.paths = rule.batch(design.trace.paths)?;
     }
     let models = arguments.models(&design)?;
-    for warning in warnings(&design) {
+    for warning in warnings(&design)? {
         context.console.warn(&warning);
     }
     if let (None, Some(left_out)) = (arguments.model.one(), Model::left_out(&design)) {
@@ -180,7 +181,9 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
     let stored = [needs_tables.then_some(TABLES), stores_paths.then_some(outputs::PATHS)];
     note_interrupt(context, cache.as_ref(), &stored);
     let checkpoints = checkpoints(cache.as_ref().filter(|_| stores_paths), context)?;
-    let destination = Destination { out: &arguments.out, writer: &ModelFilesWriter };
+    let earlier = earlier(&design, &models, arguments, context);
+    let writer = ModelFilesWriter { earlier: earlier.clone() };
+    let destination = Destination { out: &arguments.out, writer: &writer };
     let context = context.storing(checkpoints.as_ref());
     let models = run.models(&models, destination, context)?;
     let designs = vec![DesignResult {
@@ -199,7 +202,10 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
     };
     let standing = standing(&design)?;
     let published = Published::load()?;
-    results.write(&arguments.out, &published)?;
+    match &earlier {
+        Some(earlier) => results.write_beside(earlier, &arguments.out, &published)?,
+        None => results.write(&arguments.out, &published)?,
+    }
     checkpoints.iter().for_each(Store::finish);
     context.console.result(&results.to_json(&published)?, || {
         let light = run_summary::plain_text(&results.designs[0]);
@@ -219,11 +225,39 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
     })
 }
 
+/// Results in the directory that this run does not replace. Says what stays and what does not.
+fn earlier(
+    design: &Design,
+    models: &[Model],
+    arguments: &RunArgs,
+    context: RunContext,
+) -> Option<Earlier> {
+    let path = arguments.out.join(results::FILE);
+    let models: Vec<String> = models.iter().map(|model| model.key(design)).collect();
+    let found = Earlier::read(&arguments.out, &design.name, &design.provenance.sha256, &models);
+    let found = found.unwrap_or_else(|error| {
+        let path = path.display();
+        context.console.warn(&format!("`{path}` is replaced, not added to: {error:#}"));
+        None
+    })?;
+    for model in &found.left_out {
+        context.console.warn(&format!("`{}`: no longer lists {model}", path.display()));
+    }
+    if found.is_empty() {
+        return None;
+    }
+    let kept = found.kept().join(", ");
+    context.console.say(&format!("`{}` keeps {kept} beside this run", path.display()));
+    Some(found)
+}
+
 /// Lines on how the hybrid solves the rings, what stands on the bottom, and narrow gaps; empty where
 /// there is nothing to say.
 fn standing(design: &Design) -> Result<String> {
     let surface = dome_surface(design, Model::Geometric, None)?;
     let mut said = scene::standing(design, &surface)?.describe();
-    said.extend(description(design).into_iter().filter(|(key, _)| ["rings", "symmetry"].contains(key)));
+    said.extend(
+        description(design).into_iter().filter(|(key, _)| ["rings", "symmetry"].contains(key)),
+    );
     Ok(said.into_iter().map(|(key, words)| format!("{key}: {words}\n")).collect())
 }

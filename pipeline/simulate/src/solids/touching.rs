@@ -92,10 +92,8 @@ impl Displacement {
             outer: objects[*other].inner,
             clips: ended.iter().cloned().chain([clip(*other, true)]).chain(beyond(k)).collect(),
         });
-        let rest = Part {
-            outer,
-            clips: ended.iter().cloned().chain(beyond(displaced.len())).collect(),
-        };
+        let rest =
+            Part { outer, clips: ended.iter().cloned().chain(beyond(displaced.len())).collect() };
         beside.chain([rest]).collect()
     }
 
@@ -187,7 +185,8 @@ pub(super) fn narrow_gaps(
     };
     let between = |one: &Shape, other: &Shape| {
         let apart = one.bounds().padded(NARROW_MM);
-        let both = apart.overlaps(&other.bounds()).then(|| [beside(one, other), beside(other, one)]);
+        let both =
+            apart.overlaps(&other.bounds()).then(|| [beside(one, other), beside(other, one)]);
         both.into_iter().flatten().flatten().min_by(f64::total_cmp)
     };
     let entered = |k: usize| own[k].medium.is_some();
