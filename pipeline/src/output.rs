@@ -22,12 +22,15 @@ use files::formats::{csv, exr};
 use files::run_context::RunContext;
 use metrics::Grouped;
 use metrics::extraction::ROUNDING;
+use metrics::illuminance::Symmetry;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use report::plots::{FarField, Heading, far_field_cartesian, far_field_polar};
 use results::ModelResult;
+use results::earlier::Earlier;
 use simulate::absolute::absolute;
 use simulate::observation::{Observation, curve};
 use simulate::run::{ModelWriter, Output};
+use simulate::symmetry::{cuts, symmetry};
 use simulate::units::Units;
 
 /// Files that [`ModelFilesWriter`] writes into the folder of a model.
@@ -47,7 +50,11 @@ pub const FILES: [&str; 12] = [
 ];
 
 /// The files of a model, as [`FILES`] lists them.
-pub struct ModelFilesWriter;
+#[derive(Default)]
+pub struct ModelFilesWriter {
+    /// Results that stay while those of a model are replaced.
+    pub earlier: Option<Earlier>,
+}
 
 impl ModelWriter for ModelFilesWriter {
     fn write(
@@ -78,7 +85,10 @@ impl ModelWriter for ModelFilesWriter {
             let file = &design.provenance.file;
             context.console.warn(&format!("{file}: {why}"));
         }
-        supersede(&output.out.join(results::FILE))?;
+        match &self.earlier {
+            Some(earlier) => earlier.write(output.out)?,
+            None => supersede(&output.out.join(results::FILE))?,
+        }
         for folder in [folder, &folder.join(receivers::FOLDER)] {
             discard_abandoned(folder);
         }
@@ -106,7 +116,7 @@ impl ModelWriter for ModelFilesWriter {
     ) -> Result<()> {
         let inner = Path::new(&output.design.name).join(&result.key);
         let heading = Heading::new(
-            "Far field by wavelength",
+            "Far field by wavelength, mean over azimuth",
             format!("{}, {}", output.design.name, result.label),
         );
         by_wavelength::write(&output.out.join(&inner), &heading, nodes, sum)?;
@@ -119,6 +129,24 @@ impl ModelWriter for ModelFilesWriter {
 /// Values times a factor; a factor of 1 keeps every bit.
 fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
     values.iter().map(|x| x * factor).collect()
+}
+
+/// A mean over azimuth and cuts over -90..90°: mirrored as far as the light is, without symmetry
+/// each half-plane beside the one opposite to it.
+fn both_sides(curves: &[Curve], symmetry: Symmetry) -> Result<Vec<Curve>> {
+    match (symmetry, curves) {
+        (Symmetry::None, [mean, east, north, west, south]) => {
+            let section = |right: &Curve, left: &Curve, words: &str| {
+                right.beside(left).map(|both| both.labelled(words))
+            };
+            Ok(vec![
+                mean.mirrored()?,
+                section(east, west, "azimuth 180° (left) and 0°")?,
+                section(north, south, "azimuth 270° (left) and 90°")?,
+            ])
+        }
+        _ => curves.iter().map(Curve::mirrored).collect(),
+    }
 }
 
 fn capitalised(name: &str) -> String {
@@ -194,23 +222,21 @@ impl ModelFiles<'_> {
         csv::write_map_npy(&self.folder.join("far_field.npy"), &map)?;
 
         let angles = sphere.centres_deg();
-        let cut = |label: &str, azimuth: f64, last: f64| {
-            let cut = far.map(|p| sphere.cut(&scaled(p, factor), azimuth));
-            curve(label, &cut, &angles, last)
-        };
+        let symmetry = symmetry(self.design);
+        let cuts = cuts(symmetry);
         let curves = |last: f64| -> Result<Vec<Curve>> {
-            let mean = curve(
-                "mean over azimuth",
-                &far.map(|p| sphere.profile(&scaled(p, factor))),
-                &angles,
-                last,
-            )?;
-            Ok(vec![mean, cut("azimuth 0°", 0.0, last)?, cut("azimuth 45°", 45.0, last)?])
+            let mean = far.map(|p| sphere.profile(&scaled(p, factor)));
+            let mut all = vec![curve("mean over azimuth", &mean, &angles, last)?];
+            for (label, azimuths) in &cuts {
+                let cut = far.map(|p| sphere.half_planes(&scaled(p, factor), azimuths));
+                all.push(curve(label, &cut, &angles, last)?);
+            }
+            Ok(all)
         };
         let all = curves(180.0)?;
         csv::write_curves_csv(&self.folder.join("far_field.csv"), &theta, &intensity, &all)?;
         csv::write_curve_npy(&self.folder.join("far_field_mean.npy"), &all[0])?;
-        let shown = curves(90.0)?.iter().map(Curve::mirrored).collect::<Result<Vec<_>>>()?;
+        let shown = both_sides(&curves(90.0)?, symmetry)?;
         let heading = self.heading("Far field");
         let picture = FarField {
             heading: &heading,

@@ -125,6 +125,29 @@ impl<'a> Tracer<'a> {
         *state = path;
     }
 
+    /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
+    /// power is booked.
+    pub fn walk_to<L: Light>(
+        &self,
+        state: &mut PathState,
+        light: &mut L,
+        rng: &mut impl Rng,
+        (tally, observer): (&mut Tally<'_>, &mut impl Observer),
+        surfaces: u32,
+    ) -> bool {
+        while state.history.bounces < surfaces.min(self.max_bounces) {
+            let hit = self.intersect(state);
+            if !self.interact(state, hit, light, rng, tally, observer) {
+                return true;
+            }
+        }
+        let is_given_up = state.history.bounces >= self.max_bounces;
+        if is_given_up {
+            self.give_up(state, tally, observer);
+        }
+        is_given_up
+    }
+
     /// Follows an unpolarised path through the world until it enters a body, and returns the
     /// instance there; `None` where the path has ended.
     #[inline]

@@ -9,6 +9,7 @@
 //! the same in scenes that differ elsewhere, and what two scenes have in common cancels in the
 //! difference of their results (common random numbers).
 
+mod long_paths;
 mod observed;
 
 pub use observed::trace_observed;
@@ -16,6 +17,8 @@ pub use observed::trace_observed;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+use long_paths::{LONG, LongPaths};
 
 use crate::batch::BatchTracer;
 use crate::batch::mesh_packets::MeshPackets;
@@ -290,6 +293,7 @@ fn one_by_one<L: Light>(
     mut keep_going: impl FnMut(u64) -> bool,
 ) -> Option<u64> {
     let mut hits = 0;
+    let mut long = LongPaths::default();
     for done in 0..paths {
         if done % STRIDE == 0 && !keep_going(done) {
             return None;
@@ -298,8 +302,12 @@ fn one_by_one<L: Light>(
         let (number, placed) = picker.next();
         let ray = picker.begin(done, placed, tracer.scene.offset(), &mut rng);
         let mut path = tracer.begin(ray, (number, placed), tally, observer);
-        tracer.walk(&mut path, L::default(), &mut rng, tally, observer);
+        let mut light = L::default();
+        let is_over = tracer.walk_to(&mut path, &mut light, &mut rng, (tally, observer), LONG);
         hits += u64::from(path.history.bounces);
+        if !is_over {
+            hits += long.take(tracer, (path, light, rng), tally, observer);
+        }
     }
-    Some(hits)
+    Some(hits + long.finish(tracer, tally, observer))
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 use files::serde_messages::plain;
 
@@ -24,7 +24,17 @@ pub fn read<T: DeserializeOwned>(text: &str, tagged: &[TaggedTable]) -> Result<T
         let span = error.span().unwrap_or_default();
         at(text, &span) + &in_syntax(error.message(), text, span)
     };
+    // Whole numbers with an exponent, which keys that hold any number take too.
+    let mut digits = Vec::new();
+    let mut plain = DeTable::parse(text).map_err(syntax)?;
+    whole_numbers(plain.get_mut(), &mut |_, whole| digits.push(whole));
+    let mut whole = digits.iter();
     let mut file = DeTable::parse(text).map_err(syntax)?;
+    whole_numbers(file.get_mut(), &mut |value, _| {
+        if let Some(Ok(number)) = whole.next().map(|digits| DeValue::parse(digits)) {
+            *value = number.into_inner();
+        }
+    });
     for table in tagged {
         table.rearrange(file.get_mut()).map_err(|wrong| {
             let place = at(text, &wrong.span);
@@ -33,6 +43,39 @@ pub fn read<T: DeserializeOwned>(text: &str, tagged: &[TaggedTable]) -> Result<T
     }
     serde_path_to_error::deserialize(toml::Deserializer::from(file))
         .map_err(|e| complaint(text, e.path(), e.inner()))
+}
+
+/// Largest whole number that every format of numbers holds.
+const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
+
+/// Called for a number, with the digits that it stands for.
+type Seen<'a, 'i> = &'a mut dyn FnMut(&mut DeValue<'i>, String);
+
+/// Calls `see` for every number of `table` such as `2e6`, with an exponent and without a fraction.
+fn whole_numbers<'i>(table: &mut DeTable<'i>, see: Seen<'_, 'i>) {
+    for (_, entry) in table.iter_mut() {
+        whole_number(entry.get_mut(), see);
+    }
+}
+
+fn whole_number<'i>(value: &mut DeValue<'i>, see: Seen<'_, 'i>) {
+    match value {
+        DeValue::Float(float) => {
+            let text = float.as_str();
+            let number = text.parse::<f64>().ok().filter(|_| text.contains(['e', 'E']));
+            let is_whole = |number: &f64| number.fract() == 0.0 && number.abs() <= MAX_WHOLE;
+            if let Some(number) = number.filter(is_whole) {
+                see(value, format!("{number:.0}"));
+            }
+        }
+        DeValue::Array(list) => {
+            for entry in list.iter_mut() {
+                whole_number(entry.get_mut(), see);
+            }
+        }
+        DeValue::Table(table) => whole_numbers(table, see),
+        _ => {}
+    }
 }
 
 /// The place of a complaint.

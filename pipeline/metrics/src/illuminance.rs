@@ -85,6 +85,18 @@ pub enum Symmetry {
     Square,
 }
 
+impl Symmetry {
+    /// Azimuths of the half-planes in which the light is that at `azimuth_deg`, degrees.
+    pub fn azimuths(self, azimuth_deg: f64) -> Vec<f64> {
+        let a = azimuth_deg;
+        match self {
+            Self::None => vec![a],
+            Self::Rectangle => vec![a, 180.0 - a, 180.0 + a, 360.0 - a],
+            Self::Square => (0..4).map(|quarter| a + 90.0 * f64::from(quarter)).collect(),
+        }
+    }
+}
+
 /// Irradiance of every group, W/mm²: power per bin area, averaged over the symmetries, smoothed by
 /// a Gaussian.
 pub fn smoothed(powers: Grouped, grid: Grid, symmetry: Symmetry, sigma_mm: f64) -> Grouped {

@@ -306,22 +306,32 @@ impl Curve {
     /// # Errors
     /// A position below zero.
     pub fn mirrored(&self) -> Result<Self> {
-        ensure!(
-            self.x[0] >= 0.0,
-            "curve `{}`: only positions from 0 upwards can be mirrored, got {}",
-            self.label,
-            self.x[0]
-        );
-        let skip = usize::from(self.x[0] == 0.0);
-        let reflect = |list: &[f64], sign: f64| -> Vec<f64> {
-            let left = list[skip..].iter().rev().map(|v| sign * v);
-            left.chain(list.iter().copied()).collect()
+        self.beside(self)
+    }
+
+    /// The curve continued to negative positions by `opposite`: a cross-section through both
+    /// half-planes.
+    ///
+    /// # Errors
+    /// A position below zero.
+    pub fn beside(&self, opposite: &Self) -> Result<Self> {
+        for x in [self.x[0], opposite.x[0]] {
+            ensure!(
+                x >= 0.0,
+                "curve `{}`: only positions from 0 upwards can be mirrored, got {x}",
+                self.label
+            );
+        }
+        let skip = usize::from(self.x[0] == 0.0 && opposite.x[0] == 0.0);
+        let both = |left: &[f64], right: &[f64], sign: f64| -> Vec<f64> {
+            let left = left[skip..].iter().rev().map(|v| sign * v);
+            left.chain(right.iter().copied()).collect()
         };
         Self::new(
             self.label.clone(),
-            reflect(&self.x, -1.0),
-            reflect(&self.value, 1.0),
-            reflect(&self.standard_error, 1.0),
+            both(&opposite.x, &self.x, -1.0),
+            both(&opposite.value, &self.value, 1.0),
+            both(&opposite.standard_error, &self.standard_error, 1.0),
         )
     }
 
@@ -358,6 +368,12 @@ impl Curve {
             divide(&self.value),
             divide(&self.standard_error),
         )
+    }
+
+    /// The same curve under another name.
+    #[must_use]
+    pub fn labelled(self, label: impl Into<String>) -> Self {
+        Self { label: label.into(), ..self }
     }
 
     /// Name in the legend.

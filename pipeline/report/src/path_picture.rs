@@ -131,16 +131,25 @@ impl Section<'_> {
         let drawing = self.drawing;
         let mut solids: Vec<&SolidDrawing> = drawing.solids.iter().collect();
         solids.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
-        let dome = drawing.dome_mm.iter().map(|line| self.all(line));
-        let dome: Vec<Vec<Point>> = dome.collect();
+        let half = self.panel.x.scale.ends()[1];
+        // The package, and those beside it that the plane cuts as it does this one.
+        let beside = drawing.neighbours(half + drawing.radius_mm);
+        let places: Vec<f64> = beside
+            .filter(|[_, y]| y.abs() < 1e-6 * drawing.radius_mm)
+            .map(|[x, _]| x)
+            .chain([0.0])
+            .collect();
+        let lines = drawing.dome_mm.iter();
+        let dome: Vec<Vec<Point>> =
+            lines.flat_map(|line| places.iter().map(|x| self.all(&moved(line, *x)))).collect();
         let (around, inside): (Vec<_>, Vec<_>) =
             solids.into_iter().partition(|solid| extent(solid) > 2.0 * drawing.radius_mm);
         for solid in around {
-            self.solid(canvas, solid);
+            self.solid(canvas, solid, &places);
         }
         canvas.shape(&dome, true, Some(SILICONE[0]), &Pen::solid(SILICONE[1], 1.3));
         for solid in inside {
-            self.solid(canvas, solid);
+            self.solid(canvas, solid, &places);
         }
         let edge = drawing.dome_mm.iter().flatten().copied();
         // A place on the right of the outline, below the top.
@@ -151,26 +160,34 @@ impl Section<'_> {
         self.ground(canvas);
         // The front of the box, seen along y; of a box level about the axis also its section.
         let corners = drawing.led_corners().map(|[x, _, z]| [x, z]);
-        let led = self.all(&[corners[0], corners[4], corners[5], corners[1]]);
-        canvas.shape(&[led], true, Some(LED), &Pen::solid(LED_EDGE, 1.2));
+        let front = [corners[0], corners[4], corners[5], corners[1]];
+        let led: Vec<Vec<Point>> = places.iter().map(|x| self.all(&moved(&front, *x))).collect();
+        canvas.shape(&led, true, Some(LED), &Pen::solid(LED_EDGE, 1.2));
         let right = [0, 1].map(|k| 0.5 * (corners[1][k] + corners[5][k]));
         self.name("LED".to_owned(), right, LED_EDGE);
-        let [half, plane] = [self.panel.x.scale.ends()[1], drawing.plane_mm];
+        let plane = drawing.plane_mm;
         let pen = Pen::dashed(RECEIVER, 1.6, &[9.0, 5.0]);
         canvas.line(self.at([-half, plane]), self.at([half, plane]), &pen);
         let words = format!("receiver, z = {plane} mm");
         self.name(words, [half, plane], RECEIVER);
     }
 
-    fn solid(&mut self, canvas: &mut Canvas, solid: &SolidDrawing) {
+    /// A solid, at all `places` of packages where each carries it.
+    fn solid(&mut self, canvas: &mut Canvas, solid: &SolidDrawing, places: &[f64]) {
         let [fill, edge] = if solid.entered { MEDIUM } else { BODY };
-        let closed: Vec<Vec<Point>> = joined(&solid.lines_mm).iter().map(|l| self.all(l)).collect();
+        let places = if solid.each { places } else { &[0.0] };
+        let at_places = |line: &Vec<[f64; 2]>| -> Vec<Vec<Point>> {
+            places.iter().map(|x| self.all(&moved(line, *x))).collect()
+        };
+        let closed: Vec<Vec<Point>> = joined(&solid.lines_mm).iter().flat_map(at_places).collect();
         canvas.with_tooltip(&solid.name, |canvas| {
             if !closed.is_empty() {
                 canvas.shape(&closed, true, Some(fill.with_opacity(0.75)), &Pen::solid(edge, 1.3));
             }
             for (line, _) in solid.lines_mm.iter().filter(|_| closed.is_empty()) {
-                canvas.polyline(&self.all(line), &Pen::solid(edge, 2.4));
+                for line in at_places(line) {
+                    canvas.polyline(&line, &Pen::solid(edge, 2.4));
+                }
             }
         });
         let half = self.panel.x.scale.ends()[1];
@@ -299,6 +316,11 @@ impl Section<'_> {
             canvas.text(&named.words, [x, y], &letters);
         }
     }
+}
+
+/// Points further along x.
+fn moved(points: &[[f64; 2]], by: f64) -> Vec<[f64; 2]> {
+    points.iter().map(|[x, z]| [x + by, *z]).collect()
 }
 
 /// A name with the refractive index, where there is one.

@@ -20,12 +20,14 @@
 //! | module | holds |
 //! |---|---|
 //! | [`schema`] | `results.json` key by key |
+//! | [`earlier`] | results of other designs and models that stay |
 //! | [`published`] | figures of the paper |
 //! | [`far_field`] | far field of a model, read back |
 //! | [`package`], [`ray_paths`] | drawing of the package, single paths |
 //! | [`optimisation`], [`tolerance`] | `optimise.json`, `tolerance.json` |
 //! | `sealed_file` | version and hash of a file |
 
+pub mod earlier;
 pub mod far_field;
 pub mod optimisation;
 pub mod package;
@@ -56,6 +58,7 @@ use metrics::far_field::PeakPlace;
 use metrics::plural::count;
 use metrics::quantity::Unit;
 
+use crate::earlier::Earlier;
 use crate::published::{Models, Published};
 
 /// Version of the layout of `results.json`.
@@ -187,11 +190,16 @@ impl Results {
     /// # Errors
     /// What cannot be written as JSON.
     pub fn to_json(&self, published: &Published) -> Result<Value> {
+        Ok(sealed(serde_json::to_value(self.to_file(published))?)?)
+    }
+
+    /// As it is written.
+    fn to_file(&self, published: &Published) -> ResultsFile {
         let group = |designs: &[DesignResult]| {
             let entries = designs.iter().map(|d| (d.name.clone(), d.entries(published)));
             entries.collect()
         };
-        let file = ResultsFile {
+        ResultsFile {
             schema_version: SCHEMA_VERSION,
             program: Program::this(),
             quick: self.quick,
@@ -203,13 +211,18 @@ impl Results {
             designs: group(&self.designs),
             references: group(&self.references),
             figures: self.figures.clone(),
-        };
-        Ok(sealed(serde_json::to_value(file)?)?)
+        }
     }
 
     /// Writes `results.json` under `out`.
     pub fn write(&self, out: &Path, published: &Published) -> Result<()> {
         atomic_file::write_json(&out.join(FILE), &self.to_json(published)?)
+    }
+
+    /// Writes `results.json` under `out` with those that `earlier` keeps.
+    pub fn write_beside(&self, earlier: &Earlier, out: &Path, published: &Published) -> Result<()> {
+        let file = earlier.with(self.to_file(published));
+        atomic_file::write_json(&out.join(FILE), &sealed(serde_json::to_value(file)?)?)
     }
 }
 
@@ -237,7 +250,11 @@ impl DesignResult {
     fn entries(&self, published: &Published) -> ModelEntries {
         let of_design = published.design(&self.design_sha256);
         let entries = self.models.iter();
-        entries.map(|m| (m.key.clone(), m.entry(of_design))).collect()
+        let entry = |model: &ModelResult| ModelEntry {
+            design_sha256: self.design_sha256.clone(),
+            ..model.entry(of_design)
+        };
+        entries.map(|m| (m.key.clone(), entry(m))).collect()
     }
 }
 
@@ -326,6 +343,8 @@ impl ModelResult {
             polarization: self.polarization.clone(),
             receivers: self.receivers.clone(),
             until_error: self.until_error.clone(),
+            design_sha256: String::new(),
+            seed: None,
         }
     }
 }

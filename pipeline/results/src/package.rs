@@ -54,11 +54,20 @@ pub struct PackageDrawing {
     pub pitch_mm: Option<f64>,
     /// Axes of all packages on the map, mm.
     pub axes_mm: Vec<[f64; 2]>,
-    /// Other solids and sheets.
+    /// Axis of this package on the map, mm.
+    #[serde(default)]
+    pub at_mm: [f64; 2],
+    /// Other solids and sheets, and the walls of the housing.
     pub solids: Vec<SolidDrawing>,
 }
 
 impl PackageDrawing {
+    /// Axes of the other packages within `reach_mm`, from the axis of this one, mm.
+    pub fn neighbours(&self, reach_mm: f64) -> impl Iterator<Item = [f64; 2]> {
+        let from_own = self.axes_mm.iter().map(|at| [0, 1].map(|k| at[k] - self.at_mm[k]));
+        from_own.filter(move |[x, y]| (1e-9..=reach_mm).contains(&x.hypot(*y)))
+    }
+
     /// Corners of the LED's box, mm, numbered as [`Self::led_corners_mm`].
     pub fn led_corners(&self) -> [[f64; 3]; 8] {
         if let Ok(corners) = <[[f64; 3]; 8]>::try_from(&self.led_corners_mm[..]) {
@@ -92,13 +101,16 @@ pub struct SolidDrawing {
     pub index: Option<f64>,
     /// Whether light enters it or passes through it.
     pub entered: bool,
+    /// True if every package carries it.
+    #[serde(default)]
+    pub each: bool,
     /// Low and high corner of the box about it, mm.
     pub bounds_mm: [[f64; 3]; 2],
     /// Where the plane y = 0 cuts it: lines of (x, z) in mm, and whether each closes.
     pub lines_mm: Vec<(Vec<[f64; 2]>, bool)>,
 }
 
-/// Paths of one package alone on its ground, and what leaves where.
+/// Paths from one package among all others, and what leaves where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Paths3d {
     /// Paths traced, of equal power.
@@ -129,7 +141,7 @@ pub struct Path3d {
     /// Surface met last.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<usize>,
-    /// Where it begins, bends and ends, mm.
+    /// Where it begins, bends and ends, or meets another package, mm.
     pub points_mm: Vec<[f64; 3]>,
     /// Direction of the last flight of a path that escaped or was given up.
     #[serde(default, skip_serializing_if = "Option::is_none")]

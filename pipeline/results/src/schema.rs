@@ -148,6 +148,12 @@ pub struct ModelEntry {
     /// The stopping rule of `--until-error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub until_error: Option<UntilError>,
+    /// SHA-256 of the design file that was traced.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub design_sha256: String,
+    /// Seed of a model that an earlier run computed; absent: that of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
 }
 
 /// A figure of merit.
@@ -506,6 +512,8 @@ impl<'de> Deserialize<'de> for ModelEntry {
                         "polarization" => model.polarization = map.next_value()?,
                         "receivers" => model.receivers = map.next_value()?,
                         "until_error" => model.until_error = map.next_value()?,
+                        "design_sha256" => model.design_sha256 = map.next_value()?,
+                        "seed" => model.seed = map.next_value()?,
                         _ => {
                             model.figures.insert(key, map.next_value()?);
                         }

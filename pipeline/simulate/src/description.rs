@@ -14,6 +14,8 @@ use metrics::digits::shortest;
 use metrics::plural::count;
 
 use super::cells::band_cells;
+use super::model::copies_um;
+use super::symmetry::broken_by;
 
 /// Names and words, from the dome to the receiver plane.
 pub fn description(design: &Design) -> Vec<(&'static str, String)> {
@@ -29,6 +31,9 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
                 shortest(design.elements.width_mm * 1e3)
             ),
         );
+        if design.base().is_some() && design.without_bands.is_none() && !design.is_coated() {
+            line("rings", rings(design));
+        }
         let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
         let range = |f: fn(&geometry::Cell) -> f64| {
             let (low, high) =
@@ -86,6 +91,15 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             (None, _) => format!("reflectance {}", reflects(m.reflector)),
         },
     );
+    if let Some(words) = housing(design) {
+        line("housing", words);
+    }
+    if let Some(part) = broken_by(design) {
+        line(
+            "symmetry",
+            format!("none ({part}): far fields in four half-planes, maps not averaged over images"),
+        );
+    }
     let plane = &design.receiver;
     line(
         "plane",
@@ -96,6 +110,35 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         ),
     );
     lines
+}
+
+/// Place and law of the walls, in words.
+fn housing(design: &Design) -> Option<String> {
+    let (housing, half) = (design.housing.as_ref()?, design.housing_half_mm()?);
+    let [x, y] = half.map(|half| shortest(2.0 * half));
+    let from = housing.distance_mm.map_or(String::new(), |mm| {
+        let bodies = [0, 1].map(|axis| design.outermost(axis).1);
+        let body = if bodies[0] == bodies[1] { bodies[0] } else { "the outermost bodies" };
+        format!(", {} mm from {body} of the outermost packages", shortest(mm))
+    });
+    Some(format!(
+        "{x} x {y} mm between the walls{from}; {} mm high, {} mm thick, reflectance {}",
+        shortest(housing.height_mm),
+        shortest(housing.thickness_mm),
+        reflects(housing.reflector)
+    ))
+}
+
+/// Rings that the hybrid solves, in words.
+fn rings(design: &Design) -> String {
+    let elements = shortest(design.elements.width_mm * 1e3);
+    match copies_um(design) {
+        None => format!("solved as designed, {elements} µm wide"),
+        Some(um) => format!(
+            "solved as copies of {} µm (hybrid.element_width_um) in place of those of {elements} µm",
+            shortest(um)
+        ),
+    }
 }
 
 /// Place of the box, in words; empty for a level one about the axis.

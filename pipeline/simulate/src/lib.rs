@@ -29,8 +29,10 @@
 //! | [`tables`] | diffraction orders of every band, from the cache or the solver |
 //! | [`dome_surface`], [`solids`], [`scene`] | surfaces that rays meet |
 //! | [`scene_check`] | refusals that need the scene |
+//! | [`warnings`] | what a design may say by mistake |
 //! | [`seeds`] | seeds of the traces of one run |
 //! | [`trace`] | Monte Carlo trace of one model |
+//! | [`symmetry`] | symmetries of a design, for averages and drawings |
 //! | [`observation`] | receiver sums and figures of merit |
 //! | [`absolute`], [`units`] | watts, lumens, and factors between them |
 //! | [`snapshot`], [`stopping_rule`] | batches of paths until a figure is known |
@@ -64,7 +66,9 @@ pub mod snapshot;
 pub mod solids;
 pub mod spectral;
 pub mod stopping_rule;
+pub mod symmetry;
 pub mod tables;
 pub mod trace;
 pub mod trace_plan;
 pub mod units;
+pub mod warnings;

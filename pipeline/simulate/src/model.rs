@@ -24,15 +24,16 @@ impl Model {
     /// The models that `design` has: all four for relief, rays alone for smooth and bare packages.
     /// Bands exist without thin films only, and the steps of rings where there are rings.
     pub fn all_of(design: &Design) -> Vec<Self> {
-        if design.has_relief() && design.is_coated() {
+        let mut models = if design.has_relief() && design.is_coated() {
             vec![Self::Geometric, Self::Fine]
-        } else if design.without_bands.is_some() {
-            vec![Self::Geometric]
-        } else if design.has_relief() {
+        } else if design.has_relief() && design.without_bands.is_none() {
             vec![Self::Geometric, Self::Fine, Self::Control, Self::Hybrid]
         } else {
             vec![Self::Geometric]
-        }
+        };
+        // Rings as wide as the elements are no other steps.
+        models.retain(|model| *model != Self::Fine || copies_um(design).is_some());
+        models
     }
 
     /// Why relief of `design` has not all four models; `None` where it has them, or no relief.
@@ -44,8 +45,10 @@ impl Model {
         };
         let of = |models: &[Self]| models.iter().map(|m| m.key(design)).collect::<Vec<_>>();
         let there = Self::all_of(design);
+        let missing_fine = copies_um(design).is_some();
         let mut missing = vec![Self::Fine, Self::Control, Self::Hybrid];
         missing.retain(|model| !there.contains(model));
+        missing.retain(|model| *model != Self::Fine || missing_fine);
         Some(format!("left out: {}: {reason}", of(&missing).join(", ")))
     }
 
@@ -57,7 +60,12 @@ impl Model {
         if Self::all_of(design).contains(&self) {
             return Ok(self);
         }
-        let smooth = || "the dome is smooth, it has the geometric model only".to_owned();
+        let smooth = || match (self, design.has_relief()) {
+            (Self::Fine, true) => "the hybrid solves rings as wide as the elements \
+                (hybrid.element_width_um), so that the geometric model is this one"
+                .to_owned(),
+            _ => "the dome is smooth, it has the geometric model only".to_owned(),
+        };
         let why = Self::left_out(design).unwrap_or_else(smooth);
         anyhow::bail!("{}: {}: {why}", design.provenance.file, self.key(design))
     }
@@ -114,6 +122,15 @@ impl Model {
     }
 }
 
+/// Width of the rings of the hybrid, µm, where they are copies of the relief at another width than
+/// that of its elements.
+pub fn copies_um(design: &Design) -> Option<f64> {
+    let [rings, elements] = [design.hybrid.element_width_um, 1e3 * design.elements.width_mm]
+        .map(|um| (um * 1e3).round());
+    (design.has_relief() && rings.to_bits() != elements.to_bits())
+        .then_some(design.hybrid.element_width_um)
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -133,17 +150,32 @@ mod tests {
     }
 
     #[test]
+    fn rings_as_wide_as_the_elements_leave_out_the_model_of_finer_steps() {
+        let text = design::NEW_DESIGN.replace("NAME", "own").replace("element_width_um = 10.0", "");
+        let text = text.replace("width_um = 100.0", "width_um = 20.0");
+        let design = design::parse("own.toml", &text, Path::new("")).expect("valid");
+        let keys: Vec<String> =
+            Model::all_of(&design).into_iter().map(|m| m.key(&design)).collect();
+        assert_eq!(keys, ["geometric_20um", "control_20um", "hybrid_20um"]);
+        assert_eq!((Model::left_out(&design), copies_um(&design)), (None, None));
+        let refused = Model::Fine.available(&design).expect_err("no other steps").to_string();
+        assert!(refused.contains("rings as wide as the elements"), "{refused}");
+    }
+
+    #[test]
     fn bands_that_nobody_asked_for_do_not_refuse_a_design() {
         let own = design::NEW_DESIGN.replace("NAME", "own");
         let parsed = |text: &str| design::parse("own.toml", text, Path::new(""));
         let usual = parsed(&own).expect("valid");
         assert_eq!(Model::all_of(&usual).len(), 4);
         assert_eq!(Model::left_out(&usual), None);
+        let hybrid = "element_width_um = 10.0";
+        let own = own.replace("[hybrid]", "#").replace(hybrid, "#");
         let x_rays = own.replace("wavelength_nm = 550.0", "wavelength_nm = 10.0");
         let rays_only = parsed(&x_rays).expect("valid");
         assert_eq!(Model::all_of(&rays_only), [Model::Geometric]);
         let why = Model::left_out(&rays_only).expect("a reason");
-        assert!(why.contains("hybrid_10um: light.wavelength_nm = 10"), "{why}");
+        assert!(why.contains("hybrid_100um: light.wavelength_nm = 10"), "{why}");
         assert!(Model::Hybrid.available(&rays_only).is_err());
         let asked = x_rays + "\n[hybrid]\ntolerance = 0.01\n";
         let refused = parsed(&asked).expect_err("bands are asked for");

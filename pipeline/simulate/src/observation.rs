@@ -18,16 +18,18 @@ use tracer::Outcome;
 use tracer::ledger::{Lines, Loss};
 
 use design::Design;
-use design::schema::{Average, Zero};
+use design::schema::Zero;
 use metrics::extraction::{self, Ledger, flow};
 use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakPlace};
-use metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
+use metrics::illuminance::{Grid, coarser, smoothed};
 use metrics::layout::Layout;
 use metrics::quantity::Curve;
 use metrics::uniformity::{Places, ValleyReading, bin_by_bin};
 use metrics::uniformity_forms::nine_points;
 use metrics::{Estimate, Grouped, JackknifedFigure, changes, colour_difference};
 use results::{Extremes, Figure};
+
+use super::symmetry;
 
 /// Receiver sums of one trace, by groups of paths.
 #[derive(Debug, Clone)]
@@ -104,6 +106,7 @@ pub fn far_field_reading(design: &Design) -> FarFieldReading {
         peak: f.peak,
         peak_fit_deg: f.peak_fit_deg,
         cut_deg: f.cut_deg,
+        symmetry: symmetry::symmetry(design),
     }
 }
 
@@ -115,26 +118,6 @@ pub fn layout(design: &Design) -> Layout {
         Some([columns, rows]) => Layout::rectangular(axes, columns, rows, array.pitch_mm),
         None => Layout::by_distance(axes, array.pitch_mm),
     }
-}
-
-/// The symmetries that maps of `design` are averaged over.
-pub fn symmetry(design: &Design) -> Symmetry {
-    if design.receiver.average == Average::None {
-        return Symmetry::None;
-    }
-    let [led_x, led_y] = design.led.size_mm;
-    let array = match design.array.rectangle() {
-        // A box off its axis, or tilted, leaves none of the mirrors of the array.
-        _ if !design.led.is_centred() => Symmetry::None,
-        None => Symmetry::None,
-        Some([columns, rows]) if columns == rows && (led_x / led_y - 1.0).abs() < 1e-12 => {
-            Symmetry::Square
-        }
-        Some(_) => Symmetry::Rectangle,
-    };
-    let sources = design.sources.iter().map(|source| source.symmetry);
-    let solids = design.solids.iter().map(|solid| solid.symmetry);
-    sources.chain(solids).fold(array.min(design.files.symmetry()), Symmetry::min)
 }
 
 /// How the valley of the map of `design` is read.
@@ -195,7 +178,7 @@ impl Observation {
             illuminance: smoothed(
                 plane,
                 grid,
-                symmetry(design),
+                symmetry::of_maps(design),
                 design.receiver.smoothing_sigma_mm,
             ),
             grid,

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `package.json` of a model: the design in words, the package as lines, a few paths.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 
 use design::Design;
 use files::atomic_file::write_bytes;
+use files::run_context::RunContext;
 use results::ModelResult;
 use results::package::{FILE, PackageFile};
 use results::ray_paths::TracedPath;
@@ -15,6 +16,7 @@ use super::description::description;
 use super::package_drawing::package_drawing;
 use super::paths::paths;
 use super::paths_3d::{WavelengthScene, paths_3d};
+use super::run::Output;
 
 /// Paths in the plane of the section.
 const IN_SECTION: u64 = 120;
@@ -28,6 +30,7 @@ pub(super) fn package(
     design: &Design,
     parts: &[WavelengthScene],
     is_spectral: bool,
+    surfaces_per_path: f64,
     seed: u64,
 ) -> Result<PackageFile> {
     let first = parts.first().context("expected light to trace")?;
@@ -41,23 +44,33 @@ pub(super) fn package(
     Ok(PackageFile {
         simulated,
         section_paths: section_paths(parts, seed)?,
-        paths_3d: paths_3d(parts, &drawing.rings, seed)?,
+        paths_3d: paths_3d(parts, &drawing.rings, surfaces_per_path, seed)?,
         drawing,
     })
 }
 
-/// Writes the file into the model's folder under `out` and lists it in `result`.
+/// Writes the file into the folder of the model and lists it in `result`. A package that cannot be
+/// drawn costs a warning, not the trace.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub(super) fn write(
-    package: &PackageFile,
-    design: &Design,
-    out: &Path,
+    package: Result<PackageFile>,
+    output: Output,
     result: &mut ModelResult,
+    context: RunContext,
 ) -> Result<()> {
+    let Output { design, out, .. } = output;
+    let package = match package {
+        Ok(package) => package,
+        Err(error) => {
+            let (file, label) = (&design.provenance.file, &result.label);
+            context.console.warn(&format!("{file}, {label}: the package is not drawn: {error:#}"));
+            return Ok(());
+        }
+    };
     let inner: PathBuf = [design.name.as_str(), &result.key, FILE].iter().collect();
-    let text = serde_json::to_string(package)? + "\n";
+    let text = serde_json::to_string(&package)? + "\n";
     write_bytes(&out.join(&inner), text.as_bytes())?;
     result.files.push(inner);
     Ok(())

@@ -1,24 +1,29 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The package of a design as plain lines: what `rays` and the page draw.
 
+use tracer::glam::DVec3;
+
 use design::Design;
 use design::resolved::dome::Dome;
-use design::resolved::led::BoxPlace;
+use design::resolved::led::{BoxPlace, Led};
 use design::resolved::solids::CheckedSolid;
 use design::schema::Extent;
+use design::schema::solids::Per;
 use geometry::{Curve, Meridian, Piece, Role};
 use results::package::{PackageDrawing, RingOutline, SolidDrawing};
 
-use super::paths::single_package;
+use super::paths::middle_package;
 
 /// Points of an arc of the outline.
 const ARC_POINTS: usize = 24;
 /// Rings of equal width that stand for those of a dome without relief.
 const PLAIN_RINGS: usize = 12;
+/// Name of the walls of the housing, as in the ledger.
+const WALL: &str = "wall";
 
 /// The package with this generating curve on its dome.
 pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
-    let alone = single_package(design);
+    let (number, at) = middle_package(design);
     let radius_mm = 0.5 * design.package_width_mm();
     let dome_mm = match &design.dome {
         Some(Dome::Mesh(mesh)) => mesh.section(),
@@ -31,7 +36,7 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         rings: rings(meridian),
         radius_mm,
         led_mm: [width, depth, design.led.height_mm],
-        led_corners_mm: led_corners(&alone),
+        led_corners_mm: led_corners(&design.led, design.led.place(number)),
         led_offsets_mm: led_offsets(design),
         mirror_half_mm: match design.mirror.extent {
             Extent::Array => 0.5 * design.array.pitch_mm,
@@ -40,18 +45,63 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         plane_mm: design.receiver.plane_height_mm,
         pitch_mm: (design.array.count() > 1).then_some(design.array.pitch_mm),
         axes_mm: design.array.axes_mm(),
-        solids: alone.solids.iter().map(solid).collect(),
+        at_mm: at,
+        solids: solids(design, at),
     }
 }
 
-/// Corners of the box of a package alone, unless it stands level about the axis.
-fn led_corners(alone: &Design) -> Vec<[f64; 3]> {
-    let led = &alone.led;
-    if led.is_centred() {
+/// Corners of a box at `place`, unless it stands level about the axis.
+fn led_corners(led: &Led, place: BoxPlace) -> Vec<[f64; 3]> {
+    if place == BoxPlace::default() {
         return Vec::new();
     }
-    let corners = led.at(led.place(0)).corners(0.0).into_iter();
+    let corners = led.at(place).corners(0.0).into_iter();
     corners.map(|corner| corner.to_array().map(rounded)).collect()
+}
+
+/// Solids, sheets and walls about the package whose axis lies at `at`.
+fn solids(design: &Design, [x, y]: [f64; 2]) -> Vec<SolidDrawing> {
+    let moved = |stated: &CheckedSolid| {
+        let mut stated = stated.clone();
+        if stated.per() == Per::Array {
+            stated.form.placement.origin -= DVec3::new(x, y, 0.0);
+        }
+        solid(&stated)
+    };
+    let mut all: Vec<SolidDrawing> = design.solids.iter().map(moved).collect();
+    let (Some(housing), Some(half)) = (&design.housing, design.housing_half_mm()) else {
+        return all;
+    };
+    let outer = half.map(|half| half + housing.thickness_mm);
+    for k in [0, 1] {
+        for side in [-1.0, 1.0] {
+            let ends = |k: usize| [side * half[k], side * outer[k]];
+            let mut low = [-outer[0], -outer[1], 0.0];
+            let mut high = [outer[0], outer[1], housing.height_mm];
+            let [a, b] = ends(k);
+            (low[k], high[k]) = (a.min(b), a.max(b));
+            all.push(wall([low, high].map(|[a, b, c]| [a - x, b - y, c].map(rounded))));
+        }
+    }
+    all
+}
+
+/// A wall of the housing between two corners.
+fn wall(bounds_mm: [[f64; 3]; 2]) -> SolidDrawing {
+    let [[left, front, low], [right, back, high]] = bounds_mm;
+    let around = vec![[left, low], [right, low], [right, high], [left, high]];
+    SolidDrawing {
+        name: WALL.to_owned(),
+        index: None,
+        entered: false,
+        each: false,
+        bounds_mm,
+        // Those across the view would hide what stands between them.
+        lines_mm: (front <= 0.0 && back >= 0.0 && right - left < back - front)
+            .then_some((around, true))
+            .into_iter()
+            .collect(),
+    }
 }
 
 /// Offsets of the boxes of all packages; none where all stand on the axes.
@@ -74,6 +124,7 @@ fn solid(solid: &CheckedSolid) -> SolidDrawing {
         name: solid.name().to_owned(),
         index: solid.medium.as_ref().map(|medium| medium.index),
         entered: solid.medium.is_some() || solid.stated.shared.scatter.is_some(),
+        each: solid.per() == Per::Package,
         bounds_mm,
         lines_mm: lines.map(|(line, closed)| (rounded_line(line), closed)).collect(),
     }

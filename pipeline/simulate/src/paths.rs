@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A few paths through one package, in the plane y = 0 through its axis, to look at.
+//! A few paths from one package, in the plane y = 0 through its axis, to look at.
 //!
-//! The package stands alone at the origin, on its ground. Rays start on the line where the plane
+//! The package stands where it is traced, among all others; it alone shines, and coordinates are
+//! counted from its axis. Rays start on the line where the plane
 //! cuts the emitting face. They keep the polar angle that the source drew, so every cone holds as
 //! many paths as in a full trace. Mirrors, interfaces and gratings keep them in the plane; diffuse
 //! surfaces do not. Absorption takes a whole path or nothing.
@@ -9,11 +10,9 @@
 use anyhow::Result;
 use tracer::glam::DVec3;
 use tracer::ledger::{Lines, Loss};
-use tracer::{Fate, Interaction, Observer, Ray, Sampling, Settings, trace_observed};
+use tracer::{Fate, Interaction, Observer, Ray, Sampling, Scene, Settings, trace_observed};
 
 use design::Design;
-use design::resolved::array::PackagePositions;
-use design::schema::solids::Per;
 use design::spectrum::Weighting;
 use design::spectrum::lights::Lights;
 use results::ray_paths::{PathEnd, TracedPath, Vertex};
@@ -23,6 +22,7 @@ use super::scene::{self, DomeSurface};
 /// Records the paths of a trace.
 struct PathRecorder<'a> {
     lines: &'a Lines,
+    axis: DVec3,
     power_w: f64,
     vertices: Vec<Vertex>,
     paths: Vec<TracedPath>,
@@ -30,7 +30,8 @@ struct PathRecorder<'a> {
 
 impl PathRecorder<'_> {
     fn add(&mut self, point: DVec3, at: &str) {
-        self.vertices.push(Vertex { point_mm: point.to_array(), at: at.to_owned() });
+        let point_mm = (point - self.axis).to_array();
+        self.vertices.push(Vertex { point_mm, at: at.to_owned() });
     }
 }
 
@@ -73,40 +74,32 @@ pub(super) fn path_end(fate: Fate, lines: &Lines) -> PathEnd {
     }
 }
 
-/// The package nearest to the middle of the array, alone at the origin; solids of the array keep
-/// their place about it.
-pub fn single_package(design: &Design) -> Design {
-    let mut alone = design.clone();
+/// Number and axis of the package nearest to the middle of the array, which pictures show.
+pub fn middle_package(design: &Design) -> (usize, [f64; 2]) {
     let away = |[x, y]: &[f64; 2]| x * x + y * y;
-    let nearest = design
-        .array
-        .axes_mm()
-        .into_iter()
-        .enumerate()
-        .min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
-    if let Some((package, _)) = nearest {
-        let place = design.led.place(package);
-        (alone.led.offset_mm, alone.led.tilt_deg) = (place.offset_mm, place.tilt_deg);
-    }
-    (alone.led.offsets_mm, alone.led.tilts_deg) = (Vec::new(), Vec::new());
-    for solid in &mut alone.solids {
-        if let (Per::Array, Some([x, y])) = (solid.per(), nearest.map(|(_, at)| at)) {
-            solid.form.placement.origin -= DVec3::new(x, y, 0.0);
-        }
-    }
-    alone.array.positions = PackagePositions::SINGLE;
-    alone
+    let axes = design.array.axes_mm().into_iter().enumerate();
+    axes.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b))).unwrap_or_default()
 }
 
-/// Traces `count` paths of one package of `design` with `surface` on its dome.
+/// The scene of `design` in which the package nearest to the middle shines alone, among all others,
+/// and the place of its axis.
+///
+/// # Errors
+/// A scene that cannot be built.
+pub(super) fn lit_scene(design: &Design, surface: &DomeSurface) -> Result<(Scene, DVec3)> {
+    let (number, [x, y]) = middle_package(design);
+    Ok((scene::build(design, surface)?.lit_by(number), DVec3::new(x, y, 0.0)))
+}
+
+/// Traces `count` paths from one package of `design` with `surface` on all domes; coordinates from
+/// its axis.
 pub fn paths(
     design: &Design,
     surface: &DomeSurface,
     count: u64,
     seed: u64,
 ) -> Result<Vec<TracedPath>> {
-    let alone = single_package(design);
-    let scene = scene::build(&alone, surface)?;
+    let (scene, axis) = lit_scene(design, surface)?;
     let settings = Settings {
         sampling: Sampling::Random,
         roulette_below: 1.0,
@@ -114,6 +107,7 @@ pub fn paths(
     };
     let mut album = PathRecorder {
         lines: scene.lines(),
+        axis,
         power_w: scene.power() / count as f64,
         vertices: Vec::new(),
         paths: Vec::new(),
@@ -168,6 +162,7 @@ mod tests {
 
     #[test]
     fn paths_stay_in_their_plane_and_each_ends_once() {
+        // Beside others that are far away: what meets them leaves the plane no more than the rest.
         for (name, model) in [
             ("d1.toml", Model::Geometric),
             ("d1.toml", Model::Control),

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths in three dimensions of one package alone: a few to be drawn, and by polar angle the ring
-//! or surface that the light of all came from last.
+//! Paths in three dimensions from one package: a few to be drawn, as far as the next package, and
+//! by polar angle the ring or surface that the light of all came from last.
 
 use anyhow::Result;
 use bsdf::Side;
+use tracer::glam::DVec3;
 use tracer::ledger::Lines;
 use tracer::{Fate, Interaction, Observer, Ray, Sampling, Settings, trace_observed};
 
@@ -12,11 +13,15 @@ use results::package::{Path3d, Paths3d, RingOutline};
 use results::ray_paths::PathEnd;
 
 use super::package_drawing::rounded;
-use super::paths::{path_end, single_package};
+use super::paths::{lit_scene, middle_package, path_end};
 use super::scene::{self, DomeSurface, is_skin};
 
 /// Most paths traced.
 const TRACED: u64 = 1 << 16;
+/// Most surfaces that a path meets before it is given up here.
+const MAX_SURFACES: u32 = 1_000;
+/// Most surfaces that all paths meet, by the mean of the trace.
+const MAX_MET: f64 = 8e6;
 /// Paths that are kept to be drawn.
 const DRAWN: u64 = 1_500;
 /// Width of the polar angles counted, degrees.
@@ -32,17 +37,19 @@ pub(super) struct WavelengthScene<'a> {
 }
 
 /// Traces as many paths of all `parts` through a dome of `rings` as their design asks for, at most
-/// [`TRACED`].
+/// [`TRACED`], and fewer where each meets many surfaces.
 ///
 /// # Errors
 /// Scenes that cannot be built.
 pub(super) fn paths_3d(
     parts: &[WavelengthScene],
     rings: &[RingOutline],
+    surfaces_per_path: f64,
     seed: u64,
 ) -> Result<Paths3d> {
     let asked = parts.iter().map(|part| part.design.trace.paths).max();
-    let traced = asked.unwrap_or_default().min(TRACED);
+    let most = (MAX_MET / surfaces_per_path.max(1.0)) as u64;
+    let traced = asked.unwrap_or_default().min(TRACED).min(most.max(DRAWN));
     let mut seen = Paths3d {
         traced: 0,
         rings: rings.iter().map(|ring| ring.name.clone()).collect(),
@@ -64,14 +71,18 @@ pub(super) fn paths_3d(
         if count == 0 {
             continue;
         }
-        let scene = scene::build(&single_package(part.design), part.surface)?;
+        let (scene, axis) = lit_scene(part.design, part.surface)?;
         let settings = Settings {
             sampling: Sampling::Random,
             roulette_below: 1.0,
+            max_bounces: part.design.trace.max_interactions.min(MAX_SURFACES),
             ..scene::settings(part.design, count, seed.wrapping_add(place as u64))
         };
         let mut recorder = Recorder {
             lines: scene.lines(),
+            axes: part.design.array.axes_mm(),
+            own: middle_package(part.design).0,
+            axis,
             rings: &boxed,
             drawn,
             faces: &mut seen.faces,
@@ -107,12 +118,18 @@ struct End {
 #[derive(Default)]
 struct Current {
     points: Vec<[f64; 3]>,
+    /// True where it has met another package, beyond which it is not drawn.
+    is_elsewhere: bool,
     ring: Option<usize>,
     line: Option<usize>,
 }
 
 struct Recorder<'a> {
     lines: &'a Lines,
+    /// Axes of all packages, the number of the one that shines, and its axis.
+    axes: Vec<[f64; 2]>,
+    own: usize,
+    axis: DVec3,
     rings: &'a BoxedRings<'a>,
     drawn: u64,
     faces: &'a mut Vec<String>,
@@ -135,30 +152,40 @@ impl Recorder<'_> {
 impl Observer for Recorder<'_> {
     fn begins(&mut self, ray: &Ray) {
         self.path = Current::default();
-        self.path.points.push(ray.origin.to_array());
+        self.path.points.push((ray.origin - self.axis).to_array());
     }
 
     fn meets(&mut self, met: &Interaction) {
         let point = met.point;
-        if (self.paths.len() as u64) < self.drawn && self.path.points.len() < MAX_BENDS {
-            self.path.points.push(point.to_array());
+        let package = met.instance.map(|number| number as usize);
+        let package = package.filter(|number| *number < self.axes.len());
+        if (self.paths.len() as u64) < self.drawn
+            && self.path.points.len() < MAX_BENDS
+            && !self.path.is_elsewhere
+        {
+            self.path.points.push((point - self.axis).to_array());
         }
+        self.path.is_elsewhere |= package.is_some_and(|number| number != self.own);
         self.path.line = Some(met.line);
         let leaves = met.from == Side::Inner && met.to == Side::Outer && met.weight > 0.0;
-        if leaves && is_skin(&self.lines.surfaces[met.line]) {
-            self.path.ring = self.rings.nearest([point.x.hypot(point.y), point.z]);
+        if let Some(package) = package
+            && leaves
+            && is_skin(&self.lines.surfaces[met.line])
+        {
+            let [x, y] = self.axes[package];
+            self.path.ring = self.rings.nearest([(point.x - x).hypot(point.y - y), point.z]);
         }
     }
 
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
         let end = path_end(fate, self.lines);
-        let whole = self.path.points.len() < MAX_BENDS;
+        let whole = self.path.points.len() < MAX_BENDS && !self.path.is_elsewhere;
         if let Fate::Medium(_, length) = fate
             && whole
         {
             // The middle of the flight stands for the place of absorption.
             let place = ray.at(0.5 * length.min(1e3));
-            self.path.points.push(place.to_array());
+            self.path.points.push((place - self.axis).to_array());
         }
         let flies = matches!(end, PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost);
         let face = self.path.line.map(|line| self.face(line));
@@ -174,7 +201,7 @@ impl Observer for Recorder<'_> {
                 ring: self.path.ring,
                 face,
                 points_mm: points.map(|point| point.map(rounded)).collect(),
-                // The end of a path with more bends is not drawn.
+                // The end of a path with more bends, or at another package, is not drawn.
                 leaves_along: (flies && whole).then_some(along),
             });
         }
@@ -263,7 +290,7 @@ mod tests {
         let rings = package_drawing(&design, surface.meridian()).rings;
         assert_eq!(rings.len(), 18, "17 rings and the side");
         let part = WavelengthScene { design: &design, surface: &surface, share: 1.0 };
-        let seen = paths_3d(&[part], &rings, 3).expect("traced");
+        let seen = paths_3d(&[part], &rings, 10.0, 3).expect("traced");
         assert_eq!((seen.traced, seen.paths.len()), (TRACED, DRAWN as usize));
         let sum = |rows: &[Vec<u32>]| rows.iter().flatten().map(|n| u64::from(*n)).sum::<u64>();
         assert_eq!(sum(&seen.by_ring), sum(&seen.by_face));
@@ -274,8 +301,8 @@ mod tests {
         assert_eq!(none, 0, "all light leaves through the dome");
         for path in &seen.paths {
             let flies = matches!(path.fate, PathEnd::EscapedUp | PathEnd::EscapedDown);
-            let whole = path.points_mm.len() < MAX_BENDS;
-            assert!(!flies || path.ring.is_some() && path.leaves_along.is_some() == whole);
+            assert!(!flies || path.ring.is_some());
+            assert!(path.points_mm.len() < MAX_BENDS || path.leaves_along.is_none());
         }
     }
 

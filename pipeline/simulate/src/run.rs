@@ -173,14 +173,15 @@ impl Run<'_> {
         let part = WavelengthScene { design, surface: &surface, share: 1.0 };
         let output =
             Output { design, units: Units::from_design(design, None), out: destination.out };
+        let surfaces = observation.surfaces_per_path;
         let mut observation = Cow::Owned(observation);
         // Paths of the package are traced on one thread.
         let (package, written) = rayon::join(
-            || package::package(design, &[part], false, context.seed),
+            || package::package(design, &[part], false, surfaces, context.seed),
             || destination.writer.write(output, &mut result, &mut observation, context),
         );
         written?;
-        package::write(&package?, design, destination.out, &mut result)?;
+        package::write(package, output, &mut result, context)?;
         Ok(result)
     }
 
@@ -206,8 +207,9 @@ impl Run<'_> {
             destination.writer.write_by_wavelength(output, &mut result, &nodes, &observation)?;
         }
         let parts = trace.surfaces();
-        let package = package::package(self.design, &parts, true, context.seed)?;
-        package::write(&package, self.design, destination.out, &mut result)?;
+        let surfaces = observation.surfaces_per_path;
+        let package = package::package(self.design, &parts, true, surfaces, context.seed);
+        package::write(package, output, &mut result, context)?;
         Ok(result)
     }
 

@@ -16,6 +16,7 @@ use design::resolved::solids::CheckedSolid;
 use design::schema::solids::Per;
 use design::{ConfigError, Design};
 use geometry::Cell;
+use metrics::digits::shortest;
 
 use super::cells::band_cells;
 use super::dome_surface::dome_surface;
@@ -26,6 +27,8 @@ use super::trace::{GROUPS, plane};
 
 /// Radius of a dome, in widths of the package, beyond which rounding may spoil its sphere.
 const FLATTEST: f64 = 500.0;
+/// Name of the walls of the housing, as in the ledger.
+const WALL: &str = "wall";
 /// Memory of a run beside its bins, bytes.
 const BESIDES: usize = 32 << 20;
 
@@ -166,18 +169,66 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     }
     let number = design.solids.iter().position(|s| s.name() == widest.name())? + 1;
     let (key, got) = widest.stated.size();
-    let [x, y, z] = size.map(|length| (length * 1e6).round() / 1e6);
+    let [x, y, z] = size.map(shortest);
     Some(ConfigError::Value {
         file: design.provenance.file.clone(),
         key: format!("solids[{number}].{key}"),
         got,
         expected: format!(
-            "a solid in each package that does not overlap those of its neighbours: {:?} measures {x} x {y} x {z} mm and reaches {} mm from the axis, the next package stands at {distance_mm} mm ({})",
+            "a solid in each package that does not overlap those of its neighbours: {:?} measures {x} x {y} x {z} mm and reaches {} mm from the axis, the next package stands at {} mm ({})",
             widest.name(),
-            (reach_mm * 1e6).round() / 1e6,
+            shortest(reach_mm),
+            shortest(distance_mm),
             design.array.distance_key(),
         ),
     })
+}
+
+/// The key that says where the walls stand.
+fn housing_key(design: &Design) -> &'static str {
+    let stated = design.housing.as_ref().and_then(|housing| housing.inner_size_mm);
+    if stated.is_some() { "housing.inner_size_mm" } else { "housing.distance_mm" }
+}
+
+/// The value of that key.
+fn housing_value(design: &Design) -> String {
+    let Some(housing) = &design.housing else {
+        return String::new();
+    };
+    let distance_mm = housing.distance_mm.map(|mm| mm.to_string());
+    let size_mm = housing.inner_size_mm.map(|size| format!("{size:?}"));
+    distance_mm.or(size_mm).unwrap_or_default()
+}
+
+/// Ways out of an overlap of two surfaces by `depth_mm`, in words.
+fn ways_out(design: &Design, [first, second]: [&str; 2], depth_mm: f64) -> String {
+    let depth = shortest(depth_mm);
+    let names = [first, second];
+    if let (Some(half), true) = (design.housing_half_mm(), names.contains(&WALL)) {
+        let other = if first == WALL { second } else { first };
+        let solid = design.solids.iter().find(|solid| solid.name() == other);
+        let around = solid.and_then(|solid| Some(solid.form.shape(0.0).ok()?.bounds()));
+        let inner = half.map(|half| shortest(2.0 * half));
+        let needed = around.map_or(String::new(), |around| {
+            let reach = around.low.abs().max(around.high.abs());
+            let axes = if solid.is_some_and(|solid| solid.per() == Per::Package) {
+                design.half_extent_mm()
+            } else {
+                [0.0; 2]
+            };
+            let more = (0..2).map(|k| axes[k] + reach[k] - half[k]).fold(0.0, f64::max);
+            format!(" by more than {} mm", shortest(more))
+        });
+        return format!(
+            "keep {other:?} within the walls, which stand {} x {} mm apart, or set them farther out ({}){needed}",
+            inner[0],
+            inner[1],
+            housing_key(design),
+        );
+    }
+    format!(
+        "move or shrink {first:?} by {depth} mm, or {second:?}; bodies that are to touch stand face to face, or name each other under optical_contact"
+    )
 }
 
 /// The error of a solid that overlaps something else.
@@ -200,11 +251,17 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
         }
         _ => None,
     }?;
+    let ways = match error {
+        Error::Crossing { first, second, depth_mm: Some(depth_mm), .. } => {
+            format!("; {}", ways_out(design, [first, second], *depth_mm))
+        }
+        _ => String::new(),
+    };
     Some(ConfigError::Value {
         file: design.provenance.file.clone(),
         key: format!("solids[{number}].position_mm"),
         got,
-        expected: format!("a place where the solid cuts nothing: {error}"),
+        expected: format!("a place where the solid cuts nothing: {error}{ways}"),
     })
 }
 
@@ -246,8 +303,12 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
             },
         ),
         Error::IntoWall { .. } => {
-            let distance_mm = design.housing.as_ref().map(|h| h.distance_mm);
-            ("housing.distance_mm", distance_mm.unwrap_or_default().to_string())
+            return ConfigError::Value {
+                file: design.provenance.file.clone(),
+                key: housing_key(design).to_owned(),
+                got: housing_value(design),
+                expected: format!("walls that stand outside of all packages: {error}"),
+            };
         }
         Error::SourceOutside { .. } | Error::SourceInSurface { .. } | Error::OpenBody { .. } => {
             ("led.height_mm", led.height_mm.to_string())

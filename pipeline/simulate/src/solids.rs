@@ -6,11 +6,12 @@
 //! design means nothing. Solids that overlap partly come out as neighbours; the scene refuses their
 //! crossing with a place.
 //!
-//! Between the bottom and a solid that stands on it there is a gap, unless the design asks for
-//! optical contact (`contact`).
+//! Between a solid and what it stands on or touches there is a gap, unless the design asks for
+//! optical contact: with the bottom (`contact`), with other solids (`touching`).
 
 mod contact;
 mod nesting;
+mod touching;
 
 use std::collections::BTreeMap;
 
@@ -20,6 +21,8 @@ use contact::{Coverage, Covered, covered, plates};
 use nesting::{NestedObject, NestedPlace, Nesting};
 use rayon::prelude::*;
 use serde::Serialize;
+pub use touching::NARROW_MM;
+use touching::{Displacement, NarrowGap, narrow_gaps};
 use tracer::glam::{DVec2, DVec3};
 use tracer::{
     Containment, Medium, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface,
@@ -31,6 +34,7 @@ use design::resolved::footprint::Footprint;
 use design::resolved::solids::{self, CheckedSolid};
 use design::schema::solids::Per;
 use design::{ConfigError, Design};
+use metrics::digits::shortest;
 
 /// Distance by which the outer faces of a solid are drawn in, as a share of the size of the scene,
 /// for every solid that it lies in: a thousand times the offset of a ray's start from a surface.
@@ -70,6 +74,37 @@ impl SolidOnBottom {
         } else {
             format!("{name} is in optical contact with {}", touches.join(" and "))
         }
+    }
+}
+
+/// A gap between two bodies that is narrower than [`NARROW_MM`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gap {
+    /// The bodies.
+    pub between: [String; 2],
+    /// Least width, mm; 0 where they touch.
+    pub width_mm: f64,
+    /// The medium in it.
+    pub of: String,
+}
+
+impl Gap {
+    /// The gap in words, with what closes it.
+    pub fn describe(&self) -> String {
+        let Self { between: [first, second], width_mm, of } = self;
+        let stands = if *width_mm > 0.0 {
+            format!("a gap of {of}, {} mm wide", shortest(*width_mm))
+        } else {
+            format!("they touch, and a gap of {of} is kept")
+        };
+        let closes = if first == "the LED" {
+            format!("{second} wets it where it holds the LED's box")
+        } else if *width_mm > 0.0 {
+            format!("to wet it, let {second} reach into {first} and write optical_contact")
+        } else {
+            format!("optical_contact = [{first:?}] under {second} closes it")
+        };
+        format!("{first} and {second}: {stands}; {closes}")
     }
 }
 
@@ -202,6 +237,30 @@ pub fn on_bottom(
     Ok(all)
 }
 
+/// Gaps between bodies of a package, and between solids of the array, that are narrower than
+/// [`NARROW_MM`]; `package` has no solids yet.
+///
+/// # Errors
+/// Solids that [`add`] refuses.
+pub fn gaps(design: &Design, package: Prototype, bottom: &Bottom) -> Result<Vec<Gap>> {
+    let placing = Placing::new(design, bottom);
+    let mut all = Vec::new();
+    let mut bodies = [(Per::Package, package), (Per::Array, Prototype::default())];
+    for (per, body) in &mut bodies {
+        let found = place_solids(&placing, *per, body, None)?.gaps;
+        let medium = |region: Region| match region {
+            Region::Body(number) => body.media[usize::from(number)].name.clone(),
+            Region::World | Region::Opaque => "air".to_owned(),
+        };
+        all.extend(found.into_iter().map(|gap| Gap {
+            between: gap.names,
+            width_mm: gap.width_mm,
+            of: medium(gap.outer),
+        }));
+    }
+    Ok(all)
+}
+
 /// The innermost solid of the array that holds each package; `None` in air. `package` gives each
 /// with its solids.
 fn enclosing_solids<'a, 'b>(
@@ -296,8 +355,11 @@ fn extent_mm(design: &Design) -> f64 {
         .filter_map(|solid| Some(solid.form.shape(0.0).ok()?.bounds().farthest()));
     let largest = solids.fold(0.0, f64::max);
     let half = design.half_extent_mm();
-    let walls =
-        design.housing.as_ref().map_or(0.0, |h| h.distance_mm + h.thickness_mm + h.height_mm);
+    let inner = design.housing_half_mm().unwrap_or_default();
+    let walls = design.housing.as_ref().map_or(0.0, |h| {
+        let beyond = [0, 1].map(|k| (inner[k] - half[k]).max(0.0));
+        beyond[0].max(beyond[1]) + h.thickness_mm + h.height_mm
+    });
     let package = design.package_width_mm() + design.dome.as_ref().map_or(0.0, Dome::height_mm);
     half[0].max(half[1]) + design.array.pitch_mm + package + walls + largest
 }
@@ -331,6 +393,8 @@ struct PlacedSolids<'a> {
     about_dome: Region,
     /// Solids that stand on the bottom.
     on_bottom: Vec<BottomContact<'a>>,
+    /// Narrow gaps, where they are asked for.
+    gaps: Vec<NarrowGap>,
 }
 
 /// Puts the solids of one kind into an empty body or a package. Without `outside` the medium around
@@ -348,11 +412,18 @@ fn place_solids<'a>(
             depths: Vec::new(),
             about_dome: Region::World,
             on_bottom: Vec::new(),
+            gaps: Vec::new(),
         });
     }
     let domed = design.dome.is_some();
     let regions = solids::regions(&design.solids, per, domed);
     let (objects, nest) = nested(design, &own, &regions, body)?;
+    let displaced = Displacement::new(placing, &own, &objects, &nest)?;
+    // Whoever asks for gaps traces nothing.
+    let gaps = match outside {
+        None => narrow_gaps(&own, &objects, &nest, &displaced, body),
+        Some(_) => Vec::new(),
+    };
 
     for (solid, _) in &regions {
         let Some(medium) = &solid.medium else {
@@ -370,22 +441,26 @@ fn place_solids<'a>(
         }
     }
     let mut on_bottom = Vec::new();
-    for ((solid, object), place) in own.iter().zip(&objects).zip(&nest.places) {
+    for (k, ((solid, object), place)) in own.iter().zip(&objects).zip(&nest.places).enumerate() {
         let index = |region: Region| match region {
             Region::World => outside.unwrap_or(AIR).index,
             Region::Body(number) => body.media[usize::from(number)].index,
             Region::Opaque => 0.0,
         };
         let inner = if object.sheet { place.outer } else { object.inner };
-        let sides = [inner, place.outer];
-        let optics = match outside {
-            Some(_) => optics(design, solid, sides.map(index))?,
-            None => SurfaceModel::Interface,
-        };
         let depth = outside.map_or(0, |outside| outside.depth) + place.depth;
         let inset_mm = placing.inset_mm * (1 + depth) as f64;
         let shape = drawn_in(design, solid, inset_mm)?;
-        body.surfaces.push(surface(solid, shape, sides, optics));
+        for part in displaced.parts(k, &objects, place.outer, inset_mm) {
+            let sides = [inner, part.outer];
+            let optics = match outside {
+                Some(_) => optics(design, solid, sides.map(index))?,
+                None => SurfaceModel::Interface,
+            };
+            let shape =
+                if part.clips.is_empty() { shape.clone() } else { shape.clipped(part.clips) };
+            body.surfaces.push(surface(solid, shape, sides, optics));
+        }
         let foot = solid.medium.as_ref().and_then(|_| solid.form.footprint());
         if let Some(foot) = foot {
             let parts = if solid.touches_bottom() {
@@ -407,6 +482,7 @@ fn place_solids<'a>(
         depths: depths.map(|(solid, place)| (*solid, place.depth)).collect(),
         about_dome: nest.about_dome,
         on_bottom,
+        gaps,
     })
 }
 
@@ -523,7 +599,7 @@ fn touched<'a>(
         return Err(ConfigError::Value {
             file: placing.design.provenance.file.clone(),
             key: format!("solids[{}].optical_contact", number(placing.design, solid)),
-            got: "\"bottom\"".to_owned(),
+            got: solid.stated.shared.optical_contact.shown(),
             expected: format!(
                 "a solid that stands on one part of the bottom ({}), the same in every package, or with per = \"array\" a box along x and y",
                 names.join(", ")

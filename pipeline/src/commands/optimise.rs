@@ -220,7 +220,7 @@ fn verified(
     context: RunContext,
 ) -> Result<Results> {
     let context = RunContext { seed: VerificationRun::seed(context.seed), ..context };
-    let destination = Destination { out, writer: &ModelFilesWriter };
+    let destination = Destination { out, writer: &ModelFilesWriter::default() };
     let one = |design| VerificationRun::new(problem, design).results(destination, cache, context);
     let designs = vec![one(&problem.design)?, one(&found.design)?];
     Ok(Results {

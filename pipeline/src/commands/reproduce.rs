@@ -124,7 +124,7 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     }
     let all_tables = tables(&compared.iter().collect::<Vec<_>>(), Some(&cache), None, context)?;
 
-    let destination = Destination { out: &arguments.out, writer: &ModelFilesWriter };
+    let destination = Destination { out: &arguments.out, writer: &ModelFilesWriter::default() };
     let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
         let run = Run { design, lights: None, stopping_rule: None, cache: Some(&cache) };
         let models = Model::all_of(design)

@@ -14,16 +14,18 @@ use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
 use metrics::digits::thousands;
 use report::{run_summary, summary};
+use results::earlier::Earlier;
 use results::published::Published;
 use results::schema::PaperFigures;
 use results::{DesignResult, Results};
+use simulate::description::description;
 use simulate::dome_surface::dome_surface;
 use simulate::job::{Job, SharedWork, Task};
 use simulate::model::Model;
 use simulate::run::{Destination, Run};
-use simulate::solids::SolidOnBottom;
 use simulate::stopping_rule::{ErrorTarget, StoppingRule};
 use simulate::trace::GROUPS;
+use simulate::warnings::warnings;
 use simulate::{model_result, scene, scene_check};
 
 use super::arguments::{ModelChoice, cache, paths};
@@ -146,6 +148,9 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         design.trace.paths = rule.batch(design.trace.paths)?;
     }
     let models = arguments.models(&design)?;
+    for warning in warnings(&design)? {
+        context.console.warn(&warning);
+    }
     if let (None, Some(left_out)) = (arguments.model.one(), Model::left_out(&design)) {
         let file = &design.provenance.file;
         context.console.warn(&format!("{file}: {left_out}"));
@@ -176,7 +181,9 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
     let stored = [needs_tables.then_some(TABLES), stores_paths.then_some(outputs::PATHS)];
     note_interrupt(context, cache.as_ref(), &stored);
     let checkpoints = checkpoints(cache.as_ref().filter(|_| stores_paths), context)?;
-    let destination = Destination { out: &arguments.out, writer: &ModelFilesWriter };
+    let earlier = earlier(&design, &models, arguments, context);
+    let writer = ModelFilesWriter { earlier: earlier.clone() };
+    let destination = Destination { out: &arguments.out, writer: &writer };
     let context = context.storing(checkpoints.as_ref());
     let models = run.models(&models, destination, context)?;
     let designs = vec![DesignResult {
@@ -193,9 +200,12 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         references: Vec::new(),
         figures: PaperFigures::default(),
     };
-    let on_bottom = on_bottom(&design)?;
+    let standing = standing(&design)?;
     let published = Published::load()?;
-    results.write(&arguments.out, &published)?;
+    match &earlier {
+        Some(earlier) => results.write_beside(earlier, &arguments.out, &published)?,
+        None => results.write(&arguments.out, &published)?,
+    }
     checkpoints.iter().for_each(Store::finish);
     context.console.result(&results.to_json(&published)?, || {
         let light = run_summary::plain_text(&results.designs[0]);
@@ -209,19 +219,45 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
         let (out, seconds) = (arguments.out.display(), started.elapsed().as_secs_f64());
         let wavelengths = results.wavelength_errors();
         format!(
-            "{light}{on_bottom}{table}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
+            "{light}{standing}{table}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
             results::FILE
         )
     })
 }
 
-/// A line on what stands on the bottom and light enters; empty where nothing does.
-fn on_bottom(design: &Design) -> Result<String> {
-    let surface = dome_surface(design, Model::Geometric, None)?;
-    let on_bottom = scene::on_bottom(design, &surface)?;
-    if on_bottom.is_empty() {
-        return Ok(String::new());
+/// Results in the directory that this run does not replace. Says what stays and what does not.
+fn earlier(
+    design: &Design,
+    models: &[Model],
+    arguments: &RunArgs,
+    context: RunContext,
+) -> Option<Earlier> {
+    let path = arguments.out.join(results::FILE);
+    let models: Vec<String> = models.iter().map(|model| model.key(design)).collect();
+    let found = Earlier::read(&arguments.out, &design.name, &design.provenance.sha256, &models);
+    let found = found.unwrap_or_else(|error| {
+        let path = path.display();
+        context.console.warn(&format!("`{path}` is replaced, not added to: {error:#}"));
+        None
+    })?;
+    for model in &found.left_out {
+        context.console.warn(&format!("`{}`: no longer lists {model}", path.display()));
     }
-    let all: Vec<String> = on_bottom.iter().map(SolidOnBottom::describe).collect();
-    Ok(format!("on the bottom: {}\n", all.join("; ")))
+    if found.is_empty() {
+        return None;
+    }
+    let kept = found.kept().join(", ");
+    context.console.say(&format!("`{}` keeps {kept} beside this run", path.display()));
+    Some(found)
+}
+
+/// Lines on how the hybrid solves the rings, what stands on the bottom, and narrow gaps; empty where
+/// there is nothing to say.
+fn standing(design: &Design) -> Result<String> {
+    let surface = dome_surface(design, Model::Geometric, None)?;
+    let mut said = scene::standing(design, &surface)?.describe();
+    said.extend(
+        description(design).into_iter().filter(|(key, _)| ["rings", "symmetry"].contains(key)),
+    );
+    Ok(said.into_iter().map(|(key, words)| format!("{key}: {words}\n")).collect())
 }

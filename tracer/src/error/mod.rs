@@ -74,8 +74,8 @@ pub enum Error {
     },
     /// Two instances share space.
     #[error(
-        "packages overlap: instances {first} and {second} are {distance_mm} mm apart, they need \
-            at least {needed_mm} mm"
+        "packages overlap: instances {first} and {second} are {} mm apart, they need \
+            at least {} mm", rounded(*distance_mm), rounded(*needed_mm)
     )]
     Overlap {
         /// Index of one instance.
@@ -89,8 +89,12 @@ pub enum Error {
     },
     /// Two solids of one body share space.
     #[error(
-        "'{first}' and '{second}' cut each other near {at_mm:?} mm: there lies {} by the one and \
-            {} by the other", regions[0], regions[1]
+        "'{first}' and '{second}' cut each other near {} mm: {}",
+        place(at_mm),
+        match depth_mm {
+            Some(depth) => format!("they overlap by up to {} mm", rounded(*depth)),
+            None => format!("there lies {} by the one and {} by the other", regions[0], regions[1]),
+        }
     )]
     Crossing {
         /// Name of one surface.
@@ -101,11 +105,13 @@ pub enum Error {
         at_mm: [f64; 3],
         /// Regions that lie there by the first and by the second.
         regions: [String; 2],
+        /// Largest distance by which one reaches into the other, mm; `None` where one is no solid.
+        depth_mm: Option<f64>,
     },
     /// An array solid holds only a part of an instance.
     #[error(
-        "instance {instance} lies in {} and near {at_mm:?} mm in {}: expected a solid to hold all \
-            of it or nothing of it", regions[0], regions[1]
+        "instance {instance} lies in {} and near {} mm in {}: expected a solid to hold all of it \
+            or nothing of it", regions[0], place(at_mm), regions[1]
     )]
     Straddles {
         /// Index of the instance.
@@ -125,8 +131,8 @@ pub enum Error {
     },
     /// A body reaches below the ground.
     #[error(
-        "instance {instance} reaches down to z = {low_mm} mm, below the ground at z = {ground_mm} \
-            mm"
+        "instance {instance} reaches down to z = {} mm, below the ground at z = {} mm",
+        rounded(*low_mm), rounded(*ground_mm)
     )]
     BelowGround {
         /// Index of the instance.
@@ -138,7 +144,8 @@ pub enum Error {
     },
     /// A body reaches into a solid of the world.
     #[error(
-        "instance {instance} reaches into '{surface}', which begins {away_mm} mm from its axis"
+        "instance {instance} reaches into '{surface}', which begins {} mm from its axis",
+        rounded(*away_mm)
     )]
     IntoWall {
         /// Index of the instance.
@@ -301,6 +308,18 @@ pub enum Error {
     /// The caller raised the cancellation flag.
     #[error("cancelled")]
     Cancelled,
+}
+
+/// A length for people: four significant digits, at least to a picometre.
+fn rounded(mm: f64) -> f64 {
+    let digits = format!("{mm:.3e}").parse().unwrap_or(mm);
+    let fine = (mm * 1e9).round() * 1e-9;
+    if fine == 0.0 { 0.0 } else { digits }
+}
+
+/// A place for people, to a nanometre.
+fn place(at_mm: &[f64; 3]) -> String {
+    format!("{:?}", at_mm.map(|v| (v * 1e6).round() / 1e6 + 0.0))
 }
 
 /// `value` if it is finite and positive.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Traces a few paths and reports every interaction to an [`Observer`].
 
+use glam::DVec3;
+
 use crate::error::Error;
 use crate::observer::Observer;
 use crate::optics::polarisation::{Polarisation, Stokes, Unpolarised};
@@ -8,12 +10,12 @@ use crate::path::Tracer;
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::Tally;
-use crate::scene::Scene;
+use crate::scene::{Location, Scene};
 use crate::settings::Settings;
 
 /// Traces `settings.paths` paths, one after the other on this thread, and shows them to `observer`;
-/// `settings.groups` is of no meaning here. Each ray of a source, in the frame of its body, is
-/// turned into another by `aim` first: one that stays in a plane, for example.
+/// `settings.groups` is of no meaning here. Each ray of a source, in the frame of the instance that
+/// carries it, is turned into another by `aim` first: one that stays in a plane, for example.
 pub fn trace_observed(
     scene: &Scene,
     settings: &Settings,
@@ -30,7 +32,14 @@ pub fn trace_observed(
         let number =
             sources.partition_point(|placed| placed.cumulated <= pick).min(sources.len() - 1);
         let source = &sources[number];
-        let ray = aim(source.source.sample(scene.offset(), &mut rng));
+        let ray = source.source.sample(scene.offset(), &mut rng);
+        // Sources outside of their own body stand in the frame of the world.
+        let carrier = match source.location {
+            Location::Inside { instance, .. } if source.instance == Some(instance) => DVec3::ZERO,
+            _ => scene.position(source.instance),
+        };
+        let mut ray = aim(Ray { origin: ray.origin - carrier, ..ray });
+        ray.origin += carrier;
         let state = &mut tracer.begin(ray, (number, source), &mut tally, observer);
         match settings.polarisation {
             Polarisation::Unpolarised => {

@@ -104,6 +104,30 @@ impl Scene {
         self.power
     }
 
+    /// The scene with the sources of instance `number` alone, in the order in which instances were
+    /// placed. They emit the power of the whole scene. An instance without sources changes nothing.
+    #[must_use]
+    pub fn lit_by(mut self, number: usize) -> Self {
+        let mut before = 0.0;
+        let mut lit: Vec<PlacedSource> = Vec::new();
+        for placed in &self.sources {
+            let weight = placed.cumulated - before;
+            before = placed.cumulated;
+            if placed.instance == Some(number as u32) {
+                let sum = lit.last().map_or(0.0, |last| last.cumulated);
+                lit.push(PlacedSource { cumulated: sum + weight, ..placed.clone() });
+            }
+        }
+        let sum = lit.last().map_or(0.0, |last| last.cumulated);
+        if sum > 0.0 {
+            for placed in &mut lit {
+                placed.cumulated /= sum;
+            }
+            self.sources = lit;
+        }
+        self
+    }
+
     /// Names of surfaces and media, in the order of their numbers in a ledger and an observer.
     pub fn lines(&self) -> &Lines {
         &self.lines

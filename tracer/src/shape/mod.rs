@@ -41,7 +41,7 @@ pub(crate) use hull::Hull;
 pub use meridian::{Element, Meridian};
 pub use mesh::{Mesh, MeshError};
 pub(crate) use mesh::{PACKET, PacketTraversal};
-pub use placed::{Closing, Foot, Placed, Placement};
+pub use placed::{Clip, Closing, Foot, Placed, Placement};
 pub use revolution::Revolution;
 pub(crate) use shell::Shell;
 pub use sphere::Sphere;
@@ -233,6 +233,16 @@ impl Shape {
         placement: &Placement,
     ) -> Result<Self, Error> {
         Placed::new(primitives, closing, placement).map(|placed| Self::Placed(Arc::new(placed)))
+    }
+
+    /// The part of the surface of a placed shape that all `clips` keep; any other shape is kept
+    /// whole.
+    #[must_use]
+    pub fn clipped(&self, clips: Vec<Clip>) -> Self {
+        match self {
+            Self::Placed(placed) => Self::Placed(Arc::new(placed.clipped(clips))),
+            other => other.clone(),
+        }
     }
 
     /// Number of patches, each with a surface model of its own.

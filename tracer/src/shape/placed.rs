@@ -17,6 +17,9 @@ use crate::ray::Ray;
 /// Chords of a circle in [`Placed::edges`].
 const CHORDS: usize = 48;
 
+/// Distance from a crossing within which it is found again, as a share of the coordinates.
+const SAME: f64 = 1e-14;
+
 /// Largest deviation of an upright axis, 1 less its cosine.
 const UPRIGHT: f64 = 1e-12;
 
@@ -74,10 +77,30 @@ pub enum Closing {
     Open,
 }
 
+/// A solid by which the surface of another is clipped: it keeps the points on whose outer side the
+/// solid lies, or does not lie.
+#[derive(Debug, Clone)]
+pub struct Clip {
+    /// The solid, which is closed.
+    pub solid: Shape,
+    /// True if the points beside the solid are kept, false if all others are.
+    pub keeps: bool,
+    /// Distance from the surface, along its normal, at which the solid is looked for, mm: above the
+    /// gap between faces that touch.
+    pub reach_mm: f64,
+}
+
+impl Clip {
+    fn admits(&self, at: DVec3, normal: DVec3) -> bool {
+        self.solid.holds(at + normal * self.reach_mm) == self.keeps
+    }
+}
+
 /// Shapes with one placement, as one shape with one patch.
 #[derive(Debug, Clone)]
 pub struct Placed {
     members: Vec<Shape>,
+    clips: Vec<Clip>,
     closing: Closing,
     rotation: DMat3,
     /// Scale factors along the axes of the members.
@@ -156,9 +179,16 @@ impl Placed {
             sunk = inset;
         }
         let origin = origin + rotation * (middle - scale * middle) - DVec3::Z * sunk;
-        let placed = Self { members, closing, rotation, scale, origin, bounds };
+        let clips = Vec::new();
+        let placed = Self { members, clips, closing, rotation, scale, origin, bounds };
         let corners = bounds.corners().map(|corner| placed.outwards(corner));
         Ok(Self { bounds: Bounds::of_points(corners), ..placed })
+    }
+
+    /// The part of the surface that all `clips` keep. It encloses nothing by itself.
+    #[must_use]
+    pub(super) fn clipped(&self, clips: Vec<Clip>) -> Self {
+        Self { clips, ..self.clone() }
     }
 
     /// A point of the members' frame in that of the body.
@@ -184,6 +214,23 @@ impl Placed {
     }
 
     pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        if self.clips.is_empty() {
+            return self.nearest(ray, reach, sides);
+        }
+        let mut reach = reach;
+        loop {
+            let hit = self.nearest(ray, reach, sides)?;
+            let (at, normal) = self.settle(ray.at(hit.distance), hit.primitive);
+            if self.clips.iter().all(|clip| clip.admits(at, normal)) {
+                return Some(hit);
+            }
+            // Rounding may give the same crossing again.
+            reach.from = hit.distance + SAME * self.bounds.farthest();
+        }
+    }
+
+    /// The nearest hit on the whole surface.
+    fn nearest(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         let along = self.turned_back(ray.direction) / self.scale;
         // Length in the members' frame per length in the body's.
         let stretch = along.length();
@@ -224,7 +271,7 @@ impl Placed {
     }
 
     pub(super) fn closed(&self) -> bool {
-        self.closing == Closing::Closed
+        self.closing == Closing::Closed && self.clips.is_empty()
     }
 
     pub(super) fn convex(&self) -> bool {

@@ -7,8 +7,7 @@ use metrics::far_field::{BinPlacement, PeakMethod};
 
 use crate::schema::Design;
 
-/// Widest ring of the hybrid by default, µm, and most rings of a band.
-const RING_UM: f64 = 10.0;
+/// Most rings of a band by default.
 const RINGS_OF_A_BAND: usize = 10;
 
 /// Sets the keys that `written` does not have and whose default depends on others.
@@ -21,8 +20,8 @@ pub(crate) fn derive(raw: &mut Design, written: &Table) {
     far_field(raw, |key| states("far_field", key));
 }
 
-/// Rings as wide as the fewest bands of at most [`RINGS_OF_A_BAND`] rings of at most [`RING_UM`]
-/// make them; a band never holds rings of two elements.
+/// Rings are those of the elements. Of copies of another width, which a design asks for, a band
+/// holds the most that divide those of one element.
 fn rings(raw: &mut Design, states: impl Fn(&str) -> bool) {
     let Some(elements) = raw.elements.as_ref().map(|elements| elements.width_um) else {
         return;
@@ -33,10 +32,7 @@ fn rings(raw: &mut Design, states: impl Fn(&str) -> bool) {
     }
     let hybrid = &mut raw.hybrid;
     if !states("element_width_um") {
-        let whole = |length: f64, part: f64| (length / part - 1e-9).ceil().max(1.0);
-        let bands = whole(elements, RING_UM * RINGS_OF_A_BAND as f64);
-        let rings = whole(elements / bands, RING_UM);
-        hybrid.element_width_um = elements / (bands * rings);
+        hybrid.element_width_um = elements;
     }
     if !states("rings_per_band") && usable(hybrid.element_width_um) {
         let rings = (elements / hybrid.element_width_um).round() as usize;
@@ -98,32 +94,28 @@ mod tests {
     }
 
     #[test]
-    fn rings_divide_elements_of_any_width() {
-        for (width, rings, band) in [
-            ("60.0", 6, 6),
-            ("65.0", 7, 7),
-            ("80.0", 8, 8),
-            ("95.0", 10, 10),
-            ("100.0", 10, 10),
-            ("130.0", 14, 7),
-            ("170.0", 18, 9),
-            ("7.5", 1, 1),
+    fn rings_are_those_of_the_elements_unless_the_design_asks_for_copies() {
+        let copies = "element_width_um = 10.0";
+        for (width, stated, expected) in [
+            (20.0, None, (1, 1, 1)),
+            (7.5, None, (1, 1, 1)),
+            (100.0, Some(10.0), (10, 10, 5)),
+            (100.0, Some(20.0), (5, 5, 3)),
+            (130.0, Some(10.0), (13, 1, 1)),
+            (80.0, Some(10.0), (8, 8, 4)),
         ] {
-            let edit = ("width_um = 100.0", &*format!("width_um = {width}"));
-            let design = own(&[edit], "");
-            let hybrid = &design.hybrid;
-            let of_element = (design.elements.width_mm * 1e3 / hybrid.element_width_um).round();
-            assert_eq!((of_element as usize, hybrid.rings_per_band), (rings, band), "{width}");
-            assert!(hybrid.element_width_um <= 10.0 + 1e-9);
-            assert!((1..=band).contains(&hybrid.representative));
+            let width_um = format!("width_um = {width:?}\n\n[[");
+            let stated = stated.map_or(String::new(), |um: f64| format!("element_width_um = {um}"));
+            let edits = [("width_um = 100.0\n\n[[", &*width_um), (copies, &*stated)];
+            let hybrid = own(&edits, "").hybrid;
+            let rings = (width / hybrid.element_width_um).round() as usize;
+            let found = (rings, hybrid.rings_per_band, hybrid.representative);
+            assert_eq!(found, expected, "{width} {stated}");
         }
         // The rings of the paper.
         let usual = own(&[], "").hybrid;
         assert_eq!((usual.rings_per_band, usual.representative), (10, 5));
         assert!((usual.element_width_um - 10.0).abs() < 1e-12);
-        // What is stated stands.
-        let stated = own(&[], "\n[hybrid]\nelement_width_um = 20.0\n").hybrid;
-        assert_eq!((stated.rings_per_band, stated.representative), (5, 3));
     }
 
     #[test]

@@ -11,11 +11,12 @@ use tracer::shape::{Bounds, Closing, Extent, Mesh, Placement, Plane};
 use files::provenance::FileRecord;
 use geometry::outline::Ends;
 use geometry::{Meridian, shapes};
+use metrics::digits::shortest;
 
 use super::{dome, dome_mesh};
 use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
-use crate::resolved::form::{CHORDS, Form};
+use crate::resolved::form::{CHORDS, Form, LEVEL};
 use crate::schema::solids::{
     Ball, Cylinder, Disc, Flat, Solid, SolidForm, SolidMeridian, SolidMesh,
 };
@@ -203,9 +204,12 @@ impl SolidTable<'_> {
             shape.map_err(|e| self.at.value(&self.key("position_mm"), &got, &e.to_string()))?;
         let Bounds { low, high } = shape.bounds();
         let size = (high - low).max_element();
-        if low.z < -1e-9 * size {
-            let expected =
-                format!("a place above the bottom, z = 0; it reaches down to {} mm", low.z);
+        // Touching to the rounding of its place and size is touching.
+        if low.z < -LEVEL * size.max(form.placement.origin.z.abs()) {
+            let expected = format!(
+                "a place above the bottom, z = 0; it reaches down to {} mm",
+                shortest(low.z)
+            );
             return Err(self.at.value(&self.key("position_mm"), got, &expected));
         }
         if low.abs().max(high.abs()).max_element() > 2.0 * MAX_LENGTH_MM {

@@ -138,10 +138,20 @@ pub(crate) fn housing(raw: &schema::Housing, at: &Context) -> Result<Housing, Co
     let within = |key: &str, value: f64| at.within(key, value, 1e-3, 1e4);
     let floor = keys.floor.as_ref();
     let floor = floor.map(|floor| reflector("housing.floor", &floor.kind, at));
+    if keys.distance_mm.is_some() == keys.inner_size_mm.is_some() {
+        let got = if keys.distance_mm.is_some() { "given" } else { "missing" };
+        let expected = "one of this key and housing.inner_size_mm";
+        return Err(at.value("housing.distance_mm", got, expected));
+    }
+    for size in keys.inner_size_mm.iter().flat_map(|size| size.0) {
+        at.within("housing.inner_size_mm", size, 1e-3, 2e5)?;
+    }
+    let distance_mm = keys.distance_mm.map(|mm| at.length("housing.distance_mm", mm));
     Ok(Housing {
         height_mm: within("housing.height_mm", keys.height_mm)?,
         thickness_mm: within("housing.thickness_mm", keys.thickness_mm)?,
-        distance_mm: at.length("housing.distance_mm", keys.distance_mm)?,
+        distance_mm: distance_mm.transpose()?,
+        inner_size_mm: keys.inner_size_mm.map(|size| size.0),
         reflector: reflector("housing", &raw.kind, at)?,
         floor: floor.transpose()?,
     })

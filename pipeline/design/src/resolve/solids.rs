@@ -22,14 +22,15 @@ use crate::resolved::solids::{
     CheckedSolid, CheckedSurface, FileReflector, MAX_SOLIDS, SolidOptics,
 };
 use crate::schema::reflectors::Law;
-use crate::schema::solids::{GaussianShares, ReflectorFile, ScatterLaw, Solid};
+use crate::schema::solids::{Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid};
 
 /// Rounding of a sum of shares.
 const SHARES_ROUNDING: f64 = 1e-12;
 
 /// Names that surfaces and media of a scene have without solids.
-const TAKEN: [&str; 12] = [
+const TAKEN: [&str; 13] = [
     "air",
+    "all",
     "silicone",
     "dome",
     "side",
@@ -79,7 +80,31 @@ pub(crate) fn resolve(
         }
         checked.push(one(solid, &table, wavelength_nm, folder, at)?);
     }
+    for (number, solid) in raw.iter().enumerate() {
+        contacts(solid, number, raw, at)?;
+    }
     Ok(checked)
+}
+
+/// Refuses contacts with what is no other solid of as many copies.
+fn contacts(solid: &Solid, number: usize, all: &[Solid], at: &Context) -> Result<(), ConfigError> {
+    let stated = &solid.shared.optical_contact;
+    let usable = |other: &&Solid| {
+        other.shared.per == solid.shared.per
+            && other.shared.name != solid.shared.name
+            && !other.kind.is_sheet()
+    };
+    let known: Vec<&str> =
+        all.iter().filter(usable).map(|other| other.shared.name.as_str()).collect();
+    let fixed = [Contacts::BOTTOM, Contacts::ALL];
+    let is_known = |name: &&String| fixed.iter().chain(&known).any(|other| **other == ***name);
+    let Some(wrong) = stated.0.iter().find(|name| !is_known(name)) else {
+        return Ok(());
+    };
+    let known = known.iter().map(|name| format!(", {name:?}")).collect::<String>();
+    let key = format!("solids[{}].optical_contact", number + 1);
+    let expected = format!("\"bottom\", \"all\" or another solid with the same `per`{known}");
+    Err(at.value(&key, format!("{wrong:?}"), &expected))
 }
 
 fn one(
@@ -93,7 +118,7 @@ fn one(
     let mut files = Vec::new();
     let form = form::resolve(solid, table, folder, &mut files, at)?;
     substance(solid, &key, at)?;
-    if solid.shared.optical_contact.is_some() && form.footprint().is_none() {
+    if solid.shared.optical_contact.names(Contacts::BOTTOM) && form.footprint().is_none() {
         return Err(no_foot(&form, &key("optical_contact"), at));
     }
     let keys = &solid.shared;
@@ -214,10 +239,10 @@ fn substance(
     let refuse = |name: &str, got: &str, expected: &str| Err(at.value(&key(name), got, expected));
     let keys = &solid.shared;
     let coated = !keys.coating.is_empty();
-    if keys.optical_contact.is_some() && keys.medium.is_none() {
+    if !keys.optical_contact.is_empty() && keys.medium.is_none() {
         return refuse(
             "optical_contact",
-            "\"bottom\"",
+            &keys.optical_contact.shown(),
             "no such key without `medium`: light does not enter the solid",
         );
     }

@@ -17,8 +17,11 @@ use crate::serde_arrays::List;
 /// Chords of circles in sections.
 pub(crate) const CHORDS: usize = 96;
 
-/// Largest distance from the bottom of what stands on it, as a share of its size.
-const LEVEL: f64 = 1e-9;
+/// Largest distance from the bottom of what stands on it, as a share of its size: twice what bounds
+/// of the tracer's shapes are padded by.
+pub(crate) const LEVEL: f64 = 2e-9;
+/// Largest deviation of an upright axis, 1 less its cosine.
+const UPRIGHT: f64 = 1e-18;
 
 /// A form in its own coordinates, and its place.
 #[derive(Debug, Clone)]
@@ -64,7 +67,7 @@ impl Form {
             return None;
         }
         let Placement { rotation, origin, .. } = self.placement;
-        let upright = (0..3).find(|axis| 1.0 - rotation.col(*axis).z.abs() < LEVEL * LEVEL)?;
+        let upright = (0..3).find(|axis| 1.0 - rotation.col(*axis).z.abs() < UPRIGHT)?;
         let centre = origin.truncate();
         match &self.pieces[..] {
             [Shape::Mesh(_)] => None,
@@ -91,6 +94,14 @@ impl Form {
             }
             _ => None,
         }
+    }
+
+    /// The box itself, of a box whose faces lie along the axes.
+    pub fn upright_box(&self) -> Option<Bounds> {
+        let along = |axis: usize| self.placement.rotation.col(axis).abs().max_element();
+        let is_box = matches!(&self.pieces[..], [Shape::Cuboid(_)]);
+        let is_along = (0..3).all(|axis| along(axis) > 1.0 - 1e-12);
+        (is_box && is_along).then(|| Some(self.shape(0.0).ok()?.bounds())).flatten()
     }
 
     /// The box around its pieces in their own coordinates.

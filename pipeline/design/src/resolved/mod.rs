@@ -36,6 +36,7 @@ use files::Files;
 use geometry::profile::{Elements, Shape, SphericalDome};
 use geometry::{BaseSurface, GeometryError, Meridian};
 
+use super::schema::solids::Per;
 use super::schema::{self, Extent};
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
@@ -148,8 +149,12 @@ pub struct EmittedFlux {
 /// Walls around the array.
 #[derive(Debug, Clone, Serialize)]
 pub struct Housing {
-    /// From the outermost packages to the walls, mm.
-    pub distance_mm: f64,
+    /// From the outermost bodies of packages to the walls, mm, where it is stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance_mm: Option<f64>,
+    /// Lengths between the walls along x and y, mm, where they are stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inner_size_mm: Option<[f64; 2]>,
     /// Height of the walls above the bottom, mm.
     pub height_mm: f64,
     /// Thickness of the walls, mm.
@@ -213,15 +218,30 @@ impl Design {
         [0, 1].map(|k| axes.iter().map(|at| at[k].abs()).fold(0.0, f64::max))
     }
 
-    /// Half the inner lengths of the housing, mm: the packages' outlines and the distance beyond.
+    /// Half the inner lengths of the housing, mm.
     pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
-        let distance_mm = self.housing.as_ref()?.distance_mm;
-        let width = match &self.dome {
-            Some(dome) => [2.0 * dome.radius_mm(); 2],
-            None => self.led.size_mm,
+        let housing = self.housing.as_ref()?;
+        if let Some(size) = housing.inner_size_mm {
+            return Some(size.map(|length| 0.5 * length));
+        }
+        let (half, distance_mm) = (self.half_extent_mm(), housing.distance_mm.unwrap_or_default());
+        Some([0, 1].map(|k| half[k] + self.outermost(k).0 + distance_mm))
+    }
+
+    /// Farthest reach of a package from its axis along x (`axis` 0) or y, mm, and the body that
+    /// reaches so far. A box off the axis counts as one on it, so that walls stand still where
+    /// boxes are placed with deviations.
+    pub fn outermost(&self, axis: usize) -> (f64, &str) {
+        let own = match &self.dome {
+            Some(dome) => (dome.radius_mm(), "the dome"),
+            None => (0.5 * self.led.size_mm[axis], "the LED"),
         };
-        let half = self.half_extent_mm();
-        Some([0, 1].map(|k| half[k] + 0.5 * width[k] + distance_mm))
+        let of_package = self.solids.iter().filter(|solid| solid.per() == Per::Package);
+        let reaches = of_package.filter_map(|solid| {
+            let around = solid.form.shape(0.0).ok()?.bounds();
+            Some((around.low[axis].abs().max(around.high[axis].abs()), solid.name()))
+        });
+        reaches.fold(own, |far, other| if other.0 > far.0 { other } else { far })
     }
 
     /// Radiant flux that all sources of all packages emit together, W.

@@ -18,7 +18,7 @@ use super::reflector::Reflector;
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::schema::is_default;
-use crate::schema::solids::{Per, Solid};
+use crate::schema::solids::{Contacts, Per, Solid};
 
 /// Most solids: the tracer counts media of a body in eight bits, those of packages and those of the
 /// array together.
@@ -99,7 +99,9 @@ impl CheckedSolid {
 
     /// True if it stands on the bottom without a gap.
     pub fn touches_bottom(&self) -> bool {
-        self.stated.shared.optical_contact.is_some()
+        let contacts = &self.stated.shared.optical_contact;
+        contacts.names(Contacts::BOTTOM)
+            || (contacts.include(Contacts::BOTTOM) && self.form.footprint().is_some())
     }
 
     /// At another wavelength.

@@ -202,7 +202,7 @@ fn array_fields(array: &Array) -> Value {
 }
 
 fn housing_fields(housing: &Housing) -> Value {
-    fields!(housing => Housing { distance_mm, height_mm, thickness_mm, reflector, floor })
+    fields!(housing => Housing { distance_mm, inner_size_mm, height_mm, thickness_mm, reflector, floor })
 }
 
 fn receiver_fields(receiver: &CheckedReceiver) -> Value {

@@ -10,8 +10,9 @@ use super::is_default;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Hybrid {
-    /// Radial width of a ring, µm: divides `elements.width_um`, at most 10 000 rings. Default the
-    /// widest, up to 10, that makes the bands of an element equal.
+    /// Radial width of a ring, µm: divides `elements.width_um`, at most 10 000 rings. Default
+    /// `elements.width_um`, the rings as designed; a smaller width is a design of its own, of
+    /// copies of the relief at that width.
     pub element_width_um: f64,
     /// Neighbouring rings that share a table: divides the number of rings. Default the most, up to
     /// 10, that divide those of an element.

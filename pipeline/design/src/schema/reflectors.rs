@@ -159,8 +159,13 @@ pub type Housing = Tagged<HousingKeys, Law<Reflectance>>;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HousingKeys {
-    /// Distance from the outermost packages to the inside of the walls, mm; 1e-6 to 10 000.
-    pub distance_mm: f64,
+    /// Distance from the outermost bodies of the outermost packages (dome, LED's box, solids of each
+    /// package) to the inside of the walls, mm; 1e-6 to 10 000. This or `inner_size_mm`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance_mm: Option<f64>,
+    /// Lengths between the walls along x and y, about the middle of the array, mm; 0.001 to 200 000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inner_size_mm: Option<List<f64, 2>>,
     /// Height of the walls above the bottom, mm; 0.001 to 10 000.
     pub height_mm: f64,
     /// Thickness of the walls, mm; 0.001 to 10 000.

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[[solids]]` as written.
 
+use std::borrow::Cow;
+
 use bsdf::LobeMotion;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::files::lobe_motion;
 use super::films::Layer;
@@ -29,10 +32,14 @@ pub struct SolidKeys {
     /// 0; default the origin.
     #[serde(default, skip_serializing_if = "is_default")]
     pub position_mm: List<f64, 3>,
-    /// Contact with the bottom, of a box, cylinder or meridian with a `medium` that stands upright
-    /// and flat on z = 0. Default a gap.
-    pub optical_contact: Option<OpticalContact>,
-    /// Material: keys of `[silicone]`.
+    /// Bodies that light in the solid, which has a `medium`, meets without a gap: names of solids
+    /// that it touches or overlaps, `"bottom"`, a list of these, or `"all"` for whatever it touches.
+    /// The body named displaces this one where both overlap. `"bottom"` is the mirror or floor
+    /// below a box with one axis upright, an upright cylinder or meridian that stands on z = 0 with a
+    /// flat face. Default none: a gap to everything that it touches.
+    #[serde(default, skip_serializing_if = "Contacts::is_empty")]
+    pub optical_contact: Contacts,
+    /// Material: a table with the keys of `[silicone]`.
     pub medium: Option<Silicone>,
     /// Thin layers on a solid with a medium, from its inside outwards, as `dome.coating`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -184,12 +191,92 @@ pub enum Per {
     Array,
 }
 
-/// Partner of an optical contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum OpticalContact {
-    /// Light in the solid meets the bottom directly.
-    Bottom,
+/// Names of the bodies that a solid is in optical contact with.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Contacts(pub Vec<String>);
+
+impl Contacts {
+    /// The mirror or the floor below.
+    pub const BOTTOM: &str = "bottom";
+    /// Whatever it touches.
+    pub const ALL: &str = "all";
+
+    /// True if it has a gap to all others.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// True if a body is named, by its own name or among all.
+    pub fn include(&self, name: &str) -> bool {
+        self.0.iter().any(|known| known == name || known == Self::ALL)
+    }
+
+    /// True if a body is named by its own name.
+    pub fn names(&self, name: &str) -> bool {
+        self.0.iter().any(|known| known == name)
+    }
+
+    /// The names, as messages show them.
+    pub fn shown(&self) -> String {
+        match &self.0[..] {
+            [one] => format!("{one:?}"),
+            all => format!("{all:?}"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Contacts {
+    fn deserialize<D: Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
+        struct Names;
+
+        impl<'de> Visitor<'de> for Names {
+            type Value = Contacts;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a name or a list of names")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Contacts, E> {
+                Ok(Contacts(vec![name.to_owned()]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<Contacts, A::Error> {
+                let mut all = Vec::new();
+                while let Some(name) = names.next_element()? {
+                    all.push(name);
+                }
+                Ok(Contacts(all))
+            }
+        }
+
+        reader.deserialize_any(Names)
+    }
+}
+
+impl Serialize for Contacts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.0[..] {
+            [one] => one.serialize(serializer),
+            all => all.serialize(serializer),
+        }
+    }
+}
+
+impl JsonSchema for Contacts {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "names".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "string"},
+            {"type": "array", "items": {"type": "string"}},
+        ]})
+    }
 }
 
 /// `[solids.scatter]`.

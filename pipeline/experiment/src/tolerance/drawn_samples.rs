@@ -4,7 +4,7 @@
 use anyhow::Result;
 
 use design::dotted_keys::Settings;
-use simulate::observation::symmetry;
+use simulate::symmetry::of_maps;
 
 use super::definition::ToleranceAnalysis;
 use super::deviations::{Deviations, Offset};
@@ -51,10 +51,10 @@ impl DrawnSamples {
             Ok(Drawn { offsets, settings })
         };
         let samples: Vec<Drawn> = (0..analysis.samples).map(draw).collect::<Result<_>>()?;
-        let of_design = symmetry(&analysis.design);
+        let of_design = of_maps(&analysis.design);
         let lacks = |drawn: &Drawn| {
             let sample = analysis.source.with(&drawn.settings);
-            sample.is_ok_and(|sample| symmetry(&sample) < of_design)
+            sample.is_ok_and(|sample| of_maps(&sample) < of_design)
         };
         let breaks_symmetry = samples.iter().any(lacks);
         Ok(Self { samples, breaks_symmetry })

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{AngularBins, BinPlacement};
 use crate::estimate::DISTINCT;
+use crate::illuminance::Symmetry;
 use crate::{Estimate, Grouped, jackknife};
 
 /// The largest of the bins of the upper hemisphere of `profile`.
@@ -167,6 +168,8 @@ pub struct FarFieldReading {
     pub peak_fit_deg: f64,
     /// Azimuth of the cut that the peak is read from, degrees; `None`: from the mean over azimuth.
     pub cut_deg: Option<f64>,
+    /// Symmetries over whose images a cut is averaged.
+    pub symmetry: Symmetry,
 }
 
 impl FarFieldReading {
@@ -206,7 +209,7 @@ impl FarFieldReading {
     fn profile(&self, powers: &[f64]) -> Vec<f64> {
         self.cut_deg.map_or_else(
             || self.sphere().profile(powers),
-            |azimuth| self.sphere().cut(powers, azimuth),
+            |azimuth| self.sphere().half_planes(powers, &self.symmetry.azimuths(azimuth)),
         )
     }
 

@@ -101,17 +101,23 @@ impl AngularBins {
         if all > 0.0 { part / all } else { 0.0 }
     }
 
-    /// Intensity in the half-planes φ = `azimuth_deg` + 0, 90, 180, 270°, averaged, W/sr. A
-    /// half-plane on an edge between two bins takes both.
-    pub fn cut(&self, powers: &[f64], azimuth_deg: f64) -> Vec<f64> {
+    /// Intensity in the half-planes at these azimuths, averaged, W/sr. A half-plane on an edge
+    /// between two bins takes both.
+    pub fn half_planes(&self, powers: &[f64], azimuths_deg: &[f64]) -> Vec<f64> {
         let width = 360.0 / self.azimuths as f64;
         let mut chosen = Vec::new();
-        for quarter in 0..4 {
-            let place = (azimuth_deg + 90.0 * f64::from(quarter)) / width;
+        for azimuth in azimuths_deg {
+            let place = azimuth / width;
             let bin = place.floor() as usize % self.azimuths;
             chosen.push(bin);
             if (place - place.round()).abs() < 1e-9 {
-                chosen.push((place.round() as usize + self.azimuths - 1) % self.azimuths);
+                let edge = place.round() as usize % self.azimuths;
+                // Beside the edge, on whichever side the bin above is not.
+                chosen.push(if edge == bin {
+                    (edge + self.azimuths - 1) % self.azimuths
+                } else {
+                    edge
+                });
             }
         }
         let solid_share = chosen.len() as f64 / self.azimuths as f64;
@@ -127,6 +133,7 @@ impl AngularBins {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::illuminance::Symmetry;
 
     const BINS: AngularBins =
         AngularBins { bin_deg: 2.0, polar: 90, azimuths: 36, bins: BinPlacement::Between };
@@ -138,8 +145,16 @@ mod tests {
         for j in [8, 9] {
             p[10 * 36 + j] = BINS.ring_sr(10) / 36.0;
         }
-        assert!((BINS.cut(&p, 0.0)[10] - 0.25).abs() < 1e-12);
-        assert!(BINS.cut(&p, 45.0)[10].abs() < 1e-15);
+        let read = |symmetry: Symmetry, azimuth: f64| {
+            BINS.half_planes(&p, &symmetry.azimuths(azimuth))[10]
+        };
+        assert!((read(Symmetry::Square, 0.0) - 0.25).abs() < 1e-12);
+        assert!(read(Symmetry::Square, 45.0).abs() < 1e-15);
+        // A rectangle keeps x and y apart, and without symmetry every half-plane stands alone.
+        assert!((read(Symmetry::Rectangle, 90.0) - 0.5).abs() < 1e-12);
+        assert!(read(Symmetry::Rectangle, 0.0).abs() < 1e-15);
+        assert!((read(Symmetry::None, 90.0) - 1.0).abs() < 1e-12);
+        assert!(read(Symmetry::None, 270.0).abs() < 1e-15);
         assert!((BINS.profile(&p)[10] - 2.0 / 36.0).abs() < 1e-12);
     }
 }

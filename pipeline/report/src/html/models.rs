@@ -2,6 +2,7 @@
 //! What the folder holds of each model: far field and map, in the form in which the page keeps
 //! them.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
@@ -194,11 +195,17 @@ impl Columns {
 }
 
 /// Names of the curves of a far field, as the columns begin and as people read them.
-const CURVES: [(&str, &str); 3] = [
+const CURVES: [(&str, &str); 6] = [
     ("mean_over_azimuth_", "mean over azimuth"),
     ("azimuth_0_", "azimuth 0°"),
     ("azimuth_45_", "azimuth 45°"),
+    ("azimuth_90_", "azimuth 90°"),
+    ("azimuth_180_", "azimuth 180°"),
+    ("azimuth_270_", "azimuth 270°"),
 ];
+/// Half-planes that make one section with the one opposite to them.
+const OPPOSITE: [(&str, &str); 2] =
+    [("azimuth 0°", "azimuth 180°"), ("azimuth 90°", "azimuth 270°")];
 
 /// The curves of `far_field.csv`, from θ = 0 to 180°.
 #[derive(Debug)]
@@ -245,6 +252,12 @@ impl FarFieldTable {
         self.curves.iter().find(|curve| curve.label() == name)
     }
 
+    /// The curve opposite to the one of this name, of light that is not its mirror image.
+    pub fn opposite(&self, name: &str) -> Option<&Curve> {
+        let (_, opposite) = OPPOSITE.iter().find(|(cut, _)| *cut == name)?;
+        self.curve(opposite)
+    }
+
     /// As JSON, in five digits.
     pub fn to_json(&self) -> Value {
         let numbers = |values: &[f64]| values.iter().copied().map(rounded).collect::<Vec<_>>();
@@ -252,6 +265,7 @@ impl FarFieldTable {
         json!({
             "theta": self.curves.first().map(Curve::x),
             "curves": self.curves.iter().map(curve).collect::<Vec<_>>(),
+            "opposite": OPPOSITE.into_iter().collect::<BTreeMap<_, _>>(),
         })
     }
 }

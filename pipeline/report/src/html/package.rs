@@ -40,7 +40,7 @@ impl Album {
             let picture = path_picture(&package.drawing, &heading, &package.section_paths);
             let shares = shares(package);
             let caption = format!(
-                "Section of one package with its LED, mirror, solids and receiver plane; {subtitle}: {shares}."
+                "Section of the package nearest to the middle, with its LED, mirror, solids, receiver plane and what stands beside it; it alone shines; {subtitle}: {shares}."
             );
             let shown = all.is_empty();
             all.push(self.add(&picture, &caption, &json!({"model": i.to_string()}), shown));
@@ -123,6 +123,15 @@ pub fn view_3d(
         |p: &[f64; 3]| p.map(|x| linear(x.clamp(-radius, radius) + radius, 2.0 * radius));
     let packed: Vec<u16> = points.iter().flatten().flat_map(quantised).collect();
     let solid = |s: &results::package::SolidDrawing| json!({"name": s.name, "bounds": s.bounds_mm});
+    // Other packages by the boxes around them, since paths end there.
+    let top = drawing.dome_mm.iter().flatten().map(|[_, z]| *z);
+    let top = drawing.led_corners().map(|[.., z]| z).into_iter().chain(top).fold(0.0, f64::max);
+    let reach = drawing.radius_mm;
+    let boxed = |[x, y]: [f64; 2]| {
+        let bounds = [[x - reach, y - reach, 0.0], [x + reach, y + reach, top]];
+        json!({"name": "package", "bounds": bounds})
+    };
+    let others = drawing.neighbours(radius + reach).map(boxed);
     let number = |place: Option<usize>| place.map_or(-1, |place| place as i64);
     Ok(json!({
         "radius": radius,
@@ -133,7 +142,7 @@ pub fn view_3d(
         "led": drawing.led_corners(),
         "mirror": drawing.mirror_half_mm,
         "plane": drawing.plane_mm,
-        "solids": drawing.solids.iter().map(solid).collect::<Vec<_>>(),
+        "solids": drawing.solids.iter().map(solid).chain(others).collect::<Vec<_>>(),
         "sizes": points.iter().map(Vec::len).collect::<Vec<_>>(),
         "points": base64_of_numbers(&packed),
         "fates": paths.iter().map(|path| place_of(path.fate)).collect::<Vec<_>>(),

@@ -122,14 +122,15 @@ impl Album {
                         let Some(curve) = field.curve(&cut) else {
                             continue;
                         };
-                        let curve = match scale {
-                            "relative" if curve.maximum() > 0.0 => {
-                                curve.relative_to(curve.maximum())?
-                            }
-                            _ => curve.clone(),
+                        let opposite = field.opposite(&cut);
+                        let most = opposite.map_or(0.0, Curve::maximum).max(curve.maximum());
+                        let scaled = |curve: &Curve| match scale {
+                            "relative" if most > 0.0 => curve.relative_to(most),
+                            _ => Ok(curve.clone()),
                         };
+                        let opposite = opposite.map(scaled).transpose()?;
                         let number = palette::model_number(model.key).unwrap_or(0);
-                        chosen.add(model, &curve, number)?;
+                        chosen.add(model, &scaled(curve)?, opposite.as_ref(), number)?;
                     }
                     if chosen.whole.is_empty() {
                         continue;
@@ -139,7 +140,9 @@ impl Album {
                         (_, Unit::Candela) => Quantity::new("luminous intensity", Unit::Candela),
                         (_, unit) => Quantity::new("intensity", unit),
                     };
-                    let subtitle = format!("{name}, {cut}{words}");
+                    let left = design[0].1.opposite(&cut);
+                    let left = left.map_or(String::new(), |c| format!(", left {}", c.label()));
+                    let subtitle = format!("{name}, {cut}{left}{words}");
                     let heading = Heading::new("Far field", &subtitle);
                     let field = |curves, peaks| FarField {
                         heading: &heading,
@@ -339,7 +342,15 @@ fn account_colour(name: &str, accounts: &[String]) -> Colour {
 /// Names of the curves of far fields.
 pub fn cuts(fields: &[FarFieldTable]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    for curve in fields.iter().flat_map(|field| &field.curves) {
+    let is_left = |curve: &&Curve| {
+        fields.iter().any(|field| {
+            field.curves.iter().any(|other| {
+                field.opposite(other.label()).is_some_and(|left| left.label() == curve.label())
+            })
+        })
+    };
+    let all = fields.iter().flat_map(|field| &field.curves);
+    for curve in all.filter(|curve| !is_left(curve)) {
         if names.iter().all(|name| name != curve.label()) {
             names.push(curve.label().to_owned());
         }
@@ -367,17 +378,31 @@ struct Chosen {
 }
 
 impl Chosen {
-    fn add(&mut self, model: &Model, curve: &Curve, number: usize) -> Result<()> {
+    /// Adds a curve, and the one in the opposite half-plane where it is another.
+    fn add(
+        &mut self,
+        model: &Model,
+        curve: &Curve,
+        opposite: Option<&Curve>,
+        number: usize,
+    ) -> Result<()> {
         let upper = curve.x().iter().filter(|theta| **theta <= 90.0).count();
-        let named = |count: usize| {
+        let named = |curve: &Curve, count: usize, most: usize| {
             let [x, value, error] = [curve.x(), curve.value(), curve.standard_error()];
             let cut = |list: &[f64]| list[..count].to_vec();
-            Curve::new(model.label(), cut(x), cut(value), cut(error))
+            Curve::new(model.label(), cut(x), cut(value), cut(error))?.thinned(most)
         };
         let published = model.entry.figures.get(PEAK_ANGLE.key).and_then(|peak| peak.published);
         self.peaks.extend(published.map(|angle| (self.whole.len(), angle)));
-        self.upper.push(named(upper)?.thinned(MOST_POINTS)?.mirrored()?);
-        self.whole.push(named(curve.x().len())?.thinned(2 * MOST_POINTS)?);
+        let right = named(curve, upper, MOST_POINTS)?;
+        let left = opposite.map_or(Ok(right.clone()), |left| named(left, upper, MOST_POINTS))?;
+        self.upper.push(right.beside(&left)?);
+        let all = curve.x().len();
+        let whole = named(curve, all, 2 * MOST_POINTS)?;
+        self.whole.push(match opposite {
+            Some(left) => whole.beside(&named(left, all, 2 * MOST_POINTS)?)?,
+            None => whole,
+        });
         self.numbers.push(number);
         Ok(())
     }

@@ -43,6 +43,8 @@ pub(super) struct NestingError {
 /// Places of all objects, and the regions around the dome and the box.
 pub(super) struct Nesting {
     pub places: Vec<NestedPlace>,
+    /// Of every object, the others that hold it.
+    pub holders: Vec<Vec<usize>>,
     pub about_dome: Region,
     pub about_box: Region,
 }
@@ -113,7 +115,7 @@ impl Nesting {
                 });
             }
         }
-        Ok(Self { places, about_dome: around_dome.0, about_box: around_box.0 })
+        Ok(Self { places, holders, about_dome: around_dome.0, about_box: around_box.0 })
     }
 
     /// Sets the outer regions of the body's surfaces.
@@ -134,7 +136,7 @@ fn is_skin(surface: &Surface) -> bool {
 }
 
 /// True if a surface is that of the LED's box.
-fn is_box(surface: &Surface) -> bool {
+pub(super) fn is_box(surface: &Surface) -> bool {
     surface.inner == Region::Opaque && matches!(surface.shape, Shape::Cuboid(_))
 }
 
@@ -150,7 +152,7 @@ pub(super) fn all_in(points: &[DVec3], shape: &Shape) -> bool {
 }
 
 /// Hits of random lines through the box around a shape: each line, with distances and pieces.
-fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
+pub(super) fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
     let mut rng = random::stream(0x5011_d5ee, 0);
     let around = shape.bounds();
     let size = around.size().length();

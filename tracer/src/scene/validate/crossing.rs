@@ -18,6 +18,7 @@
 use glam::DVec3;
 use rand::Rng;
 
+use super::overlap;
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;
@@ -205,6 +206,7 @@ impl<'a> CrossingSearch<'a> {
                         second: name(a),
                         at_mm: at.to_array(),
                         regions: [region.clone(), region],
+                        depth_mm: overlap::depth(&a.shape, &b.shape),
                     });
                 }
             }
@@ -320,6 +322,22 @@ impl<'a> CrossingSearch<'a> {
         let name = |surface: &CompiledSurface, patch: u32| {
             self.lines.surfaces[surface.patches[patch as usize].line].clone()
         };
+        let regions = [met.regions[0], region].map(|region| self.space.name(region));
+        // The solid that truly overlaps the one met, if it is one: the deepest.
+        let others = self.space.surfaces.iter().filter(|other| {
+            !std::ptr::eq(*other, met.surface) && solid(met.surface) && solid(other)
+        });
+        let overlapping = others
+            .filter_map(|other| Some((other, overlap::depth(&met.surface.shape, &other.shape)?)));
+        if let Some((other, depth)) = overlapping.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            return Error::Crossing {
+                first: name(met.surface, met.patch),
+                second: name(other, 0),
+                at_mm: at.to_array(),
+                regions,
+                depth_mm: Some(depth),
+            };
+        }
         // Without a crossing before, the surface that should lie between the two regions.
         let between = || {
             let surfaces = self.space.surfaces.iter();
@@ -341,7 +359,8 @@ impl<'a> CrossingSearch<'a> {
             first: name(met.surface, met.patch),
             second: other,
             at_mm: at.to_array(),
-            regions: [met.regions[0], region].map(|region| self.space.name(region)),
+            regions,
+            depth_mm: None,
         }
     }
 
@@ -375,6 +394,7 @@ impl<'a> CrossingSearch<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::overlap;
     use super::*;
 
     #[test]

@@ -3,6 +3,7 @@
 
 mod crossing;
 mod gjk;
+mod overlap;
 mod source_regions;
 
 use std::collections::HashMap;

@@ -14,6 +14,7 @@ const JUDGE: FarFieldReading = FarFieldReading {
     peak: PeakMethod::Parabola,
     peak_fit_deg: 6.0,
     cut_deg: None,
+    symmetry: Symmetry::Square,
 };
 
 /// Powers of the intensity `f(θ°)`, spread evenly over azimuth, integrated over each ring.

@@ -25,12 +25,14 @@ part("far-field", () => {
       at = clamp(i, 0, theta.length - 1);
       line(side * theta[at]);
       const item = (m) => {
-        const curve = m.farField.curves.find((c) => c.name === cut);
+        const named = (name) => m.farField.curves.find((c) => c.name === name);
+        // Left of the axis lies the opposite half-plane, where it is another.
+        const curve = (side < 0 && named(m.farField.opposite[cut])) || named(cut);
         if (!curve || !figure.labels.includes(m.label)) return null;
         const full = scale === "relative" ? Math.max(...curve.value) : 1;
         return el("span", { class: "item" }, `${m.label} `, el("b", {}, withError(curve.value[at] / full, curve.error[at] / full)));
       };
-      readout.replaceChildren(el("span", { class: "item" }, `θ = ${digits(theta[at])}°:`), ...models.map(item).filter(Boolean));
+      readout.replaceChildren(el("span", { class: "item" }, `θ = ${digits(side * theta[at])}°:`), ...models.map(item).filter(Boolean));
     };
     reads(image, panel, (x) => {
       side = x < 0 ? -1 : 1;

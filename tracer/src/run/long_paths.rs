@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Roulette among long paths: of two that have met as many surfaces, one goes on with the weight of
+//! both.
+//!
+//! Light that a body holds by total reflection keeps its weight and would be followed for thousands
+//! of surfaces. Where a path has met [`LONG`] surfaces, and again at every doubling, it waits for the
+//! next that comes so far. One of both, chosen by their weights, goes on with their sum: the mean
+//! of every reading stays, and the power of a group balances to rounding, as no weight is made or
+//! lost. So of n paths that stay for ever, n/2 go beyond `LONG`, n/4 beyond twice as many.
+
+use crate::observer::Observer;
+use crate::optics::polarisation::Light;
+use crate::path::{PathState, Tracer};
+use crate::random::{self, PathStream};
+use crate::receiver::Tally;
+
+/// Surfaces after which a path is long.
+pub(super) const LONG: u32 = 256;
+
+/// A path with its light and its random numbers.
+type Waiting<L> = (PathState, L, PathStream);
+
+/// Long paths that wait for another, by the number of doublings.
+pub(super) struct LongPaths<L> {
+    waiting: Vec<Option<Waiting<L>>>,
+}
+
+impl<L> Default for LongPaths<L> {
+    fn default() -> Self {
+        Self { waiting: Vec::new() }
+    }
+}
+
+impl<L: Light> LongPaths<L> {
+    /// Takes a path that has met [`LONG`] surfaces; returns how many surfaces were met since.
+    pub fn take(
+        &mut self,
+        tracer: &Tracer<'_>,
+        path: Waiting<L>,
+        tally: &mut Tally<'_>,
+        observer: &mut impl Observer,
+    ) -> u64 {
+        let (mut path, mut hits) = (path, 0);
+        for level in 0.. {
+            if self.waiting.len() <= level {
+                self.waiting.push(None);
+            }
+            let Some(other) = self.waiting[level].take() else {
+                self.waiting[level] = Some(path);
+                return hits;
+            };
+            path = one_of(path, other);
+            let (is_over, met) = walk_on(tracer, &mut path, level, tally, observer);
+            hits += met;
+            if is_over {
+                return hits;
+            }
+        }
+        hits
+    }
+
+    /// Follows those that wait to their ends; returns how many surfaces they met.
+    pub fn finish(
+        mut self,
+        tracer: &Tracer<'_>,
+        tally: &mut Tally<'_>,
+        observer: &mut impl Observer,
+    ) -> u64 {
+        let (mut hits, mut left) = (0, None);
+        let levels = self.waiting.len();
+        for level in 0.. {
+            let waits = self.waiting.get_mut(level).and_then(Option::take);
+            left = match (left, waits) {
+                (Some(one), Some(other)) => Some(one_of(one, other)),
+                (one, other) => one.or(other),
+            };
+            let Some(path) = &mut left else {
+                if level >= levels {
+                    break;
+                }
+                continue;
+            };
+            let (is_over, met) = walk_on(tracer, path, level, tally, observer);
+            hits += met;
+            if is_over {
+                left = None;
+            }
+        }
+        hits
+    }
+}
+
+/// One of two paths, by their weights, with the weight of both.
+fn one_of<L>(mut one: Waiting<L>, other: Waiting<L>) -> Waiting<L> {
+    let sum = one.0.weight + other.0.weight;
+    if random::unit(&mut one.2) * sum < other.0.weight {
+        one = other;
+    }
+    one.0.weight = sum;
+    one
+}
+
+/// Follows a path to the surface at which the next level begins; true if it has ended, and how many
+/// it met.
+fn walk_on<L: Light>(
+    tracer: &Tracer<'_>,
+    (state, light, stream): &mut Waiting<L>,
+    level: usize,
+    tally: &mut Tally<'_>,
+    observer: &mut impl Observer,
+) -> (bool, u64) {
+    let before = state.history.bounces;
+    let next = LONG.checked_shl(level as u32 + 1).unwrap_or(u32::MAX);
+    let is_over = tracer.walk_to(state, light, stream, (tally, observer), next.max(before + 1));
+    (is_over, u64::from(state.history.bounces - before))
+}
