@@ -47,7 +47,7 @@ pub enum SourceForm {
     /// Top and four sides of the LED box, Lambertian.
     Chip(ChipSource),
     /// A point that emits a far field (`.ies`, `.ldt`), whole, or a set of rays (`.tm25ray`,
-    /// `.ray`, `.dat`, `.sdf`) that start about it.
+    /// `.ray`, `.dat`, `.sdf`, `.txt`) that start about it.
     File(SourceOfFile),
 }
 
