@@ -96,7 +96,7 @@ impl Resolution {
 }
 
 /// Point k of n evenly spread points of the unit square (golden-ratio sequence).
-fn lattice_point(k: usize, n: usize) -> [f64; 2] {
+pub(crate) fn lattice_point(k: usize, n: usize) -> [f64; 2] {
     [(k as f64 + 0.5) / n as f64, (0.5 + k as f64 * 0.618_033_988_749_895).fract()]
 }
 

@@ -15,6 +15,7 @@
 //! \[Harvey 1976\] J. E. Harvey, *Light-scattering characteristics of optical surfaces*, Ph.D.
 //! thesis, University of Arizona.
 
+mod reciprocal;
 mod scatter_table;
 
 pub use scatter_table::{CellDistribution, IncidenceTotals, IncidentNode, ScatterTable};
@@ -45,6 +46,8 @@ pub struct MeasuredBsdf {
     between: LobeMotion,
     /// By side of incidence and transport.
     tables: [[Option<ScatterTable>; 2]; 2],
+    /// Side of incidence whose transmission follows from that of the other.
+    derived: Option<Side>,
     largest_power: f64,
     largest_at_node: f64,
 }
@@ -74,10 +77,37 @@ impl MeasuredBsdf {
                 )));
             }
         }
-        let mut measured =
-            Self { indices, between, tables: all, largest_power: 0.0, largest_at_node: 0.0 };
+        let mut measured = Self {
+            indices,
+            between,
+            tables: all,
+            derived: None,
+            largest_power: 0.0,
+            largest_at_node: 0.0,
+        };
         [measured.largest_power, measured.largest_at_node] = measured.check()?;
         Ok(measured)
+    }
+
+    /// The same surface, with the transmission of light from a side of which none was given by
+    /// reciprocity from that of light from the other.
+    ///
+    /// # Errors
+    /// If the power of an incidence then exceeds 1 by more than 0.1.
+    pub fn reciprocal(mut self) -> Result<Self, Error> {
+        let given = |side: Side| self.table(side, Transport::Transmission);
+        let missing = Side::BOTH.into_iter().find(|side| given(*side).is_none());
+        let derived = missing.and_then(|side| {
+            let [this, other] = [side, side.opposite()].map(|side| self.index(side));
+            let scale = (other / this).powi(2);
+            Some((side, reciprocal::reversed(given(side.opposite())?, scale)))
+        });
+        if let Some((side, table)) = derived {
+            self.tables[side.index()][Transport::Transmission.index()] = Some(table);
+            self.derived = Some(side);
+            [self.largest_power, self.largest_at_node] = self.check()?;
+        }
+        Ok(self)
     }
 
     /// The largest power at any incidence of the tables, and the largest that they state
@@ -111,6 +141,12 @@ impl MeasuredBsdf {
             }
         }
         Ok([worst, worst_stated])
+    }
+
+    /// The side whose transmission [`MeasuredBsdf::reciprocal`] added.
+    #[must_use]
+    pub fn derived(&self) -> Option<Side> {
+        self.derived
     }
 
     /// The largest power at any incidence of the tables. It exceeds 1 where two tables with

@@ -108,6 +108,13 @@ impl TensorTree {
         0.5_f64.powi(depth(&self.root) as i32)
     }
 
+    /// The tree of rank 4 for light that goes backwards, with all values times `scale`: incidence
+    /// and exit change places, and directions of travel turn round.
+    #[must_use]
+    pub fn reversed(&self, scale: f64) -> Self {
+        Self { rank: self.rank, root: reversed(&self.root, scale as f32) }
+    }
+
     /// A tree of rank 4 with 2^`log2` cells along each coordinate, from its non-zero cells:
     /// incidence cell, exit cell and value, with cells numbered u · 2^log2 + v. Parts of one value
     /// become one leaf.
@@ -126,6 +133,24 @@ impl TensorTree {
         cells.sort_unstable_by_key(|c| key(c.0));
         let keyed: Vec<(u64, f32)> = cells.iter().map(|c| (key(c.0), c.1)).collect();
         Self { rank: 4, root: from_sorted(&keyed, log2) }
+    }
+}
+
+/// The branch of rank 4 with halves (a, b, c, d) of its coordinates at (1-c, 1-d, 1-a, 1-b).
+fn reversed(branch: &Branch, scale: f32) -> Branch {
+    match branch {
+        Branch::Split(children) => {
+            let from = |k: usize| !((k >> 2 & 3) | (k & 3) << 2) & 15;
+            let all = (0..children.len()).filter_map(|k| children.get(from(k)));
+            Branch::Split(all.map(|child| reversed(child, scale)).collect())
+        }
+        Branch::Block { log2, values } => {
+            let bits = 2 * log2;
+            let (count, low) = (values.len(), (1_usize << bits) - 1);
+            let from = |k: usize| (count - 1) & !((k >> bits) | (k & low) << bits);
+            let all = (0..count).filter_map(|k| values.get(from(k)));
+            Branch::Block { log2: *log2, values: all.map(|value| value * scale).collect() }
+        }
     }
 }
 
@@ -247,6 +272,37 @@ mod tests {
                 }
                 true
             });
+        }
+    }
+
+    #[test]
+    fn a_tree_run_backwards_has_the_value_of_the_pair() {
+        let log2 = 2;
+        let cells: Vec<_> = (0..256_u32).map(|k| ([k * 7 % 16, k / 16], k as f32)).collect();
+        let split = TensorTree::from_cells(log2, cells);
+        let values: Vec<f32> = (0..256).map(|k| (k * k % 101) as f32).collect();
+        let block = TensorTree { rank: 4, root: Branch::Block { log2, values } };
+        let at = |tree: &TensorTree, from: [f64; 2], to: [f64; 2]| {
+            let mut found = f64::NAN;
+            tree.leaves(&from, &mut |leaf| {
+                let inside =
+                    |k: usize| (leaf.corner[k]..leaf.corner[k] + leaf.edge).contains(&to[k]);
+                if inside(0) && inside(1) {
+                    found = leaf.value;
+                }
+                true
+            });
+            found
+        };
+        let back = |[u, v]: [f64; 2]| [1.0 - u, 1.0 - v];
+        for tree in [split, block] {
+            let reversed = tree.reversed(0.5);
+            for k in 0..256 {
+                let point = |k: u32| [k >> 2 & 3, k & 3].map(|c| (f64::from(c) + 0.4) / 4.0);
+                let (a, b) = (point(k), point(k >> 4));
+                let (there, here) = (at(&tree, a, b), at(&reversed, back(b), back(a)));
+                assert!((0.5 * there - here).abs() < 1e-9, "{there} {here}");
+            }
         }
     }
 

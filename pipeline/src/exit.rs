@@ -7,6 +7,7 @@ use anyhow::Error;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 
+use files::control_characters::printable;
 use files::interrupt::{self, Stopped};
 use files::progress::Closed;
 
@@ -30,7 +31,7 @@ pub fn report(error: &Error) -> u8 {
         CLOSED
     } else {
         // Nothing can be done if standard error itself is gone.
-        let _ = writeln!(std::io::stderr(), "batwing: {}", message(error));
+        let _ = writeln!(std::io::stderr(), "batwing: {}", printable(&message(error)));
         REFUSED
     }
 }
@@ -64,7 +65,7 @@ pub fn of_command_line(error: &clap::Error) -> u8 {
             let _ = writeln!(
                 std::io::stderr(),
                 "batwing: {}",
-                cli_errors::message(error, &Cli::command())
+                printable(&cli_errors::message(error, &Cli::command()))
             );
             UNUSABLE
         }

@@ -27,12 +27,14 @@ mod tests;
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use bsdf::json;
+use files::control_characters::refusal;
 use num_complex::Complex64;
 use rcwa::Truncation;
 use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
+use serde_json::Value;
 
 use fields::{Fields, wrong};
 
@@ -60,6 +62,20 @@ pub struct Case {
     pub accuracy: Accuracy,
     /// Whether the Jones matrices are wanted too.
     pub jones: bool,
+}
+
+/// Refuses texts and keys with control characters.
+fn refuse_controls(value: &Value) -> Result<()> {
+    let usable = |text: &str| refusal(text, true).map_or(Ok(()), |said| bail!(said));
+    match value {
+        Value::String(text) => usable(text),
+        Value::Array(entries) => entries.iter().try_for_each(refuse_controls),
+        Value::Object(fields) => fields.iter().try_for_each(|(key, value)| {
+            usable(key)?;
+            refuse_controls(value).with_context(|| key.clone())
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// What lies between the half-spaces.
@@ -120,6 +136,7 @@ impl Case {
             let error = anyhow::Error::new(error);
             if other_than_json { error.context("is not valid JSON") } else { error }
         })?;
+        refuse_controls(&value)?;
         let file = Fields::of("", &value)?;
         let inputs = match value.get("inputs") {
             Some(inputs) => {

@@ -106,15 +106,25 @@ pub enum MaterialError {
     /// A table without rows.
     #[error("a table needs at least one row")]
     EmptyTable,
-    /// A table's wavelengths do not ascend.
-    #[error("row {row}: wavelengths must ascend, but {got} follows {before}")]
-    Order {
+    /// A table holds a value that is no number.
+    #[error("row {row}: expected finite numbers, got {got}")]
+    Value {
         /// The row, from 1.
         row: usize,
-        /// The wavelength.
+        /// The value.
         got: f64,
-        /// The wavelength of the row before.
-        before: f64,
+    },
+    /// Data that give no passive index at a wavelength.
+    #[error(
+        "at {wavelength} micrometres the data give [{n}, {k}]: expected n >= 0 and k >= -{SLIGHT_GAIN}, not both 0"
+    )]
+    Active {
+        /// The wavelength, in micrometres.
+        wavelength: f64,
+        /// The real part.
+        n: f64,
+        /// The imaginary part.
+        k: f64,
     },
     /// A line of a data file that does not belong there.
     #[error("line {line}: expected {expected}, got {got:?}")]
@@ -274,14 +284,12 @@ impl Material {
         Self::formula(Formula::Cauchy, &coefficients, range_um)
     }
 
-    /// A table of rows [wavelength in micrometres, n, k], wavelengths ascending.
+    /// A table of rows [wavelength in micrometres, n, k], in any order; rows of one wavelength
+    /// become one with their mean.
     ///
     /// # Errors
-    /// No rows, wavelengths that do not ascend, an impossible index.
+    /// No rows, wavelengths that are none, infinite values.
     pub fn tabulated(rows: &[[f64; 3]]) -> Result<Self, MaterialError> {
-        for row in rows {
-            RefractiveIndex::new(row[1], passive(row[2]))?;
-        }
         let n = Table::new(rows.iter().map(|r| [r[0], r[1]]).collect())?;
         let k = Table::new(rows.iter().map(|r| [r[0], r[2]]).collect())?;
         Ok(Self { n: Source::Table(n), k: Source::Table(k) })
@@ -314,8 +322,31 @@ impl Material {
         if got < min || got > max {
             return Err(MaterialError::OutOfRange { got, min, max });
         }
-        let k = self.k.at(got)?;
-        RefractiveIndex::new(self.n.at(got)?, passive(k))
+        let (n, k) = (self.n.at(got)?, self.k.at(got)?);
+        let index = RefractiveIndex::new(n, passive(k));
+        index.map_err(|_| MaterialError::Active { wavelength: got, n, k })
+    }
+
+    /// Repairs of its tables: rows that were out of order and are sorted, and rows of one wavelength
+    /// that are one now, with the first wavelength of each kind.
+    pub fn repairs(&self) -> Vec<String> {
+        let tables = [&self.n, &self.k].into_iter().filter_map(|source| match source {
+            Source::Table(table) => Some(table.repairs()),
+            _ => None,
+        });
+        let said = |found: &[f64], what: &str| {
+            let rows = if found.len() == 1 { "row" } else { "rows" };
+            let first = found.first()?;
+            Some(format!("{} {rows} {what}, the first at {first} micrometres", found.len()))
+        };
+        let lines = tables.flat_map(|[misplaced, repeated]| {
+            let sorted = said(misplaced, "out of order, now sorted");
+            let merged = said(repeated, "of several for one wavelength, now their mean");
+            sorted.into_iter().chain(merged)
+        });
+        let mut lines: Vec<String> = lines.collect();
+        lines.dedup();
+        lines
     }
 
     /// The lowest k of a table, 0 where the data have none below 0: [`Material::index_at`] takes a

@@ -17,6 +17,7 @@ mod coatings;
 mod converge_and_near_field;
 mod export_import;
 mod failed_runs;
+mod files_as_they_come;
 mod grating_command;
 mod housing;
 mod inconsistent_designs;

@@ -10,6 +10,7 @@ pub mod ies;
 pub mod lighttools_rays;
 pub mod rays;
 pub mod speos_rays;
+pub mod text_rays;
 pub mod tm25;
 pub mod zemax_rays;
 

@@ -286,7 +286,11 @@ fn lighttools_ray_files_that_are_wrong_are_named() {
             with(16, 1_u32.to_le_bytes()),
             "offset 16: expected far field 0 (rays with their starts), got 1",
         ),
-        (with(24, 2_u32.to_le_bytes()), "offset 24: expected length unit 1 (millimetres), got 2"),
+        (with(20, 1_u32.to_le_bytes()), "got 1 (tristimulus values)"),
+        (
+            with(24, 0_u32.to_le_bytes()),
+            "offset 24: expected a unit of length from 1 (mm) to 7 (nm), got 0",
+        ),
         (with(40, f32::INFINITY.to_le_bytes()), "offset 40: expected a flux of 0 or more, got inf"),
         (
             with(44 + 28 + 24, f32::NAN.to_le_bytes()),

@@ -86,7 +86,7 @@ impl CellDistribution {
     }
 
     /// BSDF at a direction, 1/sr.
-    fn value(&self, wo: DVec3) -> f64 {
+    pub(super) fn value(&self, wo: DVec3) -> f64 {
         let Some(cell) = self.basis.locate(wo) else {
             return 0.0;
         };

@@ -132,3 +132,63 @@ fn more_power_out_than_in_is_refused_and_twice_the_same_too() {
     let message = both(Transport::Reflection, Transport::Reflection);
     assert!(message.contains("one table for each side and type"), "{message}");
 }
+
+/// Transmission of light from the outer side, 0.3 of it, more at some azimuths than at others.
+fn passing(turns: bool) -> ScatterTable {
+    let degrees = |n: u32, step: f64| (0..n).map(move |k| f64::from(k) * step);
+    let azimuths: Vec<f64> = degrees(36, 10.0).collect();
+    let radials: Vec<f64> = degrees(19, 5.0).collect();
+    let cells = Arc::new(AngularBasis::around_points(&azimuths, &radials, 90.0));
+    let basis = OrientedBasis::about_normal(&cells);
+    let thetas: Vec<f64> = degrees(19, 5.0).map(|t| t.min(89.0).to_radians()).collect();
+    let phis: Vec<f64> = degrees(if turns { 1 } else { 12 }, 30.0).map(f64::to_radians).collect();
+    let node = |theta: f64, phi: f64| {
+        let wi = spherical(theta, phi);
+        let value = |cell: usize| {
+            let wo = cells.centre(cell);
+            let along = 1.0 + 0.5 * (wi.x * wo.x + wi.y * wo.y) + 0.3 * wi.z;
+            0.06 * along * if turns { 1.0 } else { 1.0 + 0.2 * wo.x + 0.1 * wi.y }
+        };
+        let values: Vec<f64> = (0..cells.len()).map(value).collect();
+        IncidentNode { wi, distribution: CellDistribution::new(basis.clone(), values, None) }
+    };
+    let nodes = thetas.iter().flat_map(|t| phis.iter().map(|p| node(*t, *p))).collect();
+    ScatterTable::Grid { thetas, phis, nodes, end: FRAC_PI_2 }
+}
+
+#[test]
+fn transmission_of_one_side_gives_that_of_the_other() {
+    for turns in [true, false] {
+        let given = [(Side::Outer, Transport::Transmission, passing(turns))];
+        let indices = [1.5, 1.0];
+        let surface = MeasuredBsdf::new(indices, LobeMotion::Fixed, given).unwrap();
+        let albedo = |s: &MeasuredBsdf, wi| s.albedo(wi, Polarisation::Unpolarised).transmitted;
+        let inside = -spherical(0.3, 1.0);
+        assert_eq!((albedo(&surface, inside), surface.derived()), (0.0, None));
+        let surface = surface.reciprocal().unwrap();
+        assert_eq!(surface.derived(), Some(Side::Inner));
+        let lobe = Lobe { transport: Transport::Transmission, kind: LobeKind::Cell };
+        // BTDF of light from `wi`.
+        let value = |wi: DVec3, wo: DVec3| {
+            surface.pdf(wi, &BsdfSample { wo, weight: 1.0, lobe }).unwrap() / wo.z.abs()
+        };
+        for k in 0..40 {
+            let angle = f64::from(k);
+            let a = spherical(0.03 * angle, 0.7 * angle);
+            let b = -spherical(0.02 * angle + 0.1, 1.1 * angle);
+            let (there, back) = (value(a, b), value(b, a));
+            // f(a → b)/n_b² = f(b → a)/n_a², but for cells of 5 and 10 degrees.
+            let expected = there / 2.25;
+            assert!((back / expected - 1.0).abs() < 0.12, "{turns} {k}: {back} {expected}");
+        }
+        // The étendue that passes is the same both ways.
+        let mean = |sign: f64| {
+            let at = |k: u32| (f64::from(k) + 0.5) / 40.0;
+            let points = (0..40).flat_map(|i| (0..40).map(move |k| (at(i), at(k))));
+            let direction = |(u, v): (f64, f64)| sign * spherical(u.sqrt().asin(), 2.0 * PI * v);
+            points.map(|p| albedo(&surface, direction(p))).sum::<f64>() / 1600.0
+        };
+        let [out, inner] = [mean(1.0), mean(-1.0)];
+        assert!((2.25 * inner / out - 1.0).abs() < 5e-3, "{turns}: {out} {inner}");
+    }
+}

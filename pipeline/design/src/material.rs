@@ -5,18 +5,31 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use rcwa::material::Material;
+use rcwa::material::{Material, SLIGHT_GAIN};
 
+use files::bounded_text::bounded_text;
 use files::progress::warn_once;
+
+/// Largest material file; those of refractiveindex.info have at most a megabyte.
+const MAX_BYTES: u64 = 16_000_000;
 
 /// The material in the file at `path`.
 pub fn read(path: &Path) -> Result<Material> {
-    let text = std::fs::read_to_string(path)
+    let text = bounded_text(path, MAX_BYTES)
         .with_context(|| format!("`{}`: expected a material, cannot read it", path.display()))?;
     let material = Material::from_yaml(&text).with_context(|| path.display().to_string())?;
-    if material.lowest_k() < 0.0 {
-        let (path, lowest) = (path.display(), material.lowest_k());
-        warn_once(&format!("{path}: k down to {lowest}, taken as 0 where it is below 0"));
+    for repair in material.repairs() {
+        warn_once(&format!("{}: {repair}", path.display()));
+    }
+    let lowest = material.lowest_k();
+    if lowest < 0.0 {
+        let below = if lowest < -SLIGHT_GAIN {
+            format!(" down to -{SLIGHT_GAIN}, and refused below that where it is used")
+        } else {
+            String::new()
+        };
+        let path = path.display();
+        warn_once(&format!("{path}: k down to {lowest}, taken as 0 where it is below 0{below}"));
     }
     Ok(material)
 }

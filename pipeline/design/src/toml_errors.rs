@@ -6,8 +6,10 @@ use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use files::control_characters::refusal;
 use files::serde_messages::plain;
 
 use super::tagged::{TaggedTable, is_inserted};
@@ -35,6 +37,7 @@ pub fn read<T: DeserializeOwned>(text: &str, tagged: &[TaggedTable]) -> Result<T
             *value = number.into_inner();
         }
     });
+    refuse_controls(file.get_ref(), "").map_err(|(span, said)| at(text, &span) + &said)?;
     for table in tagged {
         table.rearrange(file.get_mut()).map_err(|wrong| {
             let place = at(text, &wrong.span);
@@ -75,6 +78,34 @@ fn whole_number<'i>(value: &mut DeValue<'i>, see: Seen<'_, 'i>) {
         }
         DeValue::Table(table) => whole_numbers(table, see),
         _ => {}
+/// Refuses keys and texts with control characters: they would steer the terminal, and pictures and
+/// pages have no place for them.
+fn refuse_controls(table: &DeTable<'_>, path: &str) -> Result<(), (Range<usize>, String)> {
+    for (name, value) in table {
+        if let Some(said) = refusal(name.get_ref(), false) {
+            return Err((name.span(), format!("key: {said}")));
+        }
+        let path = if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
+        refuse_controls_of(value, &path)?;
+    }
+    Ok(())
+}
+
+fn refuse_controls_of(
+    value: &Spanned<DeValue<'_>>,
+    path: &str,
+) -> Result<(), (Range<usize>, String)> {
+    match value.get_ref() {
+        DeValue::String(text) => {
+            let lines = path == "description" || path.ends_with(".description");
+            let said = refusal(text, lines);
+            said.map_or(Ok(()), |said| Err((value.span(), format!("{path}: {said}"))))
+        }
+        DeValue::Array(entries) => (1..).zip(entries.iter()).try_for_each(|(number, entry)| {
+            refuse_controls_of(entry, &format!("{path}[{number}]"))
+        }),
+        DeValue::Table(table) => refuse_controls(table, path),
+        _ => Ok(()),
     }
 }
 
@@ -197,6 +228,14 @@ mod tests {
                 "line 2, column 14: size[2]: expected a number, got \"b\"",
             ),
             ("name = \"a\"\nparts = 1.5", "line 2, column 9: parts: expected a list, got 1.5"),
+            (
+                "name = \"a\\u001b[31m\"",
+                "line 1, column 8: name: expected text without control characters, got \"a\\u{1b}[31m\"",
+            ),
+            (
+                "name = \"a\"\n[[parts]]\n\"a\\u0007\" = 1",
+                "line 3, column 1: key: expected text without control characters, got \"a\\u{7}\"",
+            ),
             (
                 "name = \"a\"\n[[parts]]\nheight = 1.0\nwidth = 1.0",
                 "line 4, column 1: parts[1].width: no such key, expected height or count",

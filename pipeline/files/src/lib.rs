@@ -25,14 +25,17 @@
 //! | [`atomic_file`] | files that appear whole or not at all |
 //! | [`cache`] | tables of orders under the hash of all they depend on |
 //! | [`store`] | kept figures and groups of paths, bit for bit |
+//! | [`bounded_text`], [`control_characters`] | text of others, read and on the terminal |
 //! | [`content_hash`], [`provenance`] | hashes, records of files |
 //! | [`interrupt`], [`progress`], [`run_context`] | Ctrl-C, console, and what a command hands to its steps |
 //! | [`program`] | the file that holds the program, for keys of kept results |
 //! | [`serde_messages`] | messages of readers: key, expected, got |
 
 pub mod atomic_file;
+pub mod bounded_text;
 pub mod cache;
 pub mod content_hash;
+pub mod control_characters;
 pub mod formats;
 pub mod interrupt;
 pub mod program;

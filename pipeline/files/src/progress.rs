@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::control_characters::printable;
+
 /// What [`warn_once`] has said.
 static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 
@@ -18,7 +20,7 @@ static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 pub fn warn_once(line: &str) {
     let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
     if said.insert(line.to_owned()) {
-        let _ = writeln!(std::io::stderr(), "batwing: warning: {line}");
+        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(line));
     }
 }
 
@@ -56,20 +58,20 @@ impl Console {
         ) {
             bar.set_style(style.progress_chars("=> "));
         }
-        bar.set_message(what.to_owned());
+        bar.set_message(printable(what).into_owned());
         Progress { bar, lines: None }
     }
 
     /// Prints a message on standard error, unless quiet.
     pub fn say(&self, line: &str) {
         if !self.quiet {
-            let _ = writeln!(std::io::stderr(), "{line}");
+            let _ = writeln!(std::io::stderr(), "{}", printable(line));
         }
     }
 
     /// Prints a warning on standard error, also when quiet: it may explain a result.
     pub fn warn(&self, line: &str) {
-        let _ = writeln!(std::io::stderr(), "batwing: warning: {line}");
+        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(line));
     }
 
     /// Prints the result on standard output: `json` if JSON is wanted, else `text` unless quiet.
@@ -85,7 +87,7 @@ impl Console {
 
     /// Prints `text` and a line break on standard output.
     pub fn print(text: &str) -> Result<()> {
-        match writeln!(std::io::stdout(), "{}", text.trim_end()) {
+        match writeln!(std::io::stdout(), "{}", printable(text.trim_end())) {
             Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(Closed.into()),
             other => other.context("cannot write to standard output"),
         }
@@ -110,14 +112,14 @@ impl Progress {
         self.bar.inc(steps);
         let line = self.lines(|lines| lines.advance(steps, Instant::now()));
         if let Some(line) = line.flatten() {
-            let _ = writeln!(std::io::stderr(), "{line}");
+            let _ = writeln!(std::io::stderr(), "{}", printable(&line));
         }
     }
 
     /// Names what is being done.
     pub fn set_message(&self, what: String) {
         self.lines(|lines| lines.what.clone_from(&what));
-        self.bar.set_message(what);
+        self.bar.set_message(printable(&what).into_owned());
     }
 
     /// Redraws a bar now and then, even without progress.

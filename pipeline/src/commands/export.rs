@@ -43,6 +43,9 @@ pub enum ExportModel {
     Hybrid,
 }
 
+/// Allowed flux of the sources, lm.
+const LUMENS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+
 /// `batwing export`.
 #[derive(Debug, Args)]
 pub struct ExportArgs {
@@ -123,8 +126,10 @@ pub fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -
 fn checked(arguments: &ExportArgs) -> Result<FileFormat> {
     if let Some(lumens) = arguments.lumens {
         ensure!(
-            lumens.is_finite() && lumens > 0.0,
-            "--lumens: expected a flux above 0 lm, got {lumens}"
+            LUMENS.contains(&lumens),
+            "--lumens: expected a flux from {:e} to {:e} lm, got {lumens}",
+            LUMENS.start(),
+            LUMENS.end()
         );
     }
     let format = FileFormat::of(arguments.format, &arguments.out)?;

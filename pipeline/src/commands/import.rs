@@ -19,6 +19,9 @@ use super::arguments::{IncidentSide, whole};
 use super::file_formats::{CellSteps, FileFormat, nanometres, not_over, print_written};
 use super::outputs::file_writable;
 
+/// Allowed refractive indices.
+const INDICES: std::ops::RangeInclusive<f64> = 0.01..=100.0;
+
 /// `batwing import`.
 #[derive(Debug, Args)]
 pub struct ImportArgs {
@@ -122,8 +125,10 @@ fn convert(
         (Content::Orders(_) | Content::Scatter(_), Writes::Cells { write, .. }) => {
             let indices = [arguments.index_inner, arguments.index_outer];
             ensure!(
-                indices.iter().all(|n| n.is_finite() && *n > 0.0),
-                "--index-inner, --index-outer: expected refractive indices above 0, got {indices:?}"
+                indices.iter().all(|n| INDICES.contains(n)),
+                "--index-inner, --index-outer: expected refractive indices from {} to {}, got {indices:?}",
+                INDICES.start(),
+                INDICES.end()
             );
             let side = match arguments.from {
                 IncidentSide::Inner => Side::Inner,

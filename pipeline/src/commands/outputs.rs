@@ -4,9 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
 use files::cache::Cache;
+use files::control_characters::refusal;
 use files::run_context::RunContext;
 use files::store::Store;
 
@@ -36,6 +37,9 @@ pub(super) fn checkpoints(cache: Option<&Cache>, context: RunContext) -> Result<
 /// Refuses a directory into which no file can be written, whether it exists or not. Leaves nothing
 /// behind.
 pub(super) fn writable(directory: &Path) -> Result<()> {
+    if let Some(refusal) = refusal(&directory.to_string_lossy(), false) {
+        bail!("path of results: {refusal}");
+    }
     let refused = || format!("cannot write into `{}`", directory.display());
     let there = directory
         .ancestors()
@@ -55,6 +59,9 @@ pub(super) fn writable(directory: &Path) -> Result<()> {
 
 /// Refuses a file that cannot be written: its directory refuses, or it is a directory itself.
 pub(super) fn file_writable(path: &Path) -> Result<()> {
+    if let Some(refusal) = refusal(&path.to_string_lossy(), false) {
+        bail!("path of results: {refusal}");
+    }
     ensure!(
         !path.is_dir(),
         "cannot write `{}`: expected a file or nothing, got a directory",

@@ -4,8 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
+use files::control_characters::refusal;
 use files::{atomic_file, program};
 
 use super::job_record::{JobRecord, shell_line};
@@ -44,6 +45,12 @@ pub fn write_scripts(record: &JobRecord, out: &Path, options: Option<&str>) -> R
         !options.contains(['\n', '\r']),
         "--sbatch: expected options on one line, got {options:?}"
     );
+    // A line break would end the comment that holds an option of sbatch.
+    for path in [out, record.directory.as_path()] {
+        if let Some(refusal) = refusal(&path.to_string_lossy(), false) {
+            bail!("path of the job: {refusal}");
+        }
+    }
     let program = shell_line(&program::current()?.words);
     let last = record.shards - 1;
     let shard = choice_of_task(record.shards);

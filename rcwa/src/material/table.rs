@@ -7,25 +7,42 @@ use super::MaterialError;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Table {
     rows: Vec<[f64; 2]>,
+    /// Wavelengths that stood below a longer one, and that were given more than once.
+    misplaced: Vec<f64>,
+    repeated: Vec<f64>,
 }
 
 impl Table {
-    /// Rows [wavelength, value]; at least one, wavelengths above 0 and ascending.
-    pub(super) fn new(rows: Vec<[f64; 2]>) -> Result<Self, MaterialError> {
+    /// Rows [wavelength, value]; at least one, wavelengths above 0. Rows are sorted; those of one
+    /// wavelength become one with their mean.
+    pub(super) fn new(mut rows: Vec<[f64; 2]>) -> Result<Self, MaterialError> {
         if rows.is_empty() {
             return Err(MaterialError::EmptyTable);
         }
         if let Some(&[got, _]) = rows.iter().find(|r| !(r[0].is_finite() && r[0] > 0.0)) {
             return Err(MaterialError::Wavelength { got });
         }
-        if let Some(i) = rows.windows(2).position(|w| w[1][0] <= w[0][0]) {
-            return Err(MaterialError::Order {
-                row: i + 2,
-                got: rows[i + 1][0],
-                before: rows[i][0],
-            });
+        if let Some((row, &[_, got])) = (1..).zip(&rows).find(|(_, r)| !r[1].is_finite()) {
+            return Err(MaterialError::Value { row, got });
         }
-        Ok(Self { rows })
+        let falls = |pair: &[[f64; 2]]| (pair[1][0] < pair[0][0]).then_some(pair[1][0]);
+        let misplaced = rows.windows(2).filter_map(falls).collect();
+        rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let same = |a: &[f64; 2], b: &[f64; 2]| a[0].to_bits() == b[0].to_bits();
+        let groups = || rows.chunk_by(same);
+        let repeated = groups().filter(|group| group.len() > 1).map(|group| group[0][0]).collect();
+        let mean = |group: &[[f64; 2]]| {
+            let first = group[0][1];
+            let off: f64 = group.iter().map(|row| row[1] - first).sum();
+            [group[0][0], first + off / group.len() as f64]
+        };
+        let rows = groups().map(mean).collect();
+        Ok(Self { rows, misplaced, repeated })
+    }
+
+    /// Rows that were out of order, and those of one wavelength.
+    pub(super) fn repairs(&self) -> [&[f64]; 2] {
+        [&self.misplaced, &self.repeated]
     }
 
     /// First and last wavelength.

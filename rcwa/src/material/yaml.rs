@@ -8,9 +8,7 @@
 
 use std::cmp::Ordering;
 
-use super::{
-    Formula, Material, MaterialError, RefractiveIndex, Source, Table, formula_source, passive,
-};
+use super::{Formula, Material, MaterialError, Source, Table, formula_source};
 
 /// Lines of text with their numbers, from 1.
 type Numbered<'a> = (usize, &'a str);
@@ -165,18 +163,10 @@ fn read_entry(entry: &Entry) -> Result<ParsedEntry, MaterialError> {
             Material::tabulated(&rows(entry)?).map(ParsedEntry::Nk).map_err(in_entry)
         }
         ["tabulated", "n"] => {
-            let rows = rows::<2>(entry)?;
-            rows.iter()
-                .try_for_each(|r| RefractiveIndex::new(r[1], 0.0).map(|_| ()))
-                .map_err(in_entry)?;
-            Table::new(rows).map(|t| ParsedEntry::N(Source::Table(t))).map_err(in_entry)
+            Table::new(rows(entry)?).map(|t| ParsedEntry::N(Source::Table(t))).map_err(in_entry)
         }
         ["tabulated", "k"] => {
-            let rows = rows::<2>(entry)?;
-            rows.iter()
-                .try_for_each(|r| RefractiveIndex::new(1.0, passive(r[1])).map(|_| ()))
-                .map_err(in_entry)?;
-            Table::new(rows).map(|t| ParsedEntry::K(Source::Table(t))).map_err(in_entry)
+            Table::new(rows(entry)?).map(|t| ParsedEntry::K(Source::Table(t))).map_err(in_entry)
         }
         ["formula", number] => {
             let formula = number.parse().ok().and_then(Formula::from_number).ok_or_else(|| {

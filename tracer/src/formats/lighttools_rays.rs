@@ -6,11 +6,15 @@
 //! grow with the file. The file does not state how many rays it holds: they go on until the end
 //! mark.
 //!
+//! The program writes the flux of all rays into the header and powers beside each other into the
+//! rays: their sum is the header times the number of rays. The reader hands both on.
+//!
 //! Layout: the public code of TM25RaySetTools.
 
 use super::FormatError;
 use super::rays::{
-    BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at, vector_at,
+    BLOCK, Counted, RayColumns, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at,
+    vector_at,
 };
 use std::io::{Read, Seek, Write};
 
@@ -20,6 +24,16 @@ const END: &[u8; 7] = b"LTRFEND";
 const HEADER: usize = 44;
 /// Position of the flux.
 const FLUX_AT: u64 = 40;
+/// Units of length from code 1 on, as the text form names them, with their millimetres.
+pub(super) const UNITS: [(&str, f32); 7] = [
+    ("millimeters", 1.0),
+    ("centimeters", 10.0),
+    ("meters", 1000.0),
+    ("inches", 25.4),
+    ("feet", 304.8),
+    ("microns", 1e-3),
+    ("nanometers", 1e-6),
+];
 
 /// The header of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +45,10 @@ pub struct LightToolsHeader {
     /// Origin of the rays, mm. Public code ignores it and takes starts as they stand; so does this
     /// crate.
     pub origin: [f32; 3],
-    /// Flux of all rays.
+    /// Flux of all rays; NaN where a text states none.
     pub flux: f32,
+    /// Millimetres of the unit of length.
+    pub millimetres: f32,
 }
 
 /// Reads rays from a file.
@@ -70,13 +86,18 @@ impl<R: Read> LightToolsReader<R> {
         code(8, "minor version 0", 0..=0)?;
         let radiant = code(12, "data type 0 (W) or 1 (lm)", 0..=1)? == 0;
         code(16, "far field 0 (rays with their starts)", 0..=0)?;
-        let coloured = code(20, "colour information 0 to 2", 0..=2)? > 0;
-        code(24, "length unit 1 (millimetres)", 1..=1)?;
+        let colour = code(20, "colour information 0 (none) or 2 (wavelengths)", 0..=2)?;
+        if colour == 1 {
+            let expected = "colour information 0 (none) or 2 (wavelengths)";
+            return Err(FormatError::offset(20, expected, "1 (tristimulus values)").into());
+        }
+        let unit = code(24, "a unit of length from 1 (mm) to 7 (nm)", 1..=UNITS.len() as u32)?;
         let header = LightToolsHeader {
             radiant,
-            coloured,
+            coloured: colour == 2,
             origin: [28, 32, 36].map(|at| f32_at(&bytes, at)),
             flux: f32_at(&bytes, 40),
+            millimetres: UNITS[unit as usize - 1].1,
         };
         if !header.origin.iter().all(|o| o.is_finite()) {
             let got = format!("{:?}", header.origin);
@@ -131,7 +152,7 @@ impl<R: Read> LightToolsReader<R> {
             return Err(FormatError::offset(offset, expected, got).into());
         }
         let ray = RayRecord {
-            position: vector_at(rest, 0),
+            position: vector_at(rest, 0).map(|p| p * self.header.millimetres),
             direction: vector_at(rest, 12),
             flux: f32_at(rest, 24),
             wavelength: if self.header.coloured { f32_at(rest, 28) } else { f32::NAN },
@@ -144,24 +165,34 @@ impl<R: Read> LightToolsReader<R> {
     }
 }
 
-/// Writes rays with flux in W, without colour.
+/// Writes rays in millimetres.
 pub struct LightToolsWriter<W: Write + Seek> {
     sink: RaySink<W>,
+    columns: RayColumns,
 }
 
 impl<W: Write + Seek> LightToolsWriter<W> {
-    /// Writes a header whose flux is filled in by [`LightToolsWriter::finish`].
+    /// Writer of rays with flux in W and without wavelengths.
     ///
     /// # Errors
     /// If the sink fails.
     pub fn new(sink: W) -> Result<Self, RayFileError> {
+        Self::with_columns(sink, RayColumns { coloured: false, radiant: true })
+    }
+
+    /// Writes a header whose flux is filled in by [`LightToolsWriter::finish`].
+    ///
+    /// # Errors
+    /// If the sink fails.
+    pub fn with_columns(sink: W, columns: RayColumns) -> Result<Self, RayFileError> {
         let mut header = MAGIC.to_vec();
-        // Version 2.0, W, positions count, no colour, millimetres.
-        for code in [2_u32, 0, 0, 0, 0, 1] {
+        let RayColumns { coloured, radiant } = columns;
+        // Version 2.0, W or lm, positions count, colour, millimetres.
+        for code in [2, 0, u32::from(!radiant), 0, 2 * u32::from(coloured), 1] {
             header.extend(code.to_le_bytes());
         }
         header.resize(HEADER, 0);
-        Ok(Self { sink: RaySink::new(sink, &header)? })
+        Ok(Self { sink: RaySink::new(sink, &header)?, columns })
     }
 
     /// Writes one ray.
@@ -170,11 +201,13 @@ impl<W: Write + Seek> LightToolsWriter<W> {
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        Ok(self.sink.push(ray)?)
+        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
+        let row = [x, y, z, l, m, n, ray.flux, ray.wavelength];
+        let columns = if self.columns.coloured { 8 } else { 7 };
+        Ok(self.sink.push_row(&row[..columns], ray.flux)?)
     }
 
-    /// Writes the end mark, fills in the header, and returns the number of rays and their flux in
-    /// W.
+    /// Writes the end mark, fills in the header, and returns the number of rays and their flux.
     ///
     /// # Errors
     /// If the sink fails.

@@ -6,7 +6,7 @@
 
 pub use crate::source::RayRecord;
 
-use super::FormatError;
+use super::{FormatError, Position};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
 /// Bytes read or written at once.
@@ -28,6 +28,15 @@ impl From<io::Error> for RayFileError {
     fn from(error: io::Error) -> Self {
         Self::Io(error)
     }
+}
+
+/// Columns of a file beside start, direction and flux.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RayColumns {
+    /// True if each ray has a wavelength.
+    pub coloured: bool,
+    /// True if flux is in W; else in lm.
+    pub radiant: bool,
 }
 
 /// A reader that counts the bytes read.
@@ -201,6 +210,20 @@ impl<W: Write + Seek> RaySink<W> {
         for value in columns {
             self.block.extend_from_slice(&value.to_le_bytes());
         }
+        self.count(flux)
+    }
+
+    /// Writes the columns of one ray of this flux as a line of text.
+    pub fn push_line(&mut self, columns: &[f32], flux: f32) -> io::Result<()> {
+        for (number, value) in columns.iter().enumerate() {
+            write!(self.block, "{}{value:e}", if number > 0 { " " } else { "" })?;
+        }
+        self.block.push(b'\n');
+        self.count(flux)
+    }
+
+    #[inline]
+    fn count(&mut self, flux: f32) -> io::Result<()> {
         self.rays += 1;
         self.sum += f64::from(flux);
         if self.block.len() >= BLOCK {
@@ -244,19 +267,27 @@ pub(super) fn u32_at(bytes: &[u8], at: usize) -> u32 {
 }
 
 /// Checks position, direction and flux of the ray at `offset`; brings the direction to unit length.
-pub(super) fn checked(mut ray: RayRecord, offset: u64) -> Result<RayRecord, FormatError> {
+pub(super) fn checked(ray: RayRecord, offset: u64) -> Result<RayRecord, FormatError> {
+    sound(ray, |within| Position::Offset(offset + within))
+}
+
+/// The same with the place of a byte within the binary ray as `place` has it.
+pub(super) fn sound(
+    mut ray: RayRecord,
+    place: impl Fn(u64) -> Position,
+) -> Result<RayRecord, FormatError> {
+    let refused = |within: u64, expected: &str, got: String| {
+        Err(FormatError { at: place(within), expected: expected.to_owned(), got })
+    };
     if !ray.position.iter().all(|p| p.is_finite()) {
-        let got = format!("{:?}", ray.position);
-        return Err(FormatError::offset(offset, "a finite position", got));
+        return refused(0, "a finite position", format!("{:?}", ray.position));
     }
     let length = ray.direction.iter().map(|d| d * d).sum::<f32>().sqrt();
     if !(0.99..=1.01).contains(&length) {
-        let got = format!("{:?}, length {length}", ray.direction);
-        return Err(FormatError::offset(offset + 12, "a unit vector", got));
+        return refused(12, "a unit vector", format!("{:?}, length {length}", ray.direction));
     }
     if !(ray.flux.is_finite() && ray.flux >= 0.0) {
-        let got = ray.flux.to_string();
-        return Err(FormatError::offset(offset + 24, "a flux of 0 or more", got));
+        return refused(24, "a flux of 0 or more", ray.flux.to_string());
     }
     for component in &mut ray.direction {
         *component /= length;

@@ -21,7 +21,7 @@ const HEADER: usize = 208;
 /// Bytes of the description.
 const DESCRIPTION: usize = 100;
 /// Millimetres of the units of length: m, inch, cm, foot, mm.
-const MILLIMETRES: [f32; 5] = [1000.0, 25.4, 10.0, 304.8, 1.0];
+pub(super) const MILLIMETRES: [f32; 5] = [1000.0, 25.4, 10.0, 304.8, 1.0];
 /// Code of millimetres.
 const IN_MILLIMETRES: u32 = 4;
 /// Most rays of a file.

@@ -13,7 +13,10 @@ use tracer::Shape;
 use tracer::shape::Mesh;
 
 use files::content_hash::sha256_hex;
+use files::formats::mesh::{JOINED, joined};
 use files::formats::{obj, stl};
+use files::progress::warn_once;
+use metrics::plural::count;
 
 use crate::resolved::dome::DomeMesh;
 use crate::schema::dome::{MeshDome, MeshUnit};
@@ -49,6 +52,14 @@ pub(crate) fn triangles(
         _ => bail!("{table}.mesh: expected a file ending in .stl or .obj, got `{name}`"),
     };
     let triangles = triangles.with_context(|| format!("{table}.mesh: `{}`", path.display()))?;
+    let (triangles, moved) = joined(triangles);
+    if moved > 0 {
+        warn_once(&format!(
+            "{}: {} within {JOINED:e} of the size of the body from others, joined with them",
+            path.display(),
+            count(moved, "corner")
+        ));
+    }
     Ok((triangles, sha256_hex(&bytes)))
 }
 

@@ -133,7 +133,7 @@ pub fn upward(name: &str, folder: &Path) -> Result<(UsedFile, Upward)> {
             );
             (flux / summary.flux, Upward::Rays(lit))
         }
-        other => bail!("expected an .ies, .ldt, .tm25ray or .ray file, got {}", other.format()),
+        other => bail!("expected a far field or a file of rays, got {}", other.format()),
     };
     used.flux_used = Some(share);
     Ok((used, found))

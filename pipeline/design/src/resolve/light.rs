@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use files::bounded_text::bounded_text;
 use metrics::columns;
 
 use crate::check::Context;
@@ -16,6 +17,9 @@ use crate::spectrum::{
 
 /// Change from one number of wavelengths to the next where the design says nothing: half a point.
 pub(crate) const USUAL_TOLERANCE: f64 = 5e-3;
+
+/// Largest file of a spectrum.
+const MAX_BYTES: u64 = 16_000_000;
 
 /// The light of a design.
 pub(crate) struct ResolvedLight {
@@ -156,7 +160,7 @@ fn rows(
             let refuse = |why: String| {
                 at.value(&format!("{table}.file"), file, &format!("a file of two columns: {why}"))
             };
-            let text = std::fs::read_to_string(&path)
+            let text = bounded_text(&path, MAX_BYTES)
                 .map_err(|error| refuse(format!("cannot read `{}`: {error}", path.display())))?;
             columns::read(&text).map_err(|why| refuse(format!("`{}`: {why}", path.display())))
         }

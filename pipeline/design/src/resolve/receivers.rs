@@ -18,7 +18,7 @@ use crate::serde_arrays::List;
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MAX_BINS: f64 = 4e6;
 
-/// Longest rectangle, mm: a thousand kilometres, for what is far away.
+/// Longest rectangle, and its farthest place, mm: a thousand kilometres, for what is far away.
 const MAX_SIZE_MM: f64 = 1e9;
 
 /// Least width of a bin of directions, degrees.
@@ -128,6 +128,9 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
     fn rectangle(&self, stated: StatedRectangle) -> Result<DetectorRectangle, ConfigError> {
         let (key, at) = (self.key, self.at);
         let StatedRectangle { position_mm, size_mm, bins, normal } = stated;
+        for value in position_mm {
+            at.within(&key("position_mm"), value, -MAX_SIZE_MM, MAX_SIZE_MM)?;
+        }
         let facing = normal.facing();
         let centre = DVec3::from_array(position_mm);
         let flat = matches!(facing, Facing::Z(_));

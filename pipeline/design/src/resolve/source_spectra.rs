@@ -143,7 +143,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
                 self.rays(&source, stated, lit)
             }
             other => Err(unusable(anyhow::anyhow!(
-                "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
+                "expected a far field or a file of rays, got {}",
                 other.format()
             ))),
         }

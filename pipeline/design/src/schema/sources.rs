@@ -44,8 +44,8 @@ pub enum SourceForm {
     Rectangle(RectangleSource),
     /// Top and four sides of the LED box, Lambertian.
     Chip(ChipSource),
-    /// A point that emits a far field (`.ies`, `.ldt`) or rays (`.tm25ray`, `.ray`, `.dat`,
-    /// `.sdf`).
+    /// A point that emits a far field (`.ies`, `.ldt`), whole, or a set of rays (`.tm25ray`,
+    /// `.ray`, `.dat`, `.sdf`, `.txt`) that start about it.
     File(SourceOfFile),
 }
 

@@ -135,6 +135,8 @@ enum Shares {
 pub const WAVELENGTHS_NM: [f64; 2] = [10.0, 100_000.0];
 /// Slices of equal power into which a spectrum is cut to be shared by wavelengths.
 const SLICES: usize = 4096;
+/// Largest power of a row, and least of the largest: sums and products of them are numbers.
+const MAX_POWER: f64 = 1e30;
 /// Tolerances of use.
 const TOLERANCES: [f64; 2] = [1e-6, 1.0];
 /// Wavelengths chosen by quantiles are rounded to this many to a nanometre, which no figure sees:
@@ -369,15 +371,17 @@ fn check_rows(wavelength_nm: &[f64], power: &[f64], least: usize) -> Result<(), 
             "wavelengths in ascending order",
         ));
     }
-    if let Some(bad) = power.iter().find(|p| !(p.is_finite() && **p >= 0.0)) {
-        return Err(SpectrumError::new("power", bad, "finite numbers from 0"));
+    if let Some(bad) = power.iter().find(|p| !(0.0..=MAX_POWER).contains(*p)) {
+        let expected = format!("finite numbers from 0 to {MAX_POWER:e}");
+        return Err(SpectrumError::new("power", bad, expected));
     }
-    if power.iter().all(|&p| p == 0.0) {
-        return Err(SpectrumError::new(
-            "power",
-            "0 everywhere",
-            "power above 0 at one wavelength at least",
-        ));
+    let largest = power.iter().copied().fold(0.0, f64::max);
+    if largest < 1.0 / MAX_POWER {
+        let got =
+            if largest > 0.0 { format!("at most {largest:e}") } else { "0 everywhere".into() };
+        let expected =
+            format!("power above 0, from {:e}, at one wavelength at least", 1.0 / MAX_POWER);
+        return Err(SpectrumError::new("power", got, expected));
     }
     Ok(())
 }

@@ -92,12 +92,12 @@ impl ScatterFile {
         matches!(self.surface, Surface::OneSided(_))
     }
 
-    /// Surface between media of refractive index `indices`; `side` is where the light of a
-    /// one-sided file comes from.
+    /// Surface between media of refractive index `indices`, with nothing but what the file gives;
+    /// `side` is where the light of a one-sided file comes from.
     ///
     /// # Errors
     /// If its power exceeds 1.
-    pub fn surface(
+    pub fn given(
         &self,
         indices: [f64; 2],
         between: LobeMotion,
@@ -180,6 +180,29 @@ pub fn gain(measured: &MeasuredBsdf) -> Option<String> {
     })
 }
 
+/// A warning where files know one side alone of a surface completed by reciprocity.
+pub fn one_sided(measured: &MeasuredBsdf) -> Option<String> {
+    let derived = measured.derived();
+    let dark = Side::BOTH.into_iter().find(|side| {
+        let given = |t: &Transport| measured.table(*side, *t).is_some();
+        let own = |t: &Transport| derived != Some(*side) || *t == Transport::Reflection;
+        !Transport::BOTH.iter().any(|t| own(t) && given(t))
+    });
+    match (derived, dark) {
+        (Some(side), dark) => {
+            let rest = dark.map_or("", |_| "; its reflection is not known and taken as 0");
+            Some(format!(
+                "transmission of light from the {side} side is not given: it follows by reciprocity from that of light from the {} side{rest}",
+                side.opposite()
+            ))
+        }
+        (None, Some(side)) => {
+            Some(format!("nothing is given for light from the {side} side: it is absorbed"))
+        }
+        (None, None) => None,
+    }
+}
+
 impl Content {
     /// Name of the format.
     pub fn format(&self) -> &'static str {
@@ -218,7 +241,22 @@ impl Content {
         if let Self::Orders(table) = self {
             return Ok(Arc::clone(table) as Arc<dyn Bsdf>);
         }
-        let measured = self.measured(indices, between, side)?;
+        let measured = self.measured(indices, between, side)?.reciprocal()?;
+        for warning in gain(&measured).into_iter().chain(one_sided(&measured)) {
+            warn_once(&format!("{name}: {warning}"));
+        }
+        Ok(Arc::new(measured))
+    }
+
+    /// Scattering as a reflector in air, for light from the outer side.
+    ///
+    /// # Errors
+    /// As [`Content::bsdf`].
+    pub fn reflector(&self, name: &str, between: LobeMotion) -> Result<Arc<dyn Bsdf>> {
+        if let Self::Orders(table) = self {
+            return Ok(Arc::clone(table) as Arc<dyn Bsdf>);
+        }
+        let measured = self.measured([1.0, 1.0], between, Side::Outer)?;
         if let Some(warning) = gain(&measured) {
             warn_once(&format!("{name}: {warning}"));
         }
@@ -241,7 +279,7 @@ impl Content {
 
     fn measured(&self, indices: [f64; 2], between: LobeMotion, side: Side) -> Result<MeasuredBsdf> {
         match self {
-            Self::Scatter(file) => Ok(file.surface(indices, between, side)?),
+            Self::Scatter(file) => Ok(file.given(indices, between, side)?),
             _ => bail!("expected scattering of a surface, got {}", self.format()),
         }
     }
@@ -284,15 +322,14 @@ impl Content {
 impl ScatterFile {
     fn describe(&self) -> Result<(Value, Vec<String>)> {
         // Between equal media, so that no incidence of the file is left out.
-        let measured = self.surface([1.0, 1.0], LobeMotion::Fixed, Side::Outer)?;
+        let measured = self.given([1.0, 1.0], LobeMotion::Fixed, Side::Outer)?;
         let (mut lines, mut tables) = (Vec::new(), Vec::new());
         for (side, transport, table) in measured.tables() {
             let incidences = table.incidences();
             let totals: Vec<f64> = incidences.iter().map(|wi| table.total(*wi)).collect();
             let low = totals.iter().copied().fold(f64::INFINITY, f64::min);
             let high = totals.iter().copied().fold(0.0, f64::max);
-            let kind =
-                if transport == bsdf::Transport::Reflection { "reflected" } else { "transmitted" };
+            let kind = if transport == Transport::Reflection { "reflected" } else { "transmitted" };
             let from = if self.is_one_sided() {
                 "one side".to_owned()
             } else {
@@ -305,7 +342,11 @@ impl ScatterFile {
             tables.push(json!({"from": from, "transport": kind, "incidences": incidences.len(), "least": low, "most": high}));
         }
         let most = measured.largest_power();
-        let warnings: Vec<String> = gain(&measured).into_iter().collect();
+        let completed = measured.clone().reciprocal()?;
+        // What a one-sided file does not reflect may lie in another file.
+        let one_sided =
+            one_sided(&completed).filter(|_| !self.is_one_sided() || completed.derived().is_some());
+        let warnings: Vec<String> = gain(&measured).into_iter().chain(one_sided).collect();
         lines.extend(warnings.iter().map(|w| format!("warning: {w}")));
         lines.push(format!("most power from one incidence: {most:.6}"));
         let factors = measured.factors();

@@ -7,7 +7,10 @@
 //! 2a of a circle of radius r lies r (1 - cos a) inside of it. All rings have the same number of
 //! vertices, so that no edge is split on one side only.
 
+use std::collections::HashMap;
+
 use anyhow::{Result, ensure};
+use glam::DVec3;
 
 use geometry::{Curve, Meridian};
 
@@ -46,6 +49,44 @@ impl Mesh {
         let once = edges.windows(2).all(|w| w[0] != w[1]);
         once && edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
     }
+}
+
+/// Largest distance of corners that are joined, as a share of the size of the body: rounding.
+pub const JOINED: f64 = 1e-9;
+
+/// The triangles with corners that lie within [`JOINED`] of another at its place, and how many were
+/// moved. Triangles that vanish are left out.
+pub fn joined(triangles: Vec<[DVec3; 3]>) -> (Vec<[DVec3; 3]>, usize) {
+    let corners = || triangles.iter().flatten();
+    let [low, high] = corners()
+        .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], c| [low.min(*c), high.max(*c)]);
+    let reach = JOINED * (high - low).max_element();
+    if !(reach > 0.0 && reach.is_finite()) {
+        return (triangles, 0);
+    }
+    let mut known: HashMap<[i64; 3], Vec<DVec3>> = HashMap::new();
+    let mut moved = 0;
+    let mut place = |corner: DVec3| {
+        // Cells of this width: what is near lies in a cell or beside it.
+        let cell = ((corner - low) / reach).floor().to_array().map(|v| v as i64);
+        let beside = (0..27).map(|k| [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1]);
+        let near =
+            beside.filter_map(|[x, y, z]| known.get(&[cell[0] + x, cell[1] + y, cell[2] + z]));
+        let found = near.flatten().copied().find(|other| other.distance(corner) <= reach);
+        if let Some(other) = found {
+            moved += usize::from(other != corner);
+            return other;
+        }
+        known.entry(cell).or_default().push(corner);
+        corner
+    };
+    let vanished = |[a, b, c]: &[DVec3; 3]| a == b || b == c || c == a;
+    let kept = triangles.iter().filter_map(|stated| {
+        let placed = stated.map(&mut place);
+        (vanished(stated) || !vanished(&placed)).then_some(placed)
+    });
+    let kept = kept.collect();
+    (kept, moved)
 }
 
 /// Half angle of the chord that stays within `error` of a circle of radius `radius`.

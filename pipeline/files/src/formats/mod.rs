@@ -65,7 +65,7 @@ pub mod zemax_rays;
 
 /// Formats that are read, in the order in which messages list them; of several with one ending the
 /// first is the usual one.
-pub static READERS: [&Reader; 13] = [
+pub static READERS: [&Reader; 15] = [
     &native::READER,
     &order_json::READER,
     &npz::READER,
@@ -77,12 +77,14 @@ pub static READERS: [&Reader; 13] = [
     &eulumdat::READER,
     &tm25::READER,
     &lighttools_rays::READER,
+    &lighttools_rays::TEXT_READER,
     &speos_rays::READER,
     &zemax_rays::READER,
+    &zemax_rays::TEXT_READER,
 ];
 
 /// Formats that are written, in the order in which the command line lists them.
-pub static WRITERS: [&Writer; 17] = [
+pub static WRITERS: [&Writer; 19] = [
     &zemax::WRITER,
     &lighttools::WRITER,
     &speos::WRITER,
@@ -94,8 +96,10 @@ pub static WRITERS: [&Writer; 17] = [
     &eulumdat::WRITER,
     &tm25::WRITER,
     &lighttools_rays::WRITER,
+    &lighttools_rays::TEXT_WRITER,
     &speos_rays::WRITER,
     &zemax_rays::WRITER,
+    &zemax_rays::TEXT_WRITER,
     &stl::WRITER,
     &obj::WRITER,
     &dxf::WRITER,

@@ -22,13 +22,20 @@ pub static WRITER: Writer = Writer {
 };
 
 /// The triangles of all objects of a file, corners times `unit_mm`; polygons are cut into fans,
-/// which is right for convex ones. Texture, normals and materials are not looked at.
+/// which is right for convex ones. A line that ends in a backslash goes on in the next. Texture,
+/// normals and materials are not looked at.
 pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     let text = std::str::from_utf8(bytes).context("OBJ: expected text")?;
     let mut vertices: Vec<DVec3> = Vec::new();
     let mut triangles = Vec::new();
-    for (number, line) in text.lines().enumerate() {
-        let line_number = number + 1;
+    // Parts of a line that a backslash continues.
+    let mut begun = String::new();
+    for (line_number, line) in (1..).zip(text.lines().chain([""])) {
+        if let Some(part) = line.trim_end().strip_suffix('\\') {
+            begun = begun + part + " ";
+            continue;
+        }
+        let line = std::mem::take(&mut begun) + line;
         let mut words = line.split_whitespace();
         match words.next() {
             Some("v") => {

@@ -35,9 +35,8 @@ pub type Write = fn(&mut dyn Sink, &Path, &RayMetadata, Fill<'_>) -> Result<(u64
 pub struct RayFormat {
     /// Name.
     pub name: &'static str,
-    /// True where the flux in the header must be that of the rays. Else the rays are taken:
-    /// programs scale by them, and makers write what they like into these headers.
-    pub checks_flux: bool,
+    /// Meaning of the flux in the header.
+    pub flux: FluxRule,
     /// True where flux in lm can be written.
     pub has_lumens: bool,
     /// Wavelengths of single rays in a written file.
@@ -46,6 +45,17 @@ pub struct RayFormat {
     pub scan: Scan,
     /// Writes a file for this path; returns the number of rays and their flux.
     pub write: Write,
+}
+
+/// Meaning of the flux in a header that is not the sum of the rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FluxRule {
+    /// A damaged file.
+    Checked,
+    /// None: the rays are taken. Programs scale by them, and makers write what they like here.
+    OfRays,
+    /// The flux of all rays, whose powers are relative.
+    OfHeader,
 }
 
 /// Column of wavelengths in a written file.
@@ -166,7 +176,11 @@ pub fn with_wavelengths(path: &Path) -> Result<RayLight> {
         tables.push(table);
         Ok(())
     });
-    let header = scanned.with_context(|| path.display().to_string())?.header;
+    let scanned = scanned.with_context(|| path.display().to_string())?;
+    for ray in &mut rays {
+        *ray = scanned.scaled(*ray);
+    }
+    let header = scanned.header;
     let stated = match header.wavelengths {
         HeaderWavelengths::Nothing => StatedWavelengths::Nothing,
         HeaderWavelengths::One(nm) => StatedWavelengths::One(nm),
@@ -218,8 +232,17 @@ pub struct RayHeader {
 struct Scanned {
     format: &'static RayFormat,
     header: RayHeader,
+    /// Factor from the powers that stand in the file to flux.
+    scale: f64,
     /// Where the flux of the header is not that of the rays.
     warning: Option<String>,
+}
+
+impl Scanned {
+    /// A ray of the file with its flux.
+    fn scaled(&self, ray: RayRecord) -> RayRecord {
+        RayRecord { flux: (f64::from(ray.flux) * self.scale) as f32, ..ray }
+    }
 }
 
 /// Calls `take` for every ray of the file at `path` and the number of its spectral table, NaN where
@@ -229,20 +252,28 @@ fn scan(path: &Path, mut take: impl FnMut(RayRecord, f32) -> Result<()>) -> Resu
     let length = file.metadata().context("cannot look at it")?.len();
     let format = RayFormat::of(path)?;
     let (header, sum) = (format.scan)(&mut file, length, &mut take)?;
-    let mut warning = None;
+    let (mut scale, mut warning) = (1.0, None);
     if let Some(flux) = header.flux
         && (sum - flux).abs() > FLUX_TOLERANCE * flux.abs().max(f64::MIN_POSITIVE)
     {
         let unit = header.unit;
-        ensure!(
-            !format.checks_flux,
-            "flux in the header: expected the sum of the rays, {sum:.6} {unit}, got {flux:.6} {unit}"
-        );
-        warning = Some(format!(
-            "the header states {flux:.6} {unit}, the rays add up to {sum:.6} {unit}; the rays are taken"
-        ));
+        let stated = format!("the header states {flux:.6} {unit}");
+        warning = Some(match format.flux {
+            FluxRule::Checked => bail!(
+                "flux in the header: expected the sum of the rays, {sum:.6} {unit}, got {flux:.6} {unit}"
+            ),
+            FluxRule::OfHeader if flux > 0.0 && sum > 0.0 => {
+                scale = flux / sum;
+                format!(
+                    "{stated}, the powers of the rays are relative and add up to {sum:.6}; they are scaled to the header"
+                )
+            }
+            FluxRule::OfHeader | FluxRule::OfRays => {
+                format!("{stated}, the rays add up to {sum:.6} {unit}; the rays are taken")
+            }
+        });
     }
-    Ok(Scanned { format, header, warning })
+    Ok(Scanned { format, header, scale, warning })
 }
 
 /// Unit of flux.
@@ -258,7 +289,7 @@ pub fn summary(path: &Path) -> Result<RaySummary> {
     let (mut rays, mut flux) = (0, 0.0);
     let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
     let mut wavelengths = [f32::INFINITY, f32::NEG_INFINITY];
-    let Scanned { format, header, warning } = scan(path, |ray, _| {
+    let Scanned { format, header, scale, warning } = scan(path, |ray, _| {
         rays += 1;
         flux += f64::from(ray.flux);
         wavelengths = [wavelengths[0].min(ray.wavelength), wavelengths[1].max(ray.wavelength)];
@@ -272,7 +303,7 @@ pub fn summary(path: &Path) -> Result<RaySummary> {
     Ok(RaySummary {
         format: format.name,
         rays,
-        flux,
+        flux: flux * scale,
         stated: header.flux,
         unit: header.unit,
         wavelengths: wavelengths[0].is_finite().then_some(wavelengths),
@@ -336,6 +367,10 @@ pub fn write(
     );
     let has_column = |format: &RayFormat| format.wavelengths != WavelengthColumn::Never;
     ensure!(
+        about.radiant || !about.per_ray,
+        "expected rays with flux in W where each has its wavelength, got lm"
+    );
+    ensure!(
         !about.per_ray || has_column(format),
         "expected one wavelength for all rays, got one for each, which is written into {} ray files alone",
         RayFormat::names(has_column)
@@ -368,7 +403,7 @@ pub fn convert(from: &Path, to: &Path, format: &RayFormat) -> Result<Converted> 
     let named = || from.display().to_string();
     let mut found: Option<f32> = None;
     let mut several = false;
-    let Scanned { format: read, header, .. } = scan(from, |ray, _| {
+    let scanned = scan(from, |ray, _| {
         if ray.wavelength.is_finite() {
             let first = *found.get_or_insert(ray.wavelength);
             several |= (ray.wavelength - first).abs() >= 1e-3;
@@ -376,16 +411,19 @@ pub fn convert(from: &Path, to: &Path, format: &RayFormat) -> Result<Converted> 
         Ok(())
     })
     .with_context(named)?;
+    let radiant = scanned.header.unit == "W";
     let stem = from.file_stem().unwrap_or_default().to_string_lossy();
     let about = RayMetadata {
         name: stem.into_owned(),
-        operation: format!("converted from a {}", read.name),
+        operation: format!("converted from a {}", scanned.format.name),
         wavelength_nm: found.filter(|_| !several).map_or(f64::NAN, f64::from),
-        per_ray: several || (found.is_some() && format.wavelengths == WavelengthColumn::Optional),
+        per_ray: several
+            || (radiant && found.is_some() && format.wavelengths == WavelengthColumn::Optional),
         lumens_per_watt: f64::NAN,
-        radiant: header.unit == "W",
+        radiant,
     };
-    let written = write(to, format, &about, |put| scan(from, |ray, _| put(&ray)).map(|_| ()));
+    let written =
+        write(to, format, &about, |put| scan(from, |ray, _| put(&scanned.scaled(ray))).map(|_| ()));
     let (rays, flux) = written.with_context(named)?;
-    Ok(Converted { rays, flux, unit: header.unit })
+    Ok(Converted { rays, flux, unit: scanned.header.unit })
 }

@@ -116,8 +116,9 @@ impl Scattering {
                 Ok(bsdf)
             }
             Held::Sides(contents) => {
-                let measured = of_sides(contents, indices, self.between)?;
-                if let Some(warning) = content::gain(&measured) {
+                let measured = of_sides(contents, indices, self.between)?.reciprocal()?;
+                let one_sided = content::one_sided(&measured);
+                for warning in content::gain(&measured).into_iter().chain(one_sided) {
                     let names: Vec<&str> = self.files.iter().map(|f| f.file.as_str()).collect();
                     warn_once(&format!("{}: {warning}", names.join(", ")));
                 }
@@ -148,7 +149,7 @@ pub fn reflector(
     name: &str,
     between: LobeMotion,
 ) -> Result<(Arc<dyn Bsdf>, bool)> {
-    let bsdf = content.bsdf(name, [1.0, 1.0], between, Side::Outer)?;
+    let bsdf = content.reflector(name, between)?;
     let turns = content.is_isotropic([1.0, 1.0])?;
     let albedo = bsdf.albedo(glam::DVec3::Z, Polarisation::Unpolarised);
     ensure!(

@@ -9,7 +9,8 @@ use metrics::photopic;
 use tracer::formats::speos_rays as layout;
 
 use super::ray_files::{
-    Fill, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn, unit,
+    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn,
+    unit,
 };
 use super::sniff::Sniff;
 use super::{Reader, Reads, Writer, Writes};
@@ -17,7 +18,7 @@ use crate::atomic_file::Sink;
 
 static RAYS: RayFormat = RayFormat {
     name: "Speos ray file",
-    checks_flux: false,
+    flux: FluxRule::OfRays,
     has_lumens: false,
     wavelengths: WavelengthColumn::Always,
     scan,

@@ -8,7 +8,8 @@ use anyhow::Result;
 use tracer::formats::tm25 as layout;
 
 use super::ray_files::{
-    Fill, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn, unit,
+    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn,
+    unit,
 };
 use super::sniff::Sniff;
 use super::{Reader, Reads, Writer, Writes, program};
@@ -16,7 +17,7 @@ use crate::atomic_file::Sink;
 
 static RAYS: RayFormat = RayFormat {
     name: "TM-25 ray file",
-    checks_flux: true,
+    flux: FluxRule::Checked,
     has_lumens: false,
     wavelengths: WavelengthColumn::Never,
     scan,

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rays in the binary format of Zemax.
+//! Rays in the two formats of Zemax, binary and text.
 
 use std::io::Read;
 use std::path::Path;
 
 use anyhow::Result;
-use tracer::formats::zemax_rays as layout;
+use tracer::formats::{text_rays, zemax_rays as layout};
 
 use super::ray_files::{
-    Fill, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn, unit,
+    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn,
+    unit,
 };
 use super::sniff::Sniff;
 use super::{Reader, Reads, Writer, Writes, program};
@@ -16,14 +17,22 @@ use crate::atomic_file::Sink;
 
 static RAYS: RayFormat = RayFormat {
     name: "Zemax ray file",
-    checks_flux: false,
+    flux: FluxRule::OfRays,
     has_lumens: true,
     wavelengths: WavelengthColumn::Optional,
     scan,
     write,
 };
 
-/// Reads the format.
+static TEXT: RayFormat = RayFormat {
+    name: "Zemax text ray file",
+    has_lumens: false,
+    scan: scan_text,
+    write: write_text,
+    ..RAYS
+};
+
+/// Reads the binary format.
 pub static READER: Reader = Reader {
     name: "a Zemax ray file",
     endings: &["dat", "sdf"],
@@ -34,12 +43,28 @@ pub static READER: Reader = Reader {
     reads: Reads::Rays(&RAYS),
 };
 
-/// Writes the format.
+/// Reads the text format.
+pub static TEXT_READER: Reader = Reader {
+    name: "a Zemax text ray file",
+    endings: &["txt", "dat"],
+    sniff: Sniff::Lines(text_rays::begins_like_zemax),
+    reads: Reads::Rays(&TEXT),
+};
+
+/// Writes the binary format.
 pub static WRITER: Writer = Writer {
     word: "zemax-ray",
     help: "Rays: Zemax, .sdf or .dat",
     endings: &["sdf", "dat"],
     writes: Writes::Rays(&RAYS),
+};
+
+/// Writes the text format.
+pub static TEXT_WRITER: Writer = Writer {
+    word: "zemax-ray-text",
+    help: "Rays: Zemax text, .txt",
+    endings: &["txt"],
+    writes: Writes::Rays(&TEXT),
 };
 
 fn scan(file: &mut dyn Read, length: u64, take: Take<'_>) -> Result<(RayHeader, f64)> {
@@ -74,5 +99,25 @@ fn write(
     };
     let mut writer = layout::ZemaxWriter::new(file, &header)?;
     fill(&mut |ray| Ok(writer.write(&about.coloured(ray))?))?;
+    Ok(writer.finish()?)
+}
+
+fn scan_text(file: &mut dyn Read, _: u64, take: Take<'_>) -> Result<(RayHeader, f64)> {
+    let mut reader = text_rays::ZemaxTextReader::new(file)?;
+    while let Some(ray) = reader.next_ray()? {
+        take(ray, f32::NAN)?;
+    }
+    let wavelengths = HeaderWavelengths::of_column(reader.is_coloured());
+    Ok((RayHeader { flux: None, unit: unit(true), wavelengths }, reader.sum()))
+}
+
+fn write_text(
+    file: &mut dyn Sink,
+    _: &Path,
+    about: &RayMetadata,
+    fill: Fill<'_>,
+) -> Result<(u64, f64)> {
+    let mut writer = text_rays::TextRayWriter::zemax(file, about.per_ray)?;
+    fill(&mut |ray| Ok(writer.write(ray)?))?;
     Ok(writer.finish()?)
 }
