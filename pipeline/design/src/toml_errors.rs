@@ -78,6 +78,9 @@ fn whole_number<'i>(value: &mut DeValue<'i>, see: Seen<'_, 'i>) {
         }
         DeValue::Table(table) => whole_numbers(table, see),
         _ => {}
+    }
+}
+
 /// Refuses keys and texts with control characters: they would steer the terminal, and pictures and
 /// pages have no place for them.
 fn refuse_controls(table: &DeTable<'_>, path: &str) -> Result<(), (Range<usize>, String)> {

@@ -394,7 +394,6 @@ impl<'a> CrossingSearch<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::overlap;
     use super::*;
 
     #[test]
