@@ -5,6 +5,7 @@ use design::Design;
 use metrics::plural::count;
 use metrics::valley;
 
+use super::map_reader::MapReader;
 use super::{Observation, layout, plane_grid};
 
 impl Observation {
@@ -20,7 +21,7 @@ impl Observation {
             ));
         }
         let layout = layout(design);
-        if layout.straight().is_empty() || self.map_reader(design).has_figures() {
+        if layout.straight().is_empty() || MapReader::new(design, self).has_figures() {
             return None;
         }
         let fits = |bin_mm: f64| {
