@@ -22,6 +22,7 @@ use files::formats::{csv, exr};
 use files::run_context::RunContext;
 use metrics::Grouped;
 use metrics::extraction::ROUNDING;
+use metrics::figures::{self, Source};
 use metrics::illuminance::Symmetry;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use report::plots::{FarField, Heading, far_field_cartesian, far_field_polar};
@@ -67,11 +68,14 @@ impl ModelWriter for ModelFilesWriter {
         let design = output.design;
         let inner = Path::new(&design.name).join(&result.key);
         let folder = &output.out.join(&inner);
+        let is_of_receiver =
+            |key: &str| figures::find(key).is_some_and(|f| f.source == Source::Receiver);
+        let of_receivers = observation.estimates(design, is_of_receiver);
         let receivers: Vec<Cow<'_, Grouped>> = match &mut *observation {
             Cow::Owned(own) => mem::take(&mut own.receivers).into_iter().map(Cow::Owned).collect(),
             Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
         };
-        result.absolute = absolute(design, observation, output.units);
+        result.absolute = absolute(design, observation);
         let files = ModelFiles {
             design,
             result,
@@ -97,8 +101,15 @@ impl ModelWriter for ModelFilesWriter {
         let provenance = files.provenance();
         let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
         if !design.receivers.is_empty() {
-            let (others, said) =
-                receivers::write(design, receivers, output.units, folder, &provenance)?;
+            let shared = receivers::Shared {
+                units: output.units,
+                one_path: observation.path_power(),
+                figures: &of_receivers,
+                folder,
+                subtitle: format!("{}, {}", design.name, files.result.label),
+                provenance: &provenance,
+            };
+            let (others, said) = receivers::write(design, receivers, &shared)?;
             written.extend(others);
             result.receivers = Some(said);
         }

@@ -52,6 +52,14 @@ const REFUSED: &[Case] = &[
     (&[("\"uniformity\"", "\"uniformness\"")], &["objective.terms[1]: figure", "uniformness"]),
     (&[("\"uniformity\"", "\"receiver.wall\"")], &["objective.terms[1]: figure", "wall"]),
     (
+        &[("\"uniformity\"", "\"flux_up\"")],
+        &["objective.terms[1]: figure", "flux_up", "led.power_w"],
+    ),
+    (
+        &[("\"uniformity\"", "\"absorbed_by_wall\"")],
+        &["objective.terms[1]: figure", "absorbed_by_ground_mirror", "absorbed_by_wall"],
+    ),
+    (
         &[("\"uniformity\"", "\"uniformity\"\nweight = 0.0")],
         &["objective.terms[1]: weight", "got 0"],
     ),

@@ -47,7 +47,7 @@ fn seen(design: &Design, paths: u64) -> Observation {
 
 /// Differences of the figures of two designs in standard errors, with peaks between bins: the
 /// largest bin has no error to judge by.
-fn apart(a: &Design, b: &Design, paths: u64) -> Vec<(&'static str, f64)> {
+fn apart(a: &Design, b: &Design, paths: u64) -> Vec<(String, f64)> {
     let [a, b] = [a, b].map(|design| {
         let mut design = design.clone();
         design.far_field.peak = PeakMethod::Parabola;
@@ -58,8 +58,8 @@ fn apart(a: &Design, b: &Design, paths: u64) -> Vec<(&'static str, f64)> {
     pairs
         .map(|(a, b)| {
             assert_eq!(a.key, b.key);
-            let error = a.estimate.standard_error.hypot(b.estimate.standard_error);
-            (a.key, (a.estimate.value - b.estimate.value) / error)
+            let (key, a, b) = (a.key.to_string(), a.entry, b.entry);
+            (key, (a.value - b.value) / a.standard_error.hypot(b.standard_error))
         })
         .collect()
 }

@@ -146,9 +146,115 @@ fn the_flux_of_a_receiver_is_a_figure_too() {
     // A surface has several fluxes, some of which hold others.
     for name in ["ground", "silver"] {
         let (good, said) = run(at, &["--until-error", &format!("flux.{name}=1%"), "--out", "none"]);
-        let words =
-            format!("expected one of the receivers [\"sky\"] that have one flux, got \"{name}\"");
+        let known = ["flux", "mean", "min", "max", "min_to_max"].map(|key| format!("{key}.sky"));
+        let words = format!("expected one of {}, got \"flux.{name}\"", known.join(", "));
         assert!(!good && said.contains(&words), "{said}");
     }
     assert!(!at.join("none").exists());
+}
+
+/// A run of four bare chips above a black board with receivers that little or no light reaches.
+fn rare(folder: &Path, flags: &[&str]) -> (bool, String, String) {
+    let design = batwing_tests::workspace().join("tests/findings/t09-rare-receiver.toml");
+    std::fs::copy(design, folder.join("t09.toml")).expect("copied");
+    let output = batwing(folder).args(["run", "t09.toml"]).args(flags).output().expect("it runs");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.success(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn a_rule_on_what_no_light_reaches_ends_early_and_says_why() {
+    let folder = tempdir().expect("a folder");
+    for (figure, batches) in [
+        // Known to be below what is asked for.
+        ("flux.dark=0.1%", 1),
+        ("mean.dark=0.1", 1),
+        // Given up.
+        ("flux.dark=1e-9", 8),
+        ("absorbed_by_box_side=1e-9", 8),
+    ] {
+        let flags = ["--paths", "20032", "--until-error", figure, "--out", "none"];
+        let (good, _, said) = rare(folder.path(), &flags);
+        let words = format!("none of {} paths has arrived", 20_032 * batches);
+        assert!(!good && said.contains(&words) && said.contains("95 % confidence"), "{said}");
+        assert!(said.matches("has arrived").count() <= 2, "{said}");
+    }
+    assert!(!folder.path().join("none/results.json").exists());
+}
+
+/// Counting nothing in n paths bounds a flux by 3/n with 95 % confidence, alike in all outputs.
+#[test]
+fn a_receiver_that_no_path_reached_has_a_bound_everywhere() {
+    let folder = tempdir().expect("a folder");
+    let (good, shown, said) = rare(folder.path(), &["--paths", "20032", "--out", "out"]);
+    assert!(good, "{said}");
+    // Four packages of 1 W; no power but what 20 032 paths hold.
+    let one_path = 4.0 / 20_032.0;
+    let text = std::fs::read(folder.path().join("out/results.json")).expect("results.json");
+    let results: Value = serde_json::from_slice(&text).expect("JSON");
+    let dark = &results["designs"]["t01"]["geometric"]["receivers"]["dark"];
+    let near = |found: &Value, expected: f64| {
+        let found = found.as_f64().expect("a number");
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    };
+    assert_eq!(dark["flux"]["value"], 0.0);
+    near(&dark["flux"]["standard_error"], one_path);
+    near(&dark["flux"]["upper_bound"], 3.0 * one_path);
+    // A single bin of 0.04 mm².
+    near(&dark["mean"]["upper_bound"], 3.0 * one_path / 0.04);
+    assert!(dark.get("min_to_max").is_none(), "{dark}");
+    assert!(shown.contains("below 6.0e-4 W"), "{shown}");
+    let csv = folder.path().join("out/t01/geometric/receivers/dark.csv");
+    let csv = std::fs::read_to_string(csv).expect("a table");
+    let row: Vec<f64> = csv
+        .lines()
+        .nth(1)
+        .expect("a row")
+        .split(',')
+        .map(|c| c.parse().expect("a number"))
+        .collect();
+    let [.., value, error] = row[..] else { panic!("{csv}") };
+    assert!(value == 0.0 && (error / (one_path / 0.04) - 1.0).abs() < 1e-9, "{csv}");
+    let report = batwing(folder.path()).args(["report", "out"]).output().expect("it runs");
+    assert!(report.status.success(), "{report:?}");
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).expect("a page");
+    let row = page.lines().find(|line| line.contains("dark, flux")).expect("a row");
+    assert!(row.contains("below 6.0e-4 W") && page.contains("irradiance of dark"), "{row}");
+}
+
+#[test]
+fn every_figure_of_the_design_may_stop_a_run() {
+    let folder = tempdir().expect("a folder");
+    let d1 = batwing_tests::workspace().join("data/designs/d1.toml");
+    std::fs::copy(d1, folder.path().join("d1.toml")).expect("copied");
+    for figure in ["escaped_up=10%", "absorbed_by_ground_mirror=10%", "beam_angle_deg=60"] {
+        let (good, said) = run(folder.path(), &["--until-error", figure, "--out", "out"]);
+        assert!(good && !said.contains("most-paths"), "{figure}: {said}");
+    }
+    for figure in [
+        "intensity_peak=1",
+        "illuminance_peak=1",
+        "illuminance_cell_mean=1",
+        "field_angle_deg=20",
+        "max.ff=1",
+    ] {
+        let flags = ["--paths", "4096", "--until-error", figure, "--out", "out"];
+        let (good, _, said) = rare(folder.path(), &flags);
+        assert!(good && !said.contains("most-paths"), "{figure}: {said}");
+    }
+    // All light goes up: that does not vary, and is said after some batches.
+    let (good, _, said) =
+        rare(folder.path(), &["--paths", "4096", "--until-error", "flux_up=1e-20", "--out", "out"]);
+    assert!(good && said.contains("does not vary") && said.contains("32768 paths"), "{said}");
+    for (figure, words) in [
+        ("absorbed_by_nothing=1%", "absorbed_by_box_side"),
+        ("mean.nothing=1", "mean.dark"),
+        ("flux_up=1%", "in its unit, without %"),
+        ("extraction_efficiency=1%", "there is no dome"),
+        ("peak_angle_parabola_deg=1", "far_field.peak is no bin"),
+    ] {
+        let (good, _, said) = rare(folder.path(), &["--until-error", figure, "--out", "none"]);
+        assert!(!good && said.contains(words), "{figure}: {said}");
+    }
+    assert!(!folder.path().join("none").exists());
 }

@@ -84,12 +84,12 @@ fn main() -> Result<()> {
         traced.push(seen.figures(&design));
     }
     for ((rays, grating), neighbours) in traced[0].iter().zip(&traced[1]).zip(&traced[2]) {
-        let (a, b) = (grating.estimate, neighbours.estimate);
+        let (a, b) = (grating.entry, neighbours.entry);
         println!(
             "{}: rays {:.5} ± {:.5}, grating {:.5} ± {:.5}, neighbours {:.5} ± {:.5}; neighbours less grating {:.5} ± {:.5}",
             grating.key,
-            rays.estimate.value,
-            rays.estimate.standard_error,
+            rays.entry.value,
+            rays.entry.standard_error,
             a.value,
             a.standard_error,
             b.value,

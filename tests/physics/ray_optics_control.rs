@@ -40,7 +40,7 @@ fn truth(k: usize) -> &'static Observation {
 fn figure(of: &Observation, design: &Design, key: &str) -> (f64, f64) {
     let figures = of.figures(design);
     let figure = figures.iter().find(|f| f.key == key).unwrap_or_else(|| panic!("no {key}"));
-    (figure.estimate.value, figure.estimate.standard_error)
+    (figure.entry.value, figure.entry.standard_error)
 }
 
 /// By how much two far fields differ beyond three standard errors, at worst: (share of the peak,

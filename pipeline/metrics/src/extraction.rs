@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::hits::{upper_bound, with_one_path};
 use super::{Estimate, Grouped, jackknife};
 
 /// Positions in the vectors of powers that [`extraction`] reads.
@@ -59,6 +60,16 @@ impl Ledger {
         Self { accounts }
     }
 
+    /// The same with errors of accounts that no path reached: `one_path` is the share of one path,
+    /// 0 of an account that none can reach.
+    #[must_use]
+    pub fn with_one_path(mut self, one_path: impl Fn(&str) -> f64) -> Self {
+        for (name, share) in &mut self.accounts {
+            *share = with_one_path(*share, one_path(name));
+        }
+        self
+    }
+
     /// Sum of all ends of light less 1, as a reader of the file finds it: of accounts with one
     /// name, the last counts. Within [`ROUNDING`] of 0.
     pub fn surplus(&self) -> f64 {
@@ -69,11 +80,22 @@ impl Ledger {
     }
 }
 
+/// An account as it is written.
+#[derive(Serialize)]
+struct Account {
+    value: f64,
+    standard_error: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    upper_bound: Option<f64>,
+}
+
 impl Serialize for Ledger {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.accounts.len()))?;
-        for (name, estimate) in &self.accounts {
-            map.serialize_entry(name, estimate)?;
+        for (name, share) in &self.accounts {
+            let Estimate { value, standard_error, .. } = *share;
+            let upper_bound = upper_bound(value, standard_error);
+            map.serialize_entry(name, &Account { value, standard_error, upper_bound })?;
         }
         map.end()
     }

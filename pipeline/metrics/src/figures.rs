@@ -4,10 +4,14 @@
 //!
 //! Results, targets of studies, objectives, stopping rules, terminal and page take all of this from
 //! here. A form of uniformity over a region is a line of [`FORMS`] beside its formula, and is
-//! registered by that line.
+//! registered by that line. Figures of a receiver are keyed `<figure>.<receiver>`; shares of the
+//! accounts of the ledger have the key of the account.
 
+use std::borrow::Cow;
+
+use super::extraction::is_end;
 use super::quantity::Unit;
-use super::uniformity_forms::{FORMS, RegionForm};
+use super::uniformity_forms::{FORMS, Form, RegionForm};
 
 /// Sums that a figure is read from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,80 +24,211 @@ pub enum Source {
     Domes,
     /// Tristimulus values at points of the cell.
     Colours,
+    /// Accounts of the power ledger.
+    Ledger,
+    /// Illuminance map, in the units of the light.
+    Illuminance,
+    /// Bins of a receiver of `[[receivers]]`.
+    Receiver,
+}
+
+/// The better of two values of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Better {
+    /// The larger one.
+    Larger,
+    /// The smaller one.
+    Smaller,
+    /// Neither: it depends on the purpose.
+    Neither,
 }
 
 /// Definition of a figure of merit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Definition {
-    /// Key in `results.json`.
+    /// Key in `results.json`; of accounts its beginning, of receivers what stands before the name.
     pub key: &'static str,
     /// Name for people.
     pub label: &'static str,
     /// Heading in the page's table of the paper's figures; `None` of a figure that is not there.
     pub heading: Option<&'static str>,
-    /// Unit of the stored value.
+    /// Unit of the stored value; of a figure in absolute units the radiometric one.
     pub unit: Unit,
     /// Sums that it is read from.
     pub source: Source,
-    /// Default scale of its misses in studies; `None` of a figure that is no target.
+    /// Comparison of two values.
+    pub better: Better,
+    /// Default scale of its misses in studies; without one the study states it.
     pub scale: Option<f64>,
     /// True if its change decides whether wavelengths are added.
     pub adds_wavelengths: bool,
+    /// True if it is in the units of the light that the design states.
+    pub is_absolute: bool,
 }
 
 impl Definition {
     /// Largest value that a target may have, and the words for its unit.
     pub fn largest_target(&self) -> (f64, &'static str) {
         match self.unit {
+            Unit::Degree if self.heading.is_none() => (360.0, "degrees"),
             Unit::Degree => (180.0, "degrees"),
-            _ => (1.0, "a fraction"),
+            Unit::Fraction | Unit::Relative => (1.0, "a fraction"),
+            _ => (1e30, "a number"),
         }
+    }
+
+    /// True if it stands among the figures of a model in `results.json`; others stand there in
+    /// the ledger, with the receivers or with the absolute figures.
+    pub fn is_main(&self) -> bool {
+        !self.is_absolute && !matches!(self.source, Source::Ledger | Source::Receiver)
+    }
+
+    /// The figure of the receiver called `name`.
+    pub fn of_receiver(self, name: &str) -> NamedFigure {
+        NamedFigure {
+            key: format!("{}.{name}", self.key).into(),
+            label: format!("{name}, {}", self.label).into(),
+            definition: self,
+        }
+    }
+
+    /// The share of an account of the ledger, where it is an end of light.
+    pub fn of_account(account: &str) -> Option<NamedFigure> {
+        Some(NamedFigure {
+            key: account.to_owned().into(),
+            label: account.replace('_', " ").into(),
+            definition: ledger(account)?,
+        })
+    }
+
+    const fn scaled(self, scale: f64) -> Self {
+        Self { scale: Some(scale), ..self }
+    }
+
+    const fn absolute(self) -> Self {
+        Self { is_absolute: true, ..self }
+    }
+}
+
+/// A figure of one design: of receivers and accounts each has a name of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedFigure {
+    /// Definition.
+    pub definition: Definition,
+    /// Whole key.
+    pub key: Cow<'static, str>,
+    /// Name for people.
+    pub label: Cow<'static, str>,
+}
+
+impl From<Definition> for NamedFigure {
+    fn from(definition: Definition) -> Self {
+        Self { key: definition.key.into(), label: definition.label.into(), definition }
     }
 }
 
 /// Scale of the forms of uniformity: that of valley/peak.
 const FORM_SCALE: f64 = 0.03;
+/// Scale of angles, degrees.
+const ANGLE_SCALE: f64 = 5.0;
+/// Scale of shares of flux.
+const SHARE_SCALE: f64 = 0.01;
+
+/// A figure that stands in none of the paper's tables.
+const fn figure(
+    key: &'static str,
+    label: &'static str,
+    unit: Unit,
+    source: Source,
+    better: Better,
+) -> Definition {
+    Definition {
+        key,
+        label,
+        heading: None,
+        unit,
+        source,
+        better,
+        scale: None,
+        adds_wavelengths: false,
+        is_absolute: false,
+    }
+}
+
+const fn of_far_field(key: &'static str, label: &'static str, unit: Unit) -> Definition {
+    figure(key, label, unit, Source::FarField, Better::Neither)
+}
+
+const fn illuminance(key: &'static str, label: &'static str, better: Better) -> Definition {
+    figure(key, label, Unit::WattPerSquareMillimetre, Source::Illuminance, better).absolute()
+}
 
 /// A figure of the paper's tables; scales are about the precision of the published figures.
 const fn papers(
     key: &'static str,
     [label, heading]: [&'static str; 2],
-    unit: Unit,
-    source: Source,
+    (unit, source): (Unit, Source),
+    better: Better,
     scale: f64,
 ) -> Definition {
+    let adds_wavelengths = true;
     let heading = Some(heading);
-    Definition { key, label, heading, unit, source, scale: Some(scale), adds_wavelengths: true }
+    Definition { heading, adds_wavelengths, ..figure(key, label, unit, source, better) }
+        .scaled(scale)
 }
 
 /// Polar angle of the largest intensity.
-pub const PEAK_ANGLE: Definition =
-    papers("peak_angle_deg", ["peak angle"; 2], Unit::Degree, Source::FarField, 5.0);
+pub const PEAK_ANGLE: Definition = papers(
+    "peak_angle_deg",
+    ["peak angle"; 2],
+    (Unit::Degree, Source::FarField),
+    Better::Neither,
+    ANGLE_SCALE,
+);
 /// Intensity on the axis over the largest.
 pub const CENTRE_TO_PEAK: Definition = papers(
     "centre_to_peak",
     ["centre/peak", "centre / peak"],
-    Unit::Fraction,
-    Source::FarField,
+    (Unit::Fraction, Source::FarField),
+    Better::Neither,
     0.06,
 );
 /// Peak angle between bins, of designs that read it as the middle of a bin.
-pub const PARABOLA: Definition = Definition {
-    key: "peak_angle_parabola_deg",
-    label: "peak angle, parabola",
-    heading: None,
-    unit: Unit::Degree,
-    source: Source::FarField,
-    scale: None,
-    adds_wavelengths: false,
-};
+pub const PARABOLA: Definition =
+    of_far_field("peak_angle_parabola_deg", "peak angle, parabola", Unit::Degree);
+/// Angle between the directions at which the intensity falls to half of the largest.
+pub const BEAM_ANGLE: Definition =
+    of_far_field("beam_angle_deg", "beam angle, half of the peak", Unit::Degree)
+        .scaled(ANGLE_SCALE);
+/// Angle between the directions at which the intensity falls to a tenth of the largest.
+pub const FIELD_ANGLE: Definition =
+    of_far_field("field_angle_deg", "field angle, a tenth", Unit::Degree).scaled(ANGLE_SCALE);
+/// Mean intensity below the centre angle.
+pub const INTENSITY_CENTRE: Definition =
+    of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian).absolute();
+/// Largest intensity.
+pub const INTENSITY_PEAK: Definition =
+    of_far_field("intensity_peak", "intensity, peak", Unit::WattPerSteradian).absolute();
+/// Largest intensity for 1000 lm emitted.
+pub const INTENSITY_PER_KILOLUMEN: Definition = of_far_field(
+    "intensity_peak_cd_per_klm",
+    "intensity, peak, of 1000 lm",
+    Unit::CandelaPerKilolumen,
+)
+.absolute();
 /// The paper's uniformity, along rows and columns.
 pub const UNIFORMITY: Definition =
-    papers("uniformity", ["uniformity"; 2], Unit::Fraction, Source::Map, 0.02);
+    papers("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), Better::Larger, 0.02);
 /// The paper's uniformity, across the diagonal of four LEDs.
 pub const UNIFORMITY_DIAGONAL: Definition = Definition {
     adds_wavelengths: false,
-    ..papers("uniformity_diagonal", ["uniformity, diagonal"; 2], Unit::Fraction, Source::Map, 0.02)
+    ..papers(
+        "uniformity_diagonal",
+        ["uniformity, diagonal"; 2],
+        (Unit::Fraction, Source::Map),
+        Better::Larger,
+        0.02,
+    )
 };
 /// Darkest place between neighbours over the largest illuminance.
 pub const VALLEY_TO_PEAK: Definition = Definition {
@@ -101,55 +236,126 @@ pub const VALLEY_TO_PEAK: Definition = Definition {
     ..papers(
         "illuminance_valley_to_peak",
         ["illuminance valley/peak", "illuminance valley / peak"],
-        Unit::Fraction,
-        Source::Map,
+        (Unit::Fraction, Source::Map),
+        Better::Larger,
         FORM_SCALE,
     )
 };
 /// Power that leaves the silicone for good, per power emitted.
-pub const EXTRACTION: Definition =
-    papers("extraction_efficiency", ["extraction"; 2], Unit::Fraction, Source::Domes, 0.01);
-
+pub const EXTRACTION: Definition = papers(
+    "extraction_efficiency",
+    ["extraction"; 2],
+    (Unit::Fraction, Source::Domes),
+    Better::Larger,
+    SHARE_SCALE,
+);
 /// Largest distance between the chromaticities of two of the nine points of the cell.
-pub const COLOUR_DIFFERENCE: Definition = Definition {
-    key: "cell_colour_difference",
-    label: "colour difference \u{394}u'v', cell",
-    heading: None,
-    unit: Unit::Relative,
-    source: Source::Colours,
-    scale: None,
-    adds_wavelengths: false,
-};
+pub const COLOUR_DIFFERENCE: Definition = figure(
+    "cell_colour_difference",
+    "colour difference \u{394}u'v', cell",
+    Unit::Relative,
+    Source::Colours,
+    Better::Smaller,
+);
+/// Power that leaves upwards, per power emitted.
+pub const ESCAPED_UP: Definition =
+    figure("escaped_up", "escaped up", Unit::Fraction, Source::Ledger, Better::Larger)
+        .scaled(SHARE_SCALE);
+/// Power that leaves downwards, per power emitted.
+pub const ESCAPED_DOWN: Definition =
+    figure("escaped_down", "escaped down", Unit::Fraction, Source::Ledger, Better::Neither)
+        .scaled(SHARE_SCALE);
+/// Power in any other account of the ledger, per power emitted.
+const ENDED: Definition =
+    figure("", "absorbed or lost", Unit::Fraction, Source::Ledger, Better::Smaller)
+        .scaled(SHARE_SCALE);
+/// Flux that leaves upwards.
+pub const FLUX_UP: Definition =
+    figure("flux_up", "flux, up", Unit::Watt, Source::Ledger, Better::Larger).absolute();
+/// Flux that leaves downwards.
+pub const FLUX_DOWN: Definition =
+    figure("flux_down", "flux, down", Unit::Watt, Source::Ledger, Better::Neither).absolute();
+/// Mean illuminance above the axes of the LEDs.
+pub const ABOVE_LEDS: Definition =
+    illuminance("illuminance_above_leds", "illuminance, above LEDs", Better::Neither);
+/// Largest illuminance of the map.
+pub const ILLUMINANCE_PEAK: Definition =
+    illuminance("illuminance_peak", "illuminance, peak", Better::Neither);
+/// Mean illuminance of the cell.
+pub const CELL_MEAN: Definition =
+    illuminance("illuminance_cell_mean", "illuminance, cell mean", Better::Larger);
 
 /// Figures of a far field, in the order in which they are read.
-pub const FAR_FIELD: [Definition; 3] = [PEAK_ANGLE, CENTRE_TO_PEAK, PARABOLA];
+pub const FAR_FIELD: [Definition; 8] = [
+    PEAK_ANGLE,
+    CENTRE_TO_PEAK,
+    PARABOLA,
+    BEAM_ANGLE,
+    FIELD_ANGLE,
+    INTENSITY_CENTRE,
+    INTENSITY_PEAK,
+    INTENSITY_PER_KILOLUMEN,
+];
 /// The paper's figures of a map, in the order in which they are read.
 pub const PAPERS_MAP: [Definition; 3] = [UNIFORMITY, UNIFORMITY_DIAGONAL, VALLEY_TO_PEAK];
+/// Figures of the map in absolute units, in the order in which they are read.
+pub const ILLUMINANCE: [Definition; 3] = [ABOVE_LEDS, ILLUMINANCE_PEAK, CELL_MEAN];
+
+const fn of_bins(key: &'static str, label: &'static str, better: Better) -> Definition {
+    figure(key, label, Unit::WattPerSquareMillimetre, Source::Receiver, better)
+}
+
+/// Figures of every receiver that has one flux, in the order in which they are read: its share of
+/// the emitted flux, then mean and extremes of its quantity.
+pub const OF_RECEIVER: [Definition; 5] = [
+    Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", Better::Larger) }
+        .scaled(SHARE_SCALE),
+    of_bins("mean", "mean", Better::Larger),
+    of_bins("min", "min", Better::Neither),
+    of_bins("max", "max", Better::Neither),
+    Definition { unit: Unit::Fraction, ..of_bins("min_to_max", "min/max", Better::Larger) }
+        .scaled(FORM_SCALE),
+];
 
 /// The figure of a form of uniformity.
 pub fn of_form(form: RegionForm) -> Definition {
-    Definition {
-        key: form.key,
-        label: form.label,
-        heading: None,
-        unit: Unit::Fraction,
-        source: Source::Map,
-        scale: Some(FORM_SCALE),
-        adds_wavelengths: false,
-    }
+    let better = match form.form {
+        Form::Variation => Better::Smaller,
+        _ => Better::Larger,
+    };
+    figure(form.key, form.label, Unit::Fraction, Source::Map, better).scaled(FORM_SCALE)
 }
 
-/// All figures: those of the paper's tables in their order, the other forms of uniformity, the
-/// colour difference.
+/// All figures whose key needs no name: those of the far field, of the map, extraction, the other
+/// forms of uniformity, the colour difference, and those of flux and illuminance.
 pub fn all() -> impl Iterator<Item = Definition> {
     let forms = FORMS.into_iter().map(of_form);
-    let papers = FAR_FIELD.into_iter().chain(PAPERS_MAP).chain([EXTRACTION]);
-    papers.chain(forms).chain([COLOUR_DIFFERENCE])
+    let read = FAR_FIELD.into_iter().chain(PAPERS_MAP).chain([EXTRACTION]);
+    let flux = [COLOUR_DIFFERENCE, ESCAPED_UP, ESCAPED_DOWN, FLUX_UP, FLUX_DOWN];
+    read.chain(forms).chain(flux).chain(ILLUMINANCE)
 }
 
-/// The figure under `key`.
+/// The figure under `key`, with the name of an account or of a receiver in it.
 pub fn find(key: &str) -> Option<Definition> {
-    all().find(|figure| figure.key == key)
+    let named = key.split_once('.').filter(|(_, name)| !name.is_empty());
+    let of_receiver = |(figure, _)| OF_RECEIVER.into_iter().find(|known| known.key == figure);
+    let whole = || all().find(|figure| figure.key == key);
+    named.and_then(of_receiver).or_else(whole).or_else(|| ledger(key))
+}
+
+/// The share of `account`, where it is an end of light.
+fn ledger(account: &str) -> Option<Definition> {
+    let escaped = [ESCAPED_UP, ESCAPED_DOWN].into_iter().find(|known| known.key == account);
+    let ended = is_end(account) && !account.starts_with("escaped_") && !account.ends_with('_');
+    escaped.or_else(|| ended.then_some(ENDED))
+}
+
+/// Keys of all figures, with placeholders for the names of receivers and accounts.
+pub fn keys() -> String {
+    let of_receiver = OF_RECEIVER.iter().map(|figure| format!("{}.RECEIVER", figure.key));
+    let all = all().map(|figure| figure.key.to_owned()).chain(of_receiver);
+    let accounts = ["absorbed_by_SURFACE", "absorbed_in_MEDIUM"].map(str::to_owned);
+    all.chain(accounts).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -162,6 +368,19 @@ mod tests {
     fn keys_are_unique() {
         let keys: BTreeSet<&str> = all().map(|figure| figure.key).collect();
         assert_eq!(keys.len(), all().count());
+    }
+
+    #[test]
+    fn names_of_receivers_and_accounts_are_part_of_keys() {
+        let key = |key: &str| find(key).map(|figure| figure.key);
+        assert_eq!(key("flux.plate.2"), Some("flux"));
+        assert_eq!(key("absorbed_by_led_top"), Some(""));
+        assert_eq!(key("escaped_up"), Some("escaped_up"));
+        for none in ["flux.", "flux", "glow.plate", "absorbed_by_", "escaped_left", "emitted"] {
+            assert_eq!(key(none), None, "{none}");
+        }
+        let named = OF_RECEIVER[1].of_receiver("plate");
+        assert_eq!((&named.key[..], &named.label[..]), ("mean.plate", "plate, mean"));
     }
 
     #[test]

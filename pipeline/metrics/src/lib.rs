@@ -25,11 +25,13 @@
 //! | [`uniformity`], [`uniformity_forms`], [`valley`] | uniformity in all forms, minimum of a noisy map |
 //! | [`extraction`] | extraction efficiency, power ledger |
 //! | [`colour_difference`], [`colour_matching`], [`photopic`] | colour over the cell, CIE tables |
-//! | [`estimate`] | value with standard error |
+//! | [`bins`] | mean and extremes over the bins of a receiver |
+//! | [`estimate`], [`hits`] | value with standard error, bound of a sum that no path reached |
 //! | [`quantity`] | maps, curves and axes with units |
 //! | [`digits`], [`plural`] | numbers and counts for people |
 //! | [`columns`] | two columns of text as numbers |
 
+pub mod bins;
 mod bounds;
 pub mod colour_difference;
 pub mod colour_matching;
@@ -39,6 +41,7 @@ pub mod estimate;
 pub mod extraction;
 pub mod far_field;
 pub mod figures;
+pub mod hits;
 pub mod illuminance;
 mod jackknife;
 mod jackknifed_figure;

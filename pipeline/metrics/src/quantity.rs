@@ -27,6 +27,8 @@ pub enum Unit {
     PerSteradian,
     /// Candelas (luminous intensity).
     Candela,
+    /// Candelas for 1000 lumens emitted.
+    CandelaPerKilolumen,
     /// Lux (illuminance).
     Lux,
     /// Watts per square metre and steradian (radiance).
@@ -54,6 +56,7 @@ impl Unit {
             Self::WattPerSquareMillimetre => "w_per_mm2",
             Self::PerSteradian => "per_sr",
             Self::Candela => "cd",
+            Self::CandelaPerKilolumen => "cd_per_klm",
             Self::Lux => "lx",
             Self::WattPerSquareMetreSteradian => "w_per_m2_sr",
             Self::CandelaPerSquareMetre => "cd_per_m2",
@@ -74,6 +77,7 @@ impl Unit {
             Self::WattPerSquareMillimetre => "W/mm²",
             Self::PerSteradian => "1/sr",
             Self::Candela => "cd",
+            Self::CandelaPerKilolumen => "cd/klm",
             Self::Lux => "lx",
             Self::WattPerSquareMetreSteradian => "W/(m² sr)",
             Self::CandelaPerSquareMetre => "cd/m²",

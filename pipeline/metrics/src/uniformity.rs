@@ -55,6 +55,11 @@ impl MapReading {
         Self { grid, layout, full_scale, reading, straight, diagonal }
     }
 
+    /// True if the valley between neighbours can be read.
+    pub fn has_valley(&self) -> bool {
+        self.straight.is_some()
+    }
+
     /// Valleys on the straight segments and on the diagonals. A single row has no diagonal and
     /// repeats the straight valley.
     fn valleys(&self, map: &[f64]) -> Option<[Lowest; 2]> {

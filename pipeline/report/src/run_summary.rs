@@ -6,15 +6,15 @@ use std::fmt::Write as _;
 
 use design::spectrum::Weighting;
 use metrics::Estimate;
-use metrics::digits::{format_value_with_error, shortest, thousands};
+use metrics::digits::{shortest, thousands};
 use metrics::extraction::{Ledger, is_end};
-use metrics::far_field::PeakPlace;
-use metrics::figures::{CENTRE_TO_PEAK, EXTRACTION, PARABOLA, PEAK_ANGLE, UNIFORMITY};
+use metrics::figures::{EXTRACTION, FAR_FIELD, UNIFORMITY};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
+use results::figure_entry::FigureEntry;
 use results::schema::Emitted;
-use results::{DesignResult, Figure, ModelResult};
+use results::{DesignResult, Figure, ModelResult, shown};
 
 /// Accounts of the ledger below this fraction of the emitted power are left out.
 const NEGLIGIBLE: f64 = 5e-7;
@@ -47,14 +47,9 @@ fn line(text: &mut String, name: &str, value: &str) {
     let _ = writeln!(text, "  {name:<NAMES$}{value}");
 }
 
-fn percent(estimate: Estimate) -> String {
-    let shown = |value: f64| value * 100.0;
-    let error = shown(estimate.standard_error);
-    // Beyond rounding of a sum an error says nothing.
-    if error < 1e-9 {
-        return format!("{} %", shortest(shown(estimate.value)));
-    }
-    format!("{} %", format_value_with_error(shown(estimate.value), error))
+/// A share of the ledger, per cent.
+fn percent(share: Estimate) -> String {
+    shown::text(&FigureEntry::new(share), Unit::Fraction)
 }
 
 fn light(text: &mut String, ledger: &Ledger) {
@@ -97,7 +92,7 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         [("segment", Region::Segment), ("diagonal", Region::Diagonal), ("cell", Region::Cell)];
     let value = |region: Region, form: Form| {
         let known = FORMS.iter().find(|f| f.region == region && f.form == form)?;
-        model.figure(known.key).map(|f| percent(f.estimate))
+        model.figure(known.key).map(|f| shown::text(&f.entry, f.unit))
     };
     let there: Vec<_> = regions
         .into_iter()
@@ -123,42 +118,23 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         }
     }
     if let Some(figure) = model.figure(UNIFORMITY.key) {
-        line(text, "as the design reads it", &percent(figure.estimate));
+        line(text, "as the design reads it", &shown::text(&figure.entry, figure.unit));
     }
 }
 
 fn far_field(text: &mut String, model: &ModelResult) {
-    let of_far_field = [PEAK_ANGLE, PARABOLA, CENTRE_TO_PEAK].map(|figure| figure.key);
-    let figures: Vec<&Figure> = of_far_field.iter().filter_map(|k| model.figure(k)).collect();
+    let figures: Vec<&Figure> =
+        FAR_FIELD.iter().filter_map(|figure| model.figure(figure.key)).collect();
     if !figures.is_empty() {
         text.push_str(" far field\n");
     }
-    for figure in figures {
-        let beside = model.figure(PEAK_ANGLE.key).map(|peak| peak.peak_place);
-        // A ratio to a peak that is noise is noise as well.
-        let place = match (figure.key, beside) {
-            (key, Some(PeakPlace::NotResolved)) if key == CENTRE_TO_PEAK.key => {
-                PeakPlace::NotResolved
-            }
-            _ => figure.peak_place,
+    let extracted = model.figure(EXTRACTION.key);
+    for figure in figures.into_iter().chain(extracted) {
+        let name = match &*figure.key {
+            key if key == EXTRACTION.key => "extraction from the domes",
+            _ => &figure.label,
         };
-        let value = match (place.words(), figure.unit) {
-            (Some(words), _) => words.to_owned(),
-            (None, Unit::Fraction) => percent(figure.estimate),
-            (None, unit) => {
-                let e = figure.estimate;
-                let value = format_value_with_error(e.value, e.standard_error);
-                let range = figure.peak_range_deg.filter(|[first, last]| first < last);
-                let range = range.map_or(String::new(), |[first, last]| {
-                    format!(", bins from {first} to {last} cannot be told apart")
-                });
-                format!("{value} {}{range}", unit.symbol())
-            }
-        };
-        line(text, figure.label, &value);
-    }
-    if let Some(extracted) = model.figure(EXTRACTION.key) {
-        line(text, "extraction from the domes", &percent(extracted.estimate));
+        line(text, name, &shown::text(&figure.entry, figure.unit));
     }
 }
 
@@ -189,9 +165,9 @@ fn absolute(text: &mut String, model: &ModelResult) {
     let both = [&absolute.emitted, &absolute.emitted_per_package];
     in_line(text, "emitted", both.map(flux));
     for (key, figure) in &absolute.figures {
-        let shown = |e: Estimate| {
-            let value = format_value_with_error(e.value, e.standard_error);
-            format!("{value} {}", figure.unit)
+        let shown = |e: FigureEntry| {
+            let number = shown::number(&e, Unit::Relative);
+            shown::with_symbol(number, &e, &figure.unit)
         };
         let of_package = figure.per_package.map(shown).unwrap_or_default();
         in_line(text, &key.replace('_', " "), [shown(figure.array), of_package]);
@@ -199,16 +175,14 @@ fn absolute(text: &mut String, model: &ModelResult) {
 }
 
 fn receivers(text: &mut String, model: &ModelResult) {
-    let receivers = model.receivers.iter().flatten();
-    let fluxes: Vec<_> = receivers
-        .filter_map(|(name, r)| Some((name, r.fluxes.get("flux")?, r.flux_unit.as_deref())))
-        .collect();
-    if !fluxes.is_empty() {
-        text.push_str(" receivers\n");
-    }
-    for (name, flux, unit) in fluxes {
-        let value = format_value_with_error(flux.value, flux.standard_error);
-        line(text, name, &format!("{value} {}", unit.unwrap_or_default()));
+    let figures = model.receivers.iter().flatten().flat_map(|(name, receiver)| {
+        shown::of_receiver(receiver).map(move |(label, value)| (format!("{name}, {label}"), value))
+    });
+    for (number, (name, value)) in figures.enumerate() {
+        if number == 0 {
+            text.push_str(" receivers\n");
+        }
+        line(text, &name, &value);
     }
 }
 
@@ -216,24 +190,21 @@ fn receivers(text: &mut String, model: &ModelResult) {
 mod tests {
     use super::*;
 
+    use metrics::far_field::PeakPlace;
+
     fn model() -> ModelResult {
-        let figure = |key, label, unit, value, error| Figure {
-            key,
-            label,
+        let figure = |key: &'static str, label: &'static str, unit, value, error| Figure {
+            key: key.into(),
+            label: label.into(),
             unit,
-            estimate: Estimate::new(value, error),
-            peak_place: PeakPlace::OffAxis,
-            peak_range_deg: None,
-            extremes: None,
-            wavelength_error: None,
+            entry: FigureEntry::new(Estimate::new(value, error)),
         };
         let forms =
             FORMS.iter().map(|form| figure(form.key, form.label, Unit::Fraction, 0.5, 0.001));
         let mut figures: Vec<Figure> = forms.collect();
-        figures.push(Figure {
-            peak_place: PeakPlace::NotResolved,
-            ..figure("peak_angle_deg", "peak angle", Unit::Degree, 20.0, 5.0)
-        });
+        let mut angle = figure("peak_angle_deg", "peak angle", Unit::Degree, 20.0, 5.0);
+        angle.entry.peak_place = PeakPlace::NotResolved;
+        figures.push(angle);
         let account =
             |name: &str, value: f64, error: f64| (name.to_owned(), Estimate::new(value, error));
         ModelResult {

@@ -9,11 +9,12 @@
 
 use std::fmt::Write as _;
 
-use metrics::Estimate;
 use metrics::digits::{Digits, fixed, shortest};
+use metrics::figures::{self, COLOUR_DIFFERENCE, Definition, PARABOLA};
 use metrics::quantity::Unit;
-use metrics::uniformity_forms::FORMS;
+use results::figure_entry::FigureEntry;
 use results::published::Published;
+use results::shown::{self, shown_unit};
 use results::{Figure, Results};
 
 /// One line of the table.
@@ -30,9 +31,14 @@ pub struct SummaryRow {
     /// Published value, where there is one.
     pub published: Option<f64>,
     /// Computed value, where there is one.
-    pub computed: Option<Estimate>,
-    /// Words in place of a computed value.
-    pub instead: Option<&'static str>,
+    pub computed: Option<FigureEntry>,
+}
+
+impl SummaryRow {
+    /// The computed value, unless it is noise.
+    pub fn resolved(&self) -> Option<FigureEntry> {
+        self.computed.filter(|c| c.value.is_finite() && c.peak_place.is_off_axis())
+    }
 }
 
 /// Every figure of every model, beside the published one.
@@ -41,23 +47,28 @@ pub fn rows(results: &Results, published: &Published) -> Vec<SummaryRow> {
     for design in results.designs.iter().chain(&results.references) {
         let of_design = published.design(&design.design_sha256);
         for model in &design.models {
-            let of_tables = |figure: &&Figure| !FORMS.iter().any(|form| form.key == figure.key);
+            let of_tables = |figure: &&Figure| {
+                figures::find(&figure.key).is_some_and(|found| in_tables(&found))
+            };
             for figure in model.figures.iter().filter(of_tables) {
-                let noise = figure.peak_place.words();
                 rows.push(SummaryRow {
                     design: design.name.clone(),
                     model: model.label.clone(),
-                    quantity: figure.label.to_owned(),
+                    quantity: figure.label.to_string(),
                     unit: figure.unit,
                     published: of_design
-                        .and_then(|models| models.get(&model.key)?.get(figure.key).copied()),
-                    computed: noise.is_none().then_some(figure.estimate),
-                    instead: noise,
+                        .and_then(|models| models.get(&model.key)?.get(&*figure.key).copied()),
+                    computed: Some(figure.entry),
                 });
             }
         }
     }
     rows
+}
+
+/// True of the figures of the paper's tables, and of those that stand beside them.
+fn in_tables(figure: &Definition) -> bool {
+    figure.heading.is_some() || [PARABOLA, COLOUR_DIFFERENCE].contains(figure)
 }
 
 /// What stands in place of a missing number.
@@ -109,13 +120,6 @@ pub fn markdown(rows: &[SummaryRow]) -> String {
         table.markdown_line(&mut text, line);
     }
     text
-}
-
-fn shown_unit(unit: Unit) -> (f64, &'static str) {
-    match unit {
-        Unit::Fraction => (100.0, "%"),
-        other => (1.0, other.symbol()),
-    }
 }
 
 const COLUMNS: usize = 6;
@@ -172,8 +176,7 @@ impl Table {
 }
 
 fn computed_digits(row: &SummaryRow) -> Option<Digits> {
-    let (scale, _) = shown_unit(row.unit);
-    row.computed.map(|c| Digits::new(c.value * scale, c.standard_error * scale))
+    shown::digits(row.computed.as_ref()?, row.unit)
 }
 
 fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [String; COLUMNS] {
@@ -183,7 +186,10 @@ fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [Str
         _ => format!("{} ({symbol})", row.quantity),
     };
     let computed = match digits {
-        None => row.instead.unwrap_or(MISSING).into(),
+        None => row
+            .computed
+            .and_then(|computed| shown::in_words(&computed, row.unit))
+            .unwrap_or(MISSING.into()),
         Some(d) if d.error.is_empty() => d.value.clone(),
         Some(d) => {
             let error = format!("{:<longest_error$}", d.error);
@@ -218,6 +224,7 @@ fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [Str
 #[cfg(test)]
 mod tests {
     use super::*;
+    use metrics::Estimate;
     use metrics::far_field::PeakPlace;
 
     fn row(
@@ -233,8 +240,7 @@ mod tests {
             quantity: quantity.into(),
             unit,
             published,
-            computed: computed.map(|(value, error)| Estimate::new(value, error)),
-            instead: None,
+            computed: computed.map(|(value, error)| FigureEntry::new(Estimate::new(value, error))),
         }
     }
 
@@ -288,8 +294,8 @@ mod tests {
 
     #[test]
     fn a_maximum_on_the_axis_stands_in_words() {
-        let mut none = row("D1", "peak angle", Unit::Degree, Some(20.0), None);
-        none.instead = PeakPlace::OnAxis.words();
+        let mut none = row("D1", "peak angle", Unit::Degree, Some(20.0), Some((3.0, 1.0)));
+        none.computed.as_mut().unwrap().peak_place = PeakPlace::OnAxis;
         let text = plain_text(&[none]);
         assert!(text.contains("none (maximum on axis)") && !text.contains('±'), "{text}");
     }

@@ -25,24 +25,28 @@
 //! | [`far_field`] | far field of a model, read back |
 //! | [`package`], [`ray_paths`] | drawing of the package, single paths |
 //! | [`optimisation`], [`tolerance`] | `optimise.json`, `tolerance.json` |
+//! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
 //! | `sealed_file` | version and hash of a file |
 
 pub mod earlier;
 pub mod far_field;
+pub mod figure_entry;
 pub mod optimisation;
 pub mod package;
 pub mod published;
 pub mod ray_paths;
 pub mod schema;
 mod sealed_file;
+pub mod shown;
 pub mod tolerance;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use schema::{
-    AbsoluteEntry, FigureEntry, ModelEntries, ModelEntry, PaperFigures, PolarizationEntry, Program,
+    AbsoluteEntry, ModelEntries, ModelEntry, PaperFigures, PolarizationEntry, Program,
     ReceiverEntry, ResultsFile, SpectrumEntry, StoppedBy, TableEntry, UntilError,
 };
 use serde_json::Value;
@@ -51,14 +55,13 @@ use design::spectrum::Weighting;
 use files::atomic_file;
 use files::content_hash::sealed;
 use files::provenance::FileRecord;
-use metrics::Estimate;
 use metrics::digits::format_value_with_error;
 use metrics::extraction::Ledger;
-use metrics::far_field::PeakPlace;
 use metrics::plural::count;
 use metrics::quantity::Unit;
 
 use crate::earlier::Earlier;
+use crate::figure_entry::FigureEntry;
 use crate::published::{Models, Published};
 
 /// Version of the layout of `results.json`.
@@ -71,32 +74,13 @@ pub const FILE: &str = "results.json";
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Key in `results.json`.
-    pub key: &'static str,
+    pub key: Cow<'static, str>,
     /// Name for people.
-    pub label: &'static str,
+    pub label: Cow<'static, str>,
     /// Unit of the stored value.
     pub unit: Unit,
-    /// Value and standard error.
-    pub estimate: Estimate,
-    /// Of a peak angle: whether there is a peak off the axis. Without one the value is noise.
-    pub peak_place: PeakPlace,
-    /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it.
-    pub peak_range_deg: Option<[f64; 2]>,
-    /// Of a figure of the map: where its valley and its peak were read.
-    pub extremes: Option<Extremes>,
-    /// For light of a spectrum: change from fewer wavelengths to those computed, which estimates
-    /// the error of the fewer; not negative, with the standard error of that change. `None` for one
-    /// wavelength and for lines.
-    pub wavelength_error: Option<Estimate>,
-}
-
-/// Where the lowest and the largest value of a map were read, (x, y) in mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extremes {
-    /// The valley between neighbours.
-    pub valley_mm: [f64; 2],
-    /// Middle of the largest bin.
-    pub peak_mm: [f64; 2],
+    /// Value, error and state.
+    pub entry: FigureEntry,
 }
 
 /// What one model says of one design.
@@ -241,11 +225,6 @@ impl Results {
 /// What `--quick` says of itself, in the file and on the terminal.
 pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders and fewer rays than a full run; errors are larger than the tolerances the designs ask for";
 
-/// To a micrometre, far below any bin.
-fn rounded_mm(length_mm: f64) -> f64 {
-    (length_mm * 1e3).round() / 1e3 + 0.0
-}
-
 impl DesignResult {
     fn entries(&self, published: &Published) -> ModelEntries {
         let of_design = published.design(&self.design_sha256);
@@ -272,7 +251,7 @@ impl ModelResult {
                 Unit::Fraction | Unit::Relative => "1",
                 other => other.suffix(),
             };
-            (figure.key.to_owned(), unit.to_owned())
+            (figure.key.to_string(), unit.to_owned())
         });
         let mut units: BTreeMap<String, String> = figures.collect();
         let spectrum = self.spectrum.as_ref();
@@ -299,7 +278,8 @@ impl ModelResult {
             return Some(format!("{begin}the same at all wavelengths"));
         }
         let shown = |figure: &Figure| {
-            let error = figure.wavelength_error.filter(|_| figure.peak_place.is_off_axis())?;
+            let FigureEntry { wavelength_error, peak_place, .. } = figure.entry;
+            let error = wavelength_error.filter(|_| peak_place.is_off_axis())?;
             let (scale, unit) = match figure.unit {
                 Unit::Fraction => (100.0, "points"),
                 other => (1.0, other.symbol()),
@@ -319,17 +299,9 @@ impl ModelResult {
 
     fn entry(&self, published: Option<&Models>) -> ModelEntry {
         let figure = |figure: &Figure| {
-            let entry = FigureEntry {
-                peak_place: figure.peak_place,
-                peak_range_deg: figure.peak_range_deg,
-                valley_at_mm: figure.extremes.map(|at| at.valley_mm.map(rounded_mm)),
-                peak_at_mm: figure.extremes.map(|at| at.peak_mm.map(rounded_mm)),
-                wavelength_error: figure.wavelength_error,
-                published: published
-                    .and_then(|models| models.get(&self.key)?.get(figure.key).copied()),
-                ..FigureEntry::new(figure.estimate)
-            };
-            (figure.key.to_owned(), entry)
+            let published = published.and_then(|models| models.get(&self.key)?.get(&*figure.key));
+            let entry = FigureEntry { published: published.copied(), ..figure.entry };
+            (figure.key.to_string(), entry)
         };
         ModelEntry {
             figures: self.figures.iter().map(figure).collect(),
@@ -351,6 +323,8 @@ impl ModelResult {
 
 #[cfg(test)]
 mod tests {
+    use metrics::Estimate;
+    use metrics::far_field::PeakPlace;
     use serde_json::json;
 
     use super::*;
@@ -360,24 +334,22 @@ mod tests {
     fn published_figures_stand_beside_computed_ones() {
         let published = Published::load().expect("valid");
         let figure = Figure {
-            key: "uniformity",
-            label: "uniformity",
+            key: "uniformity".into(),
+            label: "uniformity".into(),
             unit: Unit::Fraction,
-            estimate: Estimate::new(0.76, 0.001),
-            peak_place: PeakPlace::OffAxis,
-            peak_range_deg: None,
-            extremes: None,
-            wavelength_error: Some(Estimate::new(0.002, 0.001)),
+            entry: FigureEntry {
+                wavelength_error: Some(Estimate::new(0.002, 0.001)),
+                ..FigureEntry::new(Estimate::new(0.76, 0.001))
+            },
         };
         let axial = Figure {
-            key: "peak_angle_deg",
-            label: "peak angle",
+            key: "peak_angle_deg".into(),
+            label: "peak angle".into(),
             unit: Unit::Degree,
-            estimate: Estimate::new(4.0, 10.0),
-            peak_place: PeakPlace::OnAxis,
-            peak_range_deg: None,
-            extremes: None,
-            wavelength_error: None,
+            entry: FigureEntry {
+                peak_place: PeakPlace::OnAxis,
+                ..FigureEntry::new(Estimate::new(4.0, 10.0))
+            },
         };
         let model = ModelResult {
             key: "geometric_100um".to_owned(),

@@ -17,11 +17,11 @@ use design::schema::receivers::ReceiverKind;
 use design::spectrum::Weighting;
 use files::provenance::FileRecord;
 use files::serde_messages::plain;
+use metrics::Estimate;
 use metrics::extraction::Ledger;
-use metrics::far_field::PeakPlace;
-use metrics::{Estimate, estimate};
 
 use super::SCHEMA_VERSION;
+use super::figure_entry::FigureEntry;
 
 /// Models of a design, by key.
 pub type ModelEntries = BTreeMap<String, ModelEntry>;
@@ -156,55 +156,6 @@ pub struct ModelEntry {
     pub seed: Option<u64>,
 }
 
-/// A figure of merit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FigureEntry {
-    /// Best value.
-    pub value: f64,
-    /// One standard deviation of the value.
-    #[serde(deserialize_with = "estimate::standard_error")]
-    pub standard_error: f64,
-    /// Bound of the bias that picking a bin leaves in the value.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_bound: Option<f64>,
-    /// Of a peak angle: on the axis or not resolved, so that the value is noise.
-    #[serde(default, skip_serializing_if = "PeakPlace::is_off_axis")]
-    pub peak_place: PeakPlace,
-    /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it,
-    /// degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub peak_range_deg: Option<[f64; 2]>,
-    /// Of a figure of the map: where its valley was read, (x, y) in mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub valley_at_mm: Option<[f64; 2]>,
-    /// Of a figure of the map: the middle of its largest bin, (x, y) in mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub peak_at_mm: Option<[f64; 2]>,
-    /// Change when the last wavelengths were added.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub wavelength_error: Option<Estimate>,
-    /// The paper's figure.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub published: Option<f64>,
-}
-
-impl FigureEntry {
-    /// A figure that has this estimate and nothing else.
-    pub fn new(estimate: Estimate) -> Self {
-        Self {
-            value: estimate.value,
-            standard_error: estimate.standard_error,
-            bias_bound: estimate.bias_bound,
-            peak_place: PeakPlace::OffAxis,
-            peak_range_deg: None,
-            valley_at_mm: None,
-            peak_at_mm: None,
-            wavelength_error: None,
-            published: None,
-        }
-    }
-}
-
 /// Figures in the units of light as it is sold, of all packages together and of one of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AbsoluteEntry {
@@ -225,10 +176,10 @@ pub struct AbsoluteFigure {
     pub unit: String,
     /// Of all packages together.
     #[serde(flatten)]
-    pub array: Estimate,
+    pub array: FigureEntry,
     /// Mean share of one package; none of the illuminance, to which all contribute.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub per_package: Option<Estimate>,
+    pub per_package: Option<FigureEntry>,
 }
 
 /// A table of diffraction orders.
@@ -406,9 +357,10 @@ pub struct ReceiverEntry {
     /// Unit of the fluxes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flux_unit: Option<String>,
-    /// `flux` and its Stokes parameters, or the six fluxes of a surface.
+    /// `flux` and its Stokes parameters, then `mean`, `min`, `max` of its quantity and `min_to_max`;
+    /// or the six fluxes of a surface.
     #[serde(flatten)]
-    pub fluxes: BTreeMap<String, Estimate>,
+    pub figures: BTreeMap<String, FigureEntry>,
 }
 
 /// The outcome of a stopping rule.

@@ -18,7 +18,7 @@
 //! let observation = observe(&design, &surface, 4096, "bare dome", context)?;
 //! let figures = observation.figures(&design);
 //! let extraction = figures.iter().find(|figure| figure.key == "extraction_efficiency").expect("a dome");
-//! assert!(extraction.estimate.value > 0.9 && extraction.estimate.standard_error < 0.01);
+//! assert!(extraction.entry.value > 0.9 && extraction.entry.standard_error < 0.01);
 //! # Ok::<(), anyhow::Error>(())
 //! ```
 //!

@@ -9,7 +9,7 @@ use results::ModelResult;
 use results::schema::PolarizationEntry;
 
 use super::model::Model;
-use super::observation::Observation;
+use super::observation::{Observation, of_one_path};
 
 /// Folder of the files of `model` of `design`, under the directory of results.
 pub fn folder(design: &Design, model: Model) -> PathBuf {
@@ -18,12 +18,14 @@ pub fn folder(design: &Design, model: Model) -> PathBuf {
 
 /// The result of a model: figures, ledger, counters; without tables.
 pub fn model_result(design: &Design, model: Model, observation: &Observation) -> ModelResult {
+    let one_path = 1.0 / observation.paths as f64;
+    let ledger = observation.ledger();
     ModelResult {
         key: model.key(design),
         label: model.label(design),
         paths: observation.paths,
         figures: observation.figures(design),
-        ledger: observation.ledger(),
+        ledger: ledger.with_one_path(|account| of_one_path(design, account, one_path)),
         counters: observation.counters(),
         tables: Vec::new(),
         spectrum: None,

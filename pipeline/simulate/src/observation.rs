@@ -2,34 +2,39 @@
 //! Observations: receiver sums of a trace, group by group, and the figures of merit that follow
 //! from them.
 
+mod known;
 mod map_reader;
 mod missing;
+mod readers;
 
 use std::borrow::Cow;
 
 use anyhow::Result;
-use map_reader::MapReader;
-use metrics::figures::{
-    self, CENTRE_TO_PEAK, COLOUR_DIFFERENCE, Definition, EXTRACTION, FAR_FIELD, PAPERS_MAP,
-    PARABOLA, PEAK_ANGLE, Source, UNIFORMITY, UNIFORMITY_DIAGONAL,
-};
-use rayon::prelude::*;
 use tracer::Outcome;
 use tracer::ledger::{Lines, Loss};
 
 use design::Design;
 use design::schema::Zero;
-use metrics::extraction::{self, Ledger, flow};
-use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakPlace};
+use metrics::extraction::{Ledger, flow};
+use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading};
+use metrics::figures::{self, CENTRE_TO_PEAK, NamedFigure, PEAK_ANGLE, UNIFORMITY};
+use metrics::hits::with_one_path;
 use metrics::illuminance::{Grid, coarser, smoothed};
 use metrics::layout::Layout;
 use metrics::quantity::Curve;
-use metrics::uniformity::{Places, ValleyReading, bin_by_bin};
+use metrics::uniformity::{ValleyReading, bin_by_bin};
 use metrics::uniformity_forms::nine_points;
-use metrics::{Estimate, Grouped, JackknifedFigure, changes, colour_difference};
-use results::{Extremes, Figure};
+use metrics::{Estimate, Grouped, JackknifedFigure, changes};
+use results::Figure;
+use results::figure_entry::FigureEntry;
 
+pub use self::known::check_figure;
+pub(super) use self::readers::of_one_path;
+use self::readers::{Column, Reader, readers};
 use super::symmetry;
+
+/// Values by the keys of figures.
+pub type Keyed<T> = Vec<(Cow<'static, str>, T)>;
 
 /// Receiver sums of one trace, by groups of paths.
 #[derive(Debug, Clone)]
@@ -184,7 +189,7 @@ impl Observation {
             grid,
             far_field,
             sphere: sphere(design),
-            accounts: accounts(&outcome),
+            accounts: accounts(&outcome.groups[0].ledger.lines),
             powers: powers(&outcome, &flows),
             receivers,
             depolarised_by: Vec::new(),
@@ -209,8 +214,8 @@ impl Observation {
         Self { receivers, ..Self::weighted_figures(parts) }
     }
 
-    /// [`Observation::weighted`] without the receivers of `[[receivers]]`, on which no figure of
-    /// merit depends.
+    /// [`Observation::weighted`] without the receivers of `[[receivers]]`, on whose figures no choice
+    /// of wavelengths depends.
     ///
     /// # Panics
     /// As [`Observation::weighted`].
@@ -268,55 +273,35 @@ impl Observation {
         Self::weighted(&[(factor, self)])
     }
 
-    /// The power ledger.
+    /// The power ledger, as it was counted.
     pub fn ledger(&self) -> Ledger {
         Ledger::new(&self.accounts, &self.powers, flow::EMITTED)
     }
 
-    /// How much each figure changes from `coarse` to this observation, by key. Both were made of
-    /// the same groups of paths. The peak of the illuminance counts as the largest bin.
-    pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
-        let reading = far_field_reading(design);
-        let far = changes(&coarse.far_field, &self.far_field, |p| reading.plain(p));
-        let extracted = changes(&coarse.flows, &self.flows, |p| vec![extraction::of_powers(p)]);
-        let map = self.lit().then(|| {
-            let reader = self.map_reader(design);
-            let (from, to) = (coarse.binned_map(design), self.binned_map(design));
-            reader.keyed(changes(&from, &to, |map| reader.values(map)))
-        });
-        let mut all = by_key(far, map.unwrap_or_default(), extracted);
-        if let (Some(from), Some(to)) = (&coarse.tristimulus, &self.tristimulus) {
-            let change = changes(from, to, largest_colour_difference);
-            all.extend(change.into_iter().map(|e| (COLOUR_DIFFERENCE.key, e)));
-        }
-        all
+    /// Mean power of a path, W.
+    pub fn path_power(&self) -> f64 {
+        self.powers.total()[flow::EMITTED] / self.paths as f64
     }
 
-    /// Every figure without each group of paths in turn, by key; the peak of the illuminance counts
-    /// as the largest bin.
-    pub fn without(&self, design: &Design) -> Vec<(&'static str, Vec<f64>)> {
-        let reading = far_field_reading(design);
-        let of = |seen: &Grouped, figures: &(dyn Fn(&[f64]) -> Vec<f64> + Sync)| -> Vec<Vec<f64>> {
-            let groups = (0..seen.count()).into_par_iter();
-            let rows: Vec<Vec<f64>> = groups.map(|g| figures(&seen.without(g))).collect();
-            let count = rows.iter().map(Vec::len).min().unwrap_or(0);
-            (0..count).map(|i| rows.iter().map(|row| row[i]).collect()).collect()
-        };
-        let map = self.lit().then(|| {
-            let reader = self.map_reader(design);
-            reader.keyed(of(&self.binned_map(design), &|map| reader.values(map)))
+    /// Changes of the figures that are `wanted` from `coarse` to this observation, by key. Both were
+    /// made of the same groups of paths. The peak of the illuminance counts as the largest bin.
+    pub fn changes(
+        &self,
+        coarse: &Self,
+        design: &Design,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Keyed<Estimate> {
+        let all = self.keyed(design, wanted, |reader| {
+            let (from, to) = (reader.sums(coarse)?, reader.sums(self)?);
+            let all = changes(&from, &to, |sums| reader.values(sums)).into_iter();
+            let figure = |Estimate { value, standard_error, .. }| JackknifedFigure {
+                value,
+                standard_error,
+                without: Vec::new(),
+            };
+            Some(all.map(figure).collect())
         });
-        let colours = self.tristimulus.as_ref().into_iter();
-        let colours = colours.flat_map(|seen| of(seen, &largest_colour_difference));
-        let colours = colours.map(|rows| (COLOUR_DIFFERENCE.key, rows));
-        by_key(
-            of(&self.far_field, &|p| reading.plain(p)),
-            map.unwrap_or_default(),
-            of(&self.flows, &|p| vec![extraction::of_powers(p)]),
-        )
-        .into_iter()
-        .chain(colours)
-        .collect()
+        all.into_iter().map(|(key, change)| (key, change.estimate())).collect()
     }
 
     /// The figures that are `wanted`, read alike from all paths and without each group: key, value,
@@ -325,27 +310,71 @@ impl Observation {
         &self,
         design: &Design,
         wanted: impl Fn(&str) -> bool,
-    ) -> Vec<(&'static str, JackknifedFigure)> {
+    ) -> Keyed<JackknifedFigure> {
+        self.keyed(design, wanted, |reader| {
+            let mut all = reader.replicates(&*reader.sums(self)?);
+            for (figure, power) in all.iter_mut().zip(reader.one_path(self.path_power())) {
+                figure.standard_error = with_one_path(figure.estimate(), power).standard_error;
+            }
+            Some(all)
+        })
+    }
+
+    /// The figures of `results.json`, in the order of the paper's tables.
+    pub fn figures(&self, design: &Design) -> Vec<Figure> {
+        let is_main = |key: &str| figures::find(key).is_some_and(|figure| figure.is_main());
+        self.estimates(design, is_main)
+    }
+
+    /// The figures that are `wanted`, with their errors and states.
+    pub fn estimates(&self, design: &Design, wanted: impl Fn(&str) -> bool) -> Vec<Figure> {
         let mut all = Vec::new();
-        if FAR_FIELD.iter().any(|figure| wanted(figure.key)) {
-            let reading = far_field_reading(design);
-            let read = replicates(&self.far_field, &|powers| reading.plain(powers));
-            all.extend(FAR_FIELD.iter().map(|figure| figure.key).zip(read));
+        for reader in readers(self, design, &wanted) {
+            let Some(sums) = reader.sums(self) else { continue };
+            let one_path = reader.one_path(self.path_power()).into_iter();
+            let entries = reader.entries(&sums).into_iter();
+            let entries = entries.zip(one_path.chain(std::iter::repeat(0.0)));
+            for (Column { figure, factor }, (entry, power)) in
+                reader.columns().into_iter().zip(entries)
+            {
+                let entry = match power {
+                    0.0 => entry,
+                    power => FigureEntry::new(with_one_path(entry.estimate(), power)),
+                };
+                let is_known = entry.value.is_finite() && entry.standard_error.is_finite();
+                if is_known && wanted(&figure.key) {
+                    let NamedFigure { key, label, definition } = figure;
+                    all.push(Figure {
+                        key,
+                        label,
+                        unit: definition.unit,
+                        entry: entry.times(factor),
+                    });
+                }
+            }
         }
-        if wanted(EXTRACTION.key) {
-            let read = replicates(&self.flows, &|p| vec![extraction::of_powers(p)]);
-            all.extend([EXTRACTION.key].into_iter().zip(read));
+        all
+    }
+
+    /// The figures that are `wanted`, by what `read` makes of each reader.
+    fn keyed(
+        &self,
+        design: &Design,
+        wanted: impl Fn(&str) -> bool,
+        read: impl Fn(&dyn Reader) -> Option<Vec<JackknifedFigure>>,
+    ) -> Keyed<JackknifedFigure> {
+        let mut all = Vec::new();
+        for reader in readers(self, design, &wanted) {
+            let values = read(&*reader).unwrap_or_default();
+            for (Column { figure, factor }, mut value) in reader.columns().into_iter().zip(values) {
+                let is_known = value.value.is_finite() && value.standard_error.is_finite();
+                if is_known && wanted(&figure.key) {
+                    let numbers = [&mut value.value, &mut value.standard_error];
+                    numbers.into_iter().chain(&mut value.without).for_each(|x| *x *= factor);
+                    all.push((figure.key, value));
+                }
+            }
         }
-        if self.lit() && figures::all().any(|f| f.source == Source::Map && wanted(f.key)) {
-            let reader = self.map_reader(design);
-            let read = replicates(&self.binned_map(design), &|map| reader.values(map));
-            all.extend(reader.keyed(read));
-        }
-        if let Some(seen) = self.tristimulus.as_ref().filter(|_| wanted(COLOUR_DIFFERENCE.key)) {
-            let read = replicates(seen, &largest_colour_difference);
-            all.extend([COLOUR_DIFFERENCE.key].into_iter().zip(read));
-        }
-        all.retain(|(key, _)| wanted(key));
         all
     }
 
@@ -399,17 +428,12 @@ impl Observation {
         self.illuminance.total().iter().any(|value| *value > 0.0)
     }
 
-    /// The map in the bins that are read.
-    fn binned_map(&self, design: &Design) -> Cow<'_, Grouped> {
-        match design.receiver.read_together() {
+    /// The map in bins of so many recorded ones along an edge.
+    fn binned_map(&self, together: usize) -> Cow<'_, Grouped> {
+        match together {
             1 => Cow::Borrowed(&self.illuminance),
             together => Cow::Owned(self.illuminance.map(|map| coarser(map, self.grid, together).0)),
         }
-    }
-
-    /// What reads the figures of maps of `design`, with windows and zero from this one.
-    fn map_reader(&self, design: &Design) -> MapReader {
-        MapReader::new(design, self.grid, &self.binned_map(design))
     }
 
     /// Azimuthal mean of the far field from 0 to 90°, with errors.
@@ -422,87 +446,10 @@ impl Observation {
         curve(label, &mean, &sphere.centres_deg(), 90.0)
     }
 
-    /// The figures of merit, in the order of the paper's tables.
-    pub fn figures(&self, design: &Design) -> Vec<Figure> {
-        let figure = |figure: Definition, estimate| Figure {
-            key: figure.key,
-            label: figure.label,
-            unit: figure.unit,
-            estimate,
-            peak_place: PeakPlace::OffAxis,
-            peak_range_deg: None,
-            extremes: None,
-            wavelength_error: None,
-        };
-        let far = far_field_reading(design).figures(&self.far_field);
-        let mut figures = Vec::new();
-        // Nothing is read from a far field without light.
-        if far.peak_w_per_sr.value > 0.0 {
-            let angle =
-                |of, estimate| Figure { peak_place: far.peak_place, ..figure(of, estimate) };
-            figures.extend([
-                Figure {
-                    peak_range_deg: far.peak_range_deg,
-                    ..angle(PEAK_ANGLE, far.peak_angle_deg)
-                },
-                figure(CENTRE_TO_PEAK, far.centre_to_peak),
-            ]);
-            let between = far.peak_angle_parabola_deg;
-            figures.extend(between.map(|e| angle(PARABOLA, e)));
-        }
-        if self.lit() {
-            let map = self.binned_map(design);
-            let reader = MapReader::new(design, self.grid, &map);
-            let places = reader.places(map.total());
-            let of_map = reader.estimates(&map).into_iter();
-            figures.extend(of_map.map(|(of, estimate)| Figure {
-                extremes: places.and_then(|places| extremes(of, places)),
-                ..figure(of, estimate)
-            }));
-        }
-        if design.dome.is_some() {
-            let extracted = extraction::extraction(&self.flows);
-            figures.push(figure(EXTRACTION, extracted));
-        }
-        let colours = self.tristimulus.as_ref();
-        if let Some(estimate) = colours.and_then(colour_difference::estimate) {
-            figures.push(figure(COLOUR_DIFFERENCE, estimate));
-        }
-        figures
-    }
-
     /// Counters of the trace that a report shows.
     pub fn counters(&self) -> Vec<(String, f64)> {
         vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
-}
-
-/// The colour difference of these tristimulus values, or none.
-fn largest_colour_difference(values: &[f64]) -> Vec<f64> {
-    colour_difference::plain(values).into_iter().collect()
-}
-
-/// Figures of the totals and without each group.
-fn replicates(
-    seen: &Grouped,
-    figures: &(dyn Fn(&[f64]) -> Vec<f64> + Sync),
-) -> Vec<JackknifedFigure> {
-    let groups = (0..seen.count()).into_par_iter();
-    let rows: Vec<Vec<f64>> = groups.map(|g| figures(&seen.without(g))).collect();
-    let all = figures(seen.total()).into_iter().enumerate();
-    all.map(|(i, value)| {
-        let without = rows.iter().map(|row| row.get(i).copied().unwrap_or(value));
-        JackknifedFigure::new(value, without.collect())
-    })
-    .collect()
-}
-
-/// Places where the paper's figure is read.
-fn extremes(figure: Definition, places: Places) -> Option<Extremes> {
-    let is_papers = PAPERS_MAP.contains(&figure);
-    let is_diagonal = figure == UNIFORMITY_DIAGONAL;
-    let valley_mm = if is_diagonal { places.diagonal_mm } else { places.straight_mm };
-    is_papers.then_some(Extremes { valley_mm, peak_mm: places.peak_mm })
 }
 
 /// The curve of `values` at `x` up to `last`.
@@ -516,16 +463,6 @@ pub fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Result<Curv
     )
 }
 
-/// Values of the figures of far field, map and extraction with their keys.
-fn by_key<T>(
-    far: Vec<T>,
-    map: Vec<(&'static str, T)>,
-    extracted: Vec<T>,
-) -> Vec<(&'static str, T)> {
-    let far = FAR_FIELD.iter().map(|figure| figure.key).zip(far);
-    far.chain(map).chain([EXTRACTION.key].into_iter().zip(extracted)).collect()
-}
-
 /// A map above darkness, or above its own smallest bin.
 fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
     let least = match zero {
@@ -537,17 +474,15 @@ fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
 
 /// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through
 /// domes beside them.
-fn accounts(outcome: &Outcome) -> Vec<String> {
-    let first = &outcome.groups[0].ledger;
-    let key = |name: &str| name.replace([' ', ','], "_");
+fn accounts(lines: &Lines) -> Vec<String> {
+    let key = |begin: &str, name: &str| format!("{begin}_{}", name.replace([' ', ','], "_"));
     let mut names: Vec<String> =
         ["emitted", "out_of_domes", "back_into_domes", "escaped_up", "escaped_down"]
             .map(str::to_owned)
             .to_vec();
-    let surfaces = surface_names(&first.lines);
-    names.extend(surfaces.iter().map(|s| format!("absorbed_by_{}", key(s))));
-    names.extend(first.lines.media.iter().map(|m| format!("absorbed_in_{}", key(m))));
-    names.extend(Loss::ALL.iter().map(|l| format!("lost_{}", key(l.description()))));
+    names.extend(surface_names(lines).iter().map(|s| key("absorbed_by", s)));
+    names.extend(lines.media.iter().map(|m| key("absorbed_in", m)));
+    names.extend(Loss::ALL.iter().map(|l| key("lost", l.description())));
     names
 }
 

@@ -26,7 +26,7 @@ use design::spectrum::Sampling;
 use design::spectrum::lights::{Colour, Lights};
 use design::spectrum::quadrature::COUNTS;
 use metrics::Estimate;
-use metrics::figures;
+use metrics::figures::{self, PEAK_ANGLE};
 use metrics::plural::count;
 use results::Figure;
 use results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
@@ -124,12 +124,13 @@ impl SpectralTrace<'_> {
     /// Adds to every figure of `observation`, which is the sum, how much it changed from fewer
     /// wavelengths.
     pub fn add_wavelength_errors(&self, figures: &mut [Figure], observation: &Observation) {
-        let changes = self
-            .coarse
-            .as_ref()
-            .map(|coarse| observation.changes(&self.sweep.compared(coarse), self.sweep.job.design));
+        let wanted = |key: &str| figures.iter().any(|figure| figure.key == key);
+        let changes = self.coarse.as_ref().map(|coarse| {
+            let coarse = self.sweep.compared(coarse);
+            observation.changes(&coarse, self.sweep.job.design, wanted)
+        });
         for figure in figures {
-            figure.wavelength_error = match (&changes, self.stop) {
+            figure.entry.wavelength_error = match (&changes, self.stop) {
                 (Some(changes), _) => changes
                     .iter()
                     .find(|(key, _)| *key == figure.key)
@@ -224,7 +225,7 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
         let (worst, stop) = {
             let observation = sweep.compared(&rule);
             let figures = observation.figures(design);
-            let changes = observation.changes(&sweep.compared(&coarse), design);
+            let changes = observation.changes(&sweep.compared(&coarse), design, adds_wavelengths);
             verdict(&figures, &changes, tolerance)
         };
         context.console.say(&format!(
@@ -253,15 +254,21 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
     unreachable!("the last of the rules ends the loop")
 }
 
+/// True of a figure whose change decides whether wavelengths are added.
+fn adds_wavelengths(key: &str) -> bool {
+    figures::find(key).is_some_and(|figure| figure.adds_wavelengths)
+}
+
 /// The largest change of a decisive figure, and whether it ends the search.
 fn verdict(
     figures: &[Figure],
-    changes: &[(&'static str, Estimate)],
+    changes: &[(Cow<'static, str>, Estimate)],
     tolerance: f64,
 ) -> (f64, Option<StoppedBy>) {
     let decisive = |key: &str| {
-        figures::find(key).is_some_and(|figure| figure.adds_wavelengths)
-            && figures.iter().any(|f| f.key == key && f.peak_place.is_off_axis())
+        // An angle of noise decides nothing.
+        let is_noise = |f: &Figure| key == PEAK_ANGLE.key && !f.entry.peak_place.is_off_axis();
+        adds_wavelengths(key) && figures.iter().any(|f| f.key == key && !is_noise(f))
     };
     let (mut worst, mut within, mut unseen) = (0.0f64, true, true);
     for (key, change) in changes.iter().filter(|(key, _)| decisive(key)) {

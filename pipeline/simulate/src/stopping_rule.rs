@@ -2,46 +2,46 @@
 //! Tracing until a figure is known well enough.
 //!
 //! Batches of as many paths as the design asks for are traced, each with random numbers of its own,
-//! and added up group by group, until the standard error of one figure of merit, or of the flux
-//! through a receiver, is as small as wanted or the paths allowed are used up. The first batch is
+//! and added up group by group, until the standard error of one figure of merit is as small as wanted or the paths allowed are used up. The first batch is
 //! the run without any of this, to the last bit. The decision looks at the error and not at the
 //! value, so that the value stays unbiased but for what error and value have in common. The sum is
 //! kept from time to time, so that an interrupted run goes on to the same bits.
 
 use std::str::FromStr;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 use tracer::CheckpointStore;
 
 use design::Design;
 use design::resolved::check_paths;
-use design::resolved::receivers::CheckedReceiver;
-use design::schema::receivers::ReceiverKind;
 use files::cache::Key;
 use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
-use metrics::far_field::{PeakMethod, PeakPlace};
-use metrics::figures::{self, COLOUR_DIFFERENCE, EXTRACTION, PARABOLA, Source};
+use metrics::far_field::PeakPlace;
+use metrics::figures::{self, COLOUR_DIFFERENCE, Source};
 use metrics::plural::count;
-use metrics::{Estimate, jackknife};
+use metrics::quantity::Unit;
+use results::figure_entry::FigureEntry;
 use results::schema::UntilError;
 
-use super::observation::{Observation, layout};
+use super::observation::{Observation, check_figure};
 use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
 
-/// What stands before the name of a receiver whose flux is the figure.
-const FLUX: &str = "flux.";
+/// Batches after which a figure without any light, or one that does not vary, is given up.
+const STILL_BATCHES: u32 = 8;
+/// Errors below this part of a value are rounding.
+const ROUNDING: f64 = 1e-14;
 
 /// A figure of merit and the standard error that it may keep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorTarget {
-    /// Key of the figure in `results.json`, or `flux.` and the name of a receiver.
+    /// Key of the figure in the registry, with the name of a receiver or of an account in it.
     pub figure: String,
     /// Largest standard error, in the unit of the figure whatever its value: a fraction of 1 (of
-    /// flux, of what all sources emit), or degrees for the peak angle.
+    /// flux, of what all sources emit), degrees of an angle.
     pub error: f64,
 }
 
@@ -51,19 +51,18 @@ impl FromStr for ErrorTarget {
     /// `uniformity=0.1%`, `uniformity=0.001` or `peak_angle_deg=0.2`.
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
-            format!(
-                "expected FIGURE=ERROR, such as uniformity=0.1%, with one of {}, or {FLUX} and the name of a receiver",
-                figures::all().map(|f| f.key).collect::<Vec<_>>().join(", ")
-            )
+            let keys = figures::keys();
+            format!("expected FIGURE=ERROR, such as uniformity=0.1%, with one of {keys}")
         };
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
-        let named = figure.strip_prefix(FLUX).is_some_and(|name| !name.is_empty());
-        if !named && figures::find(figure).is_none() {
-            return Err(expected());
-        }
+        let unit = figures::find(figure).ok_or_else(expected)?.unit;
+        let is_share = matches!(unit, Unit::Fraction | Unit::Relative);
         let (number, unit) = match error.strip_suffix('%') {
-            Some(_) if figure.ends_with("_deg") => {
+            Some(_) if unit == Unit::Degree => {
                 return Err(format!("expected the error of {figure} in degrees, without %"));
+            }
+            Some(_) if !is_share => {
+                return Err(format!("expected the error of {figure} in its unit, without %"));
             }
             Some(number) => (number, 0.01),
             None => (error, 1.0),
@@ -101,60 +100,25 @@ impl StoppingRule {
 }
 
 impl ErrorTarget {
-    /// Refuses a figure that the design does not have: one of neighbours without any, extraction
-    /// without a dome, the flux of no receiver, and that of a surface, which has several.
+    /// Refuses a figure that the design does not have, and one of all wavelengths together.
     ///
     /// # Errors
-    /// The names that there are.
+    /// Those of [`check_figure`].
     pub fn check(&self, design: &Design) -> Result<()> {
-        // The bins of a surface hold one another: they have no sum.
-        let receivers = || design.receivers.iter();
-        let summed = || receivers().filter(|r| r.kind() != ReceiverKind::Surface);
-        let names = || summed().map(CheckedReceiver::name);
         let figure = self.figure.as_str();
-        let file = &design.provenance.file;
-        ensure!(
-            !figures::find(figure).is_some_and(|f| f.source == Source::Map)
-                || !layout(design).straight().is_empty(),
-            "--until-error: {file}: expected a figure that the design has, got {figure}, which compares neighbours one pitch apart, of which there are none"
-        );
+        let at = || format!("--until-error: {}", design.provenance.file);
         ensure!(
             figure != COLOUR_DIFFERENCE.key,
-            "--until-error: {file}: expected a figure of the batches of paths, got {figure}, which needs all wavelengths"
+            "{}: expected a figure of the batches of paths, got {figure}, which needs all wavelengths",
+            at()
         );
-        ensure!(
-            figure != EXTRACTION.key || design.dome.is_some(),
-            "--until-error: {file}: expected a figure that the design has, got {figure}, and there is no dome"
-        );
-        ensure!(
-            figure != PARABOLA.key || design.far_field.peak == PeakMethod::Bin,
-            "--until-error: {file}: expected a figure that the design has, got {figure}, and far_field.peak is no bin: peak_angle_deg is that of the parabola"
-        );
-        if let Some(name) = self.figure.strip_prefix(FLUX) {
-            ensure!(
-                names().any(|known| known == name),
-                "--until-error: {file}: expected one of the receivers {:?} that have one flux, got {name:?}",
-                names().collect::<Vec<_>>()
-            );
-        }
-        Ok(())
+        check_figure(design, figure).with_context(at).map(drop)
     }
 
     /// The figure of what was seen, if the design has it.
-    fn of(&self, seen: &Observation, design: &Design) -> Option<Estimate> {
-        if let Some(name) = self.figure.strip_prefix(FLUX) {
-            let mut all = design.receivers.iter().zip(&seen.receivers);
-            let (receiver, powers) = all.find(|(r, _)| r.name() == name)?;
-            let places = receiver.detector.places();
-            return Some(jackknife(powers, |bins| bins[..places].iter().sum()));
-        }
-        let figures = seen.figures(design);
-        let found = figures.iter().find(|f| f.key == self.figure)?;
-        Some(match found.peak_place {
-            // An angle that is noise tells nothing by its error.
-            PeakPlace::NotResolved => Estimate::new(found.estimate.value, f64::INFINITY),
-            PeakPlace::OffAxis | PeakPlace::OnAxis => found.estimate,
-        })
+    fn of(&self, seen: &Observation, design: &Design) -> Option<FigureEntry> {
+        let found = seen.estimates(design, |key| key == self.figure).pop()?;
+        Some(found.entry)
     }
 }
 
@@ -206,20 +170,30 @@ where
             let weights = self.weights.iter().copied();
             let mean = Observation::sum(&weights.zip(&means).collect::<Vec<_>>());
             let Some(estimate) = self.rule.target.of(&mean, self.design) else {
-                let why = mean.without_uniformity(self.design).unwrap_or_default();
+                let why = mean.without_uniformity(self.design);
+                let why = why.unwrap_or_else(|| "too little light for it".to_owned());
                 anyhow::bail!(
                     "--until-error: {}: expected a figure that the design has, got {figure}: {why}",
                     self.design.provenance.file
                 )
             };
+            let left = match estimate.peak_place {
+                // An angle that is noise tells nothing by its error.
+                PeakPlace::NotResolved => f64::INFINITY,
+                PeakPlace::OffAxis | PeakPlace::OnAxis => estimate.standard_error,
+            };
+            let left = if left <= ROUNDING * estimate.value.abs() { 0.0 } else { left };
             // A figure at the end of its range, such as a uniformity of 0, does not vary and says
             // nothing of how well it is known.
-            let left = estimate.standard_error;
             let reached = left > 0.0 && left <= *error;
+            let is_still = left <= 0.0 && batches >= STILL_BATCHES;
             let paths = mean.paths;
             drop(mean);
+            if let Some(bound) = estimate.upper_bound {
+                self.dark(bound, paths, batches, reached)?;
+            }
             let of_batch = paths / u64::from(batches);
-            if reached || paths.saturating_add(of_batch) > self.rule.most_paths {
+            if reached || is_still || paths.saturating_add(of_batch) > self.rule.most_paths {
                 if !reached {
                     let known = if left.is_infinite() {
                         "not resolved".to_owned()
@@ -228,8 +202,12 @@ where
                     } else {
                         "at the end of its range, where it does not vary,".to_owned()
                     };
+                    let why = match is_still {
+                        true => "further batches would not change that",
+                        false => "--most-paths allows no further batch",
+                    };
                     self.context.console.warn(&format!(
-                        "{}: {figure} is {known} after {}, not to {error:.2e}; --most-paths allows no further batch",
+                        "{}: {figure} is {known} after {}, not to {error:.2e}; {why}",
                         self.what,
                         count(paths, "path")
                     ));
@@ -256,6 +234,29 @@ where
             }
             batches += 1;
         }
+    }
+
+    /// Says after the first batch that no path has reached the figure, and gives up once its bound
+    /// is what was asked for, or after some batches.
+    fn dark(&self, bound: f64, paths: u64, batches: u32, is_known: bool) -> Result<()> {
+        let ErrorTarget { figure, error } = &self.rule.target;
+        let file = &self.design.provenance.file;
+        let sums = [Source::Ledger, Source::Receiver];
+        if figures::find(figure).is_none_or(|found| !sums.contains(&found.source)) {
+            return Ok(());
+        }
+        let said = format!(
+            "--until-error: {file}: {figure}: none of {} has arrived, so it lies below {bound:.1e} (95 % confidence)",
+            count(paths, "path")
+        );
+        ensure!(
+            !is_known && batches < STILL_BATCHES,
+            "{said}; expected light there for an error of {error:.1e}, got none: check where it lies and which way it faces, or leave --until-error out for results with this bound"
+        );
+        if batches == 1 {
+            self.context.console.warn(&said);
+        }
+        Ok(())
     }
 }
 
@@ -330,7 +331,7 @@ mod tests {
         let error = |o: &Observation| {
             let figures = o.figures(&design);
             let found = figures.iter().find(|f| f.key == "extraction_efficiency");
-            found.expect("the figure").estimate.standard_error
+            found.expect("the figure").entry.standard_error
         };
         // One batch is the run without it.
         let plain = observe(&design, &surface, 20_000, "", context).expect("a trace");
@@ -369,7 +370,7 @@ mod tests {
             observe_until(&job(&design, &surface), &until, context).expect("a trace");
         let figures = seen.figures(&design);
         let uniformity = figures.iter().find(|f| f.key == "uniformity");
-        let estimate = uniformity.expect("the figure").estimate;
+        let estimate = uniformity.expect("the figure").entry;
         assert_eq!((estimate.value, estimate.standard_error), (0.0, 0.0));
         assert_eq!((said.reached, said.batches), (false, 3));
     }

@@ -192,6 +192,8 @@ pub(super) fn plane(design: &Design) -> Result<PlaneMap, tracer::Error> {
 mod tests {
     use super::*;
 
+    use std::borrow::Cow;
+
     use design::resolved::array::PackagePositions;
     use design::schema::Sampling;
     use files::interrupt::Interrupt;
@@ -247,13 +249,13 @@ mod tests {
             let mut design = design::embedded("d1.toml").expect("valid");
             changed(&mut design);
             let figures = seen.figures(&design).into_iter();
-            figures.map(|f| (f.key, f.estimate)).collect::<Vec<_>>()
+            figures.map(|f| (f.key, f.entry.estimate())).collect::<Vec<_>>()
         };
         let at_random = |d: &mut Design| d.trace.sampling = Sampling::Random;
         let plain = figures(&at_random);
         let net = figures(&|d| d.trace.sampling = Sampling::Sobol);
         for key in ["centre_to_peak", "extraction_efficiency", "peak_angle_deg"] {
-            let of = |figures: &[(&str, metrics::Estimate)]| {
+            let of = |figures: &[(Cow<str>, metrics::Estimate)]| {
                 let found = figures.iter().find(|(name, _)| *name == key);
                 found.expect("a figure").1
             };
@@ -263,7 +265,7 @@ mod tests {
             // Neither the same draws nor another result.
             assert!(difference > 0.0 && difference < 4.5 * error, "{key}: {a:?} {b:?}");
         }
-        let error = |figures: &[(&str, metrics::Estimate)]| figures[1].1.standard_error;
+        let error = |figures: &[(Cow<str>, metrics::Estimate)]| figures[1].1.standard_error;
         assert!(plain[1].0 == "centre_to_peak" && error(&net) < 0.6 * error(&plain));
     }
 

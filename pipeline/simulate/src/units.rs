@@ -94,6 +94,19 @@ impl Units {
         }
     }
 
+    /// Unit in which a radiometric quantity is stated, and the factor from the quantity per watt.
+    pub fn of_unit(&self, unit: Unit) -> (Unit, f64) {
+        match unit {
+            Unit::Watt => (self.flux().unit(), self.per_flux()),
+            Unit::WattPerSteradian => (self.intensity().unit(), self.per_intensity()),
+            Unit::WattPerSquareMillimetre => (self.irradiance().unit(), self.per_irradiance()),
+            Unit::WattPerSquareMetreSteradian => (self.radiance().unit(), self.per_radiance()),
+            // All light together is 1 W, or 1 lm.
+            Unit::CandelaPerKilolumen => (unit, 1000.0),
+            other => (other, 1.0),
+        }
+    }
+
     /// Flux that all sources emit; luminous flux in photometric units only.
     pub fn emitted(&self) -> Emitted {
         let photometric = self.weighting == Weighting::Photometric;

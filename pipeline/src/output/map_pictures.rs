@@ -13,10 +13,16 @@ use report::plots::{
     BinImage, IlluminanceMap, LedOutline, LineColours, Mark, Section, cross_section,
     illuminance_map, palette,
 };
-use results::Extremes;
 use simulate::observation::{curve, layout};
 
 use super::{ModelFiles, capitalised, scaled};
+
+/// Where the lowest and the largest value of the map were read, (x, y) in mm.
+struct Extremes {
+    valley_mm: [f64; 2],
+    /// Middle of the largest bin.
+    peak_mm: [f64; 2],
+}
 
 /// A straight line through the map.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,7 +156,8 @@ impl ModelFiles<'_> {
     }
 
     fn extremes(&self) -> Option<Extremes> {
-        self.result.figure(VALLEY_TO_PEAK.key)?.extremes
+        let entry = self.result.figure(VALLEY_TO_PEAK.key)?.entry;
+        Some(Extremes { valley_mm: entry.valley_at_mm?, peak_mm: entry.peak_at_mm? })
     }
 
     fn line(&self) -> MapLine {
@@ -247,7 +254,7 @@ impl ModelFiles<'_> {
 
     fn valley(&self, at: [f64; 2]) -> Mark {
         let share = self.result.figure(VALLEY_TO_PEAK.key);
-        Mark::valley(at, share.map_or(0.0, |figure| figure.estimate.value))
+        Mark::valley(at, share.map_or(0.0, |figure| figure.entry.value))
     }
 
     fn draw_map(&self, map: &Map, line: &MapLine) -> Result<()> {

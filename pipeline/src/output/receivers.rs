@@ -3,7 +3,7 @@
 //!
 //! Every receiver writes `receivers/<name>.npy` (values, then standard errors, over its axes),
 //! `.csv` (a line for each bin) and `.json` (axes, units, provenance); those over two or four axes
-//! write an image `.exr` too. Stokes parameters are an axis before the others, and layers of the
+//! write an image `.exr` too, and rectangles a picture `.png` of their map. Stokes parameters are an axis before the others, and layers of the
 //! image.
 
 use std::borrow::Cow;
@@ -18,35 +18,53 @@ use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::ReceiverKind;
-use files::atomic_file::write_json;
+use files::atomic_file::{write_bytes, write_json};
 use files::formats::csv::{self, Column};
 use files::formats::exr;
 use files::formats::exr_layers::Layers;
+use metrics::hits::with_one_path;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
 use metrics::{Estimate, Grouped};
+use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map};
+use results::Figure;
+use results::figure_entry::FigureEntry;
 use results::schema::ReceiverEntry;
 use simulate::units::Units;
+
+use super::capitalised;
 
 /// Folder of the files, in that of the model.
 pub(super) const FOLDER: &str = "receivers";
 
-/// Writes the files of all receivers of `design` into `folder`, and frees the bins of each. Returns
-/// the files, relative to `folder`, and the entries of `results.json`.
-pub fn write(
+/// What all receivers of a model share.
+pub(super) struct Shared<'a> {
+    pub units: Units,
+    /// Power of one path, W.
+    pub one_path: f64,
+    /// Figures of all receivers.
+    pub figures: &'a [Figure],
+    /// Folder of the model.
+    pub folder: &'a Path,
+    /// Design and model, for people.
+    pub subtitle: String,
+    pub provenance: &'a Value,
+}
+
+/// Writes the files of all receivers of `design`, and frees the bins of each. Returns the files,
+/// relative to the folder of the model, and the entries of `results.json`.
+pub(super) fn write(
     design: &Design,
     seen: Vec<Cow<'_, Grouped>>,
-    units: Units,
-    folder: &Path,
-    provenance: &Value,
+    shared: &Shared,
 ) -> Result<(Vec<PathBuf>, BTreeMap<String, ReceiverEntry>)> {
     let (mut files, mut said) = (Vec::new(), BTreeMap::new());
     for (receiver, powers) in design.receivers.iter().zip(seen) {
-        let output = ReceiverOutput::new(receiver, &powers, units)?;
+        let output = ReceiverOutput::new(receiver, &powers, shared)?;
         let sums = output.sums(&powers);
         // Files take memory too.
         drop(powers);
-        let of_receiver = output.write(folder, provenance)?;
-        said.insert(receiver.name().to_owned(), output.describe(&sums, &of_receiver));
+        let of_receiver = output.write(shared)?;
+        said.insert(receiver.name().to_owned(), output.describe(&sums, &of_receiver, shared));
         files.extend(of_receiver);
     }
     Ok((files, said))
@@ -61,11 +79,13 @@ struct ReceiverOutput<'a> {
     axes: Vec<Axis>,
     value: Vec<f64>,
     standard_error: Vec<f64>,
+    /// By place, of a rectangle: of luminance the mean over directions.
+    map: Option<Map>,
 }
 
 impl<'a> ReceiverOutput<'a> {
-    fn new(receiver: &'a CheckedReceiver, powers: &Grouped, units: Units) -> Result<Self> {
-        let detector = &receiver.detector;
+    fn new(receiver: &'a CheckedReceiver, powers: &Grouped, shared: &Shared) -> Result<Self> {
+        let (detector, units) = (&receiver.detector, shared.units);
         let (quantity, factor) = match detector.measurement {
             Measurement::Plane(_) => (units.irradiance(), units.per_irradiance()),
             Measurement::FarField(_) => (units.intensity(), units.per_intensity()),
@@ -73,8 +93,13 @@ impl<'a> ReceiverOutput<'a> {
             Measurement::Flux(_) => (units.flux(), units.per_flux()),
         };
         let measures = detector.measures();
-        let (value, standard_error) = powers.each(|bin, power| factor * power / measures[bin]);
-        drop(measures);
+        let (value, mut standard_error) = powers.each(|bin, power| factor * power / measures[bin]);
+        // The power of a bin that no path reached is not known to be 0.
+        let bins = value.iter().zip(&mut standard_error).zip(&measures);
+        for ((value, error), measure) in bins.take(detector.places()) {
+            let one_path = factor * shared.one_path / measure;
+            *error = with_one_path(Estimate::new(*value, *error), one_path).standard_error;
+        }
         let angle =
             |name: &str, edges: Vec<f64>| Axis::new(Quantity::new(name, Unit::Degree), edges);
         let c_gamma = receiver.kind() == ReceiverKind::CGamma;
@@ -102,6 +127,20 @@ impl<'a> ReceiverOutput<'a> {
             }
             Measurement::Flux(_) => Vec::new(),
         };
+        let mut map = None;
+        if let Measurement::Plane(_) | Measurement::Luminance(..) = &detector.measurement {
+            let places = axes[0].bins() * axes[1].bins();
+            let directions = detector.places() / places;
+            let mean = |place: usize| {
+                let bins = place * directions..(place + 1) * directions;
+                let power: f64 = powers.total()[bins.clone()].iter().sum();
+                factor * power / measures[bins].iter().sum::<f64>()
+            };
+            let means = (0..places).map(mean).collect();
+            let axes = [axes[0].clone(), axes[1].clone()];
+            let [rows, columns] = axes;
+            map = Some(Map::new(quantity.clone(), rows, columns, means, vec![0.0; places])?);
+        }
         Ok(Self {
             receiver,
             quantity,
@@ -110,10 +149,12 @@ impl<'a> ReceiverOutput<'a> {
             axes,
             value,
             standard_error,
+            map,
         })
     }
 
-    fn write(&self, folder: &Path, provenance: &Value) -> Result<Vec<PathBuf>> {
+    fn write(&self, shared: &Shared) -> Result<Vec<PathBuf>> {
+        let Shared { folder, provenance, .. } = *shared;
         let name = self.receiver.name();
         let file = |ending: &str| Path::new(FOLDER).join(format!("{name}.{ending}"));
         let mut files = vec![file("npy"), file("csv"), file("json")];
@@ -174,6 +215,20 @@ impl<'a> ReceiverOutput<'a> {
             )?;
             exr::write_map(&folder.join(&files[3]), &map, provenance)?;
         }
+        if let Some(map) = &self.map {
+            let title = format!("{} of {name}", capitalised(self.quantity.name()));
+            let picture = illuminance_map(&IlluminanceMap {
+                heading: &Heading::new(title, &shared.subtitle),
+                map,
+                leds: &[],
+                range: None,
+                image: BinImage::Sharp,
+                marks: &[],
+                section: None,
+            })?;
+            files.push(file("png"));
+            write_bytes(&folder.join(&files[files.len() - 1]), &picture.png()?)?;
+        }
         Ok(files)
     }
 
@@ -227,35 +282,37 @@ impl<'a> ReceiverOutput<'a> {
         })
     }
 
-    fn describe(&self, sum: &Grouped, files: &[PathBuf]) -> ReceiverEntry {
+    fn describe(&self, sum: &Grouped, files: &[PathBuf], shared: &Shared) -> ReceiverEntry {
         let of_bins = self.axes.is_empty();
-        let fluxes = if of_bins {
-            let estimates = self
-                .value
-                .iter()
-                .zip(&self.standard_error)
-                .map(|(value, error)| Estimate::new(*value, *error));
-            let names = FLUX_BINS.iter().map(|name| (*name).to_owned());
-            names.zip(estimates).collect()
+        let mut figures: BTreeMap<String, FigureEntry> = if of_bins {
+            let pairs = self.value.iter().zip(&self.standard_error);
+            let entries = pairs.map(|(v, e)| FigureEntry::new(Estimate::new(*v, *e)));
+            FLUX_BINS.iter().map(|name| (*name).to_owned()).zip(entries).collect()
         } else {
             let errors = sum.standard_errors();
-            let estimates =
-                sum.total().iter().zip(errors).map(|(sum, error)| Estimate::new(*sum, error));
-            let others = self
-                .parameters()
-                .iter()
-                .skip(1)
-                .map(|parameter| format!("flux_{}", parameter.to_lowercase()));
-            let names = std::iter::once("flux".to_owned()).chain(others);
-            names.zip(estimates).collect()
+            let estimates = sum.total().iter().zip(errors).map(|(s, e)| Estimate::new(*s, e));
+            // Flux alone is no less than 0.
+            let one_path = [self.per_flux * shared.one_path].into_iter();
+            let estimates = estimates.zip(one_path.chain(std::iter::repeat(0.0)));
+            let entries = estimates.map(|(e, one)| FigureEntry::new(with_one_path(e, one)));
+            let others = self.parameters().iter().skip(1);
+            let others = others.map(|parameter| format!("flux_{}", parameter.to_lowercase()));
+            std::iter::once("flux".to_owned()).chain(others).zip(entries).collect()
         };
+        for figure in shared.figures {
+            if let Some((key, name)) = figure.key.split_once('.')
+                && name == self.receiver.name()
+            {
+                figures.entry(key.to_owned()).or_insert(figure.entry);
+            }
+        }
         ReceiverEntry {
             kind: self.receiver.kind(),
             quantity: self.quantity.name().to_owned(),
             unit: self.quantity.unit().symbol().to_owned(),
             files: files.to_vec(),
             flux_unit: (!of_bins).then(|| self.flux.unit().symbol().to_owned()),
-            fluxes,
+            figures,
         }
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The objective and the constraints: from figures of a trace to one value, smaller is better.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -11,9 +12,8 @@ use serde::{Deserialize, Serialize};
 use design::Design;
 use design::dotted_keys::{self, Settings};
 use files::provenance::FileRecord;
-use metrics::figures::{self, COLOUR_DIFFERENCE};
 use metrics::{Bounds, Estimate, JackknifedFigure, spread};
-use simulate::observation::Observation;
+use simulate::observation::{Observation, check_figure};
 
 use super::file::{ConstraintKeys, Goal, TermKeys};
 use super::target::{DISTANCES, Target};
@@ -196,7 +196,7 @@ impl Objective {
         seen: &Observation,
     ) -> Result<Evaluation> {
         let wanted = self.wanted();
-        let read = seen.replicated(design, |key| wanted.contains(&key));
+        let read = seen.replicated(design, |key| wanted.iter().any(|w| registered(w) == key));
         let figure = |key: &str| -> Result<JackknifedFigure> {
             if let Some(target) = self.targets.get(key) {
                 return target.distance(seen);
@@ -206,13 +206,10 @@ impl Objective {
                 let value = number_of(key, file)?;
                 return Ok(JackknifedFigure::new(value, vec![value; groups]));
             }
-            if let Some(name) = key.strip_prefix(RECEIVER) {
-                let of_receiver = share_of_receiver(name, design, seen);
-                return of_receiver.with_context(|| format!("no receiver {name}"));
-            }
-            let found = read.iter().find(|(known, _)| *known == key);
-            let (_, figure) =
-                found.with_context(|| format!("{key} cannot be read from so dark a map"))?;
+            let found = read.iter().find(|(known, _)| *known == registered(key));
+            let (_, figure) = found.with_context(|| {
+                format!("{key} cannot be read: too little light for it, or none")
+            })?;
             Ok(figure.clone())
         };
         let figures: Vec<(String, JackknifedFigure)> = wanted
@@ -266,14 +263,12 @@ impl Objective {
     }
 }
 
-/// Share of the emitted light in the bins of the receiver called `name`.
-fn share_of_receiver(name: &str, design: &Design, seen: &Observation) -> Option<JackknifedFigure> {
-    let place = design.receivers.iter().position(|r| r.name() == name)?;
-    let received = seen.receivers.get(place)?;
-    let emitted = design.emitted_w();
-    let share = |powers: &[f64]| powers.iter().sum::<f64>() / emitted;
-    let without = (0..received.count()).map(|g| share(&received.without(g)));
-    Some(JackknifedFigure::new(share(received.total()), without.collect()))
+/// The key in the registry of figures: `receiver.NAME` is `flux.NAME`.
+fn registered(figure: &str) -> Cow<'_, str> {
+    match figure.strip_prefix(RECEIVER) {
+        Some(name) => format!("flux.{name}").into(),
+        None => figure.into(),
+    }
 }
 
 /// The number under a dotted key of a design.
@@ -300,27 +295,11 @@ fn known(figure: &str, design: &Design, source: &DesignFile) -> Result<()> {
     if let Some(key) = figure.strip_prefix(DESIGN) {
         return number_of(key, source).map(drop);
     }
-    if let Some(name) = figure.strip_prefix(RECEIVER) {
-        ensure!(
-            design.receivers.iter().any(|r| r.name() == name),
-            "figure: expected the name of one of [[receivers]] of the design, got {name:?}"
-        );
+    if is_distance(figure) {
         return Ok(());
     }
-    let mut all: Vec<&str> = figures::all().map(|figure| figure.key).collect();
-    all.extend(DISTANCES);
-    ensure!(
-        all.contains(&figure),
-        "figure: expected one of {}, receiver.NAME, design.KEY, got {figure:?}",
-        all.join(", ")
-    );
-    ensure!(
-        figure != COLOUR_DIFFERENCE.key
-            || design.all_lights().is_some_and(|all| all.lights.len() > 1),
-        "figure: expected a figure that the design has, got {figure:?}, which needs light of several \
-         wavelengths ([light.spectrum] or sources of their own)"
-    );
-    Ok(())
+    let besides = || format!("figure (or one of {}, design.KEY)", DISTANCES.join(", "));
+    check_figure(design, &registered(figure)).with_context(besides).map(drop)
 }
 
 fn term(keys: &TermKeys) -> Result<Term> {

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, ensure};
 use design::Design;
 use design::resolved::check_paths;
 use simulate::model::Model;
+use simulate::observation::check_figure;
 use simulate::trace::GROUPS;
 
 use super::file::{Probe, StudyFile};
@@ -72,6 +73,13 @@ pub(super) fn targets(
                 "targets.{design}.{model}: expected a design and a model of the study: {}",
                 known()
             );
+            let of_design = designs.iter().filter(|known| known.name == *design);
+            for (checked, key) in of_design.flat_map(|checked| {
+                figures.figures[design][model].keys().map(move |key| (checked, key))
+            }) {
+                check_figure(checked, key)
+                    .with_context(|| format!("targets.{design}.{model}.{key}"))?;
+            }
         }
         ensure!(named().next().is_some(), "targets: expected at least one target, got none");
     }

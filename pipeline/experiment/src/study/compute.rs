@@ -325,15 +325,16 @@ impl TraceTask {
     fn figures(&self, study: &Study, observation: &Observation) -> NamedFigures {
         let design = self.design(study);
         if let DomeChoice::Model(_) = self.dome {
-            let without = observation.without(design);
-            let figures = observation.figures(design).into_iter().filter_map(|f| {
-                let (_, without) = without.iter().find(|(key, _)| *key == f.key)?;
+            let wanted = |key: &str| study.targets.reports(key);
+            let read = observation.replicated(design, wanted);
+            let figures = observation.estimates(design, wanted).into_iter().filter_map(|f| {
+                let (_, found) = read.iter().find(|(key, _)| *key == f.key)?;
                 let figure = JackknifedFigure {
-                    value: f.estimate.value,
-                    standard_error: f.estimate.standard_error,
-                    without: without.clone(),
+                    value: f.entry.value,
+                    standard_error: f.entry.standard_error,
+                    without: found.without.clone(),
                 };
-                Some((f.key.to_owned(), figure))
+                Some((f.key.into_owned(), figure))
             });
             return figures.collect();
         }

@@ -3,20 +3,15 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
 use design::dotted_keys;
-use metrics::figures;
+use metrics::figures::{self, Definition};
 
 use super::file::Probe;
 
 /// Least scale; a smaller one makes misses that no picture can show.
 const LEAST_SCALE: f64 = 1e-9;
-
-/// Figures that may be targets, with their default scales.
-fn default_scales() -> BTreeMap<String, f64> {
-    figures::all().filter_map(|figure| Some((figure.key.to_owned(), figure.scale?))).collect()
-}
 
 /// Design → model → figure → value.
 pub type TargetFigures = BTreeMap<String, BTreeMap<String, BTreeMap<String, f64>>>;
@@ -38,9 +33,11 @@ impl Targets {
     /// # Errors
     /// An unknown figure, or a value that is no number.
     pub fn new(table: &toml::Table, scales: &BTreeMap<String, f64>) -> Result<Self> {
-        let mut all = default_scales();
+        let defaults =
+            figures::all().filter_map(|figure| Some((figure.key.to_owned(), figure.scale?)));
+        let mut all: BTreeMap<String, f64> = defaults.collect();
         for (figure, &scale) in scales {
-            ensure!(all.contains_key(figure), "scales.{figure}: expected one of {}", names());
+            known(figure, &format!("scales.{figure}"))?;
             ensure!(
                 scale.is_finite() && scale >= LEAST_SCALE,
                 "scales.{figure}: expected a number of at least {LEAST_SCALE:e}, got {scale}"
@@ -52,12 +49,16 @@ impl Targets {
             for (model, targets) in tables(design, models)? {
                 for (figure, value) in tables(&format!("{design}.{model}"), targets)? {
                     let key = format!("targets.{design}.{model}.{figure}");
-                    ensure!(all.contains_key(figure), "{key}: expected one of {}", names());
+                    let known = known(figure, &key)?;
+                    let scale = all.get(figure).copied().or(known.scale);
+                    let scale = scale.with_context(|| {
+                        format!("scales.{figure}: expected a scale for {key}, got none")
+                    })?;
+                    all.insert(figure.clone(), scale);
                     let Some(number) = dotted_keys::number(value).filter(|n| n.is_finite()) else {
                         bail!("{key}: expected a number, got {value}");
                     };
-                    let known = figures::find(figure);
-                    let (most, unit) = known.map_or((1.0, "a fraction"), |f| f.largest_target());
+                    let (most, unit) = known.largest_target();
                     ensure!(
                         (0.0..=most).contains(&number),
                         "{key}: expected {unit} from 0 to {most}, got {number}"
@@ -82,6 +83,13 @@ impl Targets {
         self
     }
 
+    /// True of a figure that a study reports: those of `results.json`, and its own targets.
+    pub fn reports(&self, figure: &str) -> bool {
+        let mut targets = self.figures.values().flat_map(BTreeMap::values);
+        figures::find(figure).is_some_and(|found| found.is_main())
+            || targets.any(|of_model| of_model.contains_key(figure))
+    }
+
     /// Target and scale of a figure.
     pub fn of(&self, design: &str, model: &str, figure: &str) -> Option<(f64, f64)> {
         let probe = [design, model, figure].map(str::to_owned);
@@ -93,8 +101,8 @@ impl Targets {
     }
 }
 
-fn names() -> String {
-    default_scales().into_keys().collect::<Vec<_>>().join(", ")
+fn known(figure: &str, key: &str) -> Result<Definition> {
+    figures::find(figure).with_context(|| format!("{key}: expected one of {}", figures::keys()))
 }
 
 fn tables<'a>(key: &str, value: &'a toml::Value) -> Result<&'a toml::Table> {

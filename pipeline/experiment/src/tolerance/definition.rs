@@ -10,7 +10,9 @@ use design::dotted_keys::Settings;
 use design::resolved::check_paths;
 use files::provenance::FileRecord;
 use metrics::Bounds;
+use metrics::figures::{self, Definition};
 use simulate::model::Model;
+use simulate::observation::check_figure;
 
 use super::deviations::Deviations;
 use super::file::{ConstraintKeys, ToleranceFile};
@@ -93,16 +95,13 @@ fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<T
     );
     let paths = overrides.paths.or(file.paths).unwrap_or(design.trace.paths);
     check_paths("paths", paths)?;
-    let known: Vec<&str> = metrics::figures::all().map(|figure| figure.key).collect();
-    let figures =
-        file.figures.unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
+    let figures = file.figures.unwrap_or_else(|| {
+        let all = figures::all().filter(Definition::is_main).map(|figure| figure.key);
+        all.filter(|key| check_figure(&design, key).is_ok()).map(str::to_owned).collect()
+    });
     ensure!(!figures.is_empty(), "figures: expected at least one, got none");
     for figure in &figures {
-        ensure!(
-            known.contains(&figure.as_str()),
-            "figures: expected some of {}, got {figure:?}",
-            known.join(", ")
-        );
+        check_figure(&design, figure).context("figures")?;
     }
     let constraints = file.constraints.iter().enumerate().map(|(k, keys)| {
         constraint(keys, &figures).with_context(|| format!("constraints[{}]", k + 1))

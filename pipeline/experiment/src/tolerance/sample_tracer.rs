@@ -104,7 +104,7 @@ fn figures(
     let wanted = |key: &str| analysis.figures.iter().any(|figure| figure == key);
     let figures = seen.replicated(&design, wanted).into_iter();
     let figures: Figures =
-        figures.map(|(key, figure)| (key.to_owned(), figure.estimate())).collect();
+        figures.map(|(key, figure)| (key.into_owned(), figure.estimate())).collect();
     ensure!(!figures.is_empty(), "no figure could be read");
     Ok(figures)
 }

@@ -20,6 +20,18 @@ fn largest(profile: &[f64], sphere: &AngularBins) -> usize {
     (0..sphere.upper()).fold(0, |best, i| if profile[i] > profile[best] { i } else { best })
 }
 
+/// Angle between the directions on both sides of the axis at which `profile` falls below `level`,
+/// outwards from its largest bin, degrees; NaN where it does not.
+fn width(profile: &[f64], sphere: &AngularBins, level: f64) -> f64 {
+    let best = largest(profile, sphere);
+    let below = (best + 1..profile.len()).find(|&i| profile[i] < level);
+    below.map_or(f64::NAN, |i| {
+        let part = (profile[i - 1] - level) / (profile[i - 1] - profile[i]);
+        let [inner, outer] = [i - 1, i].map(|i| sphere.centre_deg(i));
+        2.0 * (inner + part.max(0.0) * (outer - inner))
+    })
+}
+
 /// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola
 /// fitted to the largest bin of the upper hemisphere and `reach` bins on either side.
 fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
@@ -80,6 +92,9 @@ pub struct FarFieldFigures {
     pub peak_angle_parabola_deg: Option<Estimate>,
     /// Mean below the centre angle over the peak.
     pub centre_to_peak: Estimate,
+    /// Angles between the directions at which the intensity falls to half and to a tenth of the
+    /// peak, degrees; NaN where it does not.
+    pub widths_deg: [Estimate; 2],
     /// Intensity at the peak, W/sr.
     pub peak_w_per_sr: Estimate,
     /// Mean intensity below the centre angle, W/sr.
@@ -90,7 +105,12 @@ pub struct FarFieldFigures {
     /// told from it, degrees. Their intensity is below the largest by at most [`DISTINCT`] standard
     /// errors of the difference.
     pub peak_range_deg: Option<[f64; 2]>,
+    /// Outer edges of these bins, degrees.
+    pub peak_edges_deg: Option<[f64; 2]>,
 }
+
+/// Parts of the peak at which the beam and the field angle end.
+const WIDTHS: [f64; 2] = [0.5, 0.1];
 
 /// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
 /// see before it may say that there is none.
@@ -260,21 +280,31 @@ impl FarFieldReading {
         });
         let peak_w_per_sr = jackknife(&seen, |s| self.peak(s).1);
         let peak_angle_deg = jackknife(&seen, |s| self.peak(s).0);
+        let width =
+            |part: f64| jackknife(&seen, |s| width(&s[1..], &self.sphere(), part * self.peak(s).1));
+        let tied = (self.peak == PeakMethod::Bin).then(|| self.tied(&seen));
+        let of_tied = |of: fn(&AngularBins, [usize; 2]) -> [f64; 2]| {
+            tied.map(|bins| of(&self.sphere(), bins))
+        };
         // Bins about the axis have their first middle on it.
         let beside = peak_angle_deg.value > 1e-6 * self.read_bin_deg;
         FarFieldFigures {
             peak_angle_deg,
             peak_angle_parabola_deg: between,
             centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
+            widths_deg: WIDTHS.map(width),
             peak_w_per_sr,
             centre_w_per_sr: jackknife(&seen, |s| s[0]),
             peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
-            peak_range_deg: (self.peak == PeakMethod::Bin).then(|| self.peak_range(&seen)),
+            peak_range_deg: of_tied(|sphere, bins| bins.map(|bin| sphere.centre_deg(bin))),
+            peak_edges_deg: of_tied(|sphere, [first, last]| {
+                [sphere.edges_deg(first)[0], sphere.edges_deg(last)[1]]
+            }),
         }
     }
 
-    /// Middles of the first and last bins that cannot be told from the largest, degrees.
-    fn peak_range(&self, seen: &Grouped) -> [f64; 2] {
+    /// The first and the last bin that cannot be told from the largest.
+    fn tied(&self, seen: &Grouped) -> [usize; 2] {
         let sphere = self.sphere();
         let best = 1 + largest(&seen.total()[1..], &sphere);
         let tied = |bin: &usize| {
@@ -282,8 +312,7 @@ impl FarFieldReading {
             below.value <= DISTINCT * below.standard_error
         };
         let bins: Vec<usize> = (0..sphere.upper()).map(|i| i + 1).filter(tied).collect();
-        let [first, last] = [bins.first(), bins.last()].map(|bin| bin.copied().unwrap_or(best));
-        [first, last].map(|bin| sphere.centre_deg(bin - 1))
+        [bins.first(), bins.last()].map(|bin| bin.copied().unwrap_or(best) - 1)
     }
 
     /// Peak angle (degrees) and centre/peak read bin by bin, as from a plot: the middle of the
@@ -298,13 +327,15 @@ impl FarFieldReading {
         [sphere.centre_deg(best), centre / solid / profile[best]]
     }
 
-    /// Peak angle (degrees) and centre/peak of one far field without groups; then the parabola's
-    /// angle where the peak is the middle of a bin.
-    pub fn plain(&self, powers: &[f64]) -> Vec<f64> {
+    /// One far field without groups: peak angle, centre/peak, the parabola's angle where the peak is
+    /// the middle of a bin (else NaN), beam and field angle, intensities of centre and peak.
+    pub fn plain(&self, powers: &[f64]) -> [f64; 7] {
         let seen = self.seen(powers);
         let (angle, height) = self.peak(&seen);
         let between = self.between().map(|judge| judge.peak(&judge.seen(powers)).0);
-        [angle, over(seen[0], height)].into_iter().chain(between).collect()
+        let [beam, field] = WIDTHS.map(|part| width(&seen[1..], &self.sphere(), part * height));
+        let between = between.unwrap_or(f64::NAN);
+        [angle, over(seen[0], height), between, beam, field, seen[0], height]
     }
 }
 

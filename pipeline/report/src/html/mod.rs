@@ -149,6 +149,8 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "spectra": tables::spectra(&models),
         "results": tables::results(&models),
         "uniformity": tables::uniformity(&models),
+        "receivers": tables::receivers(&models),
+        "receiver_pictures": models::receiver_pictures(&models, folder)?,
         "merit": album.merit(&models)?,
         "far": far,
         "far_polar": far_polar,

@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use metrics::figures::{CENTRE_TO_PEAK, PEAK_ANGLE};
 use serde_json::{Value, json};
 
@@ -23,6 +25,8 @@ use crate::plots::map_range;
 const ALWAYS: [&str; 2] = [PEAK_ANGLE.key, CENTRE_TO_PEAK.key];
 /// Counter that every model has.
 pub const SURFACES: &str = "surfaces_per_path";
+/// Letters that the pictures of all receivers may take.
+const PICTURES_BUDGET: usize = 1_500_000;
 /// Key of the power ledger.
 const LEDGER: &str = "power_ledger";
 
@@ -100,6 +104,33 @@ impl Model<'_> {
         let file = format!("{}/{}/{name}", self.design, self.key);
         folder.file(&file, &folder.place(&self.place))
     }
+}
+
+/// Pictures of the maps of `[[receivers]]`, as many as the page has room for.
+///
+/// # Errors
+/// A picture that the results do not list, or that cannot be read.
+pub fn receiver_pictures(models: &[Model], folder: &Folder) -> Result<Vec<Value>> {
+    let (mut pictures, mut letters) = (Vec::new(), 0);
+    for model in models {
+        for (name, receiver) in model.entry.receivers.iter().flatten() {
+            let is_picture = |file: &&PathBuf| file.extension().is_some_and(|e| e == "png");
+            let Some(file) = receiver.files.iter().find(is_picture) else { continue };
+            let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
+            let path = model.file(folder, &parts.join("/"))?;
+            let shown = path.display();
+            let png = std::fs::read(&path).with_context(|| format!("cannot read `{shown}`"))?;
+            let png = BASE64_STANDARD.encode(png);
+            letters += png.len();
+            if letters > PICTURES_BUDGET {
+                return Ok(pictures);
+            }
+            let quantity = &receiver.quantity;
+            let caption = format!("{}, {}: {quantity} of {name}.", model.design, model.label());
+            pictures.push(json!({"png": png, "caption": caption}));
+        }
+    }
+    Ok(pictures)
 }
 
 /// `hybrid, 10 µm` for `hybrid_10um`.

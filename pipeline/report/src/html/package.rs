@@ -7,11 +7,11 @@ use metrics::figures::{UNIFORMITY, VALLEY_TO_PEAK};
 use serde_json::{Value, json};
 
 use files::formats::exr;
-use metrics::Estimate;
-use metrics::digits::format_value_with_error;
 use metrics::plural::count;
+use metrics::quantity::Unit;
 use results::package::{PackageDrawing, PackageFile, Path3d};
 use results::ray_paths::PathEnd;
+use results::shown;
 
 use super::models::Model;
 use super::pack::{base64_of_numbers, linear};
@@ -67,16 +67,13 @@ pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value
         let words = design.iter().find_map(|(_, package)| package.as_ref());
         let row = |(model, _): &(&Model, &Option<PackageFile>)| {
             let ledger = &model.entry.power_ledger;
-            let figure = |key: &str| {
-                let entry = model.entry.figures.get(key)?;
-                Some(Estimate::new(entry.value, entry.standard_error))
-            };
+            let figure = |key: &str| Some(model.entry.figures.get(key)?.estimate());
             let absolute = model.entry.absolute.as_ref();
             let flux = absolute.and_then(|absolute| absolute.figures.get("flux_up"));
             json!({
                 "flux": flux.map(|flux| {
-                    let e = flux.array;
-                    format!("{} {}", format_value_with_error(e.value, e.standard_error), flux.unit)
+                    let number = shown::number(&flux.array, Unit::Relative);
+                    shown::with_symbol(number, &flux.array, &flux.unit)
                 }),
                 "model": model.label(),
                 "paths": thousands(model.entry.paths),

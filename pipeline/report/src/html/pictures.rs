@@ -84,7 +84,7 @@ impl Album {
         // More are in the tables only.
         quantities.truncate(6);
         rows.retain(|row| quantities.contains(&row.quantity));
-        if rows.iter().all(|row| row.published.is_none() && row.computed.is_none()) {
+        if rows.iter().all(|row| row.published.is_none() && row.resolved().is_none()) {
             return Ok(None);
         }
         let (title, caption) = if compared {

@@ -6,10 +6,11 @@ use metrics::figures::{self as definitions, Definition, PARABOLA, PEAK_ANGLE};
 use serde_json::{Value, json};
 
 use metrics::Estimate;
-use metrics::digits::{self, format_value_with_error};
+use metrics::digits;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::FORMS;
-use results::schema::FigureEntry;
+use results::figure_entry::FigureEntry;
+use results::shown::{self, shown_unit};
 
 use super::folder::Folder;
 use super::models::{Model, SURFACES};
@@ -39,41 +40,26 @@ pub struct FigureOfMerit<'a> {
 }
 
 impl FigureOfMerit<'_> {
-    /// Factor from the stored value to the one shown, and the symbol of its unit.
-    fn shown(&self) -> (f64, &'static str) {
-        match self.unit {
-            Unit::Fraction => (100.0, "%"),
-            other => (1.0, other.symbol()),
-        }
-    }
-
     /// The cell of a table: the value, and short notes below it.
     fn cell(&self) -> Value {
         let e = self.entry;
-        let (scale, _) = self.shown();
-        let with_error = |e: &Estimate, scale: f64| {
-            format_value_with_error(e.value * scale, e.standard_error * scale)
-        };
-        let value = with_error(&Estimate::new(e.value, e.standard_error), scale);
+        let (scale, _) = shown_unit(self.unit);
+        let value = shown::number(e, self.unit);
         let mut notes = Vec::new();
         let mut note =
             |words: String, wrap: bool| notes.push(json!({"words": words, "wrap": wrap}));
         let noise = e.peak_place.words();
         if let Some((_, why)) = noise.and_then(|words| words.split_once('(')) {
             note(why.trim_end_matches(')').to_owned(), false);
-        } else if let Some([first, last]) = e.peak_range_deg.filter(|[a, b]| a < b) {
-            note(format!("any of the bins from {first} to {last}"), true);
         }
-        if noise.is_some() {
-            // An angle that is noise has none between bins either.
-        } else if let Some(between) = self.between {
-            let between = Estimate::new(between.value, between.standard_error);
-            note(format!("by a parabola {}", with_error(&between, 1.0)), true);
+        // An angle that is noise has none between bins either.
+        if let Some(between) = self.between.filter(|_| noise.is_none()) {
+            note(format!("by a parabola {}", shown::number(between, self.unit)), true);
         }
         let mut difference = None;
         if let Some(published) = e.published {
             note(format!("published {}", short(published * scale)), false);
-            if noise.is_none() {
+            if shown::in_words(e, self.unit).is_none() {
                 let decimals = decimals(e.standard_error * scale);
                 let shown = format!("{:+.decimals$}", (e.value - published) * scale);
                 difference = Some(shown.replace('-', "\u{2212}"));
@@ -86,10 +72,11 @@ impl FigureOfMerit<'_> {
             note(format!("bias below {}", short(two_digits(bound * scale))), false);
         }
         if let Some(error) = e.wavelength_error.filter(|_| noise.is_none()) {
-            note(format!("last wavelengths {}", with_error(&error, scale)), true);
+            let error = FigureEntry::new(error);
+            note(format!("last wavelengths {}", shown::number(&error, self.unit)), true);
         }
         json!({
-            "value": noise.map_or(value.as_str(), |words| words.split(" (").next().unwrap_or(words)),
+            "value": value.split(" (").next(),
             "notes": notes, "difference": difference, "after": after,
         })
     }
@@ -131,12 +118,7 @@ pub fn rows(models: &[Model]) -> Vec<SummaryRow> {
             quantity: figure.label.clone(),
             unit: figure.unit,
             published: figure.entry.published,
-            computed: figure
-                .entry
-                .peak_place
-                .is_off_axis()
-                .then(|| Estimate::new(figure.entry.value, figure.entry.standard_error)),
-            instead: None,
+            computed: Some(*figure.entry),
         })
         .collect()
 }
@@ -154,7 +136,7 @@ pub fn results(models: &[Model]) -> Vec<Value> {
             let own = figures(model);
             let cell = |head: &FigureOfMerit| {
                 let figure = own.iter().find(|figure| figure.label == head.label);
-                let (_, unit) = head.shown();
+                let (_, unit) = shown_unit(head.unit);
                 json!({
                     "label": head.label, "unit": unit,
                     "cell": figure.map(FigureOfMerit::cell),
@@ -162,7 +144,8 @@ pub fn results(models: &[Model]) -> Vec<Value> {
             };
             json!({"model": model.label(), "cells": heads.iter().map(cell).collect::<Vec<_>>()})
         };
-        let head = |head: &FigureOfMerit| json!({"label": head.label, "unit": head.shown().1});
+        let head =
+            |head: &FigureOfMerit| json!({"label": head.label, "unit": shown_unit(head.unit).1});
         json!({
             "design": design[0].design,
             "heads": heads.iter().map(head).collect::<Vec<_>>(),
@@ -195,12 +178,36 @@ pub fn ledger(models: &[Model]) -> Vec<Value> {
     by_design(models).map(of_design).collect()
 }
 
+/// Flux, mean and extremes of `[[receivers]]`, a table for each design that has any.
+pub fn receivers(models: &[Model]) -> Vec<Value> {
+    let of_design = |design: &[Model]| {
+        let first = design.iter().find_map(|model| model.entry.receivers.as_ref())?;
+        let rows = first.iter().flat_map(|(name, receiver)| {
+            shown::of_receiver(receiver).map(move |(label, _)| (name.as_str(), label))
+        });
+        let text = |model: &Model, name: &str, label: &str| {
+            let mut all = shown::of_receiver(model.entry.receivers.as_ref()?.get(name)?);
+            Some(all.find(|(known, _)| *known == label)?.1)
+        };
+        let row = |(name, label): (&str, &str)| {
+            let cell = |model: &Model| {
+                let text = text(model, name, label).unwrap_or_else(|| NONE.to_owned());
+                json!({"model": model.label(), "text": text})
+            };
+            let cells: Vec<Value> = design.iter().map(cell).collect();
+            json!({"name": format!("{name}, {label}"), "cells": cells})
+        };
+        let rows: Vec<Value> = rows.map(row).collect();
+        let models: Vec<String> = design.iter().map(Model::label).collect();
+        let table = json!({"design": design[0].design, "models": models, "rows": rows});
+        (!rows.is_empty()).then_some(table)
+    };
+    by_design(models).filter_map(of_design).collect()
+}
+
 /// Forms of uniformity, a table for each design that has any.
 pub fn uniformity(models: &[Model]) -> Vec<Value> {
-    let figure = |model: &Model, key: &str| {
-        let entry = model.entry.figures.get(key)?;
-        Some(Estimate::new(entry.value, entry.standard_error))
-    };
+    let figure = |model: &Model, key: &str| Some(model.entry.figures.get(key)?.estimate());
     let of_design = |design: &[Model]| {
         let forms = FORMS.iter();
         let there = forms.filter(|form| design.iter().any(|m| figure(m, form.key).is_some()));
@@ -230,9 +237,7 @@ fn by_model(
 
 /// A share in per cent with its error.
 pub fn percent(share: Option<Estimate>) -> String {
-    share.map_or(NONE.to_owned(), |e| {
-        format_value_with_error(100.0 * e.value, 100.0 * e.standard_error)
-    })
+    share.map_or(NONE.to_owned(), |e| shown::number(&FigureEntry::new(e), Unit::Fraction))
 }
 
 /// Accounts that hold power in one of the models at least, in the order of a ray's life.

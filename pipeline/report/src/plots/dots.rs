@@ -85,7 +85,7 @@ pub fn published_vs_computed(heading: &Heading, rows: &[SummaryRow]) -> Result<P
     let mut named: Vec<(&str, &str)> = Vec::new();
     for row in rows {
         let published = row.published.filter(|v| v.is_finite());
-        let computed = row.computed.filter(|c| c.value.is_finite());
+        let computed = row.resolved();
         if published.is_none() && computed.is_none() {
             continue;
         }
@@ -104,7 +104,11 @@ pub fn published_vs_computed(heading: &Heading, rows: &[SummaryRow]) -> Result<P
             line,
             column: place_of(&mut chart.columns, &quantity),
             series: place_of(&mut chart.series, &row.model),
-            computed: computed.map(|c| [c.value, c.standard_error]),
+            computed: computed.map(|c| match c.interval {
+                // The bar reaches from end to end.
+                Some([low, high]) => [0.5 * (low + high), 0.5 * (high - low) / BAND_ERRORS],
+                None => [c.value, c.standard_error],
+            }),
             least: f64::NEG_INFINITY,
             published,
         });
@@ -332,6 +336,7 @@ mod tests {
     use super::super::draw::canvas::tests::decode;
     use super::*;
     use metrics::Estimate;
+    use results::figure_entry::FigureEntry;
 
     fn line(label: &str, value: f64) -> MarkedLine {
         MarkedLine {
@@ -385,8 +390,7 @@ mod tests {
             quantity: quantity.into(),
             unit: Unit::Fraction,
             published,
-            computed: computed.map(|value| Estimate::new(value, 0.01)),
-            instead: None,
+            computed: computed.map(|value| FigureEntry::new(Estimate::new(value, 0.01))),
         }
     }
 

@@ -8,94 +8,62 @@ use std::borrow::Cow;
 
 use design::Design;
 use design::schema::Zero;
-use metrics::figures::{self, Definition, PAPERS_MAP};
-use metrics::illuminance::{Grid, coarser};
+use metrics::figures::{self, PAPERS_MAP, UNIFORMITY_DIAGONAL};
+use metrics::illuminance::coarser;
 use metrics::uniformity::{MapReading, Places, above_smallest, smallest_bin};
 use metrics::uniformity_forms::{Regions, Uniformity};
 use metrics::{Estimate, Grouped};
+use results::figure_entry::FigureEntry;
 
-use super::{layout, reading};
+use super::readers::{Column, Reader};
+use super::{Observation, layout, reading};
 
 /// Reads figures from maps of one design.
 pub(super) struct MapReader {
     reading: MapReading,
     /// Bin that counts as dark, of designs that count from the smallest.
     smallest: Option<usize>,
-    /// `None` where the paper's figures cannot be read.
-    regions: Option<Regions>,
+    regions: Regions,
+    /// Recorded bins in one that is read, along an edge.
+    together: usize,
 }
 
 impl MapReader {
-    /// For maps recorded on `recorded`; windows and zero are found in `map`, which has the bins
-    /// that are read.
-    pub(super) fn new(design: &Design, recorded: Grid, map: &Grouped) -> Self {
+    /// The zero is found in the map of `seen`.
+    pub(super) fn new(design: &Design, seen: &Observation) -> Self {
+        let together = design.receiver.read_together();
+        let map = seen.binned_map(together);
         let total = map.total();
-        let mut reader = Self {
-            reading: MapReading::new(
-                coarser(&[], recorded, design.receiver.read_together()).1,
-                layout(design),
-                design.receiver.full_scale,
-                reading(design),
-            ),
-            smallest: match design.receiver.zero {
-                Zero::Dark => None,
-                Zero::Smallest => Some(smallest_bin(total)),
-            },
-            regions: None,
+        let reading = MapReading::new(
+            coarser(&[], seen.grid, together).1,
+            layout(design),
+            design.receiver.full_scale,
+            reading(design),
+        );
+        let smallest = match design.receiver.zero {
+            Zero::Dark => None,
+            Zero::Smallest => Some(smallest_bin(total)),
         };
-        let regions = reader.papers(total);
-        reader.regions = regions.map(|_| Regions::new(&reader.reading));
-        reader
+        Self { regions: Regions::new(&reading), reading, smallest, together }
     }
 
-    /// Whether maps of the design have figures.
-    pub(super) fn has_figures(&self) -> bool {
-        self.regions.is_some()
+    /// True if maps of the design have figures between neighbours.
+    pub(super) fn has_valley(&self) -> bool {
+        self.reading.has_valley()
     }
 
-    /// Where the valleys and the peak of `map` are read; a zero that is not darkness moves neither.
-    pub(super) fn places(&self, map: &[f64]) -> Option<Places> {
-        self.reading.places(map)
+    /// True if points of the cell are read at several phases of the pitch.
+    pub(super) fn is_one_phase(&self) -> bool {
+        self.regions.is_one_phase()
     }
 
+    /// The paper's figures of `map`, as [`MapReading::plain`].
     fn papers(&self, map: &[f64]) -> Option<[f64; 3]> {
         let above = match self.smallest {
             None => Cow::Borrowed(map),
             Some(k) => map.iter().map(|l| l - map[k]).collect(),
         };
         self.reading.plain(&above)
-    }
-
-    /// All figures of one map, without errors.
-    pub(super) fn values(&self, map: &[f64]) -> Vec<f64> {
-        let Some(regions) = &self.regions else {
-            return Vec::new();
-        };
-        let forms = regions.plain(map).into_iter().map(|(_, value)| value);
-        let papers = self.papers(map).unwrap_or_default();
-        papers.into_iter().chain(forms).collect()
-    }
-
-    /// One value for each of [`MapReader::values`], with its key.
-    pub(super) fn keyed<T>(&self, values: Vec<T>) -> Vec<(&'static str, T)> {
-        let forms = self.regions.iter().flat_map(Regions::forms);
-        let keys = PAPERS_MAP.iter().map(|figure| figure.key).chain(forms.map(|form| form.key));
-        keys.zip(values).collect()
-    }
-
-    /// All figures of `map` with their estimates.
-    pub(super) fn estimates(&self, map: &Grouped) -> Vec<(Definition, Estimate)> {
-        let Some(regions) = &self.regions else {
-            return Vec::new();
-        };
-        let forms = regions.estimates(map);
-        let papers = match self.smallest {
-            None => Uniformity::of(&forms),
-            Some(_) => self.above_zero(map),
-        };
-        let papers = papers.map(|u| [u.straight, u.diagonal, u.valley_to_peak]);
-        let papers = papers.into_iter().flat_map(|estimates| PAPERS_MAP.into_iter().zip(estimates));
-        papers.chain(forms.into_iter().map(|(form, e)| (figures::of_form(form), e))).collect()
     }
 
     /// The paper's figures of `map` above its smallest bin; `None` of an even map.
@@ -106,4 +74,51 @@ impl MapReader {
         let regions = Regions::between_neighbours(&self.reading);
         Uniformity::of(&regions.estimates(&above)).filter(|_| lit)
     }
+}
+
+impl Reader for MapReader {
+    fn columns(&self) -> Vec<Column> {
+        let forms = self.regions.forms().into_iter().map(figures::of_form);
+        let papers = PAPERS_MAP.into_iter().filter(|_| self.has_valley());
+        papers.chain(forms).map(Column::plain).collect()
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        Some(seen.binned_map(self.together))
+    }
+
+    fn values(&self, map: &[f64]) -> Vec<f64> {
+        let forms = self.regions.plain(map).into_iter().map(|(_, value)| value);
+        let papers = self.papers(map).unwrap_or_default();
+        papers.into_iter().chain(forms).collect()
+    }
+
+    fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {
+        let forms = self.regions.estimates(map);
+        let papers = match self.smallest {
+            None => Uniformity::of(&forms),
+            Some(_) => self.above_zero(map),
+        };
+        let papers = papers.map_or([Estimate::new(f64::NAN, 0.0); 3], |u| {
+            [u.straight, u.diagonal, u.valley_to_peak]
+        });
+        // A zero that is not darkness moves neither valley nor peak.
+        let places = self.reading.places(map.total());
+        let papers = papers.into_iter().zip(PAPERS_MAP).filter(|_| self.has_valley());
+        let papers = papers.map(|(estimate, figure)| {
+            let is_diagonal = figure == UNIFORMITY_DIAGONAL;
+            let valley = |at: Places| if is_diagonal { at.diagonal_mm } else { at.straight_mm };
+            FigureEntry {
+                valley_at_mm: places.map(|at| valley(at).map(rounded_mm)),
+                peak_at_mm: places.map(|at| at.peak_mm.map(rounded_mm)),
+                ..FigureEntry::new(estimate)
+            }
+        });
+        papers.chain(forms.into_iter().map(|(_, e)| FigureEntry::new(e))).collect()
+    }
+}
+
+/// To a micrometre, far below any bin.
+fn rounded_mm(length_mm: f64) -> f64 {
+    (length_mm * 1e3).round() / 1e3 + 0.0
 }

@@ -5,6 +5,7 @@ use design::Design;
 use metrics::plural::count;
 use metrics::valley;
 
+use super::map_reader::MapReader;
 use super::{Observation, layout, plane_grid};
 
 impl Observation {
@@ -20,7 +21,7 @@ impl Observation {
             ));
         }
         let layout = layout(design);
-        if layout.straight().is_empty() || self.map_reader(design).has_figures() {
+        if layout.straight().is_empty() || MapReader::new(design, self).has_valley() {
             return None;
         }
         let fits = |bin_mm: f64| {
@@ -35,8 +36,16 @@ impl Observation {
             format!("with bins of {width} mm they are read, and ")
         });
         Some(format!(
-            "receiver.bin_mm = {}: too wide for a fit to the valley between neighbours {} mm apart, and figures of uniformity are left out; {advice}with receiver.read_bin_mm bins themselves are read",
+            "receiver.bin_mm = {}: too wide for a fit to the valley between neighbours {} mm apart, and figures along segments and diagonals are left out; {advice}with receiver.read_bin_mm bins themselves are read",
             receiver.bin_mm, layout.pitch_mm
         ))
+    }
+
+    /// A note that the points of the cell of `design` see one phase of its pitch.
+    pub fn one_phase(&self, design: &Design) -> Option<String> {
+        let note = || {
+            "nine and thirteen points: those of the cell lie at one place of the pitch along rows or columns, so each is read at 12 places of it".to_owned()
+        };
+        (self.lit() && MapReader::new(design, self).is_one_phase()).then(note)
     }
 }

@@ -15,7 +15,7 @@ use results::schema::{EfficiencyEntry, SourceEntry};
 
 use super::rule::{Node, Rule};
 use super::sweep::Sweep;
-use crate::observation::Observation;
+use crate::observation::{Observation, of_one_path};
 
 /// The nodes of some lights.
 fn of_lights(rule: &Rule, numbers: &[usize]) -> Rule {
@@ -74,7 +74,10 @@ impl Sweep<'_> {
         let whole: f64 = nodes.iter().map(|node| node.weight).sum();
         let parts = nodes.iter().map(|node| (node.weight / whole, &self.observation(node).powers));
         let powers = Grouped::weighted(&parts.collect::<Vec<_>>());
-        Ledger::new(&self.observation(&nodes[0]).accounts, &powers, flow::EMITTED)
+        let paths: u64 = nodes.iter().map(|node| self.observation(node).paths).sum();
+        let one_path = 1.0 / paths as f64;
+        let ledger = Ledger::new(&self.observation(&nodes[0]).accounts, &powers, flow::EMITTED);
+        ledger.with_one_path(|account| of_one_path(self.job.design, account, one_path))
     }
 
     /// Flux out over flux in, in watts and in lumens. The weighting that is not the design's

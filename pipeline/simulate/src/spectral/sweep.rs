@@ -17,7 +17,7 @@ use design::spectrum::quadrature::COUNTS;
 use files::cache::Cache;
 use files::run_context::RunContext;
 use metrics::plural;
-use results::schema::{FigureEntry, TableEntry, UntilError, WavelengthEntry};
+use results::schema::{TableEntry, UntilError, WavelengthEntry};
 
 use super::rule::{Node, Rule};
 use crate::dome_surface::dome_surface;
@@ -376,14 +376,8 @@ impl<'a> Sweep<'a> {
         let one = |node: &Node| {
             let traced = self.at(node);
             let observation = self.observation(node);
-            let figures = observation.figures(self.job.design).into_iter().map(|figure| {
-                let entry = FigureEntry {
-                    peak_place: figure.peak_place,
-                    peak_range_deg: figure.peak_range_deg,
-                    ..FigureEntry::new(figure.estimate)
-                };
-                (figure.key.to_owned(), entry)
-            });
+            let figures = observation.figures(self.job.design).into_iter();
+            let figures = figures.map(|figure| (figure.key.into_owned(), figure.entry));
             WavelengthEntry {
                 wavelength_nm: node.nm,
                 weight: node.weight,

@@ -4,17 +4,14 @@
 use super::*;
 use metrics::far_field::PeakPlace;
 use metrics::quantity::Unit;
+use results::figure_entry::FigureEntry;
 
 fn figure(key: &'static str, peak_place: PeakPlace) -> Figure {
     Figure {
-        key,
-        label: key,
+        key: key.into(),
+        label: key.into(),
         unit: Unit::Fraction,
-        estimate: Estimate::new(0.5, 0.001),
-        peak_place,
-        peak_range_deg: None,
-        extremes: None,
-        wavelength_error: None,
+        entry: FigureEntry { peak_place, ..FigureEntry::new(Estimate::new(0.5, 0.001)) },
     }
 }
 
@@ -24,8 +21,8 @@ fn a_search_ends_at_the_tolerance_or_where_noise_hides_the_change() {
         [figure("uniformity", PeakPlace::OffAxis), figure("peak_angle_deg", PeakPlace::OffAxis)];
     let of = |uniformity: f64, angle: f64, error: f64| {
         let changes = [
-            ("uniformity", Estimate::new(uniformity, error)),
-            ("peak_angle_deg", Estimate::new(angle, 1e-3)),
+            ("uniformity".into(), Estimate::new(uniformity, error)),
+            ("peak_angle_deg".into(), Estimate::new(angle, 1e-3)),
         ];
         verdict(&figures, &changes, 0.01)
     };
@@ -39,13 +36,13 @@ fn a_search_ends_at_the_tolerance_or_where_noise_hides_the_change() {
 
 #[test]
 fn a_peak_angle_of_noise_decides_nothing() {
-    let changes = [("peak_angle_deg", Estimate::new(40.0, 0.1))];
+    let changes = [("peak_angle_deg".into(), Estimate::new(40.0, 0.1))];
     let of = |place| verdict(&[figure("peak_angle_deg", place)], &changes, 0.01).1;
     assert_eq!(of(PeakPlace::OnAxis), Some(StoppedBy::Tolerance));
     assert_eq!(of(PeakPlace::NotResolved), Some(StoppedBy::Tolerance));
     assert_eq!(of(PeakPlace::OffAxis), None);
     // Figures beside the decisive ones are reported only.
-    let aside = [("illuminance_valley_to_peak", Estimate::new(1.0, 0.0))];
+    let aside = [("illuminance_valley_to_peak".into(), Estimate::new(1.0, 0.0))];
     let figures = [figure("illuminance_valley_to_peak", PeakPlace::OffAxis)];
     assert_eq!(verdict(&figures, &aside, 0.01).1, Some(StoppedBy::Tolerance));
 }

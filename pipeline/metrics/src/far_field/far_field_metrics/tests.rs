@@ -50,7 +50,31 @@ fn parabola_finds_the_peak_between_bins() {
     let plain = JUDGE.plain(&powers(|t| f(t).max(0.0)));
     assert!((plain[0] - figures.peak_angle_deg.value).abs() < 1e-9);
     assert!((plain[1] - figures.centre_to_peak.value).abs() < 1e-12);
-    assert!(plain.len() == 2 && figures.peak_angle_parabola_deg.is_none());
+    assert!(plain[2].is_nan() && figures.peak_angle_parabola_deg.is_none());
+}
+
+#[test]
+fn beam_and_field_angle_are_those_of_closed_forms() {
+    let widths = |f: &dyn Fn(f64) -> f64| {
+        let figures = JUDGE.figures(&twice(&powers(f)));
+        let plain = JUDGE.plain(&powers(f));
+        for (grouped, plain) in figures.widths_deg.iter().zip(&plain[3..5]) {
+            assert!(grouped.value.is_nan() == plain.is_nan());
+            assert!(plain.is_nan() || (grouped.value - plain).abs() < 1e-9, "{figures:?}");
+        }
+        figures.widths_deg.map(|width| width.value)
+    };
+    let near = |found: f64, expected: f64| (found - expected).abs() < 0.3;
+    // A Lambertian source: half at 60 degrees, a tenth at acos 0.1.
+    let [beam, field] = widths(&|t| t.to_radians().cos().max(0.0));
+    assert!(near(beam, 120.0) && near(field, 2.0 * 0.1f64.acos().to_degrees()), "{beam} {field}");
+    // A batwing: its outer flank counts.
+    let [beam, field] = widths(&|t| (1.0 - ((t - 50.0) / 20.0).powi(2)).max(0.05));
+    let half = 50.0 + 20.0 * 0.5f64.sqrt();
+    let tenth = 50.0 + 20.0 * 0.9f64.sqrt();
+    assert!(near(beam, 2.0 * half) && near(field, 2.0 * tenth), "{beam} {field}");
+    // Light that is alike in all directions has neither.
+    assert!(widths(&|_| 1.0).iter().all(|width| width.is_nan()));
 }
 
 #[test]
@@ -103,6 +127,8 @@ fn bins_that_noise_makes_alike_are_stated() {
     let exact = by_bin.figures(&twice(&powers(f)));
     let middle = exact.peak_angle_deg.value;
     assert_eq!(exact.peak_range_deg, Some([middle; 2]));
+    let half = 0.5 * JUDGE.read_bin_deg;
+    assert_eq!(exact.peak_edges_deg, Some([middle - half, middle + half]));
     // Eight groups in which every ring scatters by its own Walsh code.
     let group = |g: usize| {
         let of = |(k, w): (usize, &f64)| {
@@ -178,7 +204,7 @@ fn bins_about_multiples_hold_the_intensity_about_them() {
         assert!((beside.value - vertex).abs() < 0.1, "{beside:?} {peak}");
         assert!(beside.value < 1.5 || about > 0.0, "{beside:?}");
         let plain = judge.plain(&powers);
-        assert!(plain.len() == 3 && (plain[2] - beside.value).abs() < 1e-9);
+        assert!((plain[2] - beside.value).abs() < 1e-9);
     }
 }
 

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A figure of merit in `results.json`: value, error and state.
+
+use serde::{Deserialize, Serialize};
+
+use metrics::far_field::PeakPlace;
+use metrics::hits::upper_bound;
+use metrics::{Estimate, estimate};
+
+/// A figure of merit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FigureEntry {
+    /// Best value.
+    pub value: f64,
+    /// One standard deviation of the value.
+    #[serde(deserialize_with = "estimate::standard_error")]
+    pub standard_error: f64,
+    /// Bound of the bias that picking a bin leaves in the value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_bound: Option<f64>,
+    /// Of a peak angle: on the axis or not resolved, so that the value is noise.
+    #[serde(default, skip_serializing_if = "PeakPlace::is_off_axis")]
+    pub peak_place: PeakPlace,
+    /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it,
+    /// degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_range_deg: Option<[f64; 2]>,
+    /// Of a figure that is known between two ends alone, such as a peak that is a bin: these ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+    /// Of a value of 0 that is no more than not seen: the bound below which it lies, with 95 %
+    /// confidence or more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upper_bound: Option<f64>,
+    /// Of a figure of the map: where its valley was read, (x, y) in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valley_at_mm: Option<[f64; 2]>,
+    /// Of a figure of the map: the middle of its largest bin, (x, y) in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_at_mm: Option<[f64; 2]>,
+    /// Change when the last wavelengths were added.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wavelength_error: Option<Estimate>,
+    /// The paper's figure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published: Option<f64>,
+}
+
+impl FigureEntry {
+    /// Value, standard error and bias.
+    pub fn estimate(&self) -> Estimate {
+        Estimate {
+            value: self.value,
+            standard_error: self.standard_error,
+            bias_bound: self.bias_bound,
+        }
+    }
+
+    /// The same in a unit that is smaller by `factor`.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        let times = |value: f64| value * factor;
+        Self {
+            value: times(self.value),
+            standard_error: times(self.standard_error),
+            bias_bound: self.bias_bound.map(times),
+            upper_bound: self.upper_bound.map(times),
+            interval: self.interval.map(|ends| ends.map(times)),
+            ..self
+        }
+    }
+
+    /// A figure that has this estimate and nothing else.
+    pub fn new(estimate: Estimate) -> Self {
+        Self {
+            value: estimate.value,
+            standard_error: estimate.standard_error,
+            bias_bound: estimate.bias_bound,
+            peak_place: PeakPlace::OffAxis,
+            peak_range_deg: None,
+            interval: None,
+            upper_bound: upper_bound(estimate.value, estimate.standard_error),
+            valley_at_mm: None,
+            peak_at_mm: None,
+            wavelength_error: None,
+            published: None,
+        }
+    }
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The figures that a design has, told before anything is traced.
+
+use anyhow::{Result, bail, ensure};
+use design::Design;
+use design::resolved::receivers::CheckedReceiver;
+use design::schema::receivers::ReceiverKind;
+use design::spectrum::lights::Colour;
+use metrics::extraction::is_end;
+use metrics::far_field::PeakMethod;
+use metrics::figures::{self, Definition, INTENSITY_PER_KILOLUMEN, OF_RECEIVER, PARABOLA, Source};
+use metrics::uniformity_forms::cell;
+
+use super::{accounts, layout};
+use crate::dome_surface::dome_surface;
+use crate::model::Model;
+use crate::scene;
+
+/// The figure under `key`, if `design` has it.
+///
+/// # Errors
+/// A key of no figure, with all keys; a receiver or account that the design has not, with those
+/// that it has; why the design has no such figure.
+pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
+    let Some(figure) = figures::find(key) else {
+        bail!("expected one of {}, got {key:?}", figures::keys());
+    };
+    if let Some(why) = missing(design, &figure) {
+        bail!("expected a figure that the design has, got {key}, {why}");
+    }
+    let known = match figure.source {
+        Source::Receiver => {
+            // The bins of a surface hold one another: they have no sum.
+            let summed = design.receivers.iter().filter(|r| r.kind() != ReceiverKind::Surface);
+            let of = |r: &CheckedReceiver| {
+                OF_RECEIVER.map(|figure| figure.of_receiver(r.name()).key.into_owned())
+            };
+            summed.flat_map(of).collect()
+        }
+        Source::Ledger if figures::all().all(|known| known.key != key) => ends(design)?,
+        _ => return Ok(figure),
+    };
+    ensure!(
+        known.iter().any(|name| name == key),
+        "expected one of {}, got {key:?}",
+        if known.is_empty() { "the figures of [[receivers]]".to_owned() } else { known.join(", ") }
+    );
+    Ok(figure)
+}
+
+/// Why `design` has no such figure.
+fn missing(design: &Design, figure: &Definition) -> Option<String> {
+    let layout = layout(design);
+    let bin_mm = design.receiver.read_bin_mm.unwrap_or(design.receiver.bin_mm);
+    let has_cell = || {
+        let corners = cell(&layout).into_iter();
+        corners.flat_map(|[low, high]| [0, 1].map(|k| high[k] - low[k])).all(|w| w >= 2.0 * bin_mm)
+    };
+    let why = match figure.source {
+        Source::Map if layout.straight().is_empty() => {
+            "which compares neighbours one pitch apart, of which there are none"
+        }
+        Source::Map if figure.key.starts_with("diagonal_") && layout.diagonal().is_empty() => {
+            "and there is no square of four LEDs"
+        }
+        Source::Map | Source::Illuminance | Source::Colours
+            if figure.key.contains("cell_") && !has_cell() =>
+        {
+            "and there is no cell between LEDs of several rows and columns"
+        }
+        Source::Domes if design.dome.is_none() => "and there is no dome",
+        Source::Colours if !has_wavelengths(design) => {
+            "which needs light of several wavelengths ([light.spectrum] or sources of their own)"
+        }
+        _ if *figure == PARABOLA && design.far_field.peak != PeakMethod::Bin => {
+            "and far_field.peak is no bin: peak_angle_deg is that of the parabola"
+        }
+        _ if figure.is_absolute && design.emitted.is_none() => {
+            "which needs the flux that the LEDs emit (led.power_w, led.power_lm)"
+        }
+        _ if *figure == INTENSITY_PER_KILOLUMEN
+            && design.emitted.is_some_and(|emitted| emitted.luminous_lm <= 0.0) =>
+        {
+            "and the light is not visible"
+        }
+        _ => return None,
+    };
+    Some(why.to_owned())
+}
+
+fn has_wavelengths(design: &Design) -> bool {
+    design.all_lights().is_some_and(|all| {
+        let is_line = |colour: &Colour| match colour {
+            Colour::Spectrum(spectrum) => spectrum.is_line(),
+            Colour::Rays(_) => false,
+        };
+        all.lights.len() > 1 || all.lights.iter().any(|light| !is_line(&light.light))
+    })
+}
+
+/// The ends of light of `design`, which all of its models share.
+fn ends(design: &Design) -> Result<Vec<String>> {
+    let scene = scene::build(design, &dome_surface(design, Model::Geometric, None)?)?;
+    Ok(accounts(scene.lines()).into_iter().filter(|account| is_end(account)).collect())
+}

@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! One reader for each source of figures: it names them, takes their sums from an observation, and
+//! reads values from sums, all in one order.
+
+use std::borrow::Cow;
+
+use design::Design;
+use design::resolved::receivers::CheckedReceiver;
+use design::schema::receivers::ReceiverKind;
+use metrics::bins::{Bins, largest};
+use metrics::extraction::{self, flow};
+use metrics::far_field::{FarFieldReading, PeakPlace};
+use metrics::figures::{
+    COLOUR_DIFFERENCE, Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN,
+    FLUX_UP, ILLUMINANCE, NamedFigure, OF_RECEIVER, Source,
+};
+use metrics::illuminance::Grid;
+use metrics::layout::Layout;
+use metrics::quantity::Unit;
+use metrics::uniformity_forms::mean_over_cell;
+use metrics::{Estimate, Grouped, JackknifedFigure, colour_difference};
+use rayon::prelude::*;
+use results::figure_entry::FigureEntry;
+use tracer::Measurement;
+
+use super::map_reader::MapReader;
+use super::{Observation, far_field_reading, layout};
+use crate::units::Units;
+
+/// A figure that a reader reads per watt emitted, and the factor to its unit.
+pub(super) struct Column {
+    pub figure: NamedFigure,
+    pub factor: f64,
+}
+
+impl Column {
+    /// A figure in the units of the light.
+    fn new(figure: impl Into<NamedFigure>, unit: Unit, units: &Units) -> Self {
+        let mut figure = figure.into();
+        let (unit, factor) = units.of_unit(unit);
+        figure.definition.unit = unit;
+        Self { figure, factor }
+    }
+
+    /// A figure as it is read.
+    pub fn plain(figure: impl Into<NamedFigure>) -> Self {
+        Self { figure: figure.into(), factor: 1.0 }
+    }
+}
+
+/// Reader of the figures of one source.
+pub(super) trait Reader: Sync {
+    /// The figures, in the order of values and entries.
+    fn columns(&self) -> Vec<Column>;
+
+    /// The sums that they are read from; `None` where nothing was recorded.
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>>;
+
+    /// Values of one set of sums; NaN of a figure that it has not.
+    fn values(&self, sums: &[f64]) -> Vec<f64>;
+
+    /// Values with errors and states.
+    fn entries(&self, sums: &Grouped) -> Vec<FigureEntry> {
+        let all = self.replicates(sums).into_iter();
+        all.map(|figure| FigureEntry::new(figure.estimate())).collect()
+    }
+
+    /// Values of the totals and without each group.
+    fn replicates(&self, sums: &Grouped) -> Vec<JackknifedFigure> {
+        let groups = (0..sums.count()).into_par_iter();
+        let rows: Vec<Vec<f64>> = groups.map(|g| self.values(&sums.without(g))).collect();
+        let all = self.values(sums.total()).into_iter().enumerate();
+        all.map(|(i, value)| {
+            let without = rows.iter().map(|row| row.get(i).copied().unwrap_or(value));
+            JackknifedFigure::new(value, without.collect())
+        })
+        .collect()
+    }
+
+    /// Change of each value that is a sum by one path of this power, 0 of others and of sums that
+    /// no path can reach; ends where no further figure is a sum.
+    fn one_path(&self, _power: f64) -> Vec<f64> {
+        Vec::new()
+    }
+}
+
+/// The readers of `seen` that read a figure which is `wanted`.
+pub(super) fn readers<'a>(
+    seen: &'a Observation,
+    design: &'a Design,
+    wanted: &dyn Fn(&str) -> bool,
+) -> Vec<Box<dyn Reader + 'a>> {
+    let units = Units::from_design(design, design.all_lights().as_deref());
+    let any = |source: Source| {
+        let mut all = metrics::figures::all().filter(|figure| figure.source == source);
+        all.any(|figure| wanted(figure.key))
+    };
+    let mut all: Vec<Box<dyn Reader + 'a>> = Vec::new();
+    if any(Source::FarField) {
+        all.push(Box::new(FarFieldReader { reading: far_field_reading(design), design, units }));
+    }
+    if any(Source::Map) && seen.lit() {
+        all.push(Box::new(MapReader::new(design, seen)));
+    }
+    if any(Source::Domes) && design.dome.is_some() {
+        all.push(Box::new(DomeReader));
+    }
+    if any(Source::Colours) {
+        all.push(Box::new(ColourReader));
+    }
+    if any(Source::Ledger) || seen.accounts.iter().any(|account| wanted(account)) {
+        all.push(Box::new(LedgerReader { accounts: &seen.accounts, design, units }));
+    }
+    if any(Source::Illuminance) && design.emitted.is_some() {
+        all.push(Box::new(IlluminanceReader { grid: seen.grid, layout: layout(design), units }));
+    }
+    let receivers = design.receivers.iter().enumerate();
+    let receivers = receivers.filter_map(|(k, r)| ReceiverReader::new(k, r, units));
+    for reader in receivers {
+        if reader.columns().iter().any(|column| wanted(&column.figure.key)) {
+            all.push(Box::new(reader));
+        }
+    }
+    all
+}
+
+struct FarFieldReader<'a> {
+    reading: FarFieldReading,
+    design: &'a Design,
+    units: Units,
+}
+
+impl Reader for FarFieldReader<'_> {
+    fn columns(&self) -> Vec<Column> {
+        let emitted = self.design.emitted;
+        let has = |figure: &Definition| match (figure.unit, emitted) {
+            (Unit::CandelaPerKilolumen, Some(emitted)) => emitted.luminous_lm > 0.0,
+            _ => !figure.is_absolute || emitted.is_some(),
+        };
+        let all = FAR_FIELD.into_iter().filter(has);
+        all.map(|figure| Column::new(figure, figure.unit, &self.units)).collect()
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        Some(Cow::Borrowed(&seen.far_field))
+    }
+
+    fn values(&self, powers: &[f64]) -> Vec<f64> {
+        let all = self.reading.plain(powers);
+        all.into_iter().chain(all.last().copied()).collect()
+    }
+
+    fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
+        let far = self.reading.figures(powers);
+        // Nothing is read from a far field without light.
+        if far.peak_w_per_sr.value <= 0.0 {
+            return Vec::new();
+        }
+        let peak_place = far.peak_place;
+        let angle =
+            |estimate| FigureEntry { peak_place, upper_bound: None, ..FigureEntry::new(estimate) };
+        let [beam, field] = far.widths_deg.map(FigureEntry::new);
+        // A ratio to a peak that is noise is noise as well.
+        let noise = match peak_place {
+            PeakPlace::NotResolved => peak_place,
+            PeakPlace::OffAxis | PeakPlace::OnAxis => PeakPlace::OffAxis,
+        };
+        let peak = FigureEntry::new(far.peak_w_per_sr);
+        vec![
+            FigureEntry {
+                peak_range_deg: far.peak_range_deg,
+                interval: far.peak_edges_deg,
+                ..angle(far.peak_angle_deg)
+            },
+            FigureEntry { peak_place: noise, ..FigureEntry::new(far.centre_to_peak) },
+            angle(far.peak_angle_parabola_deg.unwrap_or(Estimate::new(f64::NAN, 0.0))),
+            beam,
+            field,
+            FigureEntry::new(far.centre_w_per_sr),
+            peak,
+            peak,
+        ]
+    }
+}
+
+struct DomeReader;
+
+impl Reader for DomeReader {
+    fn columns(&self) -> Vec<Column> {
+        vec![Column::plain(EXTRACTION)]
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        Some(Cow::Borrowed(&seen.flows))
+    }
+
+    fn values(&self, flows: &[f64]) -> Vec<f64> {
+        vec![extraction::of_powers(flows)]
+    }
+}
+
+struct ColourReader;
+
+impl Reader for ColourReader {
+    fn columns(&self) -> Vec<Column> {
+        vec![Column::plain(COLOUR_DIFFERENCE)]
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        seen.tristimulus.as_ref().map(Cow::Borrowed)
+    }
+
+    fn values(&self, points: &[f64]) -> Vec<f64> {
+        vec![colour_difference::plain(points).unwrap_or(f64::NAN)]
+    }
+
+    fn entries(&self, points: &Grouped) -> Vec<FigureEntry> {
+        colour_difference::estimate(points).map(FigureEntry::new).into_iter().collect()
+    }
+}
+
+/// Shares of the ledger's ends of light, then the flux upwards and downwards.
+struct LedgerReader<'a> {
+    accounts: &'a [String],
+    design: &'a Design,
+    units: Units,
+}
+
+impl LedgerReader<'_> {
+    /// Position and figure of every share.
+    fn shares(&self) -> Vec<(usize, NamedFigure)> {
+        let all = self.accounts.iter().enumerate();
+        all.filter_map(|(k, account)| Some((k, Definition::of_account(account)?))).collect()
+    }
+}
+
+impl Reader for LedgerReader<'_> {
+    fn columns(&self) -> Vec<Column> {
+        let mut all: Vec<Column> =
+            self.shares().into_iter().map(|(_, figure)| Column::plain(figure)).collect();
+        if self.design.emitted.is_some() {
+            let flux = |figure: Definition| Column::new(figure, figure.unit, &self.units);
+            all.extend([FLUX_UP, FLUX_DOWN].map(flux));
+        }
+        all
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        Some(Cow::Borrowed(&seen.powers))
+    }
+
+    fn values(&self, powers: &[f64]) -> Vec<f64> {
+        let share = |k: usize| powers[k] / powers[flow::EMITTED];
+        let of = |key: &str| self.accounts.iter().position(|a| a == key).map_or(f64::NAN, share);
+        let ends = [ESCAPED_UP, ESCAPED_DOWN].map(|figure| of(figure.key));
+        self.shares().iter().map(|(k, _)| share(*k)).chain(ends).collect()
+    }
+
+    fn one_path(&self, power: f64) -> Vec<f64> {
+        let of = |account: &str| of_one_path(self.design, account, power);
+        let shares = self.shares().into_iter().map(|(_, figure)| of(&figure.key));
+        shares.chain([ESCAPED_UP, ESCAPED_DOWN].map(|figure| of(figure.key))).collect()
+    }
+}
+
+/// What one path adds to this account: 0 if none of `design` can end there, below the plane
+/// without a housing or in a medium that does not absorb.
+pub fn of_one_path(design: &Design, account: &str, power: f64) -> f64 {
+    let solids = design.solids.iter();
+    let solids = solids.filter_map(|solid| Some((solid.name(), solid.medium.as_ref()?)));
+    let mut media = solids.chain([("silicone", &design.silicone)]);
+    let is_reachable = match account.strip_prefix("absorbed_in_") {
+        Some(medium) => media.any(|(name, of)| {
+            name.replace([' ', ','], "_") == medium && of.absorption_per_mm > 0.0
+        }),
+        None if account == ESCAPED_DOWN.key => design.housing.is_some(),
+        None => extraction::is_end(account),
+    };
+    if is_reachable { power } else { 0.0 }
+}
+
+/// Illuminance above the LEDs, at its peak, and over the cell.
+struct IlluminanceReader {
+    grid: Grid,
+    layout: Layout,
+    units: Units,
+}
+
+impl Reader for IlluminanceReader {
+    fn columns(&self) -> Vec<Column> {
+        ILLUMINANCE.map(|figure| Column::new(figure, figure.unit, &self.units)).into()
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        Some(Cow::Borrowed(&seen.illuminance))
+    }
+
+    fn values(&self, map: &[f64]) -> Vec<f64> {
+        let axes = &self.layout.axes_mm;
+        let above = axes.iter().map(|[x, y]| self.grid.at(map, *x, *y)).sum::<f64>();
+        let peak = map.iter().copied().fold(0.0, f64::max);
+        let mean = mean_over_cell(self.grid, &self.layout, map);
+        vec![above / axes.len() as f64, peak, mean.unwrap_or(f64::NAN)]
+    }
+
+    fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {
+        let all = self.replicates(map).into_iter();
+        let mut all: Vec<_> = all.map(|figure| FigureEntry::new(figure.estimate())).collect();
+        all[1] = FigureEntry::new(largest(map));
+        all
+    }
+}
+
+/// Figures of a receiver that has one flux. Of a luminance receiver mean and extremes are those
+/// over places, of the mean over its directions.
+struct ReceiverReader<'a> {
+    number: usize,
+    receiver: &'a CheckedReceiver,
+    units: Units,
+    /// Directions of each place.
+    directions: usize,
+    bins: Bins,
+}
+
+impl<'a> ReceiverReader<'a> {
+    /// `None` of surfaces, whose bins hold one another.
+    fn new(number: usize, receiver: &'a CheckedReceiver, units: Units) -> Option<Self> {
+        let detector = &receiver.detector;
+        let directions = match &detector.measurement {
+            Measurement::Flux(_) => return None,
+            Measurement::Luminance(_, angles) => angles.bins(),
+            Measurement::Plane(_) | Measurement::FarField(_) => 1,
+        };
+        let measures = summed(&detector.measures()[..detector.places()], directions);
+        Some(Self { number, receiver, units, directions, bins: Bins::new(measures) })
+    }
+}
+
+/// Sums of `count` neighbours each.
+fn summed(bins: &[f64], count: usize) -> Vec<f64> {
+    bins.chunks(count).map(|bins| bins.iter().sum()).collect()
+}
+
+impl Reader for ReceiverReader<'_> {
+    fn columns(&self) -> Vec<Column> {
+        let of = |figure: Definition| {
+            let unit = match (figure.unit, self.receiver.kind()) {
+                (Unit::WattPerSquareMillimetre, ReceiverKind::FarField | ReceiverKind::CGamma) => {
+                    Unit::WattPerSteradian
+                }
+                (Unit::WattPerSquareMillimetre, ReceiverKind::Luminance) => {
+                    Unit::WattPerSquareMetreSteradian
+                }
+                (unit, _) => unit,
+            };
+            Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
+        };
+        OF_RECEIVER.map(of).into()
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        let powers = seen.receivers.get(self.number)?;
+        let places = self.receiver.detector.places();
+        if self.directions == 1 && powers.total().len() == places {
+            return Some(Cow::Borrowed(powers));
+        }
+        Some(Cow::Owned(powers.map(|bins| summed(&bins[..places], self.directions))))
+    }
+
+    fn values(&self, powers: &[f64]) -> Vec<f64> {
+        self.bins.values(powers).into()
+    }
+
+    fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
+        self.bins.estimates(powers).map(FigureEntry::new).into()
+    }
+
+    fn one_path(&self, power: f64) -> Vec<f64> {
+        self.bins.one_path(power).into()
+    }
+}
