@@ -15,7 +15,7 @@
 //! their lowest value to the largest of the whole map. The cell is the rectangle between the
 //! outermost LED axes; bins on its border count by the area inside, and for extremes if their middle
 //! lies inside. Where nine or thirteen points see one phase of the pitch, each is read over all
-//! phases ([`Regions::is_one_phase`]).
+//! phases ([`sees_one_phase`]).
 //!
 //! An extreme of noisy bins is biased. The peak is the largest bin, which lies above the true maximum
 //! on average; the place that one half of the paths picks, read in the other half, lies below it.
@@ -39,10 +39,8 @@ mod sampled;
 
 use rayon::prelude::*;
 
-use self::sampled::{
-    Levels, POINTS, Picks, Sample, Sampled, along, cell_on, one_phase, over_phases,
-};
-pub use self::sampled::{cell, mean_over_cell, nine_points};
+use self::sampled::{Levels, POINTS, Picks, Sample, Sampled, along, cell_on, over_phases};
+pub use self::sampled::{cell, mean_over_cell, nine_points, sees_one_phase};
 
 use super::jackknife::spread;
 use super::uniformity::{MapReading, largest, ratio};
@@ -121,7 +119,6 @@ pub const FORMS: [RegionForm; 14] = {
 pub struct Regions {
     regions: Vec<Sampled>,
     full_scale: f64,
-    is_one_phase: bool,
 }
 
 impl Regions {
@@ -136,7 +133,7 @@ impl Regions {
             lines(Region::Diagonal, &reading.diagonal, reading.layout.diagonal()),
         ];
         let regions = regions.into_iter().flatten().collect();
-        Self { regions, full_scale: reading.full_scale, is_one_phase: false }
+        Self { regions, full_scale: reading.full_scale }
     }
 
     /// [`Regions::between_neighbours`], and the cell.
@@ -144,7 +141,6 @@ impl Regions {
         let mut all = Self::between_neighbours(reading);
         let (grid, layout) = (reading.grid, &reading.layout);
         if let Some(cell) = cell_on(grid, layout) {
-            all.is_one_phase = one_phase(layout).contains(&true);
             let points = |region, points: &[[f64; 2]]| {
                 let places = over_phases(layout, cell, points);
                 let samples = places.into_iter().map(|at| Sample::at(grid, at)).collect();
@@ -157,12 +153,6 @@ impl Regions {
             ]);
         }
         all
-    }
-
-    /// True if the nine and thirteen points lie at one phase of the pitch, along rows or columns,
-    /// and are read over all phases for that reason.
-    pub fn is_one_phase(&self) -> bool {
-        self.is_one_phase
     }
 
     /// The forms of [`FORMS`] that this map has, without errors; the peaks are largest bins.
@@ -230,7 +220,7 @@ impl Regions {
             valley: region.valley.as_ref().map(|valley| valley.near(map)),
             ..region.clone()
         };
-        Self { regions: self.regions.iter().map(near).collect(), ..*self }
+        Self { regions: self.regions.iter().map(near).collect(), full_scale: self.full_scale }
     }
 
     fn each<T>(&self, mut value: impl FnMut(usize, Form) -> T) -> Vec<(RegionForm, T)> {

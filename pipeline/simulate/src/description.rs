@@ -12,9 +12,11 @@ use design::schema::solids::{Per, ScatterLaw};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
 use metrics::plural::count;
+use metrics::uniformity_forms::sees_one_phase;
 
 use super::cells::band_cells;
 use super::model::copies_um;
+use super::observation::layout;
 use super::symmetry::broken_by;
 
 /// Names and words, from the dome to the receiver plane.
@@ -99,6 +101,11 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             "symmetry",
             format!("none ({part}): far fields in four half-planes, maps not averaged over images"),
         );
+    }
+    if sees_one_phase(&layout(design)) {
+        let why =
+            "those of the cell lie at one place of the pitch, so each is read at 12 places of it";
+        line("nine and thirteen points", why.to_owned());
     }
     let plane = &design.receiver;
     line(

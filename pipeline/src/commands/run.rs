@@ -257,7 +257,9 @@ fn standing(design: &Design) -> Result<String> {
     let surface = dome_surface(design, Model::Geometric, None)?;
     let mut said = scene::standing(design, &surface)?.describe();
     said.extend(
-        description(design).into_iter().filter(|(key, _)| ["rings", "symmetry"].contains(key)),
+        description(design)
+            .into_iter()
+            .filter(|(key, _)| ["rings", "symmetry", "nine and thirteen points"].contains(key)),
     );
     Ok(said.into_iter().map(|(key, words)| format!("{key}: {words}\n")).collect())
 }

@@ -266,7 +266,7 @@ const PHASES: usize = 12;
 
 /// True of columns and of rows if the nine points see one phase of the pitch there. A phase and its
 /// mirror image are one. LEDs that do not stand in rows and columns have no phase.
-pub(super) fn one_phase(layout: &Layout) -> [bool; 2] {
+fn one_phase(layout: &Layout) -> [bool; 2] {
     let is_one = |count: usize| {
         let phase = |u: f64| {
             let place = (u * (count as f64 - 1.0)).rem_euclid(1.0);
@@ -276,6 +276,12 @@ pub(super) fn one_phase(layout: &Layout) -> [bool; 2] {
         count > 1 && (phases[0] - phases[1]).abs() < SAME_PHASE
     };
     layout.counts().map_or([false; 2], |counts| counts.map(is_one))
+}
+
+/// True if the nine and thirteen points lie at one phase of the pitch, along rows or columns, and are
+/// read at all phases for that reason.
+pub fn sees_one_phase(layout: &Layout) -> bool {
+    one_phase(layout).contains(&true)
 }
 
 /// Places of `points` of the cell; where they see one phase of the pitch, at all phases of it.

@@ -52,11 +52,6 @@ impl MapReader {
         self.reading.has_valley()
     }
 
-    /// True if points of the cell are read at several phases of the pitch.
-    pub(super) fn is_one_phase(&self) -> bool {
-        self.regions.is_one_phase()
-    }
-
     /// The paper's figures of `map`, as [`MapReading::plain`].
     fn papers(&self, map: &[f64]) -> Option<[f64; 3]> {
         let above = match self.smallest {

@@ -40,12 +40,4 @@ impl Observation {
             receiver.bin_mm, layout.pitch_mm
         ))
     }
-
-    /// A note that the points of the cell of `design` see one phase of its pitch.
-    pub fn one_phase(&self, design: &Design) -> Option<String> {
-        let note = || {
-            "nine and thirteen points: those of the cell lie at one place of the pitch along rows or columns, so each is read at 12 places of it".to_owned()
-        };
-        (self.lit() && MapReader::new(design, self).is_one_phase()).then(note)
-    }
 }
