@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::support::binary::batwing;
 use crate::support::runs::{contents, estimate, run_text};
 use serde_json::{Value, json};
 use tempfile::tempdir;
@@ -133,6 +134,25 @@ fn receivers_write_what_they_saw() {
     let (heading, rows) = table("rings");
     assert!(heading.starts_with("gamma_deg,c_deg,"), "{heading}");
     assert_eq!(rows.len(), 13 * 12);
+
+    // Means over area, and over area and directions.
+    let figure = |name: &str, key: &str| estimate(&seen[name][key]).0;
+    let over_area = figure("plane", "flux") / 200.0;
+    assert!((figure("plane", "mean") / over_area - 1.0).abs() < 1e-9);
+    let radiance = figure("glow", "flux") / 200.0 / std::f64::consts::PI * 1e6;
+    assert!((figure("glow", "mean") / radiance - 1.0).abs() < 1e-9);
+    for name in ["plane", "glow"] {
+        let [min, mean, max] = ["min", "mean", "max"].map(|key| figure(name, key));
+        assert!(min > 0.0 && min < mean && mean < max, "{name}: {min} {mean} {max}");
+        assert!(place.join(format!("receivers/{name}.png")).exists());
+    }
+    assert!(seen["mirror"].get("mean").is_none() && !place.join("receivers/sky.png").exists());
+    let report = batwing(folder).args(["report", "one"]).output().expect("it runs");
+    assert!(report.status.success(), "{report:?}");
+    let page = std::fs::read_to_string(folder.join("one/report.html")).expect("a page");
+    for words in ["plane, min/max", "glow, mean", "radiance of glow", "data:image/png;base64,"] {
+        assert!(page.contains(words), "{words}");
+    }
 
     // Irradiance from the right and from radiance over half the sphere.
     let (heading, plane) = table("plane");

@@ -219,7 +219,7 @@ fn a_receiver_that_no_path_reached_has_a_bound_everywhere() {
     assert!(report.status.success(), "{report:?}");
     let page = std::fs::read_to_string(folder.path().join("out/report.html")).expect("a page");
     let row = page.lines().find(|line| line.contains("dark, flux")).expect("a row");
-    assert!(row.contains("below 6.0e-4 W") && page.contains("irradiance of dark"), "{row}");
+    assert!(row.contains("below 6.0e-4 W"), "{row}");
 }
 
 #[test]

@@ -269,6 +269,47 @@ fn studies_that_come_along_can_be_read() {
     assert!(read >= 7, "{read} studies");
 }
 
+/// Targets of the ledger, of flux and of receivers are read and compared like all others.
+#[test]
+fn targets_may_be_any_figure_of_the_design() {
+    let folder = folder();
+    let at = folder.path();
+    let design = std::fs::read_to_string(at.join("d1.toml")).expect("the design");
+    let receiver = "\n[[receivers]]\nname = \"sky\"\nkind = \"far_field\"\ntheta_bin_deg = 90\nphi_bin_deg = 360\n";
+    let design = design.replacen("[led]", "[led]\npower_w = 0.5\n", 1) + receiver;
+    std::fs::write(at.join("d1.toml"), design).expect("written");
+    let study = |targets: &str| {
+        let text = format!(
+            "name = \"all\"\ndesigns = [\"d1.toml\"]\nmodels = [\"geometric\"]\npaths = 4096\n[scales]\nflux_up = 0.1\n[targets.D1.geometric_100um]\n{targets}"
+        );
+        std::fs::write(at.join("study.toml"), text).expect("written");
+    };
+    // The second time the first trace is stored, without the further figures.
+    study("escaped_up = 0.8\n");
+    run(at, &[]);
+    study("escaped_up = 0.8\nabsorbed_by_ground_mirror = 0.1\nflux_up = 1.6\n\"flux.sky\" = 0.8\n");
+    let (all, _) = run(at, &[]);
+    let found = figures(&all, "base");
+    let value = |key: &str| found[key]["value"].as_f64().expect("a number");
+    assert!((value("flux_up") / 2.0 / value("escaped_up") - 1.0).abs() < 1e-9);
+    assert!((value("flux.sky") / value("escaped_up") - 1.0).abs() < 1e-9);
+    assert!((0.01..0.5).contains(&value("absorbed_by_ground_mirror")));
+    for key in ["escaped_up", "absorbed_by_ground_mirror", "flux_up", "flux.sky"] {
+        assert!(found[key]["target"].is_number(), "{key}: {}", found[key]);
+    }
+    for (wrong, word) in [
+        ("absorbed_by_nothing = 0.1", "absorbed_by_ground_mirror"),
+        ("\"flux.ground\" = 0.1", "flux.sky"),
+        ("intensity_peak = 0.1", "scales.intensity_peak"),
+        ("flux_up = -1", "from 0"),
+    ] {
+        study(wrong);
+        let output = batwing(at).args(["study", "study.toml"]).output().expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && said.contains(word), "{said}");
+    }
+}
+
 #[test]
 fn bad_studies_end_in_one_message_and_write_nothing() {
     let folder = folder();

@@ -198,11 +198,10 @@ pub const PARABOLA: Definition =
     of_far_field("peak_angle_parabola_deg", "peak angle, parabola", Unit::Degree);
 /// Angle between the directions at which the intensity falls to half of the largest.
 pub const BEAM_ANGLE: Definition =
-    of_far_field("beam_angle_deg", "beam angle, half of the peak", Unit::Degree)
-        .scaled(ANGLE_SCALE);
+    of_far_field("beam_angle_deg", "beam angle, half of peak", Unit::Degree).scaled(ANGLE_SCALE);
 /// Angle between the directions at which the intensity falls to a tenth of the largest.
 pub const FIELD_ANGLE: Definition =
-    of_far_field("field_angle_deg", "field angle, a tenth", Unit::Degree).scaled(ANGLE_SCALE);
+    of_far_field("field_angle_deg", "field angle, tenth of peak", Unit::Degree).scaled(ANGLE_SCALE);
 /// Mean intensity below the centre angle.
 pub const INTENSITY_CENTRE: Definition =
     of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian).absolute();

@@ -68,9 +68,12 @@ pub fn digits(entry: &FigureEntry, unit: Unit) -> Option<Digits> {
     resolved.then(|| Digits::new(entry.value * scale, entry.standard_error * scale))
 }
 
-/// Labels and values of the figures of a receiver: flux, mean and extremes.
+/// Labels and values of the figures of a receiver: flux, mean and extremes; of a dark one the bounds
+/// of flux and mean.
 pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static str, String)> {
-    OF_RECEIVER.into_iter().filter_map(|figure| {
+    let is_dark = receiver.figures.get("mean").is_some_and(|mean| mean.upper_bound.is_some());
+    let shown = OF_RECEIVER.into_iter().take(if is_dark { 2 } else { OF_RECEIVER.len() });
+    shown.filter_map(|figure| {
         let entry = receiver.figures.get(figure.key)?;
         let absolute = |unit: &str| with_symbol(number(entry, Unit::Relative), entry, unit);
         let value = match (figure.key, figure.unit) {

@@ -136,10 +136,13 @@ impl<'a> ReceiverOutput<'a> {
                 let power: f64 = powers.total()[bins.clone()].iter().sum();
                 factor * power / measures[bins].iter().sum::<f64>()
             };
-            let means = (0..places).map(mean).collect();
-            let axes = [axes[0].clone(), axes[1].clone()];
-            let [rows, columns] = axes;
-            map = Some(Map::new(quantity.clone(), rows, columns, means, vec![0.0; places])?);
+            let means: Vec<f64> = (0..places).map(mean).collect();
+            // A dark picture, or one of a single bin, shows nothing.
+            if places > 1 && means.iter().any(|mean| *mean > 0.0) {
+                let [rows, columns] = [0, 1].map(|k| axes[k].clone());
+                let errors = vec![0.0; places];
+                map = Some(Map::new(quantity.clone(), rows, columns, means, errors)?);
+            }
         }
         Ok(Self {
             receiver,

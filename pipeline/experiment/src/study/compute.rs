@@ -21,7 +21,7 @@ use design::serde_arrays::List;
 use files::cache::{Cache, Key};
 use files::run_context::RunContext;
 use files::store::Store;
-use metrics::JackknifedFigure;
+use metrics::{JackknifedFigure, figures};
 use simulate::job::Task;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
@@ -285,7 +285,12 @@ impl TraceTask {
             Model::Control => (ReliefModel::RayTables, Value::Null),
         };
         let fields = design.trace_fields(relief);
+        let besides = study.targets.besides();
+        // What figures beside those of `results.json` are read from.
+        let read = (!besides.is_empty()).then(|| json!([design.emitted, design.receivers]));
         let figures_key = Key::of(&json!({
+            "figures": besides,
+            "read": read,
             "trace_version": TRACE_VERSION,
             "version": env!("CARGO_PKG_VERSION"),
             "design": fields,
@@ -325,7 +330,9 @@ impl TraceTask {
     fn figures(&self, study: &Study, observation: &Observation) -> NamedFigures {
         let design = self.design(study);
         if let DomeChoice::Model(_) = self.dome {
-            let wanted = |key: &str| study.targets.reports(key);
+            let besides = study.targets.besides();
+            let is_main = |key: &str| figures::find(key).is_some_and(|figure| figure.is_main());
+            let wanted = |key: &str| is_main(key) || besides.contains(key);
             let read = observation.replicated(design, wanted);
             let figures = observation.estimates(design, wanted).into_iter().filter_map(|f| {
                 let (_, found) = read.iter().find(|(key, _)| *key == f.key)?;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Target figures of a study, and the scales of their misses.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -83,11 +83,12 @@ impl Targets {
         self
     }
 
-    /// True of a figure that a study reports: those of `results.json`, and its own targets.
-    pub fn reports(&self, figure: &str) -> bool {
-        let mut targets = self.figures.values().flat_map(BTreeMap::values);
-        figures::find(figure).is_some_and(|found| found.is_main())
-            || targets.any(|of_model| of_model.contains_key(figure))
+    /// Targets that are no figures of `results.json` for every design: those of receivers, of the
+    /// ledger and in absolute units.
+    pub fn besides(&self) -> BTreeSet<&str> {
+        let targets = self.figures.values().flat_map(BTreeMap::values);
+        let keys = targets.flat_map(BTreeMap::keys).map(String::as_str);
+        keys.filter(|key| figures::find(key).is_some_and(|figure| !figure.is_main())).collect()
     }
 
     /// Target and scale of a figure.
