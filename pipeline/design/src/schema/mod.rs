@@ -227,7 +227,7 @@ impl Receiver {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Average {
-    /// Its mirror images as far as array, packages, solids, sources and files have them.
+    /// Its mirror images as far as the design has the symmetries.
     #[default]
     Symmetries,
     /// Nothing.
@@ -289,8 +289,9 @@ pub struct FarFieldReceiver {
     /// the first about the axis and so half as wide. Default `"between"`.
     #[serde(skip_serializing_if = "is_default")]
     pub read_bins: BinPlacement,
-    /// Azimuth of the half-plane that the peak is read from, degrees, averaged with those at 90,
-    /// 180 and 270° further; 0 to 90. Without it the mean over all azimuths is read.
+    /// Azimuth of the half-plane that the peak is read from, degrees, averaged over the half-planes
+    /// that are alike by the symmetries of the design; 0 to 90. Without it the mean over all azimuths
+    /// is read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_deg: Option<f64>,
 }

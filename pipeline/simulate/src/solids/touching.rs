@@ -86,7 +86,10 @@ impl Displacement {
         };
         let displaced = (0..objects.len()).filter(|other| self.0[*other].contains(&solid));
         let displaced: Vec<usize> = displaced.collect();
-        let ended: Vec<Clip> = self.0[solid].iter().map(|other| clip(*other, false)).collect();
+        // The surface ends beside what displaces the solid, and within it.
+        let ends =
+            |other: &usize| [clip(*other, false), Clip { reach_mm: 0.0, ..clip(*other, false) }];
+        let ended: Vec<Clip> = self.0[solid].iter().flat_map(ends).collect();
         let beyond = |count: usize| displaced[..count].iter().map(|other| clip(*other, false));
         let beside = displaced.iter().enumerate().map(|(k, other)| Part {
             outer: objects[*other].inner,
