@@ -9,9 +9,11 @@
 mod support;
 
 mod absolute_light;
+mod added_results;
 mod bad_files;
 mod bad_input;
 mod bad_problems;
+mod bodies;
 mod bsdf_command;
 mod coatings;
 mod converge_and_near_field;

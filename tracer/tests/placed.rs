@@ -11,7 +11,7 @@ use crate::common::placed::{at, brick, disc, in_furnace, turned};
 use crate::common::*;
 use bsdf::Side;
 use tracer::glam::{DMat3, DVec3};
-use tracer::shape::{Bounds, Closing, Element, Extent, Foot, Placement, Plane, Reach, Sides};
+use tracer::shape::{Bounds, Clip, Closing, Element, Extent, Foot, Placement, Plane, Reach, Sides};
 use tracer::{
     Dome, Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Patch, Prototype, Ray,
     Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
@@ -352,4 +352,47 @@ fn a_sheet_reflects_from_both_sides_and_lets_nothing_through() {
     assert!((absorbed.value - 0.15).abs() < 5.0 * absorbed.standard_error + 3e-4, "{absorbed:?}");
     let line = outcome.total.ledger.surface("sheet").unwrap();
     assert!(line.inward == 0.0 && line.outward == 0.0, "{line:?}");
+}
+
+/// Two blocks of different glass that touch: each surface ends where the other begins, and light
+/// passes between them at one face. In a white furnace as much goes in as out, and nothing is lost.
+#[test]
+fn clipped_surfaces_of_blocks_in_contact_are_closed() {
+    let (one, two) = (Region::Body(0), Region::Body(1));
+    let inset = 1e-9;
+    for (apart, slant) in [(1.0, 0.0), (0.9, 0.0), (1.0, 0.4)] {
+        let rotation = DMat3::from_rotation_z(slant);
+        let lower = brick([0.5; 3], &at([0.0; 3], DMat3::IDENTITY, inset));
+        let upper = brick([0.4, 0.6, 0.5], &at([0.1, 0.0, apart], rotation, inset));
+        let clip =
+            |solid: &Shape, keeps: bool| vec![Clip { solid: solid.clone(), keeps, reach_mm: 1e-6 }];
+        let ended = |solid: &Shape| {
+            vec![Clip { solid: solid.clone(), keeps: false, reaches_mm: vec![0.0, 1e-8, 1e-6] }]
+        };
+        let clear = |name: &str, shape: Shape, inner: Region, outer: Region| {
+            let patch = Patch::new(name, SurfaceModel::Interface);
+            Surface::zoned(shape, inner, outer, vec![patch])
+        };
+        // The upper block displaces the lower one.
+        let surfaces = vec![
+            clear("lower", lower.clipped(ended(&upper)), one, Region::World),
+            clear("upper", upper.clipped(clip(&lower, false)), two, Region::World),
+            clear("face", upper.clipped(clip(&lower, true)), two, one),
+        ];
+        let mut scene = SceneBuilder::new(Medium::air());
+        let id = scene.prototype(Prototype {
+            media: vec![Medium::clear("crown", 1.5), Medium::clear("flint", 1.8)],
+            surfaces,
+            sources: Vec::new(),
+        });
+        scene.place(id, DVec3::ZERO);
+        let outcome = in_furnace(scene, 3.0);
+        let paths = outcome.paths as f64;
+        for name in ["lower", "upper", "face"] {
+            let line = outcome.total.ledger.surface(name).expect("a line");
+            let error = 5.0 * ((line.outward + line.inward) / paths).sqrt();
+            assert!(line.inward > 0.01, "{name}: {line:?}");
+            assert!((line.outward - line.inward).abs() < error, "{name} {apart}: {line:?}");
+        }
+    }
 }

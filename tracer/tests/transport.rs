@@ -5,11 +5,11 @@
 use crate::common::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
-use tracer::glam::DVec3;
+use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Extent, Plane};
 use tracer::{
     Dome, Emission, Emitter, FarField, Medium, Mixed, Patch, PlaneMap, Polarisation, Prototype,
-    Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
+    Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random,
 };
 
 #[test]
@@ -383,4 +383,48 @@ fn a_beam_enters_and_leaves_every_package_on_its_way() {
     };
     assert!((passed(true) - 3.0).abs() < 1e-12 && (passed(false) - 3.0).abs() < 1e-12);
     assert!((ledger.escaped_up - 1.0).abs() < 1e-12 && ledger.extraction().abs() < 1e-12);
+}
+
+/// A cube of glass that absorbs a little: light beyond the critical angle of all faces stays until
+/// it has met as many surfaces as it may. What is left then follows from directions alone: a path
+/// meets |x| + |y| + |z| faces per edge length.
+#[test]
+fn the_roulette_among_long_paths_is_unbiased_and_saves_most_of_the_work() {
+    let (index, alpha, most) = (1.5, 1.1e-4, 10_000);
+    let cube = placed::brick([0.5; 3], &placed::at([0.0, 0.0, 2.0], DMat3::IDENTITY, 0.0));
+    let surface = Surface::zoned(
+        cube,
+        Region::Body(0),
+        Region::World,
+        vec![Patch::new("cube", SurfaceModel::Interface)],
+    );
+    let place = DVec3::new(0.11, -0.07, 2.03);
+    let source = Source::new("lamp", place, Region::Body(0), Emitter::Point, Emission::Isotropic);
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(Prototype {
+        media: vec![Medium::clear("glass", index).absorbing(alpha)],
+        surfaces: vec![surface],
+        sources: vec![source],
+    });
+    scene.place(id, DVec3::ZERO);
+    let settings = Settings { max_bounces: most, ..Settings::new(1 << 16, 5) };
+    let outcome = trace(&scene.build().unwrap(), &[], &settings);
+
+    let critical = (1.0 - 1.0 / (index * index)).sqrt();
+    let mut rng = random::stream(3, 0);
+    let (mut left, count) = (0.0, 400_000);
+    for _ in 0..count {
+        let d = random::isotropic(&mut rng).abs();
+        if d.max_element() < critical {
+            left += (-alpha * f64::from(most) / d.element_sum()).exp();
+        }
+    }
+    let expected = left / f64::from(count);
+    let lost = outcome.jackknife(|totals| totals.ledger.lost_total());
+    let error = lost.standard_error.hypot(1e-3 * expected);
+    assert!((lost.value - expected).abs() < 4.0 * error, "{lost:?} {expected}");
+    assert!(lost.standard_error < 0.02 * expected, "{lost:?}");
+    // Without it every fourth path meets ten thousand.
+    let met = outcome.hits as f64 / outcome.paths as f64;
+    assert!((100.0..500.0).contains(&met), "{met}");
 }

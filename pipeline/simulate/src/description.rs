@@ -33,24 +33,20 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
                 shortest(design.elements.width_mm * 1e3)
             ),
         );
-        if design.base().is_some() && design.without_bands.is_none() && !design.is_coated() {
+        let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
+        if !cells.is_empty() && !design.is_coated() {
             line("rings", rings(design));
         }
-        let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
         let range = |f: fn(&geometry::Cell) -> f64| {
             let (low, high) =
                 cells.iter().map(f).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
             format!("{low:.2} to {high:.2} µm")
         };
-        line(
-            "cells",
-            format!(
-                "{}, periods {}, heights {}",
-                count(cells.len(), "table"),
-                range(|c| c.period_um),
-                range(|c| c.depth_um)
-            ),
-        );
+        if !cells.is_empty() {
+            let tables = count(cells.len(), "table");
+            let [periods, heights] = [range(|c| c.period_um), range(|c| c.depth_um)];
+            line("cells", format!("{tables}, periods {periods}, heights {heights}"));
+        }
     }
     if let Some(spectrum) = &design.spectrum {
         line("spectrum", spectrum.describe());

@@ -49,7 +49,12 @@ impl Model {
         let mut missing = vec![Self::Fine, Self::Control, Self::Hybrid];
         missing.retain(|model| !there.contains(model));
         missing.retain(|model| *model != Self::Fine || missing_fine);
-        Some(format!("left out: {}: {reason}", of(&missing).join(", ")))
+        let copies = if copies_um(design).is_none() && !design.is_coated() {
+            "; rings are as wide as the elements, copies at a smaller width are asked for by hybrid.element_width_um"
+        } else {
+            ""
+        };
+        Some(format!("left out: {}: {reason}{copies}", of(&missing).join(", ")))
     }
 
     /// Refuses a model that `design` does not have.

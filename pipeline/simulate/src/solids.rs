@@ -93,7 +93,9 @@ impl Gap {
     pub fn describe(&self) -> String {
         let Self { between: [first, second], width_mm, of } = self;
         let stands = if *width_mm > 0.0 {
-            format!("a gap of {of}, {} mm wide", shortest(*width_mm))
+            // Found by lines, to some per cent.
+            let width = format!("{width_mm:.1e}").parse().unwrap_or(*width_mm);
+            format!("a gap of {of}, {} mm wide", shortest(width))
         } else {
             format!("they touch, and a gap of {of} is kept")
         };

@@ -29,7 +29,7 @@ struct Face {
 }
 
 /// Paths that are followed to see how many surfaces they meet.
-const PROBED: u64 = 256;
+const PROBED: u64 = 64;
 /// Mean surfaces of a path beyond which a trace is slow: the usual is some ten.
 const MANY: f64 = 300.0;
 

@@ -261,5 +261,6 @@ fn standing(design: &Design) -> Result<String> {
             .into_iter()
             .filter(|(key, _)| ["rings", "symmetry", "nine and thirteen points"].contains(key)),
     );
-    Ok(said.into_iter().map(|(key, words)| format!("{key}: {words}\n")).collect())
+    let shown = |key| if key == "bottom" { "on the bottom" } else { key };
+    Ok(said.into_iter().map(|(key, words)| format!("{}: {words}\n", shown(key))).collect())
 }

@@ -85,14 +85,15 @@ pub struct Clip {
     pub solid: Shape,
     /// True if the points beside the solid are kept, false if all others are.
     pub keeps: bool,
-    /// Distance from the surface, along its normal, at which the solid is looked for, mm: above the
+    /// Distances from the surface, along its normal, at which the solid is looked for, mm: above the
     /// gap between faces that touch.
-    pub reach_mm: f64,
+    pub reaches_mm: Vec<f64>,
 }
 
 impl Clip {
     fn admits(&self, at: DVec3, normal: DVec3) -> bool {
-        self.solid.holds(at + normal * self.reach_mm) == self.keeps
+        let mut reaches = self.reaches_mm.iter();
+        reaches.any(|reach| self.solid.holds(at + normal * *reach)) == self.keeps
     }
 }
 

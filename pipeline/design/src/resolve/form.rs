@@ -208,7 +208,7 @@ impl SolidTable<'_> {
         if low.z < -LEVEL * size.max(form.placement.origin.z.abs()) {
             let expected = format!(
                 "a place above the bottom, z = 0; it reaches down to {} mm",
-                shortest(low.z)
+                shortest(format!("{:.3e}", low.z).parse().unwrap_or(low.z))
             );
             return Err(self.at.value(&self.key("position_mm"), got, &expected));
         }

@@ -221,7 +221,7 @@ impl Receiver {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Average {
-    /// Its mirror images, as far as all parts have them.
+    /// Its mirror images as far as the design has the symmetries.
     #[default]
     Symmetries,
     /// Nothing.
@@ -277,8 +277,9 @@ pub struct FarFieldReceiver {
     /// Places of the bins that are read. Default `"between"`.
     #[serde(skip_serializing_if = "is_default")]
     pub read_bins: BinPlacement,
-    /// Azimuth of the cut in which the peak is read, averaged with those 90, 180 and 270° further,
-    /// degrees; 0 to 90. Default the mean over all azimuths.
+    /// Azimuth of the half-plane that the peak is read from, degrees, averaged over the half-planes
+    /// that are alike by the symmetries of the design; 0 to 90. Without it the mean over all azimuths
+    /// is read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_deg: Option<f64>,
 }

@@ -225,7 +225,7 @@ class _Placed(Table):
     surface: Reflector | None = None
     scatter: Scatter | None = None
     coating: Sequence[Mapping[str, Any]] | None = None
-    optical_contact: str | None = None
+    optical_contact: str | Sequence[str] | None = None
 
 
 @dataclass(frozen=True)

@@ -78,15 +78,20 @@ impl Displacement {
         outer: Region,
         inset_mm: f64,
     ) -> Vec<Part> {
-        let reach_mm = TOUCHING_MM.max(16.0 * inset_mm);
+        // Just beyond the gap of two faces that are drawn in, so that a face ends where the edge of
+        // the other is, and as far as faces may be apart.
+        let reaches_mm = [8.0 * inset_mm, TOUCHING_MM.max(8.0 * inset_mm)];
         let clip = |other: usize, keeps: bool| Clip {
             solid: objects[other].shape.clone(),
             keeps,
-            reach_mm,
+            reaches_mm: reaches_mm.to_vec(),
         };
         let displaced = (0..objects.len()).filter(|other| self.0[*other].contains(&solid));
         let displaced: Vec<usize> = displaced.collect();
-        let ended: Vec<Clip> = self.0[solid].iter().map(|other| clip(*other, false)).collect();
+        // The surface ends beside what displaces the solid, and within it.
+        let ends =
+            |other: &usize| [clip(*other, false), Clip { reach_mm: 0.0, ..clip(*other, false) }];
+        let ended: Vec<Clip> = self.0[solid].iter().flat_map(ends).collect();
         let beyond = |count: usize| displaced[..count].iter().map(|other| clip(*other, false));
         let beside = displaced.iter().enumerate().map(|(k, other)| Part {
             outer: objects[*other].inner,
