@@ -3,6 +3,7 @@
 //! light from one side, names that steer terminals.
 
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 use serde_json::Value;
 use tempfile::tempdir;
@@ -186,8 +187,7 @@ fn names_that_steer_the_terminal_are_refused_or_escaped() {
         let words = "description: expected text without control characters, got \"Tiny \\u{1b}[31m";
         refused(at, &[command, "dark.toml"], words);
     }
-    let grating = std::fs::read_to_string(workspace().join("tests/bad_input/grating.json"));
-    let grating = grating.expect("text").replace("\"pol\"", "\"a\\u0007\": 1, \"pol\"");
+    let grating = "{\"period\": 1.0, \"a\\u0007\": 1}";
     std::fs::write(at.join("grating.json"), grating).expect("written");
     refused(at, &["grating", "grating.json"], "expected text without control characters");
     // A file of that name is shown without its effect.
@@ -199,4 +199,140 @@ fn names_that_steer_the_terminal_are_refused_or_escaped() {
     let submit = ["submit", "--slurm", "--", "run", "tiny.toml", "--out", out];
     refused(at, &submit, "control characters");
     assert!(!at.join(out).exists());
+}
+
+#[test]
+fn numbers_beyond_their_range_are_refused_by_check() {
+    let names = ["receiver-1e308.toml", "spectrum-1e308.toml", "spectrum-1e308-rgb.toml"];
+    let folder = findings(&names);
+    let at = folder.path();
+    // The glass of the third lies elsewhere.
+    let rgb = std::fs::read_to_string(at.join(names[2])).expect("text");
+    let rgb = rgb.replace("material_file = \"../materials/n-bk7.yml\"", "index = 1.5");
+    std::fs::write(at.join(names[2]), rgb).expect("written");
+    for (name, words) in names.into_iter().zip([
+        "receivers[1].position_mm = 1",
+        "light.spectrum.power = 1",
+        "sources[2].spectrum.power = 1",
+    ]) {
+        let output = batwing(at).args(["check", name]).output().expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && said.contains(name) && said.contains(words), "{said}");
+    }
+    let tiny = workspace().join("tests/findings/tiny.toml");
+    let tiny = tiny.to_str().expect("UTF-8");
+    let export = ["export", tiny, "--out", "x.ies", "--lumens"];
+    for lumens in ["1e308", "1e-300", "nan"] {
+        let words = "--lumens: expected a flux from 1e-12 to 1e12 lm, got";
+        refused(at, &[&export[..], &[lumens]].concat(), words);
+    }
+    assert!(!at.join("x.ies").exists());
+}
+
+#[test]
+fn corners_apart_by_rounding_are_joined() {
+    let folder = findings(&["noise.stl", "noise.toml"]);
+    let at = folder.path();
+    let output = batwing(at).args(["check", "noise.toml"]).output().expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("noise.stl: 1 corner within 1e-9"), "{said}");
+    // A gap that is none of rounding stays one.
+    let stl = std::fs::read_to_string(at.join("noise.stl")).expect("text");
+    std::fs::write(at.join("noise.stl"), stl.replace("1e-18", "1e-7")).expect("written");
+    assert!(!batwing(at).args(["check", "noise.toml"]).output().expect("it runs").status.success());
+    // The same body as an OBJ whose faces go on in the next line.
+    let obj = "v 0 0 0\nv 0 1 0\nv 1 0 \\\n 0\nv 0 0 1\nf 1 2 \\\n3\nf 1 3 4\nf 1 4 2\nf 3 2 4\n";
+    std::fs::write(at.join("noise.obj"), obj).expect("written");
+    let design = std::fs::read_to_string(at.join("noise.toml")).expect("text");
+    std::fs::write(at.join("obj.toml"), design.replace(".stl", ".obj")).expect("written");
+    assert!(batwing(at).args(["check", "obj.toml"]).output().expect("it runs").status.success());
+}
+
+/// A Lambertian far field of 100 cd as XML, in the words of one version of the schema.
+fn tm33(root: &str, holder: [&str; 2], row: impl Fn(u32, u32, f64) -> String) -> String {
+    let rows = (0..=3).flat_map(|h| (0..=90).map(move |v| (30 * h, v)));
+    let rows: String =
+        rows.map(|(h, v)| row(h, v, 100.0 * f64::from(v).to_radians().cos())).collect();
+    format!(
+        "<?xml version=\"1.0\"?>\n<{root}><Header><Manufacturer>ACME</Manufacturer></Header>\
+         <Emitter><RatedLumens>400</RatedLumens><InputWattage>4</InputWattage>{}{rows}{}\
+         </Emitter></{root}>\n",
+        holder[0], holder[1]
+    )
+}
+
+#[test]
+fn far_fields_as_xml_of_the_industry_are_read() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let short = |h, v, cd| format!("<IntData h=\"{h}\" v=\"{v}\">{cd}</IntData>\n");
+    let long =
+        |h, v, cd| format!("<IntensityData horz=\"{h}\" vert=\"{v}\">{cd}</IntensityData>\n");
+    let nested = [
+        "<LuminousData><LuminousIntensity><AbsolutePhotometry>true</AbsolutePhotometry>",
+        "</LuminousIntensity></LuminousData>",
+    ];
+    let atla = [
+        "<IntensityDistribution><PhotometryType>C</PhotometryType><Metric>Luminous</Metric>",
+        "</IntensityDistribution>",
+    ];
+    let files = [
+        tm33("IESTM33", nested, short),
+        tm33("IESTM33-22", ["<LuminousData>", "</LuminousData>"], long),
+        tm33("LuminaireOpticalData", atla, long),
+    ];
+    for file in &files {
+        std::fs::write(at.join("led.xml"), file).expect("written");
+        let said = json(at, &["import", "led.xml"]);
+        assert_eq!(said["format"], "TM-33 or ATLA XML");
+        assert_eq!(said["photometry"], "absolute");
+        assert_eq!(said["power_w"], 4.0);
+        let flux = said["flux_lm"].as_f64().expect("a flux");
+        assert!((flux / (100.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3, "{flux}");
+        json(at, &["import", "led.xml", "--out", "led.ies"]);
+        let text = std::fs::read_to_string(at.join("led.ies")).expect("text");
+        assert!(text.contains("[MANUFAC] ACME"), "{text}");
+    }
+    for (from, to, words) in [
+        ("h=\"30\" v=\"7\"", "h=\"30\" v=\"6\"", "one intensity for each direction, got two"),
+        ("<IntData h=\"30\" v=\"7\">", "<Other h=\"30\">", "expected well-formed XML"),
+        (">100</IntData>", ">-1</IntData>", "expected an intensity: 0 or more"),
+        ("IntData", "RadiantData", "expected luminous intensities"),
+    ] {
+        std::fs::write(at.join("bad.xml"), files[0].replace(from, to)).expect("written");
+        refused(at, &["import", "bad.xml"], words);
+    }
+    let kind = files[2].replace(">C<", ">TypeB<");
+    std::fs::write(at.join("bad.xml"), kind).expect("written");
+    refused(at, &["import", "bad.xml"], "photometry of type C, about the axis");
+}
+
+#[test]
+fn binary_scattering_of_speos_is_refused_with_the_way_out() {
+    let folder = tempdir().expect("a folder");
+    let head = b"OPTIS - Anisotropic BSDF surface file v9.0\n1\x03\0\0\0\x01\0\0\0\0";
+    std::fs::write(folder.path().join("b.anisotropicbsdf"), head).expect("written");
+    let words = "a binary Speos BSDF";
+    refused(folder.path(), &["import", "b.anisotropicbsdf"], words);
+    refused(folder.path(), &["import", "b.anisotropicbsdf"], "save it as text");
+}
+
+#[test]
+fn what_killed_writers_left_is_removed_by_the_next_command_there() {
+    let folder = findings(&["tiny.toml"]);
+    let at = folder.path();
+    let left = at.join("out/.x.json.1-4294967295-0.partial");
+    let old = SystemTime::now() - Duration::from_hours(48);
+    for command in [
+        &["bsdf", "tiny.toml", "--out", "out"][..],
+        &["export", "tiny.toml", "--out", "out/tiny.stl"],
+    ] {
+        std::fs::create_dir_all(at.join("out")).expect("made");
+        let file = std::fs::File::create(&left).expect("created");
+        file.set_modified(old).expect("set");
+        // However it ends.
+        let _ = batwing(at).args(command).args(["--quiet"]).output().expect("it runs");
+        assert!(!left.exists(), "{command:?}");
+    }
 }

@@ -109,6 +109,8 @@ pub struct RaySummary {
     pub unit: &'static str,
     /// Lowest and highest wavelength of the rays, nm, where they have wavelengths.
     pub wavelengths: Option<[f32; 2]>,
+    /// Statement of the header on wavelengths.
+    pub light: HeaderWavelengths,
     /// Lowest and highest coordinates of the starts, mm.
     pub bounds: [[f32; 3]; 2],
     /// Oddities of a file that can be used.
@@ -132,10 +134,34 @@ impl RaySummary {
         if let Some([first, last]) = self.wavelengths {
             lines.push(format!("wavelengths from {first} to {last} nm"));
         }
-        (
-            json!({"rays": self.rays, "flux": self.flux, "flux_in_header": self.stated, "unit": self.unit, "low_mm": low, "high_mm": high, "wavelengths_nm": self.wavelengths}),
-            lines,
-        )
+        let mut value = json!({"rays": self.rays, "flux": self.flux, "flux_in_header": self.stated, "unit": self.unit, "low_mm": low, "high_mm": high, "wavelengths_nm": self.wavelengths});
+        match &self.light {
+            HeaderWavelengths::One(nm) => {
+                lines.push(format!("one wavelength for all, {nm} nm"));
+                value["wavelength_nm"] = json!(nm);
+            }
+            HeaderWavelengths::Tables(tables, each) => {
+                let whose = if *each { "each ray names one" } else { "for all rays" };
+                for (number, table) in (1..).zip(tables) {
+                    lines.push(format!("spectral table {number}, {whose}: {}", spectrum(table)));
+                }
+                value["spectra"] = json!({"each_ray_names_one": each, "nm_and_power": tables});
+            }
+            HeaderWavelengths::Nothing | HeaderWavelengths::PerRay => {}
+        }
+        (value, lines)
+    }
+}
+
+/// A spectral table in words.
+fn spectrum(table: &[[f32; 2]]) -> String {
+    let rows = count(table.len(), "row");
+    let peak = table.iter().copied().reduce(|a, b| if b[1] > a[1] { b } else { a });
+    match (table.first(), table.last(), peak) {
+        (Some([first, _]), Some([last, _]), Some([peak, _])) => {
+            format!("{rows} from {first} to {last} nm, highest at {peak} nm")
+        }
+        _ => rows,
     }
 }
 
@@ -198,7 +224,7 @@ pub fn with_wavelengths(path: &Path) -> Result<RayLight> {
 }
 
 /// Statement of a header on wavelengths.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum HeaderWavelengths {
     /// None.
     Nothing,
@@ -306,6 +332,7 @@ pub fn summary(path: &Path) -> Result<RaySummary> {
         flux: flux * scale,
         stated: header.flux,
         unit: header.unit,
+        light: header.wavelengths,
         wavelengths: wavelengths[0].is_finite().then_some(wavelengths),
         bounds,
         warnings: warning.into_iter().collect(),
