@@ -285,7 +285,7 @@ fn far_fields_as_xml_of_the_industry_are_read() {
     for file in &files {
         std::fs::write(at.join("led.xml"), file).expect("written");
         let said = json(at, &["import", "led.xml"]);
-        assert_eq!(said["format"], "TM-33 or ATLA XML");
+        assert_eq!(said["format"], "TM-33/ATLA XML");
         assert_eq!(said["photometry"], "absolute");
         assert_eq!(said["power_w"], 4.0);
         let flux = said["flux_lm"].as_f64().expect("a flux");
@@ -335,4 +335,76 @@ fn what_killed_writers_left_is_removed_by_the_next_command_there() {
         let _ = batwing(at).args(command).args(["--quiet"]).output().expect("it runs");
         assert!(!left.exists(), "{command:?}");
     }
+}
+
+/// Three rays of text: up, up at 60 degrees to the axis towards +x, and nearly along +x.
+const THREE: &str = "3 4\n0 0 0 0 0 1 1\n0 0 0 0.8660254 0 0.5 2\n0 0 0 0.9998477 0 0.0174524 1\n";
+
+#[test]
+fn a_source_from_a_file_turns() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("three.txt"), THREE).expect("written");
+    // A cone of 2 degrees about the axis, as a far field.
+    let cone = "IESNA91\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 4\n0 1 2\n0\n100 100 0\n";
+    std::fs::write(at.join("cone.ies"), cone).expect("written");
+    let up = |file: &str, rotation: &str| {
+        let text = format!(
+            "name = \"turned\"\n[mirror]\nkind = \"absorbing\"\nextent = \"array\"\n[led]\n\
+             size_mm = [0.02, 0.02]\nheight_mm = 0.01\nreflection = \"absorbing\"\n\
+             [array]\ncolumns = 1\nrows = 1\npitch_mm = 2000.0\n[light]\nwavelength_nm = 550.0\n\
+             [receiver]\nplane_height_mm = 20.0\nbin_mm = 50.0\n[trace]\npaths = 64000\n\
+             [[sources]]\nname = \"s\"\nkind = \"file\"\nposition_mm = [0.0, 0.0, 1.0]\n\
+             file = \"{file}\"\n{rotation}\n"
+        );
+        std::fs::write(at.join("turned.toml"), text).expect("written");
+        let run = json(at, &["run", "turned.toml", "--out", "r"]);
+        let ledger = &run["designs"]["turned"]["geometric"]["power_ledger"];
+        ledger["escaped_up"]["value"].as_f64().expect("a share")
+    };
+    // 100 degrees about y: +z goes below +x, +x goes down.
+    for (file, rotation, share) in [
+        ("three.txt", "rotation_deg = [0.0, 0.0, 90.0]", 1.0),
+        ("three.txt", "rotation_deg = [0.0, 100.0, 0.0]", 0.0),
+        ("three.txt", "rotation_deg = [0.0, -80.0, 0.0]", 1.0),
+        ("three.txt", "rotation_deg = [0.0, 45.0, 0.0]", 0.25),
+        ("cone.ies", "rotation_deg = [0.0, 80.0, 0.0]", 1.0),
+        ("cone.ies", "rotation_deg = [100.0, 0.0, 0.0]", 0.0),
+    ] {
+        let got = up(file, rotation);
+        assert!((got - share).abs() < 0.01, "{file} {rotation}: {got}");
+    }
+}
+
+#[test]
+fn a_part_of_the_rays_keeps_the_flux_without_bias() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let rows: String = (0..1000).map(|k| format!("{k} 0 0 0 0 1 {}\n", 1 + k % 7)).collect();
+    std::fs::write(at.join("all.txt"), format!("1000 4\n{rows}")).expect("written");
+    let all = json(at, &["import", "all.txt"]);
+    let mean = |seed: &str| {
+        let out = ["import", "all.txt", "--rays", "100", "--seed", seed, "--out", "part.ray"];
+        json(at, &out);
+        let part = json(at, &["import", "part.ray"]);
+        assert_eq!(part["rays"], 100);
+        assert!((flux(&part) / flux(&all) - 1.0).abs() < 1e-6);
+        let bytes = std::fs::read(at.join("part.ray")).expect("rays");
+        let rays = bytes[44..bytes.len() - 7].chunks_exact(28);
+        let float = |ray: &[u8], k: usize| f32::from_le_bytes(ray[k..k + 4].try_into().expect("4"));
+        let [moment, sum] = rays.fold([0.0_f64; 2], |[moment, sum], ray| {
+            let [x, flux] = [0, 24].map(|k| f64::from(float(ray, k)));
+            [moment + x * flux, sum + flux]
+        });
+        moment / sum
+    };
+    let expected: f64 = (0..1000).map(|k| f64::from(k * (1 + k % 7))).sum::<f64>() / flux(&all);
+    for seed in ["1", "2", "3"] {
+        assert!((mean(seed) - expected).abs() < 6.0, "{} {expected}", mean(seed));
+    }
+    assert!((mean("1") - mean("2")).abs() > 1e-9);
+    let ies = "IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 4\n0 90\n0\n1 0\n";
+    std::fs::write(at.join("a.ies"), ies).expect("written");
+    let words = "--rays: expected a file of rays, got IES LM-63";
+    refused(at, &["import", "a.ies", "--rays", "9", "--out", "b.ies"], words);
 }

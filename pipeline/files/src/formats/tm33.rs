@@ -8,10 +8,10 @@ use super::{Reader, Reads, ies};
 
 /// Reads the format.
 pub static READER: Reader = Reader {
-    name: "TM-33 or ATLA XML",
+    name: "TM-33/ATLA XML",
     endings: &["xml"],
     sniff: Sniff::Markup(|text| {
         text.starts_with('<') && layout::ROOTS.iter().any(|root| text.contains(&format!("<{root}")))
     }),
-    reads: Reads::FarField(|text| Ok(ies::far_field("TM-33 or ATLA XML", layout::read(text)?))),
+    reads: Reads::FarField(|text| Ok(ies::far_field("TM-33/ATLA XML", layout::read(text)?))),
 };
