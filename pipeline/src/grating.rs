@@ -39,6 +39,8 @@ pub struct OrderEfficiency {
     pub te: f64,
     /// Part in TM.
     pub tm: f64,
+    /// Direction that it leaves in, degrees: angle to the normal, and azimuth from x.
+    pub angles_deg: [f64; 2],
 }
 
 impl OrderEfficiency {
@@ -164,7 +166,7 @@ impl Problem<'_> {
         if scattering.source(Side::Top, 0).is_none() {
             return Err(Error::Evanescent { order: 0, side: Side::Top });
         }
-        Ok(Pol::BOTH.map(|incident| read(&scattering, incident)))
+        Ok(Pol::BOTH.map(|incident| read(&scattering, incident, self.case)))
     }
 
     /// Orders at a resolution, extrapolated where there are two runs.
@@ -208,8 +210,16 @@ fn turned_at_normal(case: &Case) -> bool {
     case.theta_deg.abs() <= 0.0 && case.phi_deg.abs() > 0.0
 }
 
-fn read(scattering: &Scattering, incident: Pol) -> Vec<OrderEfficiency> {
+fn read(scattering: &Scattering, incident: Pol, case: &Case) -> Vec<OrderEfficiency> {
     let part = |to, pol| scattering.efficiency_in((Side::Top, 0, incident), to, pol);
+    let (theta, phi) = (case.theta_deg.to_radians(), case.phi_deg.to_radians());
+    let tangential = case.n_top.re * theta.sin();
+    let angles_deg = |(side, order): (Side, i32)| {
+        let kx = tangential * phi.cos() + f64::from(order) * case.wavelength / case.period;
+        let ky = tangential * phi.sin();
+        let index = if side == Side::Top { case.n_top.re } else { case.n_bottom.re };
+        [(kx.hypot(ky) / index).min(1.0).asin(), ky.atan2(kx)].map(f64::to_degrees)
+    };
     [Side::Top, Side::Bottom]
         .into_iter()
         .flat_map(|side| scattering.orders(side).map(move |m| (side, m)))
@@ -218,6 +228,7 @@ fn read(scattering: &Scattering, incident: Pol) -> Vec<OrderEfficiency> {
             order: to.1,
             te: part(to, Pol::S),
             tm: part(to, Pol::P),
+            angles_deg: angles_deg(to),
         })
         .collect()
 }
@@ -329,6 +340,27 @@ fn change(a: &[OrderEfficiency], b: &[OrderEfficiency]) -> f64 {
     differences.fold(0.0, f64::max)
 }
 
+/// JSON whose objects of numbered entries list them in numerical order.
+///
+/// # Errors
+/// None that is known.
+pub fn in_numerical_order(value: &Value) -> serde_json::Result<String> {
+    struct Numbered<'a>(&'a Value);
+    impl serde::Serialize for Numbered<'_> {
+        fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+            let Value::Object(map) = self.0 else {
+                return self.0.serialize(to);
+            };
+            let mut entries: Vec<(&String, Numbered<'_>)> =
+                map.iter().map(|(key, value)| (key, Numbered(value))).collect();
+            // Sorted already where keys are words.
+            entries.sort_by_key(|(key, _)| key.parse::<i64>().unwrap_or_default());
+            to.collect_map(entries)
+        }
+    }
+    serde_json::to_string_pretty(&Numbered(value))
+}
+
 impl Efficiencies {
     /// Sum over the orders of a half-space.
     pub fn total(&self, side: Side) -> f64 {
@@ -337,21 +369,27 @@ impl Efficiencies {
 
     /// The JSON that `batwing grating` prints.
     pub fn to_json(&self) -> Value {
-        let of = |side: Side, part: fn(&OrderEfficiency) -> f64| -> Value {
-            let entries = self.orders.iter().filter(|o| o.side == side);
-            entries
-                .map(|o| (o.order.to_string(), Value::from(part(o))))
-                .collect::<Map<_, _>>()
-                .into()
-        };
+        fn of<T: Into<Value>>(
+            orders: &[OrderEfficiency],
+            side: Side,
+            part: impl Fn(&OrderEfficiency) -> T,
+        ) -> Value {
+            let entries = orders.iter().filter(|o| o.side == side);
+            let entries = entries.map(|o| (o.order.to_string(), part(o).into()));
+            entries.collect::<Map<_, _>>().into()
+        }
+        let of_side = |side: Side, part: fn(&OrderEfficiency) -> f64| of(&self.orders, side, part);
+        let angles = |side: Side| of(&self.orders, side, |o| o.angles_deg.to_vec());
         let (reflected, transmitted) = (self.total(Side::Top), self.total(Side::Bottom));
         let mut json = serde_json::json!({
-            "R": of(Side::Top, OrderEfficiency::total),
-            "T": of(Side::Bottom, OrderEfficiency::total),
-            "RTE": of(Side::Top, |o| o.te),
-            "RTM": of(Side::Top, |o| o.tm),
-            "TTE": of(Side::Bottom, |o| o.te),
-            "TTM": of(Side::Bottom, |o| o.tm),
+            "R": of_side(Side::Top, OrderEfficiency::total),
+            "T": of_side(Side::Bottom, OrderEfficiency::total),
+            "RTE": of_side(Side::Top, |o| o.te),
+            "RTM": of_side(Side::Top, |o| o.tm),
+            "TTE": of_side(Side::Bottom, |o| o.te),
+            "TTM": of_side(Side::Bottom, |o| o.tm),
+            "R_angles_deg": angles(Side::Top),
+            "T_angles_deg": angles(Side::Bottom),
             "R_total": reflected,
             "T_total": transmitted,
             "absorbed": 1.0 - reflected - transmitted,
@@ -382,6 +420,34 @@ mod tests {
         let error =
             solve(&Case::parse("case", text).expect("valid"), &no_progress).expect_err("refused");
         assert!(error.to_string().contains("does not propagate"), "{error}");
+    }
+
+    /// Equal half-spaces have equal angles, and those of the orders are by the grating equation.
+    #[test]
+    fn orders_have_their_angles_and_come_in_numerical_order() {
+        let e = solved(
+            r#"{"wavelength": 0.5, "period": 1.2, "n_top": [1, 0], "n_bottom": [1.5, 0], "layers_top_to_bottom": [], "theta_deg": 20, "phi_deg": 30, "pol": "s", "N": 4}"#,
+        );
+        let json = e.to_json();
+        let (s, azimuth) = (20_f64.to_radians().sin(), 30_f64.to_radians());
+        for (key, index) in [("R_angles_deg", 1.0), ("T_angles_deg", 1.5)] {
+            let orders = json[key].as_object().expect("orders");
+            assert!(orders.len() >= 4);
+            for (order, angles) in orders {
+                let order: f64 = order.parse().expect("a number");
+                let [theta, phi] =
+                    [0, 1].map(|k| angles[k].as_f64().expect("an angle").to_radians());
+                let [kx, ky] = [phi.cos(), phi.sin()].map(|part| index * theta.sin() * part);
+                assert!((kx - s * azimuth.cos() - order * 0.5 / 1.2).abs() < 1e-12);
+                assert!((ky - s * azimuth.sin()).abs() < 1e-12);
+            }
+        }
+        let text = in_numerical_order(&json).expect("text");
+        let place = |order: &str| text.find(&format!("\n    \"{order}\": ")).expect(order);
+        let places = ["-3", "-2", "-1", "0", "1"].map(place);
+        assert!(places.is_sorted(), "{places:?}");
+        let back: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(back, json);
     }
 
     #[test]

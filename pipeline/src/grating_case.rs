@@ -150,12 +150,23 @@ impl Case {
         let wavelength = inputs.length("wavelength")?;
         let period = inputs.length("period")?;
         let (theta_deg, phi_deg) = direction(&inputs)?;
+        let structure = structure(&inputs, period)?;
+        let (key, thickness) = match &structure {
+            Structure::Layers(layers) => {
+                ("layers_top_to_bottom", layers.iter().map(|layer| layer.thickness).sum())
+            }
+            Structure::Relief(relief) => ("relief.depth", relief.depth()),
+        };
+        if thickness > MAX_WAVELENGTHS * wavelength {
+            let expected = format!("at most {MAX_WAVELENGTHS:e} wavelengths in all");
+            return Err(wrong(key, expected, format!("{:e}", thickness / wavelength)));
+        }
         Ok(Self {
             wavelength,
             period,
             n_top: lossless_index(&inputs, "n_top")?,
             n_bottom: inputs.index("n_bottom")?,
-            structure: structure(&inputs, period)?,
+            structure,
             theta_deg,
             phi_deg,
             polarization: polarization(&inputs)?,
@@ -181,6 +192,8 @@ const KEYS: [&str; 13] = [
     "mount",
 ];
 
+/// Largest thickness in wavelengths: beyond, rounding decides the phase behind it.
+const MAX_WAVELENGTHS: f64 = 1e9;
 /// Highest N: a third more orders, for the estimated error, are the most that the solver takes.
 const MOST_ORDERS: usize = Truncation::MAX / 4 * 3;
 
@@ -199,6 +212,9 @@ fn direction(inputs: &Fields) -> Result<(f64, f64)> {
         return Err(inputs.refuse("theta_deg", "an angle above -90 and below 90 degrees"));
     }
     let phi = if inputs.has("phi_deg") { inputs.number("phi_deg")? } else { 0.0 };
+    if phi.abs() > 360.0 {
+        return Err(inputs.refuse("phi_deg", "an angle from -360 to 360 degrees"));
+    }
     let planar = theta == 0.0 || phi % 180.0 == 0.0;
     match inputs.optional_text("mount")? {
         None | Some("conical") => Ok((theta, phi)),

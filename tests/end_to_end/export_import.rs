@@ -135,6 +135,10 @@ fn rays_pass_through_every_format_that_has_room_for_them() {
         ("plain.ray", "tm25", "e.tm25ray"),
         ("plain.ray", "zemax-ray", "e.dat"),
         ("e.dat", "ray", "f.ray"),
+        ("small.speos.ray", "ray", "g.ray"),
+        ("small.speos.ray", "ray-text", "h.txt"),
+        ("lumens.dat", "ray-text", "i.ray"),
+        ("colour.sdf", "zemax-ray-text", "j.txt"),
     ] {
         json(&at, &["import", from, "--format", format, "--out", out]);
         let (a, b) = (figures(from), figures(out));
@@ -153,11 +157,16 @@ fn rays_pass_through_every_format_that_has_room_for_them() {
     for (from, format, out, expected) in [
         (
             "small.speos.ray",
-            "ray",
-            "x.ray",
-            "got one for each, which is written into Speos and Zemax",
+            "tm25",
+            "x.tm25ray",
+            "got one for each, which is written into LightTools, LightTools text, Speos, Zemax and Zemax text ray files alone",
         ),
-        ("lumens.dat", "tm25", "x.tm25ray", "got lm, which is written into Zemax ray files alone"),
+        (
+            "lumens.dat",
+            "tm25",
+            "x.tm25ray",
+            "got lm, which is written into LightTools, LightTools text and Zemax ray files alone",
+        ),
         ("plain.ray", "speos-ray", "x.ray", "expected a wavelength for every ray, got NaN"),
     ] {
         let got = complaint(&at, &["import", from, "--format", format, "--out", out]);

@@ -3,6 +3,7 @@
 //! light from one side, names that steer terminals.
 
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 use serde_json::Value;
 use tempfile::tempdir;
@@ -186,8 +187,7 @@ fn names_that_steer_the_terminal_are_refused_or_escaped() {
         let words = "description: expected text without control characters, got \"Tiny \\u{1b}[31m";
         refused(at, &[command, "dark.toml"], words);
     }
-    let grating = std::fs::read_to_string(workspace().join("tests/bad_input/grating.json"));
-    let grating = grating.expect("text").replace("\"pol\"", "\"a\\u0007\": 1, \"pol\"");
+    let grating = "{\"period\": 1.0, \"a\\u0007\": 1}";
     std::fs::write(at.join("grating.json"), grating).expect("written");
     refused(at, &["grating", "grating.json"], "expected text without control characters");
     // A file of that name is shown without its effect.
@@ -199,4 +199,212 @@ fn names_that_steer_the_terminal_are_refused_or_escaped() {
     let submit = ["submit", "--slurm", "--", "run", "tiny.toml", "--out", out];
     refused(at, &submit, "control characters");
     assert!(!at.join(out).exists());
+}
+
+#[test]
+fn numbers_beyond_their_range_are_refused_by_check() {
+    let names = ["receiver-1e308.toml", "spectrum-1e308.toml", "spectrum-1e308-rgb.toml"];
+    let folder = findings(&names);
+    let at = folder.path();
+    // The glass of the third lies elsewhere.
+    let rgb = std::fs::read_to_string(at.join(names[2])).expect("text");
+    let rgb = rgb.replace("material_file = \"../materials/n-bk7.yml\"", "index = 1.5");
+    std::fs::write(at.join(names[2]), rgb).expect("written");
+    for (name, words) in names.into_iter().zip([
+        "receivers[1].position_mm = 1",
+        "light.spectrum.power = 1",
+        "sources[2].spectrum.power = 1",
+    ]) {
+        let output = batwing(at).args(["check", name]).output().expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && said.contains(name) && said.contains(words), "{said}");
+    }
+    let tiny = workspace().join("tests/findings/tiny.toml");
+    let tiny = tiny.to_str().expect("UTF-8");
+    let export = ["export", tiny, "--out", "x.ies", "--lumens"];
+    for lumens in ["1e308", "1e-300", "nan"] {
+        let words = "--lumens: expected a flux from 1e-12 to 1e12 lm, got";
+        refused(at, &[&export[..], &[lumens]].concat(), words);
+    }
+    assert!(!at.join("x.ies").exists());
+}
+
+#[test]
+fn corners_apart_by_rounding_are_joined() {
+    let folder = findings(&["noise.stl", "noise.toml"]);
+    let at = folder.path();
+    let output = batwing(at).args(["check", "noise.toml"]).output().expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("noise.stl: 1 corner within 1e-9"), "{said}");
+    // A gap that is none of rounding stays one.
+    let stl = std::fs::read_to_string(at.join("noise.stl")).expect("text");
+    std::fs::write(at.join("noise.stl"), stl.replace("1e-18", "1e-7")).expect("written");
+    assert!(!batwing(at).args(["check", "noise.toml"]).output().expect("it runs").status.success());
+    // The same body as an OBJ whose faces go on in the next line.
+    let obj = "v 0 0 0\nv 0 1 0\nv 1 0 \\\n 0\nv 0 0 1\nf 1 2 \\\n3\nf 1 3 4\nf 1 4 2\nf 3 2 4\n";
+    std::fs::write(at.join("noise.obj"), obj).expect("written");
+    let design = std::fs::read_to_string(at.join("noise.toml")).expect("text");
+    std::fs::write(at.join("obj.toml"), design.replace(".stl", ".obj")).expect("written");
+    assert!(batwing(at).args(["check", "obj.toml"]).output().expect("it runs").status.success());
+}
+
+/// A Lambertian far field of 100 cd as XML, in the words of one version of the schema.
+fn tm33(root: &str, holder: [&str; 2], row: impl Fn(u32, u32, f64) -> String) -> String {
+    let rows = (0..=3).flat_map(|h| (0..=90).map(move |v| (30 * h, v)));
+    let rows: String =
+        rows.map(|(h, v)| row(h, v, 100.0 * f64::from(v).to_radians().cos())).collect();
+    format!(
+        "<?xml version=\"1.0\"?>\n<{root}><Header><Manufacturer>ACME</Manufacturer></Header>\
+         <Emitter><RatedLumens>400</RatedLumens><InputWattage>4</InputWattage>{}{rows}{}\
+         </Emitter></{root}>\n",
+        holder[0], holder[1]
+    )
+}
+
+#[test]
+fn far_fields_as_xml_of_the_industry_are_read() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let short = |h, v, cd| format!("<IntData h=\"{h}\" v=\"{v}\">{cd}</IntData>\n");
+    let long =
+        |h, v, cd| format!("<IntensityData horz=\"{h}\" vert=\"{v}\">{cd}</IntensityData>\n");
+    let nested = [
+        "<LuminousData><LuminousIntensity><AbsolutePhotometry>true</AbsolutePhotometry>",
+        "</LuminousIntensity></LuminousData>",
+    ];
+    let atla = [
+        "<IntensityDistribution><PhotometryType>C</PhotometryType><Metric>Luminous</Metric>",
+        "</IntensityDistribution>",
+    ];
+    let files = [
+        tm33("IESTM33", nested, short),
+        tm33("IESTM33-22", ["<LuminousData>", "</LuminousData>"], long),
+        tm33("LuminaireOpticalData", atla, long),
+    ];
+    for file in &files {
+        std::fs::write(at.join("led.xml"), file).expect("written");
+        let said = json(at, &["import", "led.xml"]);
+        assert_eq!(said["format"], "TM-33/ATLA XML");
+        assert_eq!(said["photometry"], "absolute");
+        assert_eq!(said["power_w"], 4.0);
+        let flux = said["flux_lm"].as_f64().expect("a flux");
+        assert!((flux / (100.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3, "{flux}");
+        json(at, &["import", "led.xml", "--out", "led.ies"]);
+        let text = std::fs::read_to_string(at.join("led.ies")).expect("text");
+        assert!(text.contains("[MANUFAC] ACME"), "{text}");
+    }
+    for (from, to, words) in [
+        ("h=\"30\" v=\"7\"", "h=\"30\" v=\"6\"", "one intensity for each direction, got two"),
+        ("<IntData h=\"30\" v=\"7\">", "<Other h=\"30\">", "expected well-formed XML"),
+        (">100</IntData>", ">-1</IntData>", "expected an intensity: 0 or more"),
+        ("IntData", "RadiantData", "expected luminous intensities"),
+    ] {
+        std::fs::write(at.join("bad.xml"), files[0].replace(from, to)).expect("written");
+        refused(at, &["import", "bad.xml"], words);
+    }
+    let kind = files[2].replace(">C<", ">TypeB<");
+    std::fs::write(at.join("bad.xml"), kind).expect("written");
+    refused(at, &["import", "bad.xml"], "photometry of type C, about the axis");
+}
+
+#[test]
+fn binary_scattering_of_speos_is_refused_with_the_way_out() {
+    let folder = tempdir().expect("a folder");
+    let head = b"OPTIS - Anisotropic BSDF surface file v9.0\n1\x03\0\0\0\x01\0\0\0\0";
+    std::fs::write(folder.path().join("b.anisotropicbsdf"), head).expect("written");
+    let words = "a binary Speos BSDF";
+    refused(folder.path(), &["import", "b.anisotropicbsdf"], words);
+    refused(folder.path(), &["import", "b.anisotropicbsdf"], "save it as text");
+}
+
+#[test]
+fn what_killed_writers_left_is_removed_by_the_next_command_there() {
+    let folder = findings(&["tiny.toml"]);
+    let at = folder.path();
+    let left = at.join("out/.x.json.1-4294967295-0.partial");
+    let old = SystemTime::now() - Duration::from_hours(48);
+    for command in [
+        &["bsdf", "tiny.toml", "--out", "out"][..],
+        &["export", "tiny.toml", "--out", "out/tiny.stl"],
+    ] {
+        std::fs::create_dir_all(at.join("out")).expect("made");
+        let file = std::fs::File::create(&left).expect("created");
+        file.set_modified(old).expect("set");
+        // However it ends.
+        let _ = batwing(at).args(command).args(["--quiet"]).output().expect("it runs");
+        assert!(!left.exists(), "{command:?}");
+    }
+}
+
+/// Three rays of text: up, up at 60 degrees to the axis towards +x, and nearly along +x.
+const THREE: &str = "3 4\n0 0 0 0 0 1 1\n0 0 0 0.8660254 0 0.5 2\n0 0 0 0.9998477 0 0.0174524 1\n";
+
+#[test]
+fn a_source_from_a_file_turns() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("three.txt"), THREE).expect("written");
+    // A cone of 2 degrees about the axis, as a far field.
+    let cone = "IESNA91\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 4\n0 1 2\n0\n100 100 0\n";
+    std::fs::write(at.join("cone.ies"), cone).expect("written");
+    let up = |file: &str, rotation: &str| {
+        let text = format!(
+            "name = \"turned\"\n[mirror]\nkind = \"absorbing\"\nextent = \"array\"\n[led]\n\
+             size_mm = [0.02, 0.02]\nheight_mm = 0.01\nreflection = \"absorbing\"\n\
+             [array]\ncolumns = 1\nrows = 1\npitch_mm = 2000.0\n[light]\nwavelength_nm = 550.0\n\
+             [receiver]\nplane_height_mm = 20.0\nbin_mm = 50.0\n[trace]\npaths = 64000\n\
+             [[sources]]\nname = \"s\"\nkind = \"file\"\nposition_mm = [0.0, 0.0, 1.0]\n\
+             file = \"{file}\"\n{rotation}\n"
+        );
+        std::fs::write(at.join("turned.toml"), text).expect("written");
+        let run = json(at, &["run", "turned.toml", "--out", "r"]);
+        let ledger = &run["designs"]["turned"]["geometric"]["power_ledger"];
+        ledger["escaped_up"]["value"].as_f64().expect("a share")
+    };
+    // 100 degrees about y: +z goes below +x, +x goes down.
+    for (file, rotation, share) in [
+        ("three.txt", "rotation_deg = [0.0, 0.0, 90.0]", 1.0),
+        ("three.txt", "rotation_deg = [0.0, 100.0, 0.0]", 0.0),
+        ("three.txt", "rotation_deg = [0.0, -80.0, 0.0]", 1.0),
+        ("three.txt", "rotation_deg = [0.0, 45.0, 0.0]", 0.25),
+        ("cone.ies", "rotation_deg = [0.0, 80.0, 0.0]", 1.0),
+        ("cone.ies", "rotation_deg = [100.0, 0.0, 0.0]", 0.0),
+    ] {
+        let got = up(file, rotation);
+        assert!((got - share).abs() < 0.01, "{file} {rotation}: {got}");
+    }
+}
+
+#[test]
+fn a_part_of_the_rays_keeps_the_flux_without_bias() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let rows: String = (0..1000).map(|k| format!("{k} 0 0 0 0 1 {}\n", 1 + k % 7)).collect();
+    std::fs::write(at.join("all.txt"), format!("1000 4\n{rows}")).expect("written");
+    let all = json(at, &["import", "all.txt"]);
+    let mean = |seed: &str| {
+        let out = ["import", "all.txt", "--rays", "100", "--seed", seed, "--out", "part.ray"];
+        json(at, &out);
+        let part = json(at, &["import", "part.ray"]);
+        assert_eq!(part["rays"], 100);
+        assert!((flux(&part) / flux(&all) - 1.0).abs() < 1e-6);
+        let bytes = std::fs::read(at.join("part.ray")).expect("rays");
+        let rays = bytes[44..bytes.len() - 7].chunks_exact(28);
+        let float = |ray: &[u8], k: usize| f32::from_le_bytes(ray[k..k + 4].try_into().expect("4"));
+        let [moment, sum] = rays.fold([0.0_f64; 2], |[moment, sum], ray| {
+            let [x, flux] = [0, 24].map(|k| f64::from(float(ray, k)));
+            [moment + x * flux, sum + flux]
+        });
+        moment / sum
+    };
+    let expected: f64 = (0..1000).map(|k| f64::from(k * (1 + k % 7))).sum::<f64>() / flux(&all);
+    for seed in ["1", "2", "3"] {
+        assert!((mean(seed) - expected).abs() < 6.0, "{} {expected}", mean(seed));
+    }
+    assert!((mean("1") - mean("2")).abs() > 1e-9);
+    let ies = "IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 4\n0 90\n0\n1 0\n";
+    std::fs::write(at.join("a.ies"), ies).expect("written");
+    let words = "--rays: expected a file of rays, got IES LM-63";
+    refused(at, &["import", "a.ies", "--rays", "9", "--out", "b.ies"], words);
 }

@@ -300,7 +300,7 @@ fn refused() -> Vec<(Says, bool, f32, &'static str, &'static str)> {
             true,
             0.0,
             "",
-            "spectral table 1: power with finite numbers from 0, got -1",
+            "spectral table 1: power with finite numbers from 0 to 1e30, got -1",
         ),
         (
             Says::Tables(vec![vec![[500.0, 1.0], [510.0, 1.0]]]),

@@ -17,7 +17,8 @@ use bsdf::{Bsdf, LobeMotion, Side, convert};
 use sha2::{Digest, Sha256};
 use tracer::formats::rays::RayRecord;
 use tracer::formats::{
-    eulumdat, ies, lighttools_rays, photometric_text, speos_rays, tm25, zemax_rays,
+    eulumdat, ies, lighttools_rays, photometric_text, speos_rays, text_rays, tm25, tm33,
+    zemax_rays,
 };
 use tracer::{Distribution, random};
 
@@ -198,6 +199,18 @@ pub fn targets() -> Vec<Target> {
         target("eulumdat", corpus(".ldt"), |bytes| {
             photometric_text(bytes)
                 .is_ok_and(|text| eulumdat::read(&text).is_ok_and(|file| lit(file.distribution())))
+        }),
+        target("tm33", corpus(".tm33"), |bytes| {
+            photometric_text(bytes)
+                .is_ok_and(|text| tm33::read(&text).is_ok_and(|file| lit(file.distribution())))
+        }),
+        target("lighttools text rays", corpus(".lighttools.txt"), |bytes| {
+            text_rays::LightToolsTextReader::new(bytes)
+                .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
+        }),
+        target("zemax text rays", corpus(".zemax.txt"), |bytes| {
+            text_rays::ZemaxTextReader::new(bytes)
+                .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
         target("tm25", corpus(".tm25ray"), |bytes| {
             tm25::Tm25Reader::new(bytes, None)

@@ -12,6 +12,7 @@ pub mod rays;
 pub mod speos_rays;
 pub mod text_rays;
 pub mod tm25;
+pub mod tm33;
 pub mod zemax_rays;
 
 use crate::error::Error;

@@ -93,9 +93,11 @@ pub fn read(bytes: &[u8]) -> Result<SpeosBsdf, FormatError> {
         return Err(FormatError::line(1, expected, quoted(&heading)));
     };
     let mode = lines.find(|line| !line.is_empty()).unwrap_or_default();
-    if mode.trim_ascii() == b"1" {
-        let expected = "0 (text): the layout of mode 1 (binary) is not public; the vendor's viewer saves such files as text";
-        return Err(FormatError::line(2, expected, "1"));
+    // Binary content follows the mode without a line end.
+    let begins_binary = || mode.starts_with(b"1") && mode.get(1).is_some_and(u8::is_ascii_control);
+    if mode.trim_ascii() == b"1" || begins_binary() {
+        let expected = "0 (text): the layout of mode 1 (binary) is not public; open the file in the BSDF viewer of Speos and save it as text";
+        return Err(FormatError::line(2, expected, "1, a binary Speos BSDF"));
     }
     let text = utf8(bytes)?;
     check_line_ends(text)?;

@@ -157,7 +157,10 @@ pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
 
 /// Refuses elements nested more than [`MAX_NESTED`] deep. Of text that is no XML it says nothing:
 /// the parser stops where this scan does.
-fn check_nesting(text: &str) -> Result<(), FormatError> {
+///
+/// # Errors
+/// At the first element that lies deeper.
+pub fn check_nesting(text: &str) -> Result<(), FormatError> {
     let (mut rest, mut depth) = (text, 0_usize);
     while let Some(at) = rest.find('<') {
         rest = &rest[at..];

@@ -198,7 +198,7 @@ fn spectra_stay_within_the_material_and_the_tables() {
     refused(LED, "silicone.material_file = glass.yml");
     refused(
         &file("bad.csv"),
-        "light.spectrum.file = bad.csv: expected power with finite numbers from 0, got -1",
+        "light.spectrum.file = bad.csv: expected power with finite numbers from 0 to 1e30, got -1",
     );
     // Infrared for which the narrowest ring has no table: an odd number of nodes has none at kx =
     // 0, an even one always does.

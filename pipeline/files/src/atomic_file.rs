@@ -40,6 +40,38 @@ pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut dyn Sink) -> Result<()>)
     write(path, Flush::Now, fill)
 }
 
+/// Files of one set, which are written whole and get their names together.
+#[derive(Default)]
+pub struct FileSet {
+    written: Vec<(Pending, PathBuf)>,
+}
+
+impl FileSet {
+    /// Writes the file that [`FileSet::publish`] puts at `path`.
+    ///
+    /// # Errors
+    /// Those of [`write_atomic`].
+    pub fn write(
+        &mut self,
+        path: &Path,
+        fill: impl FnOnce(&mut dyn Sink) -> Result<()>,
+    ) -> Result<()> {
+        self.written.push((temporary(path, Flush::Now, fill)?, path.to_path_buf()));
+        Ok(())
+    }
+
+    /// Removes the files of an older set at `targets` and puts all files in place.
+    ///
+    /// # Errors
+    /// A file that cannot be removed or moved.
+    pub fn publish(self, targets: &[PathBuf]) -> Result<()> {
+        for target in targets {
+            supersede(target)?;
+        }
+        self.written.into_iter().try_for_each(|(file, path)| file.rename(&path))
+    }
+}
+
 /// When bytes reach the disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Flush {
@@ -346,6 +378,25 @@ mod tests {
         assert!(format!("{error:#}").contains("no more numbers"), "{error:#}");
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(directory.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn a_set_of_files_is_complete_or_absent() {
+        let directory = tempfile::tempdir().unwrap();
+        let [a, b, c] = ["a.txt", "b.txt", "c.txt"].map(|name| directory.path().join(name));
+        write_bytes(&c, b"old").unwrap();
+        let mut set = FileSet::default();
+        set.write(&a, |file| Ok(file.write_all(b"1")?)).unwrap();
+        assert!(set.write(&b, |_| anyhow::bail!("no more numbers")).is_err());
+        drop(set);
+        assert_eq!(names(directory.path()), ["c.txt"]);
+        let mut set = FileSet::default();
+        for path in [&a, &b] {
+            set.write(path, |file| Ok(file.write_all(b"1")?)).unwrap();
+            assert!(!path.exists());
+        }
+        set.publish(&[a, b, c]).unwrap();
+        assert_eq!(names(directory.path()), ["a.txt", "b.txt"]);
     }
 
     #[test]

@@ -42,5 +42,5 @@ pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
             count(solved.slices, "slice")
         ));
     }
-    Console::print(&serde_json::to_string_pretty(&solved.to_json())?)
+    Console::print(&grating::in_numerical_order(&solved.to_json())?)
 }

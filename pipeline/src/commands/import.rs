@@ -10,6 +10,7 @@ use serde_json::json;
 
 use files::atomic_file::{write_atomic, write_bytes};
 use files::formats::content::{self, Content};
+use files::formats::ray_files::Subset;
 use files::formats::tables::CellTable;
 use files::formats::{Holds, Reads, Writes, endings, ray_files, words};
 use files::run_context::RunContext;
@@ -35,6 +36,10 @@ pub struct ImportArgs {
     /// tables, far fields into far fields, rays into rays
     #[arg(long, value_enum, requires = "out")]
     pub format: Option<FileFormat>,
+    /// Number of rays to write of a file of rays, taken by chance in proportion to their flux, which
+    /// is kept in all [default: all]
+    #[arg(long, value_name = "N", requires = "out", allow_negative_numbers = true, value_parser = whole(1..=1_000_000_000_000_u64))]
+    pub rays: Option<u64>,
     /// Resolution of tables.
     #[command(flatten)]
     pub steps: CellSteps,
@@ -78,6 +83,11 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     let content = content::read_lamp_set(file, arguments.lamp_set)?;
     let (mut json, text) = content.describe().with_context(|| file.display().to_string())?;
     json["file"] = file.display().to_string().into();
+    ensure!(
+        arguments.rays.is_none() || matches!(content, Content::Rays(_)),
+        "--rays: expected a file of rays, got {}",
+        content.format()
+    );
     if let Some((out, format)) = format {
         return convert(&content, (out, format), arguments, context);
     }
@@ -107,7 +117,8 @@ fn convert(
     };
     match (content, format.writes) {
         (Content::Rays(_), Writes::Rays(to)) => {
-            let written = ray_files::convert(&arguments.file, out, to)?;
+            let subset = arguments.rays.map(|rays| Subset { rays, seed: context.seed });
+            let written = ray_files::convert(&arguments.file, out, to, subset)?;
             let (flux, unit) = (written.flux, written.unit);
             plain(format!("{}, {flux:.6} {unit}", count(written.rays, "ray")))
         }

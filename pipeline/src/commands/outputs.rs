@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 
+use files::atomic_file::discard_abandoned;
 use files::cache::Cache;
 use files::control_characters::refusal;
 use files::run_context::RunContext;
@@ -35,7 +36,7 @@ pub(super) fn checkpoints(cache: Option<&Cache>, context: RunContext) -> Result<
 }
 
 /// Refuses a directory into which no file can be written, whether it exists or not. Leaves nothing
-/// behind.
+/// behind, and removes what writers there left that were killed.
 pub(super) fn writable(directory: &Path) -> Result<()> {
     if let Some(refusal) = refusal(&directory.to_string_lossy(), false) {
         bail!("path of results: {refusal}");
@@ -54,7 +55,9 @@ pub(super) fn writable(directory: &Path) -> Result<()> {
         there.display()
     );
     let probe = tempfile::Builder::new().prefix(".batwing-").tempfile_in(there);
-    probe.map(drop).with_context(refused)
+    probe.map(drop).with_context(refused)?;
+    discard_abandoned(directory);
+    Ok(())
 }
 
 /// Refuses a file that cannot be written: its directory refuses, or it is a directory itself.

@@ -8,7 +8,9 @@ use num_complex::Complex64;
 use serde_json::{Map, Value};
 
 /// What an index looks like, for messages.
-const INDEX: &str = "[n, k] with n >= 0 and k >= 0, not both 0";
+const INDEX: &str = "[n, k] with n >= 0 and k >= 0, not both 0, at most 1e6";
+/// Largest part of an index.
+const MAX_INDEX: f64 = 1e6;
 
 /// An object and the path that leads to it.
 pub(super) struct Fields<'a> {
@@ -114,7 +116,9 @@ impl<'a> Fields<'a> {
     /// A refractive index `[n, k]`.
     pub(super) fn index(&self, key: &str) -> Result<Complex64> {
         let index = pair(self.required(key)?);
-        let passive = index.filter(|&[n, k]| n >= 0.0 && k >= 0.0 && (n > 0.0 || k > 0.0));
+        let range = 0.0..=MAX_INDEX;
+        let passive =
+            index.filter(|[n, k]| range.contains(n) && range.contains(k) && (*n > 0.0 || *k > 0.0));
         // Adding zero makes -0 a 0, on which branches of square roots hang.
         let index = passive.map(|[n, k]| Complex64::new(n + 0.0, k + 0.0));
         index.ok_or_else(|| self.refuse(key, INDEX))

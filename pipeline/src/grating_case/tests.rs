@@ -138,7 +138,7 @@ fn wrong_lengths_and_indices_are_refused() {
         (
             "/n_top",
             json!([0, 0]),
-            "n_top: expected [n, k] with n >= 0 and k >= 0, not both 0, got [0,0]",
+            "n_top: expected [n, k] with n >= 0 and k >= 0, not both 0, at most 1e6, got [0,0]",
         ),
         ("/n_top", json!([1.41, 0.1]), "n_top: expected [n, 0] with n > 0"),
         ("/n_top", json!([0, 2]), "n_top: expected [n, 0] with n > 0"),

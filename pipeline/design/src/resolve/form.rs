@@ -243,13 +243,22 @@ impl SolidTable<'_> {
             })?;
         }
         if let Some(List(angles)) = rotation_deg {
-            for angle in angles {
-                self.at.within(&self.key("rotation_deg"), angle, -360.0, 360.0)?;
-            }
-            placement.rotation = turned(angles);
+            placement.rotation = rotation(angles, &self.key("rotation_deg"), self.at)?;
         }
         Ok(placement)
     }
+}
+
+/// The rotation by these angles in degrees, from `key`.
+pub(super) fn rotation(
+    angles_deg: [f64; 3],
+    key: &str,
+    at: &Context,
+) -> Result<DMat3, ConfigError> {
+    for angle in angles_deg {
+        at.within(key, angle, -360.0, 360.0)?;
+    }
+    Ok(turned(angles_deg))
 }
 
 /// About x, then y, then z, whose directions stay. Quarter turns are exact.

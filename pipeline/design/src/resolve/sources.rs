@@ -5,12 +5,13 @@
 
 use std::path::Path;
 
-use tracer::glam::DVec3;
+use tracer::glam::{DMat3, DVec3};
 use tracer::{Emission, Emitter, Region};
 
 use files::content_hash::sha256_hex;
 use metrics::illuminance::Symmetry;
 
+use super::form;
 use super::source_spectra::Scope;
 use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
@@ -143,8 +144,18 @@ fn emitters<K: Fn(&str) -> String>(
     let (emitters, symmetry) = match &raw.kind {
         SourceForm::File(file) => {
             let parts = scope.file(keys, file, folder)?;
+            let angles = file.rotation_deg.map_or([0.0; 3], |List(angles)| angles);
+            let turn = form::rotation(angles, &key("rotation_deg"), at)?;
             let part = |part: Part| {
-                let whole = one(Emitter::Point, part.emission);
+                let whole = if turn == DMat3::IDENTITY {
+                    one(Emitter::Point, part.emission)
+                } else {
+                    let emission = match part.emission {
+                        Emission::Rays(rays) => Emission::Rays(rays.turned(&turn).into()),
+                        other => other,
+                    };
+                    one(Emitter::Point, emission).facing(turn.z_axis).lying_along(turn.x_axis)
+                };
                 CheckedEmitter {
                     source: whole.weighing(keys.power * part.share),
                     light: part.light,

@@ -116,8 +116,13 @@ pub struct SourceOfFile {
     /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
     /// is a dome, else air.
     pub inside: Option<String>,
-    /// File; axis and azimuths are those of the package.
+    /// File, relative to the design file; axis and azimuths are those of the package unless it is
+    /// turned.
     pub file: String,
+    /// Rotation about x, then y, then z of the package, about `position_mm`, degrees; each -360 to
+    /// 360. Default [0, 0, 0].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation_deg: Option<List<f64, 3>>,
     /// As in `[light.spectrum]`.
     pub tolerance: Option<f64>,
     /// As in `[light.spectrum]`.

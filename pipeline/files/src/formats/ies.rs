@@ -19,25 +19,27 @@ pub static READER: Reader = Reader {
     sniff: Sniff::Lines(|lines| {
         lines.iter().any(|line| line.starts_with("TILT=")) || lines[0].starts_with("IESNA")
     }),
-    reads: Reads::FarField(|text| {
-        let file = layout::read(text)?;
-        let [maker, report, luminaire, number, date, lamp] = KEYWORDS.map(|keyword| {
-            let mut found = file.keywords.iter().filter(|(k, _)| k == keyword);
-            found.next().map_or(String::new(), |(_, text)| text.clone())
-        });
-        Ok(FarField {
-            format: "IES LM-63",
-            labels: Labels { maker, report, luminaire, number, date, lamp },
-            photometry: Photometry {
-                lumens: file.lumens_per_lamp * file.lamps as f64,
-                absolute: file.is_absolute(),
-                watts: file.watts,
-            },
-            warnings: file.warnings.clone(),
-            distribution: Box::new(move || file.distribution()),
-        })
-    }),
+    reads: Reads::FarField(|text| Ok(far_field("IES LM-63", layout::read(text)?))),
 };
+
+/// Far field of a file of the format called `format`.
+pub(super) fn far_field(format: &'static str, file: layout::Ies) -> FarField {
+    let [maker, report, luminaire, number, date, lamp] = KEYWORDS.map(|keyword| {
+        let mut found = file.keywords.iter().filter(|(k, _)| k == keyword);
+        found.next().map_or(String::new(), |(_, text)| text.clone())
+    });
+    FarField {
+        format,
+        labels: Labels { maker, report, luminaire, number, date, lamp },
+        photometry: Photometry {
+            lumens: file.lumens_per_lamp * file.lamps as f64,
+            absolute: file.is_absolute(),
+            watts: file.watts,
+        },
+        warnings: file.warnings.clone(),
+        distribution: Box::new(move || file.distribution()),
+    }
+}
 
 /// Writes the format.
 pub static WRITER: Writer = Writer {

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`native`], [`order_json`], [`npz`] | tables of diffraction orders |
 //! | [`zemax`], [`lighttools`], [`speos`], [`window`] | scattering on direction cells |
-//! | [`ies`], [`eulumdat`] | far fields |
+//! | [`ies`], [`eulumdat`], [`tm33`] | far fields |
 //! | [`tm25`], [`lighttools_rays`], [`speos_rays`], [`zemax_rays`] | rays |
 //! | [`stl`], [`obj`], [`dxf`], [`svg`] | bodies and meridians |
 //! | [`sniff`], [`content`] | recognising, reading and describing of any of them |
@@ -59,13 +59,14 @@ pub mod stl;
 pub mod svg;
 pub mod tables;
 pub mod tm25;
+pub mod tm33;
 pub mod window;
 pub mod zemax;
 pub mod zemax_rays;
 
 /// Formats that are read, in the order in which messages list them; of several with one ending the
 /// first is the usual one.
-pub static READERS: [&Reader; 15] = [
+pub static READERS: [&Reader; 16] = [
     &native::READER,
     &order_json::READER,
     &npz::READER,
@@ -75,6 +76,7 @@ pub static READERS: [&Reader; 15] = [
     &speos::READER,
     &ies::READER,
     &eulumdat::READER,
+    &tm33::READER,
     &tm25::READER,
     &lighttools_rays::READER,
     &lighttools_rays::TEXT_READER,

@@ -9,6 +9,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 use tracer::formats::rays::RayRecord;
+use tracer::random;
 
 use metrics::plural::count;
 
@@ -90,7 +91,10 @@ impl RayFormat {
             }
             _ => None,
         });
-        makers.collect::<Vec<_>>().join(" and ")
+        match &makers.collect::<Vec<_>>()[..] {
+            [rest @ .., last] if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+            all => all.concat(),
+        }
     }
 }
 
@@ -109,6 +113,8 @@ pub struct RaySummary {
     pub unit: &'static str,
     /// Lowest and highest wavelength of the rays, nm, where they have wavelengths.
     pub wavelengths: Option<[f32; 2]>,
+    /// Statement of the header on wavelengths.
+    pub light: HeaderWavelengths,
     /// Lowest and highest coordinates of the starts, mm.
     pub bounds: [[f32; 3]; 2],
     /// Oddities of a file that can be used.
@@ -132,10 +138,34 @@ impl RaySummary {
         if let Some([first, last]) = self.wavelengths {
             lines.push(format!("wavelengths from {first} to {last} nm"));
         }
-        (
-            json!({"rays": self.rays, "flux": self.flux, "flux_in_header": self.stated, "unit": self.unit, "low_mm": low, "high_mm": high, "wavelengths_nm": self.wavelengths}),
-            lines,
-        )
+        let mut value = json!({"rays": self.rays, "flux": self.flux, "flux_in_header": self.stated, "unit": self.unit, "low_mm": low, "high_mm": high, "wavelengths_nm": self.wavelengths});
+        match &self.light {
+            HeaderWavelengths::One(nm) => {
+                lines.push(format!("one wavelength for all, {nm} nm"));
+                value["wavelength_nm"] = json!(nm);
+            }
+            HeaderWavelengths::Tables(tables, each) => {
+                let whose = if *each { "each ray names one" } else { "for all rays" };
+                for (number, table) in (1..).zip(tables) {
+                    lines.push(format!("spectral table {number}, {whose}: {}", spectrum(table)));
+                }
+                value["spectra"] = json!({"each_ray_names_one": each, "nm_and_power": tables});
+            }
+            HeaderWavelengths::Nothing | HeaderWavelengths::PerRay => {}
+        }
+        (value, lines)
+    }
+}
+
+/// A spectral table in words.
+fn spectrum(table: &[[f32; 2]]) -> String {
+    let rows = count(table.len(), "row");
+    let peak = table.iter().copied().reduce(|a, b| if b[1] > a[1] { b } else { a });
+    match (table.first(), table.last(), peak) {
+        (Some([first, _]), Some([last, _]), Some([peak, _])) => {
+            format!("{rows} from {first} to {last} nm, highest at {peak} nm")
+        }
+        _ => rows,
     }
 }
 
@@ -198,7 +228,7 @@ pub fn with_wavelengths(path: &Path) -> Result<RayLight> {
 }
 
 /// Statement of a header on wavelengths.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum HeaderWavelengths {
     /// None.
     Nothing,
@@ -234,6 +264,8 @@ struct Scanned {
     header: RayHeader,
     /// Factor from the powers that stand in the file to flux.
     scale: f64,
+    /// Sum of these powers.
+    sum: f64,
     /// Where the flux of the header is not that of the rays.
     warning: Option<String>,
 }
@@ -273,7 +305,7 @@ fn scan(path: &Path, mut take: impl FnMut(RayRecord, f32) -> Result<()>) -> Resu
             }
         });
     }
-    Ok(Scanned { format, header, scale, warning })
+    Ok(Scanned { format, header, scale, sum, warning })
 }
 
 /// Unit of flux.
@@ -289,7 +321,7 @@ pub fn summary(path: &Path) -> Result<RaySummary> {
     let (mut rays, mut flux) = (0, 0.0);
     let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
     let mut wavelengths = [f32::INFINITY, f32::NEG_INFINITY];
-    let Scanned { format, header, scale, warning } = scan(path, |ray, _| {
+    let Scanned { format, header, scale, warning, .. } = scan(path, |ray, _| {
         rays += 1;
         flux += f64::from(ray.flux);
         wavelengths = [wavelengths[0].min(ray.wavelength), wavelengths[1].max(ray.wavelength)];
@@ -306,6 +338,7 @@ pub fn summary(path: &Path) -> Result<RaySummary> {
         flux: flux * scale,
         stated: header.flux,
         unit: header.unit,
+        light: header.wavelengths,
         wavelengths: wavelengths[0].is_finite().then_some(wavelengths),
         bounds,
         warnings: warning.into_iter().collect(),
@@ -394,12 +427,28 @@ pub struct Converted {
     pub unit: &'static str,
 }
 
-/// Writes the rays of one file into another of `format`.
+/// A part of the rays of a file, in whose place all of them can stand: rays are taken in equal
+/// steps of the flux, from a random start on. A ray is taken as often as its flux asks for on the
+/// mean, and all flux is kept.
+#[derive(Debug, Clone, Copy)]
+pub struct Subset {
+    /// Number of rays.
+    pub rays: u64,
+    /// Seed of the start.
+    pub seed: u64,
+}
+
+/// Writes the rays of one file, or a part of them, into another of `format`.
 ///
 /// # Errors
 /// If rays carry lumens or wavelengths that the format has no place for, or a file cannot be read
 /// or written.
-pub fn convert(from: &Path, to: &Path, format: &RayFormat) -> Result<Converted> {
+pub fn convert(
+    from: &Path,
+    to: &Path,
+    format: &RayFormat,
+    subset: Option<Subset>,
+) -> Result<Converted> {
     let named = || from.display().to_string();
     let mut found: Option<f32> = None;
     let mut several = false;
@@ -422,8 +471,26 @@ pub fn convert(from: &Path, to: &Path, format: &RayFormat) -> Result<Converted> 
         lumens_per_watt: f64::NAN,
         radiant,
     };
-    let written =
-        write(to, format, &about, |put| scan(from, |ray, _| put(&scanned.scaled(ray))).map(|_| ()));
+    let written = write(to, format, &about, |put| {
+        let Some(Subset { rays, seed }) = subset else {
+            return scan(from, |ray, _| put(&scanned.scaled(ray))).map(|_| ());
+        };
+        let start = random::unit(&mut random::stream(seed, 0));
+        let step = scanned.sum / rays as f64;
+        let (mut below, mut taken) = (0.0, 0.0);
+        let taking = scan(from, |ray, _| {
+            below += f64::from(ray.flux);
+            // Steps whose place lies below.
+            let steps = (below / step - start).ceil().clamp(taken, rays as f64);
+            if steps > taken {
+                let flux = ((steps - taken) * step) as f32;
+                taken = steps;
+                put(&scanned.scaled(RayRecord { flux, ..ray }))?;
+            }
+            Ok(())
+        });
+        taking.map(|_| ())
+    });
     let (rays, flux) = written.with_context(named)?;
     Ok(Converted { rays, flux, unit: scanned.header.unit })
 }

@@ -11,7 +11,7 @@ use super::content::ScatterFile;
 use super::sniff::Sniff;
 use super::tables::{CellTable, Written, beside};
 use super::{Reader, Reads, Writer, Writes};
-use crate::atomic_file::write_atomic;
+use crate::atomic_file::FileSet;
 
 /// Reads the format, anisotropic or by wavelengths.
 pub static READER: Reader = Reader {
@@ -45,8 +45,9 @@ fn targets(path: &Path) -> Vec<PathBuf> {
 }
 
 fn write(table: &CellTable<'_>, path: &Path) -> Result<Vec<Written>> {
-    let mut files = Vec::new();
-    for (side, path) in Side::BOTH.into_iter().zip(targets(path)) {
+    let (mut set, mut files) = (FileSet::default(), Vec::new());
+    let all = targets(path);
+    for (side, path) in Side::BOTH.into_iter().zip(&all) {
         let (mut file, smearing) =
             convert::to_speos(table.surface, side, &table.fineness.resolution)?;
         // A side from which nothing is scattered has no file: the format has no place for none.
@@ -55,9 +56,10 @@ fn write(table: &CellTable<'_>, path: &Path) -> Result<Vec<Written>> {
         }
         let said = table.comments(&smearing).join("; ");
         file.comment = format!("light from the {side} side; {said}");
-        write_atomic(&path, |mut sink| Ok(layout::write(&file, &mut sink)?))?;
-        files.push(Written { path, smearing });
+        set.write(path, |mut sink| Ok(layout::write(&file, &mut sink)?))?;
+        files.push(Written { path: path.clone(), smearing });
     }
     ensure!(!files.is_empty(), "expected a surface that scatters light from some side, got none");
+    set.publish(&all)?;
     Ok(files)
 }

@@ -12,7 +12,7 @@ use super::content::ScatterFile;
 use super::sniff::Sniff;
 use super::tables::{CellTable, Written, beside};
 use super::{Reader, Reads, Writer, Writes};
-use crate::atomic_file::write_atomic;
+use crate::atomic_file::FileSet;
 
 /// Reads the format.
 pub static READER: Reader = Reader {
@@ -54,14 +54,16 @@ fn targets(path: &Path) -> Vec<PathBuf> {
 }
 
 fn write(table: &CellTable<'_>, path: &Path) -> Result<Vec<Written>> {
-    let mut files = Vec::new();
-    for ((side, transport), path) in parts().zip(targets(path)) {
+    let (mut set, mut files) = (FileSet::default(), Vec::new());
+    let all = targets(path);
+    for ((side, transport), path) in parts().zip(&all) {
         let (mut file, smearing) =
             convert::to_zemax(table.surface, side, transport, &table.fineness.resolution)?;
         file.comments = table.comments(&smearing);
         file.comments.push(format!("light from the {side} side"));
-        write_atomic(&path, |mut sink| Ok(layout::write(&file, &mut sink)?))?;
-        files.push(Written { path, smearing });
+        set.write(path, |mut sink| Ok(layout::write(&file, &mut sink)?))?;
+        files.push(Written { path: path.clone(), smearing });
     }
+    set.publish(&all)?;
     Ok(files)
 }
