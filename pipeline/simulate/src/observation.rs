@@ -349,7 +349,7 @@ impl Observation {
             let read = replicates(&self.far_field, &|powers| reading.plain(powers));
             all.extend(FAR_FIELD.iter().map(|figure| figure.key).zip(read));
         }
-        if wanted(EXTRACTION.key) {
+        if design.dome.is_some() && wanted(EXTRACTION.key) {
             let read = replicates(&self.flows, &|p| vec![extraction::of_powers(p)]);
             all.extend([EXTRACTION.key].into_iter().zip(read));
         }

@@ -4,6 +4,7 @@
 use serde::Deserialize;
 
 use design::dotted_keys::Settings;
+use design::serde_arrays::List;
 use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
@@ -50,7 +51,7 @@ pub struct VariableKeys {
     /// Coefficients of the profile; absent: one for each ring.
     pub knots: Option<usize>,
     /// First and last ring of a profile over rings; absent: all.
-    pub rings: Option<[usize; 2]>,
+    pub rings: Option<List<usize, 2>>,
     /// Least value.
     pub from: Option<f64>,
     /// Largest value.

@@ -18,6 +18,7 @@ mod front;
 mod heights;
 pub mod limits;
 pub mod log;
+pub mod named_files;
 mod noise;
 mod objective;
 mod outcome;

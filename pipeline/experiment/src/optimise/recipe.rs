@@ -22,6 +22,7 @@ use super::evaluate::Evaluator;
 use super::found_design::{DESIGN, FRONT, FoundDesign, remove_front};
 use super::front::FrontDesign;
 use super::log::{self, Log};
+use super::named_files::NamedFiles;
 use super::objective::Evaluation;
 use super::outcome::Outcome;
 use super::problem::{Problem, StageSettings};
@@ -142,7 +143,8 @@ impl<'a> Recipe<'a> {
         atomic_file::supersede(&out.join(FILE))?;
         remove_front(out)?;
         let designs = self.designs(&found)?.into_iter();
-        let designs = designs.map(|design| design.write(self.problem, out));
+        let mut named = NamedFiles::new(self.problem, out);
+        let designs = designs.map(|design| design.write(&mut named, out));
         let designs = designs.collect::<Result<Vec<_>>>()?;
         let verified = self.verify(&found, &designs, context)?;
         let points = &found.last_result().front;
@@ -255,6 +257,7 @@ impl<'a> Recipe<'a> {
         let robust = self.problem.robust.as_ref().map(RobustObjective::verified);
         let mut evaluator = self.evaluator(&found.variables, &stage);
         evaluator.robust = robust.as_ref();
+        evaluator.reads_all = true;
         let source = &self.problem.variables.source;
         let best = &designs[0];
         let paths = self.verification_paths(&best.design);

@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use design::Design;
 use design::dotted_keys::{self, Settings, number};
+use design::serde_arrays::List;
 
 use super::file::{Profile, VariableKeys};
 use super::heights;
@@ -323,7 +324,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         }
         (None, Some(profile)) => {
             let rings = RingSlopes::of(design)?.count();
-            let [first, last] = keys.rings.unwrap_or([1, rings]);
+            let [first, last] = keys.rings.map_or([1, rings], |List(ends)| ends);
             ensure!(
                 first >= 1 && first <= last && last <= rings,
                 "rings: expected a first and a last ring from 1 to {rings}, got [{first}, {last}]"
@@ -355,7 +356,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         );
     }
     let range = match &place {
-        Place::Key(key) => range.tried(key, source)?,
+        Place::Key(key) => range.of_key(key, source)?,
         _ => range,
     };
     Ok(Variable { label, place, range, count, start: keys.start })

@@ -4,10 +4,12 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
+use serde_json::json;
 
 use design::Design;
 use design::dotted_keys::Settings;
 use design::resolved::check_paths;
+use files::cache::Key;
 use files::provenance::FileRecord;
 use metrics::Bounds;
 use simulate::model::Model;
@@ -45,10 +47,27 @@ pub struct ToleranceAnalysis {
     pub paths: u64,
     /// Figures that are reported.
     pub figures: Vec<String>,
+    /// Figures that the design must have, each with the key that asks for it.
+    pub required: Vec<(String, String)>,
     /// Constraints on a package.
     pub constraints: Vec<Constraint>,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
+}
+
+impl ToleranceAnalysis {
+    /// Key of the figures of all traces: all that they depend on.
+    pub fn key(&self, seed: u64) -> Key {
+        let named = self.inputs.iter().map(|input| &input.sha256);
+        let used = self.design.files.used.iter().map(|used| &used.sha256);
+        Key::of(&json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "inputs": named.chain(used).collect::<Vec<_>>(),
+            "samples": self.samples,
+            "paths": self.paths,
+            "seed": seed,
+        }))
+    }
 }
 
 /// A constraint on a figure.
@@ -94,6 +113,11 @@ fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<T
     let paths = overrides.paths.or(file.paths).unwrap_or(design.trace.paths);
     check_paths("paths", paths)?;
     let known: Vec<&str> = metrics::figures::all().map(|figure| figure.key).collect();
+    let stated = file.figures.iter().flatten().map(|key| ("figures".to_owned(), key.clone()));
+    let bounded = file.constraints.iter().enumerate();
+    let bounded =
+        bounded.map(|(k, keys)| (format!("constraints[{}].figure", k + 1), keys.figure.clone()));
+    let required = stated.chain(bounded).collect();
     let figures =
         file.figures.unwrap_or_else(|| known.iter().map(|key| (*key).to_owned()).collect());
     ensure!(!figures.is_empty(), "figures: expected at least one, got none");
@@ -122,6 +146,7 @@ fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<T
         samples,
         paths,
         figures,
+        required,
         constraints,
         inputs,
     })

@@ -89,7 +89,7 @@ pub enum Distribution {
 #[serde(deny_unknown_fields)]
 pub struct CorrelationKeys {
     /// Names of two tolerances.
-    pub between: [String; 2],
+    pub between: Vec<String>,
     /// Correlation coefficient of their deviations.
     pub coefficient: f64,
 }

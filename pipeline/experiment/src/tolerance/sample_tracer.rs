@@ -4,13 +4,12 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Result, ensure};
-use serde_json::json;
+use anyhow::{Context, Result, ensure};
 
 use design::dotted_keys::Settings;
 use design::schema::Average;
 use files::atomic_file::is_of_files;
-use files::cache::{Cache, Key};
+use files::cache::Cache;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
 use files::store::Entries;
@@ -21,6 +20,7 @@ use simulate::trace_plan::DomeChoice;
 
 use super::definition::ToleranceAnalysis;
 use super::drawn_samples::{DrawnSamples, Traced};
+use crate::figures_of_design::{figures_of_design, missing};
 
 /// Figures by key.
 pub type Figures = BTreeMap<String, Estimate>;
@@ -73,9 +73,36 @@ impl<'a> SampleTracer<'a> {
         entries(self.analysis, self.context)?.find_value(number)
     }
 
-    pub fn keep(&self, number: u64, figures: &Result<Figures, String>) -> Result<()> {
+    /// Traces `number` and keeps its figures.
+    ///
+    /// # Errors
+    /// Those of [`SampleTracer::trace`]; figures that cannot be kept.
+    pub fn trace_and_keep(&mut self, number: u64) -> Result<Result<Figures, String>> {
+        let figures = self.trace(number)?;
         let entries = entries(self.analysis, self.context);
-        entries.map_or(Ok(()), |entries| entries.keep_value(number, figures))
+        entries.map_or(Ok(()), |entries| entries.keep_value(number, &figures))?;
+        Ok(figures)
+    }
+
+    /// Refuses an analysis that asks for other figures than `found`, those of the design.
+    ///
+    /// # Errors
+    /// The figures that the design has.
+    pub fn check_figures(&mut self, found: &Result<Figures, String>) -> Result<()> {
+        let (analysis, Ok(found)) = (self.analysis, found) else {
+            return Ok(());
+        };
+        let Some((key, figure)) =
+            analysis.required.iter().find(|(_, figure)| !found.contains_key(figure))
+        else {
+            return Ok(());
+        };
+        let mut design = analysis.design.clone();
+        design.trace.paths = analysis.paths;
+        let context = RunContext { checkpoints: None, ..self.context.silent() };
+        let file = &analysis.inputs[0].file;
+        let figures = figures_of_design(&design, analysis.model, &mut self.traces, context)?;
+        Err(missing(key, figure, &figures, analysis.paths)).with_context(|| file.clone())
     }
 }
 
@@ -84,8 +111,7 @@ pub(super) fn entries<'a>(
     analysis: &ToleranceAnalysis,
     context: RunContext<'a>,
 ) -> Option<Entries<'a>> {
-    let fields = json!({"samples of": analysis.name, "seed": context.seed});
-    context.checkpoints.map(|store| store.entries(Key::of(&fields)))
+    context.checkpoints.map(|store| store.entries(analysis.key(context.seed)))
 }
 
 /// The figures of the design with these settings, with or without averaging over symmetries.
