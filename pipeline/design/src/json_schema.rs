@@ -79,9 +79,11 @@ fn collect_types<'a>(schema: &'a Value, parts: &[&str], types: &mut BTreeSet<&'a
     }
     let Some((part, rest)) = parts.split_first() else {
         let own = &schema["type"];
-        types.extend(own.as_str().into_iter().chain(
-            own.as_array().into_iter().flatten().filter_map(Value::as_str),
-        ));
+        types.extend(
+            own.as_str()
+                .into_iter()
+                .chain(own.as_array().into_iter().flatten().filter_map(Value::as_str)),
+        );
         return;
     };
     for below in [schema["properties"].get(part), schema.get("items")].into_iter().flatten() {

@@ -10,12 +10,12 @@ use anyhow::{Result, ensure};
 use clap::Args;
 
 use design::Design;
+use experiment::optimise::found_design::{self, CONVERGENCE, SENSITIVITIES};
 use experiment::optimise::problem::{self, Problem};
 use experiment::optimise::recipe::{Optimised, Recipe};
 use experiment::optimise::search_results::plain_text;
 use experiment::optimise::shared_search::SharedSearch;
 use experiment::optimise::verification_run::VerificationRun;
-use experiment::optimise::found_design::{self, CONVERGENCE, SENSITIVITIES};
 use experiment::optimise::{external_search, named_files};
 use files::atomic_file;
 use files::content_hash::sealed;
@@ -43,7 +43,7 @@ pub struct OptimiseArgs {
     /// Directory for results
     #[arg(long, value_name = "DIR", default_value = "optimised")]
     pub out: PathBuf,
-    /// Time for the search, such as 90s, 6min or 2h; the verification comes after it
+    /// Time for search, selection and verification, such as 90s, 6min or 2h
     #[arg(long, value_name = "TIME", value_parser = budget)]
     pub budget: Option<Duration>,
     /// Go on with the log in the directory
@@ -107,6 +107,10 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let problem = problem::load(&arguments.problem)?;
     let out = arguments.out.as_path();
     let cache = arguments.job_options().cache();
+    let mut recipe = Recipe::new(&problem, &cache, arguments.budget);
+    if !context.is_merging() {
+        recipe.pilot(context)?;
+    }
     if arguments.evaluate {
         let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
         return external_search::judge_lines(&problem, &cache, context, input, output);
@@ -127,7 +131,6 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
         "before {FILE} was written; the log stays in `{}`, --resume goes on from there",
         out.display()
     ));
-    let recipe = Recipe::new(&problem, &cache, arguments.budget);
     let found = recipe.run(out, arguments.resume, context)?;
     let results = verified(&problem, &found, out, &cache, context)?;
     let published = Published::load()?;

@@ -69,10 +69,7 @@ impl Shardable for ToleranceArgs {
     }
 
     fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
-        ensure!(
-            !self.resume,
-            "--resume: expected none with shards, which go on from their pieces"
-        );
+        ensure!(!self.resume, "--resume: expected none with shards, which go on from their pieces");
         let analysis = self.analysis()?;
         let inputs = analysis.inputs.clone();
         let traces = shared_traces(analysis, context.seed)?.into_iter();

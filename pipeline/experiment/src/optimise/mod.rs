@@ -10,6 +10,7 @@
 //! [`found_design`] and verifies it beside its `sensitivities`, [`search_results`] writes it down,
 //! and [`shared_search`] is the work of one shard.
 
+mod cost;
 mod evaluate;
 pub mod external_search;
 pub mod file;

@@ -42,7 +42,11 @@ impl<'a> NamedFiles<'a> {
 
     /// Sets the names of files in `table` to those of their copies; returns source by copy, the
     /// latter relative to the directory of results.
-    pub fn place(&mut self, table: &mut toml::Table, design: &Design) -> BTreeMap<PathBuf, PathBuf> {
+    pub fn place(
+        &mut self,
+        table: &mut toml::Table,
+        design: &Design,
+    ) -> BTreeMap<PathBuf, PathBuf> {
         let named = design.provenance.named.iter().map(|record| PathBuf::from(&record.file));
         let used = design.files.used.iter().map(|used| self.folder.join(&used.file));
         let known: Vec<PathBuf> = named.chain(used).collect();

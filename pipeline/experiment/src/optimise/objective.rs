@@ -221,9 +221,8 @@ impl Objective {
     /// Figures that a trace of a design must show, each with the key that asks for it.
     pub fn read_figures(&self) -> Vec<(String, &str)> {
         let terms = self.terms.iter().enumerate();
-        let terms = terms.map(|(k, term)| {
-            (format!("objective.terms[{}].figure", k + 1), term.figure.as_str())
-        });
+        let terms = terms
+            .map(|(k, term)| (format!("objective.terms[{}].figure", k + 1), term.figure.as_str()));
         let constraints = self.constraints.iter().enumerate();
         let constraints = constraints.map(|(k, constraint)| {
             (format!("constraints[{}].figure", k + 1), constraint.figure.as_str())

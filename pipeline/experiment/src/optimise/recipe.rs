@@ -16,8 +16,11 @@ use files::run_context::RunContext;
 use metrics::{Estimate, JackknifedFigure};
 use results::optimisation::FILE;
 use search::Point;
+use simulate::model::Model;
+use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
 
+use super::cost::{self, Pace, time_words};
 use super::evaluate::Evaluator;
 use super::found_design::{DESIGN, FRONT, FoundDesign, remove_front};
 use super::front::FrontDesign;
@@ -32,9 +35,12 @@ use super::shared_evaluations::{Batch, SharedEvaluations};
 use super::stage::{StageResult, StageSearch};
 use super::variables::Variables;
 use crate::design_file::DesignFile;
+use crate::figures_of_design::{figures_of_design, missing};
 
 /// Number of the seed beside those of the search.
 const VERIFICATION: u64 = 0x5eed;
+/// Most paths of a pilot.
+const PILOT_PATHS: u64 = 65_536;
 
 /// Recipe of an optimisation.
 pub struct Recipe<'a> {
@@ -42,8 +48,11 @@ pub struct Recipe<'a> {
     pub problem: &'a Problem,
     /// Cache of tables.
     pub cache: &'a Cache,
-    /// Time for the search; what is begun is finished.
+    /// Time for everything.
     pub budget: Option<Duration>,
+    pub(super) begun: Instant,
+    /// Seconds for one path, where a pilot has told.
+    pub(super) seconds_per_path: Option<f64>,
     /// Evaluations shared with other processes.
     pub(super) shared: Option<&'a SharedEvaluations<'a>>,
 }
@@ -112,7 +121,63 @@ pub(super) struct Verified {
 impl<'a> Recipe<'a> {
     /// The recipe of `problem`, of whose candidates this process judges all.
     pub fn new(problem: &'a Problem, cache: &'a Cache, budget: Option<Duration>) -> Self {
-        Self { problem, cache, budget, shared: None }
+        let begun = Instant::now();
+        Self { problem, cache, budget, begun, seconds_per_path: None, shared: None }
+    }
+
+    /// Traces the design that every stage starts with, by few paths: refuses figures that it does not
+    /// have, and takes the pace of the traces.
+    ///
+    /// # Errors
+    /// Figures that a design does not have; those of the tracer; an interrupt.
+    pub fn pilot(&mut self, context: RunContext) -> Result<()> {
+        let problem = self.problem;
+        let mut traces = ModelTraces::of_search(self.cache);
+        let variables = &problem.variables;
+        let start = variables.settings(&variables.start()?)?;
+        let (begun, mut paths) = (Instant::now(), 0);
+        let mut known: Vec<&Settings> = Vec::new();
+        for stage in &problem.stages {
+            if known.contains(&&stage.set) {
+                continue;
+            }
+            known.push(&stage.set);
+            let with = |settings: Settings| {
+                variables.source.with(&settings.into_iter().chain(stage.set.clone()).collect())
+            };
+            // A start that makes no design is passed over.
+            let mut design = with(start.clone()).or_else(|_| with(Settings::new()))?;
+            design.trace.paths = stage.paths.min(PILOT_PATHS);
+            paths += design.trace.paths;
+            let context = RunContext { checkpoints: None, ..context.silent() };
+            let figures = figures_of_design(&design, Model::Geometric, &mut traces, context)?;
+            for (key, figure) in problem.objective.read_figures() {
+                if !figures.contains(&figure) {
+                    let why = missing(&key, figure, &figures, design.trace.paths);
+                    return Err(self.about(why));
+                }
+            }
+        }
+        self.seconds_per_path = Some(begun.elapsed().as_secs_f64() / paths as f64);
+        Ok(())
+    }
+
+    /// Says what the search takes at most, and whether that fits into the budget.
+    fn say_cost(&self, pace: &Pace, context: RunContext) {
+        if self.seconds_per_path.is_none() {
+            return;
+        }
+        context.console.say(&format!("{}: {}", self.problem.name, cost::words(self.problem, pace)));
+        let after = cost::paths_after(self.problem, 0);
+        if let Some(budget) = self.budget.filter(|_| !pace.allows(after)) {
+            context.console.warn(&format!(
+                "{}: --budget: what follows after the search takes about {}, the budget is {}: a \
+                 single generation is begun; lower most_paths or verification.paths",
+                self.problem.inputs[0].file,
+                time_words(after * pace.seconds_per_path),
+                time_words(budget.as_secs_f64())
+            ));
+        }
     }
 
     /// Searches, chooses and verifies; writes the log and the design into `out`. With `resume` the
@@ -178,7 +243,11 @@ impl<'a> Recipe<'a> {
     pub(super) fn search(&self, log: &mut Log, context: RunContext) -> Result<Searched> {
         let problem = self.problem;
         let started = Instant::now();
-        let deadline = self.budget.map(|budget| started + budget);
+        let mut pace = Pace {
+            seconds_per_path: self.seconds_per_path.unwrap_or(0.0),
+            deadline: self.budget.map(|budget| self.begun + budget),
+        };
+        self.say_cost(&pace, context);
         let mut found = Searched {
             stages: Vec::new(),
             settings: Settings::new(),
@@ -198,7 +267,8 @@ impl<'a> Recipe<'a> {
                 log: &mut *log,
                 context,
                 started,
-                deadline,
+                pace: &mut pace,
+                paths_after: cost::paths_after(problem, number - 1),
                 progress: &progress,
             };
             if let Some(why) = search.evaluator.refusal(&found.start) {

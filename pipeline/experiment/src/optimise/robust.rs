@@ -110,7 +110,8 @@ impl RobustObjective {
         };
         let groups = packages.iter().map(|one| one.without.len()).min().unwrap_or(0);
         let figures = first.figures.iter().filter_map(|(key, figure)| {
-            let found = |one: &'_ Evaluation| one.figures.iter().position(|(known, _)| known == key);
+            let found =
+                |one: &'_ Evaluation| one.figures.iter().position(|(known, _)| known == key);
             let all = packages.iter().map(|one| Some(&one.figures[found(one)?].1));
             // A package may lack one that nothing asks for.
             let all: Vec<&JackknifedFigure> = all.collect::<Option<_>>()?;

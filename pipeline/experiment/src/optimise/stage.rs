@@ -22,10 +22,12 @@ use search::random::RandomSearch;
 use search::{Minimiser, Point};
 use simulate::seeds::mix;
 
+use super::cost::Pace;
 use super::evaluate::Evaluator;
 use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
 use super::noise::noise;
+use super::outcome::Outcome;
 use super::problem::StageSettings;
 use super::shared_evaluations::Batch;
 
@@ -34,7 +36,7 @@ const MAX_NOISE: f64 = 0.7;
 /// A search has converged when its standard deviations are below this share of the ranges.
 const MIN_STEP: f64 = 2e-3;
 /// Paths of the traces among which the best is chosen, beside the largest number of the search.
-const SELECTION: u64 = 4;
+pub(super) const SELECTION: u64 = 4;
 
 /// One of the points among which a stage chooses.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,8 +83,10 @@ pub(super) struct StageSearch<'a, 'b> {
     pub context: RunContext<'a>,
     /// Time at which the search began or was resumed.
     pub started: Instant,
-    /// Time after which no further generation is begun.
-    pub deadline: Option<Instant>,
+    /// Pace of the traces, and the time that they have.
+    pub pace: &'b mut Pace,
+    /// Paths that follow after the generations.
+    pub paths_after: f64,
     pub progress: &'b Progress,
 }
 
@@ -223,9 +227,13 @@ impl StageSearch<'_, '_> {
             self.progress.inc(points.len() as u64);
             return Ok(Some(known));
         }
-        if number > 0 && self.deadline.is_some_and(|deadline| Instant::now() > deadline) {
+        let traced = points.len() as f64 * paths as f64;
+        // The first generation is one to select from, whatever it takes.
+        let is_first = number <= 1 && self.number == 1;
+        if number > 0 && !is_first && !self.pace.allows(traced + self.paths_after) {
             return Ok(None);
         }
+        let begun = Instant::now();
         let seed =
             mix(mix(self.context.seed) ^ mix(common.seed as u64) ^ ((self.number as u64) << 32));
         let context = RunContext { seed, ..self.context };
@@ -242,6 +250,9 @@ impl StageSearch<'_, '_> {
         let outcomes = self.evaluator.outcomes(&batch, context, |evaluator, k| {
             evaluator.evaluate(&points[k], paths, context)
         })?;
+        let is_traced = |one: &&Outcome| matches!(one, Outcome::Evaluated(_));
+        let traced = outcomes.iter().filter(is_traced).count() as f64 * paths as f64;
+        self.pace.update(traced, begun.elapsed().as_secs_f64());
         let candidates = points.iter().zip(&outcomes).map(|(point, outcome)| {
             let coefficients = self.evaluator.variables.coefficients(point);
             Candidate::new(point, coefficients, outcome)

@@ -100,6 +100,11 @@ impl Variables {
         self.all.iter().map(|variable| variable.count).sum()
     }
 
+    /// [`Variables::dimension`] with `knots` coefficients in each profile over rings.
+    pub fn resumed_dimension(&self, knots: Option<usize>) -> usize {
+        self.all.iter().map(|variable| variable.count_with(knots)).sum()
+    }
+
     /// The same variables with `knots` coefficients in each profile over rings, from the design
     /// that `settings` make.
     ///
@@ -110,9 +115,7 @@ impl Variables {
         let mut next = self.clone();
         next.source = DesignFile::new(self.source.path.clone(), table);
         for variable in &mut next.all {
-            if let (Place::Rings(_, [first, last]), Some(knots)) = (&variable.place, knots) {
-                variable.count = knots.clamp(1, last - first + 1);
-            }
+            variable.count = variable.count_with(knots);
             if !settings.is_empty() {
                 variable.start = None;
             }
@@ -245,6 +248,14 @@ impl Variables {
 }
 
 impl Variable {
+    /// Coefficients with `knots` in each profile over rings.
+    fn count_with(&self, knots: Option<usize>) -> usize {
+        match (&self.place, knots) {
+            (Place::Rings(_, [first, last]), Some(knots)) => knots.clamp(1, last - first + 1),
+            _ => self.count,
+        }
+    }
+
     fn overlaps(&self, other: &Self) -> bool {
         match (&self.place, &other.place) {
             (Place::Rings(a, [first, last]), Place::Rings(b, [from, to])) => {

@@ -88,7 +88,8 @@ pub fn write_text_csv(path: &Path, headings: &[&str], lines: &[Vec<String>]) -> 
             line.len()
         );
     }
-    let row = |fields: &mut dyn Iterator<Item = &str>| fields.map(quoted).collect::<Vec<_>>().join(",");
+    let row =
+        |fields: &mut dyn Iterator<Item = &str>| fields.map(quoted).collect::<Vec<_>>().join(",");
     write_atomic(path, |file| {
         writeln!(file, "{}", row(&mut headings.iter().copied()))?;
         for line in lines {
