@@ -11,7 +11,7 @@ use files::progress::warn_once;
 
 /// The material in the file at `path`.
 pub fn read(path: &Path) -> Result<Material> {
-    let text = std::fs::read_to_string(path)
+    let text = crate::read_text(path)
         .with_context(|| format!("`{}`: expected a material, cannot read it", path.display()))?;
     let material = Material::from_yaml(&text).with_context(|| path.display().to_string())?;
     if material.lowest_k() < 0.0 {

@@ -43,7 +43,7 @@
 
 pub mod checked_file;
 pub mod design_file;
-mod figures_of_design;
+mod missing_figure;
 pub mod optimise;
 pub mod ring_slopes;
 pub mod study;

@@ -103,6 +103,8 @@ pub enum Verdict {
     Changed,
     /// Within errors.
     NotResolved,
+    /// No change, and no error of it.
+    Unchanged,
 }
 
 impl Verdict {
@@ -110,6 +112,9 @@ impl Verdict {
     /// smaller, or neither.
     pub fn new(change: Estimate, larger_is_better: Option<bool>) -> Self {
         let rises = change.value > 0.0;
+        if change.value == 0.0 && change.standard_error == 0.0 {
+            return Self::Unchanged;
+        }
         if change.value.abs() <= DISTINCT * change.standard_error {
             return Self::NotResolved;
         }
@@ -127,6 +132,7 @@ impl Verdict {
             Self::Worse => "WORSE",
             Self::Changed => "changed",
             Self::NotResolved => "not resolved",
+            Self::Unchanged => "unchanged",
         }
     }
 }

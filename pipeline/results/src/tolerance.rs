@@ -168,13 +168,18 @@ pub fn significant(value: f64) -> String {
     Digits::new(value, value).error
 }
 
-/// Line for people on a figure whose scatter is not seen above the noise of a trace.
-pub fn unseen(figure: &str, below: f64, noise: f64) -> String {
-    format!(
-        "{figure}: scatter not resolved, below {} (95 % confidence) under a noise of a trace of {}",
-        significant(below),
-        significant(noise)
-    )
+/// Sentence on figures whose scatter is not seen above the noise of a trace, each with the bound of
+/// its deviation; `None` without such figures.
+pub fn unseen<'a>(figures: impl Iterator<Item = (&'a str, f64)>) -> Option<String> {
+    let bounds = figures.map(|(figure, below)| format!("{figure} {}", significant(below)));
+    let bounds: Vec<String> = bounds.collect();
+    (!bounds.is_empty()).then(|| {
+        format!(
+            "not resolved: the noise of a trace hides the scatter, which is below, at 95 % \
+             confidence: {}",
+            bounds.join(", ")
+        )
+    })
 }
 
 /// A share of a variance for people: an upper bound where it is within two errors of 0.

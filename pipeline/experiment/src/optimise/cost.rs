@@ -72,19 +72,21 @@ pub(super) fn words(problem: &Problem, pace: &Pace) -> String {
     });
     let after = paths_after(problem, 0);
     let time = |paths: f64| time_words(paths * pace.seconds_per_path);
+    let range = |least: String, most: String| match least == most {
+        true => least,
+        false => format!("{least} to {most}"),
+    };
     let tables = match problem.models.contains(&Model::Hybrid) {
         true => ", beside tables of orders",
         false => "",
     };
     format!(
-        "search: at most {} candidates with {} to {} paths, then up to {} for selection, \
-         sensitivities and verification; about {} to {}{tables}",
+        "at most {} candidates with {} paths, then up to {} for selection, sensitivities and \
+         verification; about {}{tables}",
         thousands(candidates as u64),
-        thousands(least as u64),
-        thousands(most as u64),
+        range(thousands(least as u64), thousands(most as u64)),
         thousands(after as u64),
-        time(least + after),
-        time(most + after),
+        range(time(least + after), time(most + after)),
     )
 }
 

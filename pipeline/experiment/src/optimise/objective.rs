@@ -265,10 +265,12 @@ impl Objective {
         };
         let figures = wanted.iter().map(|key| Ok(((*key).to_owned(), figure(key)?)));
         let mut figures: Vec<(String, JackknifedFigure)> = figures.collect::<Result<_>>()?;
-        let others = read.into_iter().filter(|(key, figure)| {
-            !wanted.contains(key) && figure.value.is_finite() && figure.standard_error.is_finite()
-        });
-        figures.extend(others.map(|(key, figure)| (key.to_owned(), figure)));
+        for (key, figure) in read.into_iter().map(|(key, figure)| (key.to_string(), figure)) {
+            let is_finite = figure.value.is_finite() && figure.standard_error.is_finite();
+            if is_finite && figures.iter().all(|(known, _)| *known != key) {
+                figures.push((key, figure));
+            }
+        }
         Ok(self.of_figures(figures))
     }
 

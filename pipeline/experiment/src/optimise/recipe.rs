@@ -19,6 +19,7 @@ use search::Point;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
+use simulate::trace_plan::DomeChoice;
 
 use super::cost::{self, Pace, time_words};
 use super::evaluate::Evaluator;
@@ -35,7 +36,7 @@ use super::shared_evaluations::{Batch, SharedEvaluations};
 use super::stage::{StageResult, StageSearch};
 use super::variables::Variables;
 use crate::design_file::DesignFile;
-use crate::figures_of_design::{figures_of_design, missing};
+use crate::missing_figure::{missing_figure, shown};
 
 /// Number of the seed beside those of the search.
 const VERIFICATION: u64 = 0x5eed;
@@ -134,31 +135,41 @@ impl<'a> Recipe<'a> {
         let problem = self.problem;
         let mut traces = ModelTraces::of_search(self.cache);
         let variables = &problem.variables;
-        let start = variables.settings(&variables.start()?)?;
-        let (begun, mut paths) = (Instant::now(), 0);
+        let start = variables.settings(&variables.start()?).unwrap_or_default();
+        let (mut seconds, mut paths) = (0.0, 0);
         let mut known: Vec<&Settings> = Vec::new();
         for stage in &problem.stages {
             if known.contains(&&stage.set) {
                 continue;
             }
             known.push(&stage.set);
-            let with = |settings: Settings| {
-                variables.source.with(&settings.into_iter().chain(stage.set.clone()).collect())
-            };
+            let with = |settings: Settings| settings.into_iter().chain(stage.set.clone()).collect();
             // A start that makes no design is passed over.
-            let mut design = with(start.clone()).or_else(|_| with(Settings::new()))?;
+            let settings = [start.clone(), Settings::new()].into_iter().map(with);
+            let settings: Vec<Settings> = settings.collect();
+            let made = settings.iter().find_map(|s| Some((s, variables.source.with(s).ok()?)));
+            let Some((settings, mut design)) = made else {
+                continue;
+            };
             design.trace.paths = stage.paths.min(PILOT_PATHS);
-            paths += design.trace.paths;
             let context = RunContext { checkpoints: None, ..context.silent() };
-            let figures = figures_of_design(&design, Model::Geometric, &mut traces, context)?;
+            let begun = Instant::now();
+            let model = DomeChoice::Model(Model::Geometric);
+            let seen = traces.observe(&design, model, "", context)?;
+            seconds += begun.elapsed().as_secs_f64();
+            paths += design.trace.paths;
+            let (source, shown) = (&variables.source, shown(&design, &seen));
             for (key, figure) in problem.objective.read_figures() {
-                if !figures.contains(&figure) {
-                    let why = missing(&key, figure, &figures, design.trace.paths);
+                if !shown.iter().any(|known| known == figure) {
+                    let why = missing_figure(&key, figure, &shown, design.trace.paths);
                     return Err(self.about(why));
                 }
             }
+            let file = DesignFile::new(source.path.clone(), source.table_with(settings)?);
+            let judged = problem.objective.judge(&file, &design, &seen, false);
+            judged.map_err(|why| self.about(why))?;
         }
-        self.seconds_per_path = Some(begun.elapsed().as_secs_f64() / paths as f64);
+        self.seconds_per_path = (paths > 0).then(|| seconds / paths as f64);
         Ok(())
     }
 

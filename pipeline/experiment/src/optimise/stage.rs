@@ -379,8 +379,7 @@ impl SearchState {
 
 /// A reason without its numbers.
 fn words(why: &str) -> String {
-    let number = |c: char| c.is_ascii_digit() || ".-".contains(c);
-    why.split_whitespace().map(|word| word.trim_matches(number)).collect()
+    why.chars().filter(|c| !c.is_ascii_digit() && !".-".contains(*c)).collect()
 }
 
 /// The searches, each with what it leaves to choose from.

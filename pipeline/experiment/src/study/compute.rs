@@ -31,7 +31,7 @@ use simulate::tables::keys;
 use simulate::trace_plan::DomeChoice;
 
 use super::definition::Study;
-use crate::figures_of_design::missing;
+use crate::missing_figure::missing_figure;
 
 use super::trace_figures::{NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId};
 
@@ -328,11 +328,11 @@ impl TraceTask {
         let TraceId { design, model } = &self.id;
         let of_design = study.targets.figures.get(design);
         let wanted = of_design.and_then(|of| of.get(model)).into_iter().flatten();
-        let figures: Vec<&str> = found.iter().map(|(key, _)| key.as_str()).collect();
-        let mut others = wanted.filter(|(figure, _)| !figures.contains(&figure.as_str()));
+        let figures: Vec<String> = found.iter().map(|(key, _)| key.clone()).collect();
+        let mut others = wanted.filter(|(figure, _)| !figures.contains(figure));
         let paths = self.design(study).trace.paths;
         others.next().map_or(Ok(()), |(figure, _)| {
-            Err(missing(&format!("targets.{design}.{model}"), figure, &figures, paths))
+            Err(missing_figure(&format!("targets.{design}.{model}"), figure, &figures, paths))
                 .with_context(|| study.inputs[0].file.clone())
         })
     }

@@ -20,7 +20,7 @@ use simulate::trace_plan::DomeChoice;
 
 use super::definition::ToleranceAnalysis;
 use super::drawn_samples::{DrawnSamples, Traced};
-use crate::figures_of_design::{figures_of_design, missing};
+use crate::missing_figure::{missing_figure, shown};
 
 /// Figures by key.
 pub type Figures = BTreeMap<String, Estimate>;
@@ -100,9 +100,10 @@ impl<'a> SampleTracer<'a> {
         let mut design = analysis.design.clone();
         design.trace.paths = analysis.paths;
         let context = RunContext { checkpoints: None, ..self.context.silent() };
-        let file = &analysis.inputs[0].file;
-        let figures = figures_of_design(&design, analysis.model, &mut self.traces, context)?;
-        Err(missing(key, figure, &figures, analysis.paths)).with_context(|| file.clone())
+        let model = DomeChoice::Model(analysis.model);
+        let seen = self.traces.observe(&design, model, "", context)?;
+        Err(missing_figure(key, figure, &shown(&design, &seen), analysis.paths))
+            .with_context(|| analysis.inputs[0].file.clone())
     }
 }
 

@@ -276,8 +276,10 @@ impl<'a> ToleranceResults<'a> {
                 resolved(f.scatter.quantiles[2].1),
             );
         }
-        for (f, below) in self.figures.iter().filter_map(|f| Some((f, f.scatter.below?))) {
-            let _ = writeln!(text, "{}", unseen(&f.key, below, f.scatter.noise));
+        let bounded = self.figures.iter();
+        let bounded = bounded.filter_map(|f| Some((f.key.as_str(), f.scatter.below?)));
+        if let Some(unseen) = unseen(bounded) {
+            let _ = writeln!(text, "{unseen}");
         }
         if let Some(found) = self.yielded() {
             let _ = writeln!(text, "\nyield: {}", found.words());

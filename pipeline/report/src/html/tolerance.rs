@@ -79,9 +79,12 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
     let levels = figures.iter().map(|(_, figure)| &figure.quantiles);
     let levels = levels.max_by_key(|quantiles| quantiles.len());
     let levels = levels.into_iter().flatten().map(level);
-    let unseen = figures.iter().filter_map(|(key, figure)| {
-        Some(unseen(&plain(key), figure.deviation_below?, figure.noise_of_a_trace))
+    let bounded = figures.iter().filter_map(|(key, figure)| {
+        let below = figure.deviation_below?;
+        Some((plain(key), below))
     });
+    let bounded: Vec<(String, f64)> = bounded.collect();
+    let unseen = unseen(bounded.iter().map(|(name, below)| (name.as_str(), *below)));
     Ok(json!({
         "name": file.name,
         "description": file.description,
@@ -92,7 +95,7 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
         "levels": levels.collect::<Vec<_>>(),
         "rows": figures.iter().map(|(key, figure)| row(key, figure)).collect::<Vec<_>>(),
         "constraints": file.constraints.iter().map(bound).collect::<Vec<_>>(),
-        "unseen": unseen.collect::<Vec<_>>(),
+        "unseen": unseen,
         "yield": file.yielded.as_ref().map(YieldEntry::words),
         "without_design": file.without_design.len(),
         "contributions": causes.collect::<Vec<_>>(),
