@@ -42,3 +42,4 @@ mod study;
 mod tolerance;
 mod tutorial;
 mod unlit_receivers;
+mod verdicts;

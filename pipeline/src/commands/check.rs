@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing check`: checks a design or a table and describes it.
+//! `batwing check`: checks a design, a table or the file of an experiment, and describes it.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ use simulate::{scene, scene_check};
 /// `batwing check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// Design file, or a table written by `batwing bsdf` (.bworders)
+    /// Design file, study, problem or tolerance file, or a table of `batwing bsdf` (.bworders)
     #[arg(value_name = "DESIGN.toml")]
     pub file: PathBuf,
 }
@@ -33,6 +33,11 @@ pub struct CheckArgs {
 pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
     if arguments.file.extension().is_some_and(|e| e == EXTENSION) {
         return table(&arguments.file, context);
+    }
+    if let Some(found) = experiment::description::describe(&arguments.file)? {
+        let file = arguments.file.display().to_string();
+        let json = json!({"file": file, "valid": true, "kind": found.kind, "inputs": found.inputs});
+        return context.console.result(&json, || format!("{} {}", found.kind, found.words));
     }
     of_design(&scene_check::load(&arguments.file)?, context)
 }
