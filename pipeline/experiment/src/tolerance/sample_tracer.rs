@@ -14,6 +14,7 @@ use files::interrupt::Interrupted;
 use files::run_context::RunContext;
 use files::store::Entries;
 use metrics::Estimate;
+use metrics::digits::thousands;
 use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
 use simulate::trace_plan::DomeChoice;
@@ -59,7 +60,12 @@ impl<'a> SampleTracer<'a> {
             checkpoints: None,
             ..self.context.silent()
         };
-        match figures(self.analysis, (settings, averaged), &mut self.traces, context) {
+        let found = figures(self.analysis, (settings, averaged), &mut self.traces, context);
+        let found = found.and_then(|found| {
+            ensure!(!is_sample || !found.is_empty(), "no figure could be read");
+            Ok(found)
+        });
+        match found {
             // A failure of files may pass: it says nothing of the sample.
             Err(error) if !is_sample || error.is::<Interrupted>() || is_of_files(&error) => {
                 Err(error)
@@ -95,6 +101,12 @@ impl<'a> SampleTracer<'a> {
         let Some((key, figure)) =
             analysis.required.iter().find(|(_, figure)| !found.contains_key(figure))
         else {
+            ensure!(
+                !found.is_empty(),
+                "{}: expected light to read figures from, got none in {} paths",
+                analysis.inputs[0].file,
+                thousands(analysis.paths)
+            );
             return Ok(());
         };
         let mut design = analysis.design.clone();
@@ -132,6 +144,5 @@ fn figures(
     let figures = seen.replicated(&design, wanted).into_iter();
     let figures: Figures =
         figures.map(|(key, figure)| (key.to_owned(), figure.estimate())).collect();
-    ensure!(!figures.is_empty(), "no figure could be read");
     Ok(figures)
 }
