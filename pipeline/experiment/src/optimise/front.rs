@@ -54,9 +54,7 @@ impl StageSearch<'_, '_> {
         state.result.front = first_front(self.evaluator.objective, &candidates);
         Ok(state.result)
     }
-}
 
-impl StageSearch<'_, '_> {
     /// The first of all points that make the same design.
     fn distinct(&self, found: Vec<(Point, usize, f64)>) -> Vec<(Point, usize, f64)> {
         let mut distinct: Vec<(Settings, (Point, usize, f64))> = Vec::new();

@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 
 use design::Design;
 use design::dotted_keys::Settings;
+use design::resolved::PATHS;
 use files::atomic_file;
 use files::cache::Cache;
 use files::interrupt::Interrupted;
@@ -18,6 +19,7 @@ use results::optimisation::FILE;
 use search::Point;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
+use simulate::observation::Observation;
 use simulate::seeds::mix;
 use simulate::trace_plan::DomeChoice;
 
@@ -40,7 +42,7 @@ use crate::missing_figure::{missing_figure, shown};
 
 /// Number of the seed beside those of the search.
 const VERIFICATION: u64 = 0x5eed;
-/// Most paths of a pilot.
+/// Paths of a pilot.
 const PILOT_PATHS: u64 = 65_536;
 
 /// Recipe of an optimisation.
@@ -52,8 +54,8 @@ pub struct Recipe<'a> {
     /// Time for everything.
     pub budget: Option<Duration>,
     pub(super) begun: Instant,
-    /// Seconds for one path, where a pilot has told.
-    pub(super) seconds_per_path: Option<f64>,
+    /// Pace of the traces, where a pilot has told.
+    pub(super) pace: Option<Pace>,
     /// Evaluations shared with other processes.
     pub(super) shared: Option<&'a SharedEvaluations<'a>>,
 }
@@ -123,69 +125,80 @@ impl<'a> Recipe<'a> {
     /// The recipe of `problem`, of whose candidates this process judges all.
     pub fn new(problem: &'a Problem, cache: &'a Cache, budget: Option<Duration>) -> Self {
         let begun = Instant::now();
-        Self { problem, cache, budget, begun, seconds_per_path: None, shared: None }
+        Self { problem, cache, budget, begun, pace: None, shared: None }
     }
 
-    /// Traces the design that every stage starts with, by few paths: refuses figures that it does not
-    /// have, and takes the pace of the traces.
+    /// Traces the design that the search starts with, by few paths: refuses figures that it does
+    /// not have, with the settings of every stage and of the verification, and takes the pace.
     ///
     /// # Errors
     /// Figures that a design does not have; those of the tracer; an interrupt.
     pub fn pilot(&mut self, context: RunContext) -> Result<()> {
         let problem = self.problem;
-        let mut traces = ModelTraces::of_search(self.cache);
         let variables = &problem.variables;
         let start = variables.settings(&variables.start()?).unwrap_or_default();
-        let (mut seconds, mut paths) = (0.0, 0);
-        let mut known: Vec<&Settings> = Vec::new();
-        for stage in &problem.stages {
-            if known.contains(&&stage.set) {
-                continue;
-            }
-            known.push(&stage.set);
-            let with = |settings: Settings| settings.into_iter().chain(stage.set.clone()).collect();
+        let none = Settings::new();
+        let mut sets = vec![&none];
+        sets.extend(problem.stages.iter().map(|stage| &stage.set));
+        sets.sort_by_key(|set| set.len());
+        sets.dedup();
+        let context = RunContext { checkpoints: None, ..context.silent() };
+        let mut traces = ModelTraces::of_search(self.cache);
+        let mut trace = |design: &mut Design, paths: u64| -> Result<(Observation, f64)> {
+            design.trace.paths = paths;
+            let begun = Instant::now();
+            let model = DomeChoice::Model(Model::Geometric);
+            let seen = traces.observe(design, model, "", context)?;
+            Ok((seen, begun.elapsed().as_secs_f64()))
+        };
+        for set in sets {
+            let with = |settings: &Settings| settings.clone().into_iter().chain(set.clone());
+            let all: [Settings; 2] = [with(&start).collect(), with(&none).collect()];
             // A start that makes no design is passed over.
-            let settings = [start.clone(), Settings::new()].into_iter().map(with);
-            let settings: Vec<Settings> = settings.collect();
-            let made = settings.iter().find_map(|s| Some((s, variables.source.with(s).ok()?)));
+            let made = all.iter().find_map(|s| Some((s, variables.source.with(s).ok()?)));
             let Some((settings, mut design)) = made else {
                 continue;
             };
-            design.trace.paths = stage.paths.min(PILOT_PATHS);
-            let context = RunContext { checkpoints: None, ..context.silent() };
-            let begun = Instant::now();
-            let model = DomeChoice::Model(Model::Geometric);
-            let seen = traces.observe(&design, model, "", context)?;
-            seconds += begun.elapsed().as_secs_f64();
-            paths += design.trace.paths;
-            let (source, shown) = (&variables.source, shown(&design, &seen));
-            for (key, figure) in problem.objective.read_figures() {
-                if !shown.iter().any(|known| known == figure) {
-                    let why = missing_figure(&key, figure, &shown, design.trace.paths);
-                    return Err(self.about(why));
-                }
+            let (seen, seconds) = trace(&mut design, PILOT_PATHS)?;
+            self.check_figures(settings, &design, &seen).map_err(|why| self.about(why))?;
+            if self.pace.is_none() {
+                let few = *PATHS.start();
+                let (_, of_few) = trace(&mut design, few)?;
+                self.pace = Some(Pace::new([(few, of_few), (PILOT_PATHS, seconds)]));
             }
-            let file = DesignFile::new(source.path.clone(), source.table_with(settings)?);
-            let judged = problem.objective.judge(&file, &design, &seen, false);
-            judged.map_err(|why| self.about(why))?;
         }
-        self.seconds_per_path = (paths > 0).then(|| seconds / paths as f64);
         Ok(())
     }
 
-    /// Says what the search takes at most, and whether that fits into the budget.
-    fn say_cost(&self, pace: &Pace, context: RunContext) {
-        if self.seconds_per_path.is_none() {
-            return;
+    /// Refuses figures of objective and constraints that `seen`, a trace of the design that
+    /// `settings` make, does not show.
+    fn check_figures(
+        &self,
+        settings: &Settings,
+        design: &Design,
+        seen: &Observation,
+    ) -> Result<()> {
+        let (objective, source) = (&self.problem.objective, &self.problem.variables.source);
+        let shown = shown(design, seen);
+        for (key, figure) in objective.read_figures() {
+            if !shown.iter().any(|known| known == figure) {
+                return Err(missing_figure(&key, figure, &shown, design.trace.paths));
+            }
         }
+        let file = DesignFile::new(source.path.clone(), source.table_with(settings)?);
+        objective.judge(&file, design, seen, false).map(drop)
+    }
+
+    /// Says what the search takes at most, and whether that fits into the budget.
+    fn say_cost(&self, pace: Pace, deadline: Option<Instant>, context: RunContext) {
         context.console.say(&format!("{}: {}", self.problem.name, cost::words(self.problem, pace)));
-        let after = cost::paths_after(self.problem, 0);
-        if let Some(budget) = self.budget.filter(|_| !pace.allows(after)) {
+        let after = cost::work_after(self.problem, 0);
+        if let Some(budget) = self.budget.filter(|_| !pace.allows(after, deadline)) {
             context.console.warn(&format!(
                 "{}: --budget: what follows after the search takes about {}, the budget is {}: a \
                  single generation is begun; lower most_paths or verification.paths",
                 self.problem.inputs[0].file,
-                time_words(after * pace.seconds_per_path),
+                time_words(pace.seconds(after)),
                 time_words(budget.as_secs_f64())
             ));
         }
@@ -254,11 +267,11 @@ impl<'a> Recipe<'a> {
     pub(super) fn search(&self, log: &mut Log, context: RunContext) -> Result<Searched> {
         let problem = self.problem;
         let started = Instant::now();
-        let mut pace = Pace {
-            seconds_per_path: self.seconds_per_path.unwrap_or(0.0),
-            deadline: self.budget.map(|budget| self.begun + budget),
-        };
-        self.say_cost(&pace, context);
+        let deadline = self.budget.map(|budget| self.begun + budget);
+        if let Some(pace) = self.pace {
+            self.say_cost(pace, deadline, context);
+        }
+        let mut pace = self.pace.unwrap_or_default();
         let mut found = Searched {
             stages: Vec::new(),
             settings: Settings::new(),
@@ -278,8 +291,9 @@ impl<'a> Recipe<'a> {
                 log: &mut *log,
                 context,
                 started,
+                deadline,
                 pace: &mut pace,
-                paths_after: cost::paths_after(problem, number - 1),
+                work_after: cost::work_after(problem, number - 1),
                 progress: &progress,
             };
             if let Some(why) = search.evaluator.refusal(&found.start) {

@@ -22,7 +22,7 @@ use search::random::RandomSearch;
 use search::{Minimiser, Point};
 use simulate::seeds::mix;
 
-use super::cost::Pace;
+use super::cost::{Pace, Work};
 use super::evaluate::Evaluator;
 use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
@@ -83,10 +83,12 @@ pub(super) struct StageSearch<'a, 'b> {
     pub context: RunContext<'a>,
     /// Time at which the search began or was resumed.
     pub started: Instant,
-    /// Pace of the traces, and the time that they have.
+    /// Time at which everything is to be done.
+    pub deadline: Option<Instant>,
+    /// Pace of the traces.
     pub pace: &'b mut Pace,
-    /// Paths that follow after the generations.
-    pub paths_after: f64,
+    /// Work that follows after the generations.
+    pub work_after: Work,
     pub progress: &'b Progress,
 }
 
@@ -227,10 +229,10 @@ impl StageSearch<'_, '_> {
             self.progress.inc(points.len() as u64);
             return Ok(Some(known));
         }
-        let traced = points.len() as f64 * paths as f64;
+        let work = Work::new(points.len(), paths) + self.work_after;
         // The first generation is one to select from, whatever it takes.
         let is_first = number <= 1 && self.number == 1;
-        if number > 0 && !is_first && !self.pace.allows(traced + self.paths_after) {
+        if number > 0 && !is_first && !self.pace.allows(work, self.deadline) {
             return Ok(None);
         }
         let begun = Instant::now();
@@ -251,8 +253,8 @@ impl StageSearch<'_, '_> {
             evaluator.evaluate(&points[k], paths, context)
         })?;
         let is_traced = |one: &&Outcome| matches!(one, Outcome::Evaluated(_));
-        let traced = outcomes.iter().filter(is_traced).count() as f64 * paths as f64;
-        self.pace.update(traced, begun.elapsed().as_secs_f64());
+        let work = Work::new(outcomes.iter().filter(is_traced).count(), paths);
+        self.pace.update(work, begun.elapsed().as_secs_f64());
         let candidates = points.iter().zip(&outcomes).map(|(point, outcome)| {
             let coefficients = self.evaluator.variables.coefficients(point);
             Candidate::new(point, coefficients, outcome)
