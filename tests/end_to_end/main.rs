@@ -45,3 +45,4 @@ mod study;
 mod tolerance;
 mod tutorial;
 mod unlit_receivers;
+mod verdicts;

@@ -159,7 +159,7 @@ fn a_run_cut_short_counts() {
         .replace("evaluations = 24", "evaluations = 100000")
         .replace("restarts = 2", "method = \"bipop\"");
     std::fs::write(folder.path().join("problem.toml"), problem).expect("written");
-    let json = optimise(folder.path(), "out", &["--budget", "1s"]);
+    let json = optimise(folder.path(), "out", &["--budget", "3s"]);
     let json: Value = serde_json::from_slice(&json).expect("JSON");
     let stage = &json["stages"][0];
     assert_eq!(stage["cut_short"], true, "{stage}");

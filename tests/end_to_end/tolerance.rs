@@ -317,8 +317,8 @@ fn an_analysis_becomes_a_page_alone_or_beside_a_run() {
     std::fs::write(&path, touched).expect("written");
     let (done, said) = report(folder.path(), &["out"]);
     assert!(!done && said.contains("content_sha256: it was altered after the analysis"), "{said}");
-    let old = text.replacen("\"schema_version\": 2", "\"schema_version\": 1", 1);
+    let old = text.replacen("\"schema_version\": 3", "\"schema_version\": 1", 1);
     std::fs::write(&path, old).expect("written");
     let (done, said) = report(folder.path(), &["out"]);
-    assert!(!done && said.contains("tolerance.json`: schema_version: expected 2, got 1"), "{said}");
+    assert!(!done && said.contains("tolerance.json`: schema_version: expected 3, got 1"), "{said}");
 }

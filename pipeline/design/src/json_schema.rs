@@ -4,6 +4,9 @@
 //! It follows from the types of [`super::schema`]: keys, kinds, words and what each means. Ranges
 //! and what depends on several keys are checked by `batwing check` alone.
 
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
+
 use schemars::generate::SchemaSettings;
 use serde_json::Value;
 
@@ -48,9 +51,70 @@ fn without_null(schema: &mut Value) {
     }
 }
 
+/// Numbers that a key takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NumberKind {
+    /// Any number.
+    Real,
+    /// Whole numbers alone.
+    Whole,
+}
+
+/// The numbers that the key at the dotted `path` takes; `None` where it takes none.
+pub fn number_kind(path: &str) -> Option<NumberKind> {
+    static SCHEMA: OnceLock<Value> = OnceLock::new();
+    let mut types = BTreeSet::new();
+    let parts: Vec<&str> = path.split('.').collect();
+    collect_types(SCHEMA.get_or_init(of_designs), &parts, &mut types);
+    let takes = |name: &str| types.contains(name);
+    let whole = takes("integer").then_some(NumberKind::Whole);
+    if takes("number") { Some(NumberKind::Real) } else { whole }
+}
+
+/// Types of the value at the path `parts` below `schema`, of all kinds of tables.
+fn collect_types<'a>(schema: &'a Value, parts: &[&str], types: &mut BTreeSet<&'a str>) {
+    for key in ["anyOf", "oneOf", "allOf"] {
+        let kinds = schema[key].as_array().into_iter().flatten();
+        kinds.for_each(|kind| collect_types(kind, parts, types));
+    }
+    let Some((part, rest)) = parts.split_first() else {
+        let own = &schema["type"];
+        types.extend(
+            own.as_str()
+                .into_iter()
+                .chain(own.as_array().into_iter().flatten().filter_map(Value::as_str)),
+        );
+        return;
+    };
+    for below in [schema["properties"].get(part), schema.get("items")].into_iter().flatten() {
+        collect_types(below, rest, types);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn keys_take_real_or_whole_numbers() {
+        let (real, whole) = (Some(NumberKind::Real), Some(NumberKind::Whole));
+        for (path, kind) in [
+            ("array.pitch_mm", real),
+            ("array.columns", whole),
+            ("led.size_mm.0", real),
+            ("led.offsets_mm.3.1", real),
+            ("elements.shapes.0.apex_angle_deg", real),
+            ("dome.meridian_mm.2.1", real),
+            ("dome.sphere_radius_mm", real),
+            ("trace.paths", whole),
+            ("receivers.0.phi_bin_deg", real),
+            ("led.reflection", None),
+            ("led.colour", None),
+            ("led", None),
+        ] {
+            assert_eq!(number_kind(path), kind, "{path}");
+        }
+    }
 
     fn at<'a>(schema: &'a Value, pointer: &str) -> &'a Value {
         schema.pointer(pointer).unwrap_or_else(|| panic!("no {pointer}"))

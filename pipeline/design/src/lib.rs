@@ -45,6 +45,7 @@ pub mod tagged;
 mod tests;
 pub mod toml_errors;
 
+use std::io::{Error, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 pub use error::ConfigError;
@@ -85,6 +86,20 @@ pub fn load(path: &Path) -> Result<Design, ConfigError> {
     let text = std::fs::read_to_string(path).map_err(unreadable)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     parse(&file, &text, &folder)
+}
+
+/// Reads a text file that is no larger than a design may be.
+///
+/// # Errors
+/// A file that cannot be read or is too large.
+pub fn read_text(path: &Path) -> std::io::Result<String> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        let most = MAX_BYTES / 1_000_000;
+        return Err(Error::other(format!("expected at most {most} MB, got more")));
+    }
+    String::from_utf8(bytes).map_err(|error| Error::new(ErrorKind::InvalidData, error.utf8_error()))
 }
 
 fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {

@@ -40,8 +40,7 @@ impl<T: FileKeys> CheckedFile<T> {
     /// A file that cannot be read or has other keys; those of `check`.
     pub fn load<C>(path: &Path, check: impl FnOnce(Self) -> Result<C>) -> Result<C> {
         let name = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("{name}: cannot be read"))?;
+        let text = design::read_text(path).with_context(|| format!("{name}: cannot be read"))?;
         let read = || -> Result<Self> {
             let has =
                 |key: &str| toml::from_str(&text).is_ok_and(|t: toml::Table| t.contains_key(key));
@@ -83,8 +82,7 @@ impl<T> CheckedFile<T> {
     pub fn toml(&mut self, key: &'static str, name: &str) -> Result<(PathBuf, toml::Table)> {
         let path = self.folder.join(name);
         let at = || format!("{key}: `{}`", path.display());
-        let text =
-            std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
+        let text = design::read_text(&path).with_context(|| format!("{} cannot be read", at()))?;
         let table = toml_errors::read(&text, &[])
             .map_err(|said| Error::msg(format!("{}: {said}", at())))?;
         self.inputs.push(FileRecord::new(path.display().to_string(), text.as_bytes()));

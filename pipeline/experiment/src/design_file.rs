@@ -35,7 +35,7 @@ impl DesignFile {
     /// A file that cannot be read, or is no TOML.
     pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
         let name = path.display();
-        let text = std::fs::read_to_string(path);
+        let text = design::read_text(path);
         let text = text.with_context(|| format!("`{name}` cannot be read"))?;
         let table = toml_errors::read(&text, &[]).map_err(|said| anyhow!("`{name}`: {said}"))?;
         let record = FileRecord::new(name.to_string(), text.as_bytes());

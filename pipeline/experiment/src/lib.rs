@@ -38,12 +38,16 @@
 //! | [`tolerance`] | samples that deviate from a design: scatter, yield, contributors |
 //! | [`optimise`] | searches for a design: variables, objective, stages, verification |
 //! | [`checked_file`] | head of the three input files |
+//! | [`description`] | kind and description of such a file |
 //! | [`design_file`] | a design file in which keys are set |
 //! | [`ring_slopes`] | relief by the slopes of its rings |
 
 pub mod checked_file;
+pub mod description;
 pub mod design_file;
+mod missing_figure;
 pub mod optimise;
 pub mod ring_slopes;
 pub mod study;
 pub mod tolerance;
+mod whole_number;

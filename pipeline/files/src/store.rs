@@ -185,6 +185,11 @@ impl Store {
         Entries { store: self, key, folder }
     }
 
+    /// Removes the values of `key`.
+    pub fn discard(&self, key: Key) {
+        remove(&self.entries(key).folder);
+    }
+
     /// Folders of the keys asked for so far.
     pub fn snapshot(&self) -> BTreeSet<PathBuf> {
         self.used.lock().unwrap_or_else(PoisonError::into_inner).clone()

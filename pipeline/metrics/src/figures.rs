@@ -67,6 +67,17 @@ pub struct Definition {
 }
 
 impl Definition {
+    /// True where the larger of two values is better, false where the smaller is; `None` where
+    /// neither is.
+    pub fn larger_is_better(&self) -> Option<bool> {
+        match self.source {
+            Source::Domes => Some(true),
+            Source::Map => Some(!self.key.ends_with("_variation")),
+            Source::Colours => Some(false),
+            Source::FarField => None,
+        }
+    }
+
     /// Largest value that a target may have, and the words for its unit.
     pub fn largest_target(&self) -> (f64, &'static str) {
         match self.unit {

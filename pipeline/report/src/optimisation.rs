@@ -25,14 +25,23 @@ pub fn convergence_picture(file: &OptimisationFile) -> Result<Picture> {
 
 fn convergence(file: &OptimisationFile) -> Result<Vec<Curve>> {
     let (mut at, mut value, mut error) = (Vec::new(), Vec::new(), Vec::new());
+    let mut so_far: Vec<Estimate> = Vec::new();
     let mut candidates = 0.0;
-    for generation in file.stages.iter().flat_map(|stage| &stage.generations) {
-        candidates += generation.candidates as f64;
-        let GenerationEntry { best, standard_error, feasible, .. } = generation;
-        if let (Some(best), Some(standard_error), true) = (best, standard_error, feasible) {
-            at.push(candidates);
-            value.push(*best);
-            error.push(*standard_error);
+    for stage in &file.stages {
+        // Values of stages with other settings are no better or worse than these.
+        let mut least: Option<Estimate> = None;
+        for generation in &stage.generations {
+            candidates += generation.candidates as f64;
+            let GenerationEntry { best, standard_error, feasible, .. } = generation;
+            if let (Some(best), Some(standard_error), true) = (best, standard_error, feasible) {
+                at.push(candidates);
+                value.push(*best);
+                error.push(*standard_error);
+                let known = least.filter(|known| known.value <= *best);
+                let best = known.unwrap_or(Estimate::new(*best, *standard_error));
+                so_far.push(best);
+                least = Some(best);
+            }
         }
     }
     let level = |label: &str, e: Estimate| {
@@ -42,7 +51,9 @@ fn convergence(file: &OptimisationFile) -> Result<Vec<Curve>> {
     let mut curves = Vec::new();
     if at.len() > 1 {
         let label = "best of a generation, in the search";
-        curves.push(Curve::new(label, at, value, error)?);
+        let (best, errors) = so_far.iter().map(|e| (e.value, e.standard_error)).unzip();
+        curves.push(Curve::new(label, at.clone(), value, error)?);
+        curves.push(Curve::new("best so far, in the search", at, best, errors)?);
     }
     if let Some(before) = file.objective.before {
         curves.push(level("verified before", before)?);

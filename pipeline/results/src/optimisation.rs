@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
 use metrics::Estimate;
+use metrics::estimate::DISTINCT;
 
 use super::schema::Program;
 use super::sealed_file::{self, Writer};
@@ -19,7 +20,7 @@ use super::sealed_file::{self, Writer};
 /// File under the directory of results.
 pub const FILE: &str = "optimise.json";
 /// Version of the layout.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,7 +43,7 @@ pub struct OptimisationFile {
     pub files: Vec<FileRecord>,
     /// The objective; smaller is better.
     pub objective: ObjectiveEntry,
-    /// Figures of objective and constraints, by key.
+    /// All figures of both designs, and the others of objective and constraints, by key.
     pub figures: BTreeMap<String, FigureEntry>,
     /// Constraints in the order of the problem.
     pub constraints: Vec<ConstraintEntry>,
@@ -63,6 +64,10 @@ pub struct ObjectiveEntry {
     pub before: Option<Estimate>,
     /// Verified, of the design found.
     pub after: Estimate,
+    /// Their difference, paired by groups of paths and by packages.
+    pub change: Option<Estimate>,
+    /// Judgement of the change.
+    pub verdict: Option<Verdict>,
     /// Best value that the search saw in the run of the design; none where the start was selected.
     pub in_search: Option<f64>,
     /// When it was selected.
@@ -82,6 +87,54 @@ pub struct FigureEntry {
     pub after: Estimate,
     /// Their difference, paired by groups of paths.
     pub change: Option<Estimate>,
+    /// Judgement of the change.
+    pub verdict: Option<Verdict>,
+}
+
+/// Judgement of a change by its error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Beyond errors.
+    Better,
+    /// Beyond errors.
+    Worse,
+    /// Beyond errors, of a figure that is neither better nor worse.
+    Changed,
+    /// Within errors.
+    NotResolved,
+    /// No change, and no error of it.
+    Unchanged,
+}
+
+impl Verdict {
+    /// The verdict on `change` of a figure of which the larger of two values is better, the
+    /// smaller, or neither.
+    pub fn new(change: Estimate, larger_is_better: Option<bool>) -> Self {
+        let rises = change.value > 0.0;
+        if change.value == 0.0 && change.standard_error == 0.0 {
+            return Self::Unchanged;
+        }
+        if change.value.abs() <= DISTINCT * change.standard_error {
+            return Self::NotResolved;
+        }
+        match larger_is_better {
+            None => Self::Changed,
+            Some(larger) if larger == rises => Self::Better,
+            Some(_) => Self::Worse,
+        }
+    }
+
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Better => "better",
+            Self::Worse => "WORSE",
+            Self::Changed => "changed",
+            Self::NotResolved => "not resolved",
+            Self::Unchanged => "unchanged",
+        }
+    }
 }
 
 /// A constraint and whether it is met.

@@ -12,6 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
 use metrics::Estimate;
+use metrics::digits::{Digits, format_value_with_error};
+use metrics::plural::count;
 
 use super::schema::Program;
 use super::sealed_file::{self, Writer};
@@ -19,7 +21,10 @@ use super::sealed_file::{self, Writer};
 /// File under the directory of results.
 pub const FILE: &str = "tolerance.json";
 /// Version of the layout.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
+
+/// A share of so many standard errors is seen.
+const SEEN: f64 = 2.0;
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -70,13 +75,17 @@ pub struct ToleranceFigureEntry {
     pub mean: Estimate,
     /// `mean` less `nominal`.
     pub shift: Estimate,
-    /// Standard deviation from package to package, without the noise of traces.
-    pub deviation: Estimate,
+    /// Standard deviation from package to package, without the noise of traces; none where it is
+    /// not seen above that noise.
+    pub deviation: Option<Estimate>,
+    /// Upper bound of such a deviation, at 95 % confidence.
+    pub deviation_below: Option<f64>,
     /// Root mean square error of a trace.
     pub noise_of_a_trace: f64,
-    /// By level, ascending.
+    /// By level, ascending; none where the deviation is not seen.
     pub quantiles: Vec<QuantileEntry>,
-    /// Shares of the variance; none of a single tolerance or of too few packages.
+    /// Shares of the variance; none of a single tolerance, of too few packages, or where the
+    /// deviation is not seen.
     pub contributions: Option<ContributionsEntry>,
 }
 
@@ -122,17 +131,64 @@ pub struct BoundEntry {
     pub at_most: Option<f64>,
 }
 
-/// Packages that meet all constraints.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Packages that meet all constraints; no number where noise decides which do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct YieldEntry {
     /// Their number.
-    pub good: usize,
+    pub good: Option<usize>,
     /// Number of all packages.
     pub of: usize,
     /// Share of packages.
-    pub share: f64,
+    pub share: Option<f64>,
     /// Its interval of 95 %.
-    pub interval_95: [f64; 2],
+    pub interval_95: Option<[f64; 2]>,
+    /// Reason why there is no share.
+    pub not_resolved: Option<String>,
+}
+
+impl YieldEntry {
+    /// For people.
+    pub fn words(&self) -> String {
+        let (Some(good), Some(share), Some(interval)) = (self.good, self.share, self.interval_95)
+        else {
+            let why = self.not_resolved.as_deref().unwrap_or_default();
+            return format!("not resolved: {why}");
+        };
+        let [low, high] = interval.map(|share| 100.0 * share);
+        format!(
+            "{good} of {}, {:.1} % (95 % interval {low:.1} to {high:.1} %)",
+            count(self.of, "package"),
+            100.0 * share
+        )
+    }
+}
+
+/// A number to two significant digits, for people.
+pub fn significant(value: f64) -> String {
+    Digits::new(value, value).error
+}
+
+/// Sentence on figures whose scatter is not seen above the noise of a trace, each with the bound of
+/// its deviation; `None` without such figures.
+pub fn unseen<'a>(figures: impl Iterator<Item = (&'a str, f64)>) -> Option<String> {
+    let bounds = figures.map(|(figure, below)| format!("{figure} {}", significant(below)));
+    let bounds: Vec<String> = bounds.collect();
+    (!bounds.is_empty()).then(|| {
+        format!(
+            "not resolved: the noise of a trace hides the scatter, which is below, at 95 % \
+             confidence: {}",
+            bounds.join(", ")
+        )
+    })
+}
+
+/// A share of a variance for people: an upper bound where it is within two errors of 0.
+pub fn share_words(share: Estimate) -> String {
+    let Estimate { value, standard_error, .. } = share;
+    if value.abs() > SEEN * standard_error {
+        return format_value_with_error(value, standard_error);
+    }
+    format!("not seen, < {}", significant(value.max(0.0) + SEEN * standard_error))
 }
 
 /// Distribution of a figure over the packages, without the noise of traces.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing check`: checks a design or a table and describes it.
+//! `batwing check`: checks a design, a table or the file of an experiment, and describes it.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -7,12 +7,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, anyhow};
 use clap::Args;
 use rcwa::error::kept_orders;
-use serde_json::{Map, Value, json};
+use serde_json::json;
 
-use design::{Design, toml_errors};
-use experiment::optimise::problem;
-use experiment::tolerance::definition::Overrides;
-use experiment::{study, tolerance};
+use design::Design;
 use files::cache::{EXTENSION, read_table};
 use files::run_context::RunContext;
 use metrics::digits::thousands;
@@ -28,8 +25,7 @@ use simulate::{scene, scene_check};
 /// `batwing check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// File of a design, study, problem or tolerance analysis, or a table written by `batwing bsdf`
-    /// (.bworders)
+    /// Design file, study, problem or tolerance file, or a table of `batwing bsdf` (.bworders)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
 }
@@ -39,79 +35,12 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
     if arguments.file.extension().is_some_and(|e| e == EXTENSION) {
         return table(&arguments.file, context);
     }
-    match Kind::of(&arguments.file) {
-        Kind::Design => of_design(&scene_check::load(&arguments.file)?, context),
-        other => other.check(&arguments.file, context),
+    if let Some(found) = experiment::description::describe(&arguments.file)? {
+        let file = arguments.file.display().to_string();
+        let json = json!({"file": file, "valid": true, "kind": found.kind, "inputs": found.inputs});
+        return context.console.result(&json, || format!("{} {}", found.kind, found.words));
     }
-}
-
-/// Kinds of TOML files, told by keys that the others do not have.
-#[derive(Clone, Copy)]
-enum Kind {
-    Design,
-    Study,
-    Problem,
-    Tolerance,
-}
-
-impl Kind {
-    /// The kind of the file at `path`; one that cannot be read is taken for a design, whose reader
-    /// says why.
-    fn of(path: &Path) -> Self {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        let table: Map<String, Value> = toml_errors::read(&text, &[]).unwrap_or_default();
-        let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
-        if has(&["tolerances"]) {
-            Self::Tolerance
-        } else if has(&["variables", "objective", "stages"]) {
-            Self::Problem
-        } else if has(&["designs", "factors", "setups"]) {
-            Self::Study
-        } else {
-            Self::Design
-        }
-    }
-
-    /// Checks a file of an experiment, and says what it would compute.
-    fn check(self, path: &Path, context: RunContext) -> Result<()> {
-        let file = path.display().to_string();
-        let (kind, name, words, inputs) = match self {
-            Self::Study => {
-                let study = study::load(path, None)?;
-                let designs: usize = study.setups.iter().map(|(_, designs)| designs.len()).sum();
-                let words = format!(
-                    "{}, {} in all",
-                    count(study.setups.len(), "set-up"),
-                    count(designs, "design")
-                );
-                ("study", study.name, words, study.inputs)
-            }
-            Self::Tolerance => {
-                let analysis = tolerance::definition::load(path, Overrides::default())?;
-                let words = format!(
-                    "{} of {}, {} paths each",
-                    count(analysis.samples, "sample"),
-                    analysis.design.name,
-                    thousands(analysis.paths)
-                );
-                ("tolerance analysis", analysis.name, words, analysis.inputs)
-            }
-            Self::Problem | Self::Design => {
-                let problem = problem::load(path)?;
-                let words = format!("a search from {}", problem.design.name);
-                ("problem", problem.name, words, problem.inputs)
-            }
-        };
-        let json =
-            json!({"file": file, "valid": true, "kind": kind, "name": name, "inputs": inputs});
-        context.console.result(&json, || {
-            let mut text = format!("{name}: {kind}, {words}");
-            for input in &inputs {
-                let _ = write!(text, "\n  file        {}", input.file);
-            }
-            text
-        })
-    }
+    of_design(&scene_check::load(&arguments.file)?, context)
 }
 
 /// Describes a checked design.

@@ -10,12 +10,13 @@ use anyhow::{Result, ensure};
 use clap::Args;
 
 use design::Design;
+use experiment::optimise::found_design::{self, CONVERGENCE, SENSITIVITIES};
 use experiment::optimise::problem::{self, Problem};
 use experiment::optimise::recipe::{Optimised, Recipe};
 use experiment::optimise::search_results::plain_text;
 use experiment::optimise::shared_search::SharedSearch;
 use experiment::optimise::verification_run::VerificationRun;
-use experiment::optimise::{external_search, found_design, log};
+use experiment::optimise::{external_search, named_files};
 use files::atomic_file;
 use files::content_hash::sealed;
 use files::provenance::FileRecord;
@@ -33,11 +34,6 @@ use super::outputs::{results_writable, writable};
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use crate::output::ModelFilesWriter;
 
-/// Picture of the convergence of the search.
-const CONVERGENCE: &str = "convergence.png";
-/// Picture of the sensitivities.
-const SENSITIVITIES: &str = "sensitivities.png";
-
 /// `batwing optimise`.
 #[derive(Debug, Args)]
 pub struct OptimiseArgs {
@@ -47,7 +43,7 @@ pub struct OptimiseArgs {
     /// Directory for results
     #[arg(long, value_name = "DIR", default_value = "optimised")]
     pub out: PathBuf,
-    /// Time for the search, such as 90s, 6min or 2h; the verification comes after it
+    /// Time for search, selection and verification, such as 90s, 6min or 2h
     #[arg(long, value_name = "TIME", value_parser = budget)]
     pub budget: Option<Duration>,
     /// Go on with the log in the directory
@@ -111,6 +107,10 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let problem = problem::load(&arguments.problem)?;
     let out = arguments.out.as_path();
     let cache = arguments.job_options().cache();
+    let mut recipe = Recipe::new(&problem, &cache, arguments.budget);
+    if !context.is_merging() {
+        recipe.pilot(context)?;
+    }
     if arguments.evaluate {
         let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
         return external_search::judge_lines(&problem, &cache, context, input, output);
@@ -122,13 +122,15 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
         folders
     });
     keeps_inputs(&problem, out)?;
-    results_writable(out, folders, &[results::FILE, FILE], Some(&cache))?;
+    let copies = named_files::copies(&problem, out).into_iter();
+    let copies: Vec<String> = copies.map(|copy| copy.display().to_string()).collect();
+    let files = copies.iter().map(String::as_str).chain([results::FILE, FILE]);
+    results_writable(out, folders, &files.collect::<Vec<_>>(), Some(&cache))?;
     writable(cache.directory())?;
     context.interrupt.note(format!(
         "before {FILE} was written; the log stays in `{}`, --resume goes on from there",
         out.display()
     ));
-    let recipe = Recipe::new(&problem, &cache, arguments.budget);
     let found = recipe.run(out, arguments.resume, context)?;
     let results = verified(&problem, &found, out, &cache, context)?;
     let published = Published::load()?;
@@ -161,24 +163,12 @@ fn keeps_inputs(problem: &Problem, out: &Path) -> Result<()> {
     let Ok(directory) = out.canonicalize() else {
         return Ok(());
     };
-    let own = [
-        found_design::DESIGN,
-        found_design::FRONT_PICTURE,
-        results::FILE,
-        FILE,
-        log::FILE,
-        CONVERGENCE,
-        SENSITIVITIES,
-    ];
     for input in &problem.inputs {
         let Ok(path) = Path::new(&input.file).canonicalize() else {
             continue;
         };
         let replaced = path.parent() == Some(&directory)
-            && path
-                .file_name()
-                .and_then(OsStr::to_str)
-                .is_some_and(|name| own.contains(&name) || found_design::is_of_front(name));
+            && path.file_name().and_then(OsStr::to_str).is_some_and(found_design::is_output);
         ensure!(
             !replaced,
             "--out: expected a directory without files that the search reads, got `{}`, where `{}` would be \

@@ -9,14 +9,16 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 
+use experiment::study;
 use experiment::study::compute::{compute, shared_traces};
 use experiment::study::study_results::{FigureRow, Ranked, StudyResults};
-use experiment::study::{self, Study};
+use experiment::study::targets::{Sought, Verdict};
 use files::atomic_file;
 use files::content_hash::sealed;
 use files::formats::csv;
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
+use metrics::Bounds;
 use metrics::digits::format_value_with_error;
 use metrics::estimate::DISTINCT;
 use metrics::plural::count;
@@ -150,11 +152,11 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;
     atomic_file::write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
-        format!("{}\nwritten to {}", describe(&study, &ranking), arguments.out.display())
+        format!("{}\nwritten to {}", describe(&outcome, &ranking), arguments.out.display())
     })
 }
 
-const HEADINGS: [&str; 11] = [
+const HEADINGS: [&str; 14] = [
     "setup",
     "levels",
     "design",
@@ -166,9 +168,14 @@ const HEADINGS: [&str; 11] = [
     "change_standard_error",
     "target",
     "scale",
+    "at_least",
+    "at_most",
+    "verdict",
 ];
 
 const SHORT_HEADINGS: [&str; 7] = ["setup", "design", "model", "figure", "paths", "run", "value"];
+
+const NO_BOUNDS: Bounds = Bounds { at_least: None, at_most: None };
 
 fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
     let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
@@ -176,6 +183,12 @@ fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
     for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
         let levels: Vec<String> = setup.levels.iter().map(|(f, l)| format!("{f}={l}")).collect();
         for line in outcome.lines(i) {
+            let verdict = line.target.map(|target| target.verdict(line.value));
+            let (near, bounds) = match line.target.map(|target| target.sought) {
+                Some(Sought::Near(value)) => (Some(value), NO_BOUNDS),
+                Some(Sought::Within(bounds)) => (None, bounds),
+                None => (None, NO_BOUNDS),
+            };
             rows.push(vec![
                 line.setup.to_owned(),
                 levels.join("; "),
@@ -186,8 +199,11 @@ fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
                 number(Some(line.value.standard_error)),
                 number(line.change.map(|c| c.value)),
                 number(line.change.map(|c| c.standard_error)),
-                number(line.target.map(|t| t.0)),
-                number(line.target.map(|t| t.1)),
+                number(near),
+                number(line.target.map(|target| target.scale)),
+                number(bounds.at_least),
+                number(bounds.at_most),
+                verdict.map_or_else(String::new, |verdict| verdict.words().to_owned()),
             ]);
         }
     }
@@ -231,7 +247,8 @@ fn tied(ranking: &[Ranked]) -> String {
     }
 }
 
-fn describe(study: &Study, ranking: &[Ranked]) -> String {
+fn describe(outcome: &StudyResults, ranking: &[Ranked]) -> String {
+    let study = outcome.study;
     let mut text = count(study.setups.len(), "set-up");
     for (setup, why) in &study.impossible {
         // Writing to a string cannot fail.
@@ -246,7 +263,7 @@ fn describe(study: &Study, ranking: &[Ranked]) -> String {
         let misfit = ranked.misfit;
         let number = format_value_with_error(misfit.value, misfit.standard_error);
         let name = &study.setups[ranked.setup].0.name;
-        let _ = writeln!(text, "{number:>16}  {name}");
+        let _ = writeln!(text, "{number:>16}  {name}: {}", verdicts(outcome, ranked.setup));
     }
     if ranking.len() > SHOWN {
         let _ = writeln!(text, "and {} more", ranking.len() - SHOWN);
@@ -254,5 +271,34 @@ fn describe(study: &Study, ranking: &[Ranked]) -> String {
     if ranking.len() > 1 {
         let _ = writeln!(text, "{}", tied(ranking));
     }
+    let first = ranking[0].setup;
+    let _ = writeln!(text, "targets of {}:", study.setups[first].0.name);
+    for line in outcome.lines(first) {
+        let Some(target) = line.target else {
+            continue;
+        };
+        let number = format_value_with_error(line.value.value, line.value.standard_error);
+        let (place, figure) = (line.place, line.figure);
+        let verdict = target.verdict(line.value).words();
+        let _ = writeln!(
+            text,
+            "{number:>16}  {figure} of {} {}, {}: {verdict}",
+            place.design,
+            place.model,
+            target.words()
+        );
+    }
     text
+}
+
+/// Numbers of targets of a set-up by their verdicts.
+fn verdicts(outcome: &StudyResults, setup: usize) -> String {
+    let lines: Vec<FigureRow> = outcome.lines(setup).collect();
+    let all = lines.iter().filter_map(|line| Some(line.target?.verdict(line.value)));
+    let all: Vec<Verdict> = all.collect();
+    let counted = [Verdict::Met, Verdict::NotMet, Verdict::NotResolved].map(|verdict| {
+        let number = all.iter().filter(|other| **other == verdict).count();
+        (number > 0).then(|| format!("{number} {}", verdict.words()))
+    });
+    counted.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }

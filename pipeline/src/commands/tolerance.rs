@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 
 use experiment::tolerance::compute::compute;
@@ -16,6 +16,7 @@ use files::content_hash::sealed;
 use files::formats::csv;
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
+use files::store::Store;
 use results::tolerance::FILE;
 use simulate::job::{Job, SharedWork, Task};
 
@@ -44,6 +45,9 @@ pub struct ToleranceArgs {
     /// Directory for results
     #[arg(long, value_name = "DIR", default_value = "tolerance")]
     pub out: PathBuf,
+    /// Go on with the samples that an interrupted command kept
+    #[arg(long)]
+    pub resume: bool,
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
@@ -65,6 +69,7 @@ impl Shardable for ToleranceArgs {
     }
 
     fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
+        ensure!(!self.resume, "--resume: expected none with shards, which go on from their pieces");
         let analysis = self.analysis()?;
         let inputs = analysis.inputs.clone();
         let traces = shared_traces(analysis, context.seed)?.into_iter();
@@ -94,10 +99,18 @@ pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
     writable(out)?;
     writable(cache.directory())?;
     context.interrupt.note(format!(
-        "before {FILE} was written; finished tables stay in `{}`",
+        "before {FILE} was written; finished samples and tables stay in `{}`, --resume goes on from \
+         there",
         cache.directory().display()
     ));
-    let sampled = compute(&analysis, &cache, context)?;
+    let store = match context.checkpoints {
+        None => Some(Store::of_program(cache.directory(), context.console)?),
+        Some(_) => None,
+    };
+    if let Some(store) = store.as_ref().filter(|_| !arguments.resume) {
+        store.discard(analysis.key(context.seed));
+    }
+    let sampled = compute(&analysis, &cache, context.storing(store.as_ref()))?;
     let results = ToleranceResults::new(&analysis, &sampled);
     let path = |name: &str| out.join(name);
     atomic_file::supersede(&path(FILE))?;
@@ -113,6 +126,9 @@ pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
     }
     let json = sealed(serde_json::to_value(&file)?)?;
     atomic_file::write_json(&path(FILE), &json)?;
+    if let Some(store) = store {
+        store.finish();
+    }
     context.console.result(&json, || {
         format!(
             "{}\n{:.1} s; results in {}",

@@ -34,6 +34,8 @@ pub(super) struct Evaluator<'a> {
     shared: Option<&'a SharedEvaluations<'a>>,
     /// Tables of orders solved so far.
     pub tables: usize,
+    /// True where all figures are read, not those of the objective alone.
+    pub reads_all: bool,
 }
 
 impl<'a> Evaluator<'a> {
@@ -54,6 +56,7 @@ impl<'a> Evaluator<'a> {
             traces: ModelTraces::of_search(cache),
             shared,
             tables: 0,
+            reads_all: false,
         }
     }
 
@@ -174,6 +177,6 @@ impl<'a> Evaluator<'a> {
         };
         let seen =
             self.traces.observe(&design, DomeChoice::Model(self.stage.model), "", context)?;
-        self.objective.judge(file, &design, &seen)
+        self.objective.judge(file, &design, &seen, self.reads_all)
     }
 }

@@ -2,15 +2,17 @@
 //! A design that a search has found as a file: made, written beside the files that it names, and
 //! read again.
 
-use std::path::{Component, Path};
+use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 
 use design::Design;
 use design::dotted_keys::Settings;
 use files::atomic_file;
 use simulate::scene_check;
 
+use super::log;
+use super::named_files::NamedFiles;
 use super::problem::Problem;
 use crate::design_file::DesignFile;
 
@@ -18,6 +20,10 @@ use crate::design_file::DesignFile;
 pub const DESIGN: &str = "design.toml";
 /// Picture of the Pareto front, beside it.
 pub const FRONT_PICTURE: &str = "front.png";
+/// Picture of the convergence of the search.
+pub const CONVERGENCE: &str = "convergence.png";
+/// Picture of the sensitivities.
+pub const SENSITIVITIES: &str = "sensitivities.png";
 /// Start of the names of files of a Pareto front.
 pub(super) const FRONT: &str = "front-";
 
@@ -50,13 +56,14 @@ impl FoundDesign {
         })
     }
 
-    /// Writes it into `out` with the files that it names, and reads it again.
+    /// Writes it into the directory of results with the files that it names, and reads it again.
     ///
     /// # Errors
     /// Errors of files; a design that does not pass its checks.
-    pub fn write(self, problem: &Problem, out: &Path) -> Result<Self> {
+    pub fn write(mut self, named: &mut NamedFiles, out: &Path) -> Result<Self> {
         let path = out.join(&self.name);
-        copy_named_files(problem, out)?;
+        let copies = named.place(&mut self.file.table, &self.design);
+        named.write(&copies)?;
         atomic_file::write_bytes(&path, toml::to_string(&self.file.table)?.as_bytes())?;
         let design = scene_check::load(&path)
             .with_context(|| format!("{}: the design found", path.display()))?;
@@ -64,28 +71,23 @@ impl FoundDesign {
     }
 }
 
-/// Copies the files that the design names to where the design that was found looks for them.
-fn copy_named_files(problem: &Problem, out: &Path) -> Result<()> {
-    let source = &problem.variables.source.path;
-    let folder = source.parent().unwrap_or(Path::new(""));
-    for record in &problem.design.provenance.named {
-        let name = Path::new(&record.file);
-        let relative = name.strip_prefix(folder).unwrap_or(name);
-        let plain = relative.components().all(|part| matches!(part, Component::Normal(_)));
-        ensure!(
-            plain,
-            "design: expected files that it names below its own folder, got `{}`",
-            record.file
-        );
-        let bytes = std::fs::read(folder.join(relative))
-            .with_context(|| format!("`{}` cannot be read", record.file))?;
-        atomic_file::write_bytes(&out.join(relative), &bytes)?;
-    }
-    Ok(())
+/// True where `name` is that of a file that a search writes, or of its page.
+pub fn is_output(name: &str) -> bool {
+    const OUTPUTS: [&str; 8] = [
+        DESIGN,
+        FRONT_PICTURE,
+        CONVERGENCE,
+        SENSITIVITIES,
+        results::FILE,
+        results::optimisation::FILE,
+        log::FILE,
+        "report.html",
+    ];
+    OUTPUTS.contains(&name) || is_of_front(name)
 }
 
 /// True where `name` is that of a design of a Pareto front.
-pub fn is_of_front(name: &str) -> bool {
+fn is_of_front(name: &str) -> bool {
     let number = name.strip_prefix(FRONT).and_then(|rest| rest.strip_suffix(".toml"));
     number.is_some_and(|number| number.parse::<u32>().is_ok())
 }

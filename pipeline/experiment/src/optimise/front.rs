@@ -4,6 +4,7 @@
 
 use anyhow::Result;
 
+use design::dotted_keys::Settings;
 use search::Point;
 use search::nsga2::{Judgement, Nsga2, fronts};
 use simulate::seeds::mix;
@@ -48,9 +49,24 @@ impl StageSearch<'_, '_> {
         let found = search.front().iter().cloned();
         let mut found: Vec<_> = found.map(|point| (point, 1, f64::INFINITY)).collect();
         found.push((start.clone(), 0, f64::INFINITY));
+        let found = self.distinct(found);
         let candidates = self.select(found, &mut state)?;
         state.result.front = first_front(self.evaluator.objective, &candidates);
         Ok(state.result)
+    }
+
+    /// The first of all points that make the same design.
+    fn distinct(&self, found: Vec<(Point, usize, f64)>) -> Vec<(Point, usize, f64)> {
+        let mut distinct: Vec<(Settings, (Point, usize, f64))> = Vec::new();
+        for one in found {
+            // A point that makes no design is refused when it is judged.
+            let settings = self.evaluator.variables.settings(&one.0);
+            let settings = settings.unwrap_or_default();
+            if settings.is_empty() || distinct.iter().all(|(known, _)| *known != settings) {
+                distinct.push((settings, one));
+            }
+        }
+        distinct.into_iter().map(|(_, one)| one).collect()
     }
 }
 

@@ -10,6 +10,7 @@
 //! [`found_design`] and verifies it beside its `sensitivities`, [`search_results`] writes it down,
 //! and [`shared_search`] is the work of one shard.
 
+mod cost;
 mod evaluate;
 pub mod external_search;
 pub mod file;
@@ -18,6 +19,7 @@ mod front;
 mod heights;
 pub mod limits;
 pub mod log;
+pub mod named_files;
 mod noise;
 mod objective;
 mod outcome;

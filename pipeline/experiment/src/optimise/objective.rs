@@ -118,6 +118,21 @@ impl Evaluation {
         Some(found.1.estimate())
     }
 
+    /// The objective less that of `base`, which was judged by the same random numbers; its error is
+    /// that of the differences, group by group and package by package.
+    pub fn change(&self, base: &Self) -> Estimate {
+        let paired = |own: &[f64], other: &[f64]| -> f64 {
+            let pairs = own.iter().zip(other);
+            spread(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
+        };
+        let by_paths = paired(&self.without, &base.without);
+        let by_packages = match self.without_package.len() {
+            0 => 0.0,
+            _ => paired(&self.without_package, &base.without_package),
+        };
+        Estimate::new(self.value - base.value, by_paths.max(by_packages))
+    }
+
     /// The objective with its standard error. That over packages holds the noise of their paths; where
     /// few packages happen to lie near each other, it is no less than the error by paths.
     pub fn estimate(&self) -> Estimate {
@@ -185,7 +200,39 @@ impl Objective {
         wanted
     }
 
-    /// Judges an observation of `design`, read from `file`.
+    /// True where the larger of two values of a figure is better: by the terms, then by the
+    /// constraints, then by its definition. `None` where it is told by none of them.
+    pub fn larger_is_better(&self, key: &str, [before, after]: [f64; 2]) -> Option<bool> {
+        let term = self.terms.iter().find(|term| term.figure == key);
+        let of_term = term.map(|term| match term.goal {
+            Goal::Maximise => true,
+            Goal::Minimise => false,
+            Goal::Target => (term.cost(after) < term.cost(before)) == (after > before),
+        });
+        let constraint = self.constraints.iter().find(|constraint| constraint.figure == key);
+        let of_constraint = constraint.and_then(|constraint| {
+            let Bounds { at_least, at_most } = constraint.bounds;
+            (at_least.is_some() != at_most.is_some()).then_some(at_least.is_some())
+        });
+        let registered = || figures::find(key).and_then(|figure| figure.larger_is_better());
+        of_term.or(of_constraint).or_else(registered)
+    }
+
+    /// Figures that a trace of a design must show, each with the key that asks for it.
+    pub fn read_figures(&self) -> Vec<(String, &str)> {
+        let terms = self.terms.iter().enumerate();
+        let terms = terms
+            .map(|(k, term)| (format!("objective.terms[{}].figure", k + 1), term.figure.as_str()));
+        let constraints = self.constraints.iter().enumerate();
+        let constraints = constraints.map(|(k, constraint)| {
+            (format!("constraints[{}].figure", k + 1), constraint.figure.as_str())
+        });
+        let is_read = |figure: &str| figures::find(figure).is_some();
+        terms.chain(constraints).filter(|(_, figure)| is_read(figure)).collect()
+    }
+
+    /// Judges an observation of `design`, read from `file`; with `all`, its figures are those of
+    /// the objective and all others that the observation shows.
     ///
     /// # Errors
     /// A figure that cannot be read from it.
@@ -194,9 +241,11 @@ impl Objective {
         file: &DesignFile,
         design: &Design,
         seen: &Observation,
+        all: bool,
     ) -> Result<Evaluation> {
         let wanted = self.wanted();
-        let read = seen.replicated(design, |key| wanted.iter().any(|w| registered(w) == key));
+        let wanted_key = |key: &str| all || wanted.iter().any(|w| registered(w) == key);
+        let read = seen.replicated(design, wanted_key);
         let figure = |key: &str| -> Result<JackknifedFigure> {
             if let Some(target) = self.targets.get(key) {
                 return target.distance(seen);
@@ -212,10 +261,14 @@ impl Objective {
             })?;
             Ok(figure.clone())
         };
-        let figures: Vec<(String, JackknifedFigure)> = wanted
-            .into_iter()
-            .map(|key| Ok((key.to_owned(), figure(key)?)))
-            .collect::<Result<_>>()?;
+        let figures = wanted.iter().map(|key| Ok(((*key).to_owned(), figure(key)?)));
+        let mut figures: Vec<(String, JackknifedFigure)> = figures.collect::<Result<_>>()?;
+        for (key, figure) in read.into_iter().map(|(key, figure)| (key.to_string(), figure)) {
+            let is_finite = figure.value.is_finite() && figure.standard_error.is_finite();
+            if is_finite && figures.iter().all(|(known, _)| *known != key) {
+                figures.push((key, figure));
+            }
+        }
         Ok(self.of_figures(figures))
     }
 

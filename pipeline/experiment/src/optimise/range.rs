@@ -6,6 +6,9 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail, ensure};
 use toml::Value;
 
+use design::ConfigError;
+use design::json_schema::{NumberKind, number_kind};
+
 use super::file::VariableKeys;
 use crate::design_file::DesignFile;
 
@@ -54,22 +57,39 @@ impl Range {
         Ok(Self::Between { from, to, resolution: keys.resolution, whole: false })
     }
 
-    /// These values of `key`, tried in the design before anything is traced: whole numbers where
-    /// the design takes no others.
-    pub fn tried(self, key: &str, source: &DesignFile) -> Result<Self> {
-        let of_key = |range: &Self| BTreeMap::from([(key.to_owned(), range.value(0.5))]);
-        let Err(refused) = source.with(&of_key(&self)) else {
-            return Ok(self);
-        };
-        let Self::Between { from, to, resolution, .. } = self else {
-            return Err(refused);
-        };
-        let counted = Self::Between { from, to, resolution, whole: true };
-        if from.ceil() > to.floor() {
-            return Err(refused);
+    /// These values of `key`: whole numbers where the schema of designs takes no others. A value
+    /// without a design is no reason to refuse the others.
+    ///
+    /// # Errors
+    /// A key that the design of `source` cannot have; bounds without a whole number between them;
+    /// choices of which none makes a design.
+    pub fn of_key(mut self, key: &str, source: &DesignFile) -> Result<Self> {
+        let with = |value: Value| source.with(&BTreeMap::from([(key.to_owned(), value)]));
+        if let Self::Choices(choices) = &self {
+            let mut refusals = Vec::new();
+            for choice in choices {
+                match with(choice.clone()) {
+                    Ok(_) => return Ok(self),
+                    Err(refusal) => refusals.push(refusal),
+                }
+            }
+            return refusals.into_iter().next().map_or(Ok(self), Err);
         }
-        // Its own reason: that the key takes whole numbers alone is not what is wrong.
-        source.with(&of_key(&counted)).map(|_| counted)
+        if let Self::Between { from, to, whole, .. } = &mut self
+            && number_kind(key) == Some(NumberKind::Whole)
+        {
+            *whole = true;
+            ensure!(
+                from.ceil() <= to.floor(),
+                "from, to: expected bounds with a whole number between them, as {key} takes no \
+                 others, got {from} and {to}"
+            );
+        }
+        match with(self.value(0.5)) {
+            // Keys and types are wrong whatever the value.
+            Err(refusal) if is_syntax(&refusal) || number_kind(key).is_none() => Err(refusal),
+            _ => Ok(self),
+        }
     }
 
     /// The value at a coordinate of the unit box, as the design states it.
@@ -116,4 +136,9 @@ impl Range {
             Self::Choices(_) => value,
         }
     }
+}
+
+/// True of a complaint about keys and types.
+fn is_syntax(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(ConfigError::Syntax { .. }))
 }

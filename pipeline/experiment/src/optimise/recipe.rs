@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 
 use design::Design;
 use design::dotted_keys::Settings;
+use design::resolved::PATHS;
 use files::atomic_file;
 use files::cache::Cache;
 use files::interrupt::Interrupted;
@@ -16,12 +17,18 @@ use files::run_context::RunContext;
 use metrics::{Estimate, JackknifedFigure};
 use results::optimisation::FILE;
 use search::Point;
+use simulate::model::Model;
+use simulate::model_traces::ModelTraces;
+use simulate::observation::Observation;
 use simulate::seeds::mix;
+use simulate::trace_plan::DomeChoice;
 
+use super::cost::{self, Pace, time_words};
 use super::evaluate::Evaluator;
 use super::found_design::{DESIGN, FRONT, FoundDesign, remove_front};
 use super::front::FrontDesign;
 use super::log::{self, Log};
+use super::named_files::NamedFiles;
 use super::objective::Evaluation;
 use super::outcome::Outcome;
 use super::problem::{Problem, StageSettings};
@@ -31,9 +38,12 @@ use super::shared_evaluations::{Batch, SharedEvaluations};
 use super::stage::{StageResult, StageSearch};
 use super::variables::Variables;
 use crate::design_file::DesignFile;
+use crate::missing_figure::{missing_figure, shown};
 
 /// Number of the seed beside those of the search.
 const VERIFICATION: u64 = 0x5eed;
+/// Paths of a pilot.
+const PILOT_PATHS: u64 = 65_536;
 
 /// Recipe of an optimisation.
 pub struct Recipe<'a> {
@@ -41,8 +51,11 @@ pub struct Recipe<'a> {
     pub problem: &'a Problem,
     /// Cache of tables.
     pub cache: &'a Cache,
-    /// Time for the search; what is begun is finished.
+    /// Time for everything.
     pub budget: Option<Duration>,
+    pub(super) begun: Instant,
+    /// Pace of the traces, where a pilot has told.
+    pub(super) pace: Option<Pace>,
     /// Evaluations shared with other processes.
     pub(super) shared: Option<&'a SharedEvaluations<'a>>,
 }
@@ -111,7 +124,84 @@ pub(super) struct Verified {
 impl<'a> Recipe<'a> {
     /// The recipe of `problem`, of whose candidates this process judges all.
     pub fn new(problem: &'a Problem, cache: &'a Cache, budget: Option<Duration>) -> Self {
-        Self { problem, cache, budget, shared: None }
+        let begun = Instant::now();
+        Self { problem, cache, budget, begun, pace: None, shared: None }
+    }
+
+    /// Traces the design that the search starts with, by few paths: refuses figures that it does
+    /// not have, with the settings of every stage and of the verification, and takes the pace.
+    ///
+    /// # Errors
+    /// Figures that a design does not have; those of the tracer; an interrupt.
+    pub fn pilot(&mut self, context: RunContext) -> Result<()> {
+        let problem = self.problem;
+        let variables = &problem.variables;
+        let start = variables.settings(&variables.start()?).unwrap_or_default();
+        let none = Settings::new();
+        let mut sets = vec![&none];
+        sets.extend(problem.stages.iter().map(|stage| &stage.set));
+        sets.sort_by_key(|set| set.len());
+        sets.dedup();
+        let context = RunContext { checkpoints: None, ..context.silent() };
+        let mut traces = ModelTraces::of_search(self.cache);
+        let mut trace = |design: &mut Design, paths: u64| -> Result<(Observation, f64)> {
+            design.trace.paths = paths;
+            let begun = Instant::now();
+            let model = DomeChoice::Model(Model::Geometric);
+            let seen = traces.observe(design, model, "", context)?;
+            Ok((seen, begun.elapsed().as_secs_f64()))
+        };
+        for set in sets {
+            let with = |settings: &Settings| settings.clone().into_iter().chain(set.clone());
+            let all: [Settings; 2] = [with(&start).collect(), with(&none).collect()];
+            // A start that makes no design is passed over.
+            let made = all.iter().find_map(|s| Some((s, variables.source.with(s).ok()?)));
+            let Some((settings, mut design)) = made else {
+                continue;
+            };
+            let (seen, seconds) = trace(&mut design, PILOT_PATHS)?;
+            self.check_figures(settings, &design, &seen).map_err(|why| self.about(why))?;
+            if self.pace.is_none() {
+                let few = *PATHS.start();
+                let (_, of_few) = trace(&mut design, few)?;
+                self.pace = Some(Pace::new([(few, of_few), (PILOT_PATHS, seconds)]));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses figures of objective and constraints that `seen`, a trace of the design that
+    /// `settings` make, does not show.
+    fn check_figures(
+        &self,
+        settings: &Settings,
+        design: &Design,
+        seen: &Observation,
+    ) -> Result<()> {
+        let (objective, source) = (&self.problem.objective, &self.problem.variables.source);
+        let shown = shown(design, seen);
+        for (key, figure) in objective.read_figures() {
+            if !shown.iter().any(|known| known == figure) {
+                return Err(missing_figure(&key, figure, &shown, design.trace.paths));
+            }
+        }
+        let file = DesignFile::new(source.path.clone(), source.table_with(settings)?);
+        objective.judge(&file, design, seen, false).map(drop)
+    }
+
+    /// Says what the search takes at most, and whether that fits into the budget.
+    fn say_cost(&self, pace: Pace, deadline: Option<Instant>, context: RunContext) {
+        context.console.say(&format!("{}: {}", self.problem.name, cost::words(self.problem, pace)));
+        let after = cost::work_after(self.problem, 0);
+        if let Some(budget) = self.budget.filter(|_| !pace.allows(after, deadline)) {
+            context.console.warn(&format!(
+                "{}: --budget: what follows after the search takes about {}, the budget is {}: a \
+                 single generation is begun; lower most_paths or verification.paths",
+                self.problem.inputs[0].file,
+                time_words(pace.seconds(after)),
+                time_words(budget.as_secs_f64())
+            ));
+        }
     }
 
     /// Searches, chooses and verifies; writes the log and the design into `out`. With `resume` the
@@ -142,7 +232,8 @@ impl<'a> Recipe<'a> {
         atomic_file::supersede(&out.join(FILE))?;
         remove_front(out)?;
         let designs = self.designs(&found)?.into_iter();
-        let designs = designs.map(|design| design.write(self.problem, out));
+        let mut named = NamedFiles::new(self.problem, out);
+        let designs = designs.map(|design| design.write(&mut named, out));
         let designs = designs.collect::<Result<Vec<_>>>()?;
         let verified = self.verify(&found, &designs, context)?;
         let points = &found.last_result().front;
@@ -176,7 +267,11 @@ impl<'a> Recipe<'a> {
     pub(super) fn search(&self, log: &mut Log, context: RunContext) -> Result<Searched> {
         let problem = self.problem;
         let started = Instant::now();
-        let deadline = self.budget.map(|budget| started + budget);
+        let deadline = self.budget.map(|budget| self.begun + budget);
+        if let Some(pace) = self.pace {
+            self.say_cost(pace, deadline, context);
+        }
+        let mut pace = self.pace.unwrap_or_default();
         let mut found = Searched {
             stages: Vec::new(),
             settings: Settings::new(),
@@ -197,6 +292,8 @@ impl<'a> Recipe<'a> {
                 context,
                 started,
                 deadline,
+                pace: &mut pace,
+                work_after: cost::work_after(problem, number - 1),
                 progress: &progress,
             };
             if let Some(why) = search.evaluator.refusal(&found.start) {
@@ -255,6 +352,7 @@ impl<'a> Recipe<'a> {
         let robust = self.problem.robust.as_ref().map(RobustObjective::verified);
         let mut evaluator = self.evaluator(&found.variables, &stage);
         evaluator.robust = robust.as_ref();
+        evaluator.reads_all = true;
         let source = &self.problem.variables.source;
         let best = &designs[0];
         let paths = self.verification_paths(&best.design);

@@ -109,19 +109,23 @@ impl RobustObjective {
             self.value(&rest, &|one| one.value)
         };
         let groups = packages.iter().map(|one| one.without.len()).min().unwrap_or(0);
-        let figures = first.figures.iter().enumerate().map(|(k, (key, figure))| {
+        let figures = first.figures.iter().filter_map(|(key, figure)| {
+            let found =
+                |one: &'_ Evaluation| one.figures.iter().position(|(known, _)| known == key);
+            let all = packages.iter().map(|one| Some(&one.figures[found(one)?].1));
+            // A package may lack one that nothing asks for.
+            let all: Vec<&JackknifedFigure> = all.collect::<Option<_>>()?;
             let mean = |of: &dyn Fn(&JackknifedFigure) -> f64| {
-                let all = packages.iter().map(|one| of(&one.figures[k].1));
-                all.sum::<f64>() / packages.len() as f64
+                all.iter().map(|figure| of(figure)).sum::<f64>() / all.len() as f64
             };
             let without = (0..figure.without.len()).map(|g| mean(&|f| f.without[g]));
             let without = without.collect();
             let mut over_packages = JackknifedFigure::new(mean(&|f| f.value), without);
-            let values: Vec<f64> = packages.iter().map(|one| one.figures[k].1.value).collect();
+            let values: Vec<f64> = all.iter().map(|figure| figure.value).collect();
             let of_packages = deviation(&values) / (values.len() as f64).sqrt();
             // Their scatter holds the noise of their paths.
             over_packages.standard_error = over_packages.standard_error.max(of_packages);
-            (key.clone(), over_packages)
+            Some((key.clone(), over_packages))
         });
         let figures: Vec<(String, JackknifedFigure)> = figures.collect();
         Evaluation {

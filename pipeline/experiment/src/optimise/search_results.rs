@@ -10,6 +10,7 @@ use metrics::plural::count;
 use results::optimisation::{
     CoefficientEntry, ConstraintEntry, FigureEntry, FinalCandidateEntry, FrontDesignEntry,
     FrontEntry, GenerationEntry, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION, StageEntry,
+    Verdict,
 };
 use results::schema::Program;
 
@@ -32,10 +33,16 @@ impl Optimised {
     /// The content of `optimise.json`, without the files that came out.
     pub fn to_file(&self, problem: &Problem, seed: u64) -> OptimisationFile {
         let figures = self.figures().map(|(key, before, after)| {
+            let change = before.map(|before| after.change(before));
+            let verdict = before.zip(change).map(|(before, change)| {
+                let values = [before.value, after.value];
+                Verdict::new(change, problem.objective.larger_is_better(key, values))
+            });
             let entry = FigureEntry {
                 before: before.map(metrics::JackknifedFigure::estimate),
                 after: after.estimate(),
-                change: before.map(|before| after.change(before)),
+                change,
+                verdict,
             };
             (key.to_owned(), entry)
         });
@@ -63,9 +70,12 @@ impl Optimised {
         let after = self.after.estimate();
         let in_search = Some(selected.search_value).filter(|value| *value < INFEASIBLE);
         let as_in_search = self.as_in_search.estimate();
+        let change = self.before.as_ref().map(|before| self.after.change(before));
         ObjectiveEntry {
             before: self.before.as_ref().map(Evaluation::estimate),
             after,
+            change,
+            verdict: change.map(|change| Verdict::new(change, Some(false))),
             in_search,
             at_selection: selected
                 .selection_error
@@ -237,32 +247,36 @@ fn begins_feasible(file: &OptimisationFile) -> bool {
 
 fn add_figures(text: &mut String, file: &OptimisationFile) {
     text.push('\n');
-    let mut row = |name: &str, before: Option<String>, after: &str| {
-        let before = before.unwrap_or_default();
-        let _ = writeln!(text, "{name:<28} {before:>18} {after:>18}");
+    let mut row = |name: &str, [before, after, change]: [&str; 3], verdict: Option<Verdict>| {
+        let verdict = verdict.map_or("", Verdict::words);
+        let line = format!("{name:<28} {before:>18} {after:>18} {change:>20}  {verdict}");
+        let _ = writeln!(text, "{}", line.trim_end());
     };
-    row("verified", Some(file.design.clone()), &file.name);
-    for (key, figure) in &file.figures {
-        row(key, figure.before.map(number), &number(figure.after));
+    row("verified", [&file.design, &file.name, "change"], None);
+    let words = |e: Option<Estimate>| e.map(number).unwrap_or_default();
+    for (key, f) in &file.figures {
+        row(key, [&words(f.before), &number(f.after), &words(f.change)], f.verdict);
     }
     let objective = &file.objective;
-    row("objective", objective.before.map(number), &number(objective.after));
+    let words = [objective.before, Some(objective.after), objective.change].map(words);
+    row("objective", words.each_ref().map(String::as_str), objective.verdict);
+    let worse = file.figures.iter().filter(|(_, figure)| figure.verdict == Some(Verdict::Worse));
+    let worse: Vec<&str> = worse.map(|(key, _)| key.as_str()).collect();
+    if !worse.is_empty() {
+        let _ = writeln!(text, "worse than {} beyond errors: {}", file.design, worse.join(", "));
+    }
     if !begins_feasible(file) {
         let _ = writeln!(text, "{} does not meet the constraints", file.design);
     }
-    if let Some(before) = objective.before.filter(|_| begins_feasible(file)) {
-        let change = Estimate::new(
-            objective.after.value - before.value,
-            objective.after.standard_error.hypot(before.standard_error),
+    if let Some(change) = objective.change.filter(|_| begins_feasible(file))
+        && objective.verdict != Some(Verdict::Better)
+    {
+        let _ = writeln!(
+            text,
+            "not better than {} beyond errors: the objective changed by {}",
+            file.design,
+            number(change)
         );
-        if change.value > -SEEN * change.standard_error {
-            let _ = writeln!(
-                text,
-                "not better than {} beyond errors: the objective changed by {}",
-                file.design,
-                number(change)
-            );
-        }
     }
     if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
         let _ = writeln!(

@@ -107,7 +107,8 @@ impl SharedWork for SharedSearch {
         let seed = self.seed;
         let context = RunContext { seed, ..context };
         let shared = SharedEvaluations::new(self.key().hex(), Some(choice), context)?;
-        let recipe = self.recipe(cache, &shared);
+        let mut recipe = self.recipe(cache, &shared);
+        recipe.pilot(context)?;
         let found = recipe.search(&mut Log::none(), context)?;
         let designs = recipe.designs(&found)?;
         // Tables of these runs serve the verification too.

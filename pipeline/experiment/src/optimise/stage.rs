@@ -22,10 +22,12 @@ use search::random::RandomSearch;
 use search::{Minimiser, Point};
 use simulate::seeds::mix;
 
+use super::cost::{Pace, Work};
 use super::evaluate::Evaluator;
 use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
 use super::noise::noise;
+use super::outcome::Outcome;
 use super::problem::StageSettings;
 use super::shared_evaluations::Batch;
 
@@ -34,7 +36,7 @@ const MAX_NOISE: f64 = 0.7;
 /// A search has converged when its standard deviations are below this share of the ranges.
 const MIN_STEP: f64 = 2e-3;
 /// Paths of the traces among which the best is chosen, beside the largest number of the search.
-const SELECTION: u64 = 4;
+pub(super) const SELECTION: u64 = 4;
 
 /// One of the points among which a stage chooses.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,8 +83,12 @@ pub(super) struct StageSearch<'a, 'b> {
     pub context: RunContext<'a>,
     /// Time at which the search began or was resumed.
     pub started: Instant,
-    /// Time after which no further generation is begun.
+    /// Time at which everything is to be done.
     pub deadline: Option<Instant>,
+    /// Pace of the traces.
+    pub pace: &'b mut Pace,
+    /// Work that follows after the generations.
+    pub work_after: Work,
     pub progress: &'b Progress,
 }
 
@@ -223,9 +229,13 @@ impl StageSearch<'_, '_> {
             self.progress.inc(points.len() as u64);
             return Ok(Some(known));
         }
-        if number > 0 && self.deadline.is_some_and(|deadline| Instant::now() > deadline) {
+        let work = Work::new(points.len(), paths) + self.work_after;
+        // The first generation is one to select from, whatever it takes.
+        let is_first = number <= 1 && self.number == 1;
+        if number > 0 && !is_first && !self.pace.allows(work, self.deadline) {
             return Ok(None);
         }
+        let begun = Instant::now();
         let seed =
             mix(mix(self.context.seed) ^ mix(common.seed as u64) ^ ((self.number as u64) << 32));
         let context = RunContext { seed, ..self.context };
@@ -242,6 +252,9 @@ impl StageSearch<'_, '_> {
         let outcomes = self.evaluator.outcomes(&batch, context, |evaluator, k| {
             evaluator.evaluate(&points[k], paths, context)
         })?;
+        let is_traced = |one: &&Outcome| matches!(one, Outcome::Evaluated(_));
+        let work = Work::new(outcomes.iter().filter(is_traced).count(), paths);
+        self.pace.update(work, begun.elapsed().as_secs_f64());
         let candidates = points.iter().zip(&outcomes).map(|(point, outcome)| {
             let coefficients = self.evaluator.variables.coefficients(point);
             Candidate::new(point, coefficients, outcome)
@@ -368,8 +381,7 @@ impl SearchState {
 
 /// A reason without its numbers.
 fn words(why: &str) -> String {
-    let number = |c: char| c.is_ascii_digit() || ".-".contains(c);
-    why.split_whitespace().map(|word| word.trim_matches(number)).collect()
+    why.chars().filter(|c| !c.is_ascii_digit() && !".-".contains(*c)).collect()
 }
 
 /// The searches, each with what it leaves to choose from.

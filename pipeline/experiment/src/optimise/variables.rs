@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use design::Design;
 use design::dotted_keys::{self, Settings, number};
+use design::serde_arrays::List;
 
 use super::file::{Profile, VariableKeys};
 use super::heights;
@@ -99,6 +100,11 @@ impl Variables {
         self.all.iter().map(|variable| variable.count).sum()
     }
 
+    /// [`Variables::dimension`] with `knots` coefficients in each profile over rings.
+    pub fn resumed_dimension(&self, knots: Option<usize>) -> usize {
+        self.all.iter().map(|variable| variable.count_with(knots)).sum()
+    }
+
     /// The same variables with `knots` coefficients in each profile over rings, from the design
     /// that `settings` make.
     ///
@@ -109,9 +115,7 @@ impl Variables {
         let mut next = self.clone();
         next.source = DesignFile::new(self.source.path.clone(), table);
         for variable in &mut next.all {
-            if let (Place::Rings(_, [first, last]), Some(knots)) = (&variable.place, knots) {
-                variable.count = knots.clamp(1, last - first + 1);
-            }
+            variable.count = variable.count_with(knots);
             if !settings.is_empty() {
                 variable.start = None;
             }
@@ -244,6 +248,14 @@ impl Variables {
 }
 
 impl Variable {
+    /// Coefficients with `knots` in each profile over rings.
+    fn count_with(&self, knots: Option<usize>) -> usize {
+        match (&self.place, knots) {
+            (Place::Rings(_, [first, last]), Some(knots)) => knots.clamp(1, last - first + 1),
+            _ => self.count,
+        }
+    }
+
     fn overlaps(&self, other: &Self) -> bool {
         match (&self.place, &other.place) {
             (Place::Rings(a, [first, last]), Place::Rings(b, [from, to])) => {
@@ -323,7 +335,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         }
         (None, Some(profile)) => {
             let rings = RingSlopes::of(design)?.count();
-            let [first, last] = keys.rings.unwrap_or([1, rings]);
+            let [first, last] = keys.rings.map_or([1, rings], |List(ends)| ends);
             ensure!(
                 first >= 1 && first <= last && last <= rings,
                 "rings: expected a first and a last ring from 1 to {rings}, got [{first}, {last}]"
@@ -355,7 +367,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         );
     }
     let range = match &place {
-        Place::Key(key) => range.tried(key, source)?,
+        Place::Key(key) => range.of_key(key, source)?,
         _ => range,
     };
     Ok(Variable { label, place, range, count, start: keys.start })

@@ -34,6 +34,10 @@ impl VerificationRun {
         }
         let mut models = Model::all_of(&design);
         models.retain(|model| problem.models.contains(model));
+        if models.is_empty() {
+            // A dome that has become smooth has no other.
+            models.push(Model::Geometric);
+        }
         Self { design, models }
     }
 

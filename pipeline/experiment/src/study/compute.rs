@@ -31,6 +31,8 @@ use simulate::tables::keys;
 use simulate::trace_plan::DomeChoice;
 
 use super::definition::Study;
+use crate::missing_figure::missing_figure;
+
 use super::trace_figures::{NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId};
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
@@ -83,7 +85,10 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
     tasks.sort_by(|a, b| (a.setup, &a.id).cmp(&(b.setup, &b.id)));
     for first in 0..tasks.len() {
         let task = &tasks[first];
-        if known.contains_key(&task.figures_key) {
+        if let Some(stored) = known.get(&task.figures_key) {
+            if task.setup == 0 {
+                task.has_targets(study, &stored.figures)?;
+            }
             continue;
         }
         let label = task.label(study);
@@ -95,6 +100,9 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
         let wanted: Vec<&TraceTask> =
             alike.filter(|t| !known.contains_key(&t.figures_key)).collect();
         known.extend(tracer.trace(&wanted).context(label)?);
+        if task.setup == 0 {
+            task.has_targets(study, &known[&task.figures_key].figures)?;
+        }
         let (done, all) = (known.len(), tasks.len());
         let (setup, _) = &study.setups[task.setup];
         context
@@ -318,6 +326,20 @@ impl TraceTask {
 
     fn design<'a>(&self, study: &'a Study) -> &'a Design {
         &study.setups[self.setup].1[self.design]
+    }
+
+    /// Refuses targets of figures that a design of the base does not have.
+    fn has_targets(&self, study: &Study, found: &NamedFigures) -> Result<()> {
+        let TraceId { design, model } = &self.id;
+        let of_design = study.targets.figures.get(design);
+        let wanted = of_design.and_then(|of| of.get(model)).into_iter().flatten();
+        let figures: Vec<String> = found.iter().map(|(key, _)| key.clone()).collect();
+        let mut others = wanted.filter(|(figure, _)| !figures.contains(figure));
+        let paths = self.design(study).trace.paths;
+        others.next().map_or(Ok(()), |(figure, _)| {
+            Err(missing_figure(&format!("targets.{design}.{model}"), figure, &figures, paths))
+                .with_context(|| study.inputs[0].file.clone())
+        })
     }
 
     /// Set-up and design, for people.

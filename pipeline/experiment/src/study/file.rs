@@ -10,6 +10,7 @@ use design::serde_arrays::List;
 use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
+use crate::whole_number;
 
 /// A whole study file.
 #[derive(Debug, Clone, Deserialize)]
@@ -25,6 +26,7 @@ pub struct StudyFile {
     /// Models of each design.
     pub models: Vec<Model>,
     /// Paths of each trace; those of the designs if absent.
+    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub paths: Option<u64>,
     /// Arrangement of the levels of the factors.
     #[serde(default)]
@@ -43,10 +45,10 @@ pub struct StudyFile {
     #[serde(default)]
     pub setups: Vec<ExplicitSetup>,
     /// Numbers of paths of short runs that each trace is cut into.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "whole_number::list")]
     pub short_runs: Vec<u64>,
     /// Traces of each model, each with its own seed, that short runs are cut from.
-    #[serde(default = "one")]
+    #[serde(default = "one", deserialize_with = "whole_number::one")]
     pub short_run_traces: u64,
     /// Probes of single elements.
     #[serde(default)]

@@ -14,11 +14,11 @@ use metrics::estimate::DISTINCT;
 use metrics::{Estimate, JackknifedFigure, spread};
 
 use super::definition::Study;
-use super::targets::Targets;
+use super::targets::{Sought, Target, Targets};
 use super::trace_figures::{SetupFigures, ShortRuns, TraceId, find};
 
 /// Version of the layout of `study.json`.
-const SCHEMA_VERSION: u32 = 3;
+const SCHEMA_VERSION: u32 = 4;
 
 /// A misfit, with and without each group of paths.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,9 +68,9 @@ pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> O
     }
 
     let count = misses.len() as f64;
-    let groups = misses.iter().map(|(f, ..)| f.without.len()).min()?;
+    let groups = misses.iter().map(|(f, _)| f.without.len()).min()?;
     let of = |value: &dyn Fn(&JackknifedFigure) -> f64| {
-        let squares = misses.iter().map(|(f, target, scale)| ((value(f) - target) / scale).powi(2));
+        let squares = misses.iter().map(|(f, target)| target.miss(value(f)).powi(2));
         (squares.sum::<f64>() / count).sqrt()
     };
     Some(Misfit {
@@ -79,17 +79,13 @@ pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> O
     })
 }
 
-/// Figures with a target, with target and scale.
-fn misses<'a>(found: &'a SetupFigures, targets: &Targets) -> Vec<(&'a JackknifedFigure, f64, f64)> {
+/// Figures with a target, with their targets.
+fn misses<'a>(found: &'a SetupFigures, targets: &Targets) -> Vec<(&'a JackknifedFigure, Target)> {
     let of = |place: &TraceId, name: &str| targets.of(&place.design, &place.model, name);
     let all = found
         .iter()
         .flat_map(|(place, judged)| judged.figures.iter().map(move |(name, f)| (place, name, f)));
-    all.filter_map(|(place, name, figure)| {
-        let (target, scale) = of(place, name)?;
-        Some((figure, target, scale))
-    })
-    .collect()
+    all.filter_map(|(place, name, figure)| Some((figure, of(place, name)?))).collect()
 }
 
 /// A study with the figures of its traces.
@@ -114,8 +110,8 @@ pub struct FigureRow<'a> {
     pub value: Estimate,
     /// Difference from the base.
     pub change: Option<Estimate>,
-    /// Target and scale.
-    pub target: Option<(f64, f64)>,
+    /// Target.
+    pub target: Option<Target>,
 }
 
 impl StudyResults<'_> {
@@ -294,9 +290,16 @@ impl FigureRow<'_> {
         if let Some(change) = self.change {
             line["change"] = json!(change);
         }
-        if let Some((target, scale)) = self.target {
-            line["target"] = target.into();
-            line["miss"] = ((self.value.value - target) / scale).into();
+        if let Some(target) = self.target {
+            match target.sought {
+                Sought::Near(value) => line["target"] = value.into(),
+                Sought::Within(bounds) => {
+                    line["at_least"] = json!(bounds.at_least);
+                    line["at_most"] = json!(bounds.at_most);
+                }
+            }
+            line["miss"] = target.miss(self.value.value).into();
+            line["verdict"] = json!(target.verdict(self.value));
         }
         line
     }
@@ -372,7 +375,8 @@ mod tests {
             paths: 1e5,
             values: vec![0.70, 0.72, 0.77],
         };
-        let line = runs.to_json(&place, Some((0.75, 0.025)));
+        let near = Target { sought: Sought::Near(0.75), scale: 0.025 };
+        let line = runs.to_json(&place, Some(near));
         let number = |key: &str| line[key].as_f64().expect("a number");
         assert!((number("mean") - 0.73).abs() < 1e-15 && (number("smallest") - 0.70).abs() < 1e-15);
         // (0.03² + 0.01² + 0.04²) / 2.

@@ -1,20 +1,108 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Target figures of a study, and the scales of their misses.
+//! Targets of a study, the scales of their misses, and verdicts on figures.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::{Context, Result, bail, ensure};
+use serde::Serialize;
 
 use design::dotted_keys;
+use metrics::estimate::DISTINCT;
 use metrics::figures::{self, Definition};
+use metrics::{Bounds, Estimate};
 
 use super::file::Probe;
 
 /// Least scale; a smaller one makes misses that no picture can show.
 const LEAST_SCALE: f64 = 1e-9;
 
-/// Design → model → figure → value.
-pub type TargetFigures = BTreeMap<String, BTreeMap<String, BTreeMap<String, f64>>>;
+/// Keys of a target that is no plain number.
+const SOUGHT: [&str; 3] = ["near", "at_least", "at_most"];
+
+/// Sought value of a figure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sought {
+    /// A value, within a scale.
+    Near(f64),
+    /// Bounds.
+    Within(Bounds),
+}
+
+/// A target with its scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    /// Sought value.
+    pub sought: Sought,
+    /// A miss that counts as 1.
+    pub scale: f64,
+}
+
+/// Verdict on a figure with a target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Within the target beyond errors.
+    Met,
+    /// Outside of the target beyond errors.
+    NotMet,
+    /// Errors decide.
+    NotResolved,
+}
+
+impl Verdict {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Met => "met",
+            Self::NotMet => "not met",
+            Self::NotResolved => "not resolved",
+        }
+    }
+}
+
+impl Target {
+    /// Signed distance of `value` from the target in scales; 0 within bounds.
+    pub fn miss(self, value: f64) -> f64 {
+        let miss = match self.sought {
+            Sought::Near(target) => value - target,
+            Sought::Within(Bounds { at_least, at_most }) => {
+                let below = at_least.map_or(0.0, |least| (value - least).min(0.0));
+                below + at_most.map_or(0.0, |most| (value - most).max(0.0))
+            }
+        };
+        miss / self.scale
+    }
+
+    /// Verdict on a figure: it meets the target where it lies within the scale of a value, or
+    /// within bounds.
+    pub fn verdict(self, figure: Estimate) -> Verdict {
+        let value = figure.value;
+        let room = match self.sought {
+            Sought::Near(target) => self.scale - (value - target).abs(),
+            Sought::Within(Bounds { at_least, at_most }) => {
+                let above = at_least.map_or(f64::INFINITY, |least| value - least);
+                above.min(at_most.map_or(f64::INFINITY, |most| most - value))
+            }
+        };
+        let error = DISTINCT * figure.standard_error;
+        match room {
+            room if room >= error => Verdict::Met,
+            room if room < -error => Verdict::NotMet,
+            _ => Verdict::NotResolved,
+        }
+    }
+
+    /// For people.
+    pub fn words(self) -> String {
+        match self.sought {
+            Sought::Near(target) => format!("near {target} by {}", self.scale),
+            Sought::Within(bounds) => bounds.words(),
+        }
+    }
+}
+
+/// Design → model → figure → sought value.
+pub type TargetFigures = BTreeMap<String, BTreeMap<String, BTreeMap<String, Sought>>>;
 
 /// Targets of all traces.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -23,8 +111,8 @@ pub struct Targets {
     pub figures: TargetFigures,
     /// Figure → scale.
     pub scales: BTreeMap<String, f64>,
-    /// Design, element, figure → target and scale.
-    probes: BTreeMap<[String; 3], (f64, f64)>,
+    /// By design, element and figure.
+    probes: BTreeMap<[String; 3], Target>,
 }
 
 impl Targets {
@@ -55,16 +143,9 @@ impl Targets {
                         format!("scales.{figure}: expected a scale for {key}, got none")
                     })?;
                     all.insert(figure.clone(), scale);
-                    let Some(number) = dotted_keys::number(value).filter(|n| n.is_finite()) else {
-                        bail!("{key}: expected a number, got {value}");
-                    };
-                    let (most, unit) = known.largest_target();
-                    ensure!(
-                        (0.0..=most).contains(&number),
-                        "{key}: expected {unit} from 0 to {most}, got {number}"
-                    );
+                    let sought = sought(&key, &known, value)?;
                     let of_design = figures.entry(design.clone()).or_default();
-                    of_design.entry(model.clone()).or_default().insert(figure.clone(), number);
+                    of_design.entry(model.clone()).or_default().insert(figure.clone(), sought);
                 }
             }
         }
@@ -77,7 +158,8 @@ impl Targets {
         for probe in probes {
             if let Some(target) = probe.target {
                 let key = [probe.design.clone(), probe.place(), probe.figure()];
-                self.probes.insert(key, (target, probe.scale));
+                let sought = Sought::Near(target);
+                self.probes.insert(key, Target { sought, scale: probe.scale });
             }
         }
         self
@@ -91,14 +173,45 @@ impl Targets {
         keys.filter(|key| figures::find(key).is_some_and(|figure| !figure.is_main())).collect()
     }
 
-    /// Target and scale of a figure.
-    pub fn of(&self, design: &str, model: &str, figure: &str) -> Option<(f64, f64)> {
+    /// Target of a figure.
+    pub fn of(&self, design: &str, model: &str, figure: &str) -> Option<Target> {
         let probe = [design, model, figure].map(str::to_owned);
         if let Some(target) = self.probes.get(&probe) {
             return Some(*target);
         }
-        let target = *self.figures.get(design)?.get(model)?.get(figure)?;
-        Some((target, *self.scales.get(figure)?))
+        let sought = *self.figures.get(design)?.get(model)?.get(figure)?;
+        Some(Target { sought, scale: *self.scales.get(figure)? })
+    }
+}
+
+/// The sought value of `figure` under `key`: a number, `{ near = .. }` or bounds.
+fn sought(key: &str, figure: &Definition, value: &toml::Value) -> Result<Sought> {
+    let (most, unit) = figure.largest_target();
+    let number = |key: &str, value: &toml::Value| -> Result<f64> {
+        let Some(number) = dotted_keys::number(value).filter(|n| n.is_finite()) else {
+            bail!("{key}: expected a number, got {value}");
+        };
+        ensure!(
+            (0.0..=most).contains(&number),
+            "{key}: expected {unit} from 0 to {most}, got {number}"
+        );
+        Ok(number)
+    };
+    let Some(table) = value.as_table() else {
+        return number(key, value).map(Sought::Near);
+    };
+    if let Some(other) = table.keys().find(|name| !SOUGHT.contains(&name.as_str())) {
+        bail!("{key}.{other}: no such key, expected {}", SOUGHT.join(", "));
+    }
+    let [near, at_least, at_most] = SOUGHT.map(|name| {
+        table.get(name).map(|value| number(&format!("{key}.{name}"), value)).transpose()
+    });
+    match (near?, at_least?, at_most?) {
+        (Some(near), None, None) => Ok(Sought::Near(near)),
+        (Some(_), ..) => bail!("{key}: expected `near` alone, got a bound beside it"),
+        (None, at_least, at_most) => {
+            Bounds::new(at_least, at_most).map(Sought::Within).with_context(|| key.to_owned())
+        }
     }
 }
 
@@ -122,7 +235,8 @@ mod tests {
         let table: toml::Table = toml::from_str(results::published::TABLES).expect("valid");
         let targets = Targets::new(&table, &BTreeMap::from([("uniformity".to_owned(), 0.01)]))
             .expect("valid");
-        assert_eq!(targets.of("D3", "hybrid_10um", "uniformity"), Some((0.818, 0.01)));
+        let near = |value, scale| Some(Target { sought: Sought::Near(value), scale });
+        assert_eq!(targets.of("D3", "hybrid_10um", "uniformity"), near(0.818, 0.01));
         assert_eq!(targets.of("D3", "hybrid_10um", "extraction_efficiency"), None);
         assert_eq!(
             targets.figures.values().flat_map(BTreeMap::values).map(BTreeMap::len).sum::<usize>(),
@@ -135,7 +249,33 @@ mod tests {
         let table = toml::from_str("[own.geometric]\ncell_min_to_mean = 0.8").expect("TOML");
         let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
         let found = targets.of("own", "geometric", "cell_min_to_mean");
-        assert_eq!(found, Some((0.8, 0.03)));
+        assert_eq!(found, Some(Target { sought: Sought::Near(0.8), scale: 0.03 }));
+    }
+
+    #[test]
+    fn bounds_are_met_missed_or_not_resolved_by_errors() {
+        let of = |text: &str| {
+            let table = toml::from_str(&format!("[D.m]\nuniformity = {text}")).expect("TOML");
+            let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
+            targets.of("D", "m", "uniformity").expect("a target")
+        };
+        use Verdict::{Met, NotMet, NotResolved};
+        for (target, value, error, miss, verdict) in [
+            ("{ at_least = 0.8 }", 0.9, 0.01, 0.0, Met),
+            ("{ at_least = 0.8 }", 0.82, 0.01, 0.0, NotResolved),
+            ("{ at_least = 0.8 }", 0.7, 0.01, -5.0, NotMet),
+            ("{ at_most = 0.8 }", 0.9, 0.01, 5.0, NotMet),
+            ("{ at_most = 0.8 }", 0.79, 0.01, 0.0, NotResolved),
+            ("{ at_least = 0.7, at_most = 0.8 }", 0.75, 0.01, 0.0, Met),
+            ("{ near = 0.8 }", 0.80, 0.001, 0.0, Met),
+            ("0.8", 0.84, 0.001, 2.0, NotMet),
+            ("0.8", 0.82, 0.001, 1.0, NotResolved),
+            ("{ at_least = 0.8 }", 0.8, 0.0, 0.0, Met),
+        ] {
+            let of = of(target);
+            assert!((of.miss(value) - miss).abs() < 1e-9, "{target} {value}");
+            assert_eq!(of.verdict(Estimate::new(value, error)), verdict, "{target} {value}");
+        }
     }
 
     #[test]
@@ -145,10 +285,15 @@ mod tests {
             ("[D1.geometric_100um]\nuniformity = nan", "expected a number"),
             ("[D1.geometric_100um]\nbrightness = 1.0", "targets.D1.geometric_100um.brightness"),
             ("D1 = 3", "expected a table"),
+            ("[D1.m]\nuniformity = {}", "neither"),
+            ("[D1.m]\nuniformity = { least = 0.5 }", "uniformity.least: no such key"),
+            ("[D1.m]\nuniformity = { near = 0.5, at_most = 0.6 }", "`near` alone"),
+            ("[D1.m]\nuniformity = { at_least = 7 }", "uniformity.at_least: expected a fraction"),
+            ("[D1.m]\nuniformity = { at_least = 0.7, at_most = 0.6 }", "a larger one"),
         ] {
             let table = toml::from_str(text).expect("TOML");
             let error = Targets::new(&table, &BTreeMap::new()).expect_err(text);
-            assert!(error.to_string().contains(word), "{error}");
+            assert!(format!("{error:#}").contains(word), "{error:#}");
         }
         for scale in [0.0, -1.0, 1e-300, f64::NAN] {
             let scales = BTreeMap::from([("uniformity".to_owned(), scale)]);

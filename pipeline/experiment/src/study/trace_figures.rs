@@ -6,7 +6,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use metrics::JackknifedFigure;
+use metrics::{Estimate, JackknifedFigure};
+
+use super::targets::{Sought, Target, Verdict};
 
 /// Figures of one trace, in the order of the tables.
 pub type NamedFigures = Vec<(String, JackknifedFigure)>;
@@ -34,7 +36,7 @@ impl ShortRuns {
         (squares / (self.values.len() as f64 - 1.0)).sqrt()
     }
 
-    pub(super) fn to_json(&self, place: &TraceId, target: Option<(f64, f64)>) -> Value {
+    pub(super) fn to_json(&self, place: &TraceId, target: Option<Target>) -> Value {
         let extreme = |pick: fn(f64, f64) -> f64| self.values.iter().copied().reduce(pick);
         let mut line = json!({
             "design": place.design,
@@ -48,9 +50,12 @@ impl ShortRuns {
             "largest": extreme(f64::max),
             "values": self.values,
         });
-        if let Some((target, scale)) = target {
-            let within = self.values.iter().filter(|v| (*v - target).abs() <= scale);
-            line["target"] = target.into();
+        if let Some(target) = target {
+            let exact = |v: &&f64| target.verdict(Estimate::new(**v, 0.0)) == Verdict::Met;
+            let within = self.values.iter().filter(exact);
+            if let Sought::Near(value) = target.sought {
+                line["target"] = value.into();
+            }
             line["share_within_scale"] = (within.count() as f64 / self.values.len() as f64).into();
         }
         line

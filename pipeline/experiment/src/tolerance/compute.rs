@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, bail, ensure};
 
 use files::cache::Cache;
 use files::run_context::RunContext;
@@ -40,11 +40,12 @@ pub struct Sampled {
     pub samples: Vec<SampledPackage>,
 }
 
-/// Traces all samples of `analysis`; tables of orders are kept in `cache`.
+/// Traces all samples of `analysis`; tables of orders are kept in `cache`, figures of finished
+/// traces in the checkpoints of `context`, from which a repetition takes them.
 ///
 /// # Errors
-/// Those of the solver and the tracer for the design without deviations; more samples without a
-/// design than with one; an interrupt.
+/// Those of the solver and the tracer for the design without deviations; figures that the design
+/// does not have; more samples without a design than with one; an interrupt.
 pub fn compute(
     analysis: &ToleranceAnalysis,
     cache: &Cache,
@@ -59,12 +60,16 @@ pub fn compute(
     let mut samples = Vec::new();
     for number in 0..traces {
         context.interrupt.check()?;
-        let figures = if context.is_merging() {
-            let found = tracer.kept(number);
-            found.with_context(|| format!("{}: trace {number} is missing", analysis.name))?
-        } else {
-            tracer.trace(number)?
+        let figures = match tracer.kept(number) {
+            Some(kept) => kept,
+            None if context.is_merging() => {
+                bail!("{}: trace {number} is missing", analysis.name)
+            }
+            None => tracer.trace_and_keep(number)?,
         };
+        if number == 0 {
+            tracer.check_figures(&figures)?;
+        }
         match drawn.traced(number) {
             Traced::Nominal => nominal.push(figures.map_err(anyhow::Error::msg)?),
             Traced::Unaveraged => unaveraged.push(figures.map_err(anyhow::Error::msg)?),

@@ -4,10 +4,12 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
+use serde_json::json;
 
 use design::Design;
 use design::dotted_keys::Settings;
 use design::resolved::check_paths;
+use files::cache::Key;
 use files::provenance::FileRecord;
 use metrics::Bounds;
 use metrics::figures::{self, Definition};
@@ -47,10 +49,27 @@ pub struct ToleranceAnalysis {
     pub paths: u64,
     /// Figures that are reported.
     pub figures: Vec<String>,
+    /// Figures that the design must have, each with the key that asks for it.
+    pub required: Vec<(String, String)>,
     /// Constraints on a package.
     pub constraints: Vec<Constraint>,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
+}
+
+impl ToleranceAnalysis {
+    /// Key of the figures of all traces: all that they depend on.
+    pub fn key(&self, seed: u64) -> Key {
+        let named = self.inputs.iter().map(|input| &input.sha256);
+        let used = self.design.files.used.iter().map(|used| &used.sha256);
+        Key::of(&json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "inputs": named.chain(used).collect::<Vec<_>>(),
+            "samples": self.samples,
+            "paths": self.paths,
+            "seed": seed,
+        }))
+    }
 }
 
 /// A constraint on a figure.
@@ -95,6 +114,11 @@ fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<T
     );
     let paths = overrides.paths.or(file.paths).unwrap_or(design.trace.paths);
     check_paths("paths", paths)?;
+    let stated = file.figures.iter().flatten().map(|key| ("figures".to_owned(), key.clone()));
+    let bounded = file.constraints.iter().enumerate();
+    let bounded =
+        bounded.map(|(k, keys)| (format!("constraints[{}].figure", k + 1), keys.figure.clone()));
+    let required = stated.chain(bounded).collect();
     let figures = file.figures.unwrap_or_else(|| {
         let all = figures::all().filter(Definition::is_main).map(|figure| figure.key);
         all.filter(|key| check_figure(&design, key).is_ok()).map(str::to_owned).collect()
@@ -121,6 +145,7 @@ fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<T
         samples,
         paths,
         figures,
+        required,
         constraints,
         inputs,
     })

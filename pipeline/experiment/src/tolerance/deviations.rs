@@ -315,6 +315,11 @@ fn factor(
     let mut matrix = DMatrix::identity(tolerances.len(), tolerances.len());
     for (number, keys) in correlations.iter().enumerate() {
         let at = format!("correlations[{}]", number + 1);
+        ensure!(
+            keys.between.len() == 2,
+            "{at}.between: expected the names of two tolerances, got {}",
+            keys.between.len()
+        );
         let places = keys.between.iter().map(|name| {
             let place = tolerances.iter().position(|t| t.name == *name);
             place.with_context(|| {

@@ -9,6 +9,7 @@ use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
 use crate::ring_slopes::Side;
+use crate::whole_number;
 
 /// A whole tolerance file.
 #[derive(Debug, Clone, Deserialize)]
@@ -27,8 +28,10 @@ pub struct ToleranceFile {
     /// Model of the traces; absent: rays on the relief.
     pub model: Option<Model>,
     /// Number of samples.
+    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub samples: Option<usize>,
     /// Paths of each sample's trace; absent: those of the design.
+    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub paths: Option<u64>,
     /// Figures that are reported; absent: all.
     pub figures: Option<Vec<String>>,
@@ -89,7 +92,7 @@ pub enum Distribution {
 #[serde(deny_unknown_fields)]
 pub struct CorrelationKeys {
     /// Names of two tolerances.
-    pub between: [String; 2],
+    pub between: Vec<String>,
     /// Correlation coefficient of their deviations.
     pub coefficient: f64,
 }

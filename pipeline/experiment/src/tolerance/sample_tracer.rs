@@ -4,23 +4,24 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Result, ensure};
-use serde_json::json;
+use anyhow::{Context, Result, ensure};
 
 use design::dotted_keys::Settings;
 use design::schema::Average;
 use files::atomic_file::is_of_files;
-use files::cache::{Cache, Key};
+use files::cache::Cache;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
 use files::store::Entries;
 use metrics::Estimate;
+use metrics::digits::thousands;
 use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
 use simulate::trace_plan::DomeChoice;
 
 use super::definition::ToleranceAnalysis;
 use super::drawn_samples::{DrawnSamples, Traced};
+use crate::missing_figure::{missing_figure, shown};
 
 /// Figures by key.
 pub type Figures = BTreeMap<String, Estimate>;
@@ -59,7 +60,12 @@ impl<'a> SampleTracer<'a> {
             checkpoints: None,
             ..self.context.silent()
         };
-        match figures(self.analysis, (settings, averaged), &mut self.traces, context) {
+        let found = figures(self.analysis, (settings, averaged), &mut self.traces, context);
+        let found = found.and_then(|found| {
+            ensure!(!is_sample || !found.is_empty(), "no figure could be read");
+            Ok(found)
+        });
+        match found {
             // A failure of files may pass: it says nothing of the sample.
             Err(error) if !is_sample || error.is::<Interrupted>() || is_of_files(&error) => {
                 Err(error)
@@ -73,9 +79,43 @@ impl<'a> SampleTracer<'a> {
         entries(self.analysis, self.context)?.find_value(number)
     }
 
-    pub fn keep(&self, number: u64, figures: &Result<Figures, String>) -> Result<()> {
+    /// Traces `number` and keeps its figures.
+    ///
+    /// # Errors
+    /// Those of [`SampleTracer::trace`]; figures that cannot be kept.
+    pub fn trace_and_keep(&mut self, number: u64) -> Result<Result<Figures, String>> {
+        let figures = self.trace(number)?;
         let entries = entries(self.analysis, self.context);
-        entries.map_or(Ok(()), |entries| entries.keep_value(number, figures))
+        entries.map_or(Ok(()), |entries| entries.keep_value(number, &figures))?;
+        Ok(figures)
+    }
+
+    /// Refuses an analysis that asks for other figures than `found`, those of the design.
+    ///
+    /// # Errors
+    /// The figures that the design has.
+    pub fn check_figures(&mut self, found: &Result<Figures, String>) -> Result<()> {
+        let (analysis, Ok(found)) = (self.analysis, found) else {
+            return Ok(());
+        };
+        let Some((key, figure)) =
+            analysis.required.iter().find(|(_, figure)| !found.contains_key(figure))
+        else {
+            ensure!(
+                !found.is_empty(),
+                "{}: expected light to read figures from, got none in {} paths",
+                analysis.inputs[0].file,
+                thousands(analysis.paths)
+            );
+            return Ok(());
+        };
+        let mut design = analysis.design.clone();
+        design.trace.paths = analysis.paths;
+        let context = RunContext { checkpoints: None, ..self.context.silent() };
+        let model = DomeChoice::Model(analysis.model);
+        let seen = self.traces.observe(&design, model, "", context)?;
+        Err(missing_figure(key, figure, &shown(&design, &seen), analysis.paths))
+            .with_context(|| analysis.inputs[0].file.clone())
     }
 }
 
@@ -84,8 +124,7 @@ pub(super) fn entries<'a>(
     analysis: &ToleranceAnalysis,
     context: RunContext<'a>,
 ) -> Option<Entries<'a>> {
-    let fields = json!({"samples of": analysis.name, "seed": context.seed});
-    context.checkpoints.map(|store| store.entries(Key::of(&fields)))
+    context.checkpoints.map(|store| store.entries(analysis.key(context.seed)))
 }
 
 /// The figures of the design with these settings, with or without averaging over symmetries.
@@ -105,6 +144,5 @@ fn figures(
     let figures = seen.replicated(&design, wanted).into_iter();
     let figures: Figures =
         figures.map(|(key, figure)| (key.into_owned(), figure.estimate())).collect();
-    ensure!(!figures.is_empty(), "no figure could be read");
     Ok(figures)
 }

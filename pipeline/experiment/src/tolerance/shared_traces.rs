@@ -110,8 +110,7 @@ impl Task for SharedTraces {
         for number in pieces.map(|piece| self.numbers.start + piece) {
             context.interrupt.check()?;
             if tracer.kept(number).is_none() {
-                let figures = tracer.trace(number)?;
-                tracer.keep(number, &figures)?;
+                let _ = tracer.trace_and_keep(number)?;
             }
         }
         Ok(())

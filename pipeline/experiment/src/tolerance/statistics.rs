@@ -12,6 +12,10 @@ use metrics::Estimate;
 
 /// Standard normal number of a two-sided interval of 95 %.
 const Z95: f64 = 1.959_963_984_540_054;
+/// Standard normal number that 95 % of draws stay below.
+const Z95_ONE_SIDED: f64 = 1.644_853_626_951_472;
+/// A scatter is resolved where its variance is above that of pure noise by so many deviations.
+const SEEN: f64 = 2.0;
 /// Blocks of a jackknife over samples.
 const BLOCKS: usize = 40;
 
@@ -22,6 +26,8 @@ pub struct Scatter {
     pub mean: Estimate,
     /// Standard deviation from package to package.
     pub deviation: Estimate,
+    /// Upper bound of the deviation, at 95 % confidence, where it is not seen above the noise.
+    pub below: Option<f64>,
     /// Mean standard error of the samples' traces.
     pub noise: f64,
     /// Levels and quantiles.
@@ -39,6 +45,7 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
     }
     let whole = plain(values);
     let blocks = BLOCKS.min(values.len());
+    let squares: f64 = values.iter().map(|v| v.standard_error.powi(2)).sum();
     let left_out: Vec<Vec<f64>> = (0..blocks)
         .map(|block| {
             let rest = values.iter().enumerate().filter(|(k, _)| k % blocks != block);
@@ -49,9 +56,13 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
         let without: Vec<f64> = left_out.iter().map(|row| row[place]).collect();
         Estimate::new(whole[place], metrics::spread(&without))
     };
-    let squares: f64 = values.iter().map(|v| v.standard_error.powi(2)).sum();
     let mean = estimate(0);
     let deviation = estimate(1).sqrt();
+    let (variance, noise) = (whole[1], squares / values.len() as f64);
+    // Relative deviation of a variance of normal values.
+    let spread = (2.0 / (values.len() as f64 - 1.0)).sqrt();
+    let is_seen = variance > SEEN * spread * noise;
+    let largest = variance.max(0.0) + Z95_ONE_SIDED * spread * (variance + noise);
     // A scatter that is not seen hides what it could be from the jackknife.
     let quantiles = LEVELS.into_iter().zip((2..).map(estimate));
     let quantiles = quantiles.map(|((level, deviations), found)| {
@@ -62,7 +73,8 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
     Some(Scatter {
         mean,
         deviation,
-        noise: (squares / values.len() as f64).sqrt(),
+        below: (!is_seen).then(|| largest.sqrt()),
+        noise: noise.sqrt(),
         quantiles: quantiles.collect(),
     })
 }
@@ -277,6 +289,7 @@ mod tests {
         };
         near(found.mean, 2.0);
         near(found.deviation, 0.3);
+        assert_eq!(found.below, None);
         // Quantiles of a normal law: mean ± 1.6449 deviations.
         near(found.quantiles[0].1, 2.0 - 1.6449 * 0.3);
         near(found.quantiles[1].1, 2.0);
@@ -292,6 +305,7 @@ mod tests {
         let found = scatter(&(0..100).map(value).collect::<Vec<_>>()).expect("many");
         let deviation = found.deviation;
         assert!(deviation.value.abs() < 1e-12, "{deviation:?}");
+        assert!(found.below.is_some_and(|below| below > 0.2 && below < 0.6), "{found:?}");
         // The variance of 100 squared noises is known to a seventh.
         let error = deviation.standard_error;
         assert!(error > 0.2 && error < 0.5, "{error}");

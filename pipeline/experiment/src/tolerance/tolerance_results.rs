@@ -3,21 +3,25 @@
 
 use std::fmt::Write as _;
 
-use metrics::Estimate;
 use metrics::digits::format_value_with_error;
+use metrics::plural::count;
+use metrics::{Bounds, Estimate};
 use results::schema::Program;
 use results::tolerance::{
     BoundEntry, ContributionEntry, ContributionsEntry, CumulativeShareEntry, DistributionEntry,
     QuantileEntry, SCHEMA_VERSION, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
+    share_words, significant, unseen,
 };
 
 use super::compute::Sampled;
-use super::definition::ToleranceAnalysis;
+use super::definition::{Constraint, ToleranceAnalysis};
 use super::sample_tracer::Figures;
 use super::statistics::{Contribution, Scatter, contributions, scatter, share, without_noise};
 
 /// Packages of a distribution that are kept for its picture.
 const DRAWN: usize = 500;
+/// Standard errors of a package within which noise decides whether it keeps a bound.
+const NEAR: f64 = 2.0;
 /// Contributors that are listed for people.
 const LISTED: usize = 6;
 
@@ -56,7 +60,7 @@ impl<'a> ToleranceResults<'a> {
     }
 
     /// Packages that meet all constraints, of all packages, with the 95 % interval of their share;
-    /// one without a design meets none. None without constraints.
+    /// one without a design meets none. None without constraints; no share where noise decides.
     fn yielded(&self) -> Option<YieldEntry> {
         let constraints = &self.analysis.constraints;
         let holds = |figures: &Figures| {
@@ -70,7 +74,54 @@ impl<'a> ToleranceResults<'a> {
         let good = samples.iter().filter(|s| s.figures.as_ref().is_ok_and(holds)).count();
         let of = samples.len();
         let (share, interval_95) = share(good, of);
-        (!constraints.is_empty()).then_some(YieldEntry { good, of, share, interval_95 })
+        let why = constraints.iter().find_map(|constraint| self.undecided(constraint));
+        let entry = match why {
+            None => YieldEntry {
+                good: Some(good),
+                of,
+                share: Some(share),
+                interval_95: Some(interval_95),
+                not_resolved: None,
+            },
+            not_resolved => {
+                YieldEntry { good: None, of, share: None, interval_95: None, not_resolved }
+            }
+        };
+        (!constraints.is_empty()).then_some(entry)
+    }
+
+    /// Reason why noise decides which packages meet `constraint`, if it does.
+    fn undecided(&self, constraint: &Constraint) -> Option<String> {
+        let key = &constraint.figure;
+        let samples = self.sampled.samples.iter().filter_map(|s| s.figures.as_ref().ok());
+        let (all, values): (Vec<_>, Vec<_>) = samples.map(|f| (f, f.get(key))).unzip();
+        let values: Vec<&Estimate> = values.into_iter().flatten().collect();
+        let Some(figure) = self.figures.iter().find(|figure| figure.key == *key) else {
+            return Some(format!(
+                "{key} can be read from {} of {} packages",
+                values.len(),
+                all.len()
+            ));
+        };
+        let Bounds { at_least, at_most } = constraint.bounds;
+        let is_near = |e: &&&Estimate| {
+            let near = |bound: f64| (e.value - bound).abs() < NEAR * e.standard_error;
+            [at_least, at_most].into_iter().flatten().any(near)
+        };
+        let (scatter, near) = (&figure.scatter, values.iter().filter(is_near).count());
+        let exceeds = scatter.below.is_some() || scatter.noise > scatter.deviation.value;
+        (exceeds && near > 0).then(|| {
+            format!(
+                "the noise of a trace of {key}, {}, {}, and {near} of {} lie within {NEAR} \
+                 standard errors of the bound; take more paths",
+                significant(scatter.noise),
+                match scatter.below {
+                    Some(_) => "hides its scatter".to_owned(),
+                    None => format!("exceeds its scatter, {}", number(scatter.deviation)),
+                },
+                count(values.len(), "package"),
+            )
+        })
     }
 
     /// Samples that make no design.
@@ -114,7 +165,8 @@ impl<'a> ToleranceResults<'a> {
 
     fn entry(&self, figure: &FigureStatistics) -> ToleranceFigureEntry {
         let names = self.names();
-        let quantiles = figure.scatter.quantiles.iter();
+        let is_resolved = figure.scatter.below.is_none();
+        let quantiles = figure.scatter.quantiles.iter().filter(|_| is_resolved);
         let quantiles = quantiles.map(|(level, quantile)| QuantileEntry {
             level: *level,
             value: quantile.value,
@@ -132,7 +184,8 @@ impl<'a> ToleranceResults<'a> {
             nominal: figure.nominal,
             mean: figure.scatter.mean,
             shift: figure.shift,
-            deviation: figure.scatter.deviation,
+            deviation: is_resolved.then_some(figure.scatter.deviation),
+            deviation_below: figure.scatter.below,
             noise_of_a_trace: figure.scatter.noise,
             quantiles: quantiles.collect(),
             contributions,
@@ -145,8 +198,8 @@ impl<'a> ToleranceResults<'a> {
         let first = self.figures.first()?;
         let samples = self.sampled.samples.iter();
         let values = samples.filter_map(|s| s.figures.as_ref().ok()?.get(&first.key).copied());
-        let (_, variance, sorted) = without_noise(&values.collect::<Vec<_>>());
-        if variance <= 0.0 {
+        let (.., sorted) = without_noise(&values.collect::<Vec<_>>());
+        if first.scatter.below.is_some() {
             return None;
         }
         let packages = sorted.len();
@@ -201,34 +254,35 @@ impl<'a> ToleranceResults<'a> {
 
     /// Lines for people.
     pub fn plain_text(&self) -> String {
-        let number = |e: Estimate| format_value_with_error(e.value, e.standard_error);
         let mut text = format!(
-            "{:<28} {:>16} {:>16} {:>14} {:>14} {:>14}\n",
-            "figure", "nominal", "mean shift", "deviation", "5 %", "95 %"
+            "{:<28} {:>16} {:>16} {:>14} {:>10} {:>14} {:>14}\n",
+            "figure", "nominal", "mean shift", "deviation", "noise", "5 %", "95 %"
         );
         // Writing to a string cannot fail.
         for f in &self.figures {
+            let resolved = |e: Estimate| match f.scatter.below {
+                None => number(e),
+                Some(_) => "not resolved".to_owned(),
+            };
             let _ = writeln!(
                 text,
-                "{:<28} {:>16} {:>16} {:>14} {:>14} {:>14}",
+                "{:<28} {:>16} {:>16} {:>14} {:>10} {:>14} {:>14}",
                 f.key,
                 number(f.nominal),
                 number(f.shift),
-                number(f.scatter.deviation),
-                number(f.scatter.quantiles[0].1),
-                number(f.scatter.quantiles[2].1),
+                resolved(f.scatter.deviation),
+                significant(f.scatter.noise),
+                resolved(f.scatter.quantiles[0].1),
+                resolved(f.scatter.quantiles[2].1),
             );
         }
+        let bounded = self.figures.iter();
+        let bounded = bounded.filter_map(|f| Some((f.key.as_str(), f.scatter.below?)));
+        if let Some(unseen) = unseen(bounded) {
+            let _ = writeln!(text, "{unseen}");
+        }
         if let Some(found) = self.yielded() {
-            let [low, high] = found.interval_95.map(|share| 100.0 * share);
-            let _ = writeln!(
-                text,
-                "\nyield: {} of {} meet the constraints, {:.1} % \
-                 (95 % interval {low:.1} to {high:.1} %)",
-                found.good,
-                found.of,
-                100.0 * found.share,
-            );
+            let _ = writeln!(text, "\nyield: {}", found.words());
         }
         if let Some(why) = self.failed().first() {
             let _ = writeln!(text, "{} without a design, such as: {why}", self.failed().len());
@@ -240,13 +294,17 @@ impl<'a> ToleranceResults<'a> {
             let mut parts: Vec<&Contribution> = parts.iter().collect();
             parts.sort_by(|a, b| b.share.value.total_cmp(&a.share.value));
             for part in parts.into_iter().take(LISTED) {
-                let _ =
-                    writeln!(text, "  {:<26} {:>16}", names[part.tolerance], number(part.share));
+                let share = share_words(part.share);
+                let _ = writeln!(text, "  {:<26} {share:>16}", names[part.tolerance]);
             }
-            let _ = writeln!(text, "  {:<26} {:>16}", "not by straight lines", number(*rest));
+            let _ = writeln!(text, "  {:<26} {:>16}", "not by straight lines", share_words(*rest));
         }
         text
     }
+}
+
+fn number(e: Estimate) -> String {
+    format_value_with_error(e.value, e.standard_error)
 }
 
 fn statistics(
@@ -284,7 +342,7 @@ fn statistics(
         nominal,
         shift,
         contributions: contributions(&values, &inputs, &groups)
-            .filter(|_| analysis.deviations.tolerances.len() > 1),
+            .filter(|_| analysis.deviations.tolerances.len() > 1 && scatter.below.is_none()),
         scatter,
     })
 }

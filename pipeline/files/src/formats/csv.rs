@@ -75,7 +75,7 @@ pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     })
 }
 
-/// Writes lines of text fields under `headings`, quoted where they need it.
+/// Writes lines of text fields under `headings`; both are quoted where they need it (RFC 4180).
 ///
 /// # Errors
 /// A line that has not as many fields as there are headings, or a file that cannot be written.
@@ -88,21 +88,23 @@ pub fn write_text_csv(path: &Path, headings: &[&str], lines: &[Vec<String>]) -> 
             line.len()
         );
     }
-    let quoted = |field: &str| {
-        if field.contains([',', '"', '\n', '\r']) {
-            format!("\"{}\"", field.replace('"', "\"\""))
-        } else {
-            field.to_owned()
-        }
-    };
+    let row =
+        |fields: &mut dyn Iterator<Item = &str>| fields.map(quoted).collect::<Vec<_>>().join(",");
     write_atomic(path, |file| {
-        writeln!(file, "{}", headings.join(","))?;
+        writeln!(file, "{}", row(&mut headings.iter().copied()))?;
         for line in lines {
-            let fields: Vec<String> = line.iter().map(|f| quoted(f)).collect();
-            writeln!(file, "{}", fields.join(","))?;
+            writeln!(file, "{}", row(&mut line.iter().map(String::as_str)))?;
         }
         Ok(())
     })
+}
+
+fn quoted(field: &str) -> String {
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
 }
 
 /// Writes curves over the same positions as one table: the position, then value and standard error
@@ -234,6 +236,16 @@ mod tests {
             assert_eq!(fields[2], "");
         }
         assert!(text.contains("0.30000000000000004") && text.contains("1e-300"));
+    }
+
+    #[test]
+    fn text_and_headings_are_quoted_where_they_need_it() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("text.csv");
+        let line = ["1, 2", "plain", "b\nc"].map(str::to_owned).to_vec();
+        write_text_csv(&path, &["inner, beta", "\"x\"", "y"], &[line]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, "\"inner, beta\",\"\"\"x\"\"\",y\n\"1, 2\",plain,\"b\nc\"\n");
     }
 
     #[test]

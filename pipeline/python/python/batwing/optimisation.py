@@ -39,7 +39,7 @@ class Change:
     after : Figure
         Of the design found.
     change : Figure or None
-        Their difference, paired by groups of paths; None of the objective.
+        Their difference, paired by groups of paths.
     """
 
     before: Figure | None
@@ -164,7 +164,7 @@ class Optimisation(Files):
         Objective by fresh paths in the settings of the search, less `in_search`: searches pick what
         noise flatters.
     figures : dict of Change
-        Figures of objective and constraints.
+        All figures of both designs, and the others of objective and constraints.
     constraints : tuple of Constraint
         In the order of the problem.
     coefficients : tuple of Coefficient

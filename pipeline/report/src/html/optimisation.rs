@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use files::content_hash::sha256_hex;
 use metrics::digits::format_value_with_error;
 use metrics::{Bounds, Estimate};
-use results::optimisation::{self, OptimisationFile};
+use results::optimisation::{self, FigureEntry, ObjectiveEntry, OptimisationFile, Verdict};
 
 use super::folder::{Folder, checked_file};
 use super::pictures::Album;
@@ -72,18 +72,18 @@ fn number(e: Estimate) -> String {
 }
 
 fn rows(file: &OptimisationFile) -> Vec<Value> {
-    let row = |name: &str, before: Option<Estimate>, after: Estimate, change: Option<Estimate>| {
+    let row = |name: &str, entry: FigureEntry| {
         json!({
             "name": name.replace('_', " "),
-            "before": before.map(number),
-            "after": number(after),
-            "change": change.map(number),
+            "before": entry.before.map(number),
+            "after": number(entry.after),
+            "change": entry.change.map(number),
+            "verdict": entry.verdict.map(Verdict::words),
         })
     };
-    let figures = file.figures.iter();
-    let figures = figures.map(|(key, f)| row(key, f.before, f.after, f.change));
-    let objective = &file.objective;
-    let objective = row("objective", objective.before, objective.after, None);
+    let figures = file.figures.iter().map(|(key, entry)| row(key, *entry));
+    let ObjectiveEntry { before, after, change, verdict, .. } = file.objective;
+    let objective = row("objective", FigureEntry { before, after, change, verdict });
     figures.chain([objective]).collect()
 }
 

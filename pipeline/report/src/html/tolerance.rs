@@ -11,6 +11,7 @@ use metrics::plural::count;
 use metrics::{Bounds, Estimate};
 use results::tolerance::{
     BoundEntry, FILE, QuantileEntry, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
+    share_words, significant, unseen,
 };
 
 use super::folder::{checked_file, is_one_of};
@@ -75,8 +76,15 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
     let figures = in_order(file);
     let causes = figures.iter();
     let causes = causes.filter_map(|(key, figure)| contributions(key, figure));
-    let levels = figures.first().map(|(_, figure)| &figure.quantiles);
+    let levels = figures.iter().map(|(_, figure)| &figure.quantiles);
+    let levels = levels.max_by_key(|quantiles| quantiles.len());
     let levels = levels.into_iter().flatten().map(level);
+    let bounded = figures.iter().filter_map(|(key, figure)| {
+        let below = figure.deviation_below?;
+        Some((plain(key), below))
+    });
+    let bounded: Vec<(String, f64)> = bounded.collect();
+    let unseen = unseen(bounded.iter().map(|(name, below)| (name.as_str(), *below)));
     Ok(json!({
         "name": file.name,
         "description": file.description,
@@ -87,7 +95,8 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
         "levels": levels.collect::<Vec<_>>(),
         "rows": figures.iter().map(|(key, figure)| row(key, figure)).collect::<Vec<_>>(),
         "constraints": file.constraints.iter().map(bound).collect::<Vec<_>>(),
-        "yield": file.yielded.as_ref().map(yield_words),
+        "unseen": unseen,
+        "yield": file.yielded.as_ref().map(YieldEntry::words),
         "without_design": file.without_design.len(),
         "contributions": causes.collect::<Vec<_>>(),
         "picture": picture,
@@ -123,7 +132,8 @@ fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
         "name": plain(key),
         "nominal": number(figure.nominal),
         "shift": number(figure.shift),
-        "deviation": number(figure.deviation),
+        "deviation": figure.deviation.map(number),
+        "noise": significant(figure.noise_of_a_trace),
         "quantiles": figure.quantiles.iter().map(quantile).collect::<Vec<_>>(),
     })
 }
@@ -131,16 +141,6 @@ fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
 fn bound(entry: &BoundEntry) -> String {
     let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
     format!("{} {}", plain(&entry.figure), bounds.words())
-}
-
-fn yield_words(entry: &YieldEntry) -> String {
-    let [low, high] = entry.interval_95.map(|share| 100.0 * share);
-    format!(
-        "{} of {}, {:.1} % (95 % interval {low:.1} to {high:.1} %)",
-        entry.good,
-        count(entry.of, "package"),
-        100.0 * entry.share
-    )
 }
 
 /// Contributors of a figure, the largest first.
@@ -152,7 +152,7 @@ fn contributions(key: &str, figure: &ToleranceFigureEntry) -> Option<Value> {
     let parts = parts.into_iter().take(LISTED).map(|part| {
         json!({
             "tolerance": part.tolerance,
-            "share": number(part.share),
+            "share": share_words(part.share),
             "change": part.change_per_deviation.map(number),
         })
     });
@@ -160,7 +160,7 @@ fn contributions(key: &str, figure: &ToleranceFigureEntry) -> Option<Value> {
         "figure": plain(key),
         "rows": parts.collect::<Vec<_>>(),
         "left_out": left_out,
-        "unexplained": number(found.unexplained),
+        "unexplained": share_words(found.unexplained),
     }))
 }
 

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Cost of a search in paths and time: said before it starts, and kept to where a budget is given.
+
+use std::iter::Sum;
+use std::ops::Add;
+use std::time::{Duration, Instant};
+
+use metrics::digits::thousands;
+use simulate::model::Model;
+
+use super::file::Method;
+use super::problem::{Problem, StageSettings};
+use super::stage::SELECTION;
+
+/// Candidates of the selection of a run: its mean and its best.
+const OF_A_RUN: usize = 2;
+/// Runs of BIPOP that a selection is reckoned with: they are as many as converge.
+const BIPOP_RUNS: usize = 4;
+
+/// Work of traces.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Work {
+    pub traces: f64,
+    /// Of all traces.
+    pub paths: f64,
+}
+
+impl Work {
+    pub fn new(traces: usize, paths_of_each: u64) -> Self {
+        Self { traces: traces as f64, paths: traces as f64 * paths_of_each as f64 }
+    }
+}
+
+impl Add for Work {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { traces: self.traces + other.traces, paths: self.paths + other.paths }
+    }
+}
+
+impl Sum for Work {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), Add::add)
+    }
+}
+
+/// Pace of the traces of a search, by which its end is foreseen.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Pace {
+    seconds_per_trace: f64,
+    seconds_per_path: f64,
+}
+
+impl Pace {
+    /// The pace of two traces, the second of more paths, by their seconds.
+    pub fn new([few, many]: [(u64, f64); 2]) -> Self {
+        let paths = (many.0 - few.0) as f64;
+        let seconds_per_path = ((many.1 - few.1) / paths).max(0.0);
+        let seconds_per_trace = (few.1 - few.0 as f64 * seconds_per_path).max(0.0);
+        Self { seconds_per_trace, seconds_per_path }
+    }
+
+    /// Time that `work` takes, s.
+    pub fn seconds(self, work: Work) -> f64 {
+        work.traces * self.seconds_per_trace + work.paths * self.seconds_per_path
+    }
+
+    /// True where `work` ends before the deadline.
+    pub fn allows(self, work: Work, deadline: Option<Instant>) -> bool {
+        let time = Duration::from_secs_f64(self.seconds(work).min(1e9));
+        deadline.is_none_or(|deadline| Instant::now() + time <= deadline)
+    }
+
+    /// Takes the pace of `work` that took `seconds`.
+    pub fn update(&mut self, work: Work, seconds: f64) {
+        let expected = self.seconds(work);
+        if expected > 0.0 {
+            self.seconds_per_trace *= seconds / expected;
+            self.seconds_per_path *= seconds / expected;
+        }
+    }
+}
+
+/// Selection of `stage`, at most.
+fn selection(stage: &StageSettings) -> Work {
+    let candidates = match stage.method {
+        Method::CmaEs => 1 + OF_A_RUN * stage.restarts,
+        Method::Bipop => 1 + OF_A_RUN * BIPOP_RUNS,
+        Method::Coordinate | Method::Random => 1 + OF_A_RUN,
+        Method::Nsga2 => 1 + stage.population,
+    };
+    Work::new(candidates, SELECTION * stage.most_paths)
+}
+
+/// Work that follows after the generations of stage `number`, from 0: its selection and those of
+/// later stages, sensitivities, verification, and the results of both designs.
+pub(super) fn work_after(problem: &Problem, number: usize) -> Work {
+    let selections: Work = problem.stages[number..].iter().map(selection).sum();
+    let last = &problem.stages[problem.stages.len() - 1];
+    let dimension = problem.variables.resumed_dimension(last.knots);
+    let moved = if last.model == Model::Hybrid { 0 } else { 2 * dimension };
+    let front = if last.method == Method::Nsga2 { last.population } else { 0 };
+    let verified = 2 + usize::from(!last.set.is_empty()) + front;
+    let traces = verified + 2 * problem.models.len();
+    let paths = problem.verification_paths.unwrap_or(problem.design.trace.paths);
+    selections + Work::new(moved, last.most_paths) + Work::new(traces, paths)
+}
+
+/// Line for people on the cost of the search, by the pace of a pilot.
+pub(super) fn words(problem: &Problem, pace: Pace) -> String {
+    let stages = problem.stages.iter();
+    let candidates: usize = stages.clone().map(|stage| stage.evaluations).sum();
+    let [least, most] = [|s: &StageSettings| s.paths, |s: &StageSettings| s.most_paths]
+        .map(|of| stages.clone().map(|s| Work::new(s.evaluations, of(s))).sum::<Work>());
+    let after = work_after(problem, 0);
+    let range = |least: String, most: String| match least == most {
+        true => least,
+        false => format!("{least} to {most}"),
+    };
+    let tables = match problem.models.contains(&Model::Hybrid) {
+        true => ", beside tables of orders",
+        false => "",
+    };
+    let time = |work: Work| time_words(pace.seconds(work + after));
+    format!(
+        "at most {} candidates with {} paths, then up to {} for selection, sensitivities and \
+         verification; about {}{tables}",
+        thousands(candidates as u64),
+        range(thousands(least.paths as u64), thousands(most.paths as u64)),
+        thousands(after.paths as u64),
+        range(time(least), time(most)),
+    )
+}
+
+/// A time for people.
+pub(super) fn time_words(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{:.0} s", s.max(1.0)),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paces_tell_traces_from_their_paths() {
+        // 0.1 s a trace and a millisecond for a thousand paths.
+        let mut pace = Pace::new([(1000, 0.101), (65_000, 0.165)]);
+        assert!((pace.seconds(Work::new(10, 100_000)) - 2.0).abs() < 1e-9);
+        pace.update(Work::new(1, 100_000), 0.4);
+        assert!((pace.seconds(Work::new(10, 100_000)) - 4.0).abs() < 1e-9);
+        let soon = Some(Instant::now() + Duration::from_secs(3));
+        assert!(!pace.allows(Work::new(10, 100_000), soon));
+        assert!(pace.allows(Work::new(2, 100_000), soon));
+        assert!(pace.allows(Work::new(1000, 100_000), None));
+    }
+}
