@@ -70,11 +70,10 @@ impl Definition {
     /// True where the larger of two values is better, false where the smaller is; `None` where
     /// neither is.
     pub fn larger_is_better(&self) -> Option<bool> {
-        match self.source {
-            Source::Domes => Some(true),
-            Source::Map => Some(!self.key.ends_with("_variation")),
-            Source::Colours => Some(false),
-            Source::FarField => None,
+        match self.better {
+            Better::Larger => Some(true),
+            Better::Smaller => Some(false),
+            Better::Neither => None,
         }
     }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, anyhow};
 use clap::Args;
 use rcwa::error::kept_orders;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use design::Design;
 use files::cache::{EXTENSION, read_table};

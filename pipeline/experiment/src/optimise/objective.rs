@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use design::Design;
 use design::dotted_keys::{self, Settings};
 use files::provenance::FileRecord;
-use metrics::{Bounds, Estimate, JackknifedFigure, spread};
+use metrics::{Bounds, Estimate, JackknifedFigure, figures, spread};
 use simulate::observation::{Observation, check_figure};
 
 use super::file::{ConstraintKeys, Goal, TermKeys};
@@ -214,7 +214,7 @@ impl Objective {
             let Bounds { at_least, at_most } = constraint.bounds;
             (at_least.is_some() != at_most.is_some()).then_some(at_least.is_some())
         });
-        let registered = || figures::find(key).and_then(|figure| figure.larger_is_better());
+        let registered = || figures::find(&registered(key)).and_then(|figure| figure.larger_is_better());
         of_term.or(of_constraint).or_else(registered)
     }
 
@@ -227,7 +227,7 @@ impl Objective {
         let constraints = constraints.map(|(k, constraint)| {
             (format!("constraints[{}].figure", k + 1), constraint.figure.as_str())
         });
-        let is_read = |figure: &str| figures::find(figure).is_some();
+        let is_read = |figure: &str| figures::find(&registered(figure)).is_some();
         terms.chain(constraints).filter(|(_, figure)| is_read(figure)).collect()
     }
 
