@@ -9,9 +9,12 @@ use design::spectrum::lights::Colour;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
 use metrics::figures::{self, Definition, INTENSITY_PER_KILOLUMEN, OF_RECEIVER, PARABOLA, Source};
+use metrics::layout::Layout;
 use metrics::uniformity_forms::cell;
+use metrics::valley;
 
-use super::{accounts, layout};
+use super::readers::has_lumens;
+use super::{accounts, layout, plane_grid};
 use crate::dome_surface::dome_surface;
 use crate::model::Model;
 use crate::scene;
@@ -49,7 +52,7 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
 }
 
 /// Why `design` has no such figure.
-fn missing(design: &Design, figure: &Definition) -> Option<String> {
+fn missing(design: &Design, figure: &Definition) -> Option<&'static str> {
     let layout = layout(design);
     let bin_mm = design.receiver.read_bin_mm.unwrap_or(design.receiver.bin_mm);
     let has_cell = || {
@@ -59,6 +62,9 @@ fn missing(design: &Design, figure: &Definition) -> Option<String> {
     let why = match figure.source {
         Source::Map if layout.straight().is_empty() => {
             "which compares neighbours one pitch apart, of which there are none"
+        }
+        Source::Map if !figure.key.starts_with("cell_") && !fits(design, &layout) => {
+            "and receiver.bin_mm is too wide for a fit to the valley between neighbours"
         }
         Source::Map if figure.key.starts_with("diagonal_") && layout.diagonal().is_empty() => {
             "and there is no square of four LEDs"
@@ -78,14 +84,18 @@ fn missing(design: &Design, figure: &Definition) -> Option<String> {
         _ if figure.is_absolute && design.emitted.is_none() => {
             "which needs the flux that the LEDs emit (led.power_w, led.power_lm)"
         }
-        _ if *figure == INTENSITY_PER_KILOLUMEN
-            && design.emitted.is_some_and(|emitted| emitted.luminous_lm <= 0.0) =>
-        {
-            "and the light is not visible"
+        _ if *figure == INTENSITY_PER_KILOLUMEN && !has_lumens(design) => {
+            "which needs visible light of one wavelength, or weighting = \"photometric\""
         }
         _ => return None,
     };
-    Some(why.to_owned())
+    Some(why)
+}
+
+/// False with bins too wide for a fit to the valley.
+fn fits(design: &Design, layout: &Layout) -> bool {
+    let grid = plane_grid(design);
+    design.receiver.read_bin_mm.is_some() || valley::fits(grid, &layout.straight(), layout.pitch_mm)
 }
 
 fn has_wavelengths(design: &Design) -> bool {

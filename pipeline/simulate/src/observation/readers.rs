@@ -7,6 +7,7 @@ use std::borrow::Cow;
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::ReceiverKind;
+use design::spectrum::Weighting;
 use metrics::bins::{Bins, largest};
 use metrics::extraction::{self, flow};
 use metrics::far_field::{FarFieldReading, PeakPlace};
@@ -132,10 +133,9 @@ struct FarFieldReader<'a> {
 
 impl Reader for FarFieldReader<'_> {
     fn columns(&self) -> Vec<Column> {
-        let emitted = self.design.emitted;
-        let has = |figure: &Definition| match (figure.unit, emitted) {
-            (Unit::CandelaPerKilolumen, Some(emitted)) => emitted.luminous_lm > 0.0,
-            _ => !figure.is_absolute || emitted.is_some(),
+        let has = |figure: &Definition| match figure.unit {
+            Unit::CandelaPerKilolumen => has_lumens(self.design),
+            _ => !figure.is_absolute || self.design.emitted.is_some(),
         };
         let all = FAR_FIELD.into_iter().filter(has);
         all.map(|figure| Column::new(figure, figure.unit, &self.units)).collect()
@@ -181,6 +181,14 @@ impl Reader for FarFieldReader<'_> {
             peak,
         ]
     }
+}
+
+/// True if the lumens emitted are stated and the far field is one of lumens: of one wavelength, or
+/// weighted by V(λ).
+pub(super) fn has_lumens(design: &Design) -> bool {
+    let lights = design.all_lights();
+    let is_weighted = lights.is_none_or(|all| all.weighting == Weighting::Photometric);
+    is_weighted && design.emitted.is_some_and(|emitted| emitted.luminous_lm > 0.0)
 }
 
 struct DomeReader;
