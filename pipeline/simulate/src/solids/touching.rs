@@ -89,9 +89,11 @@ impl Displacement {
         let displaced = (0..objects.len()).filter(|other| self.0[*other].contains(&solid));
         let displaced: Vec<usize> = displaced.collect();
         // The surface ends beside what displaces the solid, and within it.
-        let ends =
-            |other: &usize| [clip(*other, false), Clip { reach_mm: 0.0, ..clip(*other, false) }];
-        let ended: Vec<Clip> = self.0[solid].iter().flat_map(ends).collect();
+        let end = |other: &usize| {
+            let reaches_mm = [&[0.0], &reaches_mm[..]].concat();
+            Clip { reaches_mm, ..clip(*other, false) }
+        };
+        let ended: Vec<Clip> = self.0[solid].iter().map(end).collect();
         let beyond = |count: usize| displaced[..count].iter().map(|other| clip(*other, false));
         let beside = displaced.iter().enumerate().map(|(k, other)| Part {
             outer: objects[*other].inner,
