@@ -62,7 +62,8 @@ fn a_second_run_adds_to_the_results_of_the_first() {
     assert_eq!(kept["power_ledger"], alone["designs"]["first"]["geometric_100um"]["power_ledger"]);
     assert_eq!((&kept["seed"], &all["seed"]), (&5.into(), &1.into()));
     assert_eq!(all["inputs"].as_array().map(Vec::len), Some(2));
-    let report = batwing(at).args(["report", "out"]).output().expect("it runs");
+    let report =
+        batwing(at).args(["report", "out", "--out", "page.html"]).output().expect("it runs");
     assert!(report.status.success(), "{}", String::from_utf8_lossy(&report.stderr));
     // The same design and model is replaced.
     run(at, "first.toml", &["geometric", "--paths", "10000"]);

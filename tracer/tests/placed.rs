@@ -364,8 +364,9 @@ fn clipped_surfaces_of_blocks_in_contact_are_closed() {
         let rotation = DMat3::from_rotation_z(slant);
         let lower = brick([0.5; 3], &at([0.0; 3], DMat3::IDENTITY, inset));
         let upper = brick([0.4, 0.6, 0.5], &at([0.1, 0.0, apart], rotation, inset));
-        let clip =
-            |solid: &Shape, keeps: bool| vec![Clip { solid: solid.clone(), keeps, reaches_mm: vec![1e-6] }];
+        let clip = |solid: &Shape, keeps: bool| {
+            vec![Clip { solid: solid.clone(), keeps, reaches_mm: vec![1e-8, 1e-6] }]
+        };
         let ended = |solid: &Shape| {
             vec![Clip { solid: solid.clone(), keeps: false, reaches_mm: vec![0.0, 1e-8, 1e-6] }]
         };
