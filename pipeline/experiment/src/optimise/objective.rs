@@ -214,7 +214,8 @@ impl Objective {
             let Bounds { at_least, at_most } = constraint.bounds;
             (at_least.is_some() != at_most.is_some()).then_some(at_least.is_some())
         });
-        let registered = || figures::find(&registered(key)).and_then(|figure| figure.larger_is_better());
+        let registered =
+            || figures::find(&registered(key)).and_then(|figure| figure.larger_is_better());
         of_term.or(of_constraint).or_else(registered)
     }
 
