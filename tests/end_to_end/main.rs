@@ -28,6 +28,7 @@ mod ledger_by_source;
 mod memory;
 mod meridian_domes;
 mod mesh_domes;
+mod noisy_maps;
 mod odd_files;
 mod optimise;
 mod ray_file_wavelengths;

@@ -407,6 +407,26 @@ mod tests {
     }
 
     #[test]
+    fn border_bins_count_by_their_area_in_the_cell() {
+        // 83 bins, of which the middles of 84 lie within or on the border of a cell that ends in
+        // the middle of bins; the wave of pitch 8.3 mm about LEDs 4.15 mm off the axis.
+        let (pitch, contrast) = (8.3, 3.0);
+        let of = |v: f64| 0.5 * (1.0 - (2.0 * PI * v / pitch).cos());
+        let values = (0..GRID.columns * GRID.rows).map(|k| {
+            let [x, y] = GRID.middle_mm(k);
+            1.0 + contrast * of(x) * of(y)
+        });
+        let map = Grouped::new(vec![values.collect(); 2]);
+        let at = 0.5 * pitch;
+        let axes = vec![[-at, -at], [at, -at], [-at, at], [at, at]];
+        let layout = Layout::rectangular(axes, 2, 2, pitch);
+        let all = Regions::new(&reading_of(layout, ValleyReading::Fit)).estimates(&map);
+        let expected = contrast * (5.0f64 / 64.0).sqrt() / (1.0 + 0.25 * contrast);
+        let got = value(&all, "cell_variation").value;
+        assert!((got / expected - 1.0).abs() < 1e-3, "{got} {expected}");
+    }
+
+    #[test]
     fn noise_biases_no_form_beyond_its_error() {
         let exact = estimates(&map(0.5, 0.0, 4), ValleyReading::Fit);
         let noisy = estimates(&map(0.5, 0.05, 64), ValleyReading::Fit);
