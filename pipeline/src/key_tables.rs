@@ -100,8 +100,11 @@ impl Row<'_> {
             [] => kind_of_value(self.schema),
             choices => quoted(choices.iter().map(|(kind, _)| *kind)),
         };
+        // A default that follows from other keys is stated in words.
+        let is_in_words = words(&self.schema["description"]).contains("Default ");
         match &self.schema["default"] {
             _ if self.is_required => format!("{value}; required"),
+            _ if is_in_words => value,
             Value::Object(_) | Value::Null => value,
             Value::Array(list) if list.is_empty() => value,
             Value::String(text) if text.is_empty() => value,

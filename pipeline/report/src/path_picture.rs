@@ -191,7 +191,15 @@ impl Section<'_> {
             }
         });
         let half = self.panel.x.scale.ends()[1];
-        let points = solid.lines_mm.iter().flat_map(|(line, _)| line);
+        let points = || solid.lines_mm.iter().flat_map(|(line, _)| line);
+        let ends = points().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [x, _]| {
+            [low.min(*x), high.max(*x)]
+        });
+        // Out of sight.
+        if ends[0] > half || ends[1] < -half {
+            return;
+        }
+        let points = points();
         let held = points.map(|[x, z]| [x.clamp(-half, half), *z]);
         let rightmost = held.max_by(|a, b| (a[0] + 0.01 * a[1]).total_cmp(&(b[0] + 0.01 * b[1])));
         if let Some(at) = rightmost {
