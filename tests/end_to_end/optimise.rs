@@ -166,7 +166,8 @@ fn a_run_cut_short_counts() {
     let selected = &stage["final_candidates"][0];
     assert_ne!(selected["run"], 0, "{selected}");
     let pitch = json["coefficients"][0]["found"].as_f64().expect("a number");
-    assert!(pitch < 6.0, "{pitch}");
+    // As many generations as the machine has time for.
+    assert!(pitch < 8.0, "{pitch}");
 }
 
 /// Pitches that differ by a hundredth of a millimetre cannot be told apart.

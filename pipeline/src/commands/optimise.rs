@@ -10,7 +10,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 
 use design::Design;
-use experiment::optimise::found_design::{self, CONVERGENCE, SENSITIVITIES};
+use experiment::optimise::outputs::{self, CONVERGENCE, SENSITIVITIES};
 use experiment::optimise::problem::{self, Problem};
 use experiment::optimise::recipe::{Optimised, Recipe};
 use experiment::optimise::search_results::plain_text;
@@ -136,7 +136,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let published = Published::load()?;
     results.write(out, &published)?;
     // The log states times, which no two runs share.
-    let mut files = vec![found_design::DESIGN, results::FILE];
+    let mut files = vec![outputs::DESIGN, results::FILE];
     let mut file = found.to_file(&problem, context.seed);
     files.extend(pictures(&file, out)?);
     let front = file.front.iter().flat_map(|front| &front.designs);
@@ -168,7 +168,7 @@ fn keeps_inputs(problem: &Problem, out: &Path) -> Result<()> {
             continue;
         };
         let replaced = path.parent() == Some(&directory)
-            && path.file_name().and_then(OsStr::to_str).is_some_and(found_design::is_output);
+            && path.file_name().and_then(OsStr::to_str).is_some_and(outputs::is_output);
         ensure!(
             !replaced,
             "--out: expected a directory without files that the search reads, got `{}`, where `{}` would be \
@@ -184,7 +184,7 @@ fn keeps_inputs(problem: &Problem, out: &Path) -> Result<()> {
 fn pictures(file: &OptimisationFile, out: &Path) -> Result<Vec<&'static str>> {
     let all = [
         (CONVERGENCE, Some(convergence_picture(file)?)),
-        (found_design::FRONT_PICTURE, front_picture(file)?),
+        (outputs::FRONT_PICTURE, front_picture(file)?),
         (SENSITIVITIES, sensitivity_picture(file)?),
     ];
     let mut drawn = Vec::new();

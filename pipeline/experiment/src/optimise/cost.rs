@@ -10,8 +10,9 @@ use simulate::model::Model;
 
 use super::file::Method;
 use super::problem::{Problem, StageSettings};
-use super::stage::SELECTION;
 
+/// Paths of the traces among which the best is chosen, beside the largest number of the search.
+pub(super) const SELECTION: u64 = 4;
 /// Candidates of the selection of a run: its mean and its best.
 const OF_A_RUN: usize = 2;
 /// Runs of BIPOP that a selection is reckoned with: they are as many as converge.

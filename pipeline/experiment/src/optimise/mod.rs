@@ -6,8 +6,9 @@
 //! [`limits`] of a mould. `evaluate` traces them, alone or by `shared_evaluations` with other
 //! processes, `objective` judges what the traces show, also by the distance from a `target`.
 //! `stage` runs one search, `front` one for a Pareto front, and [`log`] records every candidate, so
-//! that a search goes on where it was stopped. [`recipe`] joins the stages, makes each
-//! [`found_design`] and verifies it beside its `sensitivities`, [`search_results`] writes it down,
+//! that a search goes on where it was stopped. [`recipe`] says what it will `cost`, joins the stages,
+//! makes each [`found_design`] with copies of its [`named_files`] beside the other [`outputs`], and
+//! verifies it beside its `sensitivities`, [`search_results`] writes it down,
 //! and [`shared_search`] is the work of one shard.
 
 mod cost;
@@ -23,6 +24,7 @@ pub mod named_files;
 mod noise;
 mod objective;
 mod outcome;
+pub mod outputs;
 pub mod problem;
 mod range;
 pub mod recipe;

@@ -14,7 +14,7 @@ use toml::Value;
 use design::Design;
 use files::atomic_file;
 
-use super::found_design::is_output;
+use super::outputs::is_output;
 use super::problem::Problem;
 use crate::design_file::DesignFile;
 

@@ -25,12 +25,13 @@ use simulate::trace_plan::DomeChoice;
 
 use super::cost::{self, Pace, time_words};
 use super::evaluate::Evaluator;
-use super::found_design::{DESIGN, FRONT, FoundDesign, remove_front};
+use super::found_design::{FoundDesign, remove_front};
 use super::front::FrontDesign;
 use super::log::{self, Log};
 use super::named_files::NamedFiles;
 use super::objective::Evaluation;
 use super::outcome::Outcome;
+use super::outputs::{DESIGN, FRONT};
 use super::problem::{Problem, StageSettings};
 use super::robust::RobustObjective;
 use super::sensitivities::sensitivities;

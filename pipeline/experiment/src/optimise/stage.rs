@@ -22,7 +22,7 @@ use search::random::RandomSearch;
 use search::{Minimiser, Point};
 use simulate::seeds::mix;
 
-use super::cost::{Pace, Work};
+use super::cost::{Pace, SELECTION, Work};
 use super::evaluate::Evaluator;
 use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
@@ -35,8 +35,6 @@ use super::shared_evaluations::Batch;
 const MAX_NOISE: f64 = 0.7;
 /// A search has converged when its standard deviations are below this share of the ranges.
 const MIN_STEP: f64 = 2e-3;
-/// Paths of the traces among which the best is chosen, beside the largest number of the search.
-pub(super) const SELECTION: u64 = 4;
 
 /// One of the points among which a stage chooses.
 #[derive(Debug, Clone, PartialEq)]
