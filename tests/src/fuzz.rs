@@ -17,8 +17,7 @@ use bsdf::{Bsdf, LobeMotion, Side, convert};
 use sha2::{Digest, Sha256};
 use tracer::formats::rays::RayRecord;
 use tracer::formats::{
-    eulumdat, ies, lighttools_rays, photometric_text, speos_rays, text_rays, tm25, tm33,
-    zemax_rays,
+    eulumdat, ies, lighttools_rays, photometric_text, speos_rays, text_rays, tm25, tm33, zemax_rays,
 };
 use tracer::{Distribution, random};
 
