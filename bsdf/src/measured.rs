@@ -89,25 +89,36 @@ impl MeasuredBsdf {
         Ok(measured)
     }
 
+    /// The side of which no transmission is given, where it is given of the other.
+    #[must_use]
+    pub fn lacks_transmission(&self) -> Option<Side> {
+        let given = |side: Side| self.table(side, Transport::Transmission).is_some();
+        Side::BOTH.into_iter().find(|side| !given(*side) && given(side.opposite()))
+    }
+
     /// The same surface, with the transmission of light from a side of which none was given by
-    /// reciprocity from that of light from the other.
-    ///
-    /// # Errors
-    /// If the power of an incidence then exceeds 1 by more than 0.1.
-    pub fn reciprocal(mut self) -> Result<Self, Error> {
-        let given = |side: Side| self.table(side, Transport::Transmission);
-        let missing = Side::BOTH.into_iter().find(|side| given(*side).is_none());
-        let derived = missing.and_then(|side| {
-            let [this, other] = [side, side.opposite()].map(|side| self.index(side));
-            let scale = (other / this).powi(2);
-            Some((side, reciprocal::reversed(given(side.opposite())?, scale)))
-        });
-        if let Some((side, table)) = derived {
-            self.tables[side.index()][Transport::Transmission.index()] = Some(table);
-            self.derived = Some(side);
-            [self.largest_power, self.largest_at_node] = self.check()?;
+    /// reciprocity from that of light from the other. Tables that put more light into a direction
+    /// than can come back from it are scaled down there.
+    #[must_use]
+    pub fn reciprocal(mut self) -> Self {
+        let Some(side) = self.lacks_transmission() else { return self };
+        let [this, other] = [side, side.opposite()].map(|side| self.index(side));
+        let given = self.table(side.opposite(), Transport::Transmission);
+        let Some(mut table) = given.map(|t| reciprocal::reversed(t, (other / this).powi(2))) else {
+            return self;
+        };
+        table.limit(|wi| (1.0 - self.total(side, Transport::Reflection, wi)).max(0.0));
+        let slot = side.index();
+        self.tables[slot][Transport::Transmission.index()] = Some(table);
+        match self.check() {
+            Ok([largest_power, largest_at_node]) => {
+                Self { derived: Some(side), largest_power, largest_at_node, ..self }
+            }
+            Err(_) => {
+                self.tables[slot][Transport::Transmission.index()] = None;
+                self
+            }
         }
-        Ok(self)
     }
 
     /// The largest power at any incidence of the tables, and the largest that they state

@@ -55,7 +55,11 @@ fn rays_of_lighttools_have_the_flux_of_their_header() {
             json(folder.path(), &["import", name, "--format", format, "--out", out]);
             let back = json(folder.path(), &["import", out]);
             assert!((flux(&back) / flux(&said) - 1.0).abs() < 1e-6, "{out}: {back}");
-            assert_eq!(back["wavelengths_nm"], said["wavelengths_nm"], "{name} {out}");
+            for k in 0..2 {
+                let [a, b] = [&back, &said].map(|file| file["wavelengths_nm"][k].as_f64());
+                let same = a.zip(b).is_none_or(|(a, b)| (a - b).abs() < 1e-3);
+                assert!(same && a.is_some() == b.is_some(), "{name} {out}");
+            }
             assert_eq!([&back["low_mm"], &back["rays"]], [&said["low_mm"], &said["rays"]]);
             assert_eq!(back["warnings"], serde_json::json!([]), "{out}");
         }
@@ -111,7 +115,7 @@ fn damaged_text_rays_are_refused_by_their_line() {
         refused(folder.path(), &["import", "bad.txt"], words);
     }
     for (text, words) in [
-        ("2 4\n0 0 0 0 0 1 1\n", "line 2: expected 2 rays, as the first line says, got the end"),
+        ("2 4\n0 0 0 0 0 1 1\n", "expected 2 rays, as the first line says, got the end"),
         ("1 4\n0 0 0 0 0 1 1\n0 0 0 0 0 1 1\n", "line 3: expected 1 rays"),
         ("1 4\n0 0 0 0 0 1 1,5\n", "with a comma"),
     ] {
@@ -236,7 +240,7 @@ fn corners_apart_by_rounding_are_joined() {
     let output = batwing(at).args(["check", "noise.toml"]).output().expect("it runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
-    assert!(said.contains("noise.stl: 1 corner within 1e-9"), "{said}");
+    assert!(said.contains("noise.stl: 2 corners within 1e-9"), "{said}");
     // A gap that is none of rounding stays one.
     let stl = std::fs::read_to_string(at.join("noise.stl")).expect("text");
     std::fs::write(at.join("noise.stl"), stl.replace("1e-18", "1e-7")).expect("written");
@@ -303,6 +307,15 @@ fn far_fields_as_xml_of_the_industry_are_read() {
         std::fs::write(at.join("bad.xml"), files[0].replace(from, to)).expect("written");
         refused(at, &["import", "bad.xml"], words);
     }
+    // Planes around the circle need not repeat the first, and the type may stand elsewhere.
+    let equipment = "<Equipment><Gonioradiometer><Model>x</Model><Type>CIE _ C</Type>\
+                     </Gonioradiometer></Equipment><Emitter>";
+    let round =
+        [(30, 90), (60, 180), (90, 270)].iter().rev().fold(files[0].clone(), |text, turn| {
+            text.replace(&format!("h=\"{}\"", turn.0), &format!("h=\"{}\"", turn.1))
+        });
+    std::fs::write(at.join("round.xml"), round.replace("<Emitter>", equipment)).expect("written");
+    assert_eq!(json(at, &["import", "round.xml"])["planes"], 4);
     let kind = files[2].replace(">C<", ">TypeB<");
     std::fs::write(at.join("bad.xml"), kind).expect("written");
     refused(at, &["import", "bad.xml"], "photometry of type C, about the axis");

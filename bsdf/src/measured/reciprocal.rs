@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Steps of tables on angles, degrees: polar, azimuth of exit, azimuth of incidence.
 const STEPS: [usize; 3] = [5, 10, 15];
 /// Points of a pair of cells of tables that turn with the incidence, and of others.
-const POINTS: [usize; 2] = [64, 16];
+const POINTS: [usize; 2] = [32, 6];
 /// Points of the hemisphere for an étendue, along an edge of the square.
 const EDGE: u32 = 64;
 

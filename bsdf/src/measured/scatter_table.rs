@@ -347,6 +347,18 @@ impl ScatterTable {
         }
     }
 
+    /// Scales the nodes whose power is above `most` of their incidence down to it.
+    pub(super) fn limit(&mut self, most: impl Fn(DVec3) -> f64) {
+        if let Self::Grid { nodes, .. } | Self::Matrix { nodes, .. } = self {
+            for node in nodes {
+                let (total, most) = (node.distribution.total(), most(node.wi));
+                if total > most {
+                    node.distribution = node.distribution.clone().scaled(most / total);
+                }
+            }
+        }
+    }
+
     /// True if `wi` is a node of the table.
     #[must_use]
     pub(super) fn has_node(&self, wi: DVec3) -> bool {

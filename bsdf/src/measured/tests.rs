@@ -165,7 +165,7 @@ fn transmission_of_one_side_gives_that_of_the_other() {
         let albedo = |s: &MeasuredBsdf, wi| s.albedo(wi, Polarisation::Unpolarised).transmitted;
         let inside = -spherical(0.3, 1.0);
         assert_eq!((albedo(&surface, inside), surface.derived()), (0.0, None));
-        let surface = surface.reciprocal().unwrap();
+        let surface = surface.reciprocal();
         assert_eq!(surface.derived(), Some(Side::Inner));
         let lobe = Lobe { transport: Transport::Transmission, kind: LobeKind::Cell };
         // BTDF of light from `wi`.

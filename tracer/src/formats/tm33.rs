@@ -76,10 +76,11 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
         let expected = "luminous intensities, IntData or IntensityData of an Emitter";
         return Err(FormatError::line(line_of(root), expected, "none"));
     };
-    for names in [&["PhotometryType"][..], &["GoniometerType"], &["Gonioradiometer"]] {
-        let found = root.descendants().find(|n| is(*n, names));
-        let kind = found.and_then(|n| text_of(n, &[names[0], "Type"]));
+    for name in ["PhotometryType", "GoniometerType", "Gonioradiometer"] {
+        let found = root.descendants().find(|n| is(*n, &[name]));
+        let kind = found.and_then(|n| text_of(n, &["Type"]).or_else(|| text_of(n, &[name])));
         if let Some((line, kind)) = kind
+            && !kind.is_empty()
             && !kind.ends_with('C')
         {
             let expected = "photometry of type C, about the axis of the luminaire";
@@ -159,13 +160,15 @@ fn intensities(holder: Node<'_, '_>) -> Result<Ies, FormatError> {
         return Err(FormatError::line(line_of(holder), expected, rows.len().to_string()));
     }
     let mut candela: Vec<f64> = rows.into_values().collect();
-    let [zero, whole] = [0.0_f64, 360.0].map(f64::to_bits);
     // Planes around the whole circle, of which the last is the first.
-    if horizontal[0] == zero && horizontal.last().is_some_and(|h| f64::from_bits(*h) > 270.0) {
-        if horizontal.last() != Some(&whole) {
-            horizontal.push(whole);
-            candela.extend_from_within(..vertical.len());
-        }
+    if let [first, .., before, last] =
+        horizontal.iter().copied().map(f64::from_bits).collect::<Vec<_>>()[..]
+        && first == 0.0
+        && last < 360.0
+        && 2.0 * last - before > 360.0 - 1e-6
+    {
+        horizontal.push(360.0_f64.to_bits());
+        candela.extend_from_within(..vertical.len());
     }
     let degrees = |list: Vec<u64>| list.into_iter().map(f64::from_bits).collect();
     Ok(Ies {

@@ -180,9 +180,10 @@ pub fn gain(measured: &MeasuredBsdf) -> Option<String> {
     })
 }
 
-/// A warning where files know one side alone of a surface completed by reciprocity.
+/// A warning where files know one side alone of a surface, which is or will be completed by
+/// reciprocity.
 pub fn one_sided(measured: &MeasuredBsdf) -> Option<String> {
-    let derived = measured.derived();
+    let derived = measured.derived().or(measured.lacks_transmission());
     let dark = Side::BOTH.into_iter().find(|side| {
         let given = |t: &Transport| measured.table(*side, *t).is_some();
         let own = |t: &Transport| derived != Some(*side) || *t == Transport::Reflection;
@@ -241,7 +242,7 @@ impl Content {
         if let Self::Orders(table) = self {
             return Ok(Arc::clone(table) as Arc<dyn Bsdf>);
         }
-        let measured = self.measured(indices, between, side)?.reciprocal()?;
+        let measured = self.measured(indices, between, side)?.reciprocal();
         for warning in gain(&measured).into_iter().chain(one_sided(&measured)) {
             warn_once(&format!("{name}: {warning}"));
         }
@@ -342,10 +343,15 @@ impl ScatterFile {
             tables.push(json!({"from": from, "transport": kind, "incidences": incidences.len(), "least": low, "most": high}));
         }
         let most = measured.largest_power();
-        let completed = measured.clone().reciprocal()?;
-        // What a one-sided file does not reflect may lie in another file.
-        let one_sided =
-            one_sided(&completed).filter(|_| !self.is_one_sided() || completed.derived().is_some());
+        let one_sided = match (self.is_one_sided(), measured.lacks_transmission()) {
+            (false, _) => one_sided(&measured),
+            // What such a file does not say may lie in another.
+            (true, Some(_)) => Some(
+                "transmission of light from the other side follows by reciprocity where no other file gives it"
+                    .to_owned(),
+            ),
+            (true, None) => None,
+        };
         let warnings: Vec<String> = gain(&measured).into_iter().chain(one_sided).collect();
         lines.extend(warnings.iter().map(|w| format!("warning: {w}")));
         lines.push(format!("most power from one incidence: {most:.6}"));

@@ -116,7 +116,7 @@ impl Scattering {
                 Ok(bsdf)
             }
             Held::Sides(contents) => {
-                let measured = of_sides(contents, indices, self.between)?.reciprocal()?;
+                let measured = of_sides(contents, indices, self.between)?.reciprocal();
                 let one_sided = content::one_sided(&measured);
                 for warning in content::gain(&measured).into_iter().chain(one_sided) {
                     let names: Vec<&str> = self.files.iter().map(|f| f.file.as_str()).collect();

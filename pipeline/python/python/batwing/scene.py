@@ -363,6 +363,7 @@ class RayFile(Source):
     position_mm: Vector
     file: PathLike
     inside: str | None = None
+    rotation_deg: Vector | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
