@@ -190,7 +190,7 @@ const COMMANDS: [(&str, &[&str]); 69] = [
     ("reproduce --fast", &["--fast", "reproduce --help"]),
     ("reproduce --out file/out", &["file/out"]),
     ("improve", &["improve"]),
-    ("check", &["DESIGN.toml"]),
+    ("check", &["FILE"]),
     ("", &["Usage"]),
     (
         "export d1.toml --format ies --paths 1000000000000 --out file/x.ies",

@@ -95,7 +95,7 @@ fn polarisation_is_carried_where_it_is_asked_for() {
 #[test]
 fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
     let directory = tempdir().expect("a folder");
-    let relief = "elements = { count = 17, width_um = 100.0, shapes = [{ from = 1, to = 17, type = \"OS1\" }] }\n";
+    let relief = "elements = { count = 17, width_um = 100.0, shapes = [{ from = 1, to = 17, type = \"OS1\" }] }\nhybrid = { element_width_um = 10.0 }\n";
     let layer = coated("{ index = 1.3, thickness_nm = 100.0 }");
     // A coated mirror is no matter of the rings.
     let metal = SILVER.replace(" }", ", substrate = { index = [0.06, 3.6] } }");

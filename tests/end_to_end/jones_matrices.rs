@@ -248,7 +248,8 @@ elements = { count = 17, width_um = 100.0, shapes = [{ from = 1, to = 1, type = 
 receiver = { bin_mm = 0.5 }
 trace = { paths = 400_000 }
 "#;
-const TABLES: &str = "hybrid = { tolerance = 0.05, kx_per_zone = 2, ky_count = 8 }\n";
+const TABLES: &str =
+    "hybrid = { element_width_um = 10.0, tolerance = 0.05, kx_per_zone = 2, ky_count = 8 }\n";
 
 /// Tables are kept in the folder from run to run.
 fn run_in(folder: &Path, text: &str, flags: &[&str]) -> Result<Value, String> {

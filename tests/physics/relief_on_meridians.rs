@@ -60,7 +60,8 @@ fn a_sphere_by_rows_carries_the_relief_of_the_sphere() {
          { from = 1, to = 8, type = \"OS1\" }, \
          { from = 9, to = 12, type = \"smooth\" }, \
          { from = 13, to = 17, type = \"triangle\", inner_base_angle_deg = 50, \
-         apex_angle_deg = 70, reference = \"horizontal\" }] }\n";
+         apex_angle_deg = 70, reference = \"horizontal\" }] }\n\
+         hybrid = { element_width_um = 10.0 }\n";
     let [sphere, rows] = [SPHERE, &sphere_by_rows()].map(|dome| parse(dome, elements));
     let cells = |design: &Design| {
         let (base, rings) = (design.base().expect("a dome"), design.hybrid_rings());

@@ -323,21 +323,6 @@ impl<'a> CrossingSearch<'a> {
             self.lines.surfaces[surface.patches[patch as usize].line].clone()
         };
         let regions = [met.regions[0], region].map(|region| self.space.name(region));
-        // The solid that truly overlaps the one met, if it is one: the deepest.
-        let others = self.space.surfaces.iter().filter(|other| {
-            !std::ptr::eq(*other, met.surface) && solid(met.surface) && solid(other)
-        });
-        let overlapping = others
-            .filter_map(|other| Some((other, overlap::depth(&met.surface.shape, &other.shape)?)));
-        if let Some((other, depth)) = overlapping.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            return Error::Crossing {
-                first: name(met.surface, met.patch),
-                second: name(other, 0),
-                at_mm: at.to_array(),
-                regions,
-                depth_mm: Some(depth),
-            };
-        }
         // Without a crossing before, the surface that should lie between the two regions.
         let between = || {
             let surfaces = self.space.surfaces.iter();
@@ -349,18 +334,30 @@ impl<'a> CrossingSearch<'a> {
             both.or_else(|| surfaces.clone().find(borders))
         };
         // Before a placed shape the line may have met something else that lies in it.
-        let other = match before {
-            Some(before) if !self.whole => name(before.surface, before.patch),
-            Some(before) => between()
-                .map_or_else(|| name(before.surface, before.patch), |surface| name(surface, 0)),
-            None => between().map_or_else(|| self.space.name(region), |s| name(s, 0)),
+        let told = match before {
+            Some(before) if !self.whole => Some((before.surface, before.patch)),
+            Some(before) => Some(between().map_or((before.surface, before.patch), |s| (s, 0))),
+            None => between().map(|surface| (surface, 0)),
         };
+        let depth = |other: &CompiledSurface| {
+            let both = solid(met.surface) && solid(other) && !std::ptr::eq(other, met.surface);
+            both.then(|| overlap::depth(&met.surface.shape, &other.shape)).flatten()
+        };
+        let (mut other, mut depth_mm) = (told, told.and_then(|(surface, _)| depth(surface)));
+        // The line may have passed through a solid that the one met does not overlap.
+        if depth_mm.is_none() && told.is_none_or(|(surface, _)| solid(surface)) {
+            let surfaces = self.space.surfaces.iter();
+            let deep = surfaces.filter_map(|surface| Some((surface, depth(surface)?)));
+            if let Some((surface, deepest)) = deep.max_by(|a, b| a.1.total_cmp(&b.1)) {
+                (other, depth_mm) = (Some((surface, 0)), Some(deepest));
+            }
+        }
         Error::Crossing {
             first: name(met.surface, met.patch),
-            second: other,
+            second: other.map_or_else(|| self.space.name(region), |(s, patch)| name(s, patch)),
             at_mm: at.to_array(),
             regions,
-            depth_mm: None,
+            depth_mm,
         }
     }
 
