@@ -350,8 +350,7 @@ fn exponents_make_whole_numbers_and_check_reads_every_kind_of_file() {
     let study = "name = \"s\"\ndesigns = [\"block.toml\"]\nmodels = [\"geometric\"]\npaths = 2e4\n\n[[factors]]\nname = \"p\"\nkey = \"array.pitch_mm\"\nvalues = [6.0, 7.0]\n";
     let tolerance = "name = \"t\"\ndesign = \"block.toml\"\nsamples = 1e1\n\n[[tolerances]]\nkey = \"led.height_mm\"\ndeviation = 0.01\n";
     let problem = "name = \"found\"\ndesign = \"block.toml\"\n\n[[variables]]\nkey = \"array.pitch_mm\"\nfrom = 5.0\nto = 8.0\n\n[objective]\nterms = [{ figure = \"peak_angle_deg\" }]\n\n[[stages]]\nevaluations = 1e1\n";
-    for (kind, text) in [("study", study), ("tolerance analysis", tolerance), ("problem", problem)]
-    {
+    for (kind, text) in [("study", study), ("tolerances", tolerance), ("problem", problem)] {
         std::fs::write(at.join("file.toml"), text).expect("written");
         let checked = json(at, &["check", "file.toml"]);
         assert_eq!(checked["kind"], kind);
