@@ -117,7 +117,6 @@ fn damaged_text_rays_are_refused_by_their_line() {
     for (text, words) in [
         ("2 4\n0 0 0 0 0 1 1\n", "expected 2 rays, as the first line says, got the end"),
         ("1 4\n0 0 0 0 0 1 1\n0 0 0 0 0 1 1\n", "line 3: expected 1 rays"),
-        ("1 4\n0 0 0 0 0 1 1,5\n", "with a comma"),
     ] {
         std::fs::write(folder.path().join("bad.dat"), text).expect("written");
         refused(folder.path(), &["import", "bad.dat"], words);
