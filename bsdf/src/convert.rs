@@ -20,7 +20,7 @@ pub use zemax::{from_zemax, to_zemax, zemax_tables};
 
 use crate::angular_basis::OrientedBasis;
 use crate::bsdf::{Bsdf, LobeKind, OutgoingLobe, Polarisation, Transport};
-use crate::direction::{Side, spherical};
+use crate::direction::{Side, lattice_point, spherical};
 use crate::error::Error;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -93,11 +93,6 @@ impl Resolution {
         }
         Ok(())
     }
-}
-
-/// Point k of n evenly spread points of the unit square (golden-ratio sequence).
-pub(crate) fn lattice_point(k: usize, n: usize) -> [f64; 2] {
-    [(k as f64 + 0.5) / n as f64, (0.5 + k as f64 * 0.618_033_988_749_895).fract()]
 }
 
 /// Lobes for light from `node` on `side`, mirrored into the upper hemisphere. The power of each

@@ -110,15 +110,11 @@ impl MeasuredBsdf {
         table.limit(|wi| (1.0 - self.total(side, Transport::Reflection, wi)).max(0.0));
         let slot = side.index();
         self.tables[slot][Transport::Transmission.index()] = Some(table);
-        match self.check() {
-            Ok([largest_power, largest_at_node]) => {
-                Self { derived: Some(side), largest_power, largest_at_node, ..self }
-            }
-            Err(_) => {
-                self.tables[slot][Transport::Transmission.index()] = None;
-                self
-            }
+        if let Ok([largest_power, largest_at_node]) = self.check() {
+            return Self { derived: Some(side), largest_power, largest_at_node, ..self };
         }
+        self.tables[slot][Transport::Transmission.index()] = None;
+        self
     }
 
     /// The largest power at any incidence of the tables, and the largest that they state

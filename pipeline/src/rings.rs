@@ -161,7 +161,7 @@ pub fn each(
         ..context
     };
     for (done, &ring) in rings.iter().enumerate() {
-        bar.set_message(format!("ring {ring} ({} of {})", done + 1, rings.len()));
+        bar.set_message(&format!("ring {ring} ({} of {})", done + 1, rings.len()));
         context.interrupt.check()?;
         let begin = Instant::now();
         let found = tables(&[&single], cache, Some(ring), inner)?

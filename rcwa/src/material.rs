@@ -344,9 +344,13 @@ impl Material {
             let merged = said(repeated, "of several for one wavelength, now their mean");
             sorted.into_iter().chain(merged)
         });
-        let mut lines: Vec<String> = lines.collect();
-        lines.dedup();
-        lines
+        let mut all: Vec<String> = Vec::new();
+        for line in lines {
+            if !all.contains(&line) {
+                all.push(line);
+            }
+        }
+        all
     }
 
     /// The lowest k of a table, 0 where the data have none below 0: [`Material::index_at`] takes a

@@ -117,6 +117,7 @@ fn damaged_text_rays_are_refused_by_their_line() {
     for (text, words) in [
         ("2 4\n0 0 0 0 0 1 1\n", "expected 2 rays, as the first line says, got the end"),
         ("1 4\n0 0 0 0 0 1 1\n0 0 0 0 0 1 1\n", "line 3: expected 1 rays"),
+        ("1 4\n0 0 0 0 0 1 1,5\n", "with a comma"),
     ] {
         std::fs::write(folder.path().join("bad.dat"), text).expect("written");
         refused(folder.path(), &["import", "bad.dat"], words);
@@ -392,7 +393,8 @@ fn a_source_from_a_file_turns() {
 fn a_part_of_the_rays_keeps_the_flux_without_bias() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
-    let rows: String = (0..1000).map(|k| format!("{k} 0 0 0 0 1 {}\n", 1 + k % 7)).collect();
+    let rows = (0..1000).map(|k| format!("{k} 0 0 0 0 1 {}\n", 1 + k % 7));
+    let rows = rows.collect::<Vec<_>>().concat();
     std::fs::write(at.join("all.txt"), format!("1000 4\n{rows}")).expect("written");
     let all = json(at, &["import", "all.txt"]);
     let mean = |seed: &str| {

@@ -79,7 +79,7 @@ fn a_map_without_light_leaves_uniformity_out_and_warns() {
     assert!(!good && !at.join("v/results.json").exists());
     let last = refused.trim_end().lines().last().unwrap_or_default();
     assert!(
-        last.starts_with("batwing: --until-error: dark.toml: expected a figure that the design has, got uniformity: receiver.plane_height_mm = 3: no light"),
+        last.starts_with("batwing: --until-error: dark.toml: expected a figure that the design has, got uniformity, and receiver.bin_mm is too wide"),
         "{refused}"
     );
 }

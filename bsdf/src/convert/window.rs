@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Matrices on the Klems basis and tensor trees: means over cells of incidence *and* of exit.
 
-use super::{PowerBalance, Smearing, check_discrete, lattice_point, of_transport, upper_lobes};
+use super::{PowerBalance, Smearing, check_discrete, of_transport, upper_lobes};
 use crate::angular_basis::{AngularBasis, OrientedBasis};
 use crate::bsdf::{Bsdf, OutgoingLobe, Transport};
-use crate::direction::Side;
+use crate::direction::{Side, lattice_point};
 use crate::error::Error;
 use crate::formats::window::{DIRECTIONS, KLEMS, ScatteringData, WindowBlock, WindowBsdf};
 use crate::measured::{CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, ScatterTable};

@@ -7,7 +7,7 @@
 
 use super::scatter_table::{CellDistribution, IncidentNode, ScatterTable};
 use crate::angular_basis::{AngularBasis, OrientedBasis, square_to_disc};
-use crate::convert::lattice_point;
+use crate::direction::lattice_point;
 use crate::direction::spherical;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;

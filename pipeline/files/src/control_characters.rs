@@ -3,6 +3,7 @@
 //! is shown.
 
 use std::borrow::Cow;
+use std::fmt::Write as _;
 
 /// `text` as a terminal shows it: control characters but line breaks and tabs as `\u001b`, which
 /// reads the same in JSON.
@@ -14,7 +15,8 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
         if steers(c) {
-            shown += &format!("\\u{:04x}", u32::from(c));
+            // Writing to a string cannot fail.
+            let _ = write!(shown, "\\u{:04x}", u32::from(c));
         } else {
             shown.push(c);
         }

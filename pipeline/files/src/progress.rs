@@ -117,9 +117,9 @@ impl Progress {
     }
 
     /// Names what is being done.
-    pub fn set_message(&self, what: String) {
-        self.lines(|lines| lines.what.clone_from(&what));
-        self.bar.set_message(printable(&what).into_owned());
+    pub fn set_message(&self, what: &str) {
+        self.lines(|lines| what.clone_into(&mut lines.what));
+        self.bar.set_message(printable(what).into_owned());
     }
 
     /// Redraws a bar now and then, even without progress.

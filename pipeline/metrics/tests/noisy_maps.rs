@@ -87,10 +87,6 @@ fn check(chips: &Chips, paths: f64) {
         let resolved = of.iter().filter(|e| e.is_resolved()).count();
         let covered =
             of.iter().filter(|e| (e.value - truth).abs() <= 3.0 * e.standard_error).count();
-        println!(
-            "{paths:9.0} {:26} truth {truth:.4} mean {mean:.4} scatter {scatter:.4} stated {stated:.4} resolved {resolved} covered {covered}",
-            form.key
-        );
         let what = format!("{} at {paths} paths", form.key);
         assert!(of.iter().all(|e| e.standard_error > 0.0), "{what}");
         assert!(covered as f64 >= 0.9 * n, "{what}: {covered}");

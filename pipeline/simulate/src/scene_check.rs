@@ -227,16 +227,14 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], depth_mm: f64) -> Strin
         );
     }
     let is_solid = |name: &str| design.solids.iter().any(|solid| solid.name() == name);
-    match names.map(is_solid) {
-        [true, true] => format!(
+    if names.into_iter().all(is_solid) {
+        return format!(
             "move or shrink {first:?} by {depth} mm, or {second:?}; or name one under optical_contact of the other, which it displaces"
-        ),
-        _ => {
-            let [solid, other] = if is_solid(first) { [first, second] } else { [second, first] };
-            let other = if other.starts_with("box ") { "the LED's box" } else { other };
-            format!("move or shrink {solid:?} by {depth} mm, or change {other}")
-        }
+        );
     }
+    let [solid, other] = if is_solid(first) { [first, second] } else { [second, first] };
+    let other = if other.starts_with("box ") { "the LED's box" } else { other };
+    format!("move or shrink {solid:?} by {depth} mm, or change {other}")
 }
 
 /// The error of a solid that overlaps something else.

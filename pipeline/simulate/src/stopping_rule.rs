@@ -202,9 +202,10 @@ where
                     } else {
                         "at the end of its range, where it does not vary,".to_owned()
                     };
-                    let why = match is_still {
-                        true => "further batches would not change that",
-                        false => "--most-paths allows no further batch",
+                    let why = if is_still {
+                        "further batches would not change that"
+                    } else {
+                        "--most-paths allows no further batch"
                     };
                     self.context.console.warn(&format!(
                         "{}: {figure} is {known} after {}, not to {error:.2e}; {why}",

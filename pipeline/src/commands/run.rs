@@ -262,5 +262,9 @@ fn standing(design: &Design) -> Result<String> {
             .filter(|(key, _)| ["rings", "symmetry", "nine and thirteen points"].contains(key)),
     );
     let shown = |key| if key == "bottom" { "on the bottom" } else { key };
-    Ok(said.into_iter().map(|(key, words)| format!("{}: {words}\n", shown(key))).collect())
+    Ok(said
+        .into_iter()
+        .map(|(key, words)| format!("{}: {words}\n", shown(key)))
+        .collect::<Vec<_>>()
+        .concat())
 }

@@ -81,7 +81,7 @@ fn data_lines(text: &str) -> Result<Vec<Numbered<'_>>, MaterialError> {
         let (key, value) = line.split_once(':').ok_or_else(|| MaterialError::Line {
             line: number,
             expected,
-            got: line.into(),
+            got: line.chars().take(80).collect(),
         })?;
         inside = key == "DATA";
         if inside && seen {

@@ -104,7 +104,7 @@ pub enum Error {
         /// A place where they claim the same space, in the frame of the body, mm.
         at_mm: [f64; 3],
         /// Regions that lie there by the first and by the second.
-        regions: [String; 2],
+        regions: Box<[String; 2]>,
         /// Largest distance by which one reaches into the other, mm; `None` where one is no solid.
         depth_mm: Option<f64>,
     },

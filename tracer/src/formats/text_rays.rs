@@ -240,7 +240,7 @@ pub fn begins_like_zemax(lines: &[&str]) -> bool {
     let mut filled = lines.iter().filter(|line| !line.is_empty());
     let rays = filled.next().and_then(|line| zemax_header(line)).map_or(0, |found| found.0);
     let mut rows = Rows { columns: 0, millimetres: 1.0, nanometres: 1.0, rays: 0, sum: 0.0 };
-    rays > 0 && filled.next().is_some_and(|line| rows.ray(line, 2).is_ok())
+    rays > 0 && filled.next().is_some_and(|line| rows.ray(&line.replace(',', "."), 2).is_ok())
 }
 
 /// Reads rays from a text for Zemax.

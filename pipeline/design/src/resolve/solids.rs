@@ -101,7 +101,7 @@ fn contacts(solid: &Solid, number: usize, all: &[Solid], at: &Context) -> Result
     let Some(wrong) = stated.0.iter().find(|name| !is_known(name)) else {
         return Ok(());
     };
-    let known = known.iter().map(|name| format!(", {name:?}")).collect::<String>();
+    let known = known.iter().map(|name| format!(", {name:?}")).collect::<Vec<_>>().concat();
     let key = format!("solids[{}].optical_contact", number + 1);
     let expected = format!("\"bottom\", \"all\" or another solid with the same `per`{known}");
     Err(at.value(&key, format!("{wrong:?}"), &expected))

@@ -115,14 +115,11 @@ pub(super) fn words(problem: &Problem, pace: Pace) -> String {
     let [least, most] = [|s: &StageSettings| s.paths, |s: &StageSettings| s.most_paths]
         .map(|of| stages.clone().map(|s| Work::new(s.evaluations, of(s))).sum::<Work>());
     let after = work_after(problem, 0);
-    let range = |least: String, most: String| match least == most {
-        true => least,
-        false => format!("{least} to {most}"),
+    let range = |least: String, most: String| {
+        if least == most { least } else { format!("{least} to {most}") }
     };
-    let tables = match problem.models.contains(&Model::Hybrid) {
-        true => ", beside tables of orders",
-        false => "",
-    };
+    let tables =
+        if problem.models.contains(&Model::Hybrid) { ", beside tables of orders" } else { "" };
     let time = |work: Work| time_words(pace.seconds(work + after));
     format!(
         "at most {} candidates with {} paths, then up to {} for selection, sensitivities and \

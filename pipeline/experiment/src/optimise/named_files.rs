@@ -68,7 +68,9 @@ impl<'a> NamedFiles<'a> {
                 table.iter_mut().for_each(|(_, value)| self.place_in(value, known, copies));
             }
             Value::Array(list) => {
-                list.iter_mut().for_each(|value| self.place_in(value, known, copies));
+                for value in list {
+                    self.place_in(value, known, copies);
+                }
             }
             Value::String(name) => {
                 let sources: Vec<&PathBuf> =

@@ -210,7 +210,7 @@ impl StageSearch<'_, '_> {
         state.book(generation);
         if let Some(best) = state.result.nearest.as_ref().and_then(|best| best.value) {
             let progress = format!("stage {}, best {best:.4}", self.number);
-            self.progress.set_message(progress);
+            self.progress.set_message(&progress);
         }
         Ok(Some(candidates))
     }

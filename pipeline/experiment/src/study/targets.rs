@@ -228,6 +228,7 @@ fn tables<'a>(key: &str, value: &'a toml::Value) -> Result<&'a toml::Table> {
 
 #[cfg(test)]
 mod tests {
+    use super::Verdict::{Met, NotMet, NotResolved};
     use super::*;
 
     #[test]
@@ -259,7 +260,6 @@ mod tests {
             let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
             targets.of("D", "m", "uniformity").expect("a target")
         };
-        use Verdict::{Met, NotMet, NotResolved};
         for (target, value, error, miss, verdict) in [
             ("{ at_least = 0.8 }", 0.9, 0.01, 0.0, Met),
             ("{ at_least = 0.8 }", 0.82, 0.01, 0.0, NotResolved),

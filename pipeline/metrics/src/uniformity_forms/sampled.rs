@@ -133,7 +133,9 @@ impl Sampled {
         let all = within.into_iter().chain(border);
         let (samples, mut areas): (Vec<_>, Vec<_>) = all.map(|(s, area, _)| (s, area)).unzip();
         let whole: f64 = areas.iter().sum();
-        areas.iter_mut().for_each(|area| *area /= whole);
+        for area in &mut areas {
+            *area /= whole;
+        }
         Self { region: Region::Cell, samples, areas, extremes, valley: None }
     }
 
@@ -291,13 +293,13 @@ pub(super) fn over_phases(
     points: &[[f64; 2]],
 ) -> Vec<[f64; 2]> {
     let counts = layout.counts().unwrap_or([1; 2]);
-    let shifts = [0, 1].map(|k| match one_phase(layout)[k] {
-        true => {
-            let pitch = (high[k] - low[k]) / (counts[k] as f64 - 1.0);
-            let shift = |phase| pitch * (phase as f64 / PHASES as f64 - 0.5);
-            (0..PHASES).map(shift).collect()
+    let shifts = [0, 1].map(|k| {
+        if !one_phase(layout)[k] {
+            return vec![0.0];
         }
-        false => vec![0.0],
+        let pitch = (high[k] - low[k]) / (counts[k] as f64 - 1.0);
+        let shift = |phase| pitch * (phase as f64 / PHASES as f64 - 0.5);
+        (0..PHASES).map(shift).collect()
     });
     let place = |u: f64, k: usize, shift: f64| {
         (low[k] + u * (high[k] - low[k]) + shift).clamp(low[k], high[k])

@@ -205,7 +205,7 @@ impl<'a> CrossingSearch<'a> {
                         first: name(b),
                         second: name(a),
                         at_mm: at.to_array(),
-                        regions: [region.clone(), region],
+                        regions: Box::new([region.clone(), region]),
                         depth_mm: overlap::depth(&a.shape, &b.shape),
                     });
                 }
@@ -356,7 +356,7 @@ impl<'a> CrossingSearch<'a> {
             first: name(met.surface, met.patch),
             second: other.map_or_else(|| self.space.name(region), |(s, patch)| name(s, patch)),
             at_mm: at.to_array(),
-            regions,
+            regions: Box::new(regions),
             depth_mm,
         }
     }
