@@ -155,7 +155,7 @@ pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
     Ok(bsdf)
 }
 
-/// Refuses elements nested more than [`MAX_NESTED`] deep. Of text that is no XML it says nothing:
+/// Refuses elements nested more than `MAX_NESTED` deep. Of text that is no XML it says nothing:
 /// the parser stops where this scan does.
 ///
 /// # Errors
