@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Roulette among long paths: of two that have met as many surfaces, one goes on with the weight of
-//! both.
+//! Roulette among long paths: of two from one source in one body that have met as many surfaces, one
+//! goes on with the weight of both.
 //!
 //! Light that a body holds by total reflection keeps its weight and would be followed for thousands
 //! of surfaces. Where a path has met [`LONG`] surfaces, and again at every doubling, it waits for the
 //! next that comes so far. One of both, chosen by their weights, goes on with their sum: the mean
-//! of every reading stays, and the power of a group balances to rounding, as no weight is made or
-//! lost. So of n paths that stay for ever, n/2 go beyond `LONG`, n/4 beyond twice as many.
+//! of every reading stays. No weight is made, lost, or moved through a surface, so that the power of a
+//! group, the flux through every surface and the books of every source balance to rounding. Of n
+//! paths that stay for ever, n/2 go beyond `LONG`, n/4 beyond twice as many.
 
 use crate::observer::Observer;
 use crate::optics::polarisation::Light;
@@ -20,9 +21,9 @@ pub(super) const LONG: u32 = 256;
 /// A path with its light and its random numbers.
 type Waiting<L> = (PathState, L, PathStream);
 
-/// Long paths that wait for another, by the number of doublings.
+/// Long paths that wait for another of their kind, by the number of doublings.
 pub(super) struct LongPaths<L> {
-    waiting: Vec<Option<Waiting<L>>>,
+    waiting: Vec<Vec<Waiting<L>>>,
 }
 
 impl<L> Default for LongPaths<L> {
@@ -43,13 +44,14 @@ impl<L: Light> LongPaths<L> {
         let (mut path, mut hits) = (path, 0);
         for level in 0.. {
             if self.waiting.len() <= level {
-                self.waiting.push(None);
+                self.waiting.push(Vec::new());
             }
-            let Some(other) = self.waiting[level].take() else {
-                self.waiting[level] = Some(path);
+            let waiting = &mut self.waiting[level];
+            let Some(other) = waiting.iter().position(|other| are_alike(&path.0, &other.0)) else {
+                waiting.push(path);
                 return hits;
             };
-            path = one_of(path, other);
+            path = one_of(path, waiting.swap_remove(other));
             let (is_over, met) = walk_on(tracer, &mut path, level, tally, observer);
             hits += met;
             if is_over {
@@ -66,28 +68,37 @@ impl<L: Light> LongPaths<L> {
         tally: &mut Tally<'_>,
         observer: &mut impl Observer,
     ) -> u64 {
-        let (mut hits, mut left) = (0, None);
-        let levels = self.waiting.len();
+        let mut hits = 0;
         for level in 0.. {
-            let waits = self.waiting.get_mut(level).and_then(Option::take);
-            left = match (left, waits) {
-                (Some(one), Some(other)) => Some(one_of(one, other)),
-                (one, other) => one.or(other),
+            let Some(waiting) = self.waiting.get_mut(level).map(std::mem::take) else {
+                break;
             };
-            let Some(path) = &mut left else {
-                if level >= levels {
-                    break;
+            for mut path in waiting {
+                let (is_over, met) = walk_on(tracer, &mut path, level, tally, observer);
+                hits += met;
+                if !is_over {
+                    // Among those that wait for the next level, which come last.
+                    if self.waiting.len() <= level + 1 {
+                        self.waiting.push(Vec::new());
+                    }
+                    let next = &mut self.waiting[level + 1];
+                    match next.iter().position(|other| are_alike(&path.0, &other.0)) {
+                        Some(other) => {
+                            let joined = one_of(path, next.swap_remove(other));
+                            next.push(joined);
+                        }
+                        None => next.push(path),
+                    }
                 }
-                continue;
-            };
-            let (is_over, met) = walk_on(tracer, path, level, tally, observer);
-            hits += met;
-            if is_over {
-                left = None;
             }
         }
         hits
     }
+}
+
+/// True of paths from one source in one body.
+fn are_alike(one: &PathState, other: &PathState) -> bool {
+    one.location == other.location && one.history.source == other.history.source
 }
 
 /// One of two paths, by their weights, with the weight of both.
