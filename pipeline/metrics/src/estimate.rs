@@ -37,10 +37,22 @@ impl Estimate {
         }
     }
 
+    /// The part of the standard error that other paths would show.
+    pub fn scatter(&self) -> f64 {
+        let of_bias = self.bias_bound.map_or(0.0, |bound| bound * bound / 3.0);
+        (self.standard_error * self.standard_error - of_bias).max(0.0).sqrt()
+    }
+
     /// True unless the bias that picking may leave exceeds the scatter.
     pub fn is_resolved(&self) -> bool {
-        // σ² + b²/3 is the square of the error.
-        self.bias_bound.is_none_or(|bound| bound <= 0.75f64.sqrt() * self.standard_error)
+        self.bias_bound.is_none_or(|bound| bound <= self.scatter())
+    }
+
+    /// The ends between which a figure lies that is not resolved; `None` of one that is. Without
+    /// scatter they are the two readings.
+    pub fn interval(&self) -> Option<[f64; 2]> {
+        let reach = 3f64.sqrt() * self.standard_error;
+        (!self.is_resolved()).then_some([self.value - reach, self.value + reach])
     }
 
     /// The square root; that of a value that noise drives below 0 is 0. The error is the larger of

@@ -56,6 +56,19 @@ impl Grid {
     }
 }
 
+/// Place and value of the largest bin.
+pub fn largest(map: &[f64]) -> (usize, f64) {
+    let larger =
+        |best: (usize, f64), (k, &v): (usize, &f64)| if v > best.1 { (k, v) } else { best };
+    map.iter().enumerate().fold((0, f64::NEG_INFINITY), larger)
+}
+
+/// Place and value of the smallest bin.
+pub fn smallest(map: &[f64]) -> (usize, f64) {
+    let bins = map.iter().copied().enumerate();
+    bins.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
+}
+
 /// The mean of `map` over blocks of `together` × `together` bins, and the grid of the blocks; both
 /// counts are multiples of `together`.
 pub fn coarser(map: &[f64], grid: Grid, together: usize) -> (Vec<f64>, Grid) {

@@ -49,6 +49,7 @@ pub mod layout;
 pub mod photopic;
 pub mod plural;
 pub mod quantity;
+mod sampled;
 pub mod uniformity;
 pub mod uniformity_forms;
 pub mod valley;

@@ -8,7 +8,7 @@
 //! Here are the figures of a single map; [`super::uniformity_forms`] adds their errors.
 
 use super::Grouped;
-use super::illuminance::Grid;
+use super::illuminance::{Grid, largest, smallest};
 use super::layout::Layout;
 use super::valley::{Lowest, Valley};
 
@@ -39,8 +39,6 @@ pub struct MapReading {
     pub(super) layout: Layout,
     /// Level that the largest illuminance is scaled to before the logarithm.
     pub(super) full_scale: f64,
-    /// How the valley is read.
-    pub(super) reading: ValleyReading,
     /// Between LEDs next to each other; `None` without any, or with bins too coarse for the fit.
     pub(super) straight: Option<Valley>,
     /// Across the diagonals of four.
@@ -52,7 +50,7 @@ impl MapReading {
     pub fn new(grid: Grid, layout: Layout, full_scale: f64, reading: ValleyReading) -> Self {
         let valley = |segments: &[_]| reading.valley(grid, segments, layout.pitch_mm);
         let (straight, diagonal) = (valley(&layout.straight()), valley(&layout.diagonal()));
-        Self { grid, layout, full_scale, reading, straight, diagonal }
+        Self { grid, layout, full_scale, straight, diagonal }
     }
 
     /// True if the valley between neighbours can be read.
@@ -98,15 +96,9 @@ pub struct Places {
     pub peak_mm: [f64; 2],
 }
 
-/// The bin that counts as dark where equation 1 scales a range.
-pub fn smallest_bin(map: &[f64]) -> usize {
-    let bins = map.iter().enumerate();
-    bins.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0)
-}
-
 /// A map less its smallest bin, which is picked once, from all groups.
 pub fn above_smallest(map: &Grouped) -> Grouped {
-    let least = smallest_bin(map.total());
+    let least = smallest(map.total()).0;
     map.map(|m| m.iter().map(|l| l - m[least]).collect())
 }
 
@@ -128,22 +120,6 @@ pub(super) fn ratio(valley: f64, peak: f64) -> f64 {
 /// Equation 4: max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
 pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
     if valley_to_peak <= 0.0 { 0.0 } else { (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0) }
-}
-
-/// Place and value of the largest bin.
-pub(super) fn largest(map: &[f64]) -> (usize, f64) {
-    map.iter().enumerate().fold(
-        (0, f64::NEG_INFINITY),
-        |best, (k, &v)| {
-            if v > best.1 { (k, v) } else { best }
-        },
-    )
-}
-
-/// Which of `bins` is the smallest.
-pub(super) fn smallest(map: &[f64], bins: &[usize]) -> usize {
-    let least = bins.iter().min_by(|a, b| map[**a].total_cmp(&map[**b]));
-    least.copied().unwrap_or(0)
 }
 
 #[cfg(test)]

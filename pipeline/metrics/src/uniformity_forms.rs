@@ -17,33 +17,15 @@
 //! lies inside. Where nine or thirteen points see one phase of the pitch, each is read over all
 //! phases ([`sees_one_phase`]).
 //!
-//! An extreme of noisy bins is biased. The peak is the largest bin, which lies above the true maximum
-//! on average; the place that one half of the paths picks, read in the other half, lies below it.
-//! The reported value is the middle of both, averaged over many halvings, and half their distance b
-//! bounds its bias. A smallest bin is treated likewise, with the signs exchanged. The standard error
-//! holds the scatter σ and, as that of a value anywhere between the two, b/√3. With b above σ the
-//! figure is not resolved ([`Estimate::is_resolved`]).
-//!
-//! The valley of a local fit ([`super::valley`]) is read in one half where the other is lowest. It
-//! has no bias of choice among valleys of one depth, and one below the error among others.
-//!
-//! The scatter is the larger of two jackknife errors, one that picks extremes anew without each
-//! group and one that reads them at one place. Where a few paths decide, neither sees the paths that
-//! might have come: what one path more at the smallest place changes is added, so that no error is 0
-//! and three errors are the three paths of an empty bin at 95 % confidence.
-//!
-//! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
-//! paths does not, and is averaged over many halvings.
+//! Extremes, their biases and errors: `super::sampled`.
 
-mod sampled;
+mod cell;
 
-use rayon::prelude::*;
-
-use self::sampled::{Levels, POINTS, Picks, Sample, Sampled, along, cell_on, over_phases};
-pub use self::sampled::{cell, mean_over_cell, nine_points, sees_one_phase};
-
-use super::jackknife::spread;
-use super::uniformity::{MapReading, largest, ratio};
+pub use self::cell::{Cell, cell, nine_points, sees_one_phase};
+use self::cell::{POINTS, cell_on, over_phases};
+use super::illuminance::largest;
+use super::sampled::{LevelEstimates, Levels, Sample, Sampled};
+use super::uniformity::{MapReading, logarithmic, ratio};
 use super::valley::Valley;
 use super::{Estimate, Grouped};
 
@@ -114,10 +96,21 @@ pub const FORMS: [RegionForm; 14] = {
     ]
 };
 
+/// The `form` of these levels.
+fn figure(levels: &Levels, form: Form, full_scale: f64) -> f64 {
+    match form {
+        Form::ValleyToPeak => ratio(levels.low, levels.high),
+        Form::MinToMean => ratio(levels.low, levels.mean),
+        Form::Variation => ratio(levels.variance.max(0.0).sqrt(), levels.mean),
+        Form::Logarithmic => logarithmic(ratio(levels.low, levels.high), full_scale),
+    }
+}
+
 /// The regions of a map of one design.
 #[derive(Debug, Clone)]
 pub struct Regions {
-    regions: Vec<Sampled>,
+    names: Vec<Region>,
+    sampled: Vec<Sampled>,
     full_scale: f64,
 }
 
@@ -125,15 +118,14 @@ impl Regions {
     /// Segments and diagonals that the layout has.
     pub fn between_neighbours(reading: &MapReading) -> Self {
         let lines = |region, valley: &Option<Valley>, segments: Vec<_>| {
-            let samples = along(reading.grid, &segments, reading.reading);
-            Some(Sampled { valley: Some(valley.clone()?), ..Sampled::of(region, samples) })
+            Some((region, Sampled::lines(reading.grid, &segments, valley.clone()?)))
         };
         let regions = [
             lines(Region::Segment, &reading.straight, reading.layout.straight()),
             lines(Region::Diagonal, &reading.diagonal, reading.layout.diagonal()),
         ];
-        let regions = regions.into_iter().flatten().collect();
-        Self { regions, full_scale: reading.full_scale }
+        let (names, sampled) = regions.into_iter().flatten().unzip();
+        Self { names, sampled, full_scale: reading.full_scale }
     }
 
     /// [`Regions::between_neighbours`], and the cell.
@@ -141,15 +133,15 @@ impl Regions {
         let mut all = Self::between_neighbours(reading);
         let (grid, layout) = (reading.grid, &reading.layout);
         if let Some(cell) = cell_on(grid, layout) {
-            let points = |region, points: &[[f64; 2]]| {
+            let points = |points: &[[f64; 2]]| {
                 let places = over_phases(layout, cell, points);
-                let samples = places.into_iter().map(|at| Sample::at(grid, at)).collect();
-                Sampled::of(region, samples)
+                Sampled::points(places.into_iter().map(|at| Sample::at(grid, at)).collect())
             };
-            all.regions.extend([
+            all.names.extend([Region::Cell, Region::NinePoints, Region::ThirteenPoints]);
+            all.sampled.extend([
                 Sampled::rectangle(grid, cell),
-                points(Region::NinePoints, &POINTS[..9]),
-                points(Region::ThirteenPoints, &POINTS),
+                points(&POINTS[..9]),
+                points(&POINTS),
             ]);
         }
         all
@@ -157,49 +149,17 @@ impl Regions {
 
     /// The forms of [`FORMS`] that this map has, without errors; the peaks are largest bins.
     pub fn plain(&self, map: &[f64]) -> Vec<(RegionForm, f64)> {
-        let levels = self.all(map);
-        self.each(|k, form| levels[k].figure(form, self.full_scale))
+        let peak = largest(map).1;
+        let levels: Vec<Levels> = self.sampled.iter().map(|r| r.levels(map, peak)).collect();
+        self.each(|k, form| figure(&levels[k], form, self.full_scale))
     }
 
     /// The forms of [`FORMS`] of `map` (W/mm² by groups) with their errors.
     pub fn estimates(&self, map: &Grouped) -> Vec<(RegionForm, Estimate)> {
-        let near = self.near(map.total());
-        let picks: Vec<Picks> = near.regions.iter().map(|r| r.picks(map.total())).collect();
-        let peak = Sample::bin(largest(map.total()).0);
-        let groups = (0..map.count()).into_par_iter();
-        let without = groups.map(|g| {
-            let map = map.without(g);
-            let regions = near.regions.iter().zip(&picks);
-            let held = regions.map(|(region, picks)| region.at(&map, picks, &peak)).collect();
-            [near.all(&map), held]
-        });
-        let without: Vec<[Vec<Levels>; 2]> = without.collect();
-        let mut plain = self.all(map.total());
-        let crossed = self.crossed(map, &plain);
-        for ((plain, crossed), region) in plain.iter_mut().zip(&crossed).zip(&self.regions) {
-            if let Some(Valley::Fit(_)) = region.valley {
-                plain.low = crossed.low;
-            }
-        }
-        let event = event(map);
-        self.each(|k, form| {
-            let squared = |levels: &[Levels]| match form {
-                Form::Variation => ratio(levels[k].variance.max(0.0), levels[k].mean.powi(2)),
-                _ => levels[k].figure(form, self.full_scale),
-            };
-            let [anew, held] = [0, 1].map(|kind| {
-                spread(&without.iter().map(|levels| squared(&levels[kind])).collect::<Vec<f64>>())
-            });
-            let error = anew.max(held);
-            if form == Form::Variation {
-                return Estimate::new(ratio(crossed[k].variance, crossed[k].mean.powi(2)), error)
-                    .sqrt();
-            }
-            let of = |levels: &Levels| levels.figure(form, self.full_scale);
-            let one_more = event * picks[k].low.concentration();
-            let more = Levels { low: crossed[k].low + one_more, ..crossed[k] };
-            let error = error.hypot(of(&more) - of(&crossed[k]));
-            Estimate::between(of(&plain[k]), of(&crossed[k]), error)
+        let levels = LevelEstimates::new(&self.sampled, map);
+        self.each(|k, form| match form {
+            Form::Variation => levels.variation(k),
+            _ => levels.estimate(k, |levels| figure(levels, form, self.full_scale)),
         })
     }
 
@@ -209,78 +169,15 @@ impl Regions {
         all.into_iter().map(|(form, ())| form).collect()
     }
 
-    fn all(&self, map: &[f64]) -> Vec<Levels> {
-        let peak = largest(map).1;
-        self.regions.iter().map(|r| r.levels(map, peak)).collect()
-    }
-
-    /// What suffices for maps that hardly differ from `map`.
-    fn near(&self, map: &[f64]) -> Self {
-        let near = |region: &Sampled| Sampled {
-            valley: region.valley.as_ref().map(|valley| valley.near(map)),
-            ..region.clone()
-        };
-        Self { regions: self.regions.iter().map(near).collect(), full_scale: self.full_scale }
-    }
-
     fn each<T>(&self, mut value: impl FnMut(usize, Form) -> T) -> Vec<(RegionForm, T)> {
         let mut all = Vec::new();
         for form in FORMS {
-            if let Some(k) = self.regions.iter().position(|r| r.region == form.region) {
+            if let Some(k) = self.names.iter().position(|region| *region == form.region) {
                 all.push((form, value(k, form.form)));
             }
         }
         all
     }
-
-    /// Means over halvings of what one half has where the other has its extremes, and of the
-    /// covariance of both. Means are those of `plain`.
-    fn crossed(&self, map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
-        let of_split = |split| {
-            let [a, b] = map.halves(split);
-            let at_peak = 0.5 * (b[largest(&a).0] + a[largest(&b).0]);
-            let regions = self.regions.iter();
-            let crossed = regions.map(|region| region.cross(&a, &b, at_peak));
-            crossed.collect::<Vec<_>>()
-        };
-        let segments = self.regions.iter().filter_map(|r| r.valley.as_ref().map(Valley::segments));
-        let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(1);
-        let halvings: Vec<usize> = map.halvings().take(affordable).collect();
-        let of_splits: Vec<Vec<Levels>> = halvings.into_par_iter().map(of_split).collect();
-        let mut sums = vec![Levels::default(); plain.len()];
-        for (region, one) in of_splits.iter().flat_map(|all| all.iter().enumerate()) {
-            let sum = &mut sums[region];
-            sum.low += one.low;
-            sum.high += one.high;
-            sum.variance += one.variance;
-        }
-        let scale = 1.0 / of_splits.len() as f64;
-        let mean = |(sum, plain): (&Levels, &Levels)| Levels {
-            low: sum.low * scale,
-            high: sum.high * scale,
-            mean: plain.mean,
-            variance: sum.variance * scale,
-        };
-        sums.iter().zip(plain).map(mean).collect()
-    }
-}
-
-/// Most segments that are searched in halves of the paths, over all halvings.
-const MAX_SEGMENTS_READ: usize = 16_384;
-
-/// Power of one path in a bin of `map`, in its unit: the variance of all bins over their sum, as of
-/// counts. Every 16th bin of large maps is looked at.
-fn event(map: &Grouped) -> f64 {
-    let step = (map.total().len() / 65_536).clamp(1, 16);
-    let n = map.count() as f64;
-    let (mut squares, mut sum) = (0.0, 0.0);
-    for bin in (0..map.total().len()).step_by(step) {
-        let mean = map.total()[bin] / n;
-        let deviations = (0..map.count()).map(|g| (map.group(g)[bin] - mean).powi(2));
-        squares += deviations.sum::<f64>() * n / (n - 1.0);
-        sum += map.total()[bin];
-    }
-    ratio(squares, sum)
 }
 
 /// The paper's figures of one illuminance map.

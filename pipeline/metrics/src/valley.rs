@@ -10,7 +10,6 @@
 use std::sync::{Arc, OnceLock};
 
 use super::illuminance::Grid;
-use super::uniformity::smallest;
 
 /// Half the window along the segment and the most between two windows, in pitches.
 const ALONG: f64 = 0.12;
@@ -103,7 +102,10 @@ impl Valley {
     pub fn lowest(&self, map: &[f64]) -> Lowest {
         Lowest(match self {
             Self::Fit(valley) => valley.lowest(map).unwrap_or(Place::Bin(0)),
-            Self::Bins(bins) => Place::Bin(smallest(map, bins)),
+            Self::Bins(bins) => {
+                let lowest = bins.iter().min_by(|a, b| map[**a].total_cmp(&map[**b]));
+                Place::Bin(lowest.copied().unwrap_or(0))
+            }
         })
     }
 

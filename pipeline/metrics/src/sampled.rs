@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Levels of regions of a noisy map: extremes, mean and variance, with their errors.
+//!
+//! An extreme of noisy bins is biased. The largest bin lies above the true maximum on average; the
+//! place that one half of the paths picks, read in the other half, lies below it. The value is the
+//! middle of both, averaged over many halvings, and half their distance b bounds its bias. A
+//! smallest bin is treated likewise, with the signs exchanged. The standard error holds the scatter
+//! σ and, as that of a value anywhere between the two, b/√3. With b above σ the figure is not
+//! resolved ([`Estimate::is_resolved`]).
+//!
+//! The valley of a local fit ([`super::valley`]) is read in one half where the other is lowest. It
+//! has no bias of choice among valleys of one depth, and one below the error among others.
+//!
+//! The scatter is the larger of two jackknife errors, one that picks extremes anew without each
+//! group and one that reads them at one place. Where a few paths decide, neither sees the paths that
+//! might have come: what one path more at the smallest place changes is added, so that no error is 0
+//! and three errors are the three paths of an empty bin at 95 % confidence.
+//!
+//! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
+//! paths does not, and is averaged over many halvings.
+
+use rayon::prelude::*;
+
+use super::illuminance::{Grid, largest, smallest};
+use super::jackknife::spread;
+use super::valley::{Lowest, Valley};
+use super::{Estimate, Grouped};
+
+/// A weighted mean of up to four bins.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample {
+    bins: [usize; 4],
+    weights: [f64; 4],
+}
+
+impl Sample {
+    /// Bin `k` times `weight`.
+    fn bin(k: usize, weight: f64) -> Self {
+        Self { bins: [k; 4], weights: [weight, 0.0, 0.0, 0.0] }
+    }
+
+    /// Bilinear interpolation at `[x, y]`, mm, as [`Grid::at`].
+    pub fn at(grid: Grid, [x, y]: [f64; 2]) -> Self {
+        let (bins, [a, b]) = grid.corners(x, y);
+        let weights = [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b];
+        Self { bins, weights }
+    }
+
+    /// Value in `map`.
+    pub fn of(&self, map: &[f64]) -> f64 {
+        self.bins.iter().zip(self.weights).map(|(k, w)| w * map[*k]).sum()
+    }
+
+    fn concentration(&self) -> f64 {
+        self.weights.iter().map(|c| c * c).sum::<f64>() / self.weights.iter().sum::<f64>()
+    }
+}
+
+/// Samples of a region.
+#[derive(Debug, Clone)]
+enum Samples {
+    /// Bins, each with its weight.
+    Bins(Vec<(usize, f64)>),
+    /// Places between bins.
+    Points(Vec<Sample>),
+}
+
+impl Samples {
+    fn get(&self, k: usize) -> Sample {
+        match self {
+            Self::Bins(bins) => Sample::bin(bins[k].0, bins[k].1),
+            Self::Points(points) => points[k],
+        }
+    }
+
+    fn values(&self, map: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Bins(bins) => bins.iter().map(|(k, weight)| weight * map[*k]).collect(),
+            Self::Points(points) => points.iter().map(|sample| sample.of(map)).collect(),
+        }
+    }
+}
+
+/// One region of a map: where it is sampled, and how its lowest value is read.
+#[derive(Debug, Clone)]
+pub(crate) struct Sampled {
+    samples: Samples,
+    /// Share of each sample in means.
+    areas: Vec<f64>,
+    /// The first so many samples are those of extremes.
+    extremes: usize,
+    /// Of segments and diagonals, whose peak is that of the whole map; elsewhere the smallest sample.
+    valley: Option<Valley>,
+}
+
+/// Where a region has its extremes.
+#[derive(Debug, Clone)]
+struct Picks {
+    low: Pick,
+    high: Sample,
+}
+
+/// What reads the lowest value at its place.
+#[derive(Debug, Clone)]
+enum Pick {
+    Valley(Lowest),
+    Sample(Sample),
+}
+
+impl Pick {
+    fn of(&self, map: &[f64]) -> f64 {
+        match self {
+            Self::Valley(lowest) => lowest.value(map),
+            Self::Sample(sample) => sample.of(map),
+        }
+    }
+
+    /// Σ c² / Σ c over the weights c of the bins that are read: the share of one bin's noise.
+    fn concentration(&self) -> f64 {
+        match self {
+            Self::Valley(lowest) => lowest.concentration(),
+            Self::Sample(sample) => sample.concentration(),
+        }
+    }
+}
+
+/// Values of one region in one map.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Levels {
+    /// Lowest value.
+    pub low: f64,
+    /// Highest value.
+    pub high: f64,
+    /// Mean by area.
+    pub mean: f64,
+    /// Variance by area.
+    pub variance: f64,
+}
+
+impl Sampled {
+    /// Places that all count alike.
+    pub fn points(points: Vec<Sample>) -> Self {
+        Self::even(Samples::Points(points))
+    }
+
+    fn even(samples: Samples) -> Self {
+        let count = match &samples {
+            Samples::Bins(bins) => bins.len(),
+            Samples::Points(points) => points.len(),
+        };
+        Self { samples, areas: vec![1.0 / count as f64; count], extremes: count, valley: None }
+    }
+
+    /// All bins, the value of each its content over its measure, which is not 0.
+    pub fn densities(measures: &[f64]) -> Self {
+        let whole: f64 = measures.iter().sum();
+        let bins = measures.iter().enumerate().map(|(k, measure)| (k, 1.0 / measure));
+        let areas = measures.iter().map(|measure| measure / whole).collect();
+        let samples = Samples::Bins(bins.collect());
+        Self { samples, areas, extremes: measures.len(), valley: None }
+    }
+
+    /// Samples half a bin apart along `segments`, or the bins that `valley` is read from.
+    pub fn lines(grid: Grid, segments: &[[[f64; 2]; 2]], valley: Valley) -> Self {
+        let samples = match &valley {
+            Valley::Bins(bins) => Samples::Bins(bins.iter().map(|bin| (*bin, 1.0)).collect()),
+            Valley::Fit(_) => Samples::Points(along(grid, segments)),
+        };
+        Self { valley: Some(valley), ..Self::even(samples) }
+    }
+
+    /// The bins of a rectangle, by their area inside; those with their middles inside come first.
+    pub fn rectangle(grid: Grid, [low, high]: [[f64; 2]; 2]) -> Self {
+        let rounding = 1e-9 * grid.bin_mm;
+        // Bin, length inside as a fraction of the bin, and whether the middle lies inside.
+        let line = |k: usize, count: usize| {
+            let half = 0.5 * grid.bin_mm;
+            let bins = (0..count).map(move |i| (i, grid.centre_mm(i, count)));
+            let parts = bins.map(move |(i, at)| {
+                let inside = (at + half).min(high[k]) - (at - half).max(low[k]);
+                let has_middle = at >= low[k] - rounding && at <= high[k] + rounding;
+                (i, inside / grid.bin_mm, has_middle)
+            });
+            parts.filter(|part| part.1 > 1e-9).collect::<Vec<_>>()
+        };
+        let (columns, rows) = (line(0, grid.columns), line(1, grid.rows));
+        let bins = rows.iter().flat_map(|(j, height, row)| {
+            let bin = move |(i, width, column): &(usize, f64, bool)| {
+                ((j * grid.columns + i, 1.0), width * height, *row && *column)
+            };
+            columns.iter().map(bin)
+        });
+        let (within, border): (Vec<_>, Vec<_>) = bins.partition(|(_, _, has_middle)| *has_middle);
+        let extremes = within.len();
+        let all = within.into_iter().chain(border);
+        let (bins, mut areas): (Vec<_>, Vec<_>) = all.map(|(bin, area, _)| (bin, area)).unzip();
+        let whole: f64 = areas.iter().sum();
+        for area in &mut areas {
+            *area /= whole;
+        }
+        Self { samples: Samples::Bins(bins), areas, extremes, valley: None }
+    }
+
+    /// Mean of `map` over the region.
+    pub fn mean(&self, map: &[f64]) -> f64 {
+        self.mean_of(&self.samples.values(map))
+    }
+
+    fn mean_of(&self, values: &[f64]) -> f64 {
+        values.iter().zip(&self.areas).map(|(value, area)| value * area).sum()
+    }
+
+    /// Covariance of the values of two maps over the region.
+    fn covariance(&self, a: &[f64], b: &[f64]) -> f64 {
+        let (mean_a, mean_b) = (self.mean_of(a), self.mean_of(b));
+        let products = a.iter().zip(b).zip(&self.areas);
+        products.map(|((a, b), area)| (a - mean_a) * (b - mean_b) * area).sum()
+    }
+
+    /// Levels of `map`; the peak of the whole map is `peak`.
+    pub fn levels(&self, map: &[f64], peak: f64) -> Levels {
+        self.levels_of(map, &self.samples.values(map), peak)
+    }
+
+    fn levels_of(&self, map: &[f64], values: &[f64], peak: f64) -> Levels {
+        let extremes = || values[..self.extremes].iter().copied();
+        Levels {
+            low: match &self.valley {
+                Some(valley) => valley.lowest(map).value(map),
+                None => extremes().fold(f64::INFINITY, f64::min),
+            },
+            high: match self.valley {
+                Some(_) => peak,
+                None => extremes().fold(f64::NEG_INFINITY, f64::max),
+            },
+            mean: self.mean_of(values),
+            variance: self.covariance(values, values),
+        }
+    }
+
+    /// Places of the extremes of `map`, whose largest bin is `peak`.
+    fn picks(&self, map: &[f64], values: &[f64], peak: usize) -> Picks {
+        let extremes = &values[..self.extremes];
+        match &self.valley {
+            Some(valley) => {
+                Picks { low: Pick::Valley(valley.lowest(map)), high: Sample::bin(peak, 1.0) }
+            }
+            None => Picks {
+                low: Pick::Sample(self.samples.get(smallest(extremes).0)),
+                high: self.samples.get(largest(extremes).0),
+            },
+        }
+    }
+
+    /// Levels of `map`, picked anew and at the places `held`.
+    fn both_levels(&self, map: &[f64], held: &Picks, peak: f64) -> [Levels; 2] {
+        let values = self.samples.values(map);
+        let anew = self.levels_of(map, &values, peak);
+        [anew, Levels { low: held.low.of(map), high: held.high.of(map), ..anew }]
+    }
+
+    /// What one of two halves has where the other has its extremes, and their covariance; no mean.
+    fn cross(&self, [a, b]: [&[f64]; 2], peaks: [usize; 2]) -> Levels {
+        let [of_a, of_b] = [a, b].map(|map| self.samples.values(map));
+        let (in_a, in_b) = (self.picks(a, &of_a, peaks[0]), self.picks(b, &of_b, peaks[1]));
+        Levels {
+            low: 0.5 * (in_a.low.of(b) + in_b.low.of(a)),
+            high: 0.5 * (in_a.high.of(b) + in_b.high.of(a)),
+            mean: 0.0,
+            variance: self.covariance(&of_a, &of_b),
+        }
+    }
+
+    /// What suffices for maps that hardly differ from `map`.
+    fn near(&self, map: &[f64]) -> Self {
+        Self { valley: self.valley.as_ref().map(|valley| valley.near(map)), ..self.clone() }
+    }
+}
+
+/// Samples half a bin apart along `segments`.
+fn along(grid: Grid, segments: &[[[f64; 2]; 2]]) -> Vec<Sample> {
+    let mut samples = Vec::new();
+    for [a, b] in segments {
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let count = (2.0 * length / grid.bin_mm).ceil().max(1.0) as usize;
+        samples.extend((0..count).map(|k| {
+            let s = (k as f64 + 0.5) / count as f64;
+            Sample::at(grid, [0, 1].map(|i| a[i] + s * (b[i] - a[i])))
+        }));
+    }
+    samples
+}
+
+/// Levels of regions of one map, as they are needed for estimates of functions of them.
+pub(crate) struct LevelEstimates {
+    /// Extremes of all paths; a fitted valley is the crossed one.
+    plain: Vec<Levels>,
+    /// Extremes that one half of the paths has where the other has its own.
+    crossed: Vec<Levels>,
+    /// Without each group, picked anew and held in place.
+    without: Vec<Vec<[Levels; 2]>>,
+    /// Change of the lowest value by one path more.
+    one_more: Vec<f64>,
+}
+
+impl LevelEstimates {
+    /// Of `map` by groups of paths.
+    pub fn new(regions: &[Sampled], map: &Grouped) -> Self {
+        let (peak_bin, peak) = largest(map.total());
+        let near: Vec<Sampled> = regions.iter().map(|region| region.near(map.total())).collect();
+        let of_total = |region: &Sampled| {
+            region.picks(map.total(), &region.samples.values(map.total()), peak_bin)
+        };
+        let picks: Vec<Picks> = near.iter().map(of_total).collect();
+        let groups = (0..map.count()).into_par_iter();
+        let without = groups.map(|g| {
+            let map = map.without(g);
+            let peak = largest(&map).1;
+            let both = near.iter().zip(&picks);
+            both.map(|(region, picks)| region.both_levels(&map, picks, peak)).collect()
+        });
+        let without = without.collect();
+        let mut plain: Vec<Levels> =
+            regions.iter().map(|region| region.levels(map.total(), peak)).collect();
+        let crossed = crossed(regions, map, &plain);
+        for ((plain, crossed), region) in plain.iter_mut().zip(&crossed).zip(regions) {
+            if let Some(Valley::Fit(_)) = region.valley {
+                plain.low = crossed.low;
+            }
+        }
+        let event = event(map);
+        let one_more = picks.iter().map(|picks| event * picks.low.concentration()).collect();
+        Self { plain, crossed, without, one_more }
+    }
+
+    /// The `figure` of levels of a region.
+    pub fn estimate(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> Estimate {
+        let crossed = &self.crossed[region];
+        let more = Levels { low: crossed.low + self.one_more[region], ..*crossed };
+        let (plain, crossed) = (figure(&self.plain[region]), figure(crossed));
+        let scatter = self.scatter(region, &figure).hypot(figure(&more) - crossed);
+        if plain.to_bits() == crossed.to_bits() {
+            return Estimate::new(plain, scatter);
+        }
+        Estimate::between(plain, crossed, scatter)
+    }
+
+    /// The root of the variance of a region over its mean.
+    pub fn variation(&self, region: usize) -> Estimate {
+        let squared = |levels: &Levels| match levels.mean {
+            0.0 => 0.0,
+            mean => levels.variance / (mean * mean),
+        };
+        let scatter = self.scatter(region, |levels| squared(levels).max(0.0));
+        Estimate::new(squared(&self.crossed[region]), scatter).sqrt()
+    }
+
+    fn scatter(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
+        let errors = [0, 1].map(|kind| {
+            let left_out = self.without.iter().map(|levels| figure(&levels[region][kind]));
+            spread(&left_out.collect::<Vec<f64>>())
+        });
+        errors[0].max(errors[1])
+    }
+}
+
+/// Means over halvings of what one half has where the other has its extremes, and of the covariance
+/// of both. Means are those of `plain`.
+fn crossed(regions: &[Sampled], map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
+    let of_split = |split| {
+        let [a, b] = map.halves(split);
+        let peaks = [largest(&a).0, largest(&b).0];
+        regions.iter().map(|region| region.cross([&a, &b], peaks)).collect::<Vec<_>>()
+    };
+    let segments = regions.iter().filter_map(|r| r.valley.as_ref().map(Valley::segments));
+    let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(1);
+    let halvings: Vec<usize> = map.halvings().take(affordable).collect();
+    let of_splits: Vec<Vec<Levels>> = halvings.into_par_iter().map(of_split).collect();
+    let mean_of = |region: usize, level: fn(&Levels) -> f64| {
+        of_splits.iter().map(|all| level(&all[region])).sum::<f64>() / of_splits.len() as f64
+    };
+    let mean = |(region, plain): (usize, &Levels)| Levels {
+        low: mean_of(region, |levels| levels.low),
+        high: mean_of(region, |levels| levels.high),
+        mean: plain.mean,
+        variance: mean_of(region, |levels| levels.variance),
+    };
+    plain.iter().enumerate().map(mean).collect()
+}
+
+/// Most segments that are searched in halves of the paths, over all halvings.
+const MAX_SEGMENTS_READ: usize = 16_384;
+
+/// Power of one path in a bin of `map`, in its unit: the variance of all bins over their sum, as of
+/// counts. Every 16th bin of large maps is looked at.
+fn event(map: &Grouped) -> f64 {
+    let step = (map.total().len() / 65_536).clamp(1, 16);
+    let n = map.count() as f64;
+    let (mut squares, mut sum) = (0.0, 0.0);
+    for bin in (0..map.total().len()).step_by(step) {
+        let mean = map.total()[bin] / n;
+        let deviations = (0..map.count()).map(|g| (map.group(g)[bin] - mean).powi(2));
+        squares += deviations.sum::<f64>() * n / (n - 1.0);
+        sum += map.total()[bin];
+    }
+    if sum > 0.0 { squares / sum } else { 0.0 }
+}

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The cell between the outermost LEDs, and the points in it.
+
+use crate::illuminance::Grid;
+use crate::layout::Layout;
+use crate::sampled::{Sample, Sampled};
+
+/// Positions in the unit square: the middles of 3 × 3 parts, then a point in every corner.
+pub(super) const POINTS: [[f64; 2]; 13] = {
+    const L: f64 = 1.0 / 6.0;
+    const M: f64 = 0.5;
+    const H: f64 = 5.0 / 6.0;
+    [
+        [L, L],
+        [M, L],
+        [H, L],
+        [L, M],
+        [M, M],
+        [H, M],
+        [L, H],
+        [M, H],
+        [H, H],
+        [0.05, 0.05],
+        [0.95, 0.05],
+        [0.05, 0.95],
+        [0.95, 0.95],
+    ]
+};
+
+/// Corners of the rectangle between the outermost LED axes, mm.
+pub fn cell(layout: &Layout) -> Option<[[f64; 2]; 2]> {
+    let first = *layout.axes_mm.first()?;
+    let grow = |[low, high]: [[f64; 2]; 2], axis: &[f64; 2]| {
+        [[low[0].min(axis[0]), low[1].min(axis[1])], [high[0].max(axis[0]), high[1].max(axis[1])]]
+    };
+    Some(layout.axes_mm.iter().fold([first; 2], grow))
+}
+
+/// The cell, if it is at least two bins of `grid` wide.
+pub(super) fn cell_on(grid: Grid, layout: &Layout) -> Option<[[f64; 2]; 2]> {
+    cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
+}
+
+/// The cell as a region of maps.
+#[derive(Debug, Clone)]
+pub struct Cell(Sampled);
+
+impl Cell {
+    /// The cell of `layout` on `grid`; `None` where it is not two bins wide.
+    pub fn new(grid: Grid, layout: &Layout) -> Option<Self> {
+        cell_on(grid, layout).map(|corners| Self(Sampled::rectangle(grid, corners)))
+    }
+
+    /// Mean of `map`.
+    pub fn mean(&self, map: &[f64]) -> f64 {
+        self.0.mean(map)
+    }
+}
+
+/// Values of `map` at the nine points of the cell, at all phases of the pitch where they see one;
+/// `None` without a cell.
+pub fn nine_points(grid: Grid, layout: &Layout, map: &[f64]) -> Option<Vec<f64>> {
+    let places = over_phases(layout, cell_on(grid, layout)?, &POINTS[..9]);
+    Some(places.into_iter().map(|at| Sample::at(grid, at).of(map)).collect())
+}
+
+/// Positions in a pitch that count as one.
+const SAME_PHASE: f64 = 0.1;
+
+/// Positions in a pitch at which points are read that see one phase of it alone.
+const PHASES: usize = 12;
+
+/// True of columns and of rows if the nine points see one phase of the pitch there. A phase and its
+/// mirror image are one. LEDs that do not stand in rows and columns have no phase.
+fn one_phase(layout: &Layout) -> [bool; 2] {
+    let is_one = |count: usize| {
+        let phase = |u: f64| {
+            let place = (u * (count as f64 - 1.0)).rem_euclid(1.0);
+            place.min(1.0 - place)
+        };
+        let phases = [POINTS[0][0], POINTS[1][0]].map(phase);
+        count > 1 && (phases[0] - phases[1]).abs() < SAME_PHASE
+    };
+    layout.counts().map_or([false; 2], |counts| counts.map(is_one))
+}
+
+/// True if the nine and thirteen points lie at one phase of the pitch, along rows or columns, and are
+/// read at all phases for that reason.
+pub fn sees_one_phase(layout: &Layout) -> bool {
+    one_phase(layout).contains(&true)
+}
+
+/// Places of `points` of the cell; where they see one phase of the pitch, at all phases of it.
+pub(super) fn over_phases(
+    layout: &Layout,
+    [low, high]: [[f64; 2]; 2],
+    points: &[[f64; 2]],
+) -> Vec<[f64; 2]> {
+    let counts = layout.counts().unwrap_or([1; 2]);
+    let shifts = [0, 1].map(|k| {
+        if !one_phase(layout)[k] {
+            return vec![0.0];
+        }
+        let pitch = (high[k] - low[k]) / (counts[k] as f64 - 1.0);
+        let shift = |phase| pitch * (phase as f64 / PHASES as f64 - 0.5);
+        (0..PHASES).map(shift).collect()
+    });
+    let place = |u: f64, k: usize, shift: f64| {
+        (low[k] + u * (high[k] - low[k]) + shift).clamp(low[k], high[k])
+    };
+    let all = points.iter().flat_map(|[u, v]| {
+        let of_row = shifts[1].iter().map(move |y| (u, v, y));
+        of_row.flat_map(|(u, v, y)| shifts[0].iter().map(move |x| (*u, *v, *x, *y)))
+    });
+    all.map(|(u, v, x, y)| [place(u, 0, x), place(v, 1, y)]).collect()
+}
