@@ -50,4 +50,3 @@ pub mod optimise;
 pub mod ring_slopes;
 pub mod study;
 pub mod tolerance;
-mod whole_number;

@@ -8,7 +8,6 @@ use design::serde_arrays::List;
 use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
-use crate::whole_number;
 
 /// A whole problem file.
 #[derive(Debug, Clone, Deserialize)]
@@ -50,7 +49,6 @@ pub struct VariableKeys {
     /// A profile instead of a key.
     pub profile: Option<Profile>,
     /// Coefficients of the profile; absent: one for each ring.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub knots: Option<usize>,
     /// First and last ring of a profile over rings; absent: all.
     pub rings: Option<List<usize, 2>>,
@@ -109,7 +107,6 @@ pub struct ObjectiveKeys {
     /// Tolerance file, relative to the problem file, over whose deviations the objective is taken.
     pub tolerances: Option<String>,
     /// Packages that are drawn for each candidate.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub samples: Option<usize>,
     /// Standard deviations from package to package that are added to the mean.
     pub deviations: Option<f64>,
@@ -211,24 +208,18 @@ pub struct StageKeys {
     #[serde(default)]
     pub method: Method,
     /// Coefficients of every profile of rings, instead of its own.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub knots: Option<usize>,
     /// Most candidates.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub evaluations: Option<usize>,
     /// Number of runs of CMA-ES.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub restarts: Option<usize>,
     /// Candidates of a generation.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub population: Option<usize>,
     /// Standard deviation at the start, as a share of each variable's range.
     pub step: Option<f64>,
     /// Paths of the first traces.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub paths: Option<u64>,
     /// Most paths of a trace.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub most_paths: Option<u64>,
     /// Keys of the design that hold for the traces of the stage alone.
     #[serde(default)]
@@ -242,9 +233,7 @@ pub struct VerificationKeys {
     /// Models; absent: those of the stages.
     pub models: Option<Vec<Model>>,
     /// Paths of each trace; absent: those of the design.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub paths: Option<u64>,
     /// Packages that are drawn of each design; absent: those of the objective.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub samples: Option<usize>,
 }

@@ -10,7 +10,6 @@ use design::serde_arrays::List;
 use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
-use crate::whole_number;
 
 /// A whole study file.
 #[derive(Debug, Clone, Deserialize)]
@@ -26,7 +25,6 @@ pub struct StudyFile {
     /// Models of each design.
     pub models: Vec<Model>,
     /// Paths of each trace; those of the designs if absent.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub paths: Option<u64>,
     /// Arrangement of the levels of the factors.
     #[serde(default)]
@@ -45,10 +43,10 @@ pub struct StudyFile {
     #[serde(default)]
     pub setups: Vec<ExplicitSetup>,
     /// Numbers of paths of short runs that each trace is cut into.
-    #[serde(default, deserialize_with = "whole_number::list")]
+    #[serde(default)]
     pub short_runs: Vec<u64>,
     /// Traces of each model, each with its own seed, that short runs are cut from.
-    #[serde(default = "one", deserialize_with = "whole_number::one")]
+    #[serde(default = "one")]
     pub short_run_traces: u64,
     /// Probes of single elements.
     #[serde(default)]

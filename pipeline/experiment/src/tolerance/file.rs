@@ -9,7 +9,6 @@ use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
 use crate::ring_slopes::Side;
-use crate::whole_number;
 
 /// A whole tolerance file.
 #[derive(Debug, Clone, Deserialize)]
@@ -28,10 +27,8 @@ pub struct ToleranceFile {
     /// Model of the traces; absent: rays on the relief.
     pub model: Option<Model>,
     /// Number of samples.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub samples: Option<usize>,
     /// Paths of each sample's trace; absent: those of the design.
-    #[serde(default, deserialize_with = "whole_number::maybe")]
     pub paths: Option<u64>,
     /// Figures that are reported; absent: all.
     pub figures: Option<Vec<String>>,
