@@ -120,6 +120,10 @@ fn uniformity(text: &mut String, model: &ModelResult) {
     if let Some(figure) = model.figure(UNIFORMITY.key) {
         line(text, "as the design reads it", &shown::text(&figure.entry, figure.unit));
     }
+    let is_open = |f: &Figure| f.entry.interval.is_some() && f.entry.bias_bound.is_some();
+    if model.figures.iter().any(is_open) {
+        text.push_str("  from ... to: not resolved by so few paths a bin; more paths, wider bins and smoothing help\n");
+    }
 }
 
 fn far_field(text: &mut String, model: &ModelResult) {

@@ -25,7 +25,8 @@ pub struct FigureEntry {
     /// degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_range_deg: Option<[f64; 2]>,
-    /// Of a figure that is known between two ends alone, such as a peak that is a bin: these ends.
+    /// Of a figure that is known between two ends alone, a peak that is a bin or an extreme that is
+    /// not resolved: these ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
     /// Of a value of 0 that is no more than not seen: the bound below which it lies, with 95 %
@@ -70,6 +71,12 @@ impl FigureEntry {
         }
     }
 
+    /// The same with an interval that ends at `most`.
+    #[must_use]
+    pub fn at_most(self, most: f64) -> Self {
+        Self { interval: self.interval.map(|[low, high]| [low, high.min(most)]), ..self }
+    }
+
     /// A figure that has this estimate and nothing else.
     pub fn new(estimate: Estimate) -> Self {
         Self {
@@ -78,7 +85,8 @@ impl FigureEntry {
             bias_bound: estimate.bias_bound,
             peak_place: PeakPlace::OffAxis,
             peak_range_deg: None,
-            interval: None,
+            // Extremes are of light, which is not negative.
+            interval: estimate.interval().map(|[low, high]| [low.max(0.0), high]),
             upper_bound: upper_bound(estimate.value, estimate.standard_error),
             valley_at_mm: None,
             peak_at_mm: None,

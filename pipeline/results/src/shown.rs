@@ -29,7 +29,9 @@ pub fn in_words(entry: &FigureEntry, unit: Unit) -> Option<String> {
         return Some(words.to_owned());
     }
     if let Some([low, high]) = entry.interval {
-        return Some(format!("{} to {}", shortest(low * scale), shortest(high * scale)));
+        let step = 10f64.powi(((high - low) * scale).log10().floor() as i32 - 1);
+        let [low, high] = [low, high].map(|end| rounded(end * scale, step));
+        return Some(format!("{} to {}", shortest(low), shortest(high)));
     }
     entry.upper_bound.map(|bound| format!("below {}", two_digits(bound * scale)))
 }
@@ -85,6 +87,15 @@ pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static s
     })
 }
 
+/// `value` to the nearest multiple of `step`, a power of ten, in as few digits as that takes.
+fn rounded(value: f64, step: f64) -> f64 {
+    if step < 1.0 {
+        (value / step).round() / (1.0 / step).round()
+    } else {
+        (value / step).round() * step
+    }
+}
+
 /// A bound to two digits, rounded up.
 fn two_digits(bound: f64) -> String {
     let unit = 10f64.powi(bound.log10().floor() as i32 - 1);
@@ -108,6 +119,8 @@ mod tests {
         assert_eq!(of(plain(20.1, 0.3), Unit::Degree), "20.10 ± 0.30 °");
         let bin = FigureEntry { interval: Some([17.5, 22.5]), ..plain(20.0, 0.0) };
         assert_eq!(of(bin, Unit::Degree), "17.5 to 22.5 °");
+        let noisy = Estimate::between(0.0, 0.873, 0.05);
+        assert_eq!(of(FigureEntry::new(noisy).at_most(1.0), Unit::Fraction), "0 to 88 %");
         let axial = FigureEntry { peak_place: PeakPlace::OnAxis, ..bin };
         assert_eq!(of(axial, Unit::Degree), "none (maximum on axis)");
         assert_eq!(of(plain(0.0, 2.5e-7), Unit::Watt), "below 7.5e-7 W");

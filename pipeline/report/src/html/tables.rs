@@ -68,8 +68,10 @@ impl FigureOfMerit<'_> {
         let mut after = Vec::new();
         let mut note =
             |words: String, wrap: bool| after.push(json!({"words": words, "wrap": wrap}));
-        if let Some(bound) = e.bias_bound.filter(|b| *b > SEEN * e.standard_error) {
-            note(format!("bias below {}", short(two_digits(bound * scale))), false);
+        match e.bias_bound.filter(|b| *b > SEEN * e.standard_error) {
+            Some(_) if e.interval.is_some() => note("not resolved".to_owned(), false),
+            Some(bound) => note(format!("bias below {}", short(two_digits(bound * scale))), false),
+            None => {}
         }
         if let Some(error) = e.wavelength_error.filter(|_| noise.is_none()) {
             let error = FigureEntry::new(error);
