@@ -29,8 +29,8 @@ use report::plots::{FarField, Heading, far_field_cartesian, far_field_polar};
 use results::ModelResult;
 use results::earlier::Earlier;
 use simulate::absolute::absolute;
+use simulate::model_writer::{ModelWriter, Output};
 use simulate::observation::{Observation, curve};
-use simulate::run::{ModelWriter, Output};
 use simulate::symmetry::{cuts, symmetry};
 use simulate::units::Units;
 

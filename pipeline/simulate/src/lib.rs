@@ -4,7 +4,7 @@
 //! In: a checked [`design::Design`], a [`model::Model`], a cache of tables and a
 //! [`RunContext`](files::run_context::RunContext). Out: an [`observation::Observation`] (sums of
 //! the receivers by groups of paths), the figures of merit that follow from it, and the results
-//! data of [`run::Run`]. Files of a model are written by the [`run::ModelWriter`] that the caller
+//! data of [`run::Run`]. Files of a model are written by the [`model_writer::ModelWriter`] that the caller
 //! passes; nothing is drawn here.
 //!
 //! ```
@@ -41,7 +41,7 @@
 //! | [`model_traces`] | traces of many designs without files |
 //! | [`paths`], [`paths_3d`], [`package_drawing`], [`description`], [`package`] | the package in lines, words and a few paths |
 //! | [`bodies`] | the package as triangle meshes |
-//! | [`run`], [`model_result`] | the recipe of a run, and its results |
+//! | [`run`], [`model_writer`], [`model_result`] | the recipe of a run, its writer of files, its results |
 
 pub mod absolute;
 pub mod bodies;
@@ -52,6 +52,7 @@ pub mod job;
 pub mod model;
 pub mod model_result;
 pub mod model_traces;
+pub mod model_writer;
 pub mod observation;
 pub mod package;
 pub mod package_drawing;

@@ -5,6 +5,7 @@
 mod known;
 mod map_reader;
 mod missing;
+mod reader;
 mod readers;
 
 use std::borrow::Cow;
@@ -21,7 +22,7 @@ use metrics::figures::{self, CENTRE_TO_PEAK, NamedFigure, PEAK_ANGLE, UNIFORMITY
 use metrics::hits::with_one_path;
 use metrics::illuminance::{Grid, coarser, smoothed};
 use metrics::layout::Layout;
-use metrics::quantity::Curve;
+use metrics::quantity::{Curve, Unit};
 use metrics::uniformity::{ValleyReading, bin_by_bin};
 use metrics::uniformity_forms::nine_points;
 use metrics::{Estimate, Grouped, JackknifedFigure, changes};
@@ -29,8 +30,9 @@ use results::Figure;
 use results::figure_entry::FigureEntry;
 
 pub use self::known::check_figure;
+use self::reader::{Column, Reader};
 pub(super) use self::readers::of_one_path;
-use self::readers::{Column, Reader, readers};
+use self::readers::readers;
 use super::symmetry;
 
 /// Values by the keys of figures.
@@ -320,6 +322,26 @@ impl Observation {
         })
     }
 
+    /// The figures that are `wanted` as [`Observation::estimates`] reads them, with the replicates of
+    /// [`Observation::replicated`] for paired changes.
+    pub fn estimated_replicates(
+        &self,
+        design: &Design,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Vec<(String, JackknifedFigure)> {
+        let read = self.replicated(design, &wanted);
+        let figures = self.estimates(design, wanted).into_iter().filter_map(|f| {
+            let (_, found) = read.iter().find(|(key, _)| *key == f.key)?;
+            let figure = JackknifedFigure {
+                value: f.entry.value,
+                standard_error: f.entry.standard_error,
+                without: found.without.clone(),
+            };
+            Some((f.key.into_owned(), figure))
+        });
+        figures.collect()
+    }
+
     /// The figures of `results.json`, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
         let is_main = |key: &str| figures::find(key).is_some_and(|figure| figure.is_main());
@@ -344,6 +366,10 @@ impl Observation {
                 let is_known = entry.value.is_finite() && entry.standard_error.is_finite();
                 if is_known && wanted(&figure.key) {
                     let NamedFigure { key, label, definition } = figure;
+                    let entry = match definition.unit {
+                        Unit::Fraction => entry.at_most(1.0),
+                        _ => entry,
+                    };
                     all.push(Figure {
                         key,
                         label,
@@ -383,7 +409,7 @@ impl Observation {
         let layout = layout(design);
         let read = |map: &[f64]| nine_points(self.grid, &layout, map);
         read(self.illuminance.total())?;
-        let of_group = |map: &[f64]| read(map).map_or_else(Vec::new, Vec::from);
+        let of_group = |map: &[f64]| read(map).unwrap_or_default();
         Some(self.illuminance.map(of_group))
     }
 

@@ -13,10 +13,10 @@ use results::package::{FILE, PackageFile};
 use results::ray_paths::TracedPath;
 
 use super::description::description;
+use super::model_writer::Output;
 use super::package_drawing::package_drawing;
 use super::paths::paths;
 use super::paths_3d::{WavelengthScene, paths_3d};
-use super::run::Output;
 
 /// Paths in the plane of the section.
 const IN_SECTION: u64 = 120;

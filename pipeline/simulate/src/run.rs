@@ -2,7 +2,6 @@
 //! The recipe of a run: tables → scene → trace → figures → files, for each model of a design.
 
 use std::borrow::Cow;
-use std::path::Path;
 
 use anyhow::Result;
 
@@ -13,7 +12,7 @@ use files::run_context::RunContext;
 use results::ModelResult;
 
 use super::model::Model;
-use super::observation::Observation;
+use super::model_writer::{Destination, Output};
 use super::paths_3d::WavelengthScene;
 use super::spectral::SpectralJob;
 use super::stopping_rule::{self, StoppingRule};
@@ -21,46 +20,6 @@ use super::tables::{DesignTables, tables};
 use super::trace_plan::TracePlan;
 use super::units::Units;
 use super::{model_result, package};
-
-/// Design, units and directory of the files of a model.
-#[derive(Clone, Copy)]
-pub struct Output<'a> {
-    /// The design.
-    pub design: &'a Design,
-    /// Units of far fields and maps.
-    pub units: Units,
-    /// Directory of results.
-    pub out: &'a Path,
-}
-
-/// Writer of the files of a model: maps, sections, pictures, receivers.
-pub trait ModelWriter: Sync {
-    /// Writes the files of `observation` and lists them in `result`. An owned observation loses
-    /// its receivers, to free their memory.
-    ///
-    /// # Errors
-    /// A ledger that does not add up; files that cannot be written.
-    fn write(
-        &self,
-        output: Output,
-        result: &mut ModelResult,
-        observation: &mut Cow<'_, Observation>,
-        context: RunContext,
-    ) -> Result<()>;
-
-    /// Writes the azimuthal means at every wavelength (source, nm, observation) and of their
-    /// `sum`, each per flux that the sources emit there, and lists the files in `result`.
-    ///
-    /// # Errors
-    /// Files that cannot be written.
-    fn write_by_wavelength(
-        &self,
-        output: Output,
-        result: &mut ModelResult,
-        nodes: &[(Option<&str>, f64, &Observation)],
-        sum: &Observation,
-    ) -> Result<()>;
-}
 
 /// A design to be run.
 pub struct Run<'a> {
@@ -72,15 +31,6 @@ pub struct Run<'a> {
     pub stopping_rule: Option<&'a StoppingRule>,
     /// Cache of tables.
     pub cache: Option<&'a Cache>,
-}
-
-/// Directory of results, and the writer of the files of each model there.
-#[derive(Clone, Copy)]
-pub struct Destination<'a> {
-    /// Directory of results.
-    pub out: &'a Path,
-    /// Writer of the files of each model.
-    pub writer: &'a dyn ModelWriter,
 }
 
 impl Run<'_> {

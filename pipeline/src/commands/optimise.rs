@@ -28,7 +28,7 @@ use results::published::Published;
 use results::schema::PaperFigures;
 use simulate::job::SharedWork;
 use simulate::model_result;
-use simulate::run::Destination;
+use simulate::model_writer::Destination;
 
 use super::outputs::{results_writable, writable};
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};

@@ -18,7 +18,8 @@ use results::{DesignResult, QUICK_NOTE, Results};
 use simulate::job::{Job, SharedWork, Task};
 use simulate::model::Model;
 use simulate::model_result;
-use simulate::run::{Destination, Run};
+use simulate::model_writer::Destination;
+use simulate::run::Run;
 use simulate::tables::{DesignTables, tables};
 use simulate::trace_plan::TracePlan;
 

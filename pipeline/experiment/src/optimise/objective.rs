@@ -246,7 +246,12 @@ impl Objective {
     ) -> Result<Evaluation> {
         let wanted = self.wanted();
         let wanted_key = |key: &str| all || wanted.iter().any(|w| registered(w) == key);
-        let read = seen.replicated(design, wanted_key);
+        let read: Vec<(String, JackknifedFigure)> = if all {
+            seen.estimated_replicates(design, wanted_key)
+        } else {
+            let read = seen.replicated(design, wanted_key).into_iter();
+            read.map(|(key, figure)| (key.into_owned(), figure)).collect()
+        };
         let figure = |key: &str| -> Result<JackknifedFigure> {
             if let Some(target) = self.targets.get(key) {
                 return target.distance(seen);
@@ -264,7 +269,7 @@ impl Objective {
         };
         let figures = wanted.iter().map(|key| Ok(((*key).to_owned(), figure(key)?)));
         let mut figures: Vec<(String, JackknifedFigure)> = figures.collect::<Result<_>>()?;
-        for (key, figure) in read.into_iter().map(|(key, figure)| (key.to_string(), figure)) {
+        for (key, figure) in read {
             let is_finite = figure.value.is_finite() && figure.standard_error.is_finite();
             if is_finite && figures.iter().all(|(known, _)| *known != key) {
                 figures.push((key, figure));

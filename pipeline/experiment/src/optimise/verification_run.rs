@@ -9,7 +9,8 @@ use files::cache::Cache;
 use files::run_context::RunContext;
 use results::DesignResult;
 use simulate::model::Model;
-use simulate::run::{Destination, Run};
+use simulate::model_writer::Destination;
+use simulate::run::Run;
 use simulate::seeds::mix;
 use simulate::trace_plan::TracePlan;
 

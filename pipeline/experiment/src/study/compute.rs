@@ -355,17 +355,7 @@ impl TraceTask {
             let besides = study.targets.besides();
             let is_main = |key: &str| figures::find(key).is_some_and(|figure| figure.is_main());
             let wanted = |key: &str| is_main(key) || besides.contains(key);
-            let read = observation.replicated(design, wanted);
-            let figures = observation.estimates(design, wanted).into_iter().filter_map(|f| {
-                let (_, found) = read.iter().find(|(key, _)| *key == f.key)?;
-                let figure = JackknifedFigure {
-                    value: f.entry.value,
-                    standard_error: f.entry.standard_error,
-                    without: found.without.clone(),
-                };
-                Some((f.key.into_owned(), figure))
-            });
-            return figures.collect();
+            return observation.estimated_replicates(design, wanted);
         }
         let probes = study.probes[self.probes.clone()].iter().map(|probe| {
             let share = |powers: &[f64]| -> f64 {

@@ -141,8 +141,10 @@ fn figures(
     }
     let seen = traces.observe(&design, DomeChoice::Model(analysis.model), "", context)?;
     let wanted = |key: &str| analysis.figures.iter().any(|figure| figure == key);
-    let figures = seen.replicated(&design, wanted).into_iter();
-    let figures: Figures =
-        figures.map(|(key, figure)| (key.into_owned(), figure.estimate())).collect();
-    Ok(figures)
+    let figures = seen.estimates(&design, wanted).into_iter().map(|figure| {
+        let estimate = figure.entry.estimate();
+        // Of the noise of a trace, which other paths would show.
+        (figure.key.into_owned(), Estimate::new(estimate.value, estimate.scatter()))
+    });
+    Ok(figures.collect())
 }

@@ -9,13 +9,13 @@ use std::borrow::Cow;
 use design::Design;
 use design::schema::Zero;
 use metrics::figures::{self, PAPERS_MAP, UNIFORMITY_DIAGONAL};
-use metrics::illuminance::coarser;
-use metrics::uniformity::{MapReading, Places, above_smallest, smallest_bin};
+use metrics::illuminance::{coarser, smallest};
+use metrics::uniformity::{MapReading, Places, above_smallest};
 use metrics::uniformity_forms::{Regions, Uniformity};
 use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
 
-use super::readers::{Column, Reader};
+use super::reader::{Column, Reader};
 use super::{Observation, layout, reading};
 
 /// Reads figures from maps of one design.
@@ -42,7 +42,7 @@ impl MapReader {
         );
         let smallest = match design.receiver.zero {
             Zero::Dark => None,
-            Zero::Smallest => Some(smallest_bin(total)),
+            Zero::Smallest => Some(smallest(total).0),
         };
         Self { regions: Regions::new(&reading), reading, smallest, together }
     }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One reader for each source of figures: it names them, takes their sums from an observation, and
-//! reads values from sums, all in one order.
+//! One reader for each source of figures.
 
 use std::borrow::Cow;
 
@@ -18,72 +17,15 @@ use metrics::figures::{
 use metrics::illuminance::Grid;
 use metrics::layout::Layout;
 use metrics::quantity::Unit;
-use metrics::uniformity_forms::mean_over_cell;
-use metrics::{Estimate, Grouped, JackknifedFigure, colour_difference};
-use rayon::prelude::*;
+use metrics::uniformity_forms::Cell;
+use metrics::{Estimate, Grouped, colour_difference};
 use results::figure_entry::FigureEntry;
 use tracer::Measurement;
 
 use super::map_reader::MapReader;
+use super::reader::{Column, Reader};
 use super::{Observation, far_field_reading, layout};
 use crate::units::Units;
-
-/// A figure that a reader reads per watt emitted, and the factor to its unit.
-pub(super) struct Column {
-    pub figure: NamedFigure,
-    pub factor: f64,
-}
-
-impl Column {
-    /// A figure in the units of the light.
-    fn new(figure: impl Into<NamedFigure>, unit: Unit, units: &Units) -> Self {
-        let mut figure = figure.into();
-        let (unit, factor) = units.of_unit(unit);
-        figure.definition.unit = unit;
-        Self { figure, factor }
-    }
-
-    /// A figure as it is read.
-    pub fn plain(figure: impl Into<NamedFigure>) -> Self {
-        Self { figure: figure.into(), factor: 1.0 }
-    }
-}
-
-/// Reader of the figures of one source.
-pub(super) trait Reader: Sync {
-    /// The figures, in the order of values and entries.
-    fn columns(&self) -> Vec<Column>;
-
-    /// The sums that they are read from; `None` where nothing was recorded.
-    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>>;
-
-    /// Values of one set of sums; NaN of a figure that it has not.
-    fn values(&self, sums: &[f64]) -> Vec<f64>;
-
-    /// Values with errors and states.
-    fn entries(&self, sums: &Grouped) -> Vec<FigureEntry> {
-        let all = self.replicates(sums).into_iter();
-        all.map(|figure| FigureEntry::new(figure.estimate())).collect()
-    }
-
-    /// Values of the totals and without each group.
-    fn replicates(&self, sums: &Grouped) -> Vec<JackknifedFigure> {
-        let groups = (0..sums.count()).into_par_iter();
-        let rows: Vec<Vec<f64>> = groups.map(|g| self.values(&sums.without(g))).collect();
-        let all = self.values(sums.total()).into_iter().enumerate();
-        all.map(|(i, value)| {
-            let without = rows.iter().map(|row| row.get(i).copied().unwrap_or(value));
-            JackknifedFigure::new(value, without.collect())
-        })
-        .collect()
-    }
-
-    /// Change of each value that is a sum by one path of this power, 0 of others and of sums that
-    /// no path can reach; ends where no further figure is a sum.
-    fn one_path(&self, _power: f64) -> Vec<f64> {
-        Vec::new()
-    }
-}
 
 /// The readers of `seen` that read a figure which is `wanted`.
 pub(super) fn readers<'a>(
@@ -113,7 +55,7 @@ pub(super) fn readers<'a>(
         all.push(Box::new(LedgerReader { accounts: &seen.accounts, design, units }));
     }
     if any(Source::Illuminance) && design.emitted.is_some() {
-        all.push(Box::new(IlluminanceReader { grid: seen.grid, layout: layout(design), units }));
+        all.push(Box::new(IlluminanceReader::new(seen.grid, layout(design), units)));
     }
     let receivers = design.receivers.iter().enumerate();
     let receivers = receivers.filter_map(|(k, r)| ReceiverReader::new(k, r, units));
@@ -291,7 +233,14 @@ pub fn of_one_path(design: &Design, account: &str, power: f64) -> f64 {
 struct IlluminanceReader {
     grid: Grid,
     layout: Layout,
+    cell: Option<Cell>,
     units: Units,
+}
+
+impl IlluminanceReader {
+    fn new(grid: Grid, layout: Layout, units: Units) -> Self {
+        Self { cell: Cell::new(grid, &layout), grid, layout, units }
+    }
 }
 
 impl Reader for IlluminanceReader {
@@ -307,8 +256,8 @@ impl Reader for IlluminanceReader {
         let axes = &self.layout.axes_mm;
         let above = axes.iter().map(|[x, y]| self.grid.at(map, *x, *y)).sum::<f64>();
         let peak = map.iter().copied().fold(0.0, f64::max);
-        let mean = mean_over_cell(self.grid, &self.layout, map);
-        vec![above / axes.len() as f64, peak, mean.unwrap_or(f64::NAN)]
+        let mean = self.cell.as_ref().map_or(f64::NAN, |cell| cell.mean(map));
+        vec![above / axes.len() as f64, peak, mean]
     }
 
     fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {
@@ -340,7 +289,7 @@ impl<'a> ReceiverReader<'a> {
             Measurement::Plane(_) | Measurement::FarField(_) => 1,
         };
         let measures = summed(&detector.measures()[..detector.places()], directions);
-        Some(Self { number, receiver, units, directions, bins: Bins::new(measures) })
+        Some(Self { number, receiver, units, directions, bins: Bins::new(&measures) })
     }
 }
 
