@@ -239,12 +239,13 @@ fn broken_symmetries_shift_no_figure_by_themselves() {
         [&figure["nominal"], &figure["shift"]]
             .map(|of| (number(&of["value"]), number(&of["standard_error"])))
     };
-    let [(averaged, _), (shift, error)] = analysed(&text);
+    let [(averaged, of_averaged), (shift, error)] = analysed(&text);
     assert!(shift.abs() < 4.0 * error, "{shift} ± {error}");
-    // Without averages the design itself reads lower by far more.
+    // Without averages the design itself reads the same: extremes of noisier maps are not biased.
     let without = text.replace("[0.0, 0.0] }", "[0.0, 0.0], \"receiver.average\" = \"none\" }");
-    let [(plain, _), _] = analysed(&without);
-    assert!(averaged - plain > 4.0 * error, "{averaged} {plain} ± {error}");
+    let [(plain, of_plain), _] = analysed(&without);
+    let error = of_averaged.hypot(of_plain);
+    assert!((averaged - plain).abs() < 4.0 * error, "{averaged} {plain} ± {error}");
 }
 
 fn report(folder: &Path, arguments: &[&str]) -> (bool, String) {
