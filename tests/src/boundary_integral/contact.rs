@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Whether a surface of straight sides touches itself or its images in other periods.
 
-use super::outline::{direction, following, length};
-use super::trace::{Piece, Point, SAME};
+use super::sides::{Piece, Point, SAME, direction, following, length};
 
 /// A point where sides that are no neighbours meet, of a surface and its images one and two periods
 /// on.

@@ -107,3 +107,13 @@ pub enum IntegralError {
         most: usize,
     },
 }
+
+/// Refuses a number that is not finite and above 0.
+pub(super) fn positive(what: &'static str, got: f64) -> Result<(), IntegralError> {
+    if got.is_finite() && got > 0.0 { Ok(()) } else { Err(IntegralError::Positive { what, got }) }
+}
+
+/// The error of an outline that makes no surface.
+pub(super) fn outline(problem: impl Into<String>) -> IntegralError {
+    IntegralError::Outline { problem: problem.into() }
+}

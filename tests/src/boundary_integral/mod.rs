@@ -45,6 +45,7 @@ mod kernel;
 mod lattice;
 mod nodes;
 mod outline;
+mod sides;
 mod solution;
 mod solve;
 mod trace;

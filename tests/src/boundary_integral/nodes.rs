@@ -12,7 +12,8 @@
 //! that distances across a corner keep all digits.
 
 use super::error::IntegralError;
-use super::outline::{Outline, Shape, direction, following, height, length};
+use super::outline::{Outline, Shape, height};
+use super::sides::{direction, following, length};
 use std::f64::consts::{PI, TAU};
 
 /// How finely the surface is resolved.

@@ -6,15 +6,14 @@
 //! the next period, with the top medium on that side of it on which z is smaller where the curve
 //! runs along +x. It may overhang; it must not touch itself (`contact.rs`).
 
-use super::error::IntegralError;
+use super::error::{IntegralError, outline, positive};
+use super::sides::{direction, following, length};
 use super::{contact, trace};
 use rcwa::relief::Relief;
 use std::f64::consts::TAU;
 
 /// Sides that turn by less than this (sine of the angle) are one.
 const STRAIGHT: f64 = 1e-9;
-/// Indices that differ by less than this fraction are those of one medium.
-const SAME_INDEX: f64 = 1e-12;
 
 /// One period of a surface; a value that exists is valid.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,33 +127,4 @@ pub(super) fn height(coefficients: &[[f64; 2]], period: f64, x: f64) -> [f64; 3]
         sums[2] -= k * k * (a * cos + b * sin);
     }
     sums
-}
-
-/// The corner after corner `i`, in the next period after the last.
-pub(super) fn following(corners: &[[f64; 2]], period: f64, i: usize) -> [f64; 2] {
-    corners.get(i + 1).copied().unwrap_or([corners[0][0] + period, corners[0][1]])
-}
-
-/// Unit vector from `a` to `b`.
-pub(super) fn direction(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    let length = length(a, b);
-    [(b[0] - a[0]) / length, (b[1] - a[1]) / length]
-}
-
-/// Distance from `a` to `b`.
-pub(super) fn length(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
-}
-
-/// Whether two indices are those of one medium.
-pub(super) fn same_medium(a: f64, b: f64) -> bool {
-    (a - b).abs() <= SAME_INDEX * a.max(b)
-}
-
-pub(super) fn positive(what: &'static str, got: f64) -> Result<(), IntegralError> {
-    if got.is_finite() && got > 0.0 { Ok(()) } else { Err(IntegralError::Positive { what, got }) }
-}
-
-pub(super) fn outline(problem: impl Into<String>) -> IntegralError {
-    IntegralError::Outline { problem: problem.into() }
 }

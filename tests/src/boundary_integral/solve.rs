@@ -10,11 +10,12 @@
 //! ρ = 1 for TE and ε₂/ε₁ for TM. The amplitudes of the orders are integrals of u and v with plane
 //! waves.
 
-use super::error::IntegralError;
+use super::error::{IntegralError, positive};
 use super::kernel::{CMat, Layers, layers};
 use super::lattice::{Far, MOST, Place};
 use super::nodes::{Fineness, Nodes};
-use super::outline::{Outline, positive, same_medium};
+use super::outline::Outline;
+use super::sides::same_medium;
 use super::solution::{Order, Solution, all_orders, number, propagating};
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, SolveCore};

@@ -9,23 +9,13 @@
 #[cfg(test)]
 mod tests;
 
-use super::error::IntegralError;
-use super::outline::{direction, length, outline, same_medium};
+use super::error::{IntegralError, outline};
+use super::sides::{Piece, Point, SAME, direction, length, same_medium};
 use num_complex::Complex64;
 use rcwa::relief::Relief;
 
-/// Points nearer than this fraction of the period are one.
-pub(super) const SAME: f64 = 1e-9;
 /// How far beside a piece its media are read, in periods.
 const BESIDE: f64 = 1e-7;
-
-pub(super) type Point = [f64; 2];
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
-    pub from: Point,
-    pub to: Point,
-}
 
 /// Who fills which place: the relief with its media.
 struct Media<'a> {
