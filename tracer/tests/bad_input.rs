@@ -148,6 +148,42 @@ fn sources_in_the_wrong_place() {
     assert!(matches!(build(world), Error::SourceOutside { .. }));
 }
 
+/// Sources that look alike are judged once, which may hide none that stands elsewhere.
+#[test]
+fn one_wrong_source_among_many_is_found() {
+    let cube = Shape::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+    let cube = Surface::new("cube", cube, Region::Opaque, Region::World, &SurfaceModel::Absorber);
+    let refused = |shift: DVec3, turned: bool| {
+        let mut scene = SceneBuilder::new(Medium::air());
+        let id =
+            scene.prototype(Prototype { surfaces: vec![cube.clone()], ..Prototype::default() });
+        for k in 0..100 {
+            let corner = DVec3::new(2.0 * f64::from(k % 10), 2.0 * f64::from(k / 10), 0.0);
+            scene.place(id, corner);
+            let emitter = Emitter::Rectangle { half_x: 0.25, half_y: 0.25 };
+            let is_wrong = k == 57;
+            let middle = corner + DVec3::new(0.5, 0.5, 1.0);
+            let at = if is_wrong { middle + shift } else { middle };
+            let name = format!("LED {k}");
+            let led = Source::new(&name, at, Region::World, emitter, Emission::LAMBERTIAN);
+            let down = is_wrong && turned;
+            scene.source(led.facing(if down { DVec3::NEG_Z } else { DVec3::Z }));
+        }
+        scene.build().err()
+    };
+    assert!(refused(DVec3::ZERO, false).is_none());
+    assert!(refused(DVec3::new(0.2, 0.0, 0.3), true).is_none());
+    for (shift, turned) in [
+        (DVec3::new(0.0, 0.0, -0.5), false),
+        (DVec3::new(1.7, 0.0, -0.5), false),
+        (DVec3::new(0.6, 0.0, -0.5), false),
+        (DVec3::ZERO, true),
+    ] {
+        let error = refused(shift, turned).expect("refused");
+        assert_says(&error, "LED 57");
+    }
+}
+
 #[test]
 fn sources_in_a_surface_emit_away_from_it_or_are_refused() {
     let build = |height: f64, normal: DVec3, emission: Emission| {

@@ -224,9 +224,22 @@ impl Instances {
         });
     }
 
-    /// The boxes around the instances, in their order.
-    pub fn boxes(&self) -> &[Bounds] {
-        &self.boxes
+    /// The numbers of up to `most` instances whose boxes overlap `around`.
+    pub fn near(&self, around: &Bounds, most: usize) -> Vec<u32> {
+        let is_near = |number: &u32| self.boxes[*number as usize].overlaps(around);
+        let Some(hierarchy) = &self.hierarchy else {
+            return (0..self.list.len() as u32).filter(is_near).take(most).collect();
+        };
+        let mut near = Vec::new();
+        let boxed = Aabb::new(around.low.as_vec3a(), around.high.as_vec3a());
+        hierarchy.aabb_traverse(boxed, |bvh, node| {
+            let node = &bvh.nodes[node as usize];
+            let leaves = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+            near.extend(bvh.primitive_indices[leaves].iter().filter(|number| is_near(number)));
+            near.len() < most
+        });
+        near.truncate(most);
+        near
     }
 }
 

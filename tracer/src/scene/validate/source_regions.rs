@@ -7,6 +7,9 @@
 
 mod coplanar_emitters;
 
+use std::sync::Arc;
+
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
@@ -15,49 +18,97 @@ use crate::ray::Ray;
 use crate::scene::compiled::FirstSeen;
 use crate::scene::instances::Instance;
 use crate::scene::{Body, Location, PlacedSource, Scene};
-use crate::shape::Reach;
-use crate::source::Emission;
-use crate::source::RaySet;
+use crate::shape::{Bounds, Reach};
+use crate::source::{Emission, RaySet, Source};
 use crate::surface::Region;
 
 /// Sampled rays of a source that are judged.
 const PROBES: u64 = 256;
 
-/// Judges all sources.
+/// Judges all sources, one of each kind.
 pub(super) fn check(scene: &Scene) -> Result<(), Error> {
-    // Sources inside a body see the same in all instances of it.
+    let wrong = kinds(scene).into_par_iter().find_map_first(|placed| judge(scene, placed).err());
+    wrong.map_or(Ok(()), Err)
+}
+
+/// The surroundings that decide on a source of the world: the body of the only instance near it, and
+/// its position relative to that; with no instance near it, its height alone.
+type Surroundings = (Option<u32>, DVec3);
+
+/// The first source of each kind. Sources of a kind see the same.
+fn kinds(scene: &Scene) -> Vec<&PlacedSource> {
     let mut first = vec![None; scene.bodies.len()];
-    // Ray sets judged in the world, with their heights.
-    let mut judged: Vec<(*const RaySet, f64)> = Vec::new();
+    let mut known: Vec<(Surroundings, &PlacedSource)> = Vec::new();
     // No path begins at a dark source.
-    let mut lit = scene.sources.iter().filter(|placed| placed.source.weight > 0.0);
-    lit.try_for_each(|placed| {
-        if let Location::Inside { instance, .. } = placed.location
-            && !scene.meets_other_bodies(placed.location)
-        {
+    let lit = scene.sources.iter().filter(|placed| placed.source.weight > 0.0);
+    lit.filter(|placed| {
+        if let Location::Inside { instance, .. } = placed.location {
             let prototype = scene.instances.list[instance as usize].prototype as usize;
-            if *first[prototype].get_or_insert(instance) != instance {
-                return Ok(());
-            }
+            return scene.meets_other_bodies(placed.location)
+                || *first[prototype].get_or_insert(instance) == instance;
         }
-        if let Emission::Rays(set) = &placed.source.emission {
-            let known = (std::ptr::from_ref::<RaySet>(set), placed.source.position.z);
-            let seen = judged.contains(&known);
-            if !seen || placed.location != Location::World || crowded(scene, placed, set) {
-                judged.push(known);
-                return each_ray(scene, placed, set);
-            }
+        let Some(surroundings) = surroundings(scene, &placed.source) else {
+            return true;
+        };
+        let (body, at) = surroundings;
+        let is_known = known.iter().any(|((known_body, known_at), known)| {
+            body == *known_body
+                && at.distance(*known_at) <= scene.offset()
+                && is_alike(&placed.source, &known.source)
+        });
+        if !is_known {
+            known.push((surroundings, *placed));
         }
-        let mut rng = random::stream(0x0b5e_55ed, 0);
-        (0..PROBES).try_for_each(|_| {
+        !is_known
+    })
+    .collect()
+}
+
+/// True of sources that differ in name, position and weight at most.
+fn is_alike(one: &Source, other: &Source) -> bool {
+    let emission = match (&one.emission, &other.emission) {
+        (Emission::Rays(one), Emission::Rays(other)) => Arc::ptr_eq(one, other),
+        (Emission::Table(one), Emission::Table(other)) => Arc::ptr_eq(one, other),
+        (one, other) => one == other,
+    };
+    let Source { region, emitter, normal, along, .. } = one;
+    let same = (region, emitter, normal, along);
+    emission && same == (&other.region, &other.emitter, &other.normal, &other.along)
+}
+
+/// The surroundings of a source of the world that starts near no wall, below none, and near one
+/// instance at most: the outer faces of all others look the same to it.
+fn surroundings(scene: &Scene, source: &Source) -> Option<Surroundings> {
+    let starts = coplanar_emitters::around(scene, source);
+    let mut walls = scene.ground.surfaces.iter().map(|surface| surface.shape.bounds());
+    let is_beside = |wall: &Bounds| starts.overlaps(wall) || starts.low.z < wall.low.z;
+    if walls.any(|wall| wall.is_finite() && is_beside(&wall)) {
+        return None;
+    }
+    match scene.instances.near(&starts, 2)[..] {
+        [] => Some((None, DVec3::Z * source.position.z)),
+        [only] => {
+            let instance = &scene.instances.list[only as usize];
+            Some((Some(instance.prototype), source.position - instance.position))
+        }
+        _ => None,
+    }
+}
+
+/// Judges one source.
+fn judge(scene: &Scene, placed: &PlacedSource) -> Result<(), Error> {
+    if let Emission::Rays(set) = &placed.source.emission {
+        return each_ray(scene, placed, set);
+    }
+    let mut rng = random::stream(0x0b5e_55ed, 0);
+    (0..PROBES)
+        .try_for_each(|_| {
             let exact = placed.source.sample(0.0, &mut rng.clone());
             let ray = placed.source.sample(scene.offset(), &mut rng);
             probe(scene, placed, &exact, &ray)
-                .map_err(|wrong| wrong.into_error(scene, placed, None))
-        })?;
-        coplanar_emitters::check(scene, placed)
-            .map_err(|wrong| wrong.into_error(scene, placed, None))
-    })
+        })
+        .and_then(|()| coplanar_emitters::check(scene, placed))
+        .map_err(|wrong| wrong.into_error(scene, placed, None))
 }
 
 /// Judges every ray of a set; the error names the first wrong one.
@@ -69,16 +120,6 @@ fn each_ray(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> Result<(), Er
         Some(wrong.into_error(scene, placed, Some((set.record(number), ray))))
     });
     wrong.map_or(Ok(()), Err)
-}
-
-/// True if a ray of a set in the world may start in the boxes around more than one body, or in that
-/// around a bounded surface of the world.
-fn crowded(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> bool {
-    let starts = set.starts().moved(placed.source.position);
-    let boxes = scene.instances.boxes().iter();
-    let mut walls = scene.ground.surfaces.iter().map(|s| s.shape.bounds());
-    boxes.filter(|around| starts.overlaps(around)).nth(1).is_some()
-        || walls.any(|wall| wall.is_finite() && starts.overlaps(&wall))
 }
 
 /// The name of the medium in a region of a body.

@@ -100,6 +100,21 @@ fn farthest(corners: &[DVec3], from: DVec3) -> f64 {
     distances.fold(0.0, f64::max)
 }
 
+/// The box around the starts of a source, with some slack.
+pub(super) fn around(scene: &Scene, source: &Source) -> Bounds {
+    let starts = match (&source.emission, source.emitter) {
+        (Emission::Rays(set), _) => set.starts().moved(source.position),
+        (_, Emitter::Enclosure { radius }) => Bounds::of_points([source.position]).padded(radius),
+        _ => Bounds::of_points(outline(source, DVec3::Z)),
+    };
+    starts.padded(1e-2 * 0.5 * starts.size().length() + tolerance(scene))
+}
+
+/// Distance within which an emitter lies in a face.
+fn tolerance(scene: &Scene) -> f64 {
+    4.0 * scene.offset()
+}
+
 /// Judges a source against the flat faces around it.
 pub(super) fn check(scene: &Scene, placed: &PlacedSource) -> Result<(), Misplacement> {
     let Some(cone) = Cone::from_source(&placed.source) else {
@@ -140,9 +155,7 @@ struct Judged<'a> {
 impl Judged<'_> {
     /// Judges it against a body at `at`: the one in which it lies (`own`) or another one.
     fn beside(&self, body: &Body, at: DVec3, own: bool) -> Result<(), Misplacement> {
-        let corners = outline(&self.placed.source, DVec3::Z);
-        let slack = 1e-2 * farthest(&corners, self.placed.source.position) + self.tolerance();
-        let around = Bounds::of_points(corners).padded(slack).moved(-at);
+        let around = around(self.scene, &self.placed.source).moved(-at);
         for surface in &body.surfaces {
             if surface.shape.bounds().overlaps(&around) {
                 for face in surface.shape.faces() {
@@ -151,11 +164,6 @@ impl Judged<'_> {
             }
         }
         Ok(())
-    }
-
-    /// Distance within which the emitter lies in a face.
-    fn tolerance(&self) -> f64 {
-        4.0 * self.scene.offset()
     }
 
     /// Judges it against a face of a body at `at`.
@@ -174,10 +182,10 @@ impl Judged<'_> {
         let heights = corners.iter().map(|corner| height(*corner));
         let (low, high) = heights
             .fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| (all.0.min(one), all.1.max(one)));
-        if low.abs().max(high.abs()) <= self.tolerance() {
+        if low.abs().max(high.abs()) <= tolerance(self.scene) {
             return self.within(surface, face, &corners, own);
         }
-        if low > -self.tolerance() || high < self.tolerance() {
+        if low > -tolerance(self.scene) || high < tolerance(self.scene) {
             return Ok(());
         }
         // The cut of the plane with the emitter.
@@ -232,7 +240,7 @@ impl Judged<'_> {
             }
             let pulled = corners.iter().map(|c| *c + (middle - *c) * BESIDE);
             let mut points = pulled.chain([middle]).chain(face.shared(corners));
-            let slack = 4.0 * self.tolerance();
+            let slack = 4.0 * tolerance(self.scene);
             let patch = points.find_map(|point| {
                 let ray = Ray { origin: point + face.normal * slack, direction: -face.normal };
                 let reach = Reach { from: 0.0, to: 2.0 * slack };
