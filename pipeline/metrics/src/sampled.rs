@@ -365,7 +365,7 @@ impl LevelEstimates {
 }
 
 /// Means over halvings of what one half has where the other has its extremes, and of the covariance
-/// of both. Means are those of `plain`.
+/// of both. Means are those of `plain`, and lie between the extremes.
 fn crossed(regions: &[Sampled], map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
     let of_split = |split| {
         let [a, b] = map.halves(split);
@@ -380,8 +380,8 @@ fn crossed(regions: &[Sampled], map: &Grouped, plain: &[Levels]) -> Vec<Levels> 
         of_splits.iter().map(|all| level(&all[region])).sum::<f64>() / of_splits.len() as f64
     };
     let mean = |(region, plain): (usize, &Levels)| Levels {
-        low: mean_of(region, |levels| levels.low),
-        high: mean_of(region, |levels| levels.high),
+        low: mean_of(region, |levels| levels.low).min(plain.mean),
+        high: mean_of(region, |levels| levels.high).max(plain.mean),
         mean: plain.mean,
         variance: mean_of(region, |levels| levels.variance),
     };
