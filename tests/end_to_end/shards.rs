@@ -218,7 +218,7 @@ fn another_job_is_refused_and_named() {
     let first = ["--shard", "0/2"];
     let beyond = ["expected shards from 0 to 1, got 2"];
     refused(&geometric, &["--shard", "2/2"], &beyond);
-    let dealt = ["expected shards of 2", "batwing plan shared/out --shards 3"];
+    let dealt = ["expected shards of 2", "remove that file to deal the job anew"];
     refused(&geometric, &["--shard", "0/3"], &dealt);
     let line = "`batwing run small.toml --model geometric --paths 30000 --seed 1`";
     refused(&RUN, &first, &["job.json", "command", line, "--model all"]);
@@ -276,7 +276,7 @@ fn another_design_program_or_solver_is_refused() {
 }
 
 #[test]
-fn a_plan_notes_the_job_and_scripts_run_its_shards() {
+fn a_plan_writes_nothing_and_scripts_run_the_shards_of_a_job() {
     let folder = small();
     let folder = folder.path();
     let expected = whole(folder, &RUN);
@@ -294,8 +294,10 @@ fn a_plan_notes_the_job_and_scripts_run_its_shards() {
     let [pieces, tables] = ["pieces", "tables"].map(|key| json["all"][key].as_u64());
     assert_eq!(pieces, tables.map(|tables| 4 * 64 + tables));
 
+    assert!(!folder.join("shared").exists());
     let options = "--time=10 --partition=short";
-    does(folder, &["submit", "shared/out", "--slurm", "--sbatch", options]);
+    let submit = ["submit", "--slurm", "--shards", "3", "--sbatch", options, "--"];
+    does(folder, &[&submit[..], &words].concat());
     let script = |name: &str| folder.join("shared/out/slurm").join(name);
     let text = std::fs::read_to_string(script("shards.sh")).expect("a script");
     assert!(text.contains("#SBATCH --array=0-2\n"), "{text}");
@@ -360,7 +362,7 @@ fn samples_by_waves_share_tables_or_count_their_own() {
         let plan = [&["plan", "--shards", "2", "--json", "--"][..], &words].concat();
         let output = batwing(folder).args(plan).output().expect("it runs");
         let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        std::fs::remove_dir_all(folder.join("planned")).expect("removed");
+        assert!(!folder.join("planned").exists());
         ["pieces", "tables"].map(|key| json["all"][key].as_u64().expect("a number"))
     };
     let [pieces, rings] = planned(&hybrid);

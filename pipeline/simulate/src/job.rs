@@ -2,15 +2,15 @@
 //! A job: what a command computes, as pieces that several processes share.
 //!
 //! Pieces are tables of rings and parts of tasks. A process computes its share of them and leaves
-//! each in the cache, where the command finds it afterwards. The share of one process waits for no
-//! other: where a task needs a table that another shard is to solve, it is solved here too, unless
-//! it appears in the cache meanwhile.
+//! each in the cache, where the command finds it afterwards. Where a task needs a table that another
+//! shard is to solve, it waits for it as long as that shard should take, by the pace of its own
+//! tables. Then it is late, and is solved here too, unless it appears in the cache meanwhile.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::Thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
@@ -32,6 +32,8 @@ const TABLE_SECONDS: f64 = 0.4;
 const PATHS_PER_SECOND: f64 = 2e6;
 /// Seconds that a piece of a task takes beside its paths: its files.
 const PIECE_SECONDS: f64 = 0.002;
+/// A table of another shard is late when it takes so many times as long as the slowest shard should.
+const LATE: f64 = 2.0;
 /// Time between two looks for a table that another process is to solve.
 const POLL: Duration = Duration::from_millis(200);
 
@@ -222,20 +224,52 @@ impl Job {
         }
     }
 
-    /// Computes what the cache lacks of `share`: its tables first, then its pieces of tasks.
+    /// Solves the tables of `own` that the cache lacks. Returns when those of the other shards of
+    /// `all` are late: by the time that the slowest of them should take at the same pace.
+    ///
+    /// # Errors
+    /// Errors of the solver and the files; an interrupt.
+    fn solve_own(
+        &self,
+        own: &[&Share],
+        all: &[Share],
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Instant> {
+        let rings = |share: &Share| share.tables.iter().map(|&ring| &self.rings[ring]);
+        let own: Vec<&Ring> = own.iter().flat_map(|share| rings(share)).collect();
+        let missing = own.iter().filter(|ring| !cache.holds(&ring.key));
+        let expected = TableCost::from_rings(missing.copied()).seconds();
+        let begun = Instant::now();
+        solve_rings(&own, cache, context)?;
+        let pace = if expected > 0.0 { begun.elapsed().as_secs_f64() / expected } else { 1.0 };
+        let slowest = all.iter().map(|share| TableCost::from_rings(rings(share)).seconds());
+        Ok(begun + Duration::from_secs_f64(LATE * pace * slowest.fold(0.0, f64::max)))
+    }
+
+    /// Computes the pieces of tasks that the cache lacks of `share`, with the tables that they need.
     ///
     /// # Errors
     /// Errors of the solver, the tracer and the files; an interrupt.
-    fn share(&self, share: &Share, cache: &Cache, context: RunContext) -> Result<()> {
-        let own: Vec<&Ring> = share.tables.iter().map(|&ring| &self.rings[ring]).collect();
-        solve_rings(&own, cache, context)?;
+    fn share(
+        &self,
+        share: &Share,
+        late: Instant,
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<()> {
         // Shards begin their search for tables of others at different places.
         let begin = share.tasks.first().map_or(0, |(_, pieces)| pieces.start as usize);
         for (task, pieces) in &share.tasks {
             context.interrupt.check()?;
             let task = &self.tasks[*task];
             if let Some(design) = task.tables_of() {
-                solve_missing_tables(&Ring::of_design(design, None), begin, cache, context)?;
+                let rings = Ring::of_design(design, None);
+                while rings.iter().any(|ring| !cache.holds(&ring.key)) && Instant::now() < late {
+                    context.interrupt.check()?;
+                    std::thread::sleep(POLL);
+                }
+                solve_missing_tables(&rings, begin, cache, context)?;
             }
             task.compute(pieces.clone(), cache, context)?;
         }
@@ -260,10 +294,12 @@ impl SharedWork for Job {
 
     fn compute(&self, choice: &ShardChoice, cache: &Cache, context: RunContext) -> Result<Cost> {
         let shares = self.partition(choice.count);
+        let own: Vec<&Share> = choice.numbers.iter().map(|&number| &shares[number]).collect();
+        let late = self.solve_own(&own, &shares, cache, context)?;
         let mut cost = Cost::default();
-        for &number in &choice.numbers {
-            self.share(&shares[number], cache, context)?;
-            cost = cost + self.cost(&shares[number]);
+        for share in own {
+            self.share(share, late, cache, context)?;
+            cost = cost + self.cost(share);
         }
         Ok(cost)
     }

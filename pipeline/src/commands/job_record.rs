@@ -226,11 +226,9 @@ impl JobRecord {
         let path = out.join(FILE);
         ensure!(
             started.shards == self.shards,
-            "`{}`: expected shards of {}, as the job was started there, got {}; `batwing plan {} --shards {}` deals it anew",
+            "`{}`: expected shards of {}, as the job was started there, got {}; remove that file to deal the job anew, finished pieces stay",
             path.display(),
             started.shards,
-            self.shards,
-            out.display(),
             self.shards
         );
         Ok(())

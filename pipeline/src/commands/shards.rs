@@ -120,7 +120,7 @@ pub fn compute(command: &dyn Shardable, choice: &ShardChoice, context: RunContex
     })
 }
 
-/// Prints how many shards a job has and what each costs, and notes the job in its directory.
+/// Prints how many shards a job has and what each costs.
 ///
 /// # Errors
 /// Errors of the command; another job in its directory.
@@ -200,6 +200,8 @@ pub fn merge(arguments: &MergeArgs, context: RunContext) -> Result<()> {
 pub fn submit(arguments: &SubmitArgs, context: RunContext) -> Result<()> {
     let open = OpenJob::open(&arguments.job, context)?;
     let (record, out) = (&open.record, &open.out);
+    writable(out)?;
+    record.write(out)?;
     if record.shards > USUAL_ARRAY {
         context.console.warn(&format!(
             "--shards: expected at most {USUAL_ARRAY} for the usual MaxArraySize of SLURM, got {}; `scontrol show config` states that of the cluster",
@@ -238,7 +240,7 @@ pub(super) struct OpenJob {
 }
 
 impl OpenJob {
-    /// The job in a directory, or that of a command, which is noted in its directory.
+    /// The job in a directory, or that of a command.
     pub fn open(choice: &JobChoice, context: RunContext) -> Result<Self> {
         let (line, started) = if let Some(out) = &choice.directory {
             let record = JobRecord::read(out)?.with_context(|| {
@@ -277,10 +279,6 @@ impl OpenJob {
         let own = JobRecord::of(command, &*work, shards, context)?;
         if let Some(started) = &started {
             own.same_job(started, &out)?;
-        }
-        if before != Some(shards) {
-            writable(&out)?;
-            own.write(&out)?;
         }
         Ok(Self { record: own, line, work, out })
     }
