@@ -202,9 +202,14 @@ impl Job {
         shard::partition(&tables, &tasks.collect::<Vec<_>>(), count)
     }
 
+    /// Tables of `share`.
+    fn rings_of<'a>(&'a self, share: &'a Share) -> impl Iterator<Item = &'a Ring> {
+        share.tables.iter().map(|&ring| &self.rings[ring])
+    }
+
     /// Cost of `share`.
     fn cost(&self, share: &Share) -> Cost {
-        let dealt = TableCost::from_rings(share.tables.iter().map(|&ring| &self.rings[ring]));
+        let dealt = TableCost::from_rings(self.rings_of(share));
         let tasks = || {
             share
                 .tasks
@@ -236,14 +241,13 @@ impl Job {
         cache: &Cache,
         context: RunContext,
     ) -> Result<Instant> {
-        let rings = |share: &Share| share.tables.iter().map(|&ring| &self.rings[ring]);
-        let own: Vec<&Ring> = own.iter().flat_map(|share| rings(share)).collect();
+        let own: Vec<&Ring> = own.iter().flat_map(|share| self.rings_of(share)).collect();
         let missing = own.iter().filter(|ring| !cache.holds(&ring.key));
         let expected = TableCost::from_rings(missing.copied()).seconds();
         let begun = Instant::now();
         solve_rings(&own, cache, context)?;
         let pace = if expected > 0.0 { begun.elapsed().as_secs_f64() / expected } else { 1.0 };
-        let slowest = all.iter().map(|share| TableCost::from_rings(rings(share)).seconds());
+        let slowest = all.iter().map(|share| TableCost::from_rings(self.rings_of(share)).seconds());
         Ok(begun + Duration::from_secs_f64(LATE * pace * slowest.fold(0.0, f64::max)))
     }
 
