@@ -66,8 +66,8 @@ fn light(text: &mut String, ledger: &Ledger) {
         }
         if key.starts_with("lost_") {
             lost += estimate.value;
-        } else if estimate.value > NEGLIGIBLE {
-            line(text, &key.replace('_', " "), &percent(*estimate));
+        } else if let Some(share) = ledger.account(key).filter(|share| share.value > NEGLIGIBLE) {
+            line(text, &key.replace('_', " "), &percent(share));
         }
     }
     let lost = if lost == 0.0 { "0 %".to_owned() } else { format!("{:.1e} %", lost * 100.0) };
@@ -225,6 +225,7 @@ mod tests {
                     account("absorbed_by_led_top", 1e-9, 0.0),
                     account("lost_depth", 1e-5, 1e-6),
                 ],
+                ..Ledger::default()
             },
             counters: Vec::new(),
             tables: Vec::new(),
