@@ -395,7 +395,8 @@ impl Observation {
     /// The map at the nine points of the cell of `design`, W/mm²; `None` without a cell.
     pub fn nine_points(&self, design: &Design) -> Option<Grouped> {
         let layout = layout(design);
-        let read = |map: &[f64]| nine_points(self.grid, &layout, map);
+        let spot_mm = design.receiver.spot_mm;
+        let read = |map: &[f64]| nine_points(self.grid, &layout, spot_mm, map);
         read(self.illuminance.total())?;
         let of_group = |map: &[f64]| read(map).unwrap_or_default();
         Some(self.illuminance.map(of_group))
