@@ -210,7 +210,8 @@ pub struct Receiver {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_centre_mm: Option<List<f64, 2>>,
     /// Diameter of the spots over which nine and thirteen points are averaged, as a luminance meter
-    /// does, mm; at most 100 bins, and a third of the area. Default: points of the map.
+    /// does, mm; at most 100 bins, and a third of the area, or of the pitch without one. Default:
+    /// points of the map.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spot_mm: Option<f64>,
 }
