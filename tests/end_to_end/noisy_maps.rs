@@ -13,8 +13,11 @@ const FINDINGS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/findings")
 
 /// Results of the only model of `design`, traced with `flags`.
 fn traced(design: &str, flags: &[&str]) -> Value {
+    traced_file(&Path::new(FINDINGS).join(format!("{design}.toml")), flags)
+}
+
+fn traced_file(file: &Path, flags: &[&str]) -> Value {
     let folder = tempdir().expect("a folder");
-    let file = Path::new(FINDINGS).join(format!("{design}.toml"));
     let output = batwing(folder.path())
         .arg("run")
         .arg(file)
@@ -54,4 +57,34 @@ fn points_that_see_one_place_of_the_pitch_are_read_over_all() {
         ["cell_nine_points", "cell_valley_to_peak"].map(|key| estimate(&model[key]));
     assert!((nine - 0.31).abs() < 0.05 + 3.0 * error, "{nine} ± {error}");
     assert!((nine - cell).abs() < 0.05 + 3.0 * error, "{nine} {cell}");
+}
+
+#[test]
+fn uniformity_of_a_stated_area_is_read_by_spots() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::copy(Path::new(FINDINGS).join("cup.stl"), at.join("cup.stl")).expect("copied");
+    let text = std::fs::read_to_string(Path::new(FINDINGS).join("array-3030.toml")).expect("text");
+    let with = |keys: &str| {
+        let text = text.replace("[receiver]\n", &format!("[receiver]\n{keys}\n"));
+        let file = at.join("area.toml");
+        std::fs::write(&file, text).expect("written");
+        traced_file(&file, &["--paths", "50000"])
+    };
+    // The cell, whose points lie between packages alone; then the whole board, whose do not.
+    let cell = with("area_mm = [30.0, 30.0]");
+    for form in ["nine_points", "valley_to_peak", "min_to_mean", "variation"] {
+        assert_eq!(cell[format!("area_{form}")], cell[format!("cell_{form}")], "{form}");
+    }
+    let output = batwing(at).args(["check", "area.toml"]).output().expect("it runs");
+    let told = String::from_utf8_lossy(&output.stdout);
+    let words = "the area of 30 x 30 mm, at one place of the pitch, so each is read at 12 places";
+    assert!(told.contains(words), "{told}");
+    // Spots of half a pitch see less than points do.
+    let board = with("area_mm = [36.0, 36.0]\nspot_mm = 5.0");
+    let [(points, _), (lowest, error)] =
+        ["area_nine_points", "area_valley_to_peak"].map(|key| estimate(&board[key]));
+    assert!(points > lowest + 3.0 * error, "{points} {lowest} ± {error}");
+    let (of_cell, _) = estimate(&board["cell_nine_points"]);
+    assert!(of_cell > estimate(&cell["cell_nine_points"]).0, "{of_cell}");
 }

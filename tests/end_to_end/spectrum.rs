@@ -291,18 +291,17 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
     assert_eq!(grown["spectrum"]["compared_with"], count / 2);
     // The change from 1 to 3 wavelengths, from what stands in the file, is far beyond noise; the
     // last one is not.
-    let of = |nm: f64| {
-        let parts = wavelengths(grown).iter();
-        let nearest = parts.min_by(|a, b| {
-            let far = |w: &Value| (number(&w["wavelength_nm"]) - nm).abs();
-            far(a).total_cmp(&far(b))
-        });
-        estimate(&nearest.expect("wavelengths")["extraction_efficiency"]).0
+    // Of three, which are among all: the flat spectrum from 400 to 700 nm parted in their middles.
+    let of = |quarter: usize| {
+        let node = &wavelengths(grown)[quarter * (count + 1) / 4 - 1];
+        (number(&node["wavelength_nm"]), estimate(&node["extraction_efficiency"]).0)
     };
-    // Nodes of three: quantiles (1 ± √½)/2 and ½ of a flat spectrum.
-    let three = (of(443.934) + of(550.0) + of(656.066)) / 3.0;
+    let [a, b, c] = [1, 2, 3].map(of);
+    let ends = [400.0, 0.5 * (a.0 + b.0), 0.5 * (b.0 + c.0), 700.0];
+    let parts = [a, b, c].into_iter().zip(ends.windows(2));
+    let three: f64 = parts.map(|((_, value), end)| value * (end[1] - end[0]) / 300.0).sum();
     let (error, noise) = estimate(&grown["extraction_efficiency"]["wavelength_error"]);
-    assert!((three - of(550.0)).abs() > 10.0 * (error + noise), "{three}, {error}");
+    assert!((three - b.1).abs() > 10.0 * (error + noise), "{three}, {error}");
     for figure in ["uniformity", "centre_to_peak", "extraction_efficiency"] {
         let (a, b) = (estimate(&grown[figure]), estimate(&fine[figure]));
         let sampling = estimate(&grown[figure]["wavelength_error"]).0;
@@ -391,4 +390,39 @@ fn the_white_design_is_d1_in_other_light() {
     for word in ["white LED, 25 % at 450 nm", "photometric", "lm/W", "tolerance of 0.005"] {
         assert!(text.contains(word), "no `{word}` in: {text}");
     }
+}
+
+/// A collimated beam of a white LED through 2.5 mm of a dye: the integral over the spectrum of
+/// (1 - R)² T / (1 - R² T²), with T by Beer's law and R by Fresnel's formula.
+#[test]
+fn light_through_a_dye_is_the_integral_over_the_spectrum() {
+    const EXACT: f64 = 0.51574;
+    let findings = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/findings");
+    let folder = tempdir().expect("a folder");
+    let path = folder.path();
+    std::fs::copy(findings.join("dye.yml"), path.join("dye.yml")).expect("copied");
+    let text = std::fs::read_to_string(findings.join("dye-white.toml")).expect("readable");
+    let receiver = "[[receivers]]\nname = \"above\"\nkind = \"plane\"\nposition_mm = [0.0, 0.0, 9.0]\nsize_mm = [20.0, 20.0]\nbins = [2, 2]\n";
+    let text =
+        text.replace("reflection = \"absorbing\"", "reflection = \"absorbing\"\npower_w = 2.0");
+    let text = text.replace("[[sources]]", &format!("{receiver}[[sources]]"));
+    std::fs::write(path.join("dye.toml"), text).expect("written");
+    run_paths(path, "dye", "400000", &[]);
+    let all = results(&path.join("dye"));
+    let models = all["designs"]["dye"].as_object().expect("models");
+    let model = models.values().next().expect("a model");
+    assert_eq!(wavelengths(model).len(), 31);
+    let up = &model["power_ledger"]["escaped_up"];
+    let flux = &model["absolute"]["figures"]["flux_up"];
+    for (figure, exact) in
+        [(up, EXACT), (flux, 2.0 * EXACT), (&model["receivers"]["above"]["flux"], 2.0 * EXACT)]
+    {
+        let ((value, error), (wavelengths, _)) =
+            (estimate(figure), estimate(&figure["wavelength_error"]));
+        assert!(wavelengths > 0.0 && wavelengths < 4e-3 * exact, "{figure}");
+        assert!((value - exact).abs() < wavelengths + 3.0 * error, "{figure}: {exact}");
+        assert!((value - exact).abs() < 1e-3 * exact + 3.0 * error, "{figure}: {exact}");
+    }
+    let absorbed = &model["power_ledger"]["absorbed_in_plate"];
+    assert!(estimate(&absorbed["wavelength_error"]).0 > 0.0, "{absorbed}");
 }

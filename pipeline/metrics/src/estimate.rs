@@ -55,6 +55,22 @@ impl Estimate {
         (!self.is_resolved()).then_some([self.value - reach, self.value + reach])
     }
 
+    /// The same in a unit that is smaller by `factor`.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            value: self.value * factor,
+            standard_error: self.standard_error * factor,
+            bias_bound: self.bias_bound.map(|bound| bound * factor),
+        }
+    }
+
+    /// The same with another error beside its own.
+    #[must_use]
+    pub fn with_error(self, error: f64) -> Self {
+        Self { standard_error: self.standard_error.hypot(error), ..self }
+    }
+
     /// The square root; that of a value that noise drives below 0 is 0. The error is the larger of
     /// the steps to the roots of one standard error above and below.
     #[must_use]

@@ -11,7 +11,7 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::hits::{upper_bound, with_one_path};
-use super::{Estimate, Grouped, jackknife};
+use super::{Estimate, Grouped, estimate, jackknife};
 
 /// Positions in the vectors of powers that [`extraction`] reads.
 pub mod flow {
@@ -47,6 +47,8 @@ pub fn is_end(account: &str) -> bool {
 pub struct Ledger {
     /// Accounts in the order of a ray's life.
     pub accounts: Vec<(String, Estimate)>,
+    /// Changes of accounts when the last wavelengths of a spectrum were added.
+    pub wavelength_errors: BTreeMap<String, Estimate>,
 }
 
 impl Ledger {
@@ -57,7 +59,7 @@ impl Ledger {
             .enumerate()
             .map(|(i, name)| (name.clone(), jackknife(powers, |p| p[i] / p[emitted])))
             .collect();
-        Self { accounts }
+        Self { accounts, wavelength_errors: BTreeMap::new() }
     }
 
     /// The same with errors of accounts that no path reached: `one_path` is the share of one path,
@@ -81,12 +83,15 @@ impl Ledger {
 }
 
 /// An account as it is written.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct Account {
     value: f64,
+    #[serde(deserialize_with = "estimate::standard_error")]
     standard_error: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
     upper_bound: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    wavelength_error: Option<Estimate>,
 }
 
 impl Serialize for Ledger {
@@ -94,8 +99,13 @@ impl Serialize for Ledger {
         let mut map = serializer.serialize_map(Some(self.accounts.len()))?;
         for (name, share) in &self.accounts {
             let Estimate { value, standard_error, .. } = *share;
-            let upper_bound = upper_bound(value, standard_error);
-            map.serialize_entry(name, &Account { value, standard_error, upper_bound })?;
+            let account = Account {
+                value,
+                standard_error,
+                upper_bound: upper_bound(value, standard_error),
+                wavelength_error: self.wavelength_errors.get(name).copied(),
+            };
+            map.serialize_entry(name, &account)?;
         }
         map.end()
     }
@@ -103,16 +113,23 @@ impl Serialize for Ledger {
 
 impl<'de> Deserialize<'de> for Ledger {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let accounts = BTreeMap::<String, Estimate>::deserialize(deserializer)?;
-        Ok(Self { accounts: accounts.into_iter().collect() })
+        let mut ledger = Self::default();
+        for (name, account) in BTreeMap::<String, Account>::deserialize(deserializer)? {
+            let error = account.wavelength_error.map(|error| (name.clone(), error));
+            ledger.wavelength_errors.extend(error);
+            let share = Estimate::new(account.value, account.standard_error);
+            ledger.accounts.push((name, share));
+        }
+        Ok(ledger)
     }
 }
 
 impl Ledger {
-    /// The account of this name.
+    /// The account of this name; its error holds that of the wavelengths.
     pub fn account(&self, name: &str) -> Option<Estimate> {
         let mut found = self.accounts.iter().filter(|(known, _)| known == name);
-        found.next_back().map(|(_, estimate)| *estimate)
+        let error = self.wavelength_errors.get(name).map_or(0.0, |error| error.value);
+        found.next_back().map(|(_, share)| share.with_error(error))
     }
 }
 

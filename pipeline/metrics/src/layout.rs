@@ -8,7 +8,6 @@ pub struct Layout {
     pub axes_mm: Vec<[f64; 2]>,
     /// Distance of neighbours, mm.
     pub pitch_mm: f64,
-    counts: Option<[usize; 2]>,
     straight: Vec<[usize; 2]>,
     diagonal: Vec<[usize; 2]>,
 }
@@ -35,7 +34,7 @@ impl Layout {
                 diagonal.push([at(i, j - 1), at(i - 1, j)]);
             }
         }
-        Self { axes_mm, pitch_mm, counts: Some([columns, rows]), straight, diagonal }
+        Self { axes_mm, pitch_mm, straight, diagonal }
     }
 
     /// LEDs anywhere: neighbours are those one pitch apart, within a thousandth. There are no
@@ -55,12 +54,26 @@ impl Layout {
             }
         }
         straight.sort_unstable();
-        Self { axes_mm, pitch_mm, counts: None, straight, diagonal: Vec::new() }
+        Self { axes_mm, pitch_mm, straight, diagonal: Vec::new() }
     }
 
-    /// Columns and rows; `None` of LEDs anywhere.
-    pub fn counts(&self) -> Option<[usize; 2]> {
-        self.counts
+    /// First coordinate and distance of columns and of rows, where these are evenly spaced and an LED
+    /// stands in every place of them; the distance of a single one is 0.
+    pub fn lattice(&self) -> Option<[[f64; 2]; 2]> {
+        let lines = [0, 1].map(|k| {
+            let mut at: Vec<f64> = self.axes_mm.iter().map(|axis| axis[k]).collect();
+            at.sort_by(f64::total_cmp);
+            at.dedup_by(|next, kept| *next - *kept <= 1e-3 * self.pitch_mm);
+            at
+        });
+        let even = |at: &Vec<f64>| {
+            let (first, last) = (*at.first()?, *at.last()?);
+            let step = (last - first) / (at.len().max(2) - 1) as f64;
+            let is_even = at.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() <= 1e-2 * step);
+            is_even.then_some([first, step])
+        };
+        let is_full = lines[0].len() * lines[1].len() == self.axes_mm.len();
+        Some([even(&lines[0])?, even(&lines[1])?]).filter(|_| is_full)
     }
 
     fn segments(&self, pairs: &[[usize; 2]]) -> Vec<[[f64; 2]; 2]> {
@@ -91,5 +104,9 @@ mod tests {
         by_row.straight.sort_unstable();
         assert_eq!(by_row.straight, by_distance.straight);
         assert!(by_distance.diagonal().is_empty() && by_row.diagonal().len() == 32);
+        let [first, step] = by_distance.lattice().expect("evenly spaced")[1];
+        assert!((first + 16.6).abs() < 1e-9 && (step - 8.3).abs() < 1e-9);
+        by_row.axes_mm.pop();
+        assert_eq!(by_row.lattice(), None);
     }
 }

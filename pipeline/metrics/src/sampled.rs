@@ -19,6 +19,8 @@
 //! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
 //! paths does not, and is averaged over many halvings.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::illuminance::{Grid, largest, smallest};
@@ -26,33 +28,80 @@ use super::jackknife::spread;
 use super::valley::{Lowest, Valley};
 use super::{Estimate, Grouped};
 
-/// A weighted mean of up to four bins.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sample {
-    bins: [usize; 4],
-    weights: [f64; 4],
+/// A weighted mean of bins.
+#[derive(Debug, Clone)]
+pub(crate) enum Sample {
+    /// Up to four bins.
+    Between { bins: [usize; 4], weights: [f64; 4] },
+    /// Any number of bins.
+    Spot(Arc<[(usize, f64)]>),
 }
+
+/// Chords of a spot in a row of bins.
+const CHORDS: usize = 8;
 
 impl Sample {
     /// Bin `k` times `weight`.
     fn bin(k: usize, weight: f64) -> Self {
-        Self { bins: [k; 4], weights: [weight, 0.0, 0.0, 0.0] }
+        Self::Between { bins: [k; 4], weights: [weight, 0.0, 0.0, 0.0] }
     }
 
     /// Bilinear interpolation at `[x, y]`, mm, as [`Grid::at`].
     pub fn at(grid: Grid, [x, y]: [f64; 2]) -> Self {
         let (bins, [a, b]) = grid.corners(x, y);
         let weights = [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b];
-        Self { bins, weights }
+        Self::Between { bins, weights }
+    }
+
+    /// Mean over a disc about `[x, y]`, mm: bins by their part in it, of those on the map.
+    pub fn spot(grid: Grid, [x, y]: [f64; 2], diameter_mm: f64) -> Self {
+        let radius = 0.5 * diameter_mm;
+        // Bins from one end of an interval to the other, with the ends of each that lie within.
+        let parts = |[from, to]: [f64; 2], count: usize| {
+            let edge = move |i: usize| (i as f64 - 0.5 * count as f64) * grid.bin_mm;
+            let place = |at: f64| (at / grid.bin_mm + 0.5 * count as f64).clamp(0.0, count as f64);
+            let bins = place(from).floor() as usize..place(to).ceil() as usize;
+            bins.map(move |i| (i, [edge(i).max(from), edge(i + 1).min(to)]))
+        };
+        let mut bins = Vec::new();
+        for (j, [low, high]) in parts([y - radius, y + radius], grid.rows) {
+            let first = bins.len();
+            let height = (high - low) / CHORDS as f64;
+            for chord in 0..CHORDS {
+                let at = low + (chord as f64 + 0.5) * height - y;
+                let half = (radius * radius - at * at).max(0.0).sqrt();
+                for (i, [left, right]) in parts([x - half, x + half], grid.columns) {
+                    let (bin, area) = (j * grid.columns + i, (right - left).max(0.0) * height);
+                    match bins[first..].iter_mut().find(|(known, _)| *known == bin) {
+                        Some((_, sum)) => *sum += area,
+                        None => bins.push((bin, area)),
+                    }
+                }
+            }
+        }
+        let whole: f64 = bins.iter().map(|(_, area)| area).sum();
+        if whole <= 0.0 {
+            return Self::at(grid, [x, y]);
+        }
+        Self::Spot(bins.into_iter().map(|(bin, area)| (bin, area / whole)).collect())
     }
 
     /// Value in `map`.
     pub fn of(&self, map: &[f64]) -> f64 {
-        self.bins.iter().zip(self.weights).map(|(k, w)| w * map[*k]).sum()
+        self.sum(|bin, weight| weight * map[bin])
     }
 
     fn concentration(&self) -> f64 {
-        self.weights.iter().map(|c| c * c).sum::<f64>() / self.weights.iter().sum::<f64>()
+        self.sum(|_, weight| weight * weight) / self.sum(|_, weight| weight)
+    }
+
+    fn sum(&self, of: impl Fn(usize, f64) -> f64) -> f64 {
+        match self {
+            Self::Between { bins, weights } => {
+                bins.iter().zip(weights).map(|(bin, weight)| of(*bin, *weight)).sum()
+            }
+            Self::Spot(bins) => bins.iter().map(|(bin, weight)| of(*bin, *weight)).sum(),
+        }
     }
 }
 
@@ -69,7 +118,7 @@ impl Samples {
     fn get(&self, k: usize) -> Sample {
         match self {
             Self::Bins(bins) => Sample::bin(bins[k].0, bins[k].1),
-            Self::Points(points) => points[k],
+            Self::Points(points) => points[k].clone(),
         }
     }
 

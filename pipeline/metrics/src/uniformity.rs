@@ -10,6 +10,7 @@
 use super::Grouped;
 use super::illuminance::{Grid, largest, smallest};
 use super::layout::Layout;
+use super::uniformity_forms::Area;
 use super::valley::{Lowest, Valley};
 
 /// How the valley between neighbours is read.
@@ -43,6 +44,10 @@ pub struct MapReading {
     pub(super) straight: Option<Valley>,
     /// Across the diagonals of four.
     pub(super) diagonal: Option<Valley>,
+    /// The area that uniformity is stated of, beside the cell.
+    pub(super) area: Option<Area>,
+    /// Diameter of the spots that points of cell and area are, mm; `None`: points of the map.
+    pub(super) spot_mm: Option<f64>,
 }
 
 impl MapReading {
@@ -50,7 +55,13 @@ impl MapReading {
     pub fn new(grid: Grid, layout: Layout, full_scale: f64, reading: ValleyReading) -> Self {
         let valley = |segments: &[_]| reading.valley(grid, segments, layout.pitch_mm);
         let (straight, diagonal) = (valley(&layout.straight()), valley(&layout.diagonal()));
-        Self { grid, layout, full_scale, straight, diagonal }
+        Self { grid, layout, full_scale, straight, diagonal, area: None, spot_mm: None }
+    }
+
+    /// The same with an area, and points that are spots of this diameter.
+    #[must_use]
+    pub fn with_area(self, area: Option<Area>, spot_mm: Option<f64>) -> Self {
+        Self { area, spot_mm, ..self }
     }
 
     /// True if the valley between neighbours can be read.

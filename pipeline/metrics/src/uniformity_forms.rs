@@ -8,26 +8,30 @@
 //! | min/mean | L_min / L_mean, "U0" of EN 12464-1 |
 //! | coefficient of variation | σ / L_mean, σ² the variance of L over the region |
 //! | logarithmic | max(0, 1 + ln(L_min / L_max) / ln `full_scale`) ([`logarithmic`](super::uniformity::logarithmic)) |
-//! | nine points | L_min / L_max of the middles of 3 × 3 equal parts of the cell (ANSI/NAPM IT7.228) |
+//! | nine points | L_min / L_max of the middles of 3 × 3 equal parts of cell or area (ANSI/NAPM IT7.228) |
 //! | thirteen points | the same with a point in each corner, a tenth of the way to the centre |
 //!
 //! Segments join LEDs next to each other and diagonals those across a square of four; both refer
 //! their lowest value to the largest of the whole map. The cell is the rectangle between the
-//! outermost LED axes; bins on its border count by the area inside, and for extremes if their middle
-//! lies inside. Where nine or thirteen points see one phase of the pitch, each is read over all
-//! phases ([`sees_one_phase`]).
+//! outermost LED axes, the area the rectangle that a design states; bins on their border count by the
+//! part inside, and for extremes if their middle lies inside. Points are read as means over spots
+//! where the design states their diameter. Where nine or thirteen points see one phase of the pitch,
+//! each is read over all phases ([`sees_one_phase`]).
 //!
 //! Extremes, their biases and errors: `super::sampled`.
 
 mod cell;
 
-pub use self::cell::{Cell, cell, nine_points, sees_one_phase};
-use self::cell::{POINTS, cell_on, over_phases};
+pub use self::cell::{Cell, PHASES, cell, nine_points, sees_one_phase};
+use self::cell::{POINTS, cell_on, samples};
 use super::illuminance::largest;
-use super::sampled::{LevelEstimates, Levels, Sample, Sampled};
+use super::sampled::{LevelEstimates, Levels, Sampled};
 use super::uniformity::{MapReading, logarithmic, ratio};
 use super::valley::Valley;
 use super::{Estimate, Grouped};
+
+/// Lower left and upper right corner of a rectangle, mm.
+pub type Area = [[f64; 2]; 2];
 
 /// Where a form is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,6 +46,12 @@ pub enum Region {
     NinePoints,
     /// Thirteen points of the cell.
     ThirteenPoints,
+    /// The area that the design states.
+    Area,
+    /// Nine points of that area.
+    AreaNinePoints,
+    /// Thirteen points of that area.
+    AreaThirteenPoints,
 }
 
 /// What is computed there.
@@ -75,9 +85,12 @@ const fn form(region: Region, form: Form, key: &'static str, label: &'static str
 }
 
 /// Every form that is reported.
-pub const FORMS: [RegionForm; 14] = {
+pub const FORMS: [RegionForm; 20] = {
     use Form::{Logarithmic, MinToMean, ValleyToPeak, Variation};
-    use Region::{Cell, Diagonal, NinePoints, Segment, ThirteenPoints};
+    use Region::{
+        Area, AreaNinePoints, AreaThirteenPoints, Cell, Diagonal, NinePoints, Segment,
+        ThirteenPoints,
+    };
     [
         form(Segment, ValleyToPeak, "segment_valley_to_peak", "valley/peak, segment"),
         form(Segment, MinToMean, "segment_min_to_mean", "min/mean, segment"),
@@ -93,6 +106,12 @@ pub const FORMS: [RegionForm; 14] = {
         form(Cell, Logarithmic, "cell_logarithmic", "logarithmic, cell"),
         form(NinePoints, ValleyToPeak, "cell_nine_points", "nine points, cell"),
         form(ThirteenPoints, ValleyToPeak, "cell_thirteen_points", "thirteen points, cell"),
+        form(Area, ValleyToPeak, "area_valley_to_peak", "valley/peak, area"),
+        form(Area, MinToMean, "area_min_to_mean", "min/mean, area"),
+        form(Area, Variation, "area_variation", "coefficient of variation, area"),
+        form(Area, Logarithmic, "area_logarithmic", "logarithmic, area"),
+        form(AreaNinePoints, ValleyToPeak, "area_nine_points", "nine points, area"),
+        form(AreaThirteenPoints, ValleyToPeak, "area_thirteen_points", "thirteen points, area"),
     ]
 };
 
@@ -128,21 +147,23 @@ impl Regions {
         Self { names, sampled, full_scale: reading.full_scale }
     }
 
-    /// [`Regions::between_neighbours`], and the cell.
+    /// [`Regions::between_neighbours`], the cell, and the stated area.
     pub fn new(reading: &MapReading) -> Self {
         let mut all = Self::between_neighbours(reading);
         let (grid, layout) = (reading.grid, &reading.layout);
-        if let Some(cell) = cell_on(grid, layout) {
-            let points = |points: &[[f64; 2]]| {
-                let places = over_phases(layout, cell, points);
-                Sampled::points(places.into_iter().map(|at| Sample::at(grid, at)).collect())
-            };
-            all.names.extend([Region::Cell, Region::NinePoints, Region::ThirteenPoints]);
-            all.sampled.extend([
-                Sampled::rectangle(grid, cell),
-                points(&POINTS[..9]),
-                points(&POINTS),
-            ]);
+        let points =
+            |area, points| Sampled::points(samples(grid, layout, area, (points, reading.spot_mm)));
+        let cell = [Region::Cell, Region::NinePoints, Region::ThirteenPoints];
+        let area = [Region::Area, Region::AreaNinePoints, Region::AreaThirteenPoints];
+        for (regions, corners) in [(cell, cell_on(grid, layout)), (area, reading.area)] {
+            if let Some(corners) = corners {
+                all.names.extend(regions);
+                all.sampled.extend([
+                    Sampled::rectangle(grid, corners),
+                    points(corners, &POINTS[..9]),
+                    points(corners, &POINTS),
+                ]);
+            }
         }
         all
     }
@@ -270,8 +291,15 @@ mod tests {
         // cell 1 + c s t, mean 1 + c/4, variance c² (9/64 - 1/16) = 5 c² / 64.
         let c = 3.0;
         for reading in [ValleyReading::Fit, ValleyReading::Bins] {
-            let all = estimates(&map(c, 0.0, 4), reading);
+            let cell = [[-4.0; 2], [4.0; 2]];
+            let reading_of_area = reading_of(layout(), reading).with_area(Some(cell), None);
+            let all = Regions::new(&reading_of_area).estimates(&map(c, 0.0, 4));
             assert_eq!(all.len(), FORMS.len());
+            // An area that is the cell.
+            for (form, of_area) in all.iter().filter(|(form, _)| form.key.starts_with("area_")) {
+                let of_cell = value(&all, &form.key.replace("area_", "cell_"));
+                assert_eq!(*of_area, of_cell, "{}", form.key);
+            }
             let near = |key: &str, expected: f64, tolerance: f64| {
                 let got = value(&all, key);
                 assert!(
@@ -321,6 +349,76 @@ mod tests {
         let expected = contrast * (5.0f64 / 64.0).sqrt() / (1.0 + 0.25 * contrast);
         let got = value(&all, "cell_variation").value;
         assert!((got / expected - 1.0).abs() < 1e-3, "{got} {expected}");
+    }
+
+    /// 6 x 6 LEDs of pitch 8 mm under a wave that is brightest above them.
+    fn backlight(area: Area, spot_mm: Option<f64>) -> (MapReading, Vec<f64>) {
+        let grid = Grid { columns: 520, rows: 520, bin_mm: 0.1 };
+        let at = |k: usize| (k as f64 - 2.5) * PITCH;
+        let axes = (0..36).map(|k| [at(k % 6), at(k / 6)]);
+        let layout = Layout::rectangular(axes.collect(), 6, 6, PITCH);
+        let map = (0..grid.columns * grid.rows).map(|k| {
+            let [x, y] = grid.middle_mm(k);
+            wave(3.0, x, y)
+        });
+        let reading = MapReading::new(grid, layout, 256.0, ValleyReading::Fit);
+        (reading.with_area(Some(area), spot_mm), map.collect())
+    }
+
+    fn plain(reading: &MapReading, map: &[f64], key: &str) -> f64 {
+        let all = Regions::new(reading).plain(map);
+        all.iter().find(|(form, _)| form.key == key).expect("a form of the area").1
+    }
+
+    #[test]
+    fn points_of_an_area_are_means_over_spots() {
+        // Points at 0 and ±40/3 mm: s = 0 and sin²(5π/3) = 3/4.
+        let area = [[-20.0; 2], [20.0; 2]];
+        let (reading, map) = backlight(area, None);
+        let found = plain(&reading, &map, "area_nine_points");
+        let expected = 1.0 / (1.0 + 3.0 * 9.0 / 16.0);
+        assert!((found - expected).abs() < 2e-3, "{found} {expected}");
+        // Over a disc of radius r the mean of a cosine of wavenumber k is 2 J1(k r)/(k r) of its
+        // value in the middle; of cos a cos b, with wavenumber √2 k.
+        let spot_mm = 3.0;
+        let (reading, map) = backlight(area, Some(spot_mm));
+        let found = plain(&reading, &map, "area_nine_points");
+        let airy = |k: f64| {
+            let x = 0.25 * (k * 0.5 * spot_mm).powi(2);
+            let terms = (0..12).scan(1.0, |term, n| {
+                let now = *term;
+                *term *= -x / f64::from((n + 1) * (n + 2));
+                Some(now)
+            });
+            terms.sum::<f64>()
+        };
+        let k = 2.0 * PI / PITCH;
+        let (one, both) = (airy(k), airy(2f64.sqrt() * k));
+        // Of 1 + 3/4 (1 - cos kx)(1 - cos ky), where both cosines are c.
+        let mean = |c: f64| 1.0 + 0.75 * (1.0 - 2.0 * c * one + c * c * both);
+        let expected = mean(1.0) / mean(-0.5);
+        assert!((found - expected).abs() < 2e-3, "{found} {expected}");
+    }
+
+    #[test]
+    fn an_area_whose_points_see_one_phase_is_read_over_all() {
+        let whole = 1.0 / 4.0;
+        for (area, is_one) in [
+            // Points in the middles of four, 16 mm apart; above LEDs; of the paper's forms.
+            ([[-24.0; 2], [24.0; 2]], true),
+            ([[-20.0, -20.0], [28.0, 28.0]], true),
+            ([[-20.0; 2], [20.0; 2]], false),
+        ] {
+            let (reading, map) = backlight(area, None);
+            assert_eq!(sees_one_phase(&reading.layout, area), is_one, "{area:?}");
+            let found = plain(&reading, &map, "area_nine_points");
+            assert_eq!((found - whole).abs() < 2e-3, is_one, "{area:?}: {found}");
+        }
+        // So it is with positions in any order.
+        let (reading, _) = backlight([[-24.0; 2], [24.0; 2]], None);
+        let mut axes = reading.layout.axes_mm.clone();
+        axes.reverse();
+        assert!(sees_one_phase(&Layout::by_distance(axes, PITCH), [[-24.0; 2], [24.0; 2]]));
     }
 
     #[test]

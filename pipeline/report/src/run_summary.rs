@@ -66,8 +66,8 @@ fn light(text: &mut String, ledger: &Ledger) {
         }
         if key.starts_with("lost_") {
             lost += estimate.value;
-        } else if estimate.value > NEGLIGIBLE {
-            line(text, &key.replace('_', " "), &percent(*estimate));
+        } else if let Some(share) = ledger.account(key).filter(|share| share.value > NEGLIGIBLE) {
+            line(text, &key.replace('_', " "), &percent(share));
         }
     }
     let lost = if lost == 0.0 { "0 %".to_owned() } else { format!("{:.1e} %", lost * 100.0) };
@@ -88,8 +88,12 @@ const ROWS: [(&str, Form); 4] = [
 ];
 
 fn uniformity(text: &mut String, model: &ModelResult) {
-    let regions =
-        [("segment", Region::Segment), ("diagonal", Region::Diagonal), ("cell", Region::Cell)];
+    let regions = [
+        ("segment", Region::Segment),
+        ("diagonal", Region::Diagonal),
+        ("cell", Region::Cell),
+        ("area", Region::Area),
+    ];
     let value = |region: Region, form: Form| {
         let known = FORMS.iter().find(|f| f.region == region && f.form == form)?;
         model.figure(known.key).map(|f| shown::text(&f.entry, f.unit))
@@ -108,13 +112,18 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         let cells = in_columns(COLUMN, cells);
         line(text, name, cells.trim_end());
     }
-    for (name, region) in [
-        ("nine points, min/max", Region::NinePoints),
-        ("thirteen points, min/max", Region::ThirteenPoints),
+    for (name, of_cell, of_area) in [
+        ("nine points, min/max", Region::NinePoints, Region::AreaNinePoints),
+        ("thirteen points, min/max", Region::ThirteenPoints, Region::AreaThirteenPoints),
     ] {
-        if let Some(value) = value(region, Form::ValleyToPeak) {
-            let empty = COLUMN * (there.len() - 1);
-            line(text, name, &format!("{:empty$}{value}", ""));
+        let cells = there.iter().map(|(_, region)| match region {
+            Region::Cell => value(of_cell, Form::ValleyToPeak),
+            Region::Area => value(of_area, Form::ValleyToPeak),
+            _ => None,
+        });
+        let cells = in_columns(COLUMN, cells.map(Option::unwrap_or_default));
+        if !cells.trim().is_empty() {
+            line(text, name, cells.trim_end());
         }
     }
     if let Some(figure) = model.figure(UNIFORMITY.key) {
@@ -225,6 +234,7 @@ mod tests {
                     account("absorbed_by_led_top", 1e-9, 0.0),
                     account("lost_depth", 1e-5, 1e-6),
                 ],
+                ..Ledger::default()
             },
             counters: Vec::new(),
             tables: Vec::new(),

@@ -57,6 +57,11 @@ impl FigureEntry {
         }
     }
 
+    /// The estimate with the error that sampling a spectrum adds.
+    pub fn with_wavelengths(&self) -> Estimate {
+        self.estimate().with_error(self.wavelength_error.map_or(0.0, |error| error.value))
+    }
+
     /// The same in a unit that is smaller by `factor`.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
@@ -67,6 +72,7 @@ impl FigureEntry {
             bias_bound: self.bias_bound.map(times),
             upper_bound: self.upper_bound.map(times),
             interval: self.interval.map(|ends| ends.map(times)),
+            wavelength_error: self.wavelength_error.map(|error| error.times(factor)),
             ..self
         }
     }

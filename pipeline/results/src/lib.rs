@@ -358,6 +358,7 @@ mod tests {
             figures: vec![figure, axial],
             ledger: Ledger {
                 accounts: vec![("escaped".to_owned(), Estimate::new(0.9, 0.01))],
+                ..Ledger::default()
             },
             counters: Vec::new(),
             tables: Vec::new(),

@@ -40,7 +40,7 @@ pub fn in_words(entry: &FigureEntry, unit: Unit) -> Option<String> {
 pub fn number(entry: &FigureEntry, unit: Unit) -> String {
     in_words(entry, unit).unwrap_or_else(|| {
         let (scale, _) = shown_unit(unit);
-        let (value, error) = (entry.value * scale, entry.standard_error * scale);
+        let (value, error) = (entry.value * scale, shown_error(entry) * scale);
         let whole = if unit == Unit::Fraction { scale } else { value.abs() };
         if error <= ROUNDING * whole {
             return shortest(value);
@@ -67,7 +67,12 @@ pub fn with_symbol(number: String, entry: &FigureEntry, symbol: &str) -> String 
 pub fn digits(entry: &FigureEntry, unit: Unit) -> Option<Digits> {
     let (scale, _) = shown_unit(unit);
     let resolved = in_words(entry, unit).is_none();
-    resolved.then(|| Digits::new(entry.value * scale, entry.standard_error * scale))
+    resolved.then(|| Digits::new(entry.value * scale, shown_error(entry) * scale))
+}
+
+/// The standard error with that of the wavelengths.
+fn shown_error(entry: &FigureEntry) -> f64 {
+    entry.with_wavelengths().standard_error
 }
 
 /// Labels and values of the figures of a receiver: flux, mean and extremes; of a dark one the bounds

@@ -12,7 +12,7 @@ use design::schema::solids::{Per, ScatterLaw};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
 use metrics::plural::count;
-use metrics::uniformity_forms::sees_one_phase;
+use metrics::uniformity_forms::{Area, PHASES, cell, sees_one_phase};
 
 use super::cells::band_cells;
 use super::model::copies_um;
@@ -98,10 +98,8 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             format!("none ({part}): far fields in four half-planes, maps not averaged over images"),
         );
     }
-    if sees_one_phase(&layout(design)) {
-        let why =
-            "those of the cell lie at one place of the pitch, so each is read at 12 places of it";
-        line("nine and thirteen points", why.to_owned());
+    if let Some(words) = points(design) {
+        line("nine and thirteen points", words);
     }
     let plane = &design.receiver;
     line(
@@ -113,6 +111,30 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         ),
     );
     lines
+}
+
+/// Where nine and thirteen points are read, in words.
+fn points(design: &Design) -> Option<String> {
+    let (layout, receiver) = (layout(design), &design.receiver);
+    let is_rectangle = |[low, high]: &Area| (0..2).all(|k| high[k] > low[k]);
+    let cell = cell(&layout).filter(is_rectangle);
+    let cell = cell.map(|corners| ("the cell between LED axes".to_owned(), corners));
+    let area = receiver.area_corners_mm().map(|[low, high]| {
+        let [x, y] = [0, 1].map(|k| shortest(high[k] - low[k]));
+        (format!("the area of {x} x {y} mm"), [low, high])
+    });
+    let one = |(words, corners): (String, Area)| {
+        if !sees_one_phase(&layout, corners) {
+            return format!("of {words}");
+        }
+        format!("of {words}, at one place of the pitch, so each is read at {PHASES} places of it")
+    };
+    let words: Vec<String> = cell.into_iter().chain(area).map(one).collect();
+    let spots = match receiver.spot_mm {
+        Some(spot_mm) => format!("spots of {} mm", shortest(spot_mm)),
+        None => "points of the map".to_owned(),
+    };
+    (!words.is_empty()).then(|| format!("{spots}, {}", words.join("; ")))
 }
 
 /// Place and law of the walls, in words.

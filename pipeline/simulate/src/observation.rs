@@ -207,27 +207,15 @@ impl Observation {
     /// Without parts, or with parts of other designs.
     #[must_use]
     pub fn weighted(parts: &[(f64, &Self)]) -> Self {
-        let receivers = 0..parts[0].1.receivers.len();
-        let of = |number: usize| {
-            let parts = parts.iter().map(|(w, o)| (*w, &o.receivers[number]));
-            Grouped::weighted(&parts.collect::<Vec<_>>())
-        };
-        let receivers = receivers.map(of).collect();
-        Self { receivers, ..Self::weighted_figures(parts) }
-    }
-
-    /// [`Observation::weighted`] without the receivers of `[[receivers]]`, on whose figures no choice
-    /// of wavelengths depends.
-    ///
-    /// # Panics
-    /// As [`Observation::weighted`].
-    #[must_use]
-    pub fn weighted_figures(parts: &[(f64, &Self)]) -> Self {
         let sum = |of: fn(&Self) -> &Grouped| {
             let parts: Vec<(f64, &Grouped)> = parts.iter().map(|(w, o)| (*w, of(o))).collect();
             Grouped::weighted(&parts)
         };
         let first = parts[0].1;
+        let receivers = (0..first.receivers.len()).map(|number| {
+            let parts = parts.iter().map(|(w, o)| (*w, &o.receivers[number]));
+            Grouped::weighted(&parts.collect::<Vec<_>>())
+        });
         Self {
             paths: parts.iter().map(|(_, o)| o.paths).sum(),
             surfaces_per_path: parts.iter().map(|(w, o)| w * o.surfaces_per_path).sum(),
@@ -238,7 +226,7 @@ impl Observation {
             flows: sum(|o| &o.flows),
             accounts: first.accounts.clone(),
             powers: sum(|o| &o.powers),
-            receivers: Vec::new(),
+            receivers: receivers.collect(),
             depolarised_by: first.depolarised_by.clone(),
             tristimulus: None,
         }
@@ -407,7 +395,8 @@ impl Observation {
     /// The map at the nine points of the cell of `design`, W/mm²; `None` without a cell.
     pub fn nine_points(&self, design: &Design) -> Option<Grouped> {
         let layout = layout(design);
-        let read = |map: &[f64]| nine_points(self.grid, &layout, map);
+        let spot_mm = design.receiver.spot_mm;
+        let read = |map: &[f64]| nine_points(self.grid, &layout, spot_mm, map);
         read(self.illuminance.total())?;
         let of_group = |map: &[f64]| read(map).unwrap_or_default();
         Some(self.illuminance.map(of_group))

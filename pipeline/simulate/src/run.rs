@@ -147,11 +147,12 @@ impl Run<'_> {
         let mut observation = trace.observation();
         let mut result = model_result::model_result(self.design, model, &observation);
         result.until_error.clone_from(&trace.until_error);
-        trace.add_wavelength_errors(&mut result.figures, &observation);
+        let errors = trace.wavelength_errors(&observation);
         result.spectrum = Some(trace.describe()?);
         let units = Units::from_design(self.design, Some(lights));
         let output = Output { design: self.design, units, out: destination.out };
         destination.writer.write(output, &mut result, &mut observation, context)?;
+        errors.add_to(&mut result, &units);
         let nodes = trace.by_wavelength();
         if !nodes.is_empty() {
             destination.writer.write_by_wavelength(output, &mut result, &nodes, &observation)?;

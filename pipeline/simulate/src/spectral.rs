@@ -18,6 +18,7 @@ mod rule;
 mod sweep;
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use anyhow::{Result, ensure};
 use serde_json::json;
@@ -28,8 +29,8 @@ use design::spectrum::quadrature::COUNTS;
 use metrics::Estimate;
 use metrics::figures::{self, PEAK_ANGLE};
 use metrics::plural::count;
-use results::Figure;
 use results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
+use results::{Figure, ModelResult};
 
 use self::rule::{Node, Rule, any, compares, medians, smallest_rule, tolerance};
 pub use self::sweep::SpectralJob;
@@ -121,24 +122,20 @@ impl SpectralTrace<'_> {
         self.sweep.combined(&self.rule)
     }
 
-    /// Adds to every figure of `observation`, which is the sum, how much it changed from fewer
-    /// wavelengths.
-    pub fn add_wavelength_errors(&self, figures: &mut [Figure], observation: &Observation) {
-        let wanted = |key: &str| figures.iter().any(|figure| figure.key == key);
-        let changes = self.coarse.as_ref().map(|coarse| {
-            let coarse = self.sweep.compared(coarse);
-            observation.changes(&coarse, self.sweep.job.design, wanted)
-        });
-        for figure in figures {
-            figure.entry.wavelength_error = match (&changes, self.stop) {
-                (Some(changes), _) => changes
-                    .iter()
-                    .find(|(key, _)| *key == figure.key)
-                    .map(|(_, e)| Estimate::new(e.value.abs(), e.standard_error)),
-                (None, StoppedBy::NoDispersion) => Some(Estimate::new(0.0, 0.0)),
-                (None, _) => None,
-            };
+    /// How much all figures, accounts of the ledger and figures of receivers of `observation`, which
+    /// is the sum, changed from fewer wavelengths.
+    pub fn wavelength_errors(&self, observation: &Observation) -> WavelengthErrors {
+        if self.stop == StoppedBy::NoDispersion {
+            return WavelengthErrors { by_key: BTreeMap::new(), of_others: Some(0.0) };
         }
+        let changes = self.coarse.as_ref().map(|coarse| {
+            let coarse = self.sweep.combined(coarse);
+            observation.changes(&coarse, self.sweep.job.design, |_| true)
+        });
+        let by_key = changes.into_iter().flatten().map(|(key, change)| {
+            (key.into_owned(), Estimate::new(change.value.abs(), change.standard_error))
+        });
+        WavelengthErrors { by_key: by_key.collect(), of_others: None }
     }
 
     /// Entry of light and wavelengths in `results.json`.
@@ -175,6 +172,48 @@ impl SpectralTrace<'_> {
             (source.map(String::as_str), node.nm, self.sweep.observation(node))
         };
         nodes.map(of).collect()
+    }
+}
+
+/// Changes of figures by the last wavelengths, by key.
+pub struct WavelengthErrors {
+    by_key: BTreeMap<String, Estimate>,
+    /// That of keys that are not there.
+    of_others: Option<f64>,
+}
+
+impl WavelengthErrors {
+    fn of(&self, key: &str) -> Option<Estimate> {
+        let others = || self.of_others.map(|value| Estimate::new(value, 0.0));
+        self.by_key.get(key).copied().or_else(others)
+    }
+
+    /// Adds them to the figures, the ledger, absolute figures and receivers of `result`.
+    pub fn add_to(&self, result: &mut ModelResult, units: &Units) {
+        for figure in &mut result.figures {
+            figure.entry.wavelength_error = self.of(&figure.key);
+        }
+        let accounts = result.ledger.accounts.iter().map(|(account, _)| account);
+        let errors = accounts.filter_map(|account| Some((account.clone(), self.of(account)?)));
+        result.ledger.wavelength_errors = errors.collect();
+        if let Some(absolute) = &mut result.absolute {
+            let per_package = 1.0 / absolute.packages as f64;
+            for (key, figure) in &mut absolute.figures {
+                figure.array.wavelength_error = self.of(key);
+                if let Some(one) = &mut figure.per_package {
+                    let error = figure.array.wavelength_error;
+                    one.wavelength_error = error.map(|error| error.times(per_package));
+                }
+            }
+        }
+        for (name, receiver) in result.receivers.iter_mut().flatten() {
+            for (key, entry) in &mut receiver.figures {
+                // As a figure a flux is a share.
+                let factor = if key == "flux" { units.per_flux() } else { 1.0 };
+                let error = self.of(&format!("{key}.{name}"));
+                entry.wavelength_error = error.map(|error| error.times(factor));
+            }
+        }
     }
 }
 
@@ -223,9 +262,9 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
         sweep.cover(&coarse)?;
         let (design, context) = (sweep.job.design, sweep.job.context);
         let (worst, stop) = {
-            let observation = sweep.compared(&rule);
+            let observation = sweep.combined(&rule);
             let figures = observation.figures(design);
-            let changes = observation.changes(&sweep.compared(&coarse), design, adds_wavelengths);
+            let changes = observation.changes(&sweep.combined(&coarse), design, adds_wavelengths);
             verdict(&figures, &changes, tolerance)
         };
         context.console.say(&format!(

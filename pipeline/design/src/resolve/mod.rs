@@ -28,18 +28,22 @@ use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 
 use ::files::content_hash::sha256_hex;
 use ::files::provenance::Provenance;
+use metrics::digits::shortest;
 use metrics::far_field::{BinPlacement, PeakMethod};
 
-use super::check::{Context, divides, whole_division, whole_multiple};
+use super::check::{Context, MAX_LENGTH_MM, divides, whole_division, whole_multiple};
 use super::error::ConfigError;
 use super::resolved::dome::Dome;
 use super::resolved::files::Files;
 use super::resolved::incidence_grid::MAX_KX;
 use super::resolved::{Design, Mirror, PATHS};
 use super::schema;
+use super::serde_arrays::List;
 
 /// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
 const MAX_BINS: f64 = 1e6;
+/// Most bins across a spot: nine points at all phases of the pitch are 1296 spots.
+const MAX_SPOT_BINS: f64 = 100.0;
 
 /// The text of a design file.
 pub(crate) struct DesignText<'a> {
@@ -145,6 +149,39 @@ impl Design {
         Ok(design)
     }
 
+    /// The area that uniformity is stated of lies on the map, and its spots in it.
+    fn check_area(&self, at: &Context) -> Result<(), ConfigError> {
+        let r = &self.receiver;
+        let bin_mm = r.read_bin_mm.unwrap_or(r.bin_mm);
+        if r.area_mm.is_none() && r.area_centre_mm.is_some() {
+            let expected = "an area beside it (receiver.area_mm)";
+            return Err(at.value("receiver.area_centre_mm", "given", expected));
+        }
+        let mut most = self.array.pitch_mm;
+        if let (Some(List(size)), Some([low, high])) = (r.area_mm, r.area_corners_mm()) {
+            let margin_mm = r.margin_mm(self.array.pitch_mm);
+            for (k, half) in self.half_extent_mm().into_iter().enumerate() {
+                at.within("receiver.area_mm", size[k], 2.0 * bin_mm, MAX_LENGTH_MM)?;
+                let edge = half + margin_mm;
+                if low[k].min(-high[k]) < -edge * (1.0 + 1e-9) {
+                    let axis = ["x", "y"][k];
+                    let got = format!("from {axis} = {} to {} mm", low[k], high[k]);
+                    let expected = format!(
+                        "an area on the map, which reaches to ±{} mm; receiver.margin_mm widens it",
+                        shortest(edge)
+                    );
+                    return Err(at.value("receiver.area_mm", got, &expected));
+                }
+            }
+            most = size[0].min(size[1]);
+        }
+        if let Some(spot_mm) = r.spot_mm {
+            let most = (most / 3.0).min(MAX_SPOT_BINS * bin_mm);
+            at.within("receiver.spot_mm", spot_mm, 1e-3, most)?;
+        }
+        Ok(())
+    }
+
     fn check_observation(&self, at: &Context) -> Result<(), ConfigError> {
         let (r, f, h) = (&self.receiver, &self.far_field, &self.hybrid);
         let margin_mm = r.margin_mm(self.array.pitch_mm);
@@ -178,6 +215,7 @@ impl Design {
             ));
         }
         at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
+        self.check_area(at)?;
         at.within("far_field.bin_deg", f.bin_deg, 0.1, 15.0)?;
         whole_division(at, "far_field.bin_deg", 90.0, f.bin_deg)?;
         at.within("far_field.azimuth_bin_deg", f.azimuth_bin_deg, 1.0, 45.0)?;

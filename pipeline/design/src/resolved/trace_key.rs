@@ -103,7 +103,7 @@ impl Design {
             "shared_by_nm": lit.as_ref().map(|LitSources { sources: _, shared_by_nm }| shared_by_nm),
             "receiver": fields!(receiver => schema::Receiver {
                 plane_height_mm, bin_mm, smoothing_sigma_mm, margin_mm, average;
-                read_bin_mm, full_scale, zero
+                read_bin_mm, full_scale, zero, area_mm, area_centre_mm, spot_mm
             }),
             "far_field": fields!(far_field => schema::FarFieldReceiver {
                 bin_deg, azimuth_bin_deg;
@@ -126,7 +126,7 @@ impl Design {
     pub fn reading_fields(&self) -> Value {
         json!({
             "receiver": fields!(&self.receiver => schema::Receiver {
-                read_bin_mm, full_scale, zero;
+                read_bin_mm, full_scale, zero, area_mm, area_centre_mm, spot_mm;
                 plane_height_mm, bin_mm, smoothing_sigma_mm, margin_mm, average
             }),
             "far_field": fields!(&self.far_field => schema::FarFieldReceiver {

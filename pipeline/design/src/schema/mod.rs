@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use metrics::far_field::{BinPlacement, PeakMethod};
 
+use super::serde_arrays::List;
 use super::tagged::TaggedTable;
 
 pub mod dome;
@@ -201,6 +202,18 @@ pub struct Receiver {
     /// Images the map is averaged over; default `"symmetries"`.
     #[serde(skip_serializing_if = "is_default")]
     pub average: Average,
+    /// Width and depth of an area on the map, mm, whose uniformity is read beside that of the cell
+    /// between LED axes (`area_*`): the active area of a display, or one pitch in its middle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_mm: Option<List<f64, 2>>,
+    /// Middle of that area, mm; default the middle of the array.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_centre_mm: Option<List<f64, 2>>,
+    /// Diameter of the spots over which nine and thirteen points are averaged, as a luminance meter
+    /// does, mm; at most 100 bins, and a third of the area, or of the pitch without one. Default:
+    /// points of the map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spot_mm: Option<f64>,
 }
 
 impl Receiver {
@@ -208,6 +221,13 @@ impl Receiver {
     pub fn margin_mm(&self, pitch_mm: f64) -> f64 {
         const MIN: f64 = 6.0;
         self.margin_mm.unwrap_or(MIN.max(0.5 * pitch_mm))
+    }
+
+    /// Lower left and upper right corner of the stated area, mm.
+    pub fn area_corners_mm(&self) -> Option<[[f64; 2]; 2]> {
+        let List(size) = self.area_mm?;
+        let List(centre) = self.area_centre_mm.unwrap_or_default();
+        Some([-0.5, 0.5].map(|part| [0, 1].map(|k| centre[k] + part * size[k])))
     }
 
     /// Bins side by side that make one in which peak and valley are read.
@@ -249,6 +269,9 @@ impl Default for Receiver {
             full_scale: 256.0,
             zero: Zero::Dark,
             average: Average::Symmetries,
+            area_mm: None,
+            area_centre_mm: None,
+            spot_mm: None,
         }
     }
 }
@@ -267,8 +290,8 @@ pub struct FarFieldReceiver {
     /// Method of reading the peak. Default `"parabola"`.
     #[serde(skip_serializing_if = "is_default")]
     pub peak: PeakMethod,
-    /// Distance from the largest bin within which the parabola is fitted, degrees; `read_bin_deg`
-    /// (0 with `peak = "bin"`) to 45. Default at least `read_bin_deg`.
+    /// Distance from the peak within which the parabola is fitted, degrees; `read_bin_deg` (0 with
+    /// `peak = "bin"`) to 45. Default at least `read_bin_deg`.
     pub peak_fit_deg: f64,
     /// Bin of the polar angle in which peak and centre are read, degrees; at most 15, divides 90, a
     /// multiple of `bin_deg` (of twice that about multiples). Default `bin_deg`.

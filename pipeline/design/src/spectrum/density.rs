@@ -2,7 +2,7 @@
 //! A continuous spectrum, weighted or not, as a density that is linear between closely spaced
 //! wavelengths, and its quantiles.
 
-use metrics::photopic;
+use metrics::{colour_matching, photopic};
 
 use super::SpectralPower;
 
@@ -31,28 +31,34 @@ pub(super) struct Density {
 impl Density {
     /// The density of a checked source of kind white LED or table, times V(λ) if `photometric`.
     pub(super) fn new(source: &SpectralPower, photometric: bool) -> Self {
-        let mut density = match source {
-            SpectralPower::WhiteLed {
-                blue_nm,
-                blue_fwhm_nm,
-                phosphor_nm,
-                phosphor_fwhm_nm,
-                blue_part,
-            } => white_led(&[
-                Peak::new(*blue_nm, *blue_fwhm_nm, *blue_part),
-                Peak::new(*phosphor_nm, *phosphor_fwhm_nm, 1.0 - blue_part),
-            ]),
-            SpectralPower::Table { wavelength_nm, power }
-            | SpectralPower::Lines { wavelength_nm, power } => {
-                table(wavelength_nm, power, photometric)
-            }
-        };
+        let (nm, mut value) = points(source, photometric);
         if photometric {
-            for (nm, value) in density.0.iter().zip(&mut density.1) {
+            for (nm, value) in nm.iter().zip(&mut value) {
                 *value *= photopic::v(*nm);
             }
         }
-        Self::from_points(density.0, density.1)
+        Self::from_points(nm, value)
+    }
+
+    /// The density of wavelengths that stand for a source: the cube root of the mean of its weighted
+    /// power, X, Y and Z, each by its integral. Between wavelengths h apart linear interpolation is
+    /// off by h² f''/12, and a weight w makes ∫ w h² the least where 1/h goes as w to the power 1/3.
+    pub(super) fn of_wavelengths(source: &SpectralPower, photometric: bool) -> Self {
+        let (nm, power) = points(source, true);
+        let of = |weight: &dyn Fn(f64) -> f64| {
+            let value = nm.iter().zip(&power).map(|(nm, power)| power * weight(*nm)).collect();
+            Self::from_points(nm.clone(), value)
+        };
+        let matching = |k: usize| of(&move |nm| colour_matching::xyz(nm)[k]);
+        let seen = of(&|nm| if photometric { photopic::v(nm) } else { 1.0 });
+        let parts = [seen, matching(0), matching(1), matching(2)];
+        let parts = parts.iter().filter(|part| part.total() > 0.0);
+        let mut mean = vec![0.0; nm.len()];
+        for part in parts {
+            let total = part.total();
+            mean.iter_mut().zip(&part.value).for_each(|(sum, value)| *sum += value / total);
+        }
+        Self::from_points(nm, mean.into_iter().map(f64::cbrt).collect())
     }
 
     fn from_points(nm: Vec<f64>, value: Vec<f64>) -> Self {
@@ -87,6 +93,25 @@ impl Density {
         // The root t of a t + slope t²/2 = rest in the form that does not cancel.
         let t = 2.0 * rest / (a + (a * a + 2.0 * slope * rest).max(0.0).sqrt());
         self.nm[i - 1] + if t.is_finite() { t.clamp(0.0, step) } else { 0.0 }
+    }
+}
+
+/// Wavelengths and power per nm; of tables the rows, or `fine` steps in which a product with V(λ) is
+/// linear.
+fn points(source: &SpectralPower, fine: bool) -> (Vec<f64>, Vec<f64>) {
+    match source {
+        SpectralPower::WhiteLed {
+            blue_nm,
+            blue_fwhm_nm,
+            phosphor_nm,
+            phosphor_fwhm_nm,
+            blue_part,
+        } => white_led(&[
+            Peak::new(*blue_nm, *blue_fwhm_nm, *blue_part),
+            Peak::new(*phosphor_nm, *phosphor_fwhm_nm, 1.0 - blue_part),
+        ]),
+        SpectralPower::Table { wavelength_nm, power }
+        | SpectralPower::Lines { wavelength_nm, power } => table(wavelength_nm, power, fine),
     }
 }
 
@@ -142,12 +167,11 @@ fn white_led(peaks: &[Peak; 2]) -> (Vec<f64>, Vec<f64>) {
     (nm, value)
 }
 
-/// The rows, with V's knots where V is to be multiplied in, and steps fine enough that the product
-/// is linear between them.
-fn table(wavelength_nm: &[f64], power: &[f64], photometric: bool) -> (Vec<f64>, Vec<f64>) {
+/// The rows; if `fine` with V's knots and steps between them.
+fn table(wavelength_nm: &[f64], power: &[f64], fine: bool) -> (Vec<f64>, Vec<f64>) {
     let (first, last) = (wavelength_nm[0], wavelength_nm[wavelength_nm.len() - 1]);
     let mut nm = wavelength_nm.to_vec();
-    if photometric {
+    if fine {
         nm.extend(photopic::knots_nm().filter(|k| (first..=last).contains(k)));
         let steps = ((last - first) / STEP_NM).clamp(1.0, MAX_STEPS).ceil();
         nm.extend((1..steps as usize).map(|k| first + (last - first) * k as f64 / steps));

@@ -4,9 +4,10 @@
 //!
 //! A far field, a map or a ledger for a whole spectrum is ∫ f(λ) w(λ) dλ / ∫ w(λ) dλ, where f holds
 //! for light of one wavelength and 1 W, and w is the spectral power P (radiometric) or P V
-//! (photometric, [`metrics::photopic`]). With u(λ), the share of ∫ w below λ, this is ∫ f(λ(u)) du over
-//! 0..1, which [`quadrature`] turns into a few wavelengths with positive weights. Spectra of lines
-//! need no quadrature.
+//! (photometric, [`metrics::photopic`]). A few wavelengths stand for a spectrum: f is computed there,
+//! interpolated linearly between, constant beyond, and the integral of that over w is a sum with
+//! positive weights. So are those over X, Y and Z. Wavelengths are dense where these are
+//! (`density`), nested from one number to the next ([`quadrature`]). Spectra of lines need none.
 
 mod density;
 pub mod lights;
@@ -17,7 +18,7 @@ mod shares;
 use std::fmt::Display;
 
 use density::Density;
-use quadrature::fejer;
+use quadrature::places;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -127,7 +128,9 @@ pub struct Spectrum {
 /// Shares of the weighted power.
 #[derive(Debug, Clone, PartialEq)]
 enum Shares {
-    Continuous(Density),
+    /// The weighted power, and the density of wavelengths that stand for it.
+    Continuous { power: Density, wavelengths: Density },
+    /// Wavelengths and their shares.
     Lines(Vec<(f64, f64)>),
 }
 
@@ -161,7 +164,10 @@ impl Spectrum {
             SpectralPower::Lines { wavelength_nm, power } => {
                 Shares::Lines(lines(wavelength_nm, power, photometric))
             }
-            _ => Shares::Continuous(Density::new(&source, photometric)),
+            _ => Shares::Continuous {
+                power: Density::new(&source, photometric),
+                wavelengths: Density::of_wavelengths(&source, photometric),
+            },
         };
         let spectrum = Self {
             luminous_efficacy_lm_per_w: efficacy(&source),
@@ -227,7 +233,7 @@ impl Spectrum {
     /// spectrum where one wavelength must.
     pub fn median_nm(&self) -> f64 {
         match &self.shares {
-            Shares::Continuous(_) => self.rule(1)[0].0,
+            Shares::Continuous { power, .. } => rounded(power, 0.5),
             Shares::Lines(lines) => {
                 let mut below = 0.0;
                 let middle = lines.iter().find(|(_, weight)| {
@@ -244,11 +250,10 @@ impl Spectrum {
     pub fn rule(&self, count: usize) -> Vec<(f64, f64)> {
         match &self.shares {
             Shares::Lines(lines) => lines.clone(),
-            Shares::Continuous(density) => {
-                let [low, high] = density.range_nm();
-                let at =
-                    |u: f64| ((density.quantile_nm(u) * PER_NM).round() / PER_NM).clamp(low, high);
-                fejer(count).into_iter().map(|(u, w)| (at(u), w)).collect()
+            Shares::Continuous { power, wavelengths } => {
+                let nodes: Vec<f64> = places(count).map(|u| rounded(wavelengths, u)).collect();
+                let weights = shares::of_nodes(&nodes, slices(power));
+                nodes.into_iter().zip(weights).collect()
             }
         }
     }
@@ -292,6 +297,12 @@ impl Spectrum {
             self.luminous_efficacy_lm_per_w
         )
     }
+}
+
+/// The wavelength below which the share `u` of a density lies, rounded, nm.
+fn rounded(density: &Density, u: f64) -> f64 {
+    let [low, high] = density.range_nm();
+    ((density.quantile_nm(u) * PER_NM).round() / PER_NM).clamp(low, high)
 }
 
 /// Wavelengths (nm) of slices of equal power, each with a flux of 1.

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays of a file, each with its wavelength → a few wavelengths, and what is traced at each.
 //!
-//! Where the rays have few wavelengths, all of them are computed. Else wavelengths are the
-//! quantiles of the weighted flux at the places of [`quadrature`](super::quadrature), and the flux
-//! of a ray between two of them is shared by both, the nearer one getting more; beyond the first
-//! and the last it is theirs. Whatever is seen is so interpolated linearly over the wavelength,
+//! Where the rays have few wavelengths, all of them are computed. Else wavelengths lie as those of a
+//! table of the rays' flux do, and the flux of a ray between two of them is shared by both, the nearer
+//! one getting more; beyond the first and the last it is theirs. Whatever is seen is so interpolated linearly over the wavelength,
 //! each ray at its own place and in its own direction: exact where it is linear between neighbours,
 //! and off by h²/8 of its second derivative at most where they are h apart.
 
@@ -17,8 +16,9 @@ use tracer::formats::rays::RayRecord;
 use metrics::photopic;
 use metrics::plural::count;
 
-use super::quadrature::fejer;
-use super::{Sampling, Weighting, shares};
+use super::density::Density;
+use super::quadrature::places;
+use super::{Sampling, SpectralPower, Weighting, shares};
 
 /// Most wavelengths that are all computed.
 pub const MAX_EXACT: usize = 31;
@@ -101,7 +101,14 @@ impl ColouredRays {
 
     /// The wavelength with half of the weighted flux on either side, nm.
     pub fn median_nm(&self) -> f64 {
-        self.quantiles(&[0.5])[0]
+        let weighted = self.weighted(self.weighting);
+        let half = 0.5 * weighted.iter().map(|(_, flux)| flux).sum::<f64>();
+        let mut below = 0.0;
+        let place = weighted.iter().position(|(_, flux)| {
+            below += flux;
+            below >= half
+        });
+        weighted[place.unwrap_or(weighted.len() - 1)].0
     }
 
     /// At most `count` wavelengths, ascending, nm: all of them where there are few.
@@ -109,26 +116,30 @@ impl ColouredRays {
         if self.sampling.is_none() {
             return self.flux.iter().map(|(nm, _)| *nm).collect();
         }
-        let places: Vec<f64> = fejer(count).into_iter().map(|(u, _)| u).collect();
-        let mut nodes = self.quantiles(&places);
+        let photometric = self.weighting == Weighting::Photometric;
+        let density = Density::of_wavelengths(&self.spread(), photometric);
+        let at = |u: f64| (density.quantile_nm(u) * PER_NM).round() / PER_NM;
+        let mut nodes: Vec<f64> = places(count).map(at).collect();
         nodes.dedup();
         nodes
     }
 
-    /// The wavelengths below which these shares of the weighted flux lie, nm.
-    fn quantiles(&self, shares: &[f64]) -> Vec<f64> {
-        let weighted = self.weighted(self.weighting);
-        let mut below = Vec::with_capacity(weighted.len());
-        let mut sum = 0.0;
-        for (_, flux) in &weighted {
-            sum += flux;
-            below.push(sum);
+    /// The flux of all rays as a table, by equal parts of the range.
+    fn spread(&self) -> SpectralPower {
+        const PARTS: usize = 128;
+        let [low, high] = self.range_nm;
+        let mut flux = vec![0.0; PARTS];
+        for (nm, watts) in self.flux.iter() {
+            let part = (nm - low) / (high - low) * PARTS as f64;
+            flux[(part as usize).min(PARTS - 1)] += watts;
         }
-        let at = |u: &f64| {
-            let place = below.partition_point(|b| *b < u * sum);
-            weighted[place.min(weighted.len() - 1)].0
-        };
-        shares.iter().map(at).collect()
+        let middle = |part: usize| low + (high - low) * (part as f64 + 0.5) / PARTS as f64;
+        let middles = (0..PARTS).map(middle);
+        let [first, last] = [flux[0], flux[PARTS - 1]];
+        SpectralPower::Table {
+            wavelength_nm: [low].into_iter().chain(middles).chain([high]).collect(),
+            power: [first].into_iter().chain(flux).chain([last]).collect(),
+        }
     }
 
     /// The share of the flux that each of `nodes` stands for; zeros where there is none.

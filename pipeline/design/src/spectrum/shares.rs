@@ -26,13 +26,13 @@ pub(super) fn part(nodes: &[f64], node: usize, nm: f64) -> f64 {
 /// The share of all of `light`, wavelengths (nm) and flux, that each of `nodes` stands for; zeros
 /// where there is no flux.
 pub(super) fn of_nodes(nodes: &[f64], light: impl IntoIterator<Item = (f64, f64)>) -> Vec<f64> {
-    let (mut weights, mut whole) = (vec![0.0; nodes.len()], 0.0);
+    let mut weights = vec![0.0; nodes.len()];
     for (nm, flux) in light {
-        whole += flux;
         for (node, share) in of(nodes, nm) {
             weights[node] += flux * share;
         }
     }
+    let whole: f64 = weights.iter().sum();
     if whole > 0.0 {
         for weight in &mut weights {
             *weight /= whole;

@@ -82,18 +82,81 @@ fn lines_are_weighted_by_power_or_by_flux() {
 }
 
 #[test]
-fn a_flat_spectrum_is_integrated_like_a_polynomial() {
-    let flat = spectrum(table(&[400.0, 700.0], &[1.0, 1.0]), Weighting::Radiometric);
+fn a_flat_spectrum_is_integrated_as_straight_lines() {
+    let flat = spectrum(table(&[900.0, 1100.0], &[1.0, 1.0]), Weighting::Radiometric);
     for count in quadrature::COUNTS {
         let rule = flat.rule(count);
         assert!((rule.iter().map(|p| p.1).sum::<f64>() - 1.0).abs() < 1e-14);
         assert!(rule.iter().all(|p| p.1 > 0.0));
-        // Mean of λ is 550 nm; wavelengths are rounded to 0.001 nm.
-        assert!((integral(&flat, count, |nm| nm) - 550.0).abs() < 1e-3);
+        let finer = flat.rule(2 * count + 1);
+        assert!(rule.iter().all(|(nm, _)| finer.iter().any(|(finer, _)| nm == finer)), "{count}");
+        // Wavelengths are rounded to 0.001 nm.
+        assert!((integral(&flat, count, |nm| nm) - 1000.0).abs() < 1e-3);
     }
-    // Mean of λ²: (700³ - 400³)/(3 · 300).
-    let exact = (700f64.powi(3) - 400f64.powi(3)) / 900.0;
-    assert!((integral(&flat, 3, |nm| nm * nm) / exact - 1.0).abs() < 1e-5);
+}
+
+/// Exact and sampled integrals of a filter over the weighted power, and over X, Y and Z.
+fn filtered(white: &Spectrum, count: usize, filter: impl Fn(f64) -> f64) -> ([f64; 4], [f64; 4]) {
+    let density = Density::new(&white.source, false);
+    let mut exact = [0.0; 4];
+    let mut whole = 0.0;
+    const SLICES: usize = 100_000;
+    for k in 0..SLICES {
+        let nm = density.quantile_nm((k as f64 + 0.5) / SLICES as f64);
+        let [x, y, z] = metrics::colour_matching::xyz(nm);
+        let weight = if white.weighting == Weighting::Photometric { y } else { 1.0 };
+        whole += weight;
+        for (sum, value) in exact.iter_mut().zip([weight, x, y, z]) {
+            *sum += value * filter(nm);
+        }
+    }
+    exact[0] /= whole;
+    exact[1..].iter_mut().for_each(|value| *value /= SLICES as f64);
+    let nodes: Vec<f64> = white.rule(count).into_iter().map(|(nm, _)| nm).collect();
+    let mut found = [integral(white, count, &filter), 0.0, 0.0, 0.0];
+    for (nm, xyz) in nodes.iter().zip(white.tristimulus(&nodes)) {
+        for (sum, value) in found[1..].iter_mut().zip(xyz) {
+            *sum += value * filter(*nm);
+        }
+    }
+    (exact, found)
+}
+
+/// Chromaticity (x, y).
+fn chromaticity([_, x, y, z]: [f64; 4]) -> [f64; 2] {
+    [x, y].map(|value| value / (x + y + z))
+}
+
+#[test]
+fn colours_and_fluxes_behind_filters_converge() {
+    // An edge filter, a dye whose absorption falls by e over 40 nm, interference.
+    let edge = |nm: f64| 1.0 / (1.0 + (-(nm - 520.0) / 8.0).exp());
+    let dye = |nm: f64| (-3.0 * (-(nm - 420.0) / 40.0).exp()).exp();
+    let film = |nm: f64| 0.6 + 0.4 * (std::f64::consts::TAU * 600.0 / nm).cos();
+    let filters: [&dyn Fn(f64) -> f64; 3] = [&edge, &dye, &film];
+    for weighting in [Weighting::Radiometric, Weighting::Photometric] {
+        let white = spectrum(led(), weighting);
+        for (number, filter) in filters.iter().enumerate() {
+            let mut colours = Vec::new();
+            for (count, most) in [(7, 2e-2), (15, 5e-3), (31, 1.2e-3)] {
+                let (exact, found) = filtered(&white, count, filter);
+                assert!(
+                    (found[0] - exact[0]).abs() < most,
+                    "{weighting:?} {number} {count}: {} {}",
+                    found[0],
+                    exact[0]
+                );
+                let [a, b] = [exact, found].map(chromaticity);
+                let distance = (a[0] - b[0]).hypot(a[1] - b[1]);
+                assert!(distance < most, "{weighting:?} {number} {count}: {a:?} {b:?}");
+                colours.push(found);
+            }
+            // What the last wavelengths change bounds what more would.
+            let (exact, fine) = filtered(&white, 31, filter);
+            let change = (fine[0] - colours[1][0]).abs();
+            assert!((fine[0] - exact[0]).abs() < change.max(2e-4), "{weighting:?} {number}");
+        }
+    }
 }
 
 #[test]
@@ -138,7 +201,7 @@ fn a_white_led_is_plausible() {
     assert!((540.0..570.0).contains(&white.median_nm()));
     // A quarter of the radiant power is blue: the quantile at 0.125 is the die's peak, but for the
     // phosphor's faint tail below it.
-    let Shares::Continuous(power) = spectrum(led(), Weighting::Radiometric).shares else {
+    let Shares::Continuous { power, .. } = spectrum(led(), Weighting::Radiometric).shares else {
         unreachable!("continuous")
     };
     assert!((power.quantile_nm(0.125) - 450.0).abs() < 1.0);

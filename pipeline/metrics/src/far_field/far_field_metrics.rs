@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Peak angle and centre/peak of a far field.
 //!
-//! The profile is the mean over azimuth or a cut. Its peak is the vertex of the parabola fitted to
-//! the largest bin and its neighbours, or the middle of the largest bin. Across the axis the
-//! profile continues as its mirror image. The centre is the mean intensity below `centre_deg` over
+//! The profile is the mean over azimuth or a cut. Its peak is the middle of the largest bin, or the
+//! vertex of a parabola fitted to a window that the vertex is the middle of: a window about the
+//! largest bin would jump with it, and the jackknife would see the jump or none of it. Across the
+//! axis the profile continues as its mirror image. The centre is the mean intensity below `centre_deg` over
 //! all azimuths, for a cut too: near the axis azimuths hardly differ, and a cut holds few rays
 //! there.
 
@@ -32,39 +33,64 @@ fn width(profile: &[f64], sphere: &AngularBins, level: f64) -> f64 {
     })
 }
 
-/// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola
-/// fitted to the largest bin of the upper hemisphere and `reach` bins on either side.
+/// Steps in which a window finds the vertex; each takes most of what is left.
+const MAX_STEPS: usize = 40;
+
+/// Peak of a profile, (angle in degrees, intensity): the vertex of the parabola fitted to `reach`
+/// bins and a half on either side of it, in bins that count by their part in there. It lies within
+/// `reach` bins of the largest of the upper hemisphere. A window that reaches across the axis stays
+/// about that bin: the mirror image would draw it on.
 fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
     let best = largest(profile, sphere);
-    let middle = sphere.centre_deg(best);
-    let reach = reach.max(1) as i64;
+    let largest = (sphere.centre_deg(best), profile[best]);
+    let (best, reach) = (best as f64, reach.max(1) as f64);
+    let axis = -sphere.centre_deg(0) / sphere.bin_deg;
+    let limits = [(best - reach).max(axis + reach + 0.5), best + reach];
+    let is_free = limits[0] <= best;
+    let (mut middle, mut height) = (best, largest.1);
+    for _ in 0..MAX_STEPS {
+        let Some([a, b, c]) = parabola(&window(profile, sphere, middle, reach)) else {
+            return largest;
+        };
+        if c >= 0.0 {
+            return largest;
+        }
+        let step = (-0.5 * b / c).clamp(-reach, reach);
+        let next = if is_free { (middle + step).clamp(limits[0], limits[1]) } else { best + step };
+        let step = next - middle;
+        height = a + step * (b + step * c);
+        middle = next;
+        if !is_free || step.abs() < 1e-9 {
+            break;
+        }
+    }
+    ((middle - axis).abs() * sphere.bin_deg, height)
+}
+
+/// Bins about `middle`, in bins: distance from it, value, and the part that lies within `reach` and
+/// a half.
+fn window(profile: &[f64], sphere: &AngularBins, middle: f64, reach: f64) -> Vec<[f64; 3]> {
     // Beyond the axis lies the mirror image: of bin 0 itself, or of the bin beside it.
     let first = match sphere.bins {
         BinPlacement::Between => -1,
         BinPlacement::About => 0,
     };
-    let bin = |i: i64| {
-        profile.get(if i < 0 { first - i } else { i } as usize).map(|&v| (i - best as i64, v))
+    let half = reach + 0.5;
+    let bins = (middle - half).floor() as i64..=(middle + half).ceil() as i64;
+    let part = |i: i64| {
+        let value = *profile.get(if i < 0 { first - i } else { i } as usize)?;
+        let at = i as f64 - middle;
+        let inside = (at + 0.5).min(half) - (at - 0.5).max(-half);
+        (inside > 1e-12).then_some([at, value, inside])
     };
-    let points: Vec<(f64, f64)> = (best as i64 - reach..=best as i64 + reach)
-        .filter_map(bin)
-        .map(|(x, v)| (x as f64, v))
-        .collect();
-    let Some([a, b, c]) = parabola(&points) else {
-        return (middle, profile[best]);
-    };
-    if c >= 0.0 {
-        return (middle, profile[best]);
-    }
-    let vertex = (-0.5 * b / c).clamp(-(reach as f64), reach as f64);
-    ((middle + vertex * sphere.bin_deg).abs(), a + vertex * (b + vertex * c))
+    bins.filter_map(part).collect()
 }
 
-/// Coefficients of the least-squares parabola a + b x + c x²; `None` if the points do not determine
-/// it.
-fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
-    let moment = |k: i32| points.iter().map(|p| p.0.powi(k)).sum::<f64>();
-    let right = |k: i32| points.iter().map(|p| p.0.powi(k) * p.1).sum::<f64>();
+/// Coefficients of the least-squares parabola a + b x + c x² of points (x, value, weight); `None` if
+/// they do not determine it.
+fn parabola(points: &[[f64; 3]]) -> Option<[f64; 3]> {
+    let moment = |k: i32| points.iter().map(|p| p[2] * p[0].powi(k)).sum::<f64>();
+    let right = |k: i32| points.iter().map(|p| p[2] * p[0].powi(k) * p[1]).sum::<f64>();
     let m: Vec<f64> = (0..5).map(moment).collect();
     let column = |k: usize| [m[k], m[k + 1], m[k + 2]];
     let (x, y, z, r) = (column(0), column(1), column(2), [right(0), right(1), right(2)]);
@@ -105,12 +131,19 @@ pub struct FarFieldFigures {
     /// told from it, degrees. Their intensity is below the largest by at most [`DISTINCT`] standard
     /// errors of the difference.
     pub peak_range_deg: Option<[f64; 2]>,
-    /// Outer edges of these bins, degrees.
+    /// Ends between which `peak_angle_deg` is known: the outer edges of these bins, for a parabola
+    /// only where it is not resolved.
     pub peak_edges_deg: Option<[f64; 2]>,
+    /// The same of `peak_angle_parabola_deg`.
+    pub parabola_edges_deg: Option<[f64; 2]>,
 }
 
 /// Parts of the peak at which the beam and the field angle end.
 const WIDTHS: [f64; 2] = [0.5, 0.1];
+
+/// Largest standard error of a vertex that is resolved, as a part of half its window: farther off a
+/// window finds other maxima, which the jackknife may see or not.
+const MAX_UNCERTAIN: f64 = 1.0 / 6.0;
 
 /// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
 /// see before it may say that there is none.
@@ -245,14 +278,16 @@ impl FarFieldReading {
         seen
     }
 
+    /// Bins on either side of the vertex of a parabola.
+    fn reach(&self) -> usize {
+        (self.peak_fit_deg / self.read_bin_deg).round() as usize
+    }
+
     /// Angle and intensity of the peak of what was [seen](Self::seen).
     fn peak(&self, seen: &[f64]) -> (f64, f64) {
         let (sphere, profile) = (self.sphere(), &seen[1..]);
         match self.peak {
-            PeakMethod::Parabola => {
-                let reach = (self.peak_fit_deg / self.read_bin_deg).round() as usize;
-                vertex(profile, &sphere, reach)
-            }
+            PeakMethod::Parabola => vertex(profile, &sphere, self.reach()),
             PeakMethod::Bin => {
                 let best = largest(profile, &sphere);
                 (sphere.centre_deg(best), profile[best])
@@ -274,33 +309,48 @@ impl FarFieldReading {
     pub fn figures(&self, powers: &Grouped) -> FarFieldFigures {
         let seen = powers.map(|p| self.seen(p));
         let excess = jackknife(&seen, |s| self.peak(s).1 - s[0]);
-        let between = self.between().map(|judge| {
-            let seen = powers.map(|p| judge.seen(p));
-            jackknife(&seen, |s| judge.peak(s).0)
-        });
+        let between = self.between().map(|judge| judge.angle(&powers.map(|p| judge.seen(p))));
         let peak_w_per_sr = jackknife(&seen, |s| self.peak(s).1);
-        let peak_angle_deg = jackknife(&seen, |s| self.peak(s).0);
+        let (peak_angle_deg, peak_edges_deg) = self.angle(&seen);
         let width =
             |part: f64| jackknife(&seen, |s| width(&s[1..], &self.sphere(), part * self.peak(s).1));
         let tied = (self.peak == PeakMethod::Bin).then(|| self.tied(&seen));
-        let of_tied = |of: fn(&AngularBins, [usize; 2]) -> [f64; 2]| {
-            tied.map(|bins| of(&self.sphere(), bins))
-        };
         // Bins about the axis have their first middle on it.
         let beside = peak_angle_deg.value > 1e-6 * self.read_bin_deg;
         FarFieldFigures {
             peak_angle_deg,
-            peak_angle_parabola_deg: between,
+            peak_angle_parabola_deg: between.map(|(angle, _)| angle),
             centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
             widths_deg: WIDTHS.map(width),
             peak_w_per_sr,
             centre_w_per_sr: jackknife(&seen, |s| s[0]),
             peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
-            peak_range_deg: of_tied(|sphere, bins| bins.map(|bin| sphere.centre_deg(bin))),
-            peak_edges_deg: of_tied(|sphere, [first, last]| {
-                [sphere.edges_deg(first)[0], sphere.edges_deg(last)[1]]
-            }),
+            peak_range_deg: tied.map(|bins| bins.map(|bin| self.sphere().centre_deg(bin))),
+            peak_edges_deg,
+            parabola_edges_deg: between.and_then(|(_, edges)| edges),
         }
+    }
+
+    /// Peak angle, and the outer edges of the bins that cannot be told from the largest where these
+    /// are all that is known: of the middle of a bin, and of a parabola whose window does not hold
+    /// them all, or whose vertex is uncertain by a good part of the window.
+    fn angle(&self, seen: &Grouped) -> (Estimate, Option<[f64; 2]>) {
+        let angle = jackknife(seen, |s| self.peak(s).0);
+        let (sphere, [first, last]) = (self.sphere(), self.tied(seen));
+        let edges = [sphere.edges_deg(first)[0], sphere.edges_deg(last)[1]];
+        if self.peak == PeakMethod::Bin {
+            return (angle, Some(edges));
+        }
+        let half = self.reach().max(1) as f64 * self.read_bin_deg;
+        let is_held = [first, last].iter().all(|bin| {
+            (sphere.centre_deg(*bin) - angle.value).abs() <= half + 0.5 * self.read_bin_deg
+        });
+        if is_held && angle.standard_error <= MAX_UNCERTAIN * half {
+            return (angle, None);
+        }
+        // As of a value anywhere between the edges.
+        let spread = (edges[1] - edges[0]) / 12f64.sqrt();
+        (Estimate::new(angle.value, angle.standard_error.max(spread)), Some(edges))
     }
 
     /// The first and the last bin that cannot be told from the largest.

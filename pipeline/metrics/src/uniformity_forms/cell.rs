@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The cell between the outermost LEDs, and the points in it.
+//! The cell between the outermost LEDs, a stated area, and the points in them.
 
+use super::Area;
 use crate::illuminance::Grid;
 use crate::layout::Layout;
 use crate::sampled::{Sample, Sampled};
@@ -28,7 +29,7 @@ pub(super) const POINTS: [[f64; 2]; 13] = {
 };
 
 /// Corners of the rectangle between the outermost LED axes, mm.
-pub fn cell(layout: &Layout) -> Option<[[f64; 2]; 2]> {
+pub fn cell(layout: &Layout) -> Option<Area> {
     let first = *layout.axes_mm.first()?;
     let grow = |[low, high]: [[f64; 2]; 2], axis: &[f64; 2]| {
         [[low[0].min(axis[0]), low[1].min(axis[1])], [high[0].max(axis[0]), high[1].max(axis[1])]]
@@ -37,7 +38,7 @@ pub fn cell(layout: &Layout) -> Option<[[f64; 2]; 2]> {
 }
 
 /// The cell, if it is at least two bins of `grid` wide.
-pub(super) fn cell_on(grid: Grid, layout: &Layout) -> Option<[[f64; 2]; 2]> {
+pub(super) fn cell_on(grid: Grid, layout: &Layout) -> Option<Area> {
     cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
 }
 
@@ -59,49 +60,65 @@ impl Cell {
 
 /// Values of `map` at the nine points of the cell, at all phases of the pitch where they see one;
 /// `None` without a cell.
-pub fn nine_points(grid: Grid, layout: &Layout, map: &[f64]) -> Option<Vec<f64>> {
-    let places = over_phases(layout, cell_on(grid, layout)?, &POINTS[..9]);
-    Some(places.into_iter().map(|at| Sample::at(grid, at).of(map)).collect())
+pub fn nine_points(
+    grid: Grid,
+    layout: &Layout,
+    spot_mm: Option<f64>,
+    map: &[f64],
+) -> Option<Vec<f64>> {
+    let samples = samples(grid, layout, cell_on(grid, layout)?, (&POINTS[..9], spot_mm));
+    Some(samples.iter().map(|sample| sample.of(map)).collect())
+}
+
+/// Samples of `map` at `points` of an area: means over spots of this diameter, or values at points.
+pub(super) fn samples(
+    grid: Grid,
+    layout: &Layout,
+    area: Area,
+    (points, spot_mm): (&[[f64; 2]], Option<f64>),
+) -> Vec<Sample> {
+    let sample = |at| match spot_mm {
+        Some(diameter_mm) => Sample::spot(grid, at, diameter_mm),
+        None => Sample::at(grid, at),
+    };
+    over_phases(layout, area, points).into_iter().map(sample).collect()
 }
 
 /// Positions in a pitch that count as one.
 const SAME_PHASE: f64 = 0.1;
 
 /// Positions in a pitch at which points are read that see one phase of it alone.
-const PHASES: usize = 12;
+pub const PHASES: usize = 12;
 
-/// True of columns and of rows if the nine points see one phase of the pitch there. A phase and its
-/// mirror image are one. LEDs that do not stand in rows and columns have no phase.
-fn one_phase(layout: &Layout) -> [bool; 2] {
-    let is_one = |count: usize| {
-        let phase = |u: f64| {
-            let place = (u * (count as f64 - 1.0)).rem_euclid(1.0);
+/// The distance of columns and of rows, where the nine points of the area see one phase of it. A
+/// phase and its mirror image are one. LEDs that do not stand in rows and columns have no phase.
+fn one_phase(layout: &Layout, [low, high]: Area) -> [Option<f64>; 2] {
+    let Some(lattice) = layout.lattice() else {
+        return [None; 2];
+    };
+    [0, 1].map(|k| {
+        let [first, step] = lattice[k];
+        let phase = |point: &[f64; 2]| {
+            let at = low[k] + point[k] * (high[k] - low[k]);
+            let place = ((at - first) / step).rem_euclid(1.0);
             place.min(1.0 - place)
         };
-        let phases = [POINTS[0][0], POINTS[1][0]].map(phase);
-        count > 1 && (phases[0] - phases[1]).abs() < SAME_PHASE
-    };
-    layout.counts().map_or([false; 2], |counts| counts.map(is_one))
+        let phases = || POINTS[..9].iter().map(phase);
+        let spread = phases().fold(0.0, f64::max) - phases().fold(1.0, f64::min);
+        (step > 0.0 && spread < SAME_PHASE).then_some(step)
+    })
 }
 
-/// True if the nine and thirteen points lie at one phase of the pitch, along rows or columns, and are
-/// read at all phases for that reason.
-pub fn sees_one_phase(layout: &Layout) -> bool {
-    one_phase(layout).contains(&true)
+/// True if the nine and thirteen points of the area lie at one phase of the pitch, along rows or
+/// columns, and are read at all phases for that reason.
+pub fn sees_one_phase(layout: &Layout, area: Area) -> bool {
+    one_phase(layout, area).iter().any(Option::is_some)
 }
 
-/// Places of `points` of the cell; where they see one phase of the pitch, at all phases of it.
-pub(super) fn over_phases(
-    layout: &Layout,
-    [low, high]: [[f64; 2]; 2],
-    points: &[[f64; 2]],
-) -> Vec<[f64; 2]> {
-    let counts = layout.counts().unwrap_or([1; 2]);
-    let shifts = [0, 1].map(|k| {
-        if !one_phase(layout)[k] {
-            return vec![0.0];
-        }
-        let pitch = (high[k] - low[k]) / (counts[k] as f64 - 1.0);
+/// Places of `points` of the area; where they see one phase of the pitch, at all phases of it.
+fn over_phases(layout: &Layout, [low, high]: Area, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let shifts = one_phase(layout, [low, high]).map(|pitch| {
+        let Some(pitch) = pitch else { return vec![0.0] };
         let shift = |phase| pitch * (phase as f64 / PHASES as f64 - 0.5);
         (0..PHASES).map(shift).collect()
     });

@@ -67,7 +67,7 @@ pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value
         let words = design.iter().find_map(|(_, package)| package.as_ref());
         let row = |(model, _): &(&Model, &Option<PackageFile>)| {
             let ledger = &model.entry.power_ledger;
-            let figure = |key: &str| Some(model.entry.figures.get(key)?.estimate());
+            let figure = |key: &str| Some(model.entry.figures.get(key)?.with_wavelengths());
             let absolute = model.entry.absolute.as_ref();
             let flux = absolute.and_then(|absolute| absolute.figures.get("flux_up"));
             json!({

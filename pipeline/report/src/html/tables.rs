@@ -209,7 +209,7 @@ pub fn receivers(models: &[Model]) -> Vec<Value> {
 
 /// Forms of uniformity, a table for each design that has any.
 pub fn uniformity(models: &[Model]) -> Vec<Value> {
-    let figure = |model: &Model, key: &str| Some(model.entry.figures.get(key)?.estimate());
+    let figure = |model: &Model, key: &str| Some(model.entry.figures.get(key)?.with_wavelengths());
     let of_design = |design: &[Model]| {
         let forms = FORMS.iter();
         let there = forms.filter(|form| design.iter().any(|m| figure(m, form.key).is_some()));

@@ -59,11 +59,16 @@ fn missing(design: &Design, figure: &Definition) -> Option<&'static str> {
         let corners = cell(&layout).into_iter();
         corners.flat_map(|[low, high]| [0, 1].map(|k| high[k] - low[k])).all(|w| w >= 2.0 * bin_mm)
     };
+    let between_neighbours = !figure.key.starts_with("cell_");
     let why = match figure.source {
-        Source::Map if layout.straight().is_empty() => {
+        Source::Map if figure.key.starts_with("area_") && design.receiver.area_mm.is_some() => {
+            return None;
+        }
+        Source::Map if figure.key.starts_with("area_") => "which needs an area (receiver.area_mm)",
+        Source::Map if between_neighbours && layout.straight().is_empty() => {
             "which compares neighbours one pitch apart, of which there are none"
         }
-        Source::Map if !figure.key.starts_with("cell_") && !fits(design, &layout) => {
+        Source::Map if between_neighbours && !fits(design, &layout) => {
             "and receiver.bin_mm is too wide for a fit to the valley between neighbours"
         }
         Source::Map if figure.key.starts_with("diagonal_") && layout.diagonal().is_empty() => {

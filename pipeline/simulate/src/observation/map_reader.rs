@@ -39,7 +39,8 @@ impl MapReader {
             layout(design),
             design.receiver.full_scale,
             reading(design),
-        );
+        )
+        .with_area(design.receiver.area_corners_mm(), design.receiver.spot_mm);
         let smallest = match design.receiver.zero {
             Zero::Dark => None,
             Zero::Smallest => Some(smallest(total).0),

@@ -115,7 +115,10 @@ impl Reader for FarFieldReader<'_> {
                 ..angle(far.peak_angle_deg)
             },
             FigureEntry { peak_place: noise, ..FigureEntry::new(far.centre_to_peak) },
-            angle(far.peak_angle_parabola_deg.unwrap_or(Estimate::new(f64::NAN, 0.0))),
+            FigureEntry {
+                interval: far.parabola_edges_deg,
+                ..angle(far.peak_angle_parabola_deg.unwrap_or(Estimate::new(f64::NAN, 0.0)))
+            },
             beam,
             field,
             FigureEntry::new(far.centre_w_per_sr),

@@ -123,8 +123,7 @@ impl<'a> Sweep<'a> {
         let (grid, sphere) = (plane_grid(self.job.design), sphere(self.job.design));
         let others = self.job.design.receivers.iter().map(|r| r.detector.bins());
         let map = grid.columns * grid.rows;
-        let of_figures = map + sphere.polar * sphere.azimuths;
-        let bins = of_figures + others.sum::<usize>();
+        let bins = map + sphere.polar * sphere.azimuths + others.sum::<usize>();
         let read = self.job.design.receiver.read_together();
         let zero = self.job.design.receiver.zero;
         // Copies of the map that uniformity is read from.
@@ -138,7 +137,7 @@ impl<'a> Sweep<'a> {
         // The coarser sum, and rays of files as fewer wavelengths shared them.
         let beside = if compared {
             let shared = rule.iter().filter(|node| self.key(node).2 != 0).count();
-            bins * (shared / 2) + of_figures + judged
+            bins * (shared / 2 + 1) + judged
         } else {
             0
         };
@@ -356,14 +355,6 @@ impl<'a> Sweep<'a> {
             sum.to_mut().tristimulus = Some(colours);
         }
         sum
-    }
-
-    /// The same without the receivers of `[[receivers]]`, to compare figures.
-    pub(super) fn compared(&self, rule: &Rule) -> Observation {
-        Observation {
-            tristimulus: self.tristimulus(rule),
-            ..Observation::weighted_figures(&self.parts(rule))
-        }
     }
 
     fn parts(&self, rule: &Rule) -> Vec<(f64, &Observation)> {

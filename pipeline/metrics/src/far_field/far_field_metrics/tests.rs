@@ -226,3 +226,76 @@ fn a_cut_has_its_own_peak_and_the_centre_of_all() {
         assert!((figures.centre_to_peak.value - ratio).abs() < 2e-3, "{figures:?}");
     }
 }
+
+/// Draws of a far field: groups of paths whose numbers in rings of 2.5 degrees are Poisson.
+fn drawn(f: &dyn Fn(f64) -> f64, paths: f64, seed: u64) -> Grouped {
+    const GROUPS: usize = 32;
+    let sphere = AngularBins { bin_deg: 2.5, polar: 72, azimuths: 1, ..BINS };
+    let exact = powers_in(sphere, f);
+    let scale = paths / exact.iter().sum::<f64>() / GROUPS as f64;
+    let mut rng = tracer::random::stream(seed, 0);
+    let mut poisson = |mean: f64| {
+        let normal = (0..12).map(|_| tracer::random::unit(&mut rng)).sum::<f64>() - 6.0;
+        (mean + mean.sqrt() * normal).max(0.0)
+    };
+    let group = |_| exact.iter().map(|power| poisson(power * scale)).collect();
+    Grouped::new((0..GROUPS).map(group).collect())
+}
+
+/// A peak that falls faster outwards, as batwings do.
+fn skew(theta: f64, peak: f64) -> f64 {
+    let x = (theta - peak) / if theta < peak { 40.0 } else { 20.0 };
+    if theta < 90.0 { (1.0 - x * x).max(0.0) } else { 0.0 }
+}
+
+#[test]
+fn errors_of_peak_angles_are_their_scatter() {
+    let judge = FarFieldReading {
+        recorded: AngularBins { bin_deg: 2.5, polar: 72, azimuths: 1, ..BINS },
+        read_bin_deg: 2.5,
+        centre_deg: 2.5,
+        peak_fit_deg: 7.5,
+        ..JUDGE
+    };
+    // In the middle of a bin, and on the edge of two.
+    for (peak, paths) in
+        [(31.25, 3e4), (30.0, 3e4), (31.25, 1e5), (30.0, 1e5), (31.25, 1e6), (30.0, 1e6)]
+    {
+        let f = |theta: f64| skew(theta, peak);
+        let seen = (0..100).map(|seed| judge.figures(&drawn(&f, paths, seed)));
+        let (open, known): (Vec<_>, Vec<_>) = seen.partition(|seen| seen.peak_edges_deg.is_some());
+        // What is not resolved lies between the ends that are shown.
+        for [low, high] in open.iter().filter_map(|seen| seen.peak_edges_deg) {
+            assert!(low < peak && peak < high, "{low} {high}");
+        }
+        if paths >= 1e5 {
+            assert!(open.is_empty(), "{paths}: {} not resolved", open.len());
+        }
+        let known: Vec<Estimate> = known.iter().map(|seen| seen.peak_angle_deg).collect();
+        if known.len() < 50 {
+            continue;
+        }
+        let count = known.len() as f64;
+        let mean = known.iter().map(|angle| angle.value).sum::<f64>() / count;
+        let square =
+            |of: &dyn Fn(&Estimate) -> f64| known.iter().map(|e| of(e).powi(2)).sum::<f64>();
+        let scatter = square(&|angle| angle.value - mean) / (count - 1.0);
+        let stated = square(&|angle| angle.standard_error) / count;
+        let ratio = (scatter / stated).sqrt();
+        assert!((0.8..1.25).contains(&ratio), "{peak} {paths}: {ratio} of {}", known.len());
+    }
+}
+
+#[test]
+fn a_peak_that_noise_leaves_open_has_the_interval_of_its_bins() {
+    // Four hundred paths a ring on a top that is level to a percent over thirty degrees.
+    let f = |theta: f64| (1.0 - ((theta - 30.0) / 60.0).powi(4)).max(0.0);
+    let recorded = AngularBins { bin_deg: 2.5, polar: 72, azimuths: 1, ..BINS };
+    let judge = FarFieldReading { recorded, read_bin_deg: 2.5, centre_deg: 2.5, ..JUDGE };
+    for seed in 0..20 {
+        let figures = judge.figures(&drawn(&f, 3e4, seed));
+        let [low, high] = figures.peak_edges_deg.expect("not resolved");
+        assert!(low < 30.0 && high > 30.0, "{low} {high}");
+        assert!(figures.peak_angle_deg.standard_error >= (high - low) / 12f64.sqrt() - 1e-12);
+    }
+}
