@@ -9,8 +9,9 @@
 //! peak one peak, where interpolating in angle would make two.
 //!
 //! **Interpolation** is linear in kx and in |ky| between the nodes around the query, over those
-//! that exist (|k|² < n² of the side of incidence), with renormalised weights; at the rim the
-//! nearest node stands alone. At |ky| equal to the lower of the two indices the other side closes:
+//! that exist (|k|² < n² of the side of incidence), with renormalised weights. Beyond the last nodes
+//! the part that is not reflected as by a mirror falls to 0 at grazing incidence, where every surface
+//! is a mirror, by Fresnel's formula of a flat one: R goes to 1. At |ky| equal to the lower of the two indices the other side closes:
 //! nodes below and above it are never mixed.
 //!
 //! **Evanescent orders.** Near a Rayleigh point an order may propagate at a node and be evanescent

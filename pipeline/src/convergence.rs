@@ -10,6 +10,7 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
+use rcwa::guard::MAX_SLICES;
 use rcwa::hemisphere::{
     Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere, work,
 };
@@ -28,6 +29,9 @@ const KY_STRIPS: usize = 4;
 const KX_PER_ZONE: usize = 2;
 /// Slices per wavelength of depth at which orders are swept.
 const SLICES_PER_WAVELENGTH: f64 = 8.0;
+
+/// Most slices to try: those of the reference are more than twice as many.
+pub const MAX_SWEPT: usize = MAX_SLICES / 5 * 2;
 
 /// Resolutions of a convergence study; [`SweepPlan::new`] completes it.
 #[derive(Debug, Clone, PartialEq, Serialize)]

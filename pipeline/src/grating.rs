@@ -9,7 +9,7 @@
 mod jones;
 
 use anyhow::{Result, bail, ensure};
-use rcwa::accuracy::{self, Found, Waves, converge_waves, settle_slices};
+use rcwa::accuracy::{self, Found, MAX_TOLERANCE, Waves, converge_waves, settle_slices};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::jones::Matrix;
 use rcwa::relief::{Layer, extrapolate};
@@ -25,6 +25,8 @@ use crate::grating_case::{Accuracy, Case, Polarization, Structure};
 /// part of the error of the orders.
 const SLICE_TOLERANCE: f64 = 1e-6;
 const SLICE_PART: f64 = 0.01;
+/// Stated error above which results with given orders say nothing.
+const UNSETTLED: f64 = 0.5;
 /// Orders on either side that may propagate; beyond, directions merge.
 const MAX_PROPAGATING: usize = 1_000_000;
 
@@ -280,7 +282,8 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         Accuracy::Tolerance(tolerance) => (missed(&found, tolerance, slices), None),
         Accuracy::Orders(_) => (None, coarse_slices(&found)),
     };
-    if let Some(missed) = missed.as_ref().filter(|_| found.errors.sum().is_infinite()) {
+    // Beyond the largest tolerance nothing has settled.
+    if let Some(missed) = missed.as_ref().filter(|_| found.errors.sum() > MAX_TOLERANCE) {
         bail!("{missed}");
     }
     let matrices = || problem.jones(&runs(at)?, at.truncation);
@@ -365,6 +368,17 @@ impl Efficiencies {
     /// Sum over the orders of a half-space.
     pub fn total(&self, side: Side) -> f64 {
         self.orders.iter().filter(|o| o.side == side).map(OrderEfficiency::total).sum()
+    }
+
+    /// What is to be said of results with given orders that have not settled.
+    pub fn unsettled(&self) -> Option<String> {
+        (self.estimated_error > UNSETTLED).then(|| {
+            format!(
+                "not settled: with more orders and slices an efficiency changes by about {:.1e}; these are results of orders -{m}..{m} alone",
+                self.estimated_error,
+                m = self.truncation
+            )
+        })
     }
 
     /// The JSON that `batwing grating` prints.

@@ -25,10 +25,12 @@ mod fields;
 #[cfg(test)]
 mod tests;
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use bsdf::json;
+use files::bounded_text::{MAX_KEYS, bounded_text};
 use files::control_characters::refusal;
 use num_complex::Complex64;
 use rcwa::Truncation;
@@ -108,14 +110,28 @@ pub enum Accuracy {
     Tolerance(f64),
 }
 
+/// Periods in wavelengths that need no second look, as in the Python package.
+const USUAL_PERIODS: RangeInclusive<f64> = 0.02..=1000.0;
+
 impl Case {
+    /// What is to be said of a period and a wavelength that are probably in different units.
+    pub fn unlike_units(&self) -> Option<String> {
+        let ratio = self.period / self.wavelength;
+        (!USUAL_PERIODS.contains(&ratio)).then(|| {
+            format!(
+                "period: {} beside a wavelength of {}: their ratio {ratio:e} suggests that one is in another unit",
+                self.period, self.wavelength
+            )
+        })
+    }
+
     /// Reads and checks a file.
     ///
     /// # Errors
     /// A file that cannot be read, and whatever [`Case::parse`] refuses.
     pub fn read(path: &Path) -> Result<Self> {
         let name = path.display();
-        let text = std::fs::read_to_string(path)
+        let text = bounded_text(path, MAX_KEYS)
             .with_context(|| format!("{name}: expected a case of a grating, cannot read it"))?;
         Self::parse(&name.to_string(), &text)
     }

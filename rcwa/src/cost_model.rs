@@ -44,7 +44,7 @@ const FINDING_OF_PARITIES: f64 = (3.0 * 4.0 / 3.0 + 6.0) / 4.0 / 4.0;
 
 /// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom
 /// half-space, of which half are taken to propagate.
-const MATRICES: f64 = 7.0;
+pub(crate) const MATRICES: f64 = 7.0;
 
 /// Largest cache of a line, bytes.
 const LARGEST_CACHE: f64 = 384.0 * 1024.0 * 1024.0;

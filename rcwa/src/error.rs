@@ -21,6 +21,8 @@ pub enum Limit {
     Work,
     /// Digits of a number: orders of a period far below the wavelength.
     Digits,
+    /// Free memory.
+    Memory,
 }
 
 impl std::fmt::Display for Limit {
@@ -32,6 +34,7 @@ impl std::fmt::Display for Limit {
             Self::Kx => "kx in a Brillouin zone",
             Self::Work => "work",
             Self::Digits => "digits",
+            Self::Memory => "memory",
         })
     }
 }
@@ -156,6 +159,28 @@ pub enum Error {
         free_bytes: f64,
         /// Highest order kept.
         got: usize,
+    },
+    /// More work than anybody waits for.
+    #[error(
+        "work: expected at most {max:.0e} operations in one solution, got about {work:.0e} with orders -{highest}..{highest} in {layers} layers"
+    )]
+    Work {
+        /// Highest order kept.
+        highest: usize,
+        /// Layers.
+        layers: usize,
+        /// Operations.
+        work: f64,
+        /// Operations allowed.
+        max: f64,
+    },
+    /// More slices than fit into memory.
+    #[error("slices: expected at most {max}, got {got}")]
+    Slices {
+        /// Slices asked for.
+        got: usize,
+        /// Slices allowed.
+        max: usize,
     },
     /// Both half-spaces absorb, so that no light falls on the structure.
     #[error(

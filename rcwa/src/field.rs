@@ -25,6 +25,7 @@ mod slab;
 mod waves;
 
 use crate::error::Error;
+use crate::guard;
 use crate::orders::{Bloch, Truncation, channels};
 use crate::progress::Progress;
 use crate::relief::Layer;
@@ -137,6 +138,8 @@ pub fn field(
     progress: &Progress<'_>,
 ) -> Result<Field, Error> {
     check(bloch, incident, &grid)?;
+    guard::check(truncation, [stack.layers().len(), 1], false)?;
+    guard::check_matrices(truncation, planes::matrices(stack, truncation))?;
     let depth: f64 = stack.layers().iter().map(|l| l.thickness).sum();
     match incident.side {
         Side::Top => from_top(stack, bloch, truncation, incident, &grid.z, &grid.x, progress)

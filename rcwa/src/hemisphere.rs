@@ -20,6 +20,7 @@ mod matrices;
 pub use matrices::{Matrices, hemisphere_matrices};
 
 use crate::error::Error;
+use crate::guard;
 use crate::orders::SymmetricBloch;
 use crate::orders::Truncation;
 use crate::progress::Progress;
@@ -51,6 +52,7 @@ impl Interface {
     /// # Errors
     /// The errors of [`Stack::new`].
     pub fn stack(&self, plan: &SlicePlan) -> Result<Stack, Error> {
+        guard::check_slices(plan.count())?;
         Stack::new(
             self.wavelength,
             self.relief.period(),
@@ -85,6 +87,7 @@ impl Interface {
         if !self.follows_walls() {
             return Ok(None);
         }
+        guard::check_slices(plan.count())?;
         let layers = slanted_wall_layers(&self.relief, plan);
         let (period, n_top, n_bottom) = (self.relief.period(), self.n_top, self.n_bottom);
         Stack::with_wall_corrections(self.wavelength, period, n_top, n_bottom, layers).map(Some)
@@ -324,6 +327,10 @@ impl BlochLines {
         let directions = Directions { kx_per_zone: self.kx_per_zone, ky: ky.to_vec() };
         let truncation = self.truncation;
         let stacks = &self.stacks;
+        // Lines go side by side.
+        let at_once = self.numbered.len().min(rayon::current_num_threads());
+        let layers = stacks.0.layers().len();
+        guard::check(truncation, [layers, at_once * ky.len()], stacks.0.is_lossless())?;
         let solved: Vec<Hemisphere> = self
             .numbered
             .par_iter_mut()

@@ -47,6 +47,7 @@
 //! | orders and slices for a tolerance | [`accuracy`] |
 //! | all directions of both hemispheres | [`hemisphere`](mod@hemisphere), [`incidence_grid`] |
 //! | time and memory of a table | [`cost_model`] |
+//! | what is refused for its memory or work | [`guard`] |
 //! | fields inside and near the grating | [`field`](mod@field) |
 //!
 //! # Conventions
@@ -73,6 +74,7 @@ mod expansion;
 mod factorization;
 pub mod field;
 mod fourier;
+pub mod guard;
 pub mod hemisphere;
 pub mod incidence_grid;
 pub mod jones;

@@ -9,6 +9,7 @@
 
 use crate::accuracy::{Found, Structure, Waves, converge_waves};
 use crate::error::Error;
+use crate::guard;
 use crate::hemisphere::{Interface, Resolution};
 use crate::jones::Matrix;
 use crate::orders::{Bloch, SymmetricBloch, Truncation};
@@ -26,9 +27,6 @@ const SAME: f64 = 1e-12;
 /// Tangential wavevectors up to this, in k0, are normal incidence: s and p of its own azimuth then,
 /// since lines round components of about [`SAME`].
 const NORMAL: f64 = 1e-9;
-
-/// Bytes that are taken without asking how many are free.
-const LITTLE: f64 = 256e6;
 
 /// Direction of a wave that falls on the structure.
 #[derive(Debug, Clone, Copy)]
@@ -64,8 +62,6 @@ pub struct LinesRequest<'a> {
     pub side: Side,
     /// True where Jones matrices are wanted; of one stack alone.
     pub jones: bool,
-    /// Bytes of memory that may be taken; asked for large problems only.
-    pub free_bytes: &'a (dyn Fn() -> f64 + Sync),
 }
 
 /// A direction as an order of a line.
@@ -164,26 +160,12 @@ impl Line {
     }
 }
 
-/// Bytes of the matrices of one ky: four of (2N)² complex numbers, and as many beside them.
-fn bytes_per_ky(truncation: Truncation) -> f64 {
-    8.0 * (2.0 * truncation.count() as f64).powi(2) * 16.0
-}
-
 /// Number of ky of one line that are solved at once.
 fn ky_at_once(request: LinesRequest<'_>, lines: &[Line]) -> Result<usize, Error> {
     let workers = rayon::current_num_threads().min(lines.len()).max(1);
     let runs = 1 + usize::from(request.stacks.1.is_some());
-    let per_ky = bytes_per_ky(request.truncation) * runs as f64;
-    let all_ky: usize = lines.iter().map(|line| line.ky.len()).sum();
-    if per_ky * all_ky as f64 <= LITTLE {
-        return Ok(all_ky);
-    }
-    let (free, got) = ((request.free_bytes)(), request.truncation.highest());
-    if per_ky > free {
-        let max = (free / per_ky).sqrt() * got as f64;
-        return Err(Error::Memory { max_orders: max as usize, free_bytes: free, got });
-    }
-    Ok((free / per_ky / workers as f64).max(1.0) as usize)
+    let all_ky = lines.iter().map(|line| line.ky.len()).sum();
+    guard::problems_at_once(request.truncation, all_ky, workers * runs)
 }
 
 /// Highest order of the lines and of their directions.
@@ -218,8 +200,6 @@ pub struct ToleranceRequest<'a> {
     /// Result of an earlier [`first_resolution`](crate::accuracy::first_resolution), if there is
     /// one.
     pub first: Option<Resolution>,
-    /// Bytes of memory that may be taken; asked for large problems only.
-    pub free_bytes: &'a (dyn Fn() -> f64 + Sync),
 }
 
 /// Solves directions to a tolerance.
@@ -230,12 +210,12 @@ pub fn converge_directions(
     request: &ToleranceRequest<'_>,
     progress: &Progress<'_>,
 ) -> Result<Found<SolvedDirections>, Error> {
-    let &ToleranceRequest { interface, side, directions, tolerance, free_bytes, .. } = request;
+    let &ToleranceRequest { interface, side, directions, tolerance, .. } = request;
     let flat = interface.stack(&interface.relief.slice_plan(1))?;
     let solve = |at: &Resolution| {
         let stacks = &interface.stacks(at)?;
         let truncation = at.truncation;
-        let request = LinesRequest { stacks, truncation, side, jones: false, free_bytes };
+        let request = LinesRequest { stacks, truncation, side, jones: false };
         solve_directions(request, directions, &|_| (), progress)
     };
     let waves = Waves {

@@ -8,6 +8,7 @@
 
 use crate::error::Error;
 use crate::expansion::FourierOrders;
+use crate::guard;
 use crate::modes;
 use crate::orders::{
     Bloch, Channel, SymmetricBloch, Truncation, channels, highest_propagating, wavevectors,
@@ -165,6 +166,7 @@ impl<'a> Line<'a> {
         let Some(first) = blochs.first() else {
             return Ok(Vec::new());
         };
+        guard::check(truncation, [stack.layers().len(), blochs.len()], false)?;
         let kx = wavevectors(*first, stack.period_per_wavelength(), truncation);
         let mut fields: Vec<Fields> =
             blochs.iter().map(|&bloch| Fields::above_bottom(stack, &kx, bloch)).collect();
@@ -181,6 +183,7 @@ impl<'a> Line<'a> {
         blochs: &[Bloch],
         cache: &mut LineCache,
     ) -> Result<Vec<Scattering>, Error> {
+        guard::check(self.truncation, [self.stack.layers().len(), blochs.len()], true)?;
         let solved = match solve_real(self.stack, basis, blochs, cache, self.progress)? {
             RealSolutions::Each(solved) => solved,
             RealSolutions::NoModes { reported } => {

@@ -116,14 +116,12 @@ fn silicon_below_half_a_wavelength_is_right() {
     // Single directions may be off by three times the tolerance of a hemisphere.
     assert!((transmitted - 0.3274).abs() < 3e-3, "{transmitted} with {found:?}");
 
-    let free_bytes = || 1e9;
     let request = ToleranceRequest {
         interface: &grating,
         side: Side::Top,
         directions: &[Direction { kx: bloch.kx0, ky: 0.0, azimuth: 0.0 }],
         tolerance: 1e-3,
         first: None,
-        free_bytes: &free_bytes,
     };
     let found = converge_directions(&request, &no_progress).unwrap();
     let orders = &found.answer.orders[0].efficiencies;

@@ -146,7 +146,7 @@ trace = { paths = 64_000 }
 "#;
 
 /// Command lines and what is said of them, in the folder of [`commands`].
-const COMMANDS: [(&str, &[&str]); 69] = [
+const COMMANDS: [(&str, &[&str]); 71] = [
     ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
     ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
     ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
@@ -259,7 +259,9 @@ const COMMANDS: [(&str, &[&str]); 69] = [
     ("near-field d1.toml", &["--ring"]),
     ("near-field none.toml --ring 5", &["none.toml"]),
     ("near-field d1.toml --ring 75 --orders 20", &["--orders", "at least 28", "20"]),
-    ("converge d1.toml --ring 75 --slices 0", &["--slices", "at least 1"]),
+    ("converge d1.toml --ring 75 --slices 0", &["--slices", "from 1 to 40000"]),
+    ("converge d1.toml --ring 75 --slices 1000000000", &["--slices", "from 1 to 40000"]),
+    ("near-field d1.toml --ring 75 --slices 100000000000", &["--slices", "from 1 to 100000"]),
     ("near-field d1.toml --ring 75 --theta-deg 90", &["--theta-deg", "90"]),
     ("near-field d1.toml --ring 75 --theta-deg -90", &["--theta-deg", "-90"]),
     ("near-field d1.toml --ring 75 --theta-deg inf", &["--theta-deg", "inf"]),

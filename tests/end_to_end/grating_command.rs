@@ -286,6 +286,25 @@ fn too_few_orders_are_solved_with_a_warning() {
     );
 }
 
+/// Digits do not suffice for the orders of such a period: order 0 alone is its effective medium.
+#[test]
+fn a_period_far_below_the_wavelength_is_an_effective_medium_and_warned_of() {
+    let folder = tempdir().expect("a folder");
+    let text = include_str!("../findings/g05-deep-subwavelength.json");
+    let mut case: Value = serde_json::from_str(text).expect("JSON");
+    std::fs::write(folder.path().join("case.json"), text).expect("written");
+    let output = batwing(folder.path()).args(["grating", "case.json"]).output().expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    for words in ["another unit", "tolerance: 1e-5 was not reached within the digits"] {
+        assert!(said.contains(words), "`{words}` in: {said}");
+    }
+    case.as_object_mut().expect("inputs").remove("tolerance");
+    let answer = grating(folder.path(), &with(&case, "N", json!(0)));
+    assert!((answer.number("R_total") - 0.088_278).abs() < 1e-6, "{}", answer.text);
+    assert!(answer.warnings.contains("another unit"), "{}", answer.warnings);
+}
+
 #[test]
 fn numbers_are_printed_in_their_shortest_form() {
     let folder = tempdir().expect("a folder");

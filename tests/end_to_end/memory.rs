@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Memory of a run with many bins: one copy of the groups of paths.
+//! Memory of a run with many bins, one copy of the groups of paths; and of solutions with many orders.
 //!
 //! The address space of the process is limited, so that one copy more fails. The figures are those
 //! of `docs/reference/design-file.md`.
@@ -22,16 +22,39 @@ const BESIDES: usize = 400_000_000;
 /// What comes of running `text` within so many bytes.
 fn within(folder: &Path, text: &str, bytes: usize, more: &str) -> Output {
     std::fs::write(folder.join("many.toml"), text).expect("written");
-    let binary = PATH;
+    let run = "run many.toml --paths 6400 --threads 2 --quiet --out out";
+    limited(folder, bytes, &format!("{run} {more}"))
+}
+
+/// What comes of a command within so many bytes.
+fn limited(folder: &Path, bytes: usize, command: &str) -> Output {
     Command::new("sh")
         .arg("-c")
-        .arg(format!(
-            "ulimit -v {}; exec '{binary}' run many.toml --paths 6400 --threads 2 --quiet --out out {more}",
-            bytes / 1024
-        ))
+        .arg(format!("ulimit -v {}; exec '{PATH}' {command}", bytes / 1024))
         .current_dir(folder)
         .output()
         .expect("it runs")
+}
+
+/// 4001 orders, a third more than asked for, take some 16 GB; states of 100,000 slices as many.
+#[test]
+fn solutions_for_which_there_is_no_memory_are_refused_in_one_line() {
+    let folder = tempdir().expect("a folder");
+    let case = format!("{FOLDER}/../tests/findings/grating-n1500.json");
+    let design = format!("{FOLDER}/designs/d1.toml");
+    for (command, words) in [
+        (format!("--quiet grating '{case}'"), "grating-n1500.json: orders: expected at most "),
+        (
+            format!("--quiet near-field '{design}' --ring 75 --slices 100000"),
+            "orders: expected at most ",
+        ),
+    ] {
+        let output = limited(folder.path(), 3_000_000_000, &command);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert!(said.contains(words) && said.contains(" GiB of free memory"), "{said}");
+    }
 }
 
 /// Runs `text` within so many bytes.

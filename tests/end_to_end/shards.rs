@@ -255,6 +255,7 @@ fn another_design_program_or_solver_is_refused() {
     for (key, value, expected) in [
         ("program_sha256", "0".repeat(64).into(), "program: expected batwing"),
         ("solver_version", 8.into(), "solver: expected version 8, "),
+        ("shards", 1_000_000_000.into(), "shards: expected from 1 to 100000, got 1000000000"),
     ] {
         let mut other = json.clone();
         other[key] = value;

@@ -168,6 +168,35 @@ fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
     assert!(again == bytes, "the copy of the copy is the file");
 }
 
+/// From air, beyond the last nodes of the table.
+#[test]
+fn reflectance_at_grazing_incidence_is_that_of_direct_solves() {
+    let (interface, resolution, table) = table();
+    for azimuth in [0.0, 1.0, 1.57] {
+        let mut before = 0.0;
+        for degrees in [87.0, 89.0, 89.8] {
+            let tangential = f64::to_radians(degrees).sin();
+            let k = Wavevector {
+                kx: tangential * f64::cos(azimuth),
+                ky: tangential * f64::sin(azimuth),
+            };
+            let [s, p] =
+                direct(interface, rcwa::Side::Bottom, (k.kx, k.ky), resolution).expect("solved");
+            let back = |shares: &Shares| -> f64 {
+                shares.iter().filter(|o| o.0 == rcwa::Side::Bottom).map(|o| o.2).sum()
+            };
+            let expected = 0.5 * (back(&s) + back(&p));
+            let orders = table.efficiencies(Side::Outer, k, Polarisation::Unpolarised);
+            let own = orders.iter().filter(|o| o.to == Side::Outer);
+            let reflected: f64 = own.map(|o| o.efficiency).sum();
+            println!("{degrees} degrees, azimuth {azimuth}: {reflected:.3}, solver {expected:.3}");
+            assert!((reflected - expected).abs() < 0.06, "{reflected} {expected}");
+            assert!(reflected > before);
+            before = reflected;
+        }
+    }
+}
+
 #[test]
 #[ignore = "slow: 15 s"]
 fn interpolated_shares_are_those_of_direct_solves() {

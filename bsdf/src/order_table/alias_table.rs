@@ -54,7 +54,8 @@ pub(super) struct KyInterval {
     /// ky of the lower row, and 1 / distance to the upper one; 0 where interpolation ends.
     pub ky: f64,
     pub per_ky: f64,
-    /// Range of kx indices i such that both rows have the nodes i and i + 1.
+    /// Range of kx indices i such that both rows have the nodes i and i + 1; empty beyond the last
+    /// row.
     pub common_kx: [f64; 2],
     /// First [`BlochNodes`] of the lower and the upper row.
     pub bloch_nodes: [f64; 2],
@@ -194,12 +195,14 @@ fn ky_interval(
     let (low, high) = layout.rows_around(from);
     let rows = &layout.rows[side.index()];
     let [min, max] = [0, 1].map(|end: usize| [low, high].map(|row| rows[row].kx[end]));
+    let common = [min[0].max(min[1]), max[0].min(max[1]) - 1];
+    let common = if layout.is_beyond_rows(side, from) { [0; 2] } else { common };
     let [low, high] = [low, high].map(|row| (row, rows[row]));
     KyInterval {
         end: ends[number],
         ky: low.1.ky,
         per_ky: if low.0 == high.0 { 0.0 } else { low.1.per_gap },
-        common_kx: [f64::from(min[0].max(min[1])), f64::from(max[0].min(max[1]) - 1)],
+        common_kx: common.map(f64::from),
         bloch_nodes: [low.0, high.0].map(|row| (row * kx_per_zone) as f64),
     }
 }

@@ -16,6 +16,9 @@
 //! the azimuths of query and node, before and after. For ky < 0 the reflection y → -y changes the
 //! signs of U and V before and after.
 //!
+//! **At the rim** the mirror reflection that no node gives keeps the Stokes parameters: at grazing
+//! incidence the reflected field is the incident one with its sign changed.
+//!
 //! **Evanescent orders** pass their power on as efficiencies do, unpolarised.
 //!
 //! **Sampling.** A node by its weight and an order by its unpolarised efficiency, as in
@@ -320,6 +323,13 @@ impl OrderTable {
                     *value +=
                         parts[0] * evanescent[own][column] + parts[1] * evanescent[other][column];
                 }
+                // Grazing light comes back as it came.
+                for (n, row) in mueller.iter_mut().enumerate() {
+                    for (m, element) in row.iter_mut().enumerate() {
+                        *element =
+                            stencil.with_mirror(*element, n == m && to == side && order == 0);
+                    }
+                }
                 all.push(OrderMueller { to, order, mueller });
             }
         }
@@ -345,7 +355,7 @@ impl OrderTable {
     }
 
     /// Wavevector of the node number `index` on a side.
-    fn wavevector(&self, side: Side, index: usize) -> Wavevector {
+    pub(super) fn wavevector(&self, side: Side, index: usize) -> Wavevector {
         let rows = &self.layout.rows[side.index()];
         let first = |row: &super::layout::KyRow| i64::from(row.origin) + i64::from(row.kx[0]);
         let row = &rows[rows.partition_point(|row| first(row) <= index as i64) - 1];
@@ -376,6 +386,9 @@ impl PolarisedBsdf for OrderTable {
         let from = Side::from_direction(wi);
         let k = Wavevector::incoming(wi, self.grid.index(from));
         let mut location = self.locate_bin(from, k, [rng.random(), rng.random()]);
+        if location.is_mirror() {
+            return Some((self.order_sample(from, from, 0, k)?, [q, u, v]));
+        }
         let (node, at) = self.node_of(from, &location);
         let query = Query::new(from, k);
         let degree = (q * q + u * u + v * v).sqrt();

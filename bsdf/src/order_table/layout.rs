@@ -155,6 +155,12 @@ impl Layout {
         (above.max(start + 1) - 1, above.min(end - 1))
     }
 
+    /// True where no row of `side` lies above |ky|, up to grazing incidence.
+    pub fn is_beyond_rows(&self, side: Side, ky: f64) -> bool {
+        let above = self.ky.partition_point(|node| *node <= ky);
+        above > 0 && self.rows[side.index()][above..].iter().all(|row| row.kx[0] >= row.kx[1])
+    }
+
     /// Index of a node in the list.
     pub fn find(&self, node: NodeId) -> Option<usize> {
         let row = self.rows[node.side.index()].get(node.ky_index)?;

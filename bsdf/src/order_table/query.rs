@@ -13,6 +13,9 @@
 //! total(a)         = propagating(a) + evanescent(a)
 //!                    + evanescent(b) if propagating(b) = 0,   b the other side
 //! ```
+//!
+//! At the rim, where nodes around the query are missing, all of this is multiplied by the part
+//! `scattered`, and the mirror reflection gets the rest.
 
 use super::alias_table::FULL;
 use super::layout::NodeOrders;
@@ -30,6 +33,9 @@ pub(super) struct Stencil {
     node: [u32; 4],
     weight: [f64; 4],
     count: usize,
+    /// Part of the power that the nodes scatter; the mirror reflection has the rest. 1 where all
+    /// four nodes exist, 0 at grazing incidence.
+    pub(super) scattered: f64,
 }
 
 impl Stencil {
@@ -37,8 +43,19 @@ impl Stencil {
         (0..self.count).map(|c| (self.node[c] as usize, self.weight[c]))
     }
 
+    /// Efficiency of an order whose nodes have `of_nodes`.
+    pub(super) fn with_mirror(&self, of_nodes: f64, is_mirror: bool) -> f64 {
+        self.scattered * of_nodes + if is_mirror { 1.0 - self.scattered } else { 0.0 }
+    }
+
+    /// Samples one of the nodes by its weight, with `u` uniform on 0..1; `None` for the mirror
+    /// reflection instead.
+    pub(super) fn sample(&self, u: f64) -> Option<usize> {
+        (u < self.scattered).then(|| self.sample_node(u / self.scattered))
+    }
+
     /// Samples one of the nodes by its weight, with `u` uniform on 0..1.
-    pub(super) fn sample(&self, mut u: f64) -> usize {
+    pub(super) fn sample_node(&self, mut u: f64) -> usize {
         for c in 0..self.count - 1 {
             if u < self.weight[c] {
                 return self.node[c] as usize;
@@ -47,6 +64,20 @@ impl Stencil {
         }
         self.node[self.count - 1] as usize
     }
+}
+
+/// Transmittance of unpolarised light through a flat surface, from its kz² on a side of index `n` to
+/// one of index `other`, up to a factor and with the sign of n² - n'² left out: near grazing
+/// incidence what a surface does not reflect goes to 0 like this, whatever its relief.
+fn opening(kz_squared: f64, n: f64, other: f64) -> f64 {
+    let (own, there) = (n * n, other * other);
+    let kz = kz_squared.max(0.0).sqrt();
+    let behind = (kz * kz + (own - there).abs()).sqrt();
+    if behind <= 0.0 {
+        return 0.5;
+    }
+    let (s, p) = (kz + behind, there * kz + own * behind);
+    kz * behind * (1.0 / (s * s) + own * there / (p * p))
 }
 
 /// Unpolarised power of one side at a query: in propagating and in evanescent orders.
@@ -86,8 +117,11 @@ impl OrderTable {
         let kx_weight = position - left;
         let left = left as i64;
 
-        let mut stencil = Stencil { node: [0; 4], weight: [0.0; 4], count: 0 };
-        let mut total = 0.0;
+        let mut stencil = Stencil { node: [0; 4], weight: [0.0; 4], count: 0, scattered: 1.0 };
+        let is_inside =
+            |row: usize| (rows[row].kx[0].into()..i64::from(rows[row].kx[1]) - 1).contains(&left);
+        let at_rim = !is_inside(low) || !is_inside(high) || layout.is_beyond_rows(side, ky);
+        let (mut total, mut opened) = (0.0, 0.0);
         for (row, row_weight) in [(low, 1.0 - ky_weight), (high, ky_weight)] {
             let row = rows[row];
             for (i, weight) in
@@ -99,16 +133,31 @@ impl OrderTable {
                     stencil.weight[stencil.count] = weight;
                     stencil.count += 1;
                     total += weight;
+                    if at_rim {
+                        opened += weight * self.opening(side, grid.kx(i), row.ky);
+                    }
                 }
             }
         }
         if stencil.count == 0 {
-            return self.nearest(side, low, position);
+            stencil = self.nearest(side, low, position);
+            let node = self.wavevector(side, stencil.node[0] as usize);
+            (total, opened) = (1.0, self.opening(side, node.kx, node.ky));
         }
         for weight in &mut stencil.weight {
             *weight /= total;
         }
+        if at_rim {
+            // In between, where the nodes span less than their own, this is 1.
+            stencil.scattered = (self.opening(side, kx, ky) * total / opened).min(1.0);
+        }
         stencil
+    }
+
+    /// [`opening`] of light from `side`.
+    fn opening(&self, side: Side, kx: f64, ky: f64) -> f64 {
+        let (n, other) = (self.grid.index(side), self.grid.index(side.opposite()));
+        opening(n * n - kx * kx - ky * ky, n, other)
     }
 
     /// The node nearest to `position` (in node indices) in row `row`, or in the next lower row that
@@ -120,7 +169,7 @@ impl OrderTable {
         let [start, end] = row.kx.map(f64::from);
         let i = position.round().clamp(start, end - 1.0) as i64;
         let node = (i64::from(row.origin) + i) as u32;
-        Stencil { node: [node; 4], weight: [1.0, 0.0, 0.0, 0.0], count: 1 }
+        Stencil { node: [node; 4], weight: [1.0, 0.0, 0.0, 0.0], count: 1, scattered: 1.0 }
     }
 
     /// Wavevector of relative order `order`: the grating equation.
@@ -232,6 +281,7 @@ impl OrderTable {
                     }
                     None => 0.0,
                 };
+                let efficiency = stencil.with_mirror(efficiency, to == side && order == 0);
                 efficiencies.push(OrderEfficiency::new(to, order, efficiency));
             }
         }
@@ -317,12 +367,10 @@ impl OrderTable {
     ) -> f64 {
         let range = Side::BOTH.map(|side| self.propagating_orders(side, k));
         let balance = self.balance(stencil, range);
+        let is_mirror = to == from && order == 0;
         let Some(gain) = gains(balance) else {
-            return if to == from && order == 0 {
-                balance[0].evanescent + balance[1].evanescent
-            } else {
-                0.0
-            };
+            let all = balance[0].evanescent + balance[1].evanescent;
+            return stencil.with_mirror(if is_mirror { all } else { 0.0 }, is_mirror);
         };
         let raw: f64 = stencil
             .iter()
@@ -330,7 +378,7 @@ impl OrderTable {
                 weight * f64::from(self.range_sum(self.layout.nodes[node], to, (order, order)).1)
             })
             .sum();
-        raw / f64::from(FULL) * gain[to.index()]
+        stencil.with_mirror(raw / f64::from(FULL) * gain[to.index()], is_mirror)
     }
 }
 

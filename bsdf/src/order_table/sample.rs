@@ -19,6 +19,9 @@ use super::alias_table::{BlochNodes, KyInterval};
 use crate::bsdf::BsdfSample;
 use crate::direction::{Side, Wavevector};
 
+/// [`BinLocation::fraction`] of the mirror reflection.
+const MIRROR: f64 = -1.0;
+
 /// A node and one bin of its alias table. All fields but `fraction` are whole numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BinLocation {
@@ -26,7 +29,8 @@ pub struct BinLocation {
     pub bin: f64,
     /// Number of its first order.
     pub own: f64,
-    /// Position within the bin, which decides between its two orders; 0 to 1.
+    /// Position within the bin, which decides between its two orders, 0 to 1; [`MIRROR`] for its
+    /// own order, which is the mirror reflection, whatever the bin holds.
     pub fraction: f64,
     /// Index of the Bloch nodes that the node belongs to.
     pub bloch: f64,
@@ -43,6 +47,13 @@ pub struct SampledOrder {
     pub absorbed: bool,
     /// Relative number.
     pub order: f64,
+}
+
+impl BinLocation {
+    /// True if the light takes the mirror reflection, which near grazing incidence no node gives.
+    pub(super) fn is_mirror(&self) -> bool {
+        self.fraction < 0.0
+    }
 }
 
 impl KyInterval {
@@ -105,28 +116,38 @@ impl OrderTable {
         let interval = table.ky_interval(side, k.ky.abs());
         let position = k.kx * self.layout.nodes_per_kx - self.layout.kx_offset;
         let (exist, upper, node) = interval.sample_node(k.ky.abs(), position, u);
-        let (first, node) = if exist {
-            (interval.bloch_nodes[usize::from(upper)], node)
+        let (first, node, is_mirror) = if exist {
+            (interval.bloch_nodes[usize::from(upper)], node, false)
         } else {
             self.node_at_rim(side, k, u)
         };
         let zone = zone(node, 1.0 / f64::from(table.kx_per_zone));
         let bloch = first + node - zone * f64::from(table.kx_per_zone);
-        let [bin, own, fraction] =
-            table.bloch_nodes[side.index()][bloch as usize].sample_bin(zone, v);
+        let nodes = &table.bloch_nodes[side.index()][bloch as usize];
+        let [bin, own, fraction] = nodes.sample_bin(zone, v);
+        if is_mirror {
+            let own = match side {
+                Side::Inner => zone - nodes.lowest[0],
+                Side::Outer => nodes.inner_orders + zone - nodes.lowest[1],
+            };
+            return BinLocation { bin, own, fraction: MIRROR, bloch, zone };
+        }
         BinLocation { bin, own, fraction, bloch, zone }
     }
 
-    /// The first Bloch nodes of the row of a sampled node, and its index along kx, where not all
-    /// four nodes around exist.
+    /// The first Bloch nodes of the row of a sampled node, its index along kx, and true for the
+    /// mirror reflection instead of its orders, where not all four nodes around exist.
     #[cold]
-    fn node_at_rim(&self, side: Side, k: Wavevector, u: f64) -> (f64, f64) {
-        let node = self.stencil(side, k.kx, k.ky.abs()).sample(u) as i64;
+    fn node_at_rim(&self, side: Side, k: Wavevector, u: f64) -> (f64, f64, bool) {
+        let stencil = self.stencil(side, k.kx, k.ky.abs());
+        let sampled = stencil.sample(u);
+        let node = sampled.unwrap_or_else(|| stencil.sample_node(0.0)) as i64;
         let rows = &self.layout.rows[side.index()];
         let first = |row: &super::layout::KyRow| i64::from(row.origin) + i64::from(row.kx[0]);
         let row = rows.partition_point(|row| first(row) <= node) - 1;
         let kx = node - i64::from(rows[row].origin);
-        ((row as i64 * i64::from(self.alias_table.kx_per_zone)) as f64, kx as f64)
+        let first = (row as i64 * i64::from(self.alias_table.kx_per_zone)) as f64;
+        (first, kx as f64, sampled.is_none())
     }
 
     /// Another bin of the same node, sampled with `v` uniform on 0..1.

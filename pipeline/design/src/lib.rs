@@ -45,8 +45,9 @@ pub mod tagged;
 mod tests;
 pub mod toml_errors;
 
-use std::io::{Error, ErrorKind, Read};
 use std::path::{Path, PathBuf};
+
+use files::bounded_text::{MAX_KEYS, bounded_text};
 
 pub use error::ConfigError;
 pub use resolved::Design;
@@ -62,9 +63,6 @@ pub const EMBEDDED: [(&str, &str); 5] = [
 
 /// Commented design that `batwing new` writes, with NAME where its name stands.
 pub const NEW_DESIGN: &str = include_str!("new_design.toml");
-
-/// Largest design file: its reader takes some eighty times as much memory.
-const MAX_BYTES: u64 = 4_000_000;
 
 /// Keys of earlier versions, with the reason why they are gone.
 const REMOVED: [(&str, &str); 4] = [
@@ -83,7 +81,7 @@ pub fn load(path: &Path) -> Result<Design, ConfigError> {
     let file = path.display().to_string();
     let unreadable = |source| ConfigError::Read { file: file.clone(), source };
     refuse_large(&file, std::fs::metadata(path).map_err(unreadable)?.len())?;
-    let text = std::fs::read_to_string(path).map_err(unreadable)?;
+    let text = read_text(path).map_err(unreadable)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     parse(&file, &text, &folder)
 }
@@ -93,22 +91,17 @@ pub fn load(path: &Path) -> Result<Design, ConfigError> {
 /// # Errors
 /// A file that cannot be read or is too large.
 pub fn read_text(path: &Path) -> std::io::Result<String> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        let most = MAX_BYTES / 1_000_000;
-        return Err(Error::other(format!("expected at most {most} MB, got more")));
-    }
-    String::from_utf8(bytes).map_err(|error| Error::new(ErrorKind::InvalidData, error.utf8_error()))
+    bounded_text(path, MAX_KEYS)
+        .map_err(|error| error.downcast().unwrap_or_else(std::io::Error::other))
 }
 
 fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {
-    if bytes <= MAX_BYTES {
+    if bytes <= MAX_KEYS {
         return Ok(());
     }
     let message = format!(
         "expected a design of at most {} MB, got {:.1}; long lists go into files that it names",
-        MAX_BYTES / 1_000_000,
+        MAX_KEYS / 1_000_000,
         bytes as f64 * 1e-6
     );
     Err(ConfigError::Syntax { file: file.to_owned(), message })

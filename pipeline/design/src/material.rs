@@ -7,15 +7,12 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use rcwa::material::{Material, SLIGHT_GAIN};
 
-use files::bounded_text::bounded_text;
+use files::bounded_text::{MAX_KEYS, bounded_text};
 use files::progress::warn_once;
-
-/// Largest material file; those of refractiveindex.info have at most a megabyte.
-const MAX_BYTES: u64 = 16_000_000;
 
 /// The material in the file at `path`.
 pub fn read(path: &Path) -> Result<Material> {
-    let text = bounded_text(path, MAX_BYTES)
+    let text = bounded_text(path, MAX_KEYS)
         .with_context(|| format!("`{}`: expected a material, cannot read it", path.display()))?;
     let material = Material::from_yaml(&text).with_context(|| path.display().to_string())?;
     for repair in material.repairs() {

@@ -7,6 +7,11 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 
+/// Largest file of keys, such as a design: its reader takes some eighty times as much memory.
+pub const MAX_KEYS: u64 = 4_000_000;
+/// Largest file of rows of numbers.
+pub const MAX_ROWS: u64 = 16_000_000;
+
 /// The text of the file at `path`, which has at most `max_bytes`.
 ///
 /// # Errors

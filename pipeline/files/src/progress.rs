@@ -4,6 +4,7 @@
 
 use std::collections::BTreeSet;
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -60,6 +61,27 @@ impl Console {
         }
         bar.set_message(printable(what).into_owned());
         Progress { bar, lines: None }
+    }
+
+    /// Does `work` of unknown length and says every now and then that it goes on, on standard
+    /// error.
+    pub fn waiting<T>(&self, what: &str, work: impl FnOnce() -> T) -> T {
+        if self.quiet {
+            return work();
+        }
+        let (done, ended) = mpsc::channel::<()>();
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                let (started, mut wait) = (Instant::now(), SHORTEST);
+                while ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
+                    self.say(&format!("{what}: {:.0} s", started.elapsed().as_secs_f64()));
+                    wait = LONGEST;
+                }
+            });
+            let result = work();
+            drop(done);
+            result
+        })
     }
 
     /// Prints a message on standard error, unless quiet.

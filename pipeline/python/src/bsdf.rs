@@ -33,7 +33,6 @@ use simulate::tables::efficiency_rows;
 
 use crate::errors::to_python;
 use crate::job::{self, Job};
-use crate::memory;
 use crate::rcwa::{Interface, array};
 
 /// Directions that share one stream of random numbers.
@@ -335,11 +334,9 @@ fn build(
     let solved: Hemisphere = if let Some(ky) = &request.ky {
         grid.ky.clone_from(ky);
         let directions = Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() };
-        memory::fits(&directions, &resolution)?;
         hemisphere(interface, &directions, &resolution, &watch)?
     } else {
         let directions = Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() };
-        memory::fits(&directions, &resolution)?;
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
             max_kx: request.kx_per_zone.is_none().then_some(MAX_KX),

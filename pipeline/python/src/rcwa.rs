@@ -17,7 +17,6 @@ use rcwa::{Bloch, Side, Stack, Truncation};
 
 use crate::errors::to_python;
 use crate::job::{self, Job};
-use crate::memory;
 
 /// Polygon as Python hands it over: index and corners.
 type PolygonParts = (Complex64, Vec<[f64; 2]>);
@@ -325,7 +324,6 @@ impl Interface {
                     directions: &directions,
                     tolerance,
                     first: table_resolution(&interface, &table, tolerance, watch)?,
-                    free_bytes: &memory::free_bytes,
                 };
                 let found = converge_directions(&request, watch)?;
                 let error = Some(found.errors.sum());
@@ -341,13 +339,8 @@ impl Interface {
                 None => stacks(&interface, &last, slices)?,
                 Some(_) => Arc::new(interface.stacks(&at.0)?),
             };
-            let request = LinesRequest {
-                stacks: &stacks,
-                truncation: at.0.truncation,
-                side,
-                jones,
-                free_bytes: &memory::free_bytes,
-            };
+            let request =
+                LinesRequest { stacks: &stacks, truncation: at.0.truncation, side, jones };
             let steps = |count| job.expect(count);
             let solved = solve_directions(request, &directions, &steps, &job.watch())?;
             Ok(halves(&solved, jones, &at.0, at.1))
@@ -384,7 +377,6 @@ impl Interface {
         let directions = Directions { kx_per_zone, ky: views(&ky) };
         let resolution = self.resolution(orders, slices).map_err(|e| to_python(py, &e.into()))?;
         let work = move |job: &Job| {
-            memory::fits(&directions, &resolution)?;
             job.expect(rcwa::hemisphere::work(&interface, &directions, &resolution));
             let solved = hemisphere(&interface, &directions, &resolution, &job.watch())?;
             let mut incidences = solved.incidences;
@@ -478,7 +470,8 @@ pub fn solve_case(
         let case = pipeline::grating_case::Case::parse(&name, &text)?;
         let solved = pipeline::grating::solve(&case, &job.watch())?;
         let mut json = solved.to_json();
-        json["warning"] = solved.missed.into();
+        let unsettled = solved.unsettled();
+        json["warning"] = solved.missed.or(unsettled).into();
         Ok(json.to_string())
     })
 }

@@ -34,7 +34,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("expected a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}"))
 }
 
-const HEADING: &str = "ring  period (um)  orders  slices  kx0 x ky  est. error  energy   seconds  operations     bytes  file";
+const HEADING: &str = "ring  period (um)  orders  slices  kx0 x ky  est. error  one direction  energy   seconds  operations     bytes  file";
 
 /// `batwing bsdf`.
 #[derive(Debug, Args)]
@@ -155,13 +155,17 @@ fn row(ring: &RingTable, bytes: u64, file: &str) -> String {
         format!("{:.2}", ring.time.as_secs_f64())
     };
     format!(
-        "{:>4}  {:>11.4}  {:>6}  {:>6}  {:>8}  {:>10.1e}  {:>6.0e}  {:>8}  {:>10.2e}  {bytes:>8}  {file}",
+        "{:>4}  {:>11.4}  {:>6}  {:>6}  {:>8}  {:>10.1e}  {:>13.1e}  {:>6.0e}  {:>8}  {:>10.2e}  {bytes:>8}  {file}",
         ring.ring,
         ring.cell.period_um,
         header.truncation,
         header.slices,
         format!("{} x {}", grid.kx_per_zone, grid.ky.len()),
         header.estimated_error,
+        Side::BOTH
+            .map(|side| validate::leave_one_out(&ring.table, side))
+            .into_iter()
+            .fold(0.0, f64::max),
         header.energy_residual,
         seconds,
         ring.operations.total(),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
+use rcwa::Truncation;
 use serde::Deserialize as _;
 use serde_json::json;
 
@@ -16,8 +17,9 @@ use report::convergence_study::ConvergenceStudy;
 use simulate::tables::interface;
 use simulate::{cells, scene_check};
 
+use super::arguments::whole;
 use super::outputs::writable;
-use crate::convergence::{ConvergenceSweep, SweepPlan, SweepPoint, study};
+use crate::convergence::{ConvergenceSweep, MAX_SWEPT, SweepPlan, SweepPoint, study};
 
 /// `batwing converge`.
 #[derive(Debug, Args)]
@@ -29,10 +31,22 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub ring: usize,
     /// Highest orders to try, such as 30,40,60 [default: from what propagates to nearly twice that]
-    #[arg(long, value_name = "LIST", allow_negative_numbers = true, value_delimiter = ',')]
+    #[arg(
+        long,
+        value_name = "LIST",
+        allow_negative_numbers = true,
+        value_delimiter = ',',
+        value_parser = whole(1..=Truncation::MAX)
+    )]
     pub orders: Option<Vec<usize>>,
     /// Numbers of slices to try [default: from 1 to 14 per wavelength of depth]
-    #[arg(long, value_name = "LIST", allow_negative_numbers = true, value_delimiter = ',')]
+    #[arg(
+        long,
+        value_name = "LIST",
+        allow_negative_numbers = true,
+        value_delimiter = ',',
+        value_parser = whole(1..=MAX_SWEPT)
+    )]
     pub slices: Option<Vec<usize>>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "convergence")]

@@ -26,7 +26,12 @@ pub struct GratingArgs {
 pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
     let case = Case::read(&arguments.case)?;
     let file = arguments.case.display().to_string();
-    let solved = grating::solve(&case, &context.interrupt.watch()).with_context(|| file.clone())?;
+    if let Some(warning) = case.unlike_units() {
+        context.console.warn(&format!("{file}: {warning}"));
+    }
+    let watch = context.interrupt.watch();
+    let solve = || grating::solve(&case, &watch);
+    let solved = context.console.waiting(&file, solve).with_context(|| file.clone())?;
     if let Some(highest) = solved.too_few_for {
         context.console.warn(&format!(
             "{file}: {}, but orders up to ±{highest} propagate; the result is that of the truncated problem",
@@ -41,6 +46,9 @@ pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
             "{file}: an error of {left:.1e} is left with {}, more than aimed at; more of them are too much work",
             count(solved.slices, "slice")
         ));
+    }
+    if let Some(unsettled) = solved.unsettled() {
+        context.console.warn(&format!("{file}: {unsettled}"));
     }
     Console::print(&grating::in_numerical_order(&solved.to_json())?)
 }

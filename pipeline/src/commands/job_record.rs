@@ -6,7 +6,6 @@
 //! no time and no host. The merge removes it with the pieces once the results are written.
 
 use std::ffi::OsString;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
@@ -15,12 +14,14 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use files::atomic_file;
+use files::bounded_text::{MAX_KEYS, bounded_text};
 use files::cache::SOLVER_VERSION;
 use files::content_hash::{hashes, sealed, sha256_hex};
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
 use files::store::program_sha256;
 use simulate::job::SharedWork;
+use simulate::shard::SHARDS;
 
 use super::bsdf::BsdfArgs;
 use super::optimise::OptimiseArgs;
@@ -150,18 +151,27 @@ impl JobRecord {
     /// One that cannot be read or was altered.
     pub fn read(out: &Path) -> Result<Option<Self>> {
         let path = out.join(FILE);
-        let text = match fs::read_to_string(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            other => other.with_context(|| format!("`{}`: cannot be read", path.display()))?,
-        };
+        if !path.try_exists().with_context(|| format!("`{}`: cannot be read", path.display()))? {
+            return Ok(None);
+        }
+        let text = bounded_text(&path, MAX_KEYS)
+            .with_context(|| format!("`{}`: cannot be read", path.display()))?;
         let whole = hashes(&text).is_some_and(|(found, stated)| found == stated);
         ensure!(
             whole,
             "`{}`: expected the record of a job, got one that was altered; remove it and start the job again",
             path.display()
         );
-        let record = serde_json::from_str(&text)
+        let record: Self = serde_json::from_str(&text)
             .with_context(|| format!("`{}` is no record of a job", path.display()))?;
+        ensure!(
+            SHARDS.contains(&record.shards),
+            "`{}`: shards: expected from {} to {}, got {}",
+            path.display(),
+            SHARDS.start(),
+            SHARDS.end(),
+            record.shards
+        );
         Ok(Some(record))
     }
 

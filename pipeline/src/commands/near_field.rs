@@ -7,7 +7,8 @@ use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use num_complex::Complex64;
 use rcwa::field::Sample;
-use rcwa::{Pol, Side};
+use rcwa::guard::MAX_SLICES;
+use rcwa::{Pol, Side, Truncation};
 use serde_json::{Value, json};
 
 use design::Design;
@@ -80,10 +81,20 @@ pub struct NearFieldArgs {
     #[arg(long, value_name = "UM", allow_negative_numbers = true, value_parser = finite)]
     pub margin_um: Option<f64>,
     /// Highest order to keep [default: half as many again as propagate]
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "M",
+        allow_negative_numbers = true,
+        value_parser = whole(0..=Truncation::MAX)
+    )]
     pub orders: Option<usize>,
     /// Slices of the relief [default: 24 to a wavelength]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = whole(1..=MAX_SLICES)
+    )]
     pub slices: Option<usize>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "fields")]

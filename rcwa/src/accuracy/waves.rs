@@ -521,6 +521,8 @@ impl<'a, A> Search<'a, A> {
         self.spent += work;
         (self.waves.solve)(at).map_err(|error| match error {
             Error::Rounding { .. } => Halt::Limit(Limit::Digits),
+            Error::Memory { .. } => Halt::Limit(Limit::Memory),
+            Error::Slices { .. } => Halt::Limit(Limit::Slices),
             other => Halt::Failed(other),
         })
     }

@@ -10,15 +10,27 @@ use super::slab::{Medium, Slab, Tangential};
 use super::waves::{Coefficients, Waves};
 use crate::error::Error;
 use crate::linalg::{CMat, Lu, inverse, mul};
+use crate::orders::Truncation;
 use crate::progress::Progress;
 use crate::relief::Layer;
 use crate::stack::Stack;
+use crate::stack::arithmetic::THIN;
 use faer::Mat;
 use num_complex::Complex64;
 use std::sync::Arc;
 
 /// States saved on the way up before every second one is dropped.
 const MAX_SAVED: usize = 48;
+
+/// Matrices (2N)² that [`solve`] keeps, about: of all slabs, those saved and those from one saved state
+/// to the next.
+pub(super) fn matrices(stack: &Stack, truncation: Truncation) -> f64 {
+    let steepest = truncation.highest() as f64 / stack.period_per_wavelength();
+    let slabs = |layer: &Layer| (steepest * stack.optical_thickness(layer) / THIN).max(1.0);
+    let slabs: f64 = stack.layers().iter().map(slabs).sum();
+    let saved = slabs.min(MAX_SAVED as f64);
+    saved + 3.0 * (2.0 * slabs / MAX_SAVED as f64).max(1.0)
+}
 
 /// The field on the first and on the last plane of the structure.
 pub(super) struct PlaneFields {

@@ -9,6 +9,7 @@
 
 use std::path::Path;
 
+use files::bounded_text::{MAX_ROWS, bounded_text};
 use geometry::Meridian;
 use geometry::outline::{Ends, Row, outline};
 
@@ -77,7 +78,7 @@ pub(crate) fn in_file(
     at: &Context,
 ) -> Result<Meridian, ConfigError> {
     let path = folder.join(name);
-    let text = std::fs::read_to_string(&path).map_err(|e| {
+    let text = bounded_text(&path, MAX_ROWS).map_err(|e| {
         let expected = format!("a readable file: `{}`: {e}", path.display());
         at.value(key, name, &expected)
     })?;

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use files::bounded_text::bounded_text;
+use files::bounded_text::{MAX_ROWS, bounded_text};
 use metrics::columns;
 
 use crate::check::Context;
@@ -17,9 +17,6 @@ use crate::spectrum::{
 
 /// Change from one number of wavelengths to the next where the design says nothing: half a point.
 pub(crate) const USUAL_TOLERANCE: f64 = 5e-3;
-
-/// Largest file of a spectrum.
-const MAX_BYTES: u64 = 16_000_000;
 
 /// The light of a design.
 pub(crate) struct ResolvedLight {
@@ -160,7 +157,7 @@ fn rows(
             let refuse = |why: String| {
                 at.value(&format!("{table}.file"), file, &format!("a file of two columns: {why}"))
             };
-            let text = bounded_text(&path, MAX_BYTES)
+            let text = bounded_text(&path, MAX_ROWS)
                 .map_err(|error| refuse(format!("cannot read `{}`: {error}", path.display())))?;
             columns::read(&text).map_err(|why| refuse(format!("`{}`: {why}", path.display())))
         }

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail, ensure};
+use files::bounded_text::{MAX_ROWS, bounded_text};
 
 use crate::schema;
 
@@ -22,7 +23,7 @@ pub(crate) fn load(array: &schema::Array, name: &str, folder: &Path) -> Result<V
         "array.positions_file: expected neither columns, rows nor arrangement beside it"
     );
     let path = folder.join(name);
-    let text = std::fs::read_to_string(&path).with_context(|| {
+    let text = bounded_text(&path, MAX_ROWS).with_context(|| {
         format!("array.positions_file: expected positions, cannot read `{}`", path.display())
     })?;
     let found = parse(&text, array.pitch_mm);

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use files::bounded_text::{MAX_ROWS, bounded_text};
 use files::provenance::FileRecord;
 use metrics::JackknifedFigure;
 use simulate::observation::Observation;
@@ -38,7 +39,7 @@ impl Target {
     pub fn read(figure: &str, path: &Path) -> Result<(Self, FileRecord)> {
         let file = || format!("`{}`", path.display());
         let text =
-            std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", file()))?;
+            bounded_text(path, MAX_ROWS).with_context(|| format!("{}: cannot be read", file()))?;
         let target = match figure {
             FAR_FIELD_DISTANCE => FarFieldTarget::parse(&text).map(Self::FarField),
             _ => MapTarget::parse(&text).map(Self::Map),
