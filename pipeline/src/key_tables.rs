@@ -177,23 +177,29 @@ mod tests {
     use std::path::PathBuf;
 
     use clap::ValueEnum;
+    use design::json_schema::of_file;
 
     use super::*;
     use crate::commands::schema::InputFile;
+    use crate::grating_case::keys::CaseKeys;
 
     /// Rewrites the pages where `BATWING_BLESS` is set.
     #[test]
     fn key_tables_of_the_reference_are_fresh() {
         let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/reference");
-        for file in InputFile::value_variants() {
-            let name = file.to_possible_value().expect("a name").get_name().to_owned();
-            let path = folder.join(format!("{name}-file.md"));
+        let files = InputFile::value_variants().iter().map(|file| {
+            let name = file.to_possible_value().expect("a name");
+            (format!("{}-file.md", name.get_name()), file.schema())
+        });
+        let case = ("grating-case.md".to_owned(), of_file::<CaseKeys>("Case"));
+        for (page, schema) in files.chain([case]) {
+            let path = folder.join(&page);
             let text = std::fs::read_to_string(&path).expect("a page");
-            let fresh = fill(&text, &file.schema()).expect("tables");
+            let fresh = fill(&text, &schema).expect("tables");
             if std::env::var_os("BATWING_BLESS").is_some() {
                 std::fs::write(&path, fresh).expect("written");
             } else {
-                assert!(text == fresh, "{name}: stale tables: test once with BATWING_BLESS=1");
+                assert!(text == fresh, "{page}: stale tables: test once with BATWING_BLESS=1");
             }
         }
     }
