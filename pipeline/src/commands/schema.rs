@@ -14,9 +14,9 @@ use files::run_context::RunContext;
 /// `batwing schema`.
 #[derive(Debug, Args)]
 pub struct SchemaArgs {
-    /// File that the schema describes
-    #[arg(value_enum, value_name = "FILE", default_value_t = InputFile::Design)]
-    pub file: InputFile,
+    /// Kind of file that the schema describes
+    #[arg(value_enum, value_name = "KIND", default_value_t = InputFile::Design)]
+    pub kind: InputFile,
 }
 
 /// A file that users write.
@@ -46,7 +46,7 @@ impl InputFile {
 
 /// Prints the schema, as JSON with and without `--json`.
 pub fn run(arguments: &SchemaArgs, context: RunContext) -> Result<()> {
-    let schema = arguments.file.schema();
+    let schema = arguments.kind.schema();
     let text = serde_json::to_string_pretty(&schema)?;
     context.console.result(&schema, || text)
 }
