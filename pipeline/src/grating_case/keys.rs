@@ -71,7 +71,7 @@ pub struct SegmentKeys {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReliefKeys {
-    /// Depth, above 0.
+    /// Depth, above 0, at most 1e9 wavelengths.
     pub depth: f64,
     /// Refractive index [n, k] around the polygons.
     pub background: List<f64, 2>,
