@@ -140,7 +140,7 @@ pub enum Command {
     /// Read a file of another program, check it, say what it holds, and convert it
     #[command(after_help = "Example: batwing import led.ldt --out led.ies")]
     Import(ImportArgs),
-    /// Print the JSON Schema of the design file, by which editors complete and check it
+    /// Print the JSON Schema of an input file, by which editors complete and check it
     #[command(after_help = "Example: batwing schema > design.schema.json")]
     Schema(SchemaArgs),
     /// Show a folder of results as one HTML page

@@ -6,39 +6,32 @@
 //! and `rcwa`'s own types. Lengths are in any one unit, indices `[n, k]`, angles in degrees; light
 //! comes from the top, z points into the structure (see `docs/explanation/conventions.md`).
 //!
-//! | key | value |
-//! |---|---|
-//! | `wavelength`, `period` | lengths |
-//! | `n_top`, `n_bottom` | indices of the half-spaces, the top one lossless |
-//! | `layers_top_to_bottom` | list of `thickness` and `segments` (`x0`, `x1` as fractions of the period, `n`); a layer of thickness 0 is dropped |
-//! | `relief` | instead of layers: `depth`, `background`, `polygons` (`n`, `points` `[x, z]`) |
-//! | `theta_deg`, `phi_deg` | direction of incidence, -90 < θ < 90; φ is 0 unless given |
-//! | `pol` | `"s"`, `"p"` or `"unpolarised"` |
-//! | `N` | highest order kept: orders -N..N |
-//! | `tolerance` | instead of `N`: largest error of an efficiency, from which orders and slices follow |
-//! | `jones` | optional, `true` for the Jones matrices of all orders too |
-//! | `mount` | optional, `"classical"` or `"conical"`, only checked |
-//!
 //! Every refusal is one line: file, key, what was expected, what was found.
 
-mod fields;
+pub mod keys;
 #[cfg(test)]
 mod tests;
 
+use std::fmt::{Debug, Display};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, anyhow, bail};
 use bsdf::json;
 use files::bounded_text::{MAX_KEYS, bounded_text};
-use files::control_characters::refusal;
 use num_complex::Complex64;
 use rcwa::Truncation;
 use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
 use serde_json::Value;
 
-use fields::{Fields, wrong};
+use design::serde_arrays::List;
+use design::tagged::names;
+use files::control_characters::refusal;
+use files::serde_messages::plain;
+
+pub use keys::Polarization;
+use keys::{CaseKeys, LayerKeys, Mount, ReliefKeys};
 
 /// A grating, a wave that falls on it, and how exactly to solve it.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,17 +80,6 @@ pub enum Structure {
     Layers(Vec<Layer>),
     /// A cross-section still to be cut into layers.
     Relief(Relief),
-}
-
-/// Polarisation of the incident wave.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Polarization {
-    /// E normal to the plane of incidence.
-    S,
-    /// H normal to the plane of incidence.
-    P,
-    /// Half of each.
-    Unpolarised,
 }
 
 /// How exactly to solve.
@@ -153,163 +135,169 @@ impl Case {
             if other_than_json { error.context("is not valid JSON") } else { error }
         })?;
         refuse_controls(&value)?;
-        let file = Fields::of("", &value)?;
-        let inputs = match value.get("inputs") {
+        match value.get("inputs") {
             Some(inputs) => {
-                file.refuse_inputs_outside(&KEYS)?;
-                Fields::of("inputs", inputs)?
+                refuse_inputs_outside(&value)?;
+                Self::new(read(inputs, "inputs")?)
             }
-            None => file,
-        };
-        inputs.only(&KEYS)?;
+            None => Self::new(read(&value, "")?),
+        }
+    }
 
-        let wavelength = inputs.length("wavelength")?;
-        let period = inputs.length("period")?;
-        let (theta_deg, phi_deg) = direction(&inputs)?;
-        let structure = structure(&inputs, period)?;
-        let (key, thickness) = match &structure {
-            Structure::Layers(layers) => {
-                ("layers_top_to_bottom", layers.iter().map(|layer| layer.thickness).sum())
+    fn new(keys: CaseKeys) -> Result<Self> {
+        let wavelength = length("wavelength", keys.wavelength)?;
+        let period = length("period", keys.period)?;
+        let n_top = index("n_top", keys.n_top)?;
+        if n_top.re <= 0.0 || n_top.im != 0.0 {
+            // Light has a direction and a share of power only where it is not absorbed.
+            let expected = "[n, 0] with n > 0, since light comes from this half-space";
+            return Err(wrong("n_top", expected, keys.n_top));
+        }
+        let layers = "layers_top_to_bottom";
+        let (structure, key, thickness) = match (keys.layers_top_to_bottom, keys.relief) {
+            (Some(all), None) => {
+                let all = (0..).zip(all).map(|(k, keys)| layer(keys, &format!("{layers}[{k}]")));
+                let mut all: Vec<Layer> = all.collect::<Result<_>>()?;
+                all.retain(|layer| layer.thickness > 0.0);
+                let thickness = all.iter().map(|layer| layer.thickness).sum();
+                (Structure::Layers(all), layers, thickness)
             }
-            Structure::Relief(relief) => ("relief.depth", relief.depth()),
+            (None, Some(keys)) => {
+                let depth = keys.depth;
+                (Structure::Relief(relief(keys, period)?), "relief.depth", depth)
+            }
+            (all, _) => return Err(either(layers, "relief", all.is_some())),
         };
         if thickness > MAX_WAVELENGTHS * wavelength {
             let expected = format!("at most {MAX_WAVELENGTHS:e} wavelengths in all");
-            return Err(wrong(key, expected, format!("{:e}", thickness / wavelength)));
+            return Err(wrong(key, expected, thickness / wavelength));
+        }
+        if keys.theta_deg.abs() >= 90.0 {
+            let expected = "an angle above -90 and below 90 degrees";
+            return Err(wrong("theta_deg", expected, keys.theta_deg));
+        }
+        if keys.phi_deg.abs() > 360.0 {
+            return Err(wrong("phi_deg", "an angle from -360 to 360 degrees", keys.phi_deg));
+        }
+        let is_planar = keys.theta_deg == 0.0 || keys.phi_deg % 180.0 == 0.0;
+        if keys.mount == Some(Mount::Classical) && !is_planar {
+            return Err(wrong("phi_deg", "0 in a classical mount", keys.phi_deg));
         }
         Ok(Self {
             wavelength,
             period,
-            n_top: lossless_index(&inputs, "n_top")?,
-            n_bottom: inputs.index("n_bottom")?,
+            n_top,
+            n_bottom: index("n_bottom", keys.n_bottom)?,
             structure,
-            theta_deg,
-            phi_deg,
-            polarization: polarization(&inputs)?,
-            accuracy: accuracy(&inputs)?,
-            jones: inputs.flag("jones")?,
+            theta_deg: keys.theta_deg,
+            phi_deg: keys.phi_deg,
+            polarization: keys.pol,
+            accuracy: accuracy(keys.highest_order, keys.tolerance)?,
+            jones: keys.jones,
         })
     }
 }
-
-const KEYS: [&str; 13] = [
-    "wavelength",
-    "period",
-    "n_top",
-    "n_bottom",
-    "layers_top_to_bottom",
-    "relief",
-    "theta_deg",
-    "phi_deg",
-    "pol",
-    "N",
-    "tolerance",
-    "jones",
-    "mount",
-];
 
 /// Largest thickness in wavelengths: beyond, rounding decides the phase behind it.
 const MAX_WAVELENGTHS: f64 = 1e9;
 /// Highest N: a third more orders, for the estimated error, are the most that the solver takes.
 const MOST_ORDERS: usize = Truncation::MAX / 4 * 3;
+/// Largest part of an index.
+const MAX_INDEX: f64 = 1e6;
 
-/// Light has a direction and a share of power only where it is not absorbed.
-fn lossless_index(inputs: &Fields, key: &str) -> Result<Complex64> {
-    let index = inputs.index(key)?;
-    if index.re > 0.0 && index.im == 0.0 {
-        return Ok(index);
-    }
-    Err(inputs.refuse(key, "[n, 0] with n > 0, since light comes from this half-space"))
+/// The message that a value of a key is refused with.
+fn wrong(key: impl Display, expected: impl Display, got: impl Debug) -> Error {
+    anyhow!("{key}: expected {expected}, got {got:?}")
 }
 
-fn direction(inputs: &Fields) -> Result<(f64, f64)> {
-    let theta = inputs.number("theta_deg")?;
-    if theta.abs() >= 90.0 {
-        return Err(inputs.refuse("theta_deg", "an angle above -90 and below 90 degrees"));
-    }
-    let phi = if inputs.has("phi_deg") { inputs.number("phi_deg")? } else { 0.0 };
-    if phi.abs() > 360.0 {
-        return Err(inputs.refuse("phi_deg", "an angle from -360 to 360 degrees"));
-    }
-    let planar = theta == 0.0 || phi % 180.0 == 0.0;
-    match inputs.optional_text("mount")? {
-        None | Some("conical") => Ok((theta, phi)),
-        Some("classical") if planar => Ok((theta, phi)),
-        Some("classical") => Err(wrong("phi_deg", "0 in a classical mount", phi)),
-        Some(_) => Err(inputs.refuse("mount", "\"classical\" or \"conical\"")),
+/// The refusal of two keys of which one is needed, where there are `both` or neither.
+fn either(key: &str, other: &str, both: bool) -> Error {
+    let got = if both { "both" } else { "neither" };
+    anyhow!("{key}: expected either {key} or {other}, got {got}")
+}
+
+/// The keys of the object at `path`, empty for the file itself.
+fn read(value: &Value, path: &str) -> Result<CaseKeys> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let said = error.inner().to_string();
+        let words = plain(&said, "a JSON object", None);
+        let (missing, message) = words.map_or((None, said), |words| (words.missing, words.message));
+        let below = error.path().to_string();
+        let steps = [path, below.trim_matches('.'), missing.as_deref().unwrap_or_default()];
+        let steps: Vec<&str> = steps.into_iter().filter(|step| !step.is_empty()).collect();
+        let key = if steps.is_empty() { "the file".to_owned() } else { steps.join(".") };
+        anyhow!("{key}: {message}")
+    })
+}
+
+/// In a file whose inputs stand under `inputs`, refuses those that stand beside it and would be
+/// overlooked. (`tolerance` as an object belongs to a reference case's outputs.)
+fn refuse_inputs_outside(file: &Value) -> Result<()> {
+    let is_outside = |key: &&&str| {
+        let found = file.get(**key);
+        found.is_some_and(|value| **key != "tolerance" || !value.is_object())
+    };
+    match names::<CaseKeys>().iter().find(is_outside) {
+        Some(key) => bail!("{key}: expected this key inside inputs, got it beside inputs"),
+        None => Ok(()),
     }
 }
 
-fn polarization(inputs: &Fields) -> Result<Polarization> {
-    match inputs.required("pol")?.as_str() {
-        Some("s") => Ok(Polarization::S),
-        Some("p") => Ok(Polarization::P),
-        Some("unpolarised") => Ok(Polarization::Unpolarised),
-        _ => Err(inputs.refuse("pol", "\"s\", \"p\" or \"unpolarised\"")),
+/// A number above 0, with room for its ratios to others.
+fn length(key: &str, value: f64) -> Result<f64> {
+    match value {
+        1e-100..=1e100 => Ok(value),
+        _ if value > 0.0 => Err(wrong(key, "a length from 1e-100 to 1e100", value)),
+        _ => Err(wrong(key, "a length above 0", value)),
     }
 }
 
-fn accuracy(inputs: &Fields) -> Result<Accuracy> {
-    match (inputs.has("N"), inputs.has("tolerance")) {
-        (true, false) => {
-            let orders = inputs
-                .required("N")?
-                .as_u64()
-                .and_then(|n| usize::try_from(n).ok())
-                .filter(|&n| n <= MOST_ORDERS);
-            orders.map(Accuracy::Orders).ok_or_else(|| {
-                inputs.refuse("N", format!("a whole number from 0 to {MOST_ORDERS}"))
-            })
+/// A refractive index.
+fn index(key: impl Display, List([n, k]): List<f64, 2>) -> Result<Complex64> {
+    let range = 0.0..=MAX_INDEX;
+    if range.contains(&n) && range.contains(&k) && (n > 0.0 || k > 0.0) {
+        // Adding zero makes -0 a 0, on which branches of square roots hang.
+        return Ok(Complex64::new(n + 0.0, k + 0.0));
+    }
+    Err(wrong(key, "[n, k] with n >= 0 and k >= 0, not both 0, at most 1e6", [n, k]))
+}
+
+fn accuracy(orders: Option<usize>, tolerance: Option<f64>) -> Result<Accuracy> {
+    match (orders, tolerance) {
+        (Some(orders), None) if orders <= MOST_ORDERS => Ok(Accuracy::Orders(orders)),
+        (Some(orders), None) => {
+            Err(wrong("N", format!("a whole number from 0 to {MOST_ORDERS}"), orders))
         }
-        (false, true) => {
-            let tolerance = inputs.number("tolerance")?;
-            if (MIN_TOLERANCE..=MAX_TOLERANCE).contains(&tolerance) {
-                Ok(Accuracy::Tolerance(tolerance))
-            } else {
-                let range = format!("a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}");
-                Err(inputs.refuse("tolerance", range))
-            }
+        (None, Some(tolerance)) if (MIN_TOLERANCE..=MAX_TOLERANCE).contains(&tolerance) => {
+            Ok(Accuracy::Tolerance(tolerance))
         }
-        (true, true) => Err(wrong("N", "either N or tolerance", "both")),
-        (false, false) => Err(wrong("N", "either N or tolerance", "neither")),
+        (None, Some(tolerance)) => {
+            let range = format!("a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}");
+            Err(wrong("tolerance", range, tolerance))
+        }
+        (orders, _) => Err(either("N", "tolerance", orders.is_some())),
     }
 }
 
-fn structure(inputs: &Fields, period: f64) -> Result<Structure> {
-    let key = "layers_top_to_bottom";
-    match (inputs.has(key), inputs.has("relief")) {
-        (true, false) => {
-            let mut layers: Vec<Layer> =
-                inputs.list(key)?.iter().map(layer).collect::<Result<_>>()?;
-            layers.retain(|layer| layer.thickness > 0.0);
-            Ok(Structure::Layers(layers))
-        }
-        (false, true) => relief(&inputs.object("relief")?, period).map(Structure::Relief),
-        (true, true) => Err(wrong(key, "either layers_top_to_bottom or relief", "both")),
-        (false, false) => Err(wrong(key, "either layers_top_to_bottom or relief", "neither")),
+fn layer(keys: LayerKeys, path: &str) -> Result<Layer> {
+    if keys.thickness < 0.0 {
+        return Err(wrong(format!("{path}.thickness"), "a length from 0", keys.thickness));
     }
+    let path = format!("{path}.segments");
+    let segments = (0..).zip(keys.segments).map(|(k, keys)| {
+        let index = index(format!("{path}[{k}].n"), keys.n)?;
+        Ok(Segment { x0: keys.x0, x1: keys.x1, index })
+    });
+    Layer::new(keys.thickness, segments.collect::<Result<_>>()?).context(path)
 }
 
-fn layer(layer: &Fields) -> Result<Layer> {
-    layer.only(&["thickness", "segments"])?;
-    let segments = layer.list("segments")?.iter().map(segment).collect::<Result<_>>()?;
-    let thickness = layer.thickness("thickness")?;
-    Layer::new(thickness, segments).with_context(|| layer.path("segments"))
-}
-
-fn segment(segment: &Fields) -> Result<Segment> {
-    segment.only(&["x0", "x1", "n"])?;
-    Ok(Segment { x0: segment.number("x0")?, x1: segment.number("x1")?, index: segment.index("n")? })
-}
-
-fn relief(relief: &Fields, period: f64) -> Result<Relief> {
-    relief.only(&["depth", "background", "polygons"])?;
-    let polygons = relief.list("polygons")?.iter().map(polygon).collect::<Result<_>>()?;
-    let (depth, background) = (relief.length("depth")?, relief.index("background")?);
-    Relief::new(period, depth, background, polygons).with_context(|| relief.path("polygons"))
-}
-
-fn polygon(polygon: &Fields) -> Result<Polygon> {
-    polygon.only(&["n", "points"])?;
-    Ok(Polygon { index: polygon.index("n")?, points: polygon.pairs("points")? })
+fn relief(keys: ReliefKeys, period: f64) -> Result<Relief> {
+    let depth = length("relief.depth", keys.depth)?;
+    let background = index("relief.background", keys.background)?;
+    let polygons = (0..).zip(keys.polygons).map(|(k, keys)| {
+        let index = index(format!("relief.polygons[{k}].n"), keys.n)?;
+        Ok(Polygon { index, points: keys.points.into_iter().map(|List(point)| point).collect() })
+    });
+    let polygons = polygons.collect::<Result<_>>()?;
+    Relief::new(period, depth, background, polygons).context("relief.polygons")
 }

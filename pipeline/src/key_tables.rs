@@ -152,6 +152,7 @@ fn kind_of_value(schema: &Value) -> String {
         return all("anyOf").map(kind_of_value).collect::<Vec<_>>().join(" or ");
     }
     match schema["type"].as_str() {
+        _ if schema.is_boolean() => "value".to_owned(),
         Some("number") => "number".to_owned(),
         Some("integer") => "whole number".to_owned(),
         Some("string") => "text".to_owned(),
@@ -175,19 +176,31 @@ fn list(schema: &Value) -> String {
 mod tests {
     use std::path::PathBuf;
 
+    use clap::ValueEnum;
+    use design::json_schema::of_file;
+
     use super::*;
+    use crate::commands::schema::InputFile;
+    use crate::grating_case::keys::CaseKeys;
 
     /// Rewrites the pages where `BATWING_BLESS` is set.
     #[test]
     fn key_tables_of_the_reference_are_fresh() {
         let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/reference");
-        let path = folder.join("design-file.md");
-        let text = std::fs::read_to_string(&path).expect("a page");
-        let fresh = fill(&text, &design::json_schema::of_designs()).expect("tables");
-        if std::env::var_os("BATWING_BLESS").is_some() {
-            std::fs::write(&path, fresh).expect("written");
-        } else {
-            assert!(text == fresh, "stale key tables: test once with BATWING_BLESS=1");
+        let files = InputFile::value_variants().iter().map(|file| {
+            let name = file.to_possible_value().expect("a name");
+            (format!("{}-file.md", name.get_name()), file.schema())
+        });
+        let case = ("grating-case.md".to_owned(), of_file::<CaseKeys>("Case"));
+        for (page, schema) in files.chain([case]) {
+            let path = folder.join(&page);
+            let text = std::fs::read_to_string(&path).expect("a page");
+            let fresh = fill(&text, &schema).expect("tables");
+            if std::env::var_os("BATWING_BLESS").is_some() {
+                std::fs::write(&path, fresh).expect("written");
+            } else {
+                assert!(text == fresh, "{page}: stale tables: test once with BATWING_BLESS=1");
+            }
         }
     }
 

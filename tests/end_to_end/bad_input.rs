@@ -146,7 +146,7 @@ trace = { paths = 64_000 }
 "#;
 
 /// Command lines and what is said of them, in the folder of [`commands`].
-const COMMANDS: [(&str, &[&str]); 71] = [
+const COMMANDS: [(&str, &[&str]); 72] = [
     ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
     ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
     ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
@@ -191,6 +191,7 @@ const COMMANDS: [(&str, &[&str]); 71] = [
     ("reproduce --out file/out", &["file/out"]),
     ("improve", &["improve"]),
     ("check", &["FILE"]),
+    ("schema good.toml", &["KIND", "tolerance", "good.toml"]),
     ("", &["Usage"]),
     (
         "export d1.toml --format ies --paths 1000000000000 --out file/x.ies",

@@ -37,6 +37,7 @@ mod receivers;
 mod report;
 mod reproduce;
 mod resume;
+mod schema;
 mod shards;
 mod solids;
 mod source_spectra;

@@ -1,24 +1,33 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! JSON Schema of the design file, by which editors complete and check it.
+//! JSON Schemas of the files that users write, by which editors complete and check them.
 //!
-//! It follows from the types of [`super::schema`]: keys, kinds, words and what each means. Ranges
+//! They follow from the types that read these files: keys, kinds, words and what each means. Ranges
 //! and what depends on several keys are checked by `batwing check` alone.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::Value;
 
 use super::schema;
 
-/// The schema, JSON Schema 2020-12.
-pub fn of_designs() -> Value {
+/// Keys with values of any kind, as the schema of [`super::dotted_keys::Settings`].
+pub type AnyValues = BTreeMap<String, Value>;
+
+/// The schema of the file that `T` reads, JSON Schema 2020-12.
+pub fn of_file<T: JsonSchema>(name: &str) -> Value {
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let mut schema = settings.into_generator().into_root_schema_for::<schema::Design>().to_value();
-    schema["title"] = "Design file of batwing".into();
+    let mut schema = settings.into_generator().into_root_schema_for::<T>().to_value();
+    schema["title"] = format!("{name} file of batwing").into();
     without_null(&mut schema);
     schema
+}
+
+/// The schema of the design file.
+pub fn of_designs() -> Value {
+    of_file::<schema::Design>("Design")
 }
 
 /// Takes out `null`, which TOML has not: a key without a value is left out.

@@ -179,7 +179,7 @@ impl TaggedTable {
 }
 
 /// Names of the fields of a struct, or of the variants of an enum, as serde reads them.
-pub(super) fn names<T: DeserializeOwned>() -> &'static [&'static str] {
+pub fn names<T: DeserializeOwned>() -> &'static [&'static str] {
     struct Names<'a>(&'a mut &'static [&'static str]);
 
     impl<'de> Deserializer<'de> for Names<'_> {

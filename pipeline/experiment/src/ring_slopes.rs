@@ -5,6 +5,7 @@
 mod tests;
 
 use anyhow::{Context, Result, ensure};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Value;
 
@@ -16,12 +17,12 @@ use geometry::{BaseSurface, Chord, vertices};
 const LEAST_BASE_DEG: f64 = 0.5;
 
 /// The sides of a ring, as files of searches and tolerances name them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 pub enum Side {
-    /// Nearer the axis; its slope is positive where it rises outwards.
+    /// Sides nearer the axis, positive where they rise outwards.
     #[serde(rename = "inner_slope_deg")]
     Inner,
-    /// Farther out; its slope is positive where it falls outwards.
+    /// Sides farther out, positive where they fall outwards.
     #[serde(rename = "outer_slope_deg")]
     Outer,
 }

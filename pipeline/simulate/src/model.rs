@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Models of a design: rays on the relief, or bands with a BSDF.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use design::Design;
 
 /// Treatment of the relief of a dome.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Model {
     /// Rays on the elements as designed.

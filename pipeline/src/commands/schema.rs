@@ -1,19 +1,52 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing schema`: prints the JSON Schema of the design file.
+//! `batwing schema`: prints the JSON Schema of an input file.
 
 use anyhow::Result;
-use clap::Args;
+use clap::{Args, ValueEnum};
+use serde_json::Value;
 
-use design::json_schema;
+use design::json_schema::{of_designs, of_file};
+use experiment::optimise::file::ProblemFile;
+use experiment::study::file::StudyFile;
+use experiment::tolerance::file::ToleranceFile;
 use files::run_context::RunContext;
 
 /// `batwing schema`.
 #[derive(Debug, Args)]
-pub struct SchemaArgs {}
+pub struct SchemaArgs {
+    /// Kind of file that the schema describes
+    #[arg(value_enum, value_name = "KIND", default_value_t = InputFile::Design)]
+    pub kind: InputFile,
+}
+
+/// A file that users write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum InputFile {
+    /// Design file
+    Design,
+    /// Study file
+    Study,
+    /// Problem file of a search
+    Problem,
+    /// Tolerance file
+    Tolerance,
+}
+
+impl InputFile {
+    /// The schema of the file.
+    pub fn schema(self) -> Value {
+        match self {
+            Self::Design => of_designs(),
+            Self::Study => of_file::<StudyFile>("Study"),
+            Self::Problem => of_file::<ProblemFile>("Problem"),
+            Self::Tolerance => of_file::<ToleranceFile>("Tolerance"),
+        }
+    }
+}
 
 /// Prints the schema, as JSON with and without `--json`.
-pub fn run(_: &SchemaArgs, context: RunContext) -> Result<()> {
-    let schema = json_schema::of_designs();
+pub fn run(arguments: &SchemaArgs, context: RunContext) -> Result<()> {
+    let schema = arguments.kind.schema();
     let text = serde_json::to_string_pretty(&schema)?;
     context.console.result(&schema, || text)
 }

@@ -1,39 +1,42 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The problem file as written: one field for each key, unchecked (`docs/reference/problem-file.md`).
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use design::dotted_keys::Settings;
+use design::json_schema::AnyValues;
 use design::serde_arrays::List;
 use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
 
 /// A whole problem file.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProblemFile {
-    /// Short name, used for the design that is found.
+    /// Name of the design that is found: at most 100 letters, digits, `-`, `_`, `.`; no `.` first,
+    /// not the name of the design, no ending of a file.
     pub name: String,
     /// One line for people.
     #[serde(default)]
     pub description: String,
     /// Design file to start from, relative to the problem file.
     pub design: String,
-    /// Variables.
+    /// Keys and profiles that are varied; at least one.
     pub variables: Vec<VariableKeys>,
-    /// Limits of the mould.
+    /// Limits of the mould. Without them only overhang is refused.
     #[serde(default)]
     pub limits: LimitKeys,
-    /// Objective.
+    /// Weighted figures that are sought; at least one `[[objective.terms]]`.
     pub objective: ObjectiveKeys,
-    /// Bounds of figures.
+    /// Bounds of figures. Default none.
     #[serde(default)]
     pub constraints: Vec<ConstraintKeys>,
-    /// Searches one after the other, each from where the one before ended.
+    /// Searches, each from the result of the one before. Default one with default keys.
     #[serde(default)]
     pub stages: Vec<StageKeys>,
-    /// Verification of the result.
+    /// Models and paths of the traces of the result.
     #[serde(default)]
     pub verification: VerificationKeys,
 }
@@ -41,57 +44,62 @@ pub struct ProblemFile {
 impl FileKeys for ProblemFile {}
 
 /// `[[variables]]`: a key of the design, or a profile over its rings or its radius.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VariableKeys {
-    /// Key of the design by dotted path.
+    /// Key of the design by dotted path, entries of lists from 0; this or `profile`.
     pub key: Option<String>,
-    /// A profile instead of a key.
+    /// Profile over the rings (triangles, steps and smooth ones) or over the radius (of a dome of
+    /// revolution); this or `key`.
     pub profile: Option<Profile>,
-    /// Coefficients of the profile; absent: one for each ring.
+    /// Coefficients of the profile, a clamped cubic B-spline (of lower degree below four): 1 to the
+    /// number of rings of slopes, 3 to 40 of heights. Default one for each ring, 8 of heights.
     pub knots: Option<usize>,
-    /// First and last ring of a profile over rings; absent: all.
+    /// First and last ring of a profile of slopes, from 1. Default all.
     pub rings: Option<List<usize, 2>>,
-    /// Least value.
+    /// Lower bound of each coefficient, in its unit, below `to`; required without `choices`.
     pub from: Option<f64>,
-    /// Largest value.
+    /// Upper bound of each coefficient; required without `choices`.
     pub to: Option<f64>,
-    /// Start of the search; absent: the value of the design.
+    /// Value where the search starts, the same for all coefficients, within the bounds. Default the
+    /// design, moved into the bounds.
     pub start: Option<f64>,
-    /// Values are whole multiples of this.
+    /// Step of which values are multiples, above 0, up to `to` - `from`.
     pub resolution: Option<f64>,
-    /// Values of a discrete choice, instead of bounds.
+    /// Values of a discrete choice of a `key`, 2 to 1000, instead of bounds.
+    #[schemars(with = "Option<Vec<serde_json::Value>>")]
     pub choices: Option<Vec<toml::Value>>,
 }
 
 /// Quantities over the rings or over the radius.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Profile {
-    /// Slope of the side nearer the axis against the horizontal, positive where it rises outwards,
-    /// degrees.
+    /// Slopes of the inner sides of rings against the horizontal, positive where they rise
+    /// outwards, degrees.
     InnerSlopeDeg,
-    /// Slope of the outer side against the horizontal, positive where it falls outwards, degrees.
+    /// Slopes of the outer sides, positive where they fall outwards, degrees.
     OuterSlopeDeg,
-    /// Height of a smooth dome above the bottom over the radius, mm.
+    /// Height of a smooth dome over the radius, mm.
     HeightMm,
 }
 
 /// `[limits]`.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimitKeys {
-    /// Least angle of a side against the vertical, degrees.
+    /// Least angle of a straight side of an element against the vertical, degrees; 0 to 45. Default
+    /// 0.
     pub draft_deg: Option<f64>,
-    /// Least interior angle of a tip, degrees.
+    /// Least interior angle of a sharp tip, degrees; 0 to 170. Default 0.
     pub apex_deg: Option<f64>,
-    /// Largest height of the package's dome, mm.
+    /// Largest height of the dome, mm; above 0. Default none.
     pub total_height_mm: Option<f64>,
-    /// Least width of a ring, µm.
+    /// Least width of an element, µm; above 0. Default none.
     pub ring_width_um: Option<f64>,
-    /// Least radius of tips, µm.
+    /// Least radius of tips of the relief, µm; above 0. Default none.
     pub tip_radius_um: Option<f64>,
-    /// Least radius of valleys, µm.
+    /// Least radius of valleys of the relief, µm; above 0. Default none.
     pub valley_radius_um: Option<f64>,
     /// True where the outline may lean over itself.
     #[serde(default)]
@@ -99,21 +107,24 @@ pub struct LimitKeys {
 }
 
 /// `[objective]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectiveKeys {
-    /// Weighted terms, which are added up.
+    /// Weighted terms that are added up; at least one.
     pub terms: Vec<TermKeys>,
-    /// Tolerance file, relative to the problem file, over whose deviations the objective is taken.
+    /// Tolerance file, relative to the problem file, over which the objective is taken; its `set`,
+    /// `tolerances` and `correlations` hold for every candidate, the rest does not count.
     pub tolerances: Option<String>,
-    /// Packages that are drawn for each candidate.
+    /// Packages that are drawn for each candidate, with the same deviations for all candidates of a
+    /// generation, and that share its paths; 3 to 1000. Default 8.
     pub samples: Option<usize>,
-    /// Standard deviations from package to package that are added to the mean.
+    /// Standard deviations from package to package that are added to the mean of the objective, 0
+    /// to 6; 1.645 stands for the worst 5 % of a normal law. Default 0.
     pub deviations: Option<f64>,
 }
 
 /// Use of a figure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Goal {
     /// Larger is better.
@@ -126,22 +137,24 @@ pub enum Goal {
 }
 
 /// `[[objective.terms]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TermKeys {
-    /// Key of a figure.
+    /// A figure of results (`receiver.NAME` is `flux.NAME`), `design.KEY` (the number under a
+    /// dotted key that the design states, such as `design.array.pitch_mm`), `far_field_distance` or
+    /// `illuminance_distance`.
     pub figure: String,
     /// Use of the figure.
     #[serde(default)]
     pub goal: Goal,
-    /// Value sought.
+    /// Value sought, with `goal = "target"` alone.
     pub target: Option<f64>,
-    /// A miss of the target that counts as 1.
+    /// A difference that counts as 1; 1e-12 to 1e12. Default 1.
     pub scale: Option<f64>,
-    /// Weight among the terms.
+    /// Weight of the term; 1e-12 to 1e12.
     #[serde(default = "one")]
     pub weight: f64,
-    /// Target of a distance, relative to the problem file.
+    /// Target of a distance, relative to the problem file; with the two distances alone.
     pub file: Option<String>,
 }
 
@@ -150,16 +163,16 @@ const fn one() -> f64 {
 }
 
 /// `[[constraints]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConstraintKeys {
-    /// Key of a figure.
+    /// A figure as of a term, without distances.
     pub figure: String,
-    /// Least value.
+    /// Lower bound; this, `at_most` or both.
     pub at_least: Option<f64>,
-    /// Largest value.
+    /// Upper bound.
     pub at_most: Option<f64>,
-    /// Standard errors by which the bound is kept.
+    /// Standard errors by which a bound is kept; 0 or above.
     #[serde(default = "two")]
     pub margin: f64,
 }
@@ -169,19 +182,20 @@ const fn two() -> f64 {
 }
 
 /// Method that selects candidates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// CMA-ES, in as many runs as `restarts` says, which share the evaluations.
+    /// CMA-ES.
     #[default]
     CmaEs,
     /// CMA-ES with restarts of large and small populations by turns, each until it converges.
     Bipop,
-    /// One coordinate after the other.
+    /// One step along each coefficient either way, then the gains together; half as far after a
+    /// round without gain.
     Coordinate,
-    /// Uniform in the box.
+    /// Uniform in the bounds.
     Random,
-    /// NSGA-II: the Pareto front of the two terms.
+    /// NSGA-II: the Pareto front of two terms, in the last stage alone, without `tolerances`.
     Nsga2,
 }
 
@@ -199,41 +213,49 @@ impl Method {
 }
 
 /// `[[stages]]`.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StageKeys {
-    /// Model of the traces; absent: rays on the relief.
+    /// Model of the traces. Default `"geometric"`.
     pub model: Option<Model>,
     /// Method that selects candidates.
     #[serde(default)]
     pub method: Method,
-    /// Coefficients of every profile of rings, instead of its own.
+    /// Coefficients of every profile of slopes in this stage, at most one a ring. Default those of
+    /// the variable.
     pub knots: Option<usize>,
-    /// Most candidates.
+    /// Most candidates, `population` to 10⁶. Default 100 × `population`.
     pub evaluations: Option<usize>,
-    /// Number of runs of CMA-ES.
+    /// Runs of `"cma_es"`, which share the evaluations; the first starts at the design, others at
+    /// random. A generation for each must fit; above 1 of `"cma_es"` alone. Default 3, or as many
+    /// as fit.
     pub restarts: Option<usize>,
-    /// Candidates of a generation.
+    /// Candidates of a generation (not of `"coordinate"`), 4 to 10 000. Default 4 + ⌊3 ln n⌋, n
+    /// coefficients; 40 of `"nsga2"`.
     pub population: Option<usize>,
-    /// Standard deviation at the start, as a share of each variable's range.
+    /// Standard deviation (or step) at the start, as a share of the ranges; above 0 to 1. Default
+    /// 0.2.
     pub step: Option<f64>,
-    /// Paths of the first traces.
+    /// Paths of the first traces, 1000 to 10¹². Default 65 536.
     pub paths: Option<u64>,
-    /// Most paths of a trace.
+    /// Most paths of a trace of the search, at least `paths`. Default 1 048 576 or `paths`.
     pub most_paths: Option<u64>,
-    /// Keys of the design that hold for the traces of the stage alone.
+    /// Keys of the design for traces of this stage alone, none that a variable names; `""` takes a
+    /// key away.
     #[serde(default)]
+    #[schemars(with = "AnyValues")]
     pub set: Settings,
 }
 
 /// `[verification]`.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VerificationKeys {
-    /// Models; absent: those of the stages.
+    /// Models in which the result is traced. Default those of the stages.
     pub models: Option<Vec<Model>>,
-    /// Paths of each trace; absent: those of the design.
+    /// Paths of each trace, 1000 to 10¹². Default those of the design.
     pub paths: Option<u64>,
-    /// Packages that are drawn of each design; absent: those of the objective.
+    /// Packages of each design, which share the paths, where the objective has tolerances; 3 to
+    /// 1000. Default `objective.samples`.
     pub samples: Option<usize>,
 }

@@ -3,59 +3,72 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use design::dotted_keys::Settings;
+use design::json_schema::AnyValues;
 use design::serde_arrays::List;
 use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
 
 /// A whole study file.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
-    /// Short name, used for output files.
+    /// Name of output files: letters, digits, `-`, `_`, `.`; no `.` first.
     pub name: String,
     /// One line for people.
     #[serde(default)]
     pub description: String,
-    /// Design files, relative to the study file.
+    /// Design files, relative to the study: at least one, none with the name of another.
     pub designs: Vec<String>,
-    /// Models of each design.
+    /// Models of each design, such as every design has; at least one.
     pub models: Vec<Model>,
-    /// Paths of each trace; those of the designs if absent.
+    /// Paths of each trace, 1000 to 10¹²; `--paths` replaces it. Default those of the designs.
     pub paths: Option<u64>,
     /// Arrangement of the levels of the factors.
     #[serde(default)]
     pub arrangement: FactorArrangement,
-    /// True where set-ups without a valid design are listed and left out; otherwise the study is
-    /// refused.
+    /// True where set-ups that make no design (outlines that cross, values out of range) are listed
+    /// with the reason and left out; otherwise the study is refused.
     #[serde(default)]
     pub skip_impossible: bool,
-    /// Settings of all set-ups.
+    /// Table of `set` and `set_of`, as of a level: what all set-ups have in common.
     #[serde(default)]
     pub base: Level,
-    /// Factors.
+    /// Factors that are varied: a key with its values, or levels.
     #[serde(default)]
     pub factors: Vec<Factor>,
     /// Set-ups put together by hand.
     #[serde(default)]
     pub setups: Vec<ExplicitSetup>,
-    /// Numbers of paths of short runs that each trace is cut into.
+    /// Paths, to the nearest whole number of groups (64 to a trace), of runs that each trace of a
+    /// model is cut into, to see what runs of so few rays read; each from a 64th to a half of the
+    /// paths.
     #[serde(default)]
     pub short_runs: Vec<u64>,
-    /// Traces of each model, each with its own seed, that short runs are cut from.
+    /// Traces of each model that such runs are cut from, each with a seed of its own: so many times
+    /// more runs; 1 to 1000, 1 without `short_runs`. Figures, changes and misfits are those of the
+    /// first.
     #[serde(default = "one")]
     pub short_run_traces: u64,
-    /// Probes of single elements.
+    /// Probes: the share of an element's light in ranges of polar angles while all others absorb,
+    /// as in Figures 3 and 4.
     #[serde(default)]
     pub probes: Vec<Probe>,
-    /// File of target figures, relative to the study file.
+    /// File of target figures, relative to the study, with tables `[DESIGN.MODEL]` as those of
+    /// `targets`; this or `targets`.
     pub targets_file: Option<String>,
-    /// Target figures: design, model, figure.
+    /// Figures that designs should have, tables `[targets.DESIGN.MODEL]`, models as in
+    /// `results.json` (`geometric_100um`): a number (`near`), or `{ at_least = .. }`,
+    /// `{ at_most = .. }`, both, or `{ near = .. }`.
+    #[schemars(with = "Option<AnyValues>")]
     pub targets: Option<toml::Table>,
-    /// Scale of each figure: a miss of one scale counts as 1.
+    /// A difference that counts as 1 in the misfit, by figure; at least 1e-9. Default 5° of peak
+    /// angle, 0.06 of centre/peak, 0.02 of uniformity, 0.01 of extraction, 0.03 of illuminance
+    /// valley/peak and of the forms of uniformity.
     #[serde(default)]
     pub scales: BTreeMap<String, f64>,
 }
@@ -73,91 +86,99 @@ const fn one() -> u64 {
 }
 
 /// Arrangement of levels to set-ups.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FactorArrangement {
-    /// The base, and every level alone.
+    /// The base, and each level of each factor alone.
     #[default]
     OneAtATime,
-    /// Every combination of levels, one of each factor.
+    /// The base, and every combination of levels, one of each factor.
     Grid,
 }
 
 /// `[[factors]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Factor {
-    /// Name.
+    /// Name of its own.
     pub name: String,
     /// One line for people.
     #[serde(default)]
     pub description: String,
-    /// Key that `values` are values of.
+    /// Key of every design by dotted path; with `values`, or `levels` in place of both.
     pub key: Option<String>,
     /// Values of the key, each a level.
+    #[schemars(with = "Option<Vec<serde_json::Value>>")]
     pub values: Option<Vec<toml::Value>>,
-    /// Levels that set several keys.
+    /// Levels that set several keys; names of their own.
     #[serde(default)]
     pub levels: Vec<NamedLevel>,
 }
 
 /// `[[factors.levels]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NamedLevel {
     /// Name.
     pub name: String,
     /// Keys of every design.
     #[serde(default)]
+    #[schemars(with = "AnyValues")]
     pub set: Settings,
     /// Keys of single designs, by their names.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, AnyValues>")]
     pub set_of: BTreeMap<String, Settings>,
 }
 
 /// `[base]`, and what a level sets.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Level {
     /// Keys of every design.
     #[serde(default)]
+    #[schemars(with = "AnyValues")]
     pub set: Settings,
     /// Keys of single designs, by their names.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, AnyValues>")]
     pub set_of: BTreeMap<String, Settings>,
 }
 
 /// `[[setups]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExplicitSetup {
-    /// Name.
+    /// Name of its own.
     pub name: String,
-    /// Factor → level.
+    /// Level of each factor that is not as in the base: factor = level.
     #[serde(default)]
     pub levels: BTreeMap<String, String>,
     /// Keys of every design, beside those of the levels.
     #[serde(default)]
+    #[schemars(with = "AnyValues")]
     pub set: Settings,
     /// Keys of single designs, by their names.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, AnyValues>")]
     pub set_of: BTreeMap<String, Settings>,
 }
 
 /// `[[probes]]`: the light of one element while all others absorb.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
     /// Name of the design.
     pub design: String,
-    /// Element, from 1.
+    /// Element, counted from 1.
     pub element: usize,
-    /// Ranges of polar angles in which its light is counted, degrees, one after the other.
+    /// Ranges of polar angles in which its light is counted, degrees: one after the other from 0 to
+    /// 180, as `[[20, 30], [50, 90]]`.
     pub ranges_deg: Vec<List<f64, 2>>,
-    /// Target of the share.
+    /// Share that it should be, 0 to 1, then part of the misfit.
     #[serde(skip_serializing)]
     pub target: Option<f64>,
-    /// Scale: a miss of one scale counts as 1.
+    /// A difference that counts as 1 in the misfit; above 0. Default 0.25.
     #[serde(skip_serializing, default = "quarter")]
     pub scale: f64,
 }

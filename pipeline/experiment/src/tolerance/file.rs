@@ -2,42 +2,45 @@
 //! The tolerance file as written: one field for each key, unchecked
 //! (`docs/reference/tolerance-file.md`).
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use design::dotted_keys::Settings;
+use design::json_schema::AnyValues;
 use simulate::model::Model;
 
 use crate::checked_file::FileKeys;
 use crate::ring_slopes::Side;
 
 /// A whole tolerance file.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToleranceFile {
-    /// Short name.
+    /// Name of the analysis.
     pub name: String,
     /// One line for people.
     #[serde(default)]
     pub description: String,
     /// Design file, relative to the tolerance file.
     pub design: String,
-    /// Keys of the design that are set before anything deviates.
+    /// Keys of the design by dotted path that are set before anything deviates.
     #[serde(default)]
+    #[schemars(with = "AnyValues")]
     pub set: Settings,
-    /// Model of the traces; absent: rays on the relief.
+    /// Model of the traces. Default `"geometric"`.
     pub model: Option<Model>,
-    /// Number of samples.
+    /// Packages, 8 to 100 000; `--samples` replaces it. Default 200.
     pub samples: Option<usize>,
-    /// Paths of each sample's trace; absent: those of the design.
+    /// Paths of each trace, 1000 to 10¹²; `--paths` replaces it. Default those of the design.
     pub paths: Option<u64>,
-    /// Figures that are reported; absent: all.
+    /// Figures to report. Default all of `results.json` that the design has.
     pub figures: Option<Vec<String>>,
-    /// Deviations.
+    /// Keys and slopes that deviate; at least one.
     pub tolerances: Vec<ToleranceKeys>,
-    /// Correlations between tolerances, by name.
+    /// Correlations between tolerances, together positive definite.
     #[serde(default)]
     pub correlations: Vec<CorrelationKeys>,
-    /// Constraints on a package.
+    /// Bounds of figures, which a good package keeps.
     #[serde(default)]
     pub constraints: Vec<ConstraintKeys>,
 }
@@ -48,23 +51,24 @@ impl FileKeys for ToleranceFile {
 }
 
 /// `[[tolerances]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToleranceKeys {
-    /// Name in results; absent: the key.
+    /// Name in results; none twice. Default key or profile.
     pub name: Option<String>,
-    /// Key of the design by dotted path; `*` stands for every entry of a list.
+    /// Key of the design by dotted path; `*` stands for every entry of a list that the design
+    /// states, also of lists in lists. This or `profile`.
     pub key: Option<String>,
-    /// Slopes of the rings instead of a key.
+    /// Slopes of all rings (triangles, steps, smooth ones), degrees; this or `key`.
     pub profile: Option<Side>,
     /// Law of the deviations.
     #[serde(default)]
     pub distribution: Distribution,
-    /// Standard deviation of a normal law, in the unit of the key.
+    /// Standard deviation of a normal or truncated law, in the unit of the key; above 0.
     pub deviation: Option<f64>,
-    /// Largest deviation of a uniform or truncated law.
+    /// Largest deviation of a uniform or truncated law, in the unit of the key; above 0.
     pub half_width: Option<f64>,
-    /// Value without deviation, of keys that the design does not state.
+    /// Value without deviation, where the design does not state the key.
     pub nominal: Option<f64>,
     /// True where all entries that the key or the profile stands for deviate alike.
     #[serde(default)]
@@ -72,10 +76,10 @@ pub struct ToleranceKeys {
 }
 
 /// Laws of deviations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Distribution {
-    /// Normal, of standard deviation `deviation`.
+    /// Normal.
     #[default]
     Normal,
     /// Uniform, up to `half_width` to either side.
@@ -85,23 +89,23 @@ pub enum Distribution {
 }
 
 /// `[[correlations]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CorrelationKeys {
-    /// Names of two tolerances.
+    /// Names of two normal tolerances of as many entries.
     pub between: Vec<String>,
-    /// Correlation coefficient of their deviations.
+    /// Correlation coefficient of their deviations, between -1 and 1.
     pub coefficient: f64,
 }
 
 /// `[[constraints]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConstraintKeys {
-    /// Key of a figure.
+    /// A reported figure.
     pub figure: String,
-    /// Least value.
+    /// Lower bound; this, `at_most` or both.
     pub at_least: Option<f64>,
-    /// Largest value.
+    /// Upper bound.
     pub at_most: Option<f64>,
 }
