@@ -89,13 +89,56 @@ fn a_run_becomes_a_page_and_a_folder_that_was_touched_does_not() {
     );
 }
 
+#[test]
+fn a_study_becomes_a_page_with_its_targets() {
+    let folder = small();
+    let at = |name: &str| folder.path().join(name);
+    let study = r#"
+name = "planes"
+designs = ["small.toml"]
+models = ["geometric"]
+paths = 10000
+
+[[factors]]
+name = "plane"
+key = "receiver.plane_height_mm"
+values = [3.0, 6.0]
+
+[targets.small.geometric_100um]
+extraction_efficiency = { at_least = 0.5 }
+"#;
+    std::fs::write(at("study.toml"), study).expect("written");
+    let mut command = batwing(folder.path());
+    let output = command.args(["study", "study.toml", "--out", "study"]).output().expect("it runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    report(folder.path(), &["study"]);
+    let page = std::fs::read_to_string(at("study/report.html")).expect("a page");
+    for words in [
+        "1 of 1 asked is met",
+        "<td data-label=\"asked\">at least 50 %</td>",
+        "<th scope=\"row\">plane = 6.0</th>",
+        "Change for one unit of a factor",
+    ] {
+        assert!(page.contains(words), "no {words}");
+    }
+    assert!(!page.contains("<script"));
+    let table = at("study/study.csv");
+    let text = std::fs::read_to_string(&table).expect("readable");
+    std::fs::write(&table, text + "\n").expect("written");
+    let altered = refused(folder.path(), &["study"]);
+    assert!(altered.contains("study.csv` was altered after the run"), "{altered}");
+}
+
 /// Arguments that name no folder, no tables or no place for a page.
 fn refuses_what_is_none(folder: &Path) {
     for (arguments, words) in [
         (&["nowhere"][..], &["`nowhere`: expected a directory of results"][..]),
         (
             &["tables"],
-            &["`tables/results.json`", "written by `reproduce`, `run`, `optimise` or `tolerance`"],
+            &[
+                "`tables/results.json`",
+                "written by `reproduce`, `run`, `optimise`, `study` or `tolerance`",
+            ],
         ),
         (&["small.toml"], &["`small.toml`: expected a directory of results, got a file"]),
         (

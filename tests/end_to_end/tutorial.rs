@@ -86,7 +86,7 @@ fn of_study(file: &Path) -> BTreeSet<String> {
 }
 
 #[test]
-#[ignore = "slow: five runs, tables and a study (60 s)"]
+#[ignore = "slow: six runs, tables and a study (65 s)"]
 fn every_command_of_the_tutorial_runs_and_gives_the_quoted_figures() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();

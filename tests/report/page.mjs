@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // The page of `batwing report` in a browser: opens from a file, draws, moves, fits a phone, prints.
 //
-//     node page.mjs CHROMIUM REPORT.html PICTURES
+//     node page.mjs CHROMIUM REPORT.html PICTURES [OTHER.html ...]
 //
 // CHROMIUM is the path of a Chromium; screenshots and the printed page go into the directory
-// PICTURES. Prints one line for each claim and ends with code 1 if one of them fails. Needs
-// playwright-core of package.json.
+// PICTURES. Of OTHER pages (a study, a tolerance analysis, a search) the layout alone is tested.
+// Prints one line for each claim and ends with code 1 if one of them fails. Needs playwright-core of
+// package.json.
 
 import { mkdirSync, statSync } from "node:fs";
-import { join, resolve } from "node:path";
+import { basename, join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 
-const [executablePath, report, pictures] = process.argv.slice(2);
+const [executablePath, report, pictures, ...others] = process.argv.slice(2);
 if (!pictures) {
-  console.error("usage: node page.mjs CHROMIUM REPORT.html PICTURES");
+  console.error("usage: node page.mjs CHROMIUM REPORT.html PICTURES [OTHER.html ...]");
   process.exit(2);
 }
 mkdirSync(pictures, { recursive: true });
-const url = pathToFileURL(resolve(report)).href;
+const address = (file) => pathToFileURL(resolve(file)).href;
 const failures = [];
 function claim(holds, text) {
   console.log(`${holds ? "ok    " : "FAILED"} ${text}`);
@@ -26,10 +27,12 @@ function claim(holds, text) {
 }
 
 const DESKTOP = { width: 1280, height: 900 };
+const WIDTHS = [400, 800, 1400];
 const PHONE = { width: 360, height: 740 };
 const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
 const complaints = [];
-async function open(options, before) {
+async function open(options, { before, file = report } = {}) {
+  const url = address(file);
   const context = await browser.newContext(options);
   if (before) await context.addInitScript(before);
   const page = await context.newPage();
@@ -47,6 +50,96 @@ async function open(options, before) {
   // Two frames: what the scripts drew is on the screen.
   await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));
   return { context, page, seconds: (performance.now() - start) / 1000 };
+}
+
+// Opens every folded part, and waits until what lies in them is drawn.
+async function unfold(page) {
+  await page.evaluate(() => { for (const fold of document.querySelectorAll("details")) fold.open = true; });
+  await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));
+}
+
+// Every text that is seen: what lies outside the page, what a part or a picture cuts off, and what stands over another text.
+const texts = () => {
+  const seen = (node) => {
+    const style = getComputedStyle(node);
+    return style.visibility !== "hidden" && style.display !== "none" && Number(style.opacity) > 0;
+  };
+  const found = [];
+  const add = (words, owner, box, image) => {
+    if (box.width < 1 || box.height < 1 || !words.trim()) return;
+    // Letters take the middle of their line.
+    const inset = image ? 0.2 * Math.min(box.width, box.height) : 0.12 * box.height;
+    found.push({ words: words.trim().slice(0, 40), owner, left: box.left, right: box.right, top: box.top, bottom: box.bottom, inset, image });
+  };
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+    const owner = node.parentElement;
+    if (!owner || owner.closest("script, style, noscript, option, title, .skip") || !node.data.trim() || !seen(owner)) continue;
+    if (owner.closest("svg")) {
+      const text = owner.closest("text");
+      if (text && text.firstChild === node) add(text.textContent, text, text.getBoundingClientRect(), text.closest("svg"));
+      continue;
+    }
+    const range = document.createRange();
+    range.selectNodeContents(node);
+    for (const box of range.getClientRects()) add(node.data, owner, box, null);
+  }
+  const cut = [];
+  const wide = document.documentElement.clientWidth;
+  for (const text of found) {
+    const { words, owner, left, right, top, bottom, image } = text;
+    if (left < -1 || right > wide + 1) cut.push(`${words} (outside the page)`);
+    if (image) {
+      const box = image.getBoundingClientRect();
+      if (left < box.left - 1 || right > box.right + 1 || top < box.top - 1 || bottom > box.bottom + 1) cut.push(`${words} (outside its picture)`);
+    }
+    for (let node = owner; node && node !== document.body; node = node.parentElement) {
+      if (getComputedStyle(node).overflowX === "visible" || node.tagName === "svg" || node instanceof SVGElement) continue;
+      const box = node.getBoundingClientRect();
+      if (left < box.left - 1 || right > box.right + 1) cut.push(`${words} (cut off)`);
+    }
+  }
+  const over = [];
+  found.sort((a, b) => a.top - b.top);
+  found.forEach((a, i) => {
+    for (let j = i + 1; j < found.length && found[j].top < a.bottom; j += 1) {
+      const b = found[j];
+      if (a.owner === b.owner && !a.image) continue;
+      const inset = Math.max(a.inset, b.inset, 1);
+      const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      if (across > Math.min(inset, 3) && down > inset) over.push(`${a.words} | ${b.words}`);
+    }
+  });
+  return { count: found.length, cut, over };
+};
+
+// Layout of `file` at all widths, for the first model of each of its designs.
+async function layout(file) {
+  for (const width of WIDTHS) {
+    const { context, page } = await open({ viewport: { width, height: 900 } }, { file });
+    const name = `${basename(file)} at ${width} px`;
+    const choices = await page.locator("#choice option").evaluateAll((options) => options
+      .filter((option, i) => i === 0 || option.dataset.design !== options[i - 1].dataset.design).map((option) => option.value));
+    await page.screenshot({ path: join(pictures, `${basename(file, ".html")}-${width}.png`) });
+    await unfold(page);
+    // The 3-D view is drawn when it comes near the screen.
+    if (await page.locator("#view-3d").count()) {
+      await page.locator("#canvas-3d").scrollIntoViewIfNeeded();
+      await page.locator("#angles-3d button").first().waitFor();
+    }
+    for (const value of choices.length ? choices : [null]) {
+      if (value !== null && choices.length > 1) await page.locator("#choice select").selectOption(value);
+      await page.evaluate(() => window.scrollTo({ top: 0, behavior: "instant" }));
+      const { count, cut, over } = await page.evaluate(texts);
+      claim(count > 20, `${name}, choice ${value}: ${count} texts are seen`);
+      claim(cut.length === 0, `${name}, choice ${value}: no text is cut${cut.length ? `: ${cut.slice(0, 5).join("; ")}` : ""}`);
+      claim(over.length === 0, `${name}, choice ${value}: no text stands over another${over.length ? `: ${over.slice(0, 5).join("; ")}` : ""}`);
+      const empty = await page.locator("main section:visible").evaluateAll((sections) => sections.filter((s) => s.innerText.trim().split("\n").length < 2).map((s) => s.id));
+      claim(empty.length === 0, `${name}, choice ${value}: no part is empty${empty.length ? `: ${empty}` : ""}`);
+    }
+    await context.close();
+  }
 }
 
 // Nothing ticked leaves words in place of pictures.
@@ -76,8 +169,14 @@ async function inThreeDimensions(page) {
   // The view is made as soon as it comes near the screen.
   await page.locator("#view-3d").scrollIntoViewIfNeeded();
   await page.locator("#angles-3d button").first().waitFor();
+  const few = await paths();
+  claim(few > 10 && few <= 60, `${few} paths are drawn in three dimensions at first`);
+  const names = await page.locator("#labels-3d span").allInnerTexts();
+  claim(names.length >= 2 && names.every((name) => /^[xyz] [\d.]+ mm$/.test(name)), `axes have names and lengths: ${names.join(", ")}`);
+  const every = page.locator("#controls-3d input[name=show]").last();
+  await every.check();
   const all = await paths();
-  claim(all >= 100, `${all} paths are drawn in three dimensions`);
+  claim(all >= 100, `all ${all} paths are drawn when asked for`);
   const ink = await inked(page);
   claim(ink > 10_000, `the view has ${ink} pixels of package, rays and far field`);
   await page.locator("#view-3d").screenshot({ path: join(pictures, "view-3d.png") });
@@ -120,13 +219,20 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
   const { context, page, seconds } = await open({ viewport: DESKTOP });
   // Catches a page that hangs; how fast it opens depends on what else runs.
   claim(seconds < 10, `it opens and draws in ${seconds.toFixed(2)} s, under 10 s`);
-  await page.screenshot({ path: join(pictures, "desktop.png"), fullPage: true });
+  await page.screenshot({ path: join(pictures, "desktop.png") });
+  const firstScreen = await page.locator(".verdict:visible, #plot-section figure:visible").evaluateAll((nodes) => nodes.map((node) => node.getBoundingClientRect().top));
+  claim(firstScreen.length === 2 && firstScreen.every((top) => top < DESKTOP.height / 2), `picture and verdict stand on the first screen (${firstScreen.map(Math.round)})`);
+  const open0 = await page.locator("details.part[open]").count();
+  claim((await page.locator("details.part").count()) > open0, "parts after the far field are folded");
+  await page.locator("nav a[href='#ledger']").click();
+  claim(await page.locator("#ledger table").first().isVisible(), "a link to a folded part opens it");
+  await unfold(page);
   const html = (id) => page.locator(`#${id}`).evaluate((node) => node.innerHTML);
   const drawn = async (id, what, least) => {
     const count = await page.locator(`#${id} svg ${what}`).count();
     claim(count >= least, `${id} shows ${count} ${what}`);
   };
-  await drawn("plot-merit", "circle", 4);
+  if (await page.locator("#compared").count()) await drawn("plot-merit", "circle", 4);
   await drawn("plot-far", "polyline", 1);
   await drawn("plot-far-polar", "polyline", 1);
   await drawn("plot-profile", "polyline", 2);
@@ -153,7 +259,7 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
   };
   await changes("plot-far", "switching a model off", () => page.locator("#controls-far input[type=checkbox]").first().uncheck());
   await changes("plot-far", "switching it on", () => page.locator("#controls-far input[type=checkbox]").first().check());
-  await changes("plot-far", "another cut", () => page.locator("#controls-far select").nth(1).selectOption({ index: 1 }));
+  await changes("plot-far", "another cut", () => page.locator("#controls-far select").selectOption({ index: 1 }));
   await changes("plot-far-polar", "another scale", () => page.locator("#controls-far input[value=relative]").check());
   const shown = (id) => page.locator(`#${id} figure:not([hidden]) svg[role=img]`);
   await shown("plot-far").scrollIntoViewIfNeeded();
@@ -199,22 +305,37 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
     await changes("plot-lobe", "an arrow key on the slider", () => page.keyboard.press("ArrowLeft"));
     await changes("plot-lobe", "s instead of unpolarised", () => page.locator("#controls-bsdf input[value=s]").check());
     await changes("plot-orders", "light from air", () => page.locator("#controls-bsdf input[value='1']").check());
-    const ky = page.locator("#controls-bsdf select").nth(2);
+    const ky = page.locator("#controls-bsdf select").nth(1);
     if (await ky.isVisible()) {
       await changes("plot-orders", "another ky", () => ky.selectOption({ index: 1 }));
       const total = await totals();
       claim(Math.abs(total - 1) < 2e-3, `orders add up to ${total.toFixed(5)} there too`);
     }
-    const band = page.locator("#controls-bsdf select").nth(1);
+    const band = page.locator("#controls-bsdf select").nth(0);
     if ((await band.locator("option").count()) > 1) await changes("plot-orders", "another band", () => band.selectOption({ index: 0 }));
     await changes("plot-lobe", "more smearing", () => page.locator("#controls-bsdf input[type=range]").last().press("ArrowRight"));
     await page.locator("#bsdf").screenshot({ path: join(pictures, "scattering.png") });
   }
   await drawn("plot-section", "polyline", 50);
-  const facts = await page.locator("#simulated dt").allInnerTexts();
+  for (const [id, head] of [["csv-far", "theta_deg,"], ["csv-profile", "profile,position_mm,"]]) {
+    await page.evaluate(() => document.addEventListener("copy", () => { window.copied = document.activeElement.value; }, { once: true }));
+    await page.locator(`#${id}`).click();
+    const text = await page.evaluate(() => window.copied);
+    const lines = text.trim().split("\n");
+    const cells = lines.map((line) => line.replaceAll(/"[^"]*"/g, "").split(",").length);
+    claim(text.startsWith(head) && lines.length > 20 && new Set(cells).size === 1, `${id}: ${lines.length} lines of ${cells[0]} columns are copied: ${lines[0].slice(0, 60)}`);
+  }
+  const facts = await page.locator("#simulated details dt").allInnerTexts();
   claim(["dome", "LED", "mirror", "array", "plane"].every((fact) => facts.includes(fact)), `it says what was simulated: ${facts.join(", ")}`);
   await emptyStates(page);
   await inThreeDimensions(page);
+  const designs = await page.locator("#choice option").evaluateAll((options) => options.map((option) => option.dataset.design));
+  if (new Set(designs).size > 1) {
+    await page.locator("#choice select").selectOption(String(designs.length - 1));
+    const shown = await page.locator("main [data-design]:visible").evaluateAll((nodes) => [...new Set(nodes.map((node) => node.dataset.design))]);
+    claim(shown.join() === designs.at(-1), `one choice of the design holds for every part: ${shown}`);
+    claim((await page.locator(".verdict:visible h3").innerText()).startsWith(designs.at(-1)), "and for the verdict");
+  }
   const unnamed = await page.locator("input, select").evaluateAll((fields) => fields.filter((f) => !f.labels.length).length);
   claim(unnamed === 0, "every control has a label");
   const wordless = await page.locator("button").evaluateAll((buttons) => buttons.filter((b) => !(b.getAttribute("aria-label") || b.textContent.trim())).length);
@@ -240,9 +361,10 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
 }
 {
   // Without WebGL the page says so and still ranks.
-  const { context, page } = await open({ viewport: DESKTOP }, () => { HTMLCanvasElement.prototype.getContext = ((whole) => function (kind, ...more) {
+  const { context, page } = await open({ viewport: DESKTOP }, { before: () => { HTMLCanvasElement.prototype.getContext = ((whole) => function (kind, ...more) {
     return kind === "webgl" ? null : whole.call(this, kind, ...more);
-  })(HTMLCanvasElement.prototype.getContext); });
+  })(HTMLCanvasElement.prototype.getContext); } });
+  await unfold(page);
   await page.locator("#view-3d").scrollIntoViewIfNeeded();
   await page.locator("#angles-3d button").first().waitFor();
   claim(await page.locator("#without-3d").isVisible(), "without WebGL it says so");
@@ -257,6 +379,7 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
   await page.screenshot({ path: join(pictures, "dark.png"), fullPage: true });
   await context.close();
 }
+for (const file of [report, ...others]) await layout(file);
 claim(complaints.length === 0, `no error, no warning, no request${complaints.length ? `: ${complaints.slice(0, 3).join(" | ")}` : ""}`);
 await browser.close();
 console.log(failures.length ? `${failures.length} claims failed` : "all claims hold");

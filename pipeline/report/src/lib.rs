@@ -27,7 +27,7 @@
 //! | [`path_picture`] | section of a package with paths of light |
 //! | [`summary`], [`run_summary`] | tables of figures as text |
 //! | [`html`] | the page |
-//! | [`optimisation`], [`tolerance`], [`convergence_study`] | pictures of these files |
+//! | [`optimisation`], [`tolerance`], [`study`], [`convergence_study`] | pictures of these files |
 
 pub mod convergence_study;
 pub mod html;
@@ -35,5 +35,6 @@ pub mod optimisation;
 pub mod path_picture;
 pub mod plots;
 pub mod run_summary;
+pub mod study;
 pub mod summary;
 pub mod tolerance;

@@ -3,12 +3,13 @@
 //!
 //! In: the package as lines, and paths. Out: a picture with axes, x to the right and z upwards, a
 //! scale bar, every object with its name beside the axes, one colour for each fate, and the shares
-//! of the fates in the legend. Points beside the plane are projected onto it.
+//! of the fates in the legend. What lies beside the plane is projected onto it and dashed: there
+//! paths turn at surfaces that the section does not show.
 
 use metrics::digits::{format_value_with_error, shortest};
 use metrics::quantity::{Quantity, Unit};
 use results::package::{PackageDrawing, SolidDrawing};
-use results::ray_paths::{PathEnd, TracedPath};
+use results::ray_paths::{PathEnd, TracedPath, Vertex};
 
 use super::plots::Heading;
 use super::plots::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
@@ -18,14 +19,29 @@ use super::plots::draw::panel::{Panel, PanelAxis, TICK_SIZE};
 use super::plots::draw::scale::{AxisScale, round_step};
 use super::plots::draw::sheet::{Entry, Sample, Sheet};
 
-/// Width of the picture, pixels.
-const WIDTH: u32 = 1400;
-/// Pixels right of the axes, for names.
-const NAMES: f64 = 250.0;
+/// Room for the numbers and the name of the z axis, pixels.
+const NUMBERS: f64 = 75.0;
+/// Letters of the picture for the page, beside those of a sheet.
+const COMPACT: Layout = Layout { width: 820, left: 80.0, names: 190.0, has_shares: false };
+/// The picture as a file of its own.
+const SHEET: Layout = Layout { width: 1400, left: 40.0 + NUMBERS, names: 250.0, has_shares: true };
 /// Least distance of names, pixels.
 const APART: f64 = 27.0;
 /// Tallest picture, in widths of its axes.
 const TALLEST: f64 = 1.1;
+
+/// Sizes of a picture, pixels.
+#[derive(Clone, Copy)]
+struct Layout {
+    /// Width.
+    width: u32,
+    /// Left of the axes.
+    left: f64,
+    /// Right of the axes, for names.
+    names: f64,
+    /// Whether the legend states shares of the paths.
+    has_shares: bool,
+}
 
 /// An object and where its name points to.
 struct Named {
@@ -39,25 +55,50 @@ struct Section<'a> {
     drawing: &'a PackageDrawing,
     panel: Panel,
     names: Vec<Named>,
+    /// Room for a name, pixels.
+    room: f64,
 }
 
-/// The picture.
+/// The picture as a file of its own.
 pub fn path_picture(drawing: &PackageDrawing, heading: &Heading, paths: &[TracedPath]) -> Picture {
-    let [half, low, high] = view(drawing);
-    let width = f64::from(WIDTH) - 80.0 - 75.0 - NAMES;
-    let legend = legend(paths);
+    picture(drawing, heading, paths, (SHEET, view(drawing)))
+}
+
+/// The picture for a part of a page: larger letters, no shares; all `drawings` on one scale.
+pub fn compact_picture(
+    drawing: &PackageDrawing,
+    heading: &Heading,
+    paths: &[TracedPath],
+    drawings: &[&PackageDrawing],
+) -> Picture {
+    let views = drawings.iter().map(|drawing| view(drawing));
+    let common = views.fold(view(drawing), |[half, low, high], [other, lower, higher]| {
+        [half.max(other), low.min(lower), high.max(higher)]
+    });
+    picture(drawing, heading, paths, (COMPACT, common))
+}
+
+fn picture(
+    drawing: &PackageDrawing,
+    heading: &Heading,
+    paths: &[TracedPath],
+    (layout, [half, low, high]): (Layout, [f64; 3]),
+) -> Picture {
+    let width = f64::from(layout.width) - layout.left - layout.names - 40.0;
+    let legend = legend(paths, layout.has_shares);
     // The strip of the legend depends on its rows.
-    let strip = Sheet::new(WIDTH, 400, heading, &legend).body.top;
+    let strip = Sheet::new(layout.width, 400, heading, &legend).body.top;
     let tall = width * (high - low) / (2.0 * half);
-    let mut sheet = Sheet::new(WIDTH, (strip + tall + 90.0) as u32, heading, &legend);
-    let area = Rect::new(115.0, strip + 4.0, 115.0 + width, strip + 4.0 + tall);
+    let mut sheet = Sheet::new(layout.width, (strip + tall + 90.0) as u32, heading, &legend);
+    let area = Rect::new(layout.left, strip + 4.0, layout.left + width, strip + 4.0 + tall);
     let axis = |name: &str, low, high, count| {
         let quantity = Quantity::new(name, Unit::Millimetre);
         PanelAxis::linear(&quantity, AxisScale::Linear { low, high }, count)
     };
     let rows = (8.0 * tall / width).ceil().max(2.0) as usize;
     let panel = Panel { area, x: axis("x", -half, half, 8), y: axis("z", low, high, rows) };
-    let mut section = Section { drawing, panel, names: Vec::new() };
+    let room = layout.names - 30.0;
+    let mut section = Section { drawing, panel, names: Vec::new(), room };
     let canvas = &mut sheet.canvas;
     section.panel.grid(canvas);
     canvas.clipped(area, |canvas| {
@@ -68,6 +109,21 @@ pub fn path_picture(drawing: &PackageDrawing, heading: &Heading, paths: &[Traced
     section.panel.frame(canvas);
     section.write_names(canvas);
     sheet.finish()
+}
+
+/// Dashes of what lies beside the plane.
+const BESIDE: [f32; 2] = [3.0, 4.0];
+/// Largest distance from the plane of what counts as in it, mm.
+const PLANE_MM: f64 = 1e-3;
+
+/// Number of the vertex from which on a path lies beside the plane, where it leaves it.
+fn leaving(path: &TracedPath) -> Option<usize> {
+    let beside = |v: &Vertex| v.point_mm[1].abs() >= PLANE_MM;
+    let last = path.vertices.len().checked_sub(1)?;
+    match path.vertices.iter().position(beside) {
+        Some(first) => Some(first.saturating_sub(1)),
+        None => path.leaves_along.filter(|along| along[1].abs() > 1e-9).map(|_| last),
+    }
 }
 
 /// Half the width, the lowest and the highest z in view, mm.
@@ -89,8 +145,8 @@ fn view(drawing: &PackageDrawing) -> [f64; 3] {
     [half, -0.11 * high.min(half), high]
 }
 
-/// Fates with their shares of the paths.
-fn legend(paths: &[TracedPath]) -> Vec<Entry> {
+/// Fates, with their shares of the paths where asked for.
+fn legend(paths: &[TracedPath], has_shares: bool) -> Vec<Entry> {
     let whole = paths.len() as f64;
     let entry = |end: PathEnd| {
         let count = paths.iter().filter(|path| path.fate == end).count();
@@ -102,9 +158,15 @@ fn legend(paths: &[TracedPath]) -> Vec<Entry> {
             format_value_with_error(100.0 * share, 100.0 * error)
         };
         let sample = Sample::Line(Pen::solid(fate(end), 4.0));
-        (count > 0).then(|| Entry::new(sample, format!("{}, {words} %", end.words())))
+        let shares = if has_shares { format!(", {words} %") } else { String::new() };
+        (count > 0).then(|| Entry::new(sample, format!("{}{shares}", end.words())))
     };
-    PathEnd::ALL.into_iter().filter_map(entry).collect()
+    let mut all: Vec<Entry> = PathEnd::ALL.into_iter().filter_map(entry).collect();
+    if paths.iter().any(|path| leaving(path).is_some()) {
+        let pen = Pen::dashed(Colour::MUTED, 1.4, &BESIDE);
+        all.push(Entry::new(Sample::Line(pen), "beside the plane, projected"));
+    }
+    all
 }
 
 impl Section<'_> {
@@ -235,7 +297,15 @@ impl Section<'_> {
                 if let Some(along) = path.leaves_along {
                     points.push(self.exit(last, flat(along)));
                 }
-                canvas.polyline(&self.all(&points), &pen);
+                let beside = leaving(path).unwrap_or(points.len());
+                if beside > 0 {
+                    let in_plane = &points[..points.len().min(beside + 1)];
+                    canvas.polyline(&self.all(in_plane), &pen);
+                }
+                if let Some(rest) = points.get(beside..).filter(|rest| rest.len() > 1) {
+                    let pen = Pen { dash: &BESIDE, ..pen };
+                    canvas.polyline(&self.all(rest), &pen);
+                }
                 if path.leaves_along.is_none() {
                     canvas.disk(self.at(last), 3.0, fate(end));
                 }
@@ -318,9 +388,8 @@ impl Section<'_> {
             let pen = Pen::solid(named.colour, 1.0);
             canvas.polyline(&[named.at, [right + 8.0, y], [x - 4.0, y]], &pen);
             canvas.disk(named.at, 2.4, named.colour);
-            let room = NAMES - 30.0;
             let mut letters = Letters::new(TICK_SIZE, Align::Left);
-            letters.size *= (room / letters.width(&named.words)).min(1.0);
+            letters.size *= (self.room / letters.width(&named.words)).min(1.0);
             canvas.text(&named.words, [x, y], &letters);
         }
     }

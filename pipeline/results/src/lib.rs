@@ -24,7 +24,8 @@
 //! | [`published`] | figures of the paper |
 //! | [`far_field`] | far field of a model, read back |
 //! | [`package`], [`ray_paths`] | drawing of the package, single paths |
-//! | [`optimisation`], [`tolerance`] | `optimise.json`, `tolerance.json` |
+//! | [`optimisation`], [`tolerance`], [`study`] | `optimise.json`, `tolerance.json`, `study.json` |
+//! | [`target`] | what is asked of a figure, verdict on its value |
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
 //! | `sealed_file` | version and hash of a file |
 
@@ -38,6 +39,8 @@ pub mod ray_paths;
 pub mod schema;
 mod sealed_file;
 pub mod shown;
+pub mod study;
+pub mod target;
 pub mod tolerance;
 
 use std::borrow::Cow;

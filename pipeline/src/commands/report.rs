@@ -13,8 +13,9 @@ use files::run_context::RunContext;
 use metrics::plural::count;
 use report::html::folder::Folder;
 use report::html::orders::Source;
+use report::html::study::StudyFolder;
 use report::html::tolerance::ToleranceFolder;
-use report::html::{Page, page, tolerance_page};
+use report::html::{Page, page, study_page, tolerance_page};
 
 use super::outputs::writable;
 
@@ -24,7 +25,7 @@ const PAGE: &str = "report.html";
 /// `batwing report`.
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// Directory of results, written by `reproduce`, `run`, `optimise` or `tolerance`
+    /// Directory of results, written by `reproduce`, `run`, `optimise`, `study` or `tolerance`
     #[arg(value_name = "DIR")]
     pub results: PathBuf,
     /// The page [default: report.html in DIR]
@@ -42,15 +43,20 @@ enum Contents {
     Results(Folder),
     /// A tolerance analysis alone.
     Tolerance(ToleranceFolder),
+    /// A study alone.
+    Study(StudyFolder),
 }
 
 impl Contents {
     /// Reads and checks `directory`.
     fn open(directory: &Path) -> Result<Self> {
-        if !directory.join(results::FILE).exists()
-            && let Some(folder) = ToleranceFolder::open(directory)?
-        {
-            return Ok(Self::Tolerance(folder));
+        if !directory.join(results::FILE).exists() {
+            if let Some(folder) = ToleranceFolder::open(directory)? {
+                return Ok(Self::Tolerance(folder));
+            }
+            if let Some(folder) = StudyFolder::open(directory)? {
+                return Ok(Self::Study(folder));
+            }
         }
         Ok(Self::Results(Folder::open(directory)?))
     }
@@ -60,6 +66,7 @@ impl Contents {
         match self {
             Self::Results(folder) => folder.holds(path),
             Self::Tolerance(folder) => folder.holds(path),
+            Self::Study(folder) => folder.holds(path),
         }
     }
 
@@ -67,6 +74,7 @@ impl Contents {
         match self {
             Self::Results(folder) => page(folder, source),
             Self::Tolerance(folder) => tolerance_page(folder),
+            Self::Study(folder) => study_page(folder),
         }
     }
 }

@@ -11,8 +11,7 @@ use clap::Args;
 
 use experiment::study;
 use experiment::study::compute::{compute, shared_traces};
-use experiment::study::study_results::{FigureRow, Ranked, StudyResults};
-use experiment::study::targets::{Sought, Verdict};
+use experiment::study::study_results::{FigureRow, StudyResults};
 use files::atomic_file;
 use files::content_hash::sealed;
 use files::formats::csv;
@@ -20,25 +19,20 @@ use files::provenance::FileRecord;
 use files::run_context::RunContext;
 use metrics::Bounds;
 use metrics::digits::format_value_with_error;
-use metrics::estimate::DISTINCT;
 use metrics::plural::count;
-use metrics::quantity::Unit;
-use report::plots::{Heading, MarkedLine, marked_lines};
+use report::study as study_pictures;
+use results::study::{FILE, StudyFile};
+use results::target::{Sought, Verdict};
 use simulate::job::{Job, SharedWork, Task};
 
 use super::arguments::{cache, paths};
 use super::outputs::writable;
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 
-/// File under the directory of results.
-pub const FILE: &str = "study.json";
 /// Table of the figures, a line each.
 const TABLE: &str = "study.csv";
 /// Figures of runs of fewer paths, a line for each run.
 const SHORT_RUNS: &str = "short-runs.csv";
-
-/// Set-ups listed on the terminal and drawn.
-const SHOWN: usize = 20;
 
 /// `batwing study`.
 #[derive(Debug, Args)]
@@ -101,47 +95,6 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         let rows = outcome.short_runs();
         csv::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
     }
-    let ranking = outcome.ranking();
-    if !ranking.is_empty() {
-        let bars: Vec<MarkedLine> = ranking
-            .iter()
-            .take(SHOWN)
-            .map(|ranked| MarkedLine {
-                label: study.setups[ranked.setup].0.name.clone(),
-                marks: vec![(String::new(), ranked.misfit.value, ranked.misfit.standard_error)],
-                least: 0.0,
-            })
-            .collect();
-        let subtitle = format!(
-            "smallest {} of {}; {}",
-            bars.len(),
-            count(ranking.len(), "set-up"),
-            tied(&ranking)
-        );
-        let heading = Heading::new(format!("{}: misfit to targets", study.name), subtitle);
-        atomic_file::write_bytes(
-            &path("misfit.png"),
-            &marked_lines(&heading, "misfit, in units of the scales", Unit::Relative, &bars)?
-                .png()?,
-        )?;
-    }
-    for figure in figures(&outcome) {
-        let spans = spans(&outcome, &figure);
-        if spans.is_empty() {
-            continue;
-        }
-        // Names of shares end in `_deg` too: their ranges are in degrees, they are fractions.
-        let angle = (figure.strip_suffix("_deg")).filter(|_| !figure.starts_with("share"));
-        let unit = angle.map_or(Unit::Fraction, |_| Unit::Degree);
-        let words = angle.unwrap_or(&figure).replace('_', " ");
-        let heading = Heading::new(
-            format!("{}: change of {words}", study.name),
-            "each set-up against the base",
-        );
-        let quantity = format!("change of {words}");
-        let png = marked_lines(&heading, &quantity, unit, &spans)?.png()?;
-        atomic_file::write_bytes(&path(&format!("change-{figure}.png")), &png)?;
-    }
     let tables = [Some(TABLE), (!study.short_runs.is_empty()).then_some(SHORT_RUNS)];
     let record = |name: &str| -> Result<FileRecord> {
         let bytes = std::fs::read(path(name))
@@ -149,10 +102,20 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         Ok(FileRecord::new(name, &bytes))
     };
     let files = tables.into_iter().flatten().map(record);
-    let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;
+    let json = outcome.to_json(&files.collect::<Result<Vec<_>>>()?);
+    let file: StudyFile = serde_json::from_value(json.clone())?;
+    if let Some(picture) = study_pictures::misfit_picture(&file)? {
+        atomic_file::write_bytes(&path("misfit.png"), &picture.png()?)?;
+    }
+    for figure in study_pictures::figures(&file) {
+        if let Some(picture) = study_pictures::change_picture(&file, figure)? {
+            atomic_file::write_bytes(&path(&format!("change-{figure}.png")), &picture.png()?)?;
+        }
+    }
+    let json = sealed(json)?;
     atomic_file::write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
-        format!("{}\nwritten to {}", describe(&outcome, &ranking), arguments.out.display())
+        format!("{}\nwritten to {}", describe(&outcome, &file), arguments.out.display())
     })
 }
 
@@ -210,45 +173,8 @@ fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
     rows
 }
 
-/// Names of all figures, in the order of the tables.
-fn figures(outcome: &StudyResults) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for line in outcome.lines(0) {
-        if !names.iter().any(|n| n == line.figure) {
-            names.push(line.figure.to_owned());
-        }
-    }
-    names
-}
-
-/// Changes of `figure`, a marked line for each set-up.
-fn spans(outcome: &StudyResults, figure: &str) -> Vec<MarkedLine> {
-    let change = |line: FigureRow| {
-        let place = format!("{} {}", line.place.design, line.place.model);
-        let change = line.change.filter(|_| line.figure == figure)?;
-        Some((place, change.value, change.standard_error))
-    };
-    (1..outcome.found.len())
-        .map(|i| MarkedLine {
-            least: f64::NEG_INFINITY,
-            label: outcome.study.setups[i].0.name.clone(),
-            marks: outcome.lines(i).filter_map(change).collect(),
-        })
-        .filter(|s| !s.marks.is_empty())
-        .collect()
-}
-
-/// Counts the other set-ups of `ranking` that may be better than the first.
-fn tied(ranking: &[Ranked]) -> String {
-    match ranking.iter().skip(1).filter(|ranked| ranked.is_tied()).count() {
-        0 => format!("the first is ahead of the others by more than {DISTINCT} standard errors"),
-        1 => "1 other cannot be told from the first".to_owned(),
-        tied => format!("{tied} others cannot be told from the first"),
-    }
-}
-
-fn describe(outcome: &StudyResults, ranking: &[Ranked]) -> String {
-    let study = outcome.study;
+fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
+    let (study, ranking) = (outcome.study, outcome.ranking());
     let mut text = count(study.setups.len(), "set-up");
     for (setup, why) in &study.impossible {
         // Writing to a string cannot fail.
@@ -259,17 +185,17 @@ fn describe(outcome: &StudyResults, ranking: &[Ranked]) -> String {
     }
     // Writing to a string cannot fail.
     let _ = writeln!(text, "; root mean square of misses in units of their scales:");
-    for ranked in ranking.iter().take(SHOWN) {
+    for ranked in ranking.iter().take(study_pictures::SHOWN) {
         let misfit = ranked.misfit;
         let number = format_value_with_error(misfit.value, misfit.standard_error);
         let name = &study.setups[ranked.setup].0.name;
         let _ = writeln!(text, "{number:>16}  {name}: {}", verdicts(outcome, ranked.setup));
     }
-    if ranking.len() > SHOWN {
-        let _ = writeln!(text, "and {} more", ranking.len() - SHOWN);
+    if ranking.len() > study_pictures::SHOWN {
+        let _ = writeln!(text, "and {} more", ranking.len() - study_pictures::SHOWN);
     }
     if ranking.len() > 1 {
-        let _ = writeln!(text, "{}", tied(ranking));
+        let _ = writeln!(text, "{}", study_pictures::tied(file));
     }
     let first = ranking[0].setup;
     let _ = writeln!(text, "targets of {}:", study.setups[first].0.name);

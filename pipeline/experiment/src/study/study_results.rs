@@ -12,13 +12,12 @@ use serde_json::{Value, json};
 use files::provenance::FileRecord;
 use metrics::estimate::DISTINCT;
 use metrics::{Estimate, JackknifedFigure, spread};
+use results::study::SCHEMA_VERSION;
+use results::target::{Sought, Target};
 
 use super::definition::Study;
-use super::targets::{Sought, Target, Targets};
+use super::targets::Targets;
 use super::trace_figures::{SetupFigures, ShortRuns, TraceId, find};
-
-/// Version of the layout of `study.json`.
-const SCHEMA_VERSION: u32 = 4;
 
 /// A misfit, with and without each group of paths.
 #[derive(Debug, Clone, PartialEq)]

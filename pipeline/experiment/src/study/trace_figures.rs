@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use metrics::{Estimate, JackknifedFigure};
-
-use super::targets::{Sought, Target, Verdict};
+use results::target::{Sought, Target, Verdict};
 
 /// Figures of one trace, in the order of the tables.
 pub type NamedFigures = Vec<(String, JackknifedFigure)>;

@@ -108,7 +108,8 @@ fn frame(plane: &Plane, [_, most]: [f64; 2]) -> Result<Map> {
     Map::new(quantity, axis("y", y)?, axis("x", x)?, vec![most], vec![0.0])
 }
 
-fn leds(package: &PackageFile) -> Vec<LedOutline> {
+/// Outlines of the LEDs of all packages.
+pub(super) fn leds(package: &PackageFile) -> Vec<LedOutline> {
     let [width, depth, _] = package.drawing.led_mm;
     let offsets = package.drawing.led_offsets_mm.iter().copied();
     let offsets = offsets.chain(std::iter::repeat([0.0; 2]));
@@ -121,7 +122,7 @@ fn leds(package: &PackageFile) -> Vec<LedOutline> {
 }
 
 /// Where valley and peak were read.
-fn marks(model: &Model) -> Vec<Mark> {
+pub(super) fn marks(model: &Model) -> Vec<Mark> {
     let Some(figure) = model.entry.figures.get(VALLEY_TO_PEAK.key) else {
         return Vec::new();
     };

@@ -6,6 +6,7 @@
 //! its scripts read under the pointer or look up stands in the page as JSON, quantised where it is
 //! large ([`pack`], [`models`], [`orders`]). The same folder gives the same bytes.
 
+pub mod before_after;
 pub mod folder;
 pub mod maps;
 pub mod models;
@@ -14,8 +15,10 @@ pub mod orders;
 pub mod pack;
 pub mod package;
 pub mod pictures;
+pub mod study;
 pub mod tables;
 pub mod tolerance;
+pub mod verdict;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -29,6 +32,7 @@ use models::{FarFieldTable, Model, Plane};
 use orders::Source;
 use pictures::{Album, cuts, designs};
 use serde_json::{Value, json};
+use study::StudyFolder;
 use tolerance::ToleranceFolder;
 
 use results::schema::PaperFigures;
@@ -40,7 +44,7 @@ pub const LIMIT: usize = 6_000_000;
 /// Letters that all maps together may take; beyond that neighbouring bins are merged.
 const MAPS_BUDGET: usize = 1_000_000;
 
-/// The page of results; that of a tolerance analysis alone. Both begin with the macros.
+/// The page of results; those of a tolerance analysis and of a study. All begin with the macros.
 const TEMPLATE: &str = concat!(
     include_str!("assets/macros.html"),
     include_str!("assets/tolerance.html"),
@@ -51,15 +55,19 @@ const TOLERANCE_TEMPLATE: &str = concat!(
     include_str!("assets/tolerance.html"),
     include_str!("assets/tolerance_page.html")
 );
-const STYLES: [&str; 5] = [
+const STUDY_TEMPLATE: &str =
+    concat!(include_str!("assets/macros.html"), include_str!("assets/study_page.html"));
+const STYLES: [&str; 6] = [
     include_str!("assets/base.css"),
+    include_str!("assets/first.css"),
     include_str!("assets/parts.css"),
     include_str!("assets/pictures.css"),
     include_str!("assets/view_3d.css"),
     include_str!("assets/print.css"),
 ];
-const SCRIPTS: [&str; 9] = [
+const SCRIPTS: [&str; 10] = [
     include_str!("assets/core.js"),
+    include_str!("assets/choice.js"),
     include_str!("assets/controls.js"),
     include_str!("assets/axes.js"),
     include_str!("assets/pictures.js"),
@@ -118,6 +126,12 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "palette": palette(),
     });
 
+    let contents = before_after::Contents {
+        models: &models,
+        fields: &fields,
+        maps: &maps,
+        packages: &packages,
+    };
     let mut album = Album::default();
     let [far, far_polar] = album.far_fields(&models, &fields)?;
     let sections = album.sections(&models, &packages);
@@ -126,9 +140,10 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let mut labels: Vec<String> = models.iter().map(Model::label).collect();
     labels.sort();
     labels.dedup();
-    let note = results.quick_note.as_deref();
+    let note = results.quick_note.as_deref().map(sentence);
     checked_note(folder)?;
 
+    let search = optimisation::read(folder)?;
     let tolerance = ToleranceFolder::open(folder.directory())?;
     let tolerance = tolerance.map(|found| tolerance::tolerance(&mut album, &found.file));
     let values = json!({
@@ -140,11 +155,13 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "seed": results.seed,
         "quick_note": note.filter(|_| results.quick),
         "designs": models.chunk_by(|a, b| a.design == b.design).map(|m| m[0].design).collect::<Vec<_>>(),
-        "models": models.iter().map(|m| format!("{}, {}", m.design, m.label())).collect::<Vec<_>>(),
+        "models": models.iter().map(|m| [m.design.to_owned(), m.label()]).collect::<Vec<_>>(),
+        "verdicts": models.iter().map(|m| verdict::verdict(m, search.as_ref())).collect::<Vec<_>>(),
         "labels": labels,
         "cuts": cuts(&fields),
         "overview": package::overview(&models, &packages),
         "sections": sections,
+        "has_view_3d": views.iter().any(|view| !view.is_null()),
         "fates": package::fates(),
         "spectra": tables::spectra(&models),
         "results": tables::results(&models),
@@ -159,7 +176,8 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "bsdf_note": bsdf_note(embedded.found, &embedded.json),
         "tables_found": embedded.found.0,
         "tables_listed": embedded.found.1,
-        "optimisation": optimisation::optimisation(&mut album, folder)?,
+        "before_after": album.before_after(search.as_ref(), contents)?,
+        "optimisation": optimisation::optimisation(&mut album, search.as_ref())?,
         "tolerance": tolerance.transpose()?,
         "studies": album.studies(folder.directory())?,
         "table_errors": album.table_errors(&listed)?,
@@ -188,6 +206,31 @@ pub fn tolerance_page(folder: &ToleranceFolder) -> Result<Page> {
         "provenance": tolerance::provenance(file),
     });
     Ok(Page { html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+}
+
+/// The page of a study.
+///
+/// # Errors
+/// Changes that cannot be drawn, a page beyond [`LIMIT`].
+pub fn study_page(folder: &StudyFolder) -> Result<Page> {
+    let file = &folder.file;
+    let values = json!({
+        "title": format!("batwing: {}", file.name),
+        "style": style(),
+        "version": file.version,
+        "seed": file.seed,
+        "study": study::study(&mut Album::default(), file)?,
+        "provenance": study::provenance(file),
+    });
+    Ok(Page { html: rendered(STUDY_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+}
+
+/// The note on a quick run as a sentence that does not begin with its own heading.
+fn sentence(note: &str) -> String {
+    let text = note.strip_prefix("quick run: ").unwrap_or(note).trim_end_matches('.');
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase);
+    first.into_iter().flatten().chain(letters).chain(['.']).collect()
 }
 
 fn style() -> String {

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use files::formats::exr;
 use metrics::extraction::{ROUNDING, is_end};
-use metrics::quantity::{Curve, Unit};
+use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use results::package::{self, PackageFile};
 use results::schema::{ModelEntries, ModelEntry};
 
@@ -112,7 +112,7 @@ impl Model<'_> {
 /// A picture that the results do not list, or that cannot be read.
 pub fn receiver_pictures(models: &[Model], folder: &Folder) -> Result<Vec<Value>> {
     let (mut pictures, mut letters) = (Vec::new(), 0);
-    for model in models {
+    for (number, model) in models.iter().enumerate() {
         for (name, receiver) in model.entry.receivers.iter().flatten() {
             let is_picture = |file: &&PathBuf| file.extension().is_some_and(|e| e == "png");
             let Some(file) = receiver.files.iter().find(is_picture) else { continue };
@@ -127,7 +127,7 @@ pub fn receiver_pictures(models: &[Model], folder: &Folder) -> Result<Vec<Value>
             }
             let quantity = &receiver.quantity;
             let caption = format!("{}, {}: {quantity} of {name}.", model.design, model.label());
-            pictures.push(json!({"png": png, "caption": caption}));
+            pictures.push(json!({"png": png, "caption": caption, "model": number}));
         }
     }
     Ok(pictures)
@@ -294,6 +294,7 @@ impl FarFieldTable {
         let numbers = |values: &[f64]| values.iter().copied().map(rounded).collect::<Vec<_>>();
         let curve = |c: &Curve| json!({"name": c.label(), "value": numbers(c.value()), "error": numbers(c.standard_error())});
         json!({
+            "unit": self.unit.symbol(),
             "theta": self.curves.first().map(Curve::x),
             "curves": self.curves.iter().map(curve).collect::<Vec<_>>(),
             "opposite": OPPOSITE.into_iter().collect::<BTreeMap<_, _>>(),
@@ -392,6 +393,20 @@ impl Plane {
             let low = self.first_mm[axis] - 0.5 * self.bin_mm[axis];
             [low, low + bins[axis] as f64 * self.bin_mm[axis]]
         })
+    }
+
+    /// The whole map.
+    ///
+    /// # Errors
+    /// A map without extent.
+    pub fn to_map(&self) -> Result<Map> {
+        let [x, y] = self.ends_mm();
+        let axis = |name, [low, high]: [f64; 2], bins| {
+            Axis::uniform(Quantity::new(name, Unit::Millimetre), low, high, bins)
+        };
+        let quantity = Quantity::new(&self.quantity, self.unit);
+        let (rows, columns) = (axis("y", y, self.rows)?, axis("x", x, self.columns)?);
+        Map::new(quantity, rows, columns, self.value.clone(), self.error.clone())
     }
 
     /// Rows and columns that are kept: those up to the middle where the others mirror them.

@@ -13,33 +13,42 @@ use super::folder::{Folder, checked_file};
 use super::pictures::Album;
 use crate::optimisation as pictures;
 
-/// Tables and pictures of `optimise.json`; nothing where there is none.
+/// `optimise.json` of the folder, if there is one.
 ///
 /// # Errors
 /// A file of another layout, or one of other results.
-pub fn optimisation(album: &mut Album, folder: &Folder) -> Result<Value> {
-    let Some(file) = OptimisationFile::read(folder.directory())? else {
+pub fn read(folder: &Folder) -> Result<Option<OptimisationFile>> {
+    let file = OptimisationFile::read(folder.directory())?;
+    file.iter().try_for_each(|file| belongs(file, folder))?;
+    Ok(file)
+}
+
+/// Tables and pictures of a search; nothing where there is none.
+///
+/// # Errors
+/// Values that cannot be drawn.
+pub fn optimisation(album: &mut Album, file: Option<&OptimisationFile>) -> Result<Value> {
+    let Some(file) = file else {
         return Ok(Value::Null);
     };
-    belongs(&file, folder)?;
     let captions = [
         "Best candidate of every generation that met the constraints, as the search saw it, and the objective verified by fresh paths; smaller is better.",
         "Designs of the Pareto front, verified by fresh paths.",
         "Change of the objective for one unit of each coefficient at the design found, by paired traces.",
     ];
     let drawn = [
-        Some(pictures::convergence_picture(&file)?),
-        pictures::front_picture(&file)?,
-        pictures::sensitivity_picture(&file)?,
+        Some(pictures::convergence_picture(file)?),
+        pictures::front_picture(file)?,
+        pictures::sensitivity_picture(file)?,
     ];
     let drawn = drawn.into_iter().zip(captions);
     let drawn = drawn.filter_map(|(picture, words)| Some(album.fixed(&picture?, words)));
     Ok(json!({
         "design": file.design,
         "name": file.name,
-        "rows": rows(&file),
+        "rows": rows(file),
         "constraints": file.constraints.iter().map(constraint).collect::<Vec<_>>(),
-        "runs": runs(&file),
+        "runs": runs(file),
         "bias": file.objective.bias_of_search.map(number),
         "evaluations": file.stages.iter().map(|stage| stage.evaluations).sum::<usize>(),
         "limits": file.active_limits,

@@ -3,7 +3,7 @@
 //! uniformity; and, for the page's 3-D view, the package, paths and the far field.
 
 use anyhow::Result;
-use metrics::figures::{UNIFORMITY, VALLEY_TO_PEAK};
+use metrics::figures::UNIFORMITY;
 use serde_json::{Value, json};
 
 use files::formats::exr;
@@ -18,11 +18,13 @@ use super::pack::{base64_of_numbers, linear};
 use super::pictures::Album;
 use super::tables::{percent, thousands};
 use crate::html::folder::Folder;
-use crate::path_picture::path_picture;
+use crate::path_picture::compact_picture;
 use crate::plots::{Heading, palette};
 
 /// Paths of all models together that the page holds.
 const MOST_PATHS: usize = 9_000;
+/// Paths of a section on the first screen.
+pub(super) const FEW: usize = 24;
 /// Radius of the view, in widths of the package or distances of neighbours.
 const VIEW: f64 = 0.75;
 
@@ -34,30 +36,20 @@ impl Album {
             let Some(package) = package else {
                 continue;
             };
-            let paths = count(package.section_paths.len(), "path");
-            let subtitle = format!("{}, {}, {paths}", model.design, model.label());
-            let heading = Heading::new("Package and paths in the plane y = 0", &subtitle);
-            let picture = path_picture(&package.drawing, &heading, &package.section_paths);
-            let shares = shares(package);
+            let paths = &package.section_paths[..package.section_paths.len().min(FEW)];
+            let title = format!("{}, {}", model.design, model.label());
+            let subtitle = format!("plane y = 0, {}", count(paths.len(), "path"));
+            let heading = Heading::new(&title, &subtitle);
+            let picture = compact_picture(&package.drawing, &heading, paths, &[]);
             let caption = format!(
-                "Section of the package nearest to the middle, with its LED, mirror, solids, receiver plane and what stands beside it; it alone shines; {subtitle}: {shares}."
+                "{title}: section of the package nearest to the middle with {}; it alone shines.",
+                count(paths.len(), "path")
             );
             let shown = all.is_empty();
             all.push(self.add(&picture, &caption, &json!({"model": i.to_string()}), shown));
         }
         all
     }
-}
-
-/// Fates of the paths of a section in words.
-fn shares(package: &PackageFile) -> String {
-    let whole = package.section_paths.len() as f64;
-    let words = PathEnd::ALL.into_iter().filter_map(|end| {
-        let of_end = package.section_paths.iter().filter(|path| path.fate == end);
-        let share = 100.0 * of_end.count() as f64 / whole;
-        (share > 0.0).then(|| format!("{share:.0} % {}", end.words()))
-    });
-    words.collect::<Vec<_>>().join(", ")
 }
 
 /// What was simulated, design by design: words, models, total efficiency and uniformity.
@@ -67,7 +59,10 @@ pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value
         let words = design.iter().find_map(|(_, package)| package.as_ref());
         let row = |(model, _): &(&Model, &Option<PackageFile>)| {
             let ledger = &model.entry.power_ledger;
-            let figure = |key: &str| Some(model.entry.figures.get(key)?.with_wavelengths());
+            let figure = |key: &str| {
+                let entry = model.entry.figures.get(key)?;
+                Some(shown::number(entry, Unit::Fraction))
+            };
             let absolute = model.entry.absolute.as_ref();
             let flux = absolute.and_then(|absolute| absolute.figures.get("flux_up"));
             json!({
@@ -78,8 +73,7 @@ pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value
                 "model": model.label(),
                 "paths": thousands(model.entry.paths),
                 "efficiency": percent(ledger.account("escaped_up")),
-                "uniformity": percent(figure(UNIFORMITY.key)),
-                "valley": percent(figure(VALLEY_TO_PEAK.key)),
+                "uniformity": figure(UNIFORMITY.key),
             })
         };
         json!({
@@ -120,7 +114,6 @@ pub fn view_3d(
         |p: &[f64; 3]| p.map(|x| linear(x.clamp(-radius, radius) + radius, 2.0 * radius));
     let packed: Vec<u16> = points.iter().flatten().flat_map(quantised).collect();
     let solid = |s: &results::package::SolidDrawing| json!({"name": s.name, "bounds": s.bounds_mm});
-    // Other packages by the boxes around them, since paths end there.
     let top = drawing.dome_mm.iter().flatten().map(|[_, z]| *z);
     let top = drawing.led_corners().map(|[.., z]| z).into_iter().chain(top).fold(0.0, f64::max);
     let reach = drawing.radius_mm;
@@ -128,7 +121,10 @@ pub fn view_3d(
         let bounds = [[x - reach, y - reach, 0.0], [x + reach, y + reach, top]];
         json!({"name": "package", "bounds": bounds})
     };
-    let others = drawing.neighbours(radius + reach).map(boxed);
+    // Of domes without rings; those of others are drawn by their rings.
+    let is_boxed = drawing.rings.is_empty();
+    let others = drawing.neighbours(radius + reach).filter(|_| is_boxed).map(boxed);
+    let neighbours: Vec<[f64; 2]> = drawing.neighbours(radius + reach).collect();
     let number = |place: Option<usize>| place.map_or(-1, |place| place as i64);
     Ok(json!({
         "radius": radius,
@@ -139,6 +135,7 @@ pub fn view_3d(
         "led": drawing.led_corners(),
         "mirror": drawing.mirror_half_mm,
         "plane": drawing.plane_mm,
+        "neighbours": neighbours,
         "solids": drawing.solids.iter().map(solid).chain(others).collect::<Vec<_>>(),
         "sizes": points.iter().map(Vec::len).collect::<Vec<_>>(),
         "points": base64_of_numbers(&packed),

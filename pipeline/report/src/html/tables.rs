@@ -29,6 +29,8 @@ const NONE: &str = "–";
 /// One figure of a model.
 #[derive(Clone, Debug)]
 pub struct FigureOfMerit<'a> {
+    /// Key in `results.json`.
+    pub key: &'static str,
     /// Name for people.
     pub label: String,
     /// Unit of the stored value: a fraction or degrees.
@@ -89,6 +91,7 @@ pub fn figures<'a>(model: &Model<'a>) -> Vec<FigureOfMerit<'a>> {
     let all = &model.entry.figures;
     let figure = |definition: Definition| {
         Some(FigureOfMerit {
+            key: definition.key,
             label: definition.heading?.to_owned(),
             unit: definition.unit,
             entry: all.get(definition.key)?,

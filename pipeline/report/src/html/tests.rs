@@ -165,6 +165,29 @@ fn data_of(html: &str) -> Value {
 }
 
 #[test]
+fn a_design_of_which_nothing_was_asked_states_what_it_reached() {
+    let mut fixture = Fixture::new();
+    let boxed = |html: &str| html.split("<div class=\"verdict\"").nth(1).map(str::to_owned);
+    let asked = fixture.page().expect("a page").html;
+    assert!(boxed(&asked).is_some_and(|text| text.contains("0 of 1 asked are met")));
+    let figure = fixture.results.pointer_mut(&format!("/designs/{NAME}/hybrid_10um/uniformity"));
+    figure.and_then(Value::as_object_mut).expect("a figure").remove("published");
+    fixture.store();
+    let html = fixture.page().expect("a page").html;
+    let text = boxed(&html).expect("a box");
+    let text = text.split("</div>").next().expect("its text");
+    assert!(!text.contains("asked") && text.contains("<dd>77.3 ± 1.0 %</dd>"), "{text}");
+    // No study of convergence, no second model: no part for them.
+    assert!(!html.contains("id=\"compared\"") && !html.contains("id=\"paper\""));
+}
+
+#[test]
+fn notes_do_not_repeat_their_heading() {
+    assert_eq!(sentence("quick run: fewer rays"), "Fewer rays.");
+    assert_eq!(sentence("Fewer rays."), "Fewer rays.");
+}
+
+#[test]
 fn a_source_is_named_for_figures_that_are_compared_with_it() {
     let mut fixture = Fixture::new();
     let figure = fixture
@@ -187,7 +210,8 @@ fn the_page_holds_what_the_folder_holds() {
     for words in [
         "<td data-label=\"peak angle (°)\"><span class=\"value\">25.000 ± 0.010</span><small class=\"wrap\">by a parabola 24.200 ± 0.010</small></td>",
         "<td data-label=\"uniformity (%)\"><span class=\"value\">77.3 ± 1.0</span><small>published 74.4</small><small><b>+2.9</b></small>",
-        "<strong>Quick run.</strong> coarse &amp; quick",
+        "<strong>Quick run.</strong> Coarse &amp; quick.",
+        "<td data-label=\"asked\">74.4 ± 2 %, published</td><td data-label=\"reached\">77.3 ± 1.0 %</td><td data-label=\"verdict\"><b class=\"unmet\">not resolved</b></td>",
         "<dt>seed</dt><dd>7</dd>",
         "600\u{202f}000",
         HASH,
@@ -281,7 +305,7 @@ fn folders_that_are_none_are_refused() {
     assert!(nothing.contains("nothing`: expected a directory of results"), "{nothing}");
     let empty = message(root.path());
     assert!(
-        empty.contains("results.json`; expected a directory written by `reproduce`, `run`, `optimise` or `tolerance`"),
+        empty.contains("results.json`; expected a directory written by `reproduce`, `run`, `optimise`, `study` or `tolerance`"),
         "{empty}"
     );
     let file = root.path().join("results.json");

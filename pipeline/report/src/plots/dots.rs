@@ -11,7 +11,7 @@ use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
 use super::draw::colour::Colour;
 use super::draw::palette;
-use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
+use super::draw::panel::{BAND_ERRORS, LINE as LINE_OF_NAME, Panel, PanelAxis, TICK_SIZE};
 use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet, diamond};
 use crate::summary::SummaryRow;
@@ -30,6 +30,8 @@ const LETTERS: usize = 58;
 /// Distance of the two lines of a label, and of columns, pixels.
 const APART: f64 = 20.0;
 const GAP: f64 = 40.0;
+/// Room of a number at a tick.
+const TICK: f64 = 75.0;
 /// Half the range drawn where nothing differs from 0.
 const NOTHING: f64 = 0.01;
 
@@ -203,7 +205,9 @@ impl Chart {
         let names = Letters::new(TICK_SIZE, Align::Right);
         let widest = self.lines.iter().flatten().map(|label| names.width(label));
         let widest = widest.fold(0.0, f64::max).min(LABELS);
-        let body = sheet.body.inset(widest + 26.0, 10.0, 20.0, 65.0);
+        // Names of narrow columns take two lines.
+        let below = if self.columns.len() > 1 { 65.0 + LINE_OF_NAME } else { 65.0 };
+        let body = sheet.body.inset(widest + 26.0, 10.0, 20.0, below);
         let place = |index: f64| body.top + body.height() * index / self.lines.len() as f64;
         let width = (body.width() + GAP) / self.columns.len() as f64 - GAP;
         for (column, quantity) in self.columns.iter().enumerate() {
@@ -211,7 +215,7 @@ impl Chart {
             let area = Rect::new(left, body.top, left + width, body.bottom);
             let dots = || self.dots.iter().filter(|dot| dot.column == column);
             let scale = self.scale(dots().flat_map(Dot::ends));
-            let count = if self.columns.len() > 1 { 5 } else { 8 };
+            let count = ((width / TICK) as usize).clamp(2, 8);
             let panel = Panel {
                 area,
                 x: PanelAxis::linear(quantity, scale, count),

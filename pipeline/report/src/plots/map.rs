@@ -140,7 +140,8 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
     for led in picture.leds {
         draw_led(canvas, &panel, led);
     }
-    draw_marks(canvas, &panel, picture.marks);
+    let boxes: Vec<Rect> = picture.leds.iter().map(|led| led_place(&panel, led)).collect();
+    draw_marks(canvas, &panel, picture.marks, &boxes);
     panel.frame(canvas);
     colour_bar(canvas, &panel, &levels);
     Ok(())
@@ -203,6 +204,14 @@ pub fn false_colours(
 fn extent_of(map: &Map) -> f64 {
     let sides = [map.columns().range(), map.rows().range()].map(|[low, high]| high - low);
     sides[0].max(sides[1])
+}
+
+/// Pixels of an LED with its outline.
+fn led_place(panel: &Panel, led: &LedOutline) -> Rect {
+    let [low, high] = [-0.5, 0.5].map(|side| {
+        panel.at(led.centre[0] + side * led.size[0], led.centre[1] + side * led.size[1])
+    });
+    Rect::new(low[0] - 4.0, high[1] - 4.0, high[0] + 4.0, low[1] + 4.0)
 }
 
 fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {

@@ -118,7 +118,7 @@ fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section, pens: &[Pen]) {
         let letters = Letters::new(TICK_SIZE, Align::Centre);
         canvas.text_with_rim(name, [area.centre()[0], y - 14.0], &letters);
     }
-    draw_marks(canvas, panel, section.marks);
+    draw_marks(canvas, panel, section.marks, &[]);
 }
 
 /// The line of a value beside the section.

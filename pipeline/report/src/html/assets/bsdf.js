@@ -31,10 +31,17 @@ part("bsdf", () => {
   const cache = new Map();
   const redraw = [];
   const changed = () => redraw.forEach((draw) => draw());
-  const design = choose("Design", [...new Set(list.map((e) => e.design))].map((d) => [d, d]), () => {
+  // Tables of the design that the page shows.
+  const design = () => choice.design;
+  const none = () => !list.some((e) => e.design === design());
+  const follow = () => {
+    byId("empty-bsdf").hidden = !none();
+    byId("body-bsdf").hidden = none();
+    if (none()) return;
     refreshBands();
     reset();
-  });
+  };
+  choice.follow(follow);
   const band = choose("Band", [], () => reset());
   const side = oneOf("Light from", [["0", "silicone"], ["1", "outside"]], "0", () => reset());
   const polarisation = oneOf("Polarisation", [["u", "unpolarised"], ["s", "s"], ["p", "p"]], "u", () => {
@@ -44,7 +51,7 @@ part("bsdf", () => {
   const ky = choose("ky", [], () => reset());
   const scale = oneOf("Shares", [["root", "root"], ["linear", "linear"], ["log", "logarithmic"]], "root", changed);
 
-  const bands = () => list.filter((e) => e.design === design.value());
+  const bands = () => list.filter((e) => e.design === (none() ? list[0].design : design()));
   function refreshBands() {
     band.setOptions(bands().map((e, i) => [i, `${e.band}: ring ${e.ring}, ${digits(e.period, 4)} × ${digits(e.depth)} µm${e.nm ? `, ${digits(e.nm, 4)} nm` : ""}`]));
   }
@@ -66,7 +73,7 @@ part("bsdf", () => {
   }
   const angle = slider("Incident angle", { min: 0, max: 1, step: 1, value: 0, format: (i) => describeAngle(i) }, changed);
   const smear = slider("Lobe smeared over (standard deviation)", { min: 0.5, max: 8, step: 0.5, value: 2, format: (v) => `${v}°` }, changed);
-  byId("controls-bsdf").append(design.node, band.node, side.node, polarisation.node, ky.node, scale.node, angle.node, smear.node);
+  byId("controls-bsdf").append(band.node, side.node, polarisation.node, ky.node, scale.node, angle.node, smear.node);
   function reset() {
     cache.clear();
     const own = current().lines.filter((l) => l.side === from() && l.nodes.length);
@@ -101,7 +108,7 @@ part("bsdf", () => {
   }
   const sum = (list, to, key = "share") => list.filter((o) => o.to === to).reduce((a, o) => a + o[key], 0);
   const words = { u: "unpolarised", s: "s", p: "p" };
-  const described = () => `${design.value()}, band ${entry().band} (ring ${entry().ring}), ${describeAngle(angle.value())} from ${sideOf(from())}, ${words[polarisation.value()]}`;
+  const described = () => `${entry().design}, band ${entry().band} (ring ${entry().ring}), ${describeAngle(angle.value())} from ${sideOf(from())}, ${words[polarisation.value()]}`;
   const sideColour = (to) => (to === from() ? 1 : 0);
   const sideName = (to) => `${to === from() ? "reflected" : "transmitted"} into ${sideOf(to)}`;
   const LEAST = 1e-5;
@@ -195,7 +202,7 @@ part("bsdf", () => {
   }));
 
   // Transmitted share over the incident angle.
-  const albedo = captioned(byId("plot-albedo"), () => `Share that passes into the other medium over the incident angle, ${design.value()}, band ${entry().band}, from ${sideOf(from())}, ky = ${digits(line().ky)}; the line marks the angle above.`);
+  const albedo = captioned(byId("plot-albedo"), () => `Share that passes into the other medium over the incident angle, ${entry().design}, band ${entry().band}, from ${sideOf(from())}, ky = ${digits(line().ky)}; the line marks the angle above.`);
   const albedoRead = el("p", { class: "readout", role: "status" });
   const albedoHost = el("div", {});
   albedo.body.append(albedoHost, albedoRead);
@@ -221,5 +228,9 @@ part("bsdf", () => {
     albedoRead.replaceChildren(el("span", { class: "item" }, `${describeAngle(here)}:`), ...curves.map(item));
     albedo.update();
   }));
-  reset();
+  copies("csv-orders", () => [
+    ["order", "into", "angle_deg", "s", "p", "unpolarised"],
+    ...orders(angle.value()).map((o) => [o.order, sideOf(o.to), o.theta.toFixed(3), o.s.toPrecision(5), o.p.toPrecision(5), (0.5 * (o.s + o.p)).toPrecision(5)]),
+  ]);
+  follow();
 });

@@ -125,5 +125,5 @@ function responsive(host, draw) {
       measure();
     });
   }
-  return () => draw(width);
+  return () => { if (width > 0) draw(width); };
 }

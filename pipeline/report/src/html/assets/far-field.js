@@ -6,11 +6,32 @@ part("far-field", () => {
   const readout = host.querySelector(".readout");
   const ready = new Set();
   const HINT = "Point at the curves to read them.";
-  pictures("controls-far", (chosen, labels) => {
+  let shown = null;
+  copies("csv-far", () => {
+    const { cut, scale, reach } = shown.dataset;
+    const models = data.models.filter((m) => m.design === shown.dataset.design && shown.labels.includes(m.label));
+    const curves = models.map((m) => {
+      const named = (name) => m.farField.curves.find((c) => c.name === name);
+      const [curve, left] = [named(cut), named(m.farField.opposite[cut])];
+      const full = scale === "relative" ? Math.max(...curve.value, ...(left ? left.value : [])) : 1;
+      return { label: m.label, curve, left, full };
+    });
+    const head = curves.flatMap(({ label }) => [`${label} (${scale === "relative" ? "1" : models[0].farField.unit})`, `${label} standard error`]);
+    const theta = models.length ? models[0].farField.theta : [];
+    const row = (t, i, left) => [left ? -t : t, ...curves.flatMap((c) => {
+      const of = left ? c.left : c.curve;
+      return of ? [of.value[i] / c.full, of.error[i] / c.full].map((v) => Number(v.toPrecision(6))) : ["", ""];
+    })];
+    const reached = theta.map((t, i) => [t, i]).filter(([t]) => t <= Number(reach));
+    const lefts = curves.some((c) => c.left) ? reached.map(([t, i]) => row(t, i, true)).reverse() : [];
+    return [["theta_deg", ...head], ...lefts, ...reached.map(([t, i]) => row(t, i, false))];
+  });
+  pictures("far-field", (chosen, labels) => {
     readout.replaceChildren(el("span", { class: "hint" }, labels.length ? HINT : "No curve is chosen."));
     const figure = host.querySelector("figure:not([hidden])");
     if (!figure) return;
     figure.labels = labels;
+    shown = figure;
     if (ready.has(figure)) return;
     ready.add(figure);
     const { design, cut, scale } = figure.dataset;

@@ -61,6 +61,7 @@ part("illuminance", () => {
       "along x": line(m.columns, r * m.columns, 1, m.first[0], m.bin[0]),
       "along y": line(m.rows, c, m.columns, m.first[1], m.bin[1]),
     };
+    lines = curves;
     const image = shown("plot-profile");
     const axes = panels(image);
     for (const [name, list] of Object.entries(curves)) {
@@ -72,7 +73,13 @@ part("illuminance", () => {
   }
 
   const ready = new Map();
-  pictures("controls-map", ({ model }) => {
+  let lines = {};
+  copies("csv-profile", () => {
+    const m = data.models[choice.model].map;
+    const rows = Object.entries(lines).flatMap(([name, list]) => list.map(([p, v, e]) => [name, p.toFixed(4), v.toPrecision(6), e.toPrecision(3)]));
+    return [["profile", "position_mm", `${m.quantity} (${m.unit})`, "standard_error"], ...rows];
+  });
+  pictures("illuminance", ({ model }) => {
     const m = unfold(data.models[Number(model)]);
     const images = [...byId("plot-map").querySelectorAll("figure:not([hidden])")].map((figure) => [figure.querySelector("svg"), figure.dataset.scale]);
     for (const [image, scale] of images) {

@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // Pictures of the page: which of a section's pictures is shown, which of its curves, what lies under the pointer.
 
-// Calls `shown` after every choice in the form `id`, and once now.
+// Calls `shown` after every choice of the page or in the form of the section `id`, and once now.
 function pictures(id, shown) {
-  const form = byId(id);
-  const section = form.closest("section");
+  const section = byId(id);
+  const form = section.querySelector("form.pictures");
   const figures = [...section.querySelectorAll("figure.picture")];
-  const boxes = [...form.querySelectorAll("input[name=curve]")];
+  const boxes = form ? [...form.querySelectorAll("input[name=curve]")] : [];
+  const cut = form && form.elements.cut;
   const update = () => {
-    const chosen = [...new FormData(form)].filter(([name]) => name !== "curve");
+    // Cuts that the design does not have.
+    for (const option of cut ? cut.options : []) {
+      option.disabled = !figures.some((figure) => figure.dataset.design === choice.design && figure.dataset.cut === option.value);
+    }
+    if (cut && cut.selectedOptions[0].disabled) cut.value = [...cut.options].find((option) => !option.disabled).value;
+    const own = form ? [...new FormData(form)].filter(([name]) => name !== "curve") : [];
+    const chosen = [["model", String(choice.model)], ["design", choice.design], ...own];
     for (const figure of figures) {
       figure.hidden = chosen.some(([name, value]) => name in figure.dataset && figure.dataset[name] !== value);
     }
@@ -24,8 +31,11 @@ function pictures(id, shown) {
     for (const empty of section.querySelectorAll(".empty")) empty.hidden = !none;
     shown(Object.fromEntries(chosen), labels);
   };
-  form.addEventListener("change", update);
-  form.addEventListener("submit", (event) => event.preventDefault());
+  choice.follow(update);
+  if (form) {
+    form.addEventListener("change", update);
+    form.addEventListener("submit", (event) => event.preventDefault());
+  }
   update();
 }
 
@@ -51,9 +61,7 @@ function panels(image) {
   });
 }
 
-part("simulated", () => {
-  if (byId("controls-section")) pictures("controls-section", () => {});
-});
+part("simulated", () => pictures("simulated", () => {}));
 
 // Position of a pointer in the units of the image's viewBox.
 function pointer(image, event) {

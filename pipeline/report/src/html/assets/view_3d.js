@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // The package, its paths and its far field in three dimensions: turned by dragging, filtered by fate, ring, surface and polar angle.
-// Shares are counted in all paths traced; those drawn are the first of them.
+// Shares are counted in all paths traced; those drawn are the first of them that pass the filters.
 
 part("view-3d", () => {
   const form = byId("controls-3d");
+  if (!form) return;
+  // Rays drawn before all are asked for.
+  const FEW = 60;
   const canvas = byId("canvas-3d");
   const [ring, face] = ["ring", "face"].map((name) => form.elements[name]);
   const status = byId("readout-3d");
@@ -59,6 +62,30 @@ part("view-3d", () => {
     return [points, mesh];
   }
 
+  const moved = (list, x, y) => list.map((v, i) => v + [x, y, 0][i % 3]);
+  // Length of the axes: a round one, mm.
+  const axisLength = (s) => {
+    const power = 10 ** Math.floor(Math.log10(0.75 * s.radius));
+    return power * [5, 2, 1].find((k) => k * power <= 0.75 * s.radius);
+  };
+  const axisEnd = (s, k) => [0, 1, 2].map((i) => (i === k ? axisLength(s) : 0));
+
+  // Names of the axes at their ends, as far as they do not stand over each other.
+  function nameAxes() {
+    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
+    const scale = Math.min(w, h) / (2 * camera.radius);
+    const [s, c, v, up] = [Math.sin(camera.azimuth), Math.cos(camera.azimuth), Math.sin(camera.elevation), Math.cos(camera.elevation)];
+    const placed = [];
+    byId("labels-3d").replaceChildren(...["x", "y", "z"].flatMap((name, k) => {
+      const [x, y, z] = axisEnd(scene, k).map((value) => 1.06 * value);
+      const at = [w / 2 + (c * y - s * x) * scale, h / 2 - (up * (z - camera.middle) - v * (c * x + s * y)) * scale];
+      const apart = placed.every(([a, b]) => Math.abs(a - at[0]) > 60 || Math.abs(b - at[1]) > 22);
+      if (!apart || at[0] < 35 || at[0] > w - 35 || at[1] < 12 || at[1] > h - 12) return [];
+      placed.push(at);
+      return [el("span", { style: `left:${at[0].toFixed(1)}px;top:${at[1].toFixed(1)}px` }, `${name} ${digits(axisLength(scene))} mm`)];
+    }));
+  }
+
   function meshes(s) {
     const tall = s.radius;
     const [surface, mesh] = lobe(s.lobe, 0.8 * tall);
@@ -70,6 +97,9 @@ part("view-3d", () => {
       led: view.mesh("triangles", ...faces(s.led)),
       rings: s.rings.map((line) => view.mesh("triangles", ...revolved(line))),
       creases: view.mesh("lines", s.rings.flatMap((line) => circle(...line[line.length - 1]))),
+      // Packages beside this one, at which paths end.
+      neighbours: view.mesh("lines", s.neighbours.flatMap(([x, y]) => s.rings.flatMap((line) => moved(circle(...line[line.length - 1], 48), x, y)))),
+      axes: view.mesh("lines", [0, 1, 2].flatMap((k) => [0, 0, 0, ...axisEnd(s, k)])),
       solids: view.mesh("lines", s.solids.flatMap((solid) => edges(held(solid.bounds)))),
       plane: view.mesh("lines", [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]].slice(0, 4).flatMap(([x, y], k, all) => [
         x * square, y * square, s.plane, all[(k + 1) % 4][0] * square, all[(k + 1) % 4][1] * square, s.plane])),
@@ -112,10 +142,12 @@ part("view-3d", () => {
     const shown = checked("show");
     const dome = m.rings.map((mesh, i) => [mesh, i === r ? tint("--accent", 0.75) : tint("--silicone-edge", i % 2 ? 0.16 : 0.26)]);
     const packed = [[m.ground, tint("--mirror", 0.35)], [m.led, tint("--led", 0.95)], ...dome, [m.creases, tint("--silicone-edge", 0.3)],
-      [m.solids, tint("--medium-edge", 0.8)], [m.plane, tint("--receiver", 0.8)]];
+      [m.neighbours, tint("--silicone-edge", 0.3)], [m.solids, tint("--medium-edge", 0.8)], [m.plane, tint("--receiver", 0.8)]];
     const far = [[m.lobe, tint(scene.colour, 0.07)], [m.grid, tint(scene.colour, 0.4)]];
     const light = lines.map(([mesh, name, opacity]) => [mesh, tint(name, opacity)]);
-    view.draw(camera, [...(shown.includes(0) ? packed : []), ...light, ...(shown.includes(1) ? far : [])]);
+    const axes = [m.axes, tint("--ink", 0.9)];
+    view.draw(camera, [...(shown.includes(0) ? packed : []), ...light, ...(shown.includes(1) ? far : []), axes]);
+    nameAxes();
   }
 
   // Intensity by polar angle as buttons, one for each bin as far as light goes.
@@ -154,21 +186,22 @@ part("view-3d", () => {
 
   function update() {
     if (!scene) return;
-    const list = passing();
+    const all = passing();
+    const list = checked("show").includes(2) ? all : all.slice(0, FEW);
     if (view) rays(list);
     angles();
     const where = bin === null ? "all directions" : `${bin * scene.binDeg} to ${(bin + 1) * scene.binDeg}°`;
     byId("ranking-where").textContent = where;
     ranking(byId("ranking-rings"), scene.byRing, scene.ringNames, ring, "No light left the dome into these angles.");
     ranking(byId("ranking-faces"), scene.byFace, scene.faceNames, face, "No light into these angles met a surface.");
-    const words = checked("fate").length ? `${list.length} of ${scene.paths.length} paths drawn, ${where}.` : "No fate is ticked: no path is drawn.";
+    const words = checked("fate").length ? `${list.length} of ${all.length} paths drawn, ${where}.` : "No fate is ticked: no path is drawn.";
     status.textContent = words;
     canvas.setAttribute("aria-label", `The package in three dimensions with its far field as a surface. ${words}`);
     draw();
   }
 
   function open() {
-    scene = unfold(Number(form.elements.model.value));
+    scene = unfold(choice.model);
     byId("empty-3d").hidden = Boolean(scene);
     byId("body-3d").hidden = !scene;
     if (!scene) return;
@@ -182,7 +215,8 @@ part("view-3d", () => {
   }
 
   form.addEventListener("submit", (event) => event.preventDefault());
-  form.addEventListener("change", (event) => (event.target.name === "model" ? open() : update()));
+  form.addEventListener("change", update);
+  choice.follow(() => { if (scene || !byId("empty-3d").hidden) open(); });
   byId("reset-3d").addEventListener("click", () => { bin = null; [ring.value, face.value] = ["", ""]; update(); });
 
   // Dragging turns; a click without dragging chooses the polar angle of that direction.
@@ -227,6 +261,6 @@ part("view-3d", () => {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
   // Nothing is drawn before it comes near the screen or goes to paper.
   const begin = () => { if (!scene) open(); };
-  new IntersectionObserver((entries) => { if (entries.some((entry) => entry.isIntersecting)) begin(); }, { rootMargin: "300px" }).observe(byId("view-3d"));
+  new IntersectionObserver((entries) => { if (entries.some((entry) => entry.isIntersecting)) begin(); }, { rootMargin: "300px" }).observe(byId("body-3d"));
   window.addEventListener("beforeprint", begin);
 });

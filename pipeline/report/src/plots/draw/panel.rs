@@ -13,6 +13,8 @@ use super::sheet::CURVE;
 pub const TICK_SIZE: f64 = 17.0;
 /// Font size of the names of axes.
 pub const LABEL_SIZE: f64 = 19.0;
+/// Distance of two lines of an axis name.
+pub const LINE: f64 = 23.0;
 /// Error bands reach this many standard errors to both sides.
 pub const BAND_ERRORS: f64 = 2.0;
 
@@ -207,7 +209,9 @@ impl Panel {
         canvas.lines(&ticks, &pen);
         let name = Letters::new(LABEL_SIZE, Align::Centre);
         let [x, y] = self.area.centre();
-        canvas.text(&self.x.label, [x, bottom + 52.0], &name);
+        for (line, words) in wrapped(&self.x.label, &name, self.area.width()).iter().enumerate() {
+            canvas.text(words, [x, bottom + 52.0 + LINE * line as f64], &name);
+        }
         canvas.text(&self.y.label, [left - 34.0 - room, y], &name.upwards());
     }
 
@@ -223,6 +227,16 @@ impl Panel {
         let [x, y] = self.at(x, y);
         let room = self.area.height();
         [x, y.clamp(self.area.top - room, self.area.bottom + room)]
+    }
+}
+
+/// A name in one line, or in two where it is wider than the room.
+fn wrapped<'a>(name: &'a str, letters: &Letters, room: f64) -> Vec<&'a str> {
+    let breaks = name.match_indices(' ').map(|(at, _)| (&name[..at], &name[at + 1..]));
+    let widest = |(a, b): &(&str, &str)| letters.width(a).max(letters.width(b));
+    match breaks.min_by(|a, b| widest(a).total_cmp(&widest(b))) {
+        Some((first, second)) if letters.width(name) > room => vec![first, second],
+        _ => vec![name],
     }
 }
 
@@ -313,8 +327,9 @@ impl Mark {
     }
 }
 
-/// Draws marks, whose labels stay within the panel.
-pub fn draw_marks(canvas: &mut Canvas, panel: &Panel, marks: &[Mark]) {
+/// Draws marks, whose labels stay within the panel, off `kept_free` and off each other.
+pub fn draw_marks(canvas: &mut Canvas, panel: &Panel, marks: &[Mark], kept_free: &[Rect]) {
+    let mut taken = kept_free.to_vec();
     for mark in marks {
         let [x, y] = panel.at(mark.at[0], mark.at[1]);
         let up = match mark.kind {
@@ -326,11 +341,49 @@ pub fn draw_marks(canvas: &mut Canvas, panel: &Panel, marks: &[Mark]) {
         canvas.polygon(&triangle, Colour::WHITE);
         canvas.outline(&triangle, &Pen::solid(Colour::BLACK, 1.2));
         let letters = Letters::new(TICK_SIZE, Align::Centre);
-        let half = letters.width(&mark.label) / 2.0 + 8.0;
-        let [left, right] = [panel.area.left + half, panel.area.right - half];
-        let x = x.clamp(left, right.max(left));
-        canvas.text_with_rim(&mark.label, [x, base + up * 14.0], &letters);
+        let place = label_place([x, y + up * 9.0], up, letters.width(&mark.label), panel, &taken);
+        canvas.text_with_rim(&mark.label, place.centre(), &letters);
+        taken.push(place);
     }
+}
+
+/// Distances of a label from its mark that are tried, pixels.
+const STEPS: usize = 12;
+const STEP: f64 = 10.0;
+
+/// The nearest place for a label of this width about a mark that overlaps the least of `taken`: on
+/// its own side first, then on the other, right and left.
+fn label_place([x, y]: Point, up: f64, width: f64, panel: &Panel, taken: &[Rect]) -> Rect {
+    let half = [0.5 * width + 8.0, 0.5 * TICK_SIZE + 2.0];
+    let Rect { left, top, right, bottom } = panel.area;
+    let held = |at: f64, half: f64, low: f64, high: f64| {
+        at.clamp(low + half, (high - half).max(low + half))
+    };
+    let at = |[dx, dy]: [f64; 2]| {
+        let x = held(x + dx, half[0], left, right);
+        let y = held(y + dy, half[1], top, bottom);
+        Rect::new(x - half[0], y - half[1], x + half[0], y + half[1])
+    };
+    let overlap = |a: &Rect| {
+        let of = |b: &Rect| {
+            let across = a.right.min(b.right) - a.left.max(b.left);
+            let down = a.bottom.min(b.bottom) - a.top.max(b.top);
+            across.max(0.0) * down.max(0.0)
+        };
+        taken.iter().map(of).sum::<f64>()
+    };
+    let places = (0..STEPS).flat_map(|step| {
+        let more = STEP * step as f64;
+        let (down, across) = (20.0 + more, half[0] + 6.0 + more);
+        [[0.0, up * down], [0.0, -up * down], [across, 0.0], [-across, 0.0]].map(at)
+    });
+    let mut best = at([0.0, up * 20.0]);
+    for place in places {
+        if overlap(&place) < overlap(&best) {
+            best = place;
+        }
+    }
+    best
 }
 
 #[cfg(test)]
@@ -386,5 +439,27 @@ mod tests {
         assert!((steps(-90.0, 90.0, 12) - 15.0).abs() < 1e-12);
         assert!((steps(-90.0, 90.0, 6) - 30.0).abs() < 1e-12);
         assert!((steps(0.0, 90.0, 9) - 10.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn labels_of_marks_keep_off_what_is_there() {
+        let panel = panel();
+        let led = Rect::new(180.0, 130.0, 220.0, 170.0);
+        for up in [-1.0, 1.0] {
+            let place = label_place([200.0, 150.0], up, 60.0, &panel, &[led]);
+            assert!(place.bottom <= led.top || place.top >= led.bottom, "{place:?}");
+            assert!(place.left >= panel.area.left && place.right <= panel.area.right);
+            // A second one keeps off the first.
+            let second = label_place([200.0, 150.0], up, 60.0, &panel, &[led, place]);
+            assert!(second.bottom <= place.top || second.top >= place.bottom, "{second:?}");
+        }
+    }
+
+    #[test]
+    fn long_names_of_axes_take_two_lines() {
+        let letters = Letters::new(LABEL_SIZE, Align::Centre);
+        let name = "Illuminance valley / peak (%)";
+        assert_eq!(wrapped(name, &letters, 1000.0), [name]);
+        assert_eq!(wrapped(name, &letters, 150.0), ["Illuminance", "valley / peak (%)"]);
     }
 }

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The page of a study: best set-up with its targets, set-ups side by side, changes.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use metrics::digits::format_value_with_error;
+use metrics::plural::count;
+use metrics::quantity::Unit;
+use results::study::{FILE, SetupEntry, StudyFigureEntry, StudyFile};
+use results::target::{Sought, Verdict};
+
+use super::folder::{checked_file, is_one_of};
+use super::models::label;
+use super::pictures::Album;
+use super::verdict::{bounds, named, text};
+use crate::study as pictures;
+
+/// A folder with a study, checked.
+#[derive(Debug)]
+pub struct StudyFolder {
+    directory: PathBuf,
+    /// `study.json`.
+    pub file: StudyFile,
+}
+
+impl StudyFolder {
+    /// Reads `study.json` in `directory` and checks every file that it lists; none where there is
+    /// no such file.
+    ///
+    /// # Errors
+    /// A file of another layout; one that is missing or altered.
+    pub fn open(directory: &Path) -> Result<Option<Self>> {
+        let Some(file) = StudyFile::read(directory)? else {
+            return Ok(None);
+        };
+        let path = directory.join(FILE);
+        for (i, entry) in file.files.iter().enumerate() {
+            checked_file(directory, entry, &format!("`{}`: files[{i}]", path.display()))?;
+        }
+        Ok(Some(Self { directory: directory.to_owned(), file }))
+    }
+
+    /// The directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// True if `path` is one of the files of the study.
+    pub fn holds(&self, path: &Path) -> bool {
+        is_one_of(&self.directory, &self.file.files, FILE, path)
+    }
+}
+
+/// Tables and pictures of `file` for the template.
+///
+/// # Errors
+/// Changes that cannot be drawn.
+pub fn study(album: &mut Album, file: &StudyFile) -> Result<Value> {
+    let setups = in_order(file);
+    let first = setups[0];
+    let targets: Vec<&StudyFigureEntry> =
+        first.figures.iter().filter(|entry| entry.sought().is_some()).collect();
+    let asked = targets.iter().map(|entry| asked(file, entry));
+    let met = targets.iter().filter(|entry| entry.verdict == Some(Verdict::Met)).count();
+    let row = |setup: &&SetupEntry| {
+        let ranked = file.ranking.iter().find(|ranked| ranked.setup == setup.name);
+        let cell = |target: &&StudyFigureEntry| {
+            let own = setup.figures.iter().find(|entry| same(entry, target));
+            json!({
+                "label": place(file, target),
+                "text": own.map(value),
+                "verdict": own.and_then(|entry| entry.verdict).map(Verdict::words),
+            })
+        };
+        json!({
+            "name": setup.name,
+            "misfit": ranked.map(|ranked| {
+                let misfit = ranked.misfit;
+                format_value_with_error(misfit.value, misfit.standard_error)
+            }),
+            "cells": targets.iter().map(cell).collect::<Vec<_>>(),
+        })
+    };
+    let misfits = pictures::misfit_picture(file)?;
+    let misfits = misfits.map(|picture| {
+        let words = "Misfits to the targets: root mean square of misses in units of their scales, with bars of two standard errors to each side.";
+        album.fixed(&picture, words)
+    });
+    let mut changes = Vec::new();
+    for figure in pictures::figures(file) {
+        if let Some(picture) = pictures::change_picture(file, figure)? {
+            let (words, _) = pictures::named(figure);
+            let caption = format!(
+                "Changes of {words} by set-up against the base, by the same random numbers, with bars of two standard errors to each side."
+            );
+            let picture = album.fixed(&picture, &caption);
+            changes.push(json!({"figure": words, "picture": picture, "is_target": targets.iter().any(|t| t.figure == figure)}));
+        }
+    }
+    let base = &file.setups[0];
+    Ok(json!({
+        "name": file.name,
+        "description": file.description,
+        "setups": count(file.setups.len(), "set-up"),
+        "first": first.name,
+        "is_ranked": !file.ranking.is_empty(),
+        "tied": pictures::tied(file),
+        "asked": asked.collect::<Vec<_>>(),
+        "met": met,
+        "heads": targets.iter().map(|target| place(file, target)).collect::<Vec<_>>(),
+        "rows": setups.iter().map(row).collect::<Vec<_>>(),
+        "base": base.figures.iter().map(|entry| json!({"name": place(file, entry), "text": value(entry)})).collect::<Vec<_>>(),
+        "misfits": misfits,
+        "changes": changes,
+        "sensitivities": sensitivities(file),
+        "impossible": file.impossible.iter().map(|one| json!({"setup": one.setup, "why": one.why})).collect::<Vec<_>>(),
+    }))
+}
+
+/// Set-ups by misfit, or as they stand where there are no targets.
+fn in_order(file: &StudyFile) -> Vec<&SetupEntry> {
+    let place = |setup: &SetupEntry| {
+        let found = file.ranking.iter().position(|ranked| ranked.setup == setup.name);
+        found.unwrap_or(file.ranking.len())
+    };
+    let mut setups: Vec<&SetupEntry> = file.setups.iter().collect();
+    setups.sort_by_key(|setup| place(setup));
+    setups
+}
+
+fn same(a: &StudyFigureEntry, b: &StudyFigureEntry) -> bool {
+    (&a.design, &a.model, &a.figure) == (&b.design, &b.model, &b.figure)
+}
+
+/// Name of a figure, with design and model where the study has several.
+fn place(file: &StudyFile, entry: &StudyFigureEntry) -> String {
+    let (name, _) = named(&entry.figure);
+    let base = &file.setups[0].figures;
+    let of_one = |key: fn(&StudyFigureEntry) -> &String| base.iter().all(|e| key(e) == key(entry));
+    let mut words = vec![name];
+    if !of_one(|e| &e.design) {
+        words.push(entry.design.clone());
+    }
+    if !of_one(|e| &e.model) {
+        words.push(label(&entry.model));
+    }
+    words.join(", ")
+}
+
+fn unit(entry: &StudyFigureEntry) -> Unit {
+    pictures::named(&entry.figure).1
+}
+
+fn value(entry: &StudyFigureEntry) -> String {
+    text(entry.value, unit(entry))
+}
+
+/// A target of the first set-up with what it reached.
+fn asked(file: &StudyFile, entry: &StudyFigureEntry) -> Value {
+    let unit = unit(entry);
+    let asked = entry.sought().map(|sought| match sought {
+        Sought::Within(limits) => bounds(limits, unit),
+        Sought::Near(near) => {
+            let (factor, symbol) = results::shown::shown_unit(unit);
+            let shown = |number: f64| metrics::digits::shortest(number * factor);
+            let scale = file.scales.get(&entry.figure);
+            let scale = scale.map_or(String::new(), |scale| format!(" ± {}", shown(*scale)));
+            format!("{}{scale} {symbol}", shown(near))
+        }
+    });
+    json!({
+        "name": place(file, entry), "asked": asked, "reached": value(entry),
+        "verdict": entry.verdict.map(Verdict::words),
+        "is_met": entry.verdict == Some(Verdict::Met),
+    })
+}
+
+/// Slopes over factors that are numbers: a table for each factor.
+fn sensitivities(file: &StudyFile) -> Vec<Value> {
+    let mut factors: Vec<&str> = Vec::new();
+    for entry in &file.sensitivities {
+        if !factors.contains(&entry.factor.as_str()) {
+            factors.push(&entry.factor);
+        }
+    }
+    let table = |factor: &str| {
+        let rows = file.sensitivities.iter().filter(|entry| entry.factor == factor);
+        let rows = rows.map(|entry| {
+            let found = StudyFigureEntry {
+                design: entry.design.clone(),
+                model: entry.model.clone(),
+                figure: entry.figure.clone(),
+                value: entry.change_per_unit,
+                change: None,
+                target: None,
+                at_least: None,
+                at_most: None,
+                verdict: None,
+            };
+            json!({"name": place(file, &found), "text": slope(&found)})
+        });
+        json!({"factor": factor, "rows": rows.collect::<Vec<_>>()})
+    };
+    factors.into_iter().map(table).collect()
+}
+
+/// A slope; a share of 0 is a slope, no bound.
+fn slope(entry: &StudyFigureEntry) -> String {
+    let (factor, symbol) = results::shown::shown_unit(unit(entry));
+    let number =
+        format_value_with_error(entry.value.value * factor, entry.value.standard_error * factor);
+    format!("{number} {symbol}").trim_end().to_owned()
+}
+
+/// Versions and hashes at the end of the page.
+pub(super) fn provenance(file: &StudyFile) -> Value {
+    let lines = [
+        ("computed by", format!("batwing {}", file.version)),
+        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
+        ("seed", file.seed.to_string()),
+    ];
+    json!({"lines": lines, "inputs": file.inputs, "files": file.files})
+}

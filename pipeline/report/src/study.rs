@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Pictures of a study: misfits to targets, and changes of each figure by set-up.
+
+use anyhow::Result;
+
+use metrics::estimate::DISTINCT;
+use metrics::plural::count;
+use metrics::quantity::Unit;
+use results::study::StudyFile;
+
+use super::plots::{Heading, MarkedLine, Picture, marked_lines};
+
+/// Set-ups of the picture of misfits.
+pub const SHOWN: usize = 20;
+
+/// The smallest misfits; none of a study without targets.
+///
+/// # Errors
+/// No finite misfit.
+pub fn misfit_picture(study: &StudyFile) -> Result<Option<Picture>> {
+    let shown = study.ranking.iter().take(SHOWN);
+    let bar = |ranked: &results::study::RankedEntry| MarkedLine {
+        label: ranked.setup.clone(),
+        marks: vec![(String::new(), ranked.misfit.value, ranked.misfit.standard_error)],
+        least: 0.0,
+    };
+    let bars: Vec<MarkedLine> = shown.map(bar).collect();
+    if bars.is_empty() {
+        return Ok(None);
+    }
+    let setups = count(study.ranking.len(), "set-up");
+    let subtitle = format!("smallest {} of {setups}; {}", bars.len(), tied(study));
+    let heading = Heading::new(format!("{}: misfit to targets", study.name), subtitle);
+    marked_lines(&heading, "misfit, in units of the scales", Unit::Relative, &bars).map(Some)
+}
+
+/// Counts the other set-ups that may be better than the first.
+pub fn tied(study: &StudyFile) -> String {
+    match study.ranking.iter().skip(1).filter(|ranked| ranked.tied_with_first).count() {
+        0 => format!("the first is ahead of the others by more than {DISTINCT} standard errors"),
+        1 => "1 other cannot be told from the first".to_owned(),
+        tied => format!("{tied} others cannot be told from the first"),
+    }
+}
+
+/// Keys of all figures, in the order of the tables.
+pub fn figures(study: &StudyFile) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for entry in study.setups.first().into_iter().flat_map(|base| &base.figures) {
+        if !names.contains(&entry.figure.as_str()) {
+            names.push(&entry.figure);
+        }
+    }
+    names
+}
+
+/// Name and unit of a figure for people.
+pub fn named(figure: &str) -> (String, Unit) {
+    // Names of shares end in `_deg` too: their ranges are in degrees, they are fractions.
+    let angle = figure.strip_suffix("_deg").filter(|_| !figure.starts_with("share"));
+    let unit = match (metrics::figures::find(figure), angle) {
+        (Some(known), _) => known.unit,
+        (None, Some(_)) => Unit::Degree,
+        (None, None) => Unit::Fraction,
+    };
+    (angle.unwrap_or(figure).replace('_', " "), unit)
+}
+
+/// Changes of `figure`, a line for each set-up; none where no set-up changes it.
+///
+/// # Errors
+/// No finite change.
+pub fn change_picture(study: &StudyFile, figure: &str) -> Result<Option<Picture>> {
+    let lines = study.setups.iter().skip(1).map(|setup| MarkedLine {
+        least: f64::NEG_INFINITY,
+        label: setup.name.clone(),
+        marks: setup
+            .figures
+            .iter()
+            .filter(|entry| entry.figure == figure)
+            .filter_map(|entry| {
+                let change = entry.change?;
+                let place = format!("{} {}", entry.design, entry.model);
+                Some((place, change.value, change.standard_error))
+            })
+            .collect(),
+    });
+    let lines: Vec<MarkedLine> = lines.filter(|line| !line.marks.is_empty()).collect();
+    if lines.is_empty() {
+        return Ok(None);
+    }
+    let (words, unit) = named(figure);
+    let heading =
+        Heading::new(format!("{}: change of {words}", study.name), "each set-up against the base");
+    marked_lines(&heading, &format!("change of {words}"), unit, &lines).map(Some)
+}

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `study.json` as a file, as far as pictures and the page need it.
+//!
+//! The reference is `docs/reference/study-file.md`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Result;
+use serde::Deserialize;
+
+use files::provenance::FileRecord;
+use metrics::{Bounds, Estimate};
+
+use super::sealed_file::{self, Writer};
+use super::target::{Sought, Verdict};
+
+/// File under the directory of results.
+pub const FILE: &str = "study.json";
+/// Version of the layout.
+pub const SCHEMA_VERSION: u32 = 4;
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct StudyFile {
+    /// Version of the program that wrote it.
+    pub version: String,
+    /// Name of the study.
+    pub name: String,
+    /// One line for people.
+    #[serde(default)]
+    pub description: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+    /// Files that came out.
+    pub files: Vec<FileRecord>,
+    /// Scales of misses by figure.
+    pub scales: BTreeMap<String, f64>,
+    /// Set-ups, the base first.
+    pub setups: Vec<SetupEntry>,
+    /// Set-ups that make no design.
+    pub impossible: Vec<ImpossibleEntry>,
+    /// Set-ups by misfit, the smallest first; empty without targets.
+    pub ranking: Vec<RankedEntry>,
+    /// Slopes over factors that are numbers.
+    pub sensitivities: Vec<SensitivityEntry>,
+}
+
+/// A set-up and its figures.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct SetupEntry {
+    /// Name.
+    pub name: String,
+    /// Figures of all traces, in the order of the tables.
+    pub figures: Vec<StudyFigureEntry>,
+}
+
+/// A figure of a trace of a set-up.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct StudyFigureEntry {
+    /// Name of the design.
+    pub design: String,
+    /// Key of the model.
+    pub model: String,
+    /// Key of the figure.
+    pub figure: String,
+    /// Value and standard error.
+    #[serde(flatten)]
+    pub value: Estimate,
+    /// Difference from the base.
+    #[serde(default)]
+    pub change: Option<Estimate>,
+    /// Value sought.
+    #[serde(default)]
+    pub target: Option<f64>,
+    /// Least value sought.
+    #[serde(default)]
+    pub at_least: Option<f64>,
+    /// Largest value sought.
+    #[serde(default)]
+    pub at_most: Option<f64>,
+    /// Verdict on a figure with a target.
+    #[serde(default)]
+    pub verdict: Option<Verdict>,
+}
+
+/// A set-up that makes no design.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub struct ImpossibleEntry {
+    /// Name.
+    pub setup: String,
+    /// Reason.
+    pub why: String,
+}
+
+/// A set-up in the ranking.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct RankedEntry {
+    /// Name.
+    pub setup: String,
+    /// Misfit.
+    pub misfit: Estimate,
+    /// True where it cannot be told from the first.
+    pub tied_with_first: bool,
+}
+
+/// Change of a figure for one unit of a factor.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct SensitivityEntry {
+    /// Name of the factor.
+    pub factor: String,
+    /// Name of the design.
+    pub design: String,
+    /// Key of the model.
+    pub model: String,
+    /// Key of the figure.
+    pub figure: String,
+    /// Slope.
+    pub change_per_unit: Estimate,
+}
+
+impl StudyFile {
+    /// Reads the file in `directory`, if there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be read, was altered or is of another layout.
+    pub fn read(directory: &Path) -> Result<Option<Self>> {
+        let writer = Writer { work: "study", again: "run the study again" };
+        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+    }
+}
+
+impl StudyFigureEntry {
+    /// Value or bounds sought.
+    pub fn sought(&self) -> Option<Sought> {
+        let bounds = Bounds { at_least: self.at_least, at_most: self.at_most };
+        let is_bounded = self.at_least.or(self.at_most).is_some();
+        self.target.map(Sought::Near).or(is_bounded.then_some(Sought::Within(bounds)))
+    }
+}
