@@ -152,8 +152,9 @@ impl Surface {
         threads: Option<usize>,
     ) -> PyResult<Lobes<'py>> {
         let (bsdf, wi) = (Arc::clone(&self.bsdf), directions(&wi));
-        let work = move |_: &Job| {
+        let work = move |job: &Job| {
             let of = |wi: &DVec3| {
+                job.interrupt.check()?;
                 let s = bsdf.lobes(*wi, Polarisation::S);
                 let p = bsdf.lobes(*wi, Polarisation::P);
                 anyhow::ensure!(s.len() == p.len(), "lobes: expected as many in s as in p");
@@ -191,14 +192,15 @@ impl Surface {
     ) -> PyResult<Array<'py, f64>> {
         let (bsdf, wi) = (Arc::clone(&self.bsdf), directions(&wi));
         let count = wi.len();
-        let work = move |_: &Job| {
+        let work = move |job: &Job| {
             let of = |wi: &DVec3| {
+                job.interrupt.check()?;
                 let [s, p] = [Polarisation::S, Polarisation::P].map(|q| bsdf.albedo(*wi, q));
-                [s.reflected, p.reflected, s.transmitted, p.transmitted]
+                Ok([s.reflected, p.reflected, s.transmitted, p.transmitted])
             };
-            Ok(wi.par_iter().flat_map_iter(of).collect::<Vec<f64>>())
+            wi.par_iter().map(of).collect::<anyhow::Result<Vec<[f64; 4]>>>()
         };
-        let values = job::run(py, threads, work)?;
+        let values = job::run(py, threads, work)?.concat();
         array(py, values, vec![count, 2, 2])
     }
 
