@@ -85,7 +85,7 @@ def test_files_hold_the_same_table(table: bsdf.Table, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("format, ending", [("klems", "xml"), ("tensortree", "xml"), ("lighttools", "bsdf")])
 def test_other_programs_get_the_same_power(
-    table: bsdf.Table, tmp_path: Path, format: str, ending: str
+    table: bsdf.Table, tmp_path: Path, format: bsdf.TableFormat, ending: str
 ) -> None:
     path = tmp_path / f"table.{ending}"
     written = table.write(path, format, scatter_deg=3.0, azimuth_deg=45.0, samples=4)
