@@ -19,7 +19,9 @@ use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use rcwa::Truncation;
 use rcwa::accuracy::converge_hemisphere;
-use rcwa::hemisphere::{Directions, Hemisphere, Resolution as SolverResolution, hemisphere};
+use rcwa::hemisphere::{
+    Directions, Hemisphere, Incidence, Resolution as SolverResolution, hemisphere,
+};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
 use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
@@ -309,6 +311,16 @@ struct TableRequest {
     ky: Option<Vec<f64>>,
 }
 
+/// Largest |R + T - 1|; with loss what R + T exceeds 1 by.
+fn energy_residual(interface: &rcwa::hemisphere::Interface, solved: &Hemisphere) -> f64 {
+    let inside = interface.relief.polygons().iter().map(|polygon| polygon.index);
+    if inside.chain([interface.relief.background()]).all(|index| index.im == 0.0) {
+        return solved.worst_balance;
+    }
+    let total = |wave: &Incidence| wave.efficiencies.iter().map(|order| order.2).sum::<f64>();
+    solved.incidences.iter().map(|wave| total(wave) - 1.0).fold(0.0, f64::max)
+}
+
 fn build(
     interface: &rcwa::hemisphere::Interface,
     request: &TableRequest,
@@ -360,7 +372,7 @@ fn build(
         truncation: resolution.truncation.highest(),
         slices: resolution.plan.count(),
         estimated_error: if estimated_error.is_nan() { 0.0 } else { estimated_error },
-        energy_residual: solved.worst_balance,
+        energy_residual: energy_residual(interface, &solved),
         ..TableHeader::default()
     };
     let rows = efficiency_rows(solved.incidences);

@@ -506,7 +506,7 @@ class Report(Files):
         Columns of its CSV files; numbers as float64 (NaN where a cell is empty), text as str.
     """
 
-    tables: dict[str, dict[str, npt.NDArray[Any]]] = field(repr=False)
+    tables: dict[str, dict[str, npt.NDArray[Any]]]
 
     __repr__ = _show.brief
 
