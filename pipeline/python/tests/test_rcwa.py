@@ -215,9 +215,8 @@ def test_cases_are_those_of_the_command(binary: str, tmp_path: Path) -> None:
 
 
 def test_reliefs_of_metal_are_extrapolated_and_lose_energy() -> None:
-    relief = rcwa.Relief.sinusoid(0.8, 0.1, ridge=0.2 + 3.1j, groove=1.0, sides=16)
-    flipped = rcwa.Relief(0.8, 0.1, 0.2 + 3.1j, relief.polygons)
-    grating = rcwa.Grating(flipped, 1.0, 0.2 + 3.1j)
+    relief = rcwa.Relief.sinusoid(0.8, 0.1, 0.2 + 3.1j, 1.0, sides=16, base="bottom")
+    grating = rcwa.Grating(relief, 1.0, 0.2 + 3.1j)
     found = rcwa.solve(grating, 0.6, [0.0, 15.0], polarisation="p", orders=12, slices=8)
     assert (found.absorbed > 0).all() and (found.absorbed < 1).all()
     with pytest.raises(batwing.InputError, match="jones"):

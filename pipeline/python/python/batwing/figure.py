@@ -113,13 +113,14 @@ class Figure:
             return NotImplemented
         if sign == "+" and self.unit != other.unit:
             _checks.refuse("unit", f"that of the other figure, {self.unit}", other.unit)
+        may_vanish = not other.is_resolved and other._ends[0] <= 0.0 <= other._ends[1]
+        if sign == "/" and may_vanish:
+            _checks.refuse("divisor", "a figure away from 0", str(other))
         value, unit = apply(self.value, other.value), _unit(self.unit, other.unit, sign)
         if self.is_resolved and other.is_resolved:
             each = zip(slopes(self.value, other.value), (self, other))
             error = math.hypot(*(slope * one.standard_error for slope, one in each))
             return Figure(value, error, unit)
-        if sign == "/" and other._ends[0] <= 0.0 <= other._ends[1]:
-            _checks.refuse("divisor", "a figure away from 0", str(other))
         corners = [apply(one, two) for one in self._ends for two in other._ends]
         ends = min(corners), max(corners)
         error = 0.5 * (ends[1] - ends[0]) / math.sqrt(3.0)

@@ -317,6 +317,8 @@ class Relief:
         """Material of polygons that is one of a half-space, none of which stands on it."""
         slack = 1e-9 * max(self.depth_um, self.period_um)
         for one in self.polygons:
+            if one.material._is_same(self.background):
+                continue
             planes = [
                 z
                 for z, there in ((0.0, top), (self.depth_um, bottom))
