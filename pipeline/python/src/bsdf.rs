@@ -19,7 +19,9 @@ use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use rcwa::Truncation;
 use rcwa::accuracy::converge_hemisphere;
-use rcwa::hemisphere::{Directions, Hemisphere, Resolution as SolverResolution, hemisphere};
+use rcwa::hemisphere::{
+    Directions, Hemisphere, Incidence, Resolution as SolverResolution, hemisphere,
+};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
 use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
@@ -151,8 +153,9 @@ impl Surface {
         threads: Option<usize>,
     ) -> PyResult<Lobes<'py>> {
         let (bsdf, wi) = (Arc::clone(&self.bsdf), directions(&wi));
-        let work = move |_: &Job| {
+        let work = move |job: &Job| {
             let of = |wi: &DVec3| {
+                job.interrupt.check()?;
                 let s = bsdf.lobes(*wi, Polarisation::S);
                 let p = bsdf.lobes(*wi, Polarisation::P);
                 anyhow::ensure!(s.len() == p.len(), "lobes: expected as many in s as in p");
@@ -190,14 +193,15 @@ impl Surface {
     ) -> PyResult<Array<'py, f64>> {
         let (bsdf, wi) = (Arc::clone(&self.bsdf), directions(&wi));
         let count = wi.len();
-        let work = move |_: &Job| {
+        let work = move |job: &Job| {
             let of = |wi: &DVec3| {
+                job.interrupt.check()?;
                 let [s, p] = [Polarisation::S, Polarisation::P].map(|q| bsdf.albedo(*wi, q));
-                [s.reflected, p.reflected, s.transmitted, p.transmitted]
+                Ok([s.reflected, p.reflected, s.transmitted, p.transmitted])
             };
-            Ok(wi.par_iter().flat_map_iter(of).collect::<Vec<f64>>())
+            wi.par_iter().map(of).collect::<anyhow::Result<Vec<[f64; 4]>>>()
         };
-        let values = job::run(py, threads, work)?;
+        let values = job::run(py, threads, work)?.concat();
         array(py, values, vec![count, 2, 2])
     }
 
@@ -306,6 +310,16 @@ struct TableRequest {
     ky: Option<Vec<f64>>,
 }
 
+/// Largest |R + T - 1|; with loss what R + T exceeds 1 by.
+fn energy_residual(interface: &rcwa::hemisphere::Interface, solved: &Hemisphere) -> f64 {
+    let inside = interface.relief.polygons().iter().map(|polygon| polygon.index);
+    if inside.chain([interface.relief.background()]).all(|index| index.im == 0.0) {
+        return solved.worst_balance;
+    }
+    let total = |wave: &Incidence| wave.efficiencies.iter().map(|order| order.2).sum::<f64>();
+    solved.incidences.iter().map(|wave| total(wave) - 1.0).fold(0.0, f64::max)
+}
+
 fn build(
     interface: &rcwa::hemisphere::Interface,
     request: &TableRequest,
@@ -355,7 +369,7 @@ fn build(
         truncation: resolution.truncation.highest(),
         slices: resolution.plan.count(),
         estimated_error: if estimated_error.is_nan() { 0.0 } else { estimated_error },
-        energy_residual: solved.worst_balance,
+        energy_residual: energy_residual(interface, &solved),
         ..TableHeader::default()
     };
     let rows = efficiency_rows(solved.incidences);

@@ -3,7 +3,8 @@
 //!
 //! Python serves signals on its main thread alone, so the caller waits in slices of [`SLICE`] and
 //! asks for them between two. After Ctrl-C the flag that the work polls is raised, and the caller
-//! goes on after [`GRACE`] at most; work that has not stopped by then ends at its next safe point.
+//! goes on after [`GRACE`] at most; work that has not stopped by then ends at its next safe point, on
+//! threads that no later call waits for.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -127,6 +128,14 @@ fn pool(threads: usize) -> anyhow::Result<Arc<ThreadPool>> {
     Ok(pool)
 }
 
+/// Forgets `pool`, whose threads end with their work: later calls get threads of their own.
+fn abandon(pool: &Arc<ThreadPool>) {
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pools) = pools.as_mut() {
+        pools.by_threads.retain(|_, known| !Arc::ptr_eq(known, pool));
+    }
+}
+
 /// Runs `work` on `threads` threads with Python's lock released. The work polls the interrupt that
 /// it is given.
 ///
@@ -183,7 +192,10 @@ pub fn run<T: Send + 'static>(
                     stopped = Some((Instant::now(), signal));
                 }
             }
-            Some((since, _)) if since.elapsed() > GRACE => break,
+            Some((since, _)) if since.elapsed() > GRACE => {
+                abandon(&pool);
+                break;
+            }
             Some(_) => {}
         }
     }

@@ -11,6 +11,7 @@
 mod bsdf;
 mod command;
 mod errors;
+mod figure;
 mod job;
 mod memory;
 mod rays;
@@ -64,13 +65,23 @@ fn toml_of_json(py: Python<'_>, text: &str) -> PyResult<String> {
     convert().map_err(|error| errors::to_python(py, &error))
 }
 
-/// Sleeps on a worker thread until it is interrupted: the tests' long call.
+/// Bytes of memory that are free.
 #[pyfunction]
-fn wait(py: Python<'_>, seconds: f64) -> PyResult<()> {
-    job::run(py, None, move |job| {
+fn free_bytes() -> f64 {
+    memory::free_bytes()
+}
+
+/// Sleeps on a worker thread until it is interrupted, or to the end where it is deaf: the tests' long
+/// call.
+#[pyfunction]
+#[pyo3(signature = (seconds, deaf=false, threads=None))]
+fn wait(py: Python<'_>, seconds: f64, deaf: bool, threads: Option<usize>) -> PyResult<()> {
+    job::run(py, threads, move |job| {
         let until = std::time::Instant::now() + std::time::Duration::from_secs_f64(seconds);
         while std::time::Instant::now() < until {
-            job.interrupt.check()?;
+            if !deaf {
+                job.interrupt.check()?;
+            }
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
         Ok(())
@@ -90,11 +101,15 @@ mod _native {
     #[pymodule_export]
     use super::command::{call, command, discard_pending, new_design, set_program};
     #[pymodule_export]
-    use super::rays::{read_rays, write_rays};
+    use super::figure::shown_figure;
+    #[pymodule_export]
+    use super::rays::{ray_endings, read_rays, write_rays};
     #[pymodule_export]
     use super::rcwa::{Interface, material_indices, solve_case};
     #[pymodule_export]
-    use super::{ky_nodes, panic, set_progress, set_threads, threads, toml_of_json, wait};
+    use super::{
+        free_bytes, ky_nodes, panic, set_progress, set_threads, threads, toml_of_json, wait,
+    };
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
 }

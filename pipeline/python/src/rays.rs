@@ -36,6 +36,13 @@ pub fn read_rays(py: Python<'_>, path: PathBuf) -> PyResult<Rays<'_>> {
     Ok((array(py, values, vec![count, 8])?, light.radiant, one))
 }
 
+/// Words of the formats of rays with the endings of their files.
+#[pyfunction]
+pub fn ray_endings() -> Vec<(&'static str, Vec<&'static str>)> {
+    let rays = formats::WRITERS.iter().filter(|writer| writer.holds() == Holds::Rays);
+    rays.map(|writer| (writer.word, writer.endings.to_vec())).collect()
+}
+
 /// Writes rows x, y, z, direction, flux, wavelength into a ray file of a format.
 #[pyfunction]
 pub fn write_rays(

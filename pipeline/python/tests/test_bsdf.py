@@ -85,7 +85,7 @@ def test_files_hold_the_same_table(table: bsdf.Table, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("format, ending", [("klems", "xml"), ("tensortree", "xml"), ("lighttools", "bsdf")])
 def test_other_programs_get_the_same_power(
-    table: bsdf.Table, tmp_path: Path, format: str, ending: str
+    table: bsdf.Table, tmp_path: Path, format: bsdf.TableFormat, ending: str
 ) -> None:
     path = tmp_path / f"table.{ending}"
     written = table.write(path, format, scatter_deg=3.0, azimuth_deg=45.0, samples=4)
@@ -140,3 +140,12 @@ def test_tables_in_nanometres_are_written_with_their_wavelength(
     first, second = ((tmp_path / name).read_text() for name in ("um.xml", "nm.xml"))
     wavelengths = [[line for line in t.splitlines() if "avelength" in line] for t in (first, second)]
     assert wavelengths[0] and wavelengths[0] == wavelengths[1]
+
+
+def test_absorption_is_no_residual_of_energy() -> None:
+    relief = rcwa.Relief.lamellar(0.5, 0.1, 0.5, 1.5 + 0.3j, 1.0)
+    lossy = bsdf.build(rcwa.Grating(relief, 1.5, 1.0), 0.6, orders=6, kx_per_zone=2, ky=4)
+    albedo = lossy.albedo(np.array([[0.0, 0.0, -1.0]]))
+    assert (albedo.reflected + albedo.transmitted < 0.95).all()
+    header = lossy.header
+    assert header is not None and header["header"]["energy_residual"] < 1e-9

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import batwing
-from batwing import bsdf, rcwa, simulate
+from batwing import _native, bsdf, rcwa, simulate
 
 
 def grating(period: float = 1.0) -> rcwa.Grating:
@@ -35,7 +35,7 @@ CASES: list[tuple[str, Callable[[], object], str, str]] = [
     ("shapes", lambda: solve(theta_deg=np.zeros(3), phi_deg=np.zeros(4)), "phi_deg", "shape (4,)"),
     ("grazing", lambda: solve(theta_deg=90.0), "theta_deg", "90.0"),
     ("wavelength", lambda: solve(wavelength_um=-0.5), "wavelength_um", "-0.5"),
-    ("wavelengths", lambda: solve(wavelength_um=np.ones(2)), "wavelength_um", "shape (2,)"),
+    ("wavelengths", lambda: solve(wavelength_um=np.ones(2), theta_deg=np.zeros(3)), "wavelength_um", "(2,)"),
     ("polarisation", lambda: solve(polarisation="TE"), "polarisation", "TE"),
     ("side", lambda: solve(side="left"), "side", "left"),
     ("orders", lambda: solve(orders=-1), "orders", "-1"),
@@ -52,8 +52,19 @@ CASES: list[tuple[str, Callable[[], object], str, str]] = [
     ("hemisphere ky", lambda: rcwa.hemisphere(grating(), 0.55, ky=[0.3, 0.1], orders=8), "ky", "(2,)"),
     ("missing design", lambda: simulate.run("no-such.toml"), "no-such.toml", ""),
     ("design type", lambda: simulate.run(7), "design", "int 7"),  # type: ignore[arg-type]
-    ("model", lambda: simulate.run({}, model="hybird"), "model", "hybird"),
-    ("design nan", lambda: simulate.run({"name": float("nan")}), "design", "nan"),
+    ("model", lambda: simulate.run({}, model="hybird"), "model", "hybird"),  # type: ignore[arg-type]
+    ("design nan", lambda: simulate.run({"led": {"x": float("nan")}}), "design.toml: led.x", "nan"),
+    ("design none", lambda: simulate.run({"led": {"x": None}}), "design.toml: led.x", "None"),
+    ("design complex", lambda: simulate.run({"l": [0, {"x": 1j}]}), "design.toml: l.1.x", "1j"),
+    ("design key", lambda: simulate.run({"led": {3: 1}}), "design.toml: led.3", "int 3"),
+    ("case nan", lambda: rcwa.solve_case({"period": [1.0, float("nan")]}), "case: period.1", "nan"),
+    ("case none", lambda: rcwa.solve_case({"period": None}), "case: period", "None"),
+    ("array nan", lambda: simulate.Design({"x": np.array([0, np.nan])}).to_toml(), "x.1", "nan"),
+    ("no entry", lambda: simulate.Design({"l": [1]}).with_values({"l.1": 2}), "l.1", "1"),
+    ("base", lambda: rcwa.Relief.triangle(1.0, (0.5, 0.2), 1.5, 1.0, base="left"), "base", "left"),  # type: ignore[arg-type]
+    ("not a polygon", lambda: rcwa.Relief(1.0, 0.2, 1.0, [3]), "polygons[0]", "int 3"),  # type: ignore[list-item]
+    ("two spellings", lambda: solve(polarisation="s", polarization="p"), "polarization", "s"),
+    ("wavelength 0", lambda: solve(wavelength_um=[0.5, 0.0]), "wavelength_um", "0.0"),
     ("missing table", lambda: bsdf.read("no-such.bworders"), "no-such.bworders", ""),
     ("missing folder", lambda: simulate.load("no-such-folder"), "no-such-folder", ""),
 ]
@@ -86,6 +97,28 @@ def test_a_key_of_a_design_is_named() -> None:
 def test_fewer_orders_than_propagate_are_refused() -> None:
     with pytest.raises(batwing.InputError, match="propagate"):
         rcwa.solve(grating(10.0), 0.55, orders=3)
+
+
+def test_directions_beyond_memory_are_refused_before_anything_is_computed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    table = bsdf.build(grating(), 0.55, orders=8, kx_per_zone=2, ky=4)
+    monkeypatch.setattr(_native, "free_bytes", lambda: 2.0**30)
+    # Views of one number: directions that take no memory themselves.
+    many = np.broadcast_to(np.float64(10.0), 50_000_000)
+    wi = np.broadcast_to(np.array([0.0, 0.0, -1.0]), (50_000_000, 3))
+    calls: list[tuple[str, Callable[[], object]]] = [
+        ("theta_deg", lambda: solve(phi_deg=many)),
+        ("wi", lambda: table.lobes(wi)),
+        ("wi", lambda: table.sample(wi)),
+        ("wi", lambda: table.albedo(wi)),
+    ]
+    for key, call in calls:
+        with pytest.raises(batwing.InputError, match=f"{key}: .*GiB") as caught:
+            call()
+        assert caught.value.got == "50000000"
+    with pytest.raises(batwing.InputError, match="x_um: .*GiB"):
+        rcwa.near_field(grating(), 0.55, x_um=np.linspace(0, 1, 4000), z_um=np.linspace(0, 1, 4000))
 
 
 def test_orders_beyond_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -58,6 +58,15 @@ def test_ctrl_c_answers_within_a_second_and_leaves_the_interpreter_sane(answered
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+def test_the_call_after_ctrl_c_waits_for_no_deaf_work(answered: None) -> None:
+    interrupt_after(0.3)
+    with pytest.raises(KeyboardInterrupt):
+        _native.wait(6.0, deaf=True, threads=1)
+    began = time.monotonic()
+    _native.wait(0.1, threads=1)
+    assert time.monotonic() - began < 2.0
+
+
 def test_the_command_after_ctrl_c_returns_its_code() -> None:
     line = (
         "import os, signal, threading, batwing.cli as cli\n"

@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import pickle
 import subprocess
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +78,8 @@ def test_fine_lamellae_are_an_effective_medium() -> None:
 def test_energy_is_kept_from_both_sides_and_order_directions_obey_the_grating_equation() -> None:
     grating = sawtooth()
     theta, phi = np.meshgrid(np.linspace(-70, 70, 9), [0.0, 25.0, 90.0])
-    for side, n_in, n_out in (("top", 1.41, 1.0), ("bottom", 1.0, 1.41)):
+    ends: list[tuple[rcwa.Side, float, float]] = [("top", 1.41, 1.0), ("bottom", 1.0, 1.41)]
+    for side, n_in, n_out in ends:
         found = rcwa.solve(grating, WAVELENGTH, theta, phi, orders=14, slices=12, side=side)
         total = found.total_reflected + found.total_transmitted
         np.testing.assert_allclose(total, 1.0, atol=1e-10)
@@ -210,9 +215,8 @@ def test_cases_are_those_of_the_command(binary: str, tmp_path: Path) -> None:
 
 
 def test_reliefs_of_metal_are_extrapolated_and_lose_energy() -> None:
-    relief = rcwa.Relief.sinusoid(0.8, 0.1, ridge=0.2 + 3.1j, groove=1.0, sides=16)
-    flipped = rcwa.Relief(0.8, 0.1, 0.2 + 3.1j, relief.polygons)
-    grating = rcwa.Grating(flipped, 1.0, 0.2 + 3.1j)
+    relief = rcwa.Relief.sinusoid(0.8, 0.1, 0.2 + 3.1j, 1.0, sides=16, base="bottom")
+    grating = rcwa.Grating(relief, 1.0, 0.2 + 3.1j)
     found = rcwa.solve(grating, 0.6, [0.0, 15.0], polarisation="p", orders=12, slices=8)
     assert (found.absorbed > 0).all() and (found.absorbed < 1).all()
     with pytest.raises(batwing.InputError, match="jones"):
@@ -241,3 +245,101 @@ def test_s_and_p_beside_normal_incidence_are_those_at_normal_incidence(
         rcwa.solve(grating, 0.55, t, phi, polarisation="s", orders=10) for t in (0.0, theta)
     )
     np.testing.assert_allclose(beside.transmitted, normal.transmitted, atol=1e-12)
+
+
+def test_ridges_stand_on_the_half_space_that_is_named() -> None:
+    """Glass ridges on glass, light from air: the mirror image of silicone's from silicone."""
+    shapes: dict[str, Callable[[rcwa.Base], rcwa.Relief]] = {
+        "triangle": lambda base: rcwa.Relief.triangle(0.4, (0.2, 0.5), 1.5, 1.0, base=base),
+        "sinusoid": lambda base: rcwa.Relief.sinusoid(0.4, 0.5, 1.5, 1.0, base=base),
+        "steps": lambda base: rcwa.Relief.steps(0.3, 0.4, 1.5, 1.0, base=base),
+    }
+    for name, shape in shapes.items():
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            standing = rcwa.Grating(shape("bottom"), top=1.0, bottom=1.5)
+            hanging = rcwa.Grating(shape("top"), top=1.5, bottom=1.0)
+        from_air = rcwa.solve(standing, WAVELENGTH, orders=12)
+        upside_down = rcwa.solve(hanging, WAVELENGTH, orders=12, side="bottom")
+        r = float(from_air.total_reflected)
+        assert r == pytest.approx(float(upside_down.total_reflected), abs=1e-9), name
+        # Tapered ridges reflect less than the bare interface, 4 %.
+        assert r < 0.035, name
+        with pytest.warns(batwing.ReliefWarning, match="base='bottom'"):
+            floating = rcwa.Grating(shape("top"), top=1.0, bottom=1.5)
+        assert abs(float(rcwa.solve(floating, WAVELENGTH, orders=12).total_reflected) - r) > 0.01
+
+
+def test_ridges_that_touch_nothing_of_their_own_are_said() -> None:
+    box = np.array([[0.1, 0.2], [0.3, 0.2], [0.3, 0.6], [0.1, 0.6]])
+    floating = rcwa.Relief(0.5, 0.8, 1.0, [rcwa.Polygon(1.5, box)])
+    with pytest.warns(batwing.ReliefWarning, match="float"):
+        rcwa.Grating(floating, 1.0, 1.5)
+    layer = np.array([[0, 0.2], [0.5, 0.2], [0.5, 0.4], [0, 0.4]])
+    quiet = [
+        (floating, 1.0, 2.0),
+        (rcwa.Relief(0.5, 0.8, 1.0, [rcwa.Polygon(1.5, box + [0, 0.2])]), 1.0, 1.5),
+        (rcwa.Relief(0.5, 0.8, 2.0, [rcwa.Polygon(1.5, layer)]), 1.0, 1.5),
+        (rcwa.Relief.lamellar(0.5, 0.3, 0.5, 1.5, 1.0), 1.0, 1.5),
+        (rcwa.Relief(1.0, 0.1, 1.0), 1.0, 1.5),
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for relief, top, bottom in quiet:
+            rcwa.Grating(relief, top, bottom)
+
+
+def test_a_relief_keeps_what_it_was_made_of() -> None:
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.4]])
+    relief = rcwa.Relief.polygon(1.0, points, 1.41, 1.0)
+    grating = rcwa.Grating(relief, 1.41, 1.0)
+    before = rcwa.solve(grating, WAVELENGTH, orders=8).reflected
+    points[2, 1] = 0.1
+    for one in (relief, pickle.loads(pickle.dumps(relief)), copy.deepcopy(relief)):
+        with pytest.raises(ValueError, match="read-only"):
+            one.polygons[0].points_um[2, 1] = 0.1
+        again = rcwa.solve(rcwa.Grating(one, 1.41, 1.0), WAVELENGTH, orders=8).reflected
+        np.testing.assert_array_equal(again, before)
+
+
+def test_absorption_is_no_residual_of_energy() -> None:
+    relief = rcwa.Relief.lamellar(0.5, 0.1, 0.5, 0.2 + 3j, 1.0)
+    lossy = rcwa.Grating(relief, 1.0, 1.5)
+    found = rcwa.solve(lossy, 0.6, [0.0, 30.0], polarisation="both", orders=12)
+    assert (found.absorbed > 0.01).all()
+    assert found.energy_residual < 1e-9
+    every = rcwa.hemisphere(lossy, 0.6, kx_per_zone=2, ky=3, orders=12)
+    assert every.energy_residual < 1e-9
+    total = (every.to_top.sum(axis=-1) + every.to_bottom.sum(axis=-1)).max()
+    assert total < 0.999
+
+
+def test_wavelengths_broadcast_beside_angles() -> None:
+    glass = rcwa.Material.tabulated([0.4, 0.7], [1.55, 1.5])
+    grating = rcwa.Grating(rcwa.Relief.lamellar(1.0, 0.3, 0.5, glass, 1.0), 1.0, glass)
+    wavelengths, theta = np.array([0.6, 0.45, 0.6, 0.5]), np.array([0.0, 25.0, -40.0])
+    found = rcwa.solve(
+        grating, wavelengths[:, None], theta, 10.0, polarisation="both", orders=10, jones=True
+    )
+    assert found.total_reflected.shape == (4, 3, 2)
+    np.testing.assert_allclose(found.total_reflected + found.total_transmitted, 1.0, atol=1e-9)
+    out, azimuth = found.directions("reflected")
+    for i, wavelength in enumerate(wavelengths):
+        alone = rcwa.solve(grating, wavelength, theta, 10.0, polarisation="both", orders=10, jones=True)
+        first = int(alone.orders_reflected[0] - found.orders_reflected[0])
+        own = slice(first, first + alone.orders_reflected.size)
+        np.testing.assert_array_equal(found.reflected[i][..., own], alone.reflected)
+        np.testing.assert_array_equal(found.reflected_te[i][..., own], alone.reflected_te)
+        assert found.jones_reflected is not None and alone.jones_reflected is not None
+        np.testing.assert_array_equal(found.jones_reflected[i][:, own], alone.jones_reflected)
+        np.testing.assert_array_equal(out[i][:, own], alone.directions("reflected")[0])
+    pairs = rcwa.jones(grating, wavelengths[:3], theta, orders=10)
+    assert pairs.reflected.shape[:1] == (3,)
+    np.testing.assert_array_equal(found.wavelength_um[:, 0], wavelengths)  # type: ignore[index]
+
+
+def test_both_spellings_are_taken() -> None:
+    one = rcwa.solve(sawtooth(), WAVELENGTH, 20.0, polarization="p", orders=14, slices=4)
+    other = rcwa.solve(sawtooth(), WAVELENGTH, 20.0, polarisation="p", orders=14, slices=4)
+    assert one.polarisation == "p"
+    np.testing.assert_array_equal(one.reflected, other.reflected)

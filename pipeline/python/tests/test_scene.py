@@ -35,7 +35,7 @@ def forms(table: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def keys(table: type[scene.Table]) -> set[str]:
-    return {one.name for one in dataclasses.fields(table)}
+    return {table.keys.get(one.name, one.name) for one in dataclasses.fields(table)}
 
 
 LISTS: list[tuple[str, type[scene.Table]]] = [
@@ -165,7 +165,18 @@ def test_a_dome_with_sheets_and_receivers_is_one_design() -> None:
     above = found.receivers["above"]
     assert above.values.shape == above.standard_error.shape == (6, 10)
     assert (above.standard_error > 0).all()
+    assert [(axis.name, axis.unit) for axis in above.axes] == [("y", "mm"), ("x", "mm")]
+    np.testing.assert_allclose(above.axes[1].edges[[0, -1]], [-10, 10])
+    mean = above.figures["mean"]
+    assert mean.value == pytest.approx(above.values.mean(), rel=1e-9) and mean.unit == above.unit
+    assert found.receivers["lamp"].axes[0].name == "gamma" and not found.receivers["through"].axes
+    assert simulate.run(whole, model="geometric", paths=65_536, seed=3).model("geometric").figures
     assert simulate.Design(whole.to_dict()).to_toml() == whole.design().to_toml()
+
+
+def test_the_polarisation_of_light_has_two_spellings() -> None:
+    one, other = scene.Light(polarisation="carried"), scene.Light(polarization="carried")
+    assert one == other and one.to_dict() == {"polarization": "carried"}
 
 
 def test_no_default_is_written() -> None:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -20,12 +22,33 @@ def test_datasets_have_units() -> None:
     data = found.to_xarray()
     assert data.reflected.dims == ("direction", "polarisation", "order_reflected")
     assert data.theta.attrs["units"] == "degree"
+    np.testing.assert_array_equal(data.theta, found.theta_deg)
+    assert float(data.wavelength) == 0.55
     total = data.reflected.sum("order_reflected") + data.transmitted.sum("order_transmitted")
     np.testing.assert_allclose(total, 1.0, atol=1e-10)
     every = rcwa.hemisphere(grating(), 0.55, kx_per_zone=2, ky=4, orders=8, slices=4)
     assert every.to_xarray().to_top.dims == ("node", "polarisation", "order_top")
+    np.testing.assert_array_equal(every.to_xarray().theta, every.theta_deg)
     field = rcwa.near_field(grating(), 0.55, slices=4)
     assert field.to_xarray().electric.dims == ("z", "x", "component")
+
+
+def test_datasets_of_wavelengths_concatenate_and_keep_amplitudes() -> None:
+    xarray = pytest.importorskip("xarray")
+    options: dict[str, Any] = {"orders": 8, "slices": 4, "jones": True}
+    each = [rcwa.solve(grating(), w, [0.0, 20.0], **options) for w in (0.45, 0.65)]
+    whole = xarray.concat([one.to_xarray() for one in each], "wavelength", join="outer")
+    assert whole.wavelength.values.tolist() == [0.45, 0.65]
+    for number, one in enumerate(each):
+        part = whole.isel(wavelength=number).sel(order_transmitted=one.orders_transmitted)
+        np.testing.assert_array_equal(part.transmitted, one.transmitted)
+        np.testing.assert_array_equal(part.jones_transmitted, one.jones_transmitted)
+    together = rcwa.solve(grating(), [[0.45], [0.65]], [0.0, 20.0], **options).to_xarray()
+    dims = ("direction_0", "direction_1", "order_reflected", "out", "in")
+    assert together.jones_reflected.dims == dims
+    assert together.wavelength.values[:, 0].tolist() == [0.45, 0.65]
+    alone = rcwa.jones(grating(), 0.45, [0.0, 20.0], orders=8, slices=4).to_xarray()
+    np.testing.assert_array_equal(alone.reflected, each[0].jones_reflected)
 
 
 def test_pictures_show_the_values() -> None:

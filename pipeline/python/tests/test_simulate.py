@@ -141,7 +141,12 @@ def test_rays_go_out_and_come_in(root: Path, tmp_path: Path) -> None:
     escaped = simulate.run(design, model="geometric", paths=20_000, seed=3).model("geometric").ledger
     out = escaped["escaped_up"].value + escaped["escaped_down"].value
     assert rays.flux.sum(dtype=float) == pytest.approx(out, abs=0.02)
-    for format, ending in (("tm25", "tm25ray"), ("ray", "ray"), ("zemax-ray", "sdf")):
+    formats: list[tuple[simulate.RayFormat, str]] = [
+        ("tm25", "tm25ray"),
+        ("ray", "ray"),
+        ("zemax-ray", "sdf"),
+    ]
+    for format, ending in formats:
         path = tmp_path / f"rays.{ending}"
         rays.write(path, format)
         again = simulate.read_rays(path)
@@ -282,3 +287,51 @@ def test_the_former_name_warns() -> None:
     with pytest.warns(DeprecationWarning, match=r"batwing\.simulate"):
         former = importlib.import_module("batwing.tracer")
     assert former.run is simulate.run
+
+
+def test_maps_carry_axes_and_units(found: simulate.Results) -> None:
+    model = found.model("geometric")
+    far, light = model.maps["far_field"], model.maps["illuminance"]
+    assert [(axis.name, axis.unit) for axis in far.axes] == [("theta", "deg"), ("phi", "deg")]
+    assert [(axis.name, axis.unit) for axis in light.axes] == [("y", "mm"), ("x", "mm")]
+    for one in (far, light):
+        assert one.values.shape == tuple(axis.middles.size for axis in one.axes)
+    theta, phi = (np.radians(axis.edges) for axis in far.axes)
+    solid_angles = -np.diff(np.cos(theta))[:, None] * np.diff(phi)
+    upwards = far.axes[0].middles < 90
+    up = (far.values * solid_angles)[upwards].sum()
+    assert up == pytest.approx(model.ledger["escaped_up"].value, rel=1e-6)
+    assert "W/W" == model.ledger["escaped_up"].unit and str(model.ledger["emitted"]) == "100 %"
+    text = repr(model).splitlines()
+    assert len(text) <= 24 and max(len(line) for line in text) <= 100
+    assert len(repr(found).splitlines()) <= 24
+    data = pytest.importorskip("xarray") and far.to_xarray()
+    assert data.value.attrs["units"] == far.unit and data.theta.attrs["units"] == "deg"
+
+
+def test_keys_of_lists_are_set_by_number() -> None:
+    data = {"solids": [{"name": "a", "size_mm": (1.0, 2.0)}, {"name": "b"}]}
+    design = simulate.Design(data).with_values({"solids.1.radius_mm": 0.5, "solids.0.size_mm.1": 3.0})
+    assert design.data["solids"] == [
+        {"name": "a", "size_mm": [1.0, 3.0]},
+        {"name": "b", "radius_mm": 0.5},
+    ]
+    assert data["solids"][1] == {"name": "b"}
+
+
+def test_files_of_rays_keep_their_ending_and_no_negative_flux(tmp_path: Path) -> None:
+    ones = np.ones(3, np.float32)
+    rays = simulate.Rays(np.zeros((3, 3), np.float32), np.eye(3, dtype=np.float32), ones, 550.0)
+    for ending in ("tm25ray", "ray", "sdf", "txt"):
+        path = tmp_path / f"rays.{ending}"
+        rays.write(path)
+        np.testing.assert_allclose(simulate.read_rays(path).flux, ones)
+    before = sorted(tmp_path.iterdir())
+    with pytest.raises(batwing.InputError, match="path: .*tm25ray, got .sdf"):
+        rays.write(tmp_path / "wrong.sdf", "tm25")
+    with pytest.raises(batwing.InputError, match="path: .*got .csv"):
+        rays.write(tmp_path / "wrong.csv")
+    dark = simulate.Rays(rays.position_mm, rays.direction, ones - np.float32(1.5) * (np.arange(3) == 1))
+    with pytest.raises(batwing.InputError, match=r"flux: .*-0.5 at \[1\]"):
+        dark.write(tmp_path / "dark.tm25ray")
+    assert sorted(tmp_path.iterdir()) == before

@@ -28,6 +28,7 @@ from .errors import (
     FileError,
     InputError,
     InternalError,
+    ReliefWarning,
     SolverError,
     UnitWarning,
 )
@@ -50,6 +51,7 @@ __all__ = [
     "FileError",
     "InputError",
     "InternalError",
+    "ReliefWarning",
     "SolverError",
     "UnitWarning",
     "__version__",

@@ -5,15 +5,34 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _native
 from .errors import FileError, InputError, UnitWarning
 
+__all__ = [
+    "Floats",
+    "choice",
+    "describe",
+    "floats",
+    "length",
+    "memory",
+    "number",
+    "one_unit",
+    "plain",
+    "refuse",
+    "text",
+    "threads",
+    "vectors",
+    "whole",
+]
+
+Word = TypeVar("Word", bound=str)
 Floats = npt.NDArray[np.float64]
 
 #: Ratios of period to wavelength outside these are taken for a mistake of units.
@@ -88,12 +107,55 @@ def whole(key: str, value: Any, low: int, high: int) -> int:
     return int(value)
 
 
-def choice(key: str, value: Any, allowed: Sequence[str]) -> str:
+def choice(key: str, value: Word, allowed: Sequence[str]) -> Word:
     """One of a few words."""
     if value not in allowed:
         words = ", ".join(allowed[:-1]) + f" or {allowed[-1]}"
         refuse(key, words, value)
-    return str(value)
+    return value
+
+
+def memory(key: str, count: int, bytes_each: float, what: str = "directions") -> None:
+    """Refuses more elements than fit into the free memory."""
+    needed = count * bytes_each
+    if needed < 1e8:
+        return
+    free = _native.free_bytes()
+    if needed > free:
+        expected = f"at most {free / bytes_each:.2g} {what}, which fit into {free / 2**30:.1f} GiB of free memory"
+        refuse(key, expected, str(count))
+
+
+def plain(name: str, value: Any, key: str = "") -> Any:
+    """Dicts, lists, text and finite numbers of a value whose place in `name` is `key`."""
+
+    def place(part: object) -> str:
+        return f"{key}.{part}" if key else str(part)
+
+    def wrong(expected: str) -> NoReturn:
+        got = describe(value)
+        raise InputError(f"{name}: {key}: expected {expected}, got {got}", key, got, expected)
+
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        for one in value:
+            if not isinstance(one, str):
+                got = describe(one)
+                message = f"{name}: {place(one)}: expected text as a key, got {got}"
+                raise InputError(message, place(one), got, "text as a key")
+        return {one: plain(name, inner, place(one)) for one, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(name, inner, place(number)) for number, inner in enumerate(value)]
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, float) and not np.isfinite(value):
+        wrong("a finite number")
+    if value is None:
+        wrong("a value, or no such key")
+    if not isinstance(value, (bool, int, float, str)):
+        wrong("a real number, text, a list, a dict or an array")
+    return value
 
 
 def vectors(key: str, value: Any) -> Floats:

@@ -7,6 +7,7 @@ import base64
 import html as escapes
 import io
 import warnings
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +15,13 @@ import numpy as np
 if TYPE_CHECKING:
     from .bsdf import Table
     from .optimisation import Optimisation
-    from .rcwa import Hemisphere, NearField, Relief, Solution
-    from .results import Results
+    from .rcwa import Hemisphere, Jones, NearField, Relief, Solution
+    from .results import Map, Results
+
+__all__ = ["brief", "html", "warn"]
+
+#: Size of what `repr` gives: a part of a screen.
+LINES, COLUMNS = 24, 100
 
 
 def warn(message: str) -> None:
@@ -46,19 +52,49 @@ def _axes(ax: Any) -> Any:
     return Figure(figsize=(5.0, 3.2), layout="constrained").add_subplot()
 
 
-def html(result: Any) -> str:
-    """Its fields as a table, and its picture where matplotlib is installed."""
-    rows = []
-    for name in result.__dataclass_fields__:
-        if name.startswith("_"):
+def _fields(result: Any) -> list[tuple[str, str]]:
+    """Names of the fields that are shown, each with its value in a line."""
+    found = []
+    for name, one in result.__dataclass_fields__.items():
+        if name.startswith("_") or not one.repr:
             continue
         value = getattr(result, name)
         if isinstance(value, np.ndarray):
-            text = f"{value.dtype} {value.shape}"
+            text = f"{value:.6g}" if value.ndim == 0 else f"{value.dtype} {value.shape}"
         elif isinstance(value, dict):
-            text = ", ".join(map(str, value))
+            text = ", ".join("/".join(k) if isinstance(k, tuple) else str(k) for k in value)
+        elif isinstance(value, tuple) and value and hasattr(value[0], "__dataclass_fields__"):
+            text = f"{len(value)} of {type(value[0]).__name__}"
         else:
             text = f"{value:.6g}" if isinstance(value, float) else str(value)
+        found.append((name, text))
+    return found
+
+
+def _figures(result: Any) -> list[tuple[str, str]]:
+    """Figures in the fields of a result, those of every model by its name."""
+    models = getattr(result, "models", {"": result}).items()
+    return [
+        (f"{'/'.join(key)} {name}".strip(), str(getattr(figure, "after", figure)))
+        for key, model in models
+        for name, figure in getattr(model, "figures", {}).items()
+    ]
+
+
+def brief(result: Any) -> str:
+    """Fields and figures of a result on less than a screen."""
+    lines = [type(result).__name__]
+    for name, text in _fields(result) + _figures(result):
+        lines += [f"  {name}: {line}" if not number else f"    {line}" for number, line in enumerate(text.splitlines())]
+    if len(lines) > LINES:
+        lines[LINES - 1 :] = [f"  ... and {len(lines) - LINES + 1} lines more"]
+    return "\n".join(line if len(line) <= COLUMNS else line[: COLUMNS - 3] + "..." for line in lines)
+
+
+def html(result: Any) -> str:
+    """Its fields as a table, and its picture where matplotlib is installed."""
+    rows = []
+    for name, text in _fields(result) + _figures(result):
         cells = f"<td><code>{escapes.escape(name)}</code></td><td>{escapes.escape(text)}</td>"
         rows.append(f"<tr>{cells}</tr>")
     table = f"<b>batwing.{type(result).__name__}</b><table>{''.join(rows)}</table>"
@@ -93,7 +129,7 @@ def relief(value: Relief, ax: Any) -> Any:
 def solution(value: Solution, ax: Any) -> Any:
     """Efficiencies of one direction over the order, of many over their number."""
     ax = _axes(ax)
-    if value.theta_deg.ndim == 0 and value.reflected.ndim == 1:
+    if value.reflected.ndim == 1:
         for number, name in enumerate(("transmitted", "reflected")):
             orders, power = getattr(value, f"orders_{name}"), getattr(value, name)
             style = {"linefmt": f"C{number}-", "markerfmt": f"C{number}o", "basefmt": " "}
@@ -101,10 +137,14 @@ def solution(value: Solution, ax: Any) -> Any:
         ax.set(xlabel="order", ylabel="efficiency")
     else:
         single = value.theta_deg.ndim == 1 and value.reflected.ndim == 2
-        x = value.theta_deg if single else np.arange(value.total_reflected.size)
+        label, x = "direction", np.arange(value.total_reflected.size, dtype=float)
+        if single and np.ptp(value.theta_deg) > 0:
+            label, x = "theta (°)", value.theta_deg
+        elif single and np.ndim(value.wavelength_um) == 1:
+            label, x = "wavelength (µm)", np.asarray(value.wavelength_um)
         ax.plot(x, np.ravel(value.total_transmitted), label="transmitted")
         ax.plot(x, np.ravel(value.total_reflected), label="reflected")
-        ax.set(xlabel="theta (°)" if single else "direction", ylabel="share of the power")
+        ax.set(xlabel=label, ylabel="share of the power")
     ax.legend()
     return ax
 
@@ -175,17 +215,41 @@ def optimisation(value: Optimisation, ax: Any) -> Any:
     return ax
 
 
-def _directions(value: Solution) -> tuple[tuple[str, ...], dict[str, Any]]:
+def _directions(value: Solution | Jones) -> tuple[tuple[str, ...], dict[str, Any]]:
     names = tuple(f"direction_{i}" for i in range(value.theta_deg.ndim))
     if value.theta_deg.ndim == 1:
         names = ("direction",)
+    wavelength = np.asarray(value.wavelength_um)
     coordinates: dict[str, Any] = {
+        "wavelength": (names if wavelength.ndim else (), wavelength, {"units": "micrometre"}),
         "theta": (names, value.theta_deg, {"units": "degree"}),
         "phi": (names, value.phi_deg, {"units": "degree"}),
         "order_reflected": value.orders_reflected,
         "order_transmitted": value.orders_transmitted,
     }
     return names, coordinates
+
+
+def _amplitudes(
+    names: tuple[str, ...], jones: Iterable[tuple[str, Any]], coordinates: dict[str, Any]
+) -> dict[str, Any]:
+    """Variables of the Jones matrices of the reflected and the transmitted orders."""
+    unit = {"units": "incident amplitude", "long_name": "electric amplitude out by in"}
+    found = {
+        name: ((*names, f"order_{name.split('_')[-1]}", "out", "in"), values, unit)
+        for name, values in jones
+        if values is not None
+    }
+    if found:
+        coordinates.update({"out": ["s", "p"], "in": ["s", "p"]})
+    return found
+
+
+def jones_dataset(value: Jones) -> Any:
+    """Jones matrices over directions and order."""
+    names, coordinates = _directions(value)
+    both = (("reflected", value.reflected), ("transmitted", value.transmitted))
+    return _xarray().Dataset(_amplitudes(names, both, coordinates), coordinates)
 
 
 def solution_dataset(value: Solution) -> Any:
@@ -199,15 +263,20 @@ def solution_dataset(value: Solution) -> Any:
     variables = {
         "reflected": ((*outer, "order_reflected"), value.reflected, unit),
         "transmitted": ((*outer, "order_transmitted"), value.transmitted, unit),
+        "reflected_te": ((*outer, "order_reflected"), value.reflected_te, unit),
+        "transmitted_te": ((*outer, "order_transmitted"), value.transmitted_te, unit),
     }
+    both = (("jones_reflected", value.jones_reflected), ("jones_transmitted", value.jones_transmitted))
+    variables |= _amplitudes(names, both, coordinates)
     attributes = {
-        "wavelength_um": value.wavelength_um,
         "polarisation": value.polarisation,
         "side": value.side,
         "orders": value.orders,
         "slices": value.slices,
         "energy_residual": value.energy_residual,
     }
+    if value.estimated_error is not None:
+        attributes["estimated_error"] = value.estimated_error
     return _xarray().Dataset(variables, coordinates, attributes)
 
 
@@ -219,14 +288,21 @@ def hemisphere_dataset(value: Hemisphere) -> Any:
         "to_bottom": (("node", "polarisation", "order_bottom"), value.to_bottom, unit),
     }
     coordinates = {
+        "wavelength": ((), value.wavelength_um, {"units": "micrometre"}),
         "from_top": ("node", value.from_top),
+        "theta": ("node", value.theta_deg, {"units": "degree"}),
+        "phi": ("node", value.phi_deg, {"units": "degree"}),
         "kx": ("node", value.kx, {"units": "2 pi/wavelength"}),
         "ky": ("node", value.ky, {"units": "2 pi/wavelength"}),
         "polarisation": ["s", "p"],
         "order_top": value.orders_top,
         "order_bottom": value.orders_bottom,
     }
-    attributes = {"wavelength_um": value.wavelength_um, "orders": value.orders}
+    attributes = {
+        "orders": value.orders,
+        "slices": value.slices,
+        "energy_residual": value.energy_residual,
+    }
     return _xarray().Dataset(variables, coordinates, attributes)
 
 
@@ -240,16 +316,38 @@ def near_field_dataset(value: NearField) -> Any:
         "index": (("z", "x"), value.index, {"units": "1"}),
     }
     coordinates = {
+        "wavelength": ((), value.wavelength_um, {"units": "micrometre"}),
+        "theta": ((), value.theta_deg, {"units": "degree"}),
+        "phi": ((), value.phi_deg, {"units": "degree"}),
         "z": ("z", value.z_um, {"units": "micrometre"}),
         "x": ("x", value.x_um, {"units": "micrometre"}),
         "component": ["x", "y", "z"],
     }
+    attributes = {"polarisation": value.polarisation, "side": value.side}
+    return _xarray().Dataset(variables, coordinates, attributes)
+
+
+def map_dataset(value: Map) -> Any:
+    """Value and standard error over the middles of the bins."""
+    names = tuple(axis.name for axis in value.axes)
+    # Stokes parameters come before the axes; the six bins of a surface have no axis.
+    before = ("stokes", "bin")[: value.values.ndim - len(names)] if names else ("bin",)
+    attributes = {"units": value.unit, "long_name": value.quantity}
+    variables = {
+        "value": ((*before, *names), value.values, attributes),
+        "standard_error": ((*before, *names), value.standard_error, attributes),
+    }
+    coordinates: dict[str, Any] = {
+        axis.name: (axis.name, axis.middles, {"units": axis.unit}) for axis in value.axes
+    }
+    if "stokes" in before:
+        coordinates["stokes"] = ["I", "Q", "U", "V"]
     return _xarray().Dataset(variables, coordinates)
 
 
 def results_dataset(value: Results) -> Any:
     """Figures of all models with their standard errors."""
-    frames = {}
+    frames: dict[str, Any] = {}
     keys = list(value.models)
     names = sorted({name for model in value.models.values() for name in model.figures})
     for name in names:
@@ -259,4 +357,10 @@ def results_dataset(value: Results) -> Any:
         errors = [np.nan if f is None else f.standard_error for f in found]
         frames[name] = ("model", values, units)
         frames[f"{name}_standard_error"] = ("model", errors, units)
+        ends = [f.interval or (np.nan, np.nan) if f is not None else (np.nan, np.nan) for f in found]
+        if not np.isnan(ends).all():
+            frames[f"{name}_interval"] = (("model", "end"), ends, units)
+        bounds = [np.nan if f is None or f.upper_bound is None else f.upper_bound for f in found]
+        if not np.isnan(bounds).all():
+            frames[f"{name}_upper_bound"] = ("model", bounds, units)
     return _xarray().Dataset(frames, {"model": ["/".join(key) for key in keys]})

@@ -26,14 +26,14 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _checks, _native, _show
 from ._checks import Floats
-from .rcwa import Grating
+from .gratings import Grating
 
 __all__ = [
     "Albedo",
@@ -41,6 +41,7 @@ __all__ = [
     "Lobes",
     "Samples",
     "Table",
+    "TableFormat",
     "WrittenFile",
     "build",
     "compare",
@@ -50,8 +51,18 @@ __all__ = [
 
 #: Order of a lobe that is no diffraction order.
 NO_ORDER = -(2**31)
-_FORMATS = ("bworders", "json", "npz", "zemax", "lighttools", "speos", "klems", "tensortree")
-_ENDINGS = {".bworders": "bworders", ".json": "json", ".npz": "npz"}
+TableFormat = Literal[
+    "bworders", "json", "npz", "zemax", "lighttools", "speos", "klems", "tensortree"
+]
+TableSide = Literal["inner", "outer"]
+LobeMotion = Literal["fixed", "shifted"]
+_ENDINGS: dict[str, TableFormat] = {".bworders": "bworders", ".json": "json", ".npz": "npz"}
+#: Bytes of a direction in arrays and in the solver, and of each of its lobes.
+DIRECTION_BYTES, LOBE_BYTES = 200.0, 250.0
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +77,8 @@ class Albedo:
 
     reflected: Floats
     transmitted: Floats
+
+    __repr__ = _show.brief
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +105,8 @@ class Lobes:
     order: npt.NDArray[np.int32]
     transmitted: npt.NDArray[np.bool_]
 
+    __repr__ = _show.brief
+
 
 @dataclass(frozen=True, eq=False)
 class Samples:
@@ -113,6 +128,8 @@ class Samples:
     weight: Floats
     order: npt.NDArray[np.int32]
     transmitted: npt.NDArray[np.bool_]
+
+    __repr__ = _show.brief
 
 
 @dataclass(frozen=True)
@@ -154,12 +171,12 @@ class Table:
 
     def lobes(self, wi: npt.ArrayLike, threads: int | None = None) -> Lobes:
         """All lobes of light from each direction; arguments and errors as those of `sample`."""
-        found = self._surface.lobes(_checks.vectors("wi", wi), _checks.threads(threads))
+        found = self._surface.lobes(self._directions(wi, lobes=True), _checks.threads(threads))
         return Lobes(*found)
 
     def albedo(self, wi: npt.ArrayLike, threads: int | None = None) -> Albedo:
         """Power reflected and transmitted; arguments and errors as those of `sample`."""
-        found = self._surface.albedo(_checks.vectors("wi", wi), _checks.threads(threads))
+        found = self._surface.albedo(self._directions(wi), _checks.threads(threads))
         return Albedo(found[:, 0], found[:, 1])
 
     def evaluate(self, wi: npt.ArrayLike, threads: int | None = None) -> Lobes:
@@ -184,14 +201,22 @@ class Table:
             Another shape or dtype, vectors of another length than 1.
         """
         seed = _checks.whole("seed", seed, 0, 2**64 - 1)
-        return Samples(
-            *self._surface.sample(_checks.vectors("wi", wi), seed, _checks.threads(threads))
-        )
+        return Samples(*self._surface.sample(self._directions(wi), seed, _checks.threads(threads)))
+
+    def _directions(self, wi: npt.ArrayLike, lobes: bool = False) -> Floats:
+        """Unit vectors as rows, no more than fit into memory with what comes of them."""
+        count = np.size(wi) // 3
+        each = DIRECTION_BYTES
+        if lobes and count > 10_000:
+            probe = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+            each += 2.0 * LOBE_BYTES * float(np.diff(self._surface.lobes(probe, None)[0]).max())
+        _checks.memory("wi", count, each)
+        return _checks.vectors("wi", wi)
 
     def write(
         self,
         path: str | os.PathLike[str],
-        format: str | None = None,
+        format: TableFormat | None = None,
         *,
         incidence_deg: float = 10.0,
         azimuth_deg: float = 30.0,
@@ -235,12 +260,10 @@ class Table:
             A file that cannot be written.
         """
         target = Path(path)
-        if format is None:
-            format = _ENDINGS.get(target.suffix, "")
-        format = _checks.choice("format", format, _FORMATS)
+        chosen: str = _ENDINGS.get(target.suffix, target.suffix) if format is None else format
         written = self._surface.write(
             str(target),
-            format,
+            _checks.choice("format", chosen, get_args(TableFormat)),
             _checks.length("incidence_deg", incidence_deg),
             _checks.length("azimuth_deg", azimuth_deg),
             _checks.length("scatter_deg", scatter_deg),
@@ -337,8 +360,8 @@ def read(
     path: str | os.PathLike[str],
     *,
     indices: Sequence[float] = (1.0, 1.0),
-    between: str = "fixed",
-    side: str = "outer",
+    between: LobeMotion = "fixed",
+    side: TableSide = "outer",
 ) -> Table:
     """Reads a table of any format that the program reads.
 
@@ -362,8 +385,8 @@ def read(
         what stands there.
     """
     inner, outer = (_checks.length("indices", n) for n in indices)
-    between = _checks.choice("between", between, ("fixed", "shifted"))
-    side = _checks.choice("side", side, ("outer", "inner"))
+    between = _checks.choice("between", between, get_args(LobeMotion))
+    side = _checks.choice("side", side, get_args(TableSide))
     surface = _native.Surface.read(
         os.fspath(path), (inner, outer), between == "shifted", side == "inner"
     )
@@ -371,7 +394,10 @@ def read(
 
 
 def convert(
-    source: str | os.PathLike[str], target: str | os.PathLike[str], format: str | None = None, **steps: Any
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    format: TableFormat | None = None,
+    **steps: Any,
 ) -> list[WrittenFile]:
     """Reads one file and writes it in another format; `steps` are arguments of `Table.write`."""
     return read(source).write(target, format, **steps)
@@ -395,16 +421,18 @@ class Comparison:
     """
 
     theta_deg: Floats
-    side: str
+    side: TableSide
     albedo_difference: Floats
     distance: Floats
+
+    __repr__ = _show.brief
 
 
 def compare(
     first: Table,
     second: Table,
     *,
-    side: str = "inner",
+    side: TableSide = "inner",
     theta_deg: npt.ArrayLike | None = None,
     phi_deg: float = 0.0,
     cells: int = 24,
@@ -427,7 +455,7 @@ def compare(
     threads : int, optional
         Threads of this call.
     """
-    side = _checks.choice("side", side, ("inner", "outer"))
+    side = _checks.choice("side", side, get_args(TableSide))
     theta = np.atleast_1d(
         np.arange(0.0, 90.0, 5.0) if theta_deg is None else _checks.floats("theta_deg", theta_deg)
     )

@@ -13,6 +13,11 @@ from . import _native
 
 __all__ = ["main", "program"]
 
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
 #: Exit code after Ctrl-C: 128 and the number of its signal.
 INTERRUPTED = 130
 

@@ -3,27 +3,28 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import os
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Union
+from typing import Any, NamedTuple, Protocol, TypeAlias, Union, runtime_checkable
 
 import numpy as np
 
-from . import _checks, _native
+from . import _checks, _native, _show
 from .errors import FileError
-from .rcwa import Grating, Material, Polygon, Relief
-
-if TYPE_CHECKING:
-    from typing_extensions import TypeAlias
+from .gratings import Grating, Material, Polygon, Relief
 
 __all__ = ["NAME", "Design", "DesignLike", "PathLike", "StatedDesign", "read_toml", "stated"]
 
-PathLike: TypeAlias = "Union[str, os.PathLike[str]]"
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+PathLike: TypeAlias = Union[str, os.PathLike[str]]
 
 #: Name in messages and under `inputs` of results of a design that is no file.
 NAME = "design.toml"
@@ -61,6 +62,8 @@ class Design:
     data: dict[str, Any]
     folder: str | None = None
 
+    __repr__ = _show.brief
+
     @classmethod
     def read(cls, path: PathLike) -> Design:
         """The design of a file.
@@ -78,16 +81,28 @@ class Design:
         return cls(_parsed(f"{name}.toml", _native.new_design(name)))
 
     def with_values(self, values: Mapping[str, Any]) -> Design:
-        """A copy with some keys set, such as ``{"led.reflectance": 0.6}``."""
-        data = copy.deepcopy(self.data)
+        """A copy with some keys set, such as ``{"led.reflectance": 0.6}``.
+
+        Entries of lists are numbered from 0, as in studies: ``{"solids.0.radius_mm": 0.5}``.
+
+        Raises
+        ------
+        batwing.InputError
+            An entry that a list does not have, a key below a number or text.
+        """
+        data = _checks.plain(NAME, self.data)
         for key, value in values.items():
             *path, last = key.split(".")
-            table = data
-            for part in path:
-                table = table.setdefault(part, {})
-                if not isinstance(table, dict):
-                    _checks.refuse(key, f"{part} to be a table", _checks.describe(table))
-            table[last] = value
+            table: Any = data
+            for number, part in enumerate(path):
+                if isinstance(table, list):
+                    table = table[_entry(key, part, table)]
+                else:
+                    table = table.setdefault(part, {})
+                if not isinstance(table, (dict, list)):
+                    before = ".".join(path[: number + 1])
+                    _checks.refuse(key, f"{before} to be a table or a list", _checks.describe(table))
+            table[_entry(key, last, table) if isinstance(table, list) else last] = value
         return Design(data, self.folder)
 
     def to_toml(self) -> str:
@@ -136,25 +151,24 @@ class Design:
         _native.call(["check", NAME, "--quiet"], self.to_toml(), self.folder)
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    _checks.refuse("design", "numbers, text, lists, dicts and arrays", _checks.describe(value))
+def _entry(key: str, part: str, entries: list[Any]) -> int:
+    if not (part.isdecimal() and int(part) < len(entries)):
+        _checks.refuse(key, f"an entry of a list from 0 to {len(entries) - 1}", part)
+    return int(part)
 
 
 def _toml_text(data: Mapping[str, Any]) -> str:
-    try:
-        text = json.dumps(data, default=_plain, allow_nan=False)
-    except ValueError:
-        _checks.refuse("design", "finite numbers", "nan or infinity")
-    return _native.toml_of_json(text)
+    return _native.toml_of_json(json.dumps(_checks.plain(NAME, data)))
 
 
-DesignLike: TypeAlias = "Union[PathLike, Mapping[str, Any], Design]"
+@runtime_checkable
+class _Scene(Protocol):
+    """`batwing.scene.Scene`."""
+
+    def design(self) -> Design: ...
+
+
+DesignLike: TypeAlias = Union[PathLike, Mapping[str, Any], Design, _Scene]
 
 
 class StatedDesign(NamedTuple):
@@ -176,11 +190,13 @@ class StatedDesign(NamedTuple):
 
 
 def stated(design: DesignLike) -> StatedDesign:
-    """A path, a dict or a `Design` as commands take it."""
+    """A path, a dict, a `Design` or a scene as commands take it."""
     if isinstance(design, (str, os.PathLike)):
         return StatedDesign(os.fspath(design))
+    if isinstance(design, _Scene):
+        design = design.design()
     if not isinstance(design, (Mapping, Design)):
-        _checks.refuse("design", "a path, a dict or a Design", _checks.describe(design))
+        _checks.refuse("design", "a path, a dict, a Design or a Scene", _checks.describe(design))
     if not isinstance(design, Design):
         design = Design(dict(design))
     return StatedDesign(NAME, design.to_toml(), design.folder)

@@ -13,9 +13,14 @@ __all__ = [
     "FileError",
     "InputError",
     "InternalError",
+    "ReliefWarning",
     "SolverError",
     "UnitWarning",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 class Error(Exception):
@@ -70,6 +75,10 @@ class SolverError(Error):
 
 class InternalError(Error):
     """A mistake in this program; please report it."""
+
+
+class ReliefWarning(UserWarning):
+    """Ridges of the material of a half-space that do not stand on it."""
 
 
 class UnitWarning(UserWarning):

@@ -28,6 +28,10 @@ __all__ = [
 Array = npt.NDArray[np.float64]
 
 
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
 @dataclass(frozen=True)
 class Change:
     """A figure of the design at the beginning and of the design found, both verified.
@@ -123,6 +127,8 @@ class Stage:
     standard_error: Array
     feasible: npt.NDArray[np.bool_]
 
+    __repr__ = _show.brief
+
 
 @dataclass(frozen=True, eq=False)
 class FrontDesign:
@@ -144,6 +150,8 @@ class FrontDesign:
     coefficients: Array
     figures: dict[str, Figure]
     feasible: bool
+
+    __repr__ = _show.brief
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -192,6 +200,8 @@ class Optimisation(Files):
     active_limits: tuple[str, ...]
     results: Results
 
+    __repr__ = _show.brief
+
     def plot(self, ax: Any = None) -> Any:
         """Best objective of every generation beside the verified one; returns the axes."""
         return _show.optimisation(self, ax)
@@ -200,13 +210,13 @@ class Optimisation(Files):
         return _show.html(self)
 
 
-def _figure(entry: Mapping[str, Any] | None) -> Figure | None:
-    return None if entry is None else Figure.of(entry)
+def _figure(entry: Mapping[str, Any] | None, key: str = "") -> Figure | None:
+    return None if entry is None else Figure.of(entry, key=key)
 
 
-def _change(entry: Mapping[str, Any]) -> Change:
-    after = Figure.of(entry["after"])
-    return Change(_figure(entry["before"]), after, _figure(entry.get("change")))
+def _change(entry: Mapping[str, Any], key: str = "") -> Change:
+    after = Figure.of(entry["after"], key=key)
+    return Change(_figure(entry["before"], key), after, _figure(entry.get("change"), key))
 
 
 def _stage(entry: Mapping[str, Any]) -> Stage:
@@ -263,7 +273,7 @@ def read_optimisation(folder: Path, keep: bool) -> Optimisation:
         objective=_change(objective),
         in_search=objective["in_search"],
         bias_of_search=_figure(objective["bias_of_search"]),
-        figures={key: _change(entry) for key, entry in raw["figures"].items()},
+        figures={key: _change(entry, key) for key, entry in raw["figures"].items()},
         constraints=tuple(
             Constraint(value=_figure(one["value"]), **{key: one[key] for key in bounds})
             for one in raw["constraints"]

@@ -5,16 +5,23 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks, _native
+from . import _checks, _native, _show
 from .design import PathLike
 
-__all__ = ["Rays", "read_rays"]
+__all__ = ["RayFormat", "RayUnit", "Rays", "read_rays"]
 
-_FORMATS = ("tm25", "ray", "speos-ray", "zemax-ray")
+RayFormat = Literal["tm25", "ray", "ray-text", "speos-ray", "zemax-ray", "zemax-ray-text"]
+RayUnit = Literal["W", "lm"]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,23 +46,28 @@ class Rays:
     direction: npt.NDArray[np.float32]
     flux: npt.NDArray[np.float32]
     wavelength_nm: npt.NDArray[np.float32] | float | None = None
-    unit: str = "W"
+    unit: RayUnit = "W"
 
-    def write(self, path: PathLike, format: str = "tm25") -> None:
+    __repr__ = _show.brief
+
+    def write(self, path: PathLike, format: RayFormat | None = None) -> None:
         """Writes a ray file, which sources of designs read (`sources`, docs/reference/design-file.md).
 
         Parameters
         ----------
         path : path
             File to write.
-        format : {'tm25', 'ray', 'speos-ray', 'zemax-ray'}
-            Its format; wavelengths of each ray go into Speos and Zemax files alone.
+        format : {'tm25', 'ray', 'ray-text', 'speos-ray', 'zemax-ray', 'zemax-ray-text'}, optional
+            Its format, whose ending the path has [default: the first of them with that ending].
+            Wavelengths of each ray go into Speos and Zemax files alone.
 
         Raises
         ------
         batwing.InputError
-            Arrays of other shapes, values that are not finite, what the format has no place for.
+            Arrays of other shapes, values that are not finite, flux below 0, an ending of another
+            format, what the format has no place for.
         """
+        word = _format(path, format)
         count = len(np.atleast_1d(self.flux))
         rows = np.full((count, 8), np.nan, dtype=np.float32)
         for key, columns in (("position_mm", slice(0, 3)), ("direction", slice(3, 6))):
@@ -64,7 +76,13 @@ class Rays:
                 _checks.refuse(key, f"shape ({count}, 3)", _checks.describe(array))
             rows[:, columns] = array
         _checks.vectors("direction", self.direction)
-        rows[:, 6] = _checks.floats("flux", self.flux)
+        flux = np.atleast_1d(_checks.floats("flux", self.flux))
+        if flux.ndim != 1:
+            _checks.refuse("flux", "shape (n,)", _checks.describe(flux))
+        if (flux < 0).any():
+            first = int(np.argmax(flux < 0))
+            _checks.refuse("flux", "powers of at least 0", f"{float(flux[first])} at [{first}]")
+        rows[:, 6] = flux
         one: float | None = None
         if self.wavelength_nm is not None:
             wavelengths = _checks.floats("wavelength_nm", self.wavelength_nm)
@@ -77,7 +95,23 @@ class Rays:
                 _checks.refuse("wavelength_nm", expected, _checks.describe(wavelengths))
         if self.unit != "W":
             _checks.refuse("unit", "W", self.unit)
-        _native.write_rays(os.fspath(path), _checks.choice("format", format, _FORMATS), rows, one)
+        _native.write_rays(os.fspath(path), word, rows, one)
+
+
+def _format(path: PathLike, format: RayFormat | None) -> str:
+    """The format of a file, which its ending does not contradict."""
+    ending = Path(path).suffix.lower().removeprefix(".")
+    endings = dict(_native.ray_endings())
+    if format is not None:
+        own = endings[_checks.choice("format", format, get_args(RayFormat))]
+        if ending not in own:
+            _checks.refuse("path", f"an ending of {format}, .{' or .'.join(own)}", f".{ending}")
+        return format
+    found = next((word for word, own in endings.items() if ending in own), None)
+    if found is None:
+        every = sorted({f".{one}" for own in endings.values() for one in own})
+        _checks.refuse("path", f"an ending of {', '.join(every)}", f".{ending}")
+    return found
 
 
 def read_rays(path: PathLike) -> Rays:

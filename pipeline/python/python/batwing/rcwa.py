@@ -28,28 +28,29 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _checks, _native, _show
 from ._checks import Floats
-
-if TYPE_CHECKING:
-    from typing_extensions import TypeAlias
+from .gratings import Base, Grating, Index, Material, Polygon, Relief, Side
 
 __all__ = [
+    "Base",
     "Grating",
     "Hemisphere",
+    "Index",
     "Jones",
     "Material",
     "NearField",
+    "Polarisation",
     "Polygon",
     "Relief",
+    "Side",
     "Solution",
     "hemisphere",
     "jones",
@@ -60,367 +61,19 @@ __all__ = [
 
 Complexes = npt.NDArray[np.complex128]
 Integers = npt.NDArray[np.int64]
-Index: TypeAlias = "Union[float, complex, Material]"
+Polarisation = Literal["s", "p", "unpolarised", "both"]
+LinearPolarisation = Literal["s", "p"]
+Orders = Literal["reflected", "transmitted"]
 
-#: Highest order that the solver keeps.
-MOST_ORDERS = 2000
-#: Slices to a wavelength of depth where neither slices nor a tolerance are given.
-SLICES_PER_WAVELENGTH = 24.0
-_POLARISATIONS = ("s", "p", "unpolarised", "both")
-_SIDES = ("top", "bottom")
-
-
-@dataclass(frozen=True)
-class Material:
-    """A refractive index n + ik, constant or with dispersion.
-
-    Parameters
-    ----------
-    name : str
-        For pictures and messages.
-    value : complex, optional
-        The index at every wavelength.
-    yaml : str, optional
-        Text of a material file of refractiveindex.info.
-
-    Examples
-    --------
-    >>> Material.constant(1.41).index(0.55)
-    (1.41+0j)
-    """
-
-    name: str
-    value: complex | None = None
-    yaml: str | None = field(default=None, repr=False)
-
-    def __post_init__(self) -> None:
-        if (self.value is None) == (self.yaml is None):
-            _checks.refuse("material", "a value or the text of a file, one of them", "both or none")
-        if self.value is not None:
-            _index_of("value", self.value)
-
-    @classmethod
-    def constant(cls, index: float | complex, name: str = "") -> Material:
-        """The same index at every wavelength."""
-        return cls(name or f"n = {complex(index):g}", complex(index))
-
-    @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> Material:
-        """A material file of refractiveindex.info.
-
-        Raises
-        ------
-        batwing.FileError
-            If the file cannot be read.
-        """
-        return cls(Path(path).stem, None, _checks.text(path))
-
-    @classmethod
-    def tabulated(
-        cls, wavelength_um: npt.ArrayLike, n: npt.ArrayLike, k: npt.ArrayLike = 0.0
-    ) -> Material:
-        """A table of wavelengths in micrometres, ascending, with n and k at each."""
-        rows = np.broadcast_arrays(
-            _checks.floats("wavelength_um", wavelength_um),
-            _checks.floats("n", n),
-            _checks.floats("k", k),
-        )
-        lines = ["DATA:", "  - type: tabulated nk", "    data: |"]
-        lines += [f"        {w!r} {a!r} {b!r}" for w, a, b in zip(*(r.tolist() for r in rows))]
-        return cls("table", None, "\n".join(lines) + "\n")
-
-    def index(self, wavelength_um: float) -> complex:
-        """Index n + ik at a vacuum wavelength in micrometres.
-
-        Raises
-        ------
-        batwing.InputError
-            A wavelength outside the data.
-        """
-        if self.value is not None:
-            return self.value
-        assert self.yaml is not None
-        return _native.material_indices(self.yaml, [_checks.length("wavelength_um", wavelength_um)])[0]
+#: Bytes of a direction, and of each of its orders in one half-space: directions and lines, lists of
+#: orders of the runs that a search compares, and the arrays of the result.
+DIRECTION_BYTES, ORDER_BYTES, JONES_BYTES = 500.0, 200.0, 200.0
+#: Bytes of a point of a near field: two vectors and an index, in the solver and as arrays.
+POINT_BYTES = 300.0
 
 
-def _index_of(key: str, value: Any) -> complex:
-    try:
-        index = complex(value)
-    except (TypeError, ValueError):
-        _checks.refuse(key, "a refractive index or a Material", _checks.describe(value))
-    passive = math.isfinite(index.real) and index.real >= 0 and math.isfinite(index.imag)
-    if not (passive and index.imag >= 0 and index != 0):
-        _checks.refuse(key, "an index n + ik with n >= 0, k >= 0, not both 0", index)
-    return index
-
-
-def _material(key: str, value: Index) -> Material:
-    if isinstance(value, Material):
-        return value
-    return Material.constant(_index_of(key, value))
-
-
-@dataclass(frozen=True, init=False, eq=False)
-class Polygon:
-    """A closed outline of one material.
-
-    Parameters
-    ----------
-    material : Material
-        What it is made of.
-    points_um : ndarray, shape (n, 2)
-        Corners (x, z) in order, either sense.
-    """
-
-    material: Material
-    points_um: Floats
-
-    def __init__(self, material: Index, points_um: npt.ArrayLike) -> None:
-        points = _checks.floats("points_um", points_um)
-        if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3:
-            _checks.refuse("points_um", "at least 3 corners, shape (n, 2)", _checks.describe(points))
-        object.__setattr__(self, "points_um", points)
-        object.__setattr__(self, "material", _material("material", material))
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Polygon):
-            return NotImplemented
-        same = np.array_equal(self.points_um, other.points_um)
-        return same and self.material == other.material
-
-    def __hash__(self) -> int:
-        return hash((self.material, self.points_um.tobytes()))
-
-
-@dataclass(frozen=True, init=False)
-class Relief:
-    """One period of a relief: polygons in a background.
-
-    Parameters
-    ----------
-    period_um : float
-        Length of a period along x.
-    depth_um : float
-        Extent along z; polygons lie within 0 to this.
-    background : Material
-        What fills the rest.
-    polygons : tuple of Polygon
-        Later ones lie over earlier ones.
-    """
-
-    period_um: float
-    depth_um: float
-    background: Material
-    polygons: tuple[Polygon, ...]
-
-    def __init__(
-        self,
-        period_um: float,
-        depth_um: float,
-        background: Index,
-        polygons: Sequence[Polygon] = (),
-    ) -> None:
-        put = object.__setattr__
-        put(self, "period_um", _checks.length("period_um", period_um))
-        put(self, "depth_um", _checks.length("depth_um", depth_um))
-        put(self, "background", _material("background", background))
-        put(self, "polygons", tuple(polygons))
-
-    @classmethod
-    def polygon(
-        cls, period_um: float, points_um: npt.ArrayLike, ridge: Index, groove: Index
-    ) -> Relief:
-        """One polygon of `ridge` in `groove`; the depth is its largest z."""
-        outline = Polygon(_material("ridge", ridge), points_um)
-        depth = float(outline.points_um[:, 1].max())
-        return cls(period_um, depth, _material("groove", groove), (outline,))
-
-    @classmethod
-    def lamellar(
-        cls, period_um: float, depth_um: float, fill: float, ridge: Index, groove: Index
-    ) -> Relief:
-        """A ridge from x = 0 over the share `fill` of the period, 0 < fill < 1."""
-        if not 0.0 < _checks.number("fill", fill) < 1.0:
-            _checks.refuse("fill", "a share between 0 and 1", fill)
-        x, z = fill * _checks.length("period_um", period_um), _checks.length("depth_um", depth_um)
-        return cls.polygon(period_um, np.array([[0, 0], [x, 0], [x, z], [0, z]]), ridge, groove)
-
-    @classmethod
-    def triangle(
-        cls, period_um: float, apex_um: Sequence[float], ridge: Index, groove: Index
-    ) -> Relief:
-        """A triangle on the chord from (0, 0) to (period, 0) with its apex (x, z)."""
-        apex = _checks.floats("apex_um", apex_um)
-        if apex.shape != (2,):
-            _checks.refuse("apex_um", "(x, z)", _checks.describe(apex))
-        corners = [[0.0, 0.0], [_checks.length("period_um", period_um), 0.0], apex.tolist()]
-        return cls.polygon(period_um, np.array(corners), ridge, groove)
-
-    @classmethod
-    def steps(cls, tread_um: float, riser_um: float, ridge: Index, groove: Index) -> Relief:
-        """Steps seen along their slope: a right triangle whose hypotenuse is the period."""
-        tread, riser = _checks.length("tread_um", tread_um), _checks.length("riser_um", riser_um)
-        chord = math.hypot(tread, riser)
-        apex = (tread * (tread / chord), riser * (tread / chord))
-        return cls.triangle(chord, apex, ridge, groove)
-
-    @classmethod
-    def sinusoid(
-        cls, period_um: float, depth_um: float, ridge: Index, groove: Index, sides: int = 64
-    ) -> Relief:
-        """z = depth (1 - cos 2 pi x/period)/2 as a polygon of `sides` straight pieces, 4 or more."""
-        count = _checks.whole("sides", sides, 4, 4096)
-        period, depth = _checks.length("period_um", period_um), _checks.length("depth_um", depth_um)
-        number = np.arange(count + 1)
-        # Through the nearer end, so that both halves have the very same heights.
-        half_turn = np.pi * np.minimum(number, count - number) / count
-        points = np.stack([period * number / count, depth * np.sin(half_turn) ** 2], axis=1)
-        return cls.polygon(period, points, ridge, groove)
-
-    def plot(self, ax: Any = None) -> Any:
-        """Draws the cross-section with matplotlib; returns the axes."""
-        return _show.relief(self, ax)
-
-
-class _Prepared:
-    """Native interfaces of a grating by wavelength, and resolutions found; no part of its value."""
-
-    def __init__(self) -> None:
-        self.interfaces: dict[float, _native.Interface] = {}
-        self.resolutions: dict[tuple[float, float], tuple[int, int, float]] = {}
-        self.slices: dict[float, int] = {}
-
-    def __reduce__(self) -> tuple[type[_Prepared], tuple[()]]:
-        return _Prepared, ()
-
-    def __deepcopy__(self, memo: Any) -> _Prepared:
-        return _Prepared()
-
-
-@dataclass(frozen=True, init=False)
-class Grating:
-    """A relief between two half-spaces.
-
-    Parameters
-    ----------
-    relief : Relief
-        The relief.
-    top, bottom : Material or complex
-        Half-spaces above z = 0 and below z = depth.
-    """
-
-    relief: Relief
-    top: Material
-    bottom: Material
-    _prepared: _Prepared = field(repr=False, compare=False)
-
-    def __init__(self, relief: Relief, top: Index, bottom: Index) -> None:
-        if not isinstance(relief, Relief):
-            _checks.refuse("relief", "a Relief", _checks.describe(relief))
-        put = object.__setattr__
-        put(self, "relief", relief)
-        put(self, "top", _material("top", top))
-        put(self, "bottom", _material("bottom", bottom))
-        put(self, "_prepared", _Prepared())
-
-    def _at(self, wavelength_um: float) -> _native.Interface:
-        known = self._prepared.interfaces
-        found = known.get(wavelength_um)
-        if found is None:
-            relief = self.relief
-            _checks.one_unit(relief.period_um, wavelength_um)
-            found = _native.Interface(
-                relief.period_um,
-                relief.depth_um,
-                relief.background.index(wavelength_um),
-                [(p.material.index(wavelength_um), p.points_um.tolist()) for p in relief.polygons],
-                wavelength_um,
-                self.top.index(wavelength_um),
-                self.bottom.index(wavelength_um),
-            )
-            if len(known) >= 64:
-                known.clear()
-            known[wavelength_um] = found
-        return found
-
-    def _index(self, side: str, wavelength_um: float) -> complex:
-        return (self.top if side == "top" else self.bottom).index(wavelength_um)
-
-    def _ky_nodes(self, wavelength: float, ky: npt.ArrayLike | int) -> Floats:
-        """Nodes along the grooves, of their number or as given; half-spaces must not absorb."""
-        indices = [self._index(side, wavelength) for side in _SIDES]
-        if any(n.imag != 0 for n in indices):
-            _checks.refuse("grating", "half-spaces without loss", f"indices {indices}")
-        if isinstance(ky, (int, np.integer)):
-            count = _checks.whole("ky", ky, 1, 100_000)
-            return np.asarray(_native.ky_nodes(indices[0].real, indices[1].real, count))
-        nodes = np.ascontiguousarray(np.atleast_1d(_checks.floats("ky", ky)))
-        if nodes.ndim != 1 or nodes[0] < 0 or (np.diff(nodes) <= 0).any():
-            _checks.refuse("ky", "an ascending list of numbers of at least 0", _checks.describe(nodes))
-        return nodes
-
-    def highest_order(self, wavelength_um: float) -> int:
-        """Highest order that propagates from any direction on either side."""
-        return self._at(_checks.length("wavelength_um", wavelength_um)).highest_order()
-
-    def resolution(
-        self, wavelength_um: float, tolerance: float, threads: int | None = None
-    ) -> tuple[int, int, float]:
-        """Orders and slices for a tolerance over both hemispheres.
-
-        Parameters
-        ----------
-        wavelength_um : float
-            Vacuum wavelength.
-        tolerance : float
-            Error of the share transmitted that 99 of 100 directions stay below, 1e-8 to 0.1. A
-            single direction or order may be off by three times that.
-        threads : int, optional
-            Threads to compute with.
-
-        Returns
-        -------
-        orders, slices : int
-            Highest order and slices to pass to `solve`.
-        estimated_error : float
-            Estimated error of the share transmitted.
-
-        Raises
-        ------
-        batwing.ConvergenceError
-            If the tolerance is out of reach.
-        """
-        wavelength = _checks.length("wavelength_um", wavelength_um)
-        key = (wavelength, _checks.number("tolerance", tolerance))
-        known = self._prepared.resolutions
-        if key not in known:
-            known[key] = self._at(wavelength).converge(key[1], _checks.threads(threads))
-        return known[key]
-
-    def _resolve(
-        self,
-        wavelength: float,
-        orders: int | None,
-        slices: int | None,
-        tolerance: float | None,
-        threads: int | None,
-    ) -> tuple[int, int, float | None]:
-        if orders is None:
-            if slices is not None:
-                _checks.refuse("slices", "orders beside them", "none")
-            return self.resolution(wavelength, 1e-3 if tolerance is None else tolerance, threads)
-        if tolerance is not None:
-            _checks.refuse("tolerance", "no orders beside it", orders)
-        orders = _checks.whole("orders", orders, 0, MOST_ORDERS)
-        if slices is not None:
-            return orders, _checks.whole("slices", slices, 1, 1_000_000), None
-        usual = self._prepared.slices.get(wavelength)
-        if usual is None:
-            depth = self.relief.depth_um / wavelength
-            exact = self._at(wavelength).is_exact()
-            usual = 1 if exact else math.ceil(SLICES_PER_WAVELENGTH * depth) + 2
-            self._prepared.slices[wavelength] = usual
-        return orders, usual, None
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -433,8 +86,8 @@ class Solution:
 
     Attributes
     ----------
-    wavelength_um : float
-        Vacuum wavelength.
+    wavelength_um : float or ndarray
+        Vacuum wavelength; of several wavelengths that of every direction.
     theta_deg, phi_deg : ndarray
         Directions of incidence.
     polarisation : str
@@ -450,20 +103,21 @@ class Solution:
     jones_reflected, jones_transmitted : ndarray, shape (..., order, 2, 2), or None
         Electric amplitudes (s, p) out by (s, p) in.
     orders, slices : int
-        Highest order kept and slices of the relief.
+        Highest order kept and slices of the relief; of several wavelengths the largest.
     estimated_error : float or None
-        Estimated error where a tolerance was given.
+        Estimated error where a tolerance was given; of several wavelengths the largest.
     energy_residual : float
-        Largest \\|R + T - 1\\|; of R + T - 1 with loss.
+        Largest \\|R + T - 1\\|. With loss the largest R + T - 1, or 0 where none is above 0; what is
+        missing is `absorbed`.
     bloch_wavevectors : int
         Scattering problems solved for all directions.
     """
 
-    wavelength_um: float
+    wavelength_um: float | Floats
     theta_deg: Floats
     phi_deg: Floats
-    polarisation: str
-    side: str
+    polarisation: Polarisation
+    side: Side
     orders_reflected: Integers
     orders_transmitted: Integers
     reflected: Floats
@@ -478,6 +132,8 @@ class Solution:
     energy_residual: float
     bloch_wavevectors: int
     _grating: Grating = field(repr=False, compare=False)
+
+    __repr__ = _show.brief
 
     @property
     def total_reflected(self) -> Floats:
@@ -494,7 +150,14 @@ class Solution:
         """Share absorbed."""
         return np.asarray(1.0 - self.total_reflected - self.total_transmitted)
 
-    def directions(self, which: str = "transmitted") -> tuple[Floats, Floats]:
+    def _real_index(self, side: Side) -> Floats:
+        """Real part of the index of a half-space at the wavelength of every direction."""
+        wavelengths = np.asarray(self.wavelength_um)
+        distinct, which = np.unique(wavelengths, return_inverse=True)
+        indices = np.array([self._grating._index(side, float(w)).real for w in distinct])
+        return np.asarray(indices[which].reshape(wavelengths.shape))
+
+    def directions(self, which: Orders = "transmitted") -> tuple[Floats, Floats]:
         """Polar angle from the normal and azimuth of every order, degrees; NaN if it is evanescent.
 
         Parameters
@@ -502,17 +165,17 @@ class Solution:
         which : {'reflected', 'transmitted'}
             Which orders.
         """
-        which = _checks.choice("which", which, ("reflected", "transmitted"))
-        here = self._grating._index(self.side, self.wavelength_um).real
-        there = "bottom" if self.side == "top" else "top"
-        n = here if which == "reflected" else self._grating._index(there, self.wavelength_um).real
+        which = _checks.choice("which", which, get_args(Orders))
+        here = self._real_index(self.side)
+        there: Side = "bottom" if self.side == "top" else "top"
+        n = here if which == "reflected" else self._real_index(there)
         orders = self.orders_reflected if which == "reflected" else self.orders_transmitted
         kx, ky = _wavevector(here, self.theta_deg, self.phi_deg)
-        spacing = self.wavelength_um / self._grating.relief.period_um
-        kx = kx[..., np.newaxis] + orders * spacing
+        spacing = np.asarray(self.wavelength_um) / self._grating.relief.period_um
+        kx = kx[..., np.newaxis] + orders * spacing[..., np.newaxis]
         ky = np.broadcast_to(ky[..., np.newaxis], kx.shape)
         with np.errstate(invalid="ignore"):
-            theta = np.degrees(np.arcsin(np.hypot(kx, ky) / n))
+            theta = np.degrees(np.arcsin(np.hypot(kx, ky) / n[..., np.newaxis]))
         phi = np.where(np.isfinite(theta), np.degrees(np.arctan2(ky, kx)), np.nan)
         return theta, phi
 
@@ -528,7 +191,7 @@ class Solution:
         return _show.html(self)
 
 
-def _wavevector(n: float, theta_deg: Floats, phi_deg: Floats) -> tuple[Floats, Floats]:
+def _wavevector(n: float | Floats, theta_deg: Floats, phi_deg: Floats) -> tuple[Floats, Floats]:
     tangential = n * np.sin(np.radians(theta_deg))
     phi = np.radians(phi_deg)
     return tangential * np.cos(phi), tangential * np.sin(phi)
@@ -550,8 +213,9 @@ def _direction(theta_deg: npt.ArrayLike, phi_deg: npt.ArrayLike) -> tuple[Floats
         if math.isfinite(phi_deg):
             return np.array(theta_deg), np.array(phi_deg)
     theta, phi = _checks.floats("theta_deg", theta_deg), _checks.floats("phi_deg", phi_deg)
-    if np.abs(theta).max() >= 90.0:
-        _checks.refuse("theta_deg", "angles above -90 and below 90 degrees", float(np.abs(theta).max()))
+    steepest = max(float(theta.max()), -float(theta.min()))
+    if steepest >= 90.0:
+        _checks.refuse("theta_deg", "angles above -90 and below 90 degrees", steepest)
     if theta.shape == phi.shape:
         return theta, phi
     try:
@@ -561,6 +225,21 @@ def _direction(theta_deg: npt.ArrayLike, phi_deg: npt.ArrayLike) -> tuple[Floats
             "phi_deg", f"a shape that fits {theta.shape} of theta_deg", _checks.describe(phi)
         )
     return theta, phi
+
+
+def _chosen(
+    polarisation: Polarisation | LinearPolarisation,
+    polarization: Polarisation | LinearPolarisation | None,
+    default: str,
+    allowed: Sequence[str],
+) -> Any:
+    """The polarisation under either spelling."""
+    if polarization is not None:
+        if polarisation != default:
+            _checks.refuse("polarization", "no polarisation beside it", polarisation)
+        polarisation = polarization
+    chosen: str = polarisation
+    return _checks.choice("polarisation", "unpolarised" if chosen == "unpolarized" else chosen, allowed)
 
 
 def _combined(values: Floats, polarisation: str) -> Floats:
@@ -575,29 +254,30 @@ def _combined(values: Floats, polarisation: str) -> Floats:
 
 def solve(
     grating: Grating,
-    wavelength_um: float,
+    wavelength_um: npt.ArrayLike,
     theta_deg: npt.ArrayLike = 0.0,
     phi_deg: npt.ArrayLike = 0.0,
-    polarisation: str = "unpolarised",
+    polarisation: Polarisation = "unpolarised",
     *,
     orders: int | None = None,
     slices: int | None = None,
     tolerance: float | None = None,
-    side: str = "top",
+    side: Side = "top",
     jones: bool = False,
     threads: int | None = None,
+    polarization: Polarisation | None = None,
 ) -> Solution:
-    """Efficiencies of all orders for one direction or arrays of directions.
+    """Efficiencies of all orders for one direction or arrays of directions and wavelengths.
 
     Parameters
     ----------
     grating : Grating
         The grating.
-    wavelength_um : float
-        Vacuum wavelength, micrometres.
+    wavelength_um : array_like
+        Vacuum wavelength, micrometres. Each is solved by itself.
     theta_deg, phi_deg : array_like
         Polar angle, -90 to 90 degrees, in the medium that the light comes from, and azimuth from the
-        grating vector. They are broadcast against each other.
+        grating vector. Wavelengths and angles are broadcast against each other.
     polarisation : {'s', 'p', 'unpolarised', 'both'}
         Polarisation of the incident light; `both` keeps s and p apart.
     orders : int, optional
@@ -613,6 +293,8 @@ def solve(
         Whether Jones matrices are wanted too; not for metals with slanted walls.
     threads : int, optional
         Threads of this call; results do not depend on them.
+    polarization : str, optional
+        Another spelling of `polarisation`.
 
     Returns
     -------
@@ -640,14 +322,29 @@ def solve(
     >>> round(float(rcwa.solve(glass, 0.55, orders=2).total_reflected), 6)
     0.04
     """
-    wavelength = _checks.length("wavelength_um", wavelength_um)
     theta, phi = _direction(theta_deg, phi_deg)
-    if polarisation not in _POLARISATIONS:
-        _checks.choice("polarisation", polarisation, _POLARISATIONS)
-    if side not in _SIDES:
-        _checks.choice("side", side, _SIDES)
+    polarisation = _chosen(polarisation, polarization, "unpolarised", get_args(Polarisation))
+    side = _checks.choice("side", side, get_args(Side))
     threads = _checks.threads(threads)
+    if type(wavelength_um) is not float and np.ndim(wavelength_um) > 0:
+        return _solve_wavelengths(
+            grating,
+            _checks.floats("wavelength_um", wavelength_um),
+            theta,
+            phi,
+            {
+                "polarisation": polarisation,
+                "orders": orders,
+                "slices": slices,
+                "tolerance": tolerance,
+                "side": side,
+                "jones": jones,
+                "threads": threads,
+            },
+        )
+    wavelength = _checks.length("wavelength_um", wavelength_um)
     interface = grating._at(wavelength)
+    _guard(grating, wavelength, theta.size, jones)
     if orders is None:
         # The search counts every efficiency of these directions.
         if slices is not None:
@@ -694,10 +391,90 @@ def solve(
         orders=order,
         slices=slice_count,
         estimated_error=error,
-        energy_residual=residual,
+        energy_residual=grating._residual(wavelength, residual, upper[1], lower[1]),
         bloch_wavevectors=problems,
         _grating=grating,
     )
+
+
+def _guard(grating: Grating, wavelength: float, directions: int, jones: bool) -> None:
+    """Refuses more directions than fit into memory."""
+    if directions < 10_000:
+        return
+    spacing = wavelength / grating.relief.period_um
+    widest = max(grating._index(side, wavelength).real for side in get_args(Side))
+    each = DIRECTION_BYTES + (ORDER_BYTES + JONES_BYTES * jones) * 2 * (2 * widest / spacing + 1)
+    _checks.memory("theta_deg", directions, each)
+
+
+def _solve_wavelengths(
+    grating: Grating, wavelengths: Floats, theta: Floats, phi: Floats, options: dict[str, Any]
+) -> Solution:
+    """The solutions of all wavelengths in one, over orders of any of them."""
+    if (wavelengths <= 0.0).any():
+        _checks.refuse("wavelength_um", "lengths above 0", float(wavelengths.min()))
+    try:
+        wavelengths, theta, phi = np.broadcast_arrays(wavelengths, theta, phi)
+    except ValueError:
+        _checks.refuse(
+            "wavelength_um",
+            f"a shape that fits {theta.shape} of the angles",
+            _checks.describe(wavelengths),
+        )
+    _guard(grating, float(wavelengths.min()), wavelengths.size, options["jones"])
+    distinct, which = np.unique(wavelengths.ravel(), return_inverse=True)
+    members = [np.flatnonzero(which == number) for number in range(distinct.size)]
+    theta_flat, phi_flat = theta.ravel(), phi.ravel()
+    found = [
+        solve(grating, float(one), theta_flat[rows], phi_flat[rows], **options)
+        for one, rows in zip(distinct, members)
+    ]
+
+    def joined(name: str) -> Any:
+        """Values over all directions; 0 for orders that do not propagate."""
+        parts = [getattr(one, name) for one in found]
+        if parts[0] is None:
+            return None
+        at = f"orders_{name.replace('jones_', '').replace('_te', '')}"
+        axis = -3 if name.startswith("jones") else -1
+        orders = _orders_of(found, at)
+        shape = list(parts[0].shape)
+        shape[0], shape[axis] = wavelengths.size, orders.size
+        whole = np.zeros(shape, parts[0].dtype)
+        for one, rows, part in zip(found, members, parts):
+            own = getattr(one, at)
+            if own.size:
+                first = int(own[0] - orders[0])
+                place = np.moveaxis(whole, axis, 1)
+                place[rows, first : first + own.size] = np.moveaxis(part, axis, 1)
+        return whole.reshape(*wavelengths.shape, *shape[1:])
+
+    errors = [one.estimated_error for one in found if one.estimated_error is not None]
+    names = ("reflected", "transmitted", "reflected_te", "transmitted_te")
+    return Solution(
+        wavelength_um=wavelengths,
+        theta_deg=theta,
+        phi_deg=phi,
+        polarisation=options["polarisation"],
+        side=options["side"],
+        orders_reflected=_orders_of(found, "orders_reflected"),
+        orders_transmitted=_orders_of(found, "orders_transmitted"),
+        **{name: joined(name) for name in names},
+        jones_reflected=joined("jones_reflected"),
+        jones_transmitted=joined("jones_transmitted"),
+        orders=max(one.orders for one in found),
+        slices=max(one.slices for one in found),
+        estimated_error=max(errors, default=None),
+        energy_residual=max(one.energy_residual for one in found),
+        bloch_wavevectors=sum(one.bloch_wavevectors for one in found),
+        _grating=grating,
+    )
+
+
+def _orders_of(found: Sequence[Solution], name: str) -> Integers:
+    """All orders of some solutions."""
+    own = np.concatenate([getattr(one, name) for one in found])
+    return np.arange(own.min(), own.max() + 1) if own.size else own
 
 
 @dataclass(frozen=True, eq=False)
@@ -713,6 +490,8 @@ class Jones:
     reflected, transmitted : ndarray, shape (..., order, 2, 2)
         Electric amplitudes (s, p) out by (s, p) in; phases belong to the plane z = 0 for waves in the
         top half-space and to z = depth for those in the bottom one.
+    wavelength_um : float or ndarray
+        Vacuum wavelength, as of `Solution`.
     """
 
     theta_deg: Floats
@@ -721,18 +500,25 @@ class Jones:
     orders_transmitted: Integers
     reflected: Complexes
     transmitted: Complexes
+    wavelength_um: float | Floats
+
+    __repr__ = _show.brief
+
+    def to_xarray(self) -> Any:
+        """The arrays as an `xarray.Dataset` with units in `attrs`."""
+        return _show.jones_dataset(self)
 
 
 def jones(
     grating: Grating,
-    wavelength_um: float,
+    wavelength_um: npt.ArrayLike,
     theta_deg: npt.ArrayLike = 0.0,
     phi_deg: npt.ArrayLike = 0.0,
     *,
     orders: int | None = None,
     slices: int | None = None,
     tolerance: float | None = None,
-    side: str = "top",
+    side: Side = "top",
     threads: int | None = None,
 ) -> Jones:
     """Jones matrices of all orders; arguments and errors as those of `solve`.
@@ -774,6 +560,7 @@ def jones(
         found.orders_transmitted,
         found.jones_reflected,
         found.jones_transmitted,
+        found.wavelength_um,
     )
 
 
@@ -798,7 +585,7 @@ class Hemisphere:
     orders, slices : int
         Highest order kept and slices.
     energy_residual : float
-        Largest \\|R + T - 1\\|.
+        Largest \\|R + T - 1\\|; with loss as of `Solution`.
     bloch_wavevectors : int
         Scattering problems solved.
     """
@@ -817,6 +604,8 @@ class Hemisphere:
     slices: int
     energy_residual: float
     bloch_wavevectors: int
+
+    __repr__ = _show.brief
 
     def to_xarray(self) -> Any:
         """The arrays as an `xarray.Dataset` with units in `attrs`."""
@@ -875,7 +664,7 @@ def hemisphere(
     from_top, kx, ky_of, upper, lower, residual, problems = interface.hemisphere(
         kx_per_zone, nodes, order, slice_count, threads
     )
-    n = np.where(from_top, *(grating._index(side, wavelength).real for side in _SIDES))
+    n = np.where(from_top, *(grating._index(side, wavelength).real for side in get_args(Side)))
     return Hemisphere(
         wavelength_um=wavelength,
         from_top=from_top,
@@ -889,7 +678,7 @@ def hemisphere(
         to_bottom=lower[1].sum(axis=-1).transpose(0, 2, 1),
         orders=order,
         slices=slice_count,
-        energy_residual=residual,
+        energy_residual=grating._residual(wavelength, residual, upper[1], lower[1]),
         bloch_wavevectors=problems,
     )
 
@@ -910,6 +699,10 @@ class NearField:
         Power through each plane per incident power, in the sense of the incident wave.
     total_reflected, total_transmitted : float
         Shares of the incident power.
+    wavelength_um, theta_deg, phi_deg : float
+        The incident wave.
+    polarisation, side : str
+        `s` or `p`, and the half-space that it comes from.
     """
 
     x_um: Floats
@@ -920,6 +713,13 @@ class NearField:
     flux: Floats
     total_reflected: float
     total_transmitted: float
+    wavelength_um: float
+    theta_deg: float
+    phi_deg: float
+    polarisation: LinearPolarisation
+    side: Side
+
+    __repr__ = _show.brief
 
     @property
     def intensity(self) -> Floats:
@@ -948,14 +748,15 @@ def near_field(
     wavelength_um: float,
     theta_deg: float = 0.0,
     phi_deg: float = 0.0,
-    polarisation: str = "s",
+    polarisation: LinearPolarisation = "s",
     *,
     x_um: npt.ArrayLike | None = None,
     z_um: npt.ArrayLike | None = None,
     orders: int | None = None,
     slices: int | None = None,
-    side: str = "top",
+    side: Side = "top",
     threads: int | None = None,
+    polarization: LinearPolarisation | None = None,
 ) -> NearField:
     """Fields in and near the grating for one incident wave.
 
@@ -979,6 +780,8 @@ def near_field(
         Half-space that the light comes from.
     threads : int, optional
         Threads of this call.
+    polarization : {'s', 'p'}, optional
+        Another spelling of `polarisation`.
 
     Returns
     -------
@@ -993,8 +796,8 @@ def near_field(
     wavelength = _checks.length("wavelength_um", wavelength_um)
     theta, phi = _checks.number("theta_deg", theta_deg), _checks.number("phi_deg", phi_deg)
     theta, phi = (float(a) for a in _direction(theta, phi))
-    polarisation = _checks.choice("polarisation", polarisation, ("s", "p"))
-    side = _checks.choice("side", side, _SIDES)
+    polarisation = _chosen(polarisation, polarization, "s", get_args(LinearPolarisation))
+    side = _checks.choice("side", side, get_args(Side))
     interface = grating._at(wavelength)
     relief = grating.relief
     if orders is None:
@@ -1014,6 +817,7 @@ def near_field(
             _checks.refuse(key, "a list of positions", _checks.describe(axis))
     if x.size * z.size > 20_000_000:
         _checks.refuse("x_um", "at most 20000000 points in all", x.size * z.size)
+    _checks.memory("x_um", x.size * z.size, POINT_BYTES, "points")
     kx, ky = _wavevector(grating._index(side, wavelength).real, np.asarray(theta), np.asarray(phi))
     amplitudes = (1.0 + 0j, 0j) if polarisation == "s" else (0j, 1.0 + 0j)
     electric, magnetic, index, flux, reflected, transmitted = interface.field(
@@ -1026,10 +830,11 @@ def near_field(
         slice_count,
         _checks.threads(threads),
     )
-    return NearField(x, z, electric, magnetic, index, flux, reflected, transmitted)
+    incident = (wavelength, theta, phi, polarisation, side)
+    return NearField(x, z, electric, magnetic, index, flux, reflected, transmitted, *incident)
 
 
-def solve_case(case: dict[str, Any] | str | os.PathLike[str], threads: int | None = None) -> dict[str, Any]:
+def solve_case(case: Mapping[str, Any] | str | os.PathLike[str], threads: int | None = None) -> dict[str, Any]:
     """One case of `batwing grating`, with the numbers that the command prints.
 
     Parameters
@@ -1049,8 +854,8 @@ def solve_case(case: dict[str, Any] | str | os.PathLike[str], threads: int | Non
     batwing.InputError
         A key of the case that is missing, unknown or out of its range.
     """
-    if isinstance(case, dict):
-        name, text = "case", json.dumps(case)
+    if isinstance(case, Mapping):
+        name, text = "case", json.dumps(_checks.plain("case", case))
     else:
         name, text = os.fspath(case), _checks.text(case)
     solved: dict[str, Any] = json.loads(_native.solve_case(name, text, _checks.threads(threads)))

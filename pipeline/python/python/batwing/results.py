@@ -19,12 +19,15 @@ import numpy.typing as npt
 from . import _checks, _show
 from .design import PathLike
 from .errors import FileError
+from .figure import Figure
 
 __all__ = [
+    "Axis",
     "Comparison",
     "FarField",
     "Figure",
     "Files",
+    "Map",
     "Model",
     "Orders",
     "Receiver",
@@ -40,34 +43,63 @@ __all__ = [
 
 Array = npt.NDArray[np.float64]
 
+#: Bytes of an image among which its attributes stand.
+HEAD_BYTES = 1 << 20
 
-@dataclass(frozen=True)
-class Figure:
-    """A figure of merit with its standard error.
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """An axis of bins.
 
     Attributes
     ----------
-    value, standard_error : float
-        One standard deviation, from leaving out one of 64 groups of paths at a time.
-    unit : str
-        `1`, `deg`, ...
-    more : dict
-        Further keys of docs/reference/results-schema.md, such as `published`.
+    name, unit : str
+        Such as `theta` in `deg`, `x` in `mm`.
+    edges : ndarray
+        Edges of the bins, one more than there are bins.
     """
 
-    value: float
-    standard_error: float
+    name: str
     unit: str
-    more: dict[str, Any]
+    edges: Array
 
-    def __format__(self, spec: str) -> str:
-        return f"{self.value:{spec}} ± {self.standard_error:{spec.replace('+', '')}}"
+    __repr__ = _show.brief
 
-    @classmethod
-    def of(cls, entry: Mapping[str, Any], unit: str = "1") -> Figure:
-        """An estimate of a JSON file of the program."""
-        more = {k: v for k, v in entry.items() if k not in ("value", "standard_error")}
-        return cls(float(entry["value"]), float(entry["standard_error"]), unit, more)
+    @property
+    def middles(self) -> Array:
+        """Middles of the bins."""
+        return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """A quantity over the bins of axes.
+
+    Attributes
+    ----------
+    values, standard_error : ndarray
+        Over the axes in their order; with Stokes parameters I, Q, U, V before them.
+    axes : tuple of Axis
+        Axes of the arrays; none of the six bins of a surface.
+    quantity, unit : str
+        Such as `irradiance` in `W/mm²`.
+    """
+
+    values: Array
+    standard_error: Array
+    axes: tuple[Axis, ...]
+    quantity: str
+    unit: str
+
+    __repr__ = _show.brief
+
+    def to_xarray(self) -> Any:
+        """Values and errors as an `xarray.Dataset` over the middles of the bins."""
+        return _show.map_dataset(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,22 +118,25 @@ class FarField:
     intensity: Array
     standard_error: Array
 
+    __repr__ = _show.brief
+
 
 @dataclass(frozen=True, eq=False)
-class Receiver:
+class Receiver(Map):
     """Bins of a receiver of the design.
 
     Attributes
     ----------
-    values, standard_error : ndarray
-        Over the axes that docs/reference/results-schema.md lists.
+    figures : dict of Figure
+        Flux, mean and extremes of the bins, their ratio; of a surface its six fluxes.
     about : dict
-        Kind, quantity, units and flux.
+        Its entry in `results.json`.
     """
 
-    values: Array
-    standard_error: Array
-    about: dict[str, Any]
+    figures: dict[str, Figure]
+    about: dict[str, Any] = field(repr=False)
+
+    __repr__ = _show.brief
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +151,8 @@ class Model:
         Where the emitted power went.
     paths : int
         Paths traced.
+    maps : dict of Map
+        `far_field` over theta and phi, `illuminance` over y and x.
     arrays : dict of ndarray
         `far_field` (2, theta, phi), `far_field_mean` (3, theta), `illuminance` (2, y, x), ...: values
         before standard errors.
@@ -128,9 +165,12 @@ class Model:
     figures: dict[str, Figure]
     ledger: dict[str, Figure]
     paths: int
+    maps: dict[str, Map]
     arrays: dict[str, Array]
     receivers: dict[str, Receiver]
     raw: dict[str, Any] = field(repr=False)
+
+    __repr__ = _show.brief
 
     def far_field(self) -> FarField | None:
         """The azimuthal mean of the far field, where the model has one."""
@@ -138,31 +178,64 @@ class Model:
         return None if mean is None else FarField(mean[0], mean[1], mean[2])
 
 
-def _estimates(entries: Mapping[str, Any], units: Mapping[str, Any]) -> dict[str, Figure]:
+def _estimates(
+    entries: Mapping[str, Any], units: Mapping[str, Any], otherwise: str = "1"
+) -> dict[str, Figure]:
     found = {}
     for name, entry in entries.items():
         if isinstance(entry, dict) and {"value", "standard_error"} <= entry.keys():
-            unit = units.get(name, "1")
-            found[name] = Figure.of(entry, unit if isinstance(unit, str) else "1")
+            found[name] = Figure.of(entry, units.get(name, otherwise), name)
     return found
+
+
+def _axis(entry: Mapping[str, Any]) -> Axis:
+    # Files of receivers call the name of an axis its quantity.
+    name = entry["name"] if "name" in entry else entry["quantity"]
+    return Axis(name, entry["unit"], np.array(entry["edges"], dtype=float))
+
+
+def _map(image: Path, both: Array) -> Map | None:
+    """A map with the axes that its image states in the text attribute `batwing`."""
+    head = image.read_bytes()[:HEAD_BYTES] if image.exists() else b""
+    before, found, rest = head.partition(b"batwing\0string\0")
+    if not found:
+        return None
+    size = int.from_bytes(rest[:4], "little")
+    about = json.loads(rest[4 : 4 + size])
+    axes = _axis(about["rows"]), _axis(about["columns"])
+    return Map(both[0], both[1], axes, about["quantity"], about["unit"])
+
+
+def _receiver(name: str, about: dict[str, Any], folder: Path, mode: Any) -> Receiver | None:
+    files = {Path(file).suffix: folder / file for file in about.get("files", [])}
+    if ".npy" not in files:
+        return None
+    both = np.load(files[".npy"], mmap_mode=mode)
+    axes: tuple[Axis, ...] = ()
+    if ".json" in files:
+        axes = tuple(map(_axis, json.loads(_checks.text(files[".json"]))["axes"]))
+    of_bins = dict.fromkeys(("mean", "min", "max"), about["unit"])
+    units = {**of_bins, "min_to_max": "W/W"}
+    figures = _estimates(about, units, about.get("flux_unit", about["unit"]))
+    return Receiver(both[0], both[1], axes, about["quantity"], about["unit"], figures, about)
 
 
 def _model(raw: dict[str, Any], folder: Path, keep: bool) -> Model:
     mode: Any = None if keep else "r"
     arrays = {p.stem: np.load(p, mmap_mode=mode) for p in sorted(folder.glob("*.npy"))}
     units = raw.get("units", {})
-    receivers = {}
-    for name, about in raw.get("receivers", {}).items():
-        files = [folder / file for file in about.get("files", []) if file.endswith(".npy")]
-        if files:
-            both = np.load(files[0], mmap_mode=mode)
-            receivers[name] = Receiver(both[0], both[1], about)
+    maps = {name: _map(folder / f"{name}.exr", both) for name, both in arrays.items()}
+    receivers = {
+        name: _receiver(name, about, folder, mode)
+        for name, about in raw.get("receivers", {}).items()
+    }
     return Model(
         figures=_estimates(raw, units),
-        ledger=_estimates(raw.get("power_ledger", {}), {}),
+        ledger=_estimates(raw.get("power_ledger", {}), {}, units.get("power_ledger", "W/W")),
         paths=int(raw["paths"]),
+        maps={name: one for name, one in maps.items() if one is not None},
         arrays=arrays,
-        receivers=receivers,
+        receivers={name: one for name, one in receivers.items() if one is not None},
         raw=raw,
     )
 
@@ -186,6 +259,8 @@ class Files:
     folder: str | None = None
     _name: str = field(repr=False)
     _files: dict[str, bytes] | None = field(default=None, repr=False)
+
+    __repr__ = _show.brief
 
     def save(self, folder: PathLike) -> None:
         """Writes all files into a folder, which `load` and `batwing report` read."""
@@ -282,6 +357,8 @@ class Results(Files):
 
     models: dict[tuple[str, str], Model]
 
+    __repr__ = _show.brief
+
     def model(self, name: str) -> Model:
         """The one model whose key begins with `name`, such as `geometric` or `hybrid`."""
         found = [model for key, model in self.models.items() if key[1].startswith(name)]
@@ -328,6 +405,8 @@ class Orders:
     rcwa: dict[str, npt.NDArray[Any]]
     rays: dict[str, npt.NDArray[Any]]
 
+    __repr__ = _show.brief
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Reproduction(Results):
@@ -347,6 +426,8 @@ class Reproduction(Results):
     figure_3: dict[str, FarField]
     figure_4: dict[str, FarField]
     figure_6: Orders | None
+
+    __repr__ = _show.brief
 
 
 def _curves(raw: Mapping[str, Any], name: str) -> dict[str, FarField]:
@@ -425,7 +506,9 @@ class Report(Files):
         Columns of its CSV files; numbers as float64 (NaN where a cell is empty), text as str.
     """
 
-    tables: dict[str, dict[str, npt.NDArray[Any]]] = field(repr=False)
+    tables: dict[str, dict[str, npt.NDArray[Any]]]
+
+    __repr__ = _show.brief
 
 
 def _columns(path: Path) -> dict[str, npt.NDArray[Any]]:

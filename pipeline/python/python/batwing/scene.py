@@ -30,9 +30,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import InitVar, dataclass, fields
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -78,6 +78,18 @@ __all__ = [
 ]
 
 Vector = Sequence[float]
+Reflection = Literal["specular", "lambertian", "mixed", "absorbing"]
+Scattering = Literal["lambertian", "gaussian", "file"]
+Extent = Literal["array", "package"]
+Arrangement = Literal["square", "hexagonal"]
+Weighting = Literal["radiometric", "photometric"]
+LightPolarisation = Literal["unpolarised", "carried"]
+LengthUnit = Literal["um", "mm", "cm", "m", "inch"]
+Normal = Literal["+z", "-z", "+x", "-x", "+y", "-y"]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 @dataclass(frozen=True)
@@ -86,6 +98,8 @@ class Table:
 
     #: Value of the key `kind`, where the table has one that the class decides.
     kind_word: ClassVar[str | None] = None
+    #: Keys of fields that are called otherwise.
+    keys: ClassVar[Mapping[str, str]] = {}
 
     def to_dict(self) -> dict[str, Any]:
         """Keys and values of the table."""
@@ -93,7 +107,7 @@ class Table:
         for one in fields(self):
             value = getattr(self, one.name)
             if value is not None:
-                found[one.name] = _plain(value)
+                found[self.keys.get(one.name, one.name)] = _plain(value)
         return found
 
 
@@ -122,7 +136,7 @@ class Medium(Table):
 class Reflector(Table):
     """An opaque surface: `surface` of a solid. `kind` is `specular`, `lambertian`, `mixed` or `absorbing`."""
 
-    kind: str
+    kind: Reflection
     reflectance: float | None = None
     specular_fraction: float | None = None
     substrate: Mapping[str, Any] | None = None
@@ -133,14 +147,14 @@ class Reflector(Table):
 class Mirror(Reflector):
     """The plane z = 0: `[mirror]`. `extent` is `array` or `package`."""
 
-    extent: str | None = None
+    extent: Extent | None = None
 
 
 @dataclass(frozen=True)
 class Scatter(Table):
     """A diffuser: `scatter` of a solid or sheet. `kind` is `lambertian`, `gaussian` or `file`."""
 
-    kind: str
+    kind: Scattering
     transmitted: float | None = None
     reflected: float | None = None
     width_deg: float | None = None
@@ -148,7 +162,7 @@ class Scatter(Table):
     file: PathLike | None = None
     inner: Sequence[PathLike] | None = None
     outer: Sequence[PathLike] | None = None
-    between: str | None = None
+    between: Literal["fixed", "shifted"] | None = None
 
 
 @dataclass(frozen=True)
@@ -174,7 +188,7 @@ class MeshDome(Table):
     """A dome by a file of triangles; see `write_mesh`."""
 
     mesh: PathLike
-    mesh_unit: str
+    mesh_unit: LengthUnit
     coating: Sequence[Mapping[str, Any]] | None = None
 
 
@@ -184,7 +198,7 @@ class Led(Table):
 
     size_mm: Vector
     height_mm: float
-    reflection: str
+    reflection: Reflection
     reflectance: float | None = None
     specular_fraction: float | None = None
     offset_mm: Vector | None = None
@@ -200,7 +214,7 @@ class Array(Table):
     pitch_mm: float
     columns: int | None = None
     rows: int | None = None
-    arrangement: str | None = None
+    arrangement: Arrangement | None = None
     positions_file: PathLike | None = None
     crossing: bool | None = None
 
@@ -209,17 +223,23 @@ class Array(Table):
 class Light(Table):
     """The light of all sources that state none of their own: `[light]`."""
 
+    keys = {"polarisation": "polarization"}
     wavelength_nm: float | None = None
     spectrum: Mapping[str, Any] | None = None
-    weighting: str | None = None
-    polarization: str | None = None
+    weighting: Weighting | None = None
+    polarisation: LightPolarisation | None = None
+    polarization: InitVar[LightPolarisation | None] = None
+
+    def __post_init__(self, polarization: LightPolarisation | None) -> None:
+        if polarization is not None:
+            object.__setattr__(self, "polarisation", polarization)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Placed(Table):
     """What every solid and sheet has."""
 
-    per: str | None = None
+    per: Extent | None = None
     position_mm: Vector | None = None
     medium: Medium | None = None
     surface: Reflector | None = None
@@ -277,7 +297,7 @@ class Mesh(Solid):
 
     kind_word = "mesh"
     mesh: PathLike
-    mesh_unit: str
+    mesh_unit: LengthUnit
     rotation_deg: Vector | None = None
 
 
@@ -388,7 +408,7 @@ class Plane(Receiver):
     position_mm: Vector
     size_mm: Vector
     bins: Sequence[int]
-    normal: str | None = None
+    normal: Normal | None = None
     stokes: bool | None = None
 
 
@@ -422,7 +442,7 @@ class Luminance(Receiver):
     bins: Sequence[int]
     theta_bin_deg: float
     phi_bin_deg: float
-    normal: str | None = None
+    normal: Normal | None = None
     stokes: bool | None = None
 
 

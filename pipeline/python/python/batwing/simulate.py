@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Designs of LED packages: traced, varied, optimised, toleranced; and rays as arrays.
 
-A design is the path of a design file (docs/reference/design-file.md), a dict of the same keys, or a
-`Design`. Results are those of the command of the same name, to the last bit for the same seed.
+A design is the path of a design file (docs/reference/design-file.md), a dict of the same keys, a
+`Design`, or a `batwing.scene.Scene`. Results are those of the command of the same name, to the last bit for the same seed.
 
 Examples
 --------
@@ -21,6 +21,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal, get_args
 
 from . import _checks, _native, _progress
 from .design import Design, DesignLike, PathLike, stated
@@ -33,11 +34,13 @@ from .optimisation import (
     Stage,
     read_optimisation,
 )
-from .rays import Rays, read_rays
+from .rays import RayFormat, Rays, read_rays
 from .results import (
+    Axis,
     Comparison,
     FarField,
     Figure,
+    Map,
     Model,
     Orders,
     Receiver,
@@ -51,6 +54,7 @@ from .results import (
 )
 
 __all__ = [
+    "Axis",
     "Change",
     "Coefficient",
     "Comparison",
@@ -59,9 +63,12 @@ __all__ = [
     "FarField",
     "Figure",
     "FrontDesign",
+    "Map",
     "Model",
+    "ModelName",
     "Optimisation",
     "Orders",
+    "RayFormat",
     "Rays",
     "Receiver",
     "Report",
@@ -78,7 +85,12 @@ __all__ = [
     "trace_rays",
 ]
 
-_MODELS = ("geometric", "fine", "control", "hybrid", "all")
+ModelName = Literal["geometric", "fine", "control", "hybrid", "all"]
+RayModelName = Literal["geometric", "hybrid"]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 @contextlib.contextmanager
@@ -111,7 +123,7 @@ def _options(
 def run(
     design: DesignLike,
     *,
-    model: str = "all",
+    model: ModelName = "all",
     paths: int | None = None,
     seed: int = 1,
     out: PathLike | None = None,
@@ -124,7 +136,7 @@ def run(
 
     Parameters
     ----------
-    design : path, dict or Design
+    design : path, dict, Design or Scene
         The design.
     model : {'geometric', 'fine', 'control', 'hybrid', 'all'}
         How to compute it.
@@ -155,7 +167,7 @@ def run(
     batwing.FileError
         A file that cannot be read or written.
     """
-    model = _checks.choice("model", model, _MODELS)
+    model = _checks.choice("model", model, get_args(ModelName))
     options = _options(
         seed,
         cache,
@@ -288,7 +300,7 @@ def tolerance(
 def trace_rays(
     design: DesignLike,
     *,
-    model: str = "geometric",
+    model: RayModelName = "geometric",
     paths: int | None = None,
     seed: int = 1,
     cache: PathLike | None = None,
@@ -306,7 +318,7 @@ def trace_rays(
     Rays
         Starts on the package, directions, power of each.
     """
-    model = _checks.choice("model", model, ("geometric", "hybrid"))
+    model = _checks.choice("model", model, get_args(RayModelName))
     options = _options(seed, cache, threads, model=model, paths=paths)
     name, text, place = stated(design)
     with tempfile.TemporaryDirectory(prefix="batwing-") as folder:

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Figures of merit: numbers with standard errors, which terminal and arithmetic share."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, Literal, Union
+
+from . import _checks, _native
+
+__all__ = ["Figure", "Operand"]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of merit with its standard error.
+
+    It shows as on the terminal. Sums, differences, products and quotients of figures and numbers
+    are figures, whose errors take those of the operands as independent. Figures of one trace
+    are not: the paired `change` of a search knows its own error. Where an operand is known between two
+    ends alone, the result is an interval; there the ends of the others are the square root of three
+    standard errors away, as the program states them.
+
+    Attributes
+    ----------
+    value, standard_error : float
+        One standard deviation, from leaving out one of 64 groups of paths at a time.
+    unit : str
+        `1`, `deg`, ...
+    more : dict
+        Further keys of docs/reference/results-schema.md, such as `published`.
+    interval : (float, float) or None
+        Ends of a figure that is known between them alone: value and error are not resolved.
+    upper_bound : float or None
+        Bound of a value of 0 that is no more than not seen, with 95 % confidence.
+    key : str
+        Name in the results; empty for what was computed of figures.
+
+    Examples
+    --------
+    >>> Figure(3.0, 0.3) - Figure(1.0, 0.4)
+    2.00 ± 0.50
+    >>> Figure(0.0, 1e-5, upper_bound=3e-5)
+    below 3.0e-5
+    """
+
+    value: float
+    standard_error: float
+    unit: str = "1"
+    more: dict[str, Any] = field(default_factory=dict)
+    _: KW_ONLY
+    interval: tuple[float, float] | None = None
+    upper_bound: float | None = None
+    key: str = ""
+
+    @property
+    def is_resolved(self) -> bool:
+        """True where value and standard error stand for the figure."""
+        return self.interval is None and self.upper_bound is None and "peak_place" not in self.more
+
+    def __repr__(self) -> str:
+        return _native.shown_figure(
+            self.value,
+            self.standard_error,
+            self.key,
+            self.unit,
+            self.interval,
+            self.upper_bound,
+            self.more.get("peak_place"),
+        )
+
+    def __format__(self, spec: str) -> str:
+        if not spec or "peak_place" in self.more:
+            return str(self)
+        if self.interval is not None:
+            low, high = self.interval
+            return f"{low:{spec}} to {high:{spec}}"
+        if self.upper_bound is not None:
+            return f"below {self.upper_bound:{spec}}"
+        return f"{self.value:{spec}} ± {self.standard_error:{spec.replace('+', '')}}"
+
+    def __float__(self) -> float:
+        return self.value
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        if self.interval is not None:
+            return self.interval
+        if self.upper_bound is not None:
+            return self.value, self.upper_bound
+        half = math.sqrt(3.0) * self.standard_error
+        return self.value - half, self.value + half
+
+    def _with(
+        self,
+        other: Operand,
+        sign: Literal["+", "*", "/"],
+        apply: Callable[[float, float], float],
+        slopes: Callable[[float, float], tuple[float, float]],
+    ) -> Figure:
+        """`apply` of both; `slopes` are its derivatives, `sign` says what becomes of the units."""
+        if isinstance(other, (int, float)):
+            # A number has the unit of a sum, and none in a product.
+            other = Figure(float(other), 0.0, self.unit if sign == "+" else "1")
+        if not isinstance(other, Figure):
+            return NotImplemented
+        if sign == "+" and self.unit != other.unit:
+            _checks.refuse("unit", f"that of the other figure, {self.unit}", other.unit)
+        may_vanish = not other.is_resolved and other._ends[0] <= 0.0 <= other._ends[1]
+        if sign == "/" and may_vanish:
+            _checks.refuse("divisor", "a figure away from 0", str(other))
+        value, unit = apply(self.value, other.value), _unit(self.unit, other.unit, sign)
+        if self.is_resolved and other.is_resolved:
+            each = zip(slopes(self.value, other.value), (self, other))
+            error = math.hypot(*(slope * one.standard_error for slope, one in each))
+            return Figure(value, error, unit)
+        corners = [apply(one, two) for one in self._ends for two in other._ends]
+        ends = min(corners), max(corners)
+        error = 0.5 * (ends[1] - ends[0]) / math.sqrt(3.0)
+        return Figure(value, error, unit, interval=ends)
+
+    def __add__(self, other: Operand) -> Figure:
+        return self._with(other, "+", operator.add, lambda a, b: (1.0, 1.0))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Operand) -> Figure:
+        return self._with(other, "+", operator.sub, lambda a, b: (1.0, -1.0))
+
+    def __rsub__(self, other: float) -> Figure:
+        return -self + other
+
+    def __mul__(self, other: Operand) -> Figure:
+        return self._with(other, "*", operator.mul, lambda a, b: (b, a))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Operand) -> Figure:
+        return self._with(other, "/", operator.truediv, lambda a, b: (1.0 / b, -a / (b * b)))
+
+    def __rtruediv__(self, other: float) -> Figure:
+        return Figure(float(other), 0.0) / self
+
+    def __neg__(self) -> Figure:
+        return self * -1.0
+
+    @classmethod
+    def of(cls, entry: Mapping[str, Any], unit: str = "1", key: str = "") -> Figure:
+        """An estimate of a JSON file of the program."""
+        own = ("value", "standard_error", "interval", "upper_bound")
+        more = {k: v for k, v in entry.items() if k not in own}
+        ends = entry.get("interval")
+        return cls(
+            float(entry["value"]),
+            float(entry["standard_error"]),
+            unit,
+            more,
+            interval=None if ends is None else (float(ends[0]), float(ends[1])),
+            upper_bound=entry.get("upper_bound"),
+            key=key,
+        )
+
+
+Operand = Union[Figure, float]
+
+
+def _unit(first: str, second: str, sign: str) -> str:
+    """Unit of a sum, product or quotient."""
+    if sign == "+" or second == "1":
+        return first
+    if sign == "/":
+        if first == second:
+            return "1"
+        return f"{first}/{second}" if first != "1" else f"1/{second}"
+    return second if first == "1" else f"{first} {second}"

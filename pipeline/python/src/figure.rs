@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Figures for people, as the terminal shows them.
+
+use pyo3::prelude::*;
+
+use metrics::far_field::PeakPlace;
+use metrics::quantity::Unit;
+use metrics::{Estimate, figures};
+use results::figure_entry::FigureEntry;
+use results::shown;
+
+/// Units of figures, which JSON files name by suffix or symbol.
+const UNITS: [Unit; 11] = [
+    Unit::Degree,
+    Unit::Millimetre,
+    Unit::Watt,
+    Unit::WattPerSteradian,
+    Unit::WattPerSquareMillimetre,
+    Unit::Candela,
+    Unit::CandelaPerKilolumen,
+    Unit::Lux,
+    Unit::WattPerSquareMetreSteradian,
+    Unit::CandelaPerSquareMetre,
+    Unit::Lumen,
+];
+
+/// The figure `key`, with the unit that JSON files give it, as the terminal shows it.
+#[pyfunction]
+#[pyo3(signature = (value, standard_error, key, unit, interval, upper_bound, peak_place))]
+pub fn shown_figure(
+    value: f64,
+    standard_error: f64,
+    key: &str,
+    unit: &str,
+    interval: Option<[f64; 2]>,
+    upper_bound: Option<f64>,
+    peak_place: Option<&str>,
+) -> String {
+    let peak_place = match peak_place {
+        Some("on_axis") => PeakPlace::OnAxis,
+        Some("not_resolved") => PeakPlace::NotResolved,
+        _ => PeakPlace::OffAxis,
+    };
+    let entry = FigureEntry {
+        interval,
+        upper_bound,
+        peak_place,
+        ..FigureEntry::new(Estimate::new(value, standard_error))
+    };
+    let named = |known: &&Unit| known.suffix() == unit || known.symbol() == unit;
+    match unit {
+        "W/W" | "lm/lm" => shown::text(&entry, Unit::Fraction),
+        "1" => {
+            let registered = figures::find(key).map(|figure| figure.unit);
+            shown::text(&entry, registered.unwrap_or(Unit::Relative))
+        }
+        _ => match UNITS.iter().find(named) {
+            Some(known) => shown::text(&entry, *known),
+            None => shown::with_symbol(shown::number(&entry, Unit::Relative), &entry, unit),
+        },
+    }
+}
