@@ -75,7 +75,9 @@ pub fn compact_picture(
     let common = views.fold(view(drawing), |[half, low, high], [other, lower, higher]| {
         [half.max(other), low.min(lower), high.max(higher)]
     });
-    picture(drawing, heading, paths, (COMPACT, common))
+    // The pitch stands below the ground in letters of the same size.
+    let [half, low, high] = common;
+    picture(drawing, heading, paths, (COMPACT, [half, 2.0 * low, high]))
 }
 
 fn picture(

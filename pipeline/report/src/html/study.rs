@@ -100,6 +100,7 @@ pub fn study(album: &mut Album, file: &StudyFile) -> Result<Value> {
             changes.push(json!({"figure": words, "picture": picture, "is_target": targets.iter().any(|t| t.figure == figure)}));
         }
     }
+    changes.sort_by_key(|change| change["is_target"] == false);
     let base = &file.setups[0];
     Ok(json!({
         "name": file.name,

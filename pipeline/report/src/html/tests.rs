@@ -211,7 +211,7 @@ fn the_page_holds_what_the_folder_holds() {
         "<td data-label=\"peak angle (°)\"><span class=\"value\">25.000 ± 0.010</span><small class=\"wrap\">by a parabola 24.200 ± 0.010</small></td>",
         "<td data-label=\"uniformity (%)\"><span class=\"value\">77.3 ± 1.0</span><small>published 74.4</small><small><b>+2.9</b></small>",
         "<strong>Quick run.</strong> Coarse &amp; quick.",
-        "<td data-label=\"asked\">74.4 ± 2 %, published</td><td data-label=\"reached\">77.3 ± 1.0 %</td><td data-label=\"verdict\"><b class=\"unmet\">not resolved</b></td>",
+        "<td data-label=\"asked\">74.4 ± 2 %, published</td><td data-label=\"reached\">77.3 ± 1.0 %</td><td data-label=\"verdict\"><b>not resolved</b></td>",
         "<dt>seed</dt><dd>7</dd>",
         "600\u{202f}000",
         HASH,
