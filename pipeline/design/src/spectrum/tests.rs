@@ -97,10 +97,10 @@ fn a_flat_spectrum_is_integrated_as_straight_lines() {
 
 /// Exact and sampled integrals of a filter over the weighted power, and over X, Y and Z.
 fn filtered(white: &Spectrum, count: usize, filter: impl Fn(f64) -> f64) -> ([f64; 4], [f64; 4]) {
+    const SLICES: usize = 100_000;
     let density = Density::new(&white.source, false);
     let mut exact = [0.0; 4];
     let mut whole = 0.0;
-    const SLICES: usize = 100_000;
     for k in 0..SLICES {
         let nm = density.quantile_nm((k as f64 + 0.5) / SLICES as f64);
         let [x, y, z] = metrics::colour_matching::xyz(nm);
