@@ -101,7 +101,7 @@ mod _native {
     #[pymodule_export]
     use super::command::{call, command, discard_pending, new_design, set_program};
     #[pymodule_export]
-    use super::figure::shown_figure;
+    use super::figure::{shown_figure, unit_symbol};
     #[pymodule_export]
     use super::rays::{ray_endings, read_rays, write_rays};
     #[pymodule_export]

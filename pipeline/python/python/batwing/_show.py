@@ -72,13 +72,15 @@ def _fields(result: Any) -> list[tuple[str, str]]:
 
 
 def _figures(result: Any) -> list[tuple[str, str]]:
-    """Figures in the fields of a result, those of every model by its name."""
-    models = getattr(result, "models", {"": result}).items()
-    return [
-        (f"{'/'.join(key)} {name}".strip(), str(getattr(figure, "after", figure)))
-        for key, model in models
+    """Figures in the fields of a result, the forms of uniformity last."""
+    models = getattr(result, "models", {(): result})
+    found = [
+        (name, f"{'/'.join(key)} {name}" if len(models) > 1 else name, figure)
+        for key, model in models.items()
         for name, figure in getattr(model, "figures", {}).items()
     ]
+    found.sort(key=lambda one: one[0].startswith(("cell_", "diagonal_", "segment_")))
+    return [(label, str(getattr(figure, "after", figure))) for _, label, figure in found]
 
 
 def brief(result: Any) -> str:
