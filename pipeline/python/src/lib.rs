@@ -71,8 +71,8 @@ fn free_bytes() -> f64 {
     memory::free_bytes()
 }
 
-/// Sleeps on a worker thread until it is interrupted, or to the end where it is deaf: the tests' long
-/// call.
+/// Sleeps on a worker thread until it is interrupted, or to the end where it is deaf: the tests'
+/// long call.
 #[pyfunction]
 #[pyo3(signature = (seconds, deaf=false, threads=None))]
 fn wait(py: Python<'_>, seconds: f64, deaf: bool, threads: Option<usize>) -> PyResult<()> {

@@ -87,10 +87,12 @@ def brief(result: Any) -> str:
     """Fields and figures of a result on less than a screen."""
     lines = [type(result).__name__]
     for name, text in _fields(result) + _figures(result):
-        lines += [f"  {name}: {line}" if not number else f"    {line}" for number, line in enumerate(text.splitlines())]
+        first, *rest = text.splitlines() or [""]
+        lines += [f"  {name}: {first}", *(f"    {line}" for line in rest)]
     if len(lines) > LINES:
         lines[LINES - 1 :] = [f"  ... and {len(lines) - LINES + 1} lines more"]
-    return "\n".join(line if len(line) <= COLUMNS else line[: COLUMNS - 3] + "..." for line in lines)
+    cut = (one if len(one) <= COLUMNS else one[: COLUMNS - 3] + "..." for one in lines)
+    return "\n".join(cut)
 
 
 def html(result: Any) -> str:
