@@ -10,11 +10,12 @@ use results::figure_entry::FigureEntry;
 use results::shown;
 
 /// Units of figures, which JSON files name by suffix or symbol.
-const UNITS: [Unit; 11] = [
+const UNITS: [Unit; 12] = [
     Unit::Degree,
     Unit::Millimetre,
     Unit::Watt,
     Unit::WattPerSteradian,
+    Unit::PerSteradian,
     Unit::WattPerSquareMillimetre,
     Unit::Candela,
     Unit::CandelaPerKilolumen,
@@ -23,6 +24,12 @@ const UNITS: [Unit; 11] = [
     Unit::CandelaPerSquareMetre,
     Unit::Lumen,
 ];
+
+/// Symbol of a unit of a file, which names it by suffix; the unit itself where none is known.
+#[pyfunction]
+pub fn unit_symbol(unit: &str) -> &str {
+    UNITS.iter().find(|known| known.suffix() == unit).map_or(unit, |known| known.symbol())
+}
 
 /// The figure `key`, with the unit that JSON files give it, as the terminal shows it.
 #[pyfunction]

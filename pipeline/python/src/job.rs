@@ -3,8 +3,8 @@
 //!
 //! Python serves signals on its main thread alone, so the caller waits in slices of [`SLICE`] and
 //! asks for them between two. After Ctrl-C the flag that the work polls is raised, and the caller
-//! goes on after [`GRACE`] at most; work that has not stopped by then ends at its next safe point, on
-//! threads that no later call waits for.
+//! goes on after [`GRACE`] at most; work that has not stopped by then ends at its next safe point,
+//! on threads that no later call waits for.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;

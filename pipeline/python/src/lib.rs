@@ -71,8 +71,8 @@ fn free_bytes() -> f64 {
     memory::free_bytes()
 }
 
-/// Sleeps on a worker thread until it is interrupted, or to the end where it is deaf: the tests' long
-/// call.
+/// Sleeps on a worker thread until it is interrupted, or to the end where it is deaf: the tests'
+/// long call.
 #[pyfunction]
 #[pyo3(signature = (seconds, deaf=false, threads=None))]
 fn wait(py: Python<'_>, seconds: f64, deaf: bool, threads: Option<usize>) -> PyResult<()> {
@@ -101,7 +101,7 @@ mod _native {
     #[pymodule_export]
     use super::command::{call, command, discard_pending, new_design, set_program};
     #[pymodule_export]
-    use super::figure::shown_figure;
+    use super::figure::{shown_figure, unit_symbol};
     #[pymodule_export]
     use super::rays::{ray_endings, read_rays, write_rays};
     #[pymodule_export]

@@ -302,9 +302,10 @@ def test_maps_carry_axes_and_units(found: simulate.Results) -> None:
     up = (far.values * solid_angles)[upwards].sum()
     assert up == pytest.approx(model.ledger["escaped_up"].value, rel=1e-6)
     assert "W/W" == model.ledger["escaped_up"].unit and str(model.ledger["emitted"]) == "100 %"
+    assert (light.quantity, light.unit) == ("irradiance", "W/mm²")
     text = repr(model).splitlines()
     assert len(text) <= 24 and max(len(line) for line in text) <= 100
-    assert len(repr(found).splitlines()) <= 24
+    assert len(repr(found).splitlines()) <= 24 and "  uniformity: " in repr(found)
     data = pytest.importorskip("xarray") and far.to_xarray()
     assert data.value.attrs["units"] == far.unit and data.theta.attrs["units"] == "deg"
 

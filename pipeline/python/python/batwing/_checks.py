@@ -122,8 +122,8 @@ def memory(key: str, count: int, bytes_each: float, what: str = "directions") ->
         return
     free = _native.free_bytes()
     if needed > free:
-        expected = f"at most {free / bytes_each:.2g} {what}, which fit into {free / 2**30:.1f} GiB of free memory"
-        refuse(key, expected, str(count))
+        most, room = f"{free / bytes_each:.2g} {what}", f"{free / 2**30:.1f} GiB of free memory"
+        refuse(key, f"at most {most}, which fit into {room}", str(count))
 
 
 def plain(name: str, value: Any, key: str = "") -> Any:

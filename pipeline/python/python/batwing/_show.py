@@ -72,23 +72,27 @@ def _fields(result: Any) -> list[tuple[str, str]]:
 
 
 def _figures(result: Any) -> list[tuple[str, str]]:
-    """Figures in the fields of a result, those of every model by its name."""
-    models = getattr(result, "models", {"": result}).items()
-    return [
-        (f"{'/'.join(key)} {name}".strip(), str(getattr(figure, "after", figure)))
-        for key, model in models
+    """Figures in the fields of a result, the forms of uniformity last."""
+    models = getattr(result, "models", {(): result})
+    found = [
+        (name, f"{'/'.join(key)} {name}" if len(models) > 1 else name, figure)
+        for key, model in models.items()
         for name, figure in getattr(model, "figures", {}).items()
     ]
+    found.sort(key=lambda one: one[0].startswith(("cell_", "diagonal_", "segment_")))
+    return [(label, str(getattr(figure, "after", figure))) for _, label, figure in found]
 
 
 def brief(result: Any) -> str:
     """Fields and figures of a result on less than a screen."""
     lines = [type(result).__name__]
     for name, text in _fields(result) + _figures(result):
-        lines += [f"  {name}: {line}" if not number else f"    {line}" for number, line in enumerate(text.splitlines())]
+        first, *rest = text.splitlines() or [""]
+        lines += [f"  {name}: {first}", *(f"    {line}" for line in rest)]
     if len(lines) > LINES:
         lines[LINES - 1 :] = [f"  ... and {len(lines) - LINES + 1} lines more"]
-    return "\n".join(line if len(line) <= COLUMNS else line[: COLUMNS - 3] + "..." for line in lines)
+    cut = (one if len(one) <= COLUMNS else one[: COLUMNS - 3] + "..." for one in lines)
+    return "\n".join(cut)
 
 
 def html(result: Any) -> str:

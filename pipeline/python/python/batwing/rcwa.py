@@ -834,7 +834,9 @@ def near_field(
     return NearField(x, z, electric, magnetic, index, flux, reflected, transmitted, *incident)
 
 
-def solve_case(case: Mapping[str, Any] | str | os.PathLike[str], threads: int | None = None) -> dict[str, Any]:
+def solve_case(
+    case: Mapping[str, Any] | str | os.PathLike[str], threads: int | None = None
+) -> dict[str, Any]:
     """One case of `batwing grating`, with the numbers that the command prints.
 
     Parameters

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks, _show
+from . import _checks, _native, _show
 from .design import PathLike
 from .errors import FileError
 from .figure import Figure
@@ -203,7 +203,8 @@ def _map(image: Path, both: Array) -> Map | None:
     size = int.from_bytes(rest[:4], "little")
     about = json.loads(rest[4 : 4 + size])
     axes = _axis(about["rows"]), _axis(about["columns"])
-    return Map(both[0], both[1], axes, about["quantity"], about["unit"])
+    unit = _native.unit_symbol(about["unit"])
+    return Map(both[0], both[1], axes, about["quantity"], unit)
 
 
 def _receiver(name: str, about: dict[str, Any], folder: Path, mode: Any) -> Receiver | None:

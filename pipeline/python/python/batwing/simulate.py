@@ -2,7 +2,8 @@
 """Designs of LED packages: traced, varied, optimised, toleranced; and rays as arrays.
 
 A design is the path of a design file (docs/reference/design-file.md), a dict of the same keys, a
-`Design`, or a `batwing.scene.Scene`. Results are those of the command of the same name, to the last bit for the same seed.
+`Design`, or a `batwing.scene.Scene`. Results are those of the command of the same name, to the last
+bit for the same seed.
 
 Examples
 --------
