@@ -7,7 +7,7 @@
 //! | valley/peak | L_min / L_max |
 //! | min/mean | L_min / L_mean, "U0" of EN 12464-1 |
 //! | coefficient of variation | σ / L_mean, σ² the variance of L over the region |
-//! | logarithmic | max(0, 1 + ln(L_min / L_max) / ln `full_scale`) ([`logarithmic`](super::uniformity::logarithmic)) |
+//! | logarithmic | max(0, 1 + ln(L_min / L_max) / ln `full_scale`) ([`logarithmic`]) |
 //! | nine points | L_min / L_max of the middles of 3 × 3 equal parts of cell or area (ANSI/NAPM IT7.228) |
 //! | thirteen points | the same with a point in each corner, a tenth of the way to the centre |
 //!
