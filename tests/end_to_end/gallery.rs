@@ -100,7 +100,7 @@ fn pages_state_what_their_designs_have() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let all = results(&folder.path().join(page));
         let designs = all["designs"].as_object().expect("designs");
-        let models = designs.values().last().and_then(|models| models.as_object());
+        let models = designs.values().next_back().and_then(|models| models.as_object());
         let model = models.and_then(|models| models.values().next()).expect("a model");
         std::fs::remove_dir_all(folder.path().join(page)).expect("removed");
         for (label, figure) in rows {

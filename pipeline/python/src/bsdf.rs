@@ -350,7 +350,6 @@ fn build(
         let directions = Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() };
         hemisphere(interface, &directions, &resolution, &watch)?
     } else {
-        let directions = Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() };
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
             max_kx: request.kx_per_zone.is_none().then_some(MAX_KX),

@@ -92,7 +92,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             let [low, high] = WAVELENGTHS_NM;
             self.at.within(&key, wavelength_nm, low, high)?;
             let line = light::line(wavelength_nm, self.weighting, &key, self.at)?;
-            return Ok(Some(EmitterLight::Colour(Colour::Spectrum(line))));
+            return Ok(Some(EmitterLight::from_colour(Colour::Spectrum(line))));
         }
         if let Some(spectrum) = &keys.spectrum {
             let weighting = spectrum.shared.weighting;
@@ -103,7 +103,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             let table = (self.key)("spectrum");
             let of = (&table[..], self.weighting);
             let spectrum = light::resolve_spectrum(spectrum, of, folder, self.at)?;
-            return Ok(Some(EmitterLight::Colour(Colour::Spectrum(spectrum))));
+            return Ok(Some(EmitterLight::from_colour(Colour::Spectrum(spectrum))));
         }
         match keys.light {
             Some(LightOf::Design) => Ok(Some(EmitterLight::Design)),
@@ -232,7 +232,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             }
             StatedWavelengths::Spectrum(table) => {
                 let spectrum = self.table(&table, 1, sampling, &unusable)?;
-                whole(lit.rays, EmitterLight::Colour(Colour::Spectrum(spectrum)))
+                whole(lit.rays, EmitterLight::from_colour(Colour::Spectrum(spectrum)))
             }
             StatedWavelengths::PerRay => self.coloured(lit, sampling, &unusable),
             StatedWavelengths::Spectra(tables, of_ray) => {
@@ -247,7 +247,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
                             "spectral table {number} with light that is seen, since flux is in lm"
                         )));
                     }
-                    let own = EmitterLight::Colour(Colour::Spectrum(spectrum));
+                    let own = EmitterLight::from_colour(Colour::Spectrum(spectrum));
                     let mut part = one(rays, own).map_err(of_tracer)?;
                     part.share = if lit.radiant { flux } else { flux / efficacy };
                     found.push(part);
@@ -317,7 +317,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         Ok(vec![Part {
             emission: Emission::Rays(Arc::new(set)),
             share: 1.0,
-            light: EmitterLight::Colour(Colour::Rays(coloured)),
+            light: EmitterLight::from_colour(Colour::Rays(coloured)),
         }])
     }
 
@@ -329,7 +329,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     ) -> Result<EmitterLight, ConfigError> {
         let line = Spectrum::line(wavelength_nm, self.weighting)
             .map_err(|error| unusable(error.to_string()))?;
-        Ok(EmitterLight::Colour(Colour::Spectrum(line)))
+        Ok(EmitterLight::from_colour(Colour::Spectrum(line)))
     }
 
     /// A spectral table of a file.

@@ -47,7 +47,14 @@ pub enum EmitterLight {
     /// That of the design.
     Design,
     /// Another one.
-    Colour(Colour),
+    Colour(Box<Colour>),
+}
+
+impl EmitterLight {
+    /// That of a colour.
+    pub fn from_colour(colour: Colour) -> Self {
+        Self::Colour(Box::new(colour))
+    }
 }
 
 /// Emission of a file in one light.

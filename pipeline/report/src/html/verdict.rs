@@ -21,7 +21,7 @@ use super::tables::figures as papers_figures;
 /// A line of what was asked.
 struct Asked {
     name: String,
-    asked: String,
+    wanted: String,
     reached: String,
     verdict: &'static str,
 }
@@ -29,7 +29,7 @@ struct Asked {
 impl Asked {
     fn to_json(&self) -> Value {
         json!({
-            "name": self.name, "asked": self.asked, "reached": self.reached,
+            "name": self.name, "asked": self.wanted, "reached": self.reached,
             "verdict": self.verdict, "is_met": self.verdict == Verdict::Met.words(),
         })
     }
@@ -63,7 +63,7 @@ fn published(model: &Model) -> Vec<Asked> {
         let [value, scale] = [published, scale].map(|number| shortest(number * factor));
         Some(Asked {
             name: figure.label.clone(),
-            asked: format!("{value} ± {scale} {symbol}, published"),
+            wanted: format!("{value} ± {scale} {symbol}, published"),
             reached: shown::text(figure.entry, figure.unit),
             verdict: judged(figure.entry, target).words(),
         })
@@ -96,7 +96,7 @@ fn constraints(file: &OptimisationFile) -> Vec<Asked> {
         let (name, unit) = named(&entry.figure);
         Asked {
             name,
-            asked: bounds(Bounds { at_least: entry.at_least, at_most: entry.at_most }, unit),
+            wanted: bounds(Bounds { at_least: entry.at_least, at_most: entry.at_most }, unit),
             reached: entry.value.map_or("–".to_owned(), |value| text(value, unit)),
             verdict: words(entry.met),
         }
@@ -116,7 +116,7 @@ fn stopping_rule(model: &Model) -> Option<Asked> {
     let rounded = |value: f64| format!("{value:.1e}").parse().unwrap_or(value);
     Some(Asked {
         name: format!("error of {name}"),
-        asked: format!("at most {}", error(rule.error)),
+        wanted: format!("at most {}", error(rule.error)),
         reached: reached.map_or("–".to_owned(), |value| error(rounded(value))),
         verdict: if rule.reached { Verdict::Met.words() } else { Verdict::NotMet.words() },
     })
