@@ -7,6 +7,7 @@
 //! products their n³ terms are counted.
 
 use crate::expansion::real::FunctionSet;
+use crate::guard::MATRICES;
 use crate::hemisphere::{Directions, Interface, Resolution};
 use crate::real_basis::RealBasis;
 use crate::relief::NODES_OF_A_SLICE;
@@ -41,10 +42,6 @@ const FINDING: f64 = 2.0 * 4.0 / 3.0 + 4.0;
 
 /// The same of both parities apart: three inverses and six products in each.
 const FINDING_OF_PARITIES: f64 = (3.0 * 4.0 / 3.0 + 6.0) / 4.0 / 4.0;
-
-/// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom
-/// half-space, of which half are taken to propagate.
-pub(crate) const MATRICES: f64 = 7.0;
 
 /// Largest cache of a line, bytes.
 const LARGEST_CACHE: f64 = 384.0 * 1024.0 * 1024.0;

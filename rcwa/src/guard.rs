@@ -2,10 +2,13 @@
 //! The guard of memory and work before every solution: what is certain to end in an allocation that
 //! fails, or not within a week, is refused.
 
-use crate::cost_model::MATRICES;
 use crate::error::Error;
 use crate::orders::Truncation;
 use num_complex::Complex64;
+
+/// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom
+/// half-space, of which half are taken to propagate.
+pub(crate) const MATRICES: f64 = 7.0;
 
 /// Most slices of a relief.
 pub const MAX_SLICES: usize = 100_000;

@@ -152,7 +152,9 @@ fn paths_through_a_mesh_are_drawn_with_its_section() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let picture =
         std::fs::read_to_string(at.join("out/bare-dome-geometric-rays.svg")).expect("drawn");
-    assert_eq!(picture.matches("stroke-opacity").count(), 60);
+    // What lies beside the plane is a line of its own.
+    let lines = picture.matches("stroke-opacity").count();
+    assert!((61..=120).contains(&lines) && picture.contains("beside the plane"), "{lines}");
     // The outline of the solid: many straight stretches, closed.
     let outline = picture.lines().find(|line| line.contains("#e8f1f8")).expect("a dome");
     assert!(outline.matches(" L ").count() > 20 && outline.contains("Z\""), "{outline}");

@@ -136,7 +136,10 @@ fn ctrl_c_stops_a_grating_with_one_line() {
     let begin = Instant::now();
     let started = || begin.elapsed() > Duration::from_secs(2);
     let (code, stderr) = interrupted(folder.path(), &["grating", "metal.json"], started);
-    assert_eq!((code, stderr.as_str()), (Some(130), "batwing: interrupted\n"));
+    assert_eq!(code, Some(130), "{stderr}");
+    // The time that goes on may stand before.
+    let said: Vec<&str> = stderr.lines().filter(|line| !line.starts_with("metal.json: ")).collect();
+    assert_eq!(said, ["batwing: interrupted"]);
 }
 
 #[test]

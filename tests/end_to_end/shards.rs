@@ -298,7 +298,9 @@ fn a_plan_writes_nothing_and_scripts_run_the_shards_of_a_job() {
     assert!(!folder.join("shared").exists());
     let options = "--time=10 --partition=short";
     let submit = ["submit", "--slurm", "--shards", "3", "--sbatch", options, "--"];
-    does(folder, &[&submit[..], &words].concat());
+    let submit = [&submit[..], &words].concat();
+    let output = batwing(folder).args(submit).output().expect("it runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let script = |name: &str| folder.join("shared/out/slurm").join(name);
     let text = std::fs::read_to_string(script("shards.sh")).expect("a script");
     assert!(text.contains("#SBATCH --array=0-2\n"), "{text}");

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Positions of the LEDs of an array, and the segments between neighbours.
 
+/// Lower left and upper right corner of a rectangle, mm.
+pub type Area = [[f64; 2]; 2];
+
 /// Positions of LEDs and pairs of neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {

@@ -9,8 +9,7 @@
 
 use super::Grouped;
 use super::illuminance::{Grid, largest, smallest};
-use super::layout::Layout;
-use super::uniformity_forms::Area;
+use super::layout::{Area, Layout};
 use super::valley::{Lowest, Valley};
 
 /// How the valley between neighbours is read.

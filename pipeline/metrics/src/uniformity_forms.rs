@@ -30,9 +30,6 @@ use super::uniformity::{MapReading, logarithmic, ratio};
 use super::valley::Valley;
 use super::{Estimate, Grouped};
 
-/// Lower left and upper right corner of a rectangle, mm.
-pub type Area = [[f64; 2]; 2];
-
 /// Where a form is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Region {
@@ -235,7 +232,7 @@ mod tests {
 
     use super::*;
     use crate::illuminance::Grid;
-    use crate::layout::Layout;
+    use crate::layout::{Area, Layout};
     use crate::uniformity::ValleyReading;
 
     const PITCH: f64 = 8.0;

@@ -258,7 +258,10 @@ mod tests {
         assert!(place("1.0e-3 %") < place("uniformity"));
         assert!(!text.contains("led top"), "{text}");
         assert!(text.contains("not resolved"), "{text}");
-        assert!(text.lines().all(|line| line.len() < 100 && !line.ends_with(' ')), "{text}");
+        assert!(
+            text.lines().all(|line| line.chars().count() < 100 && !line.ends_with(' ')),
+            "{text}"
+        );
     }
 
     #[test]

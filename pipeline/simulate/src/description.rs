@@ -11,8 +11,9 @@ use design::schema::Arrangement;
 use design::schema::solids::{Per, ScatterLaw};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
+use metrics::layout::Area;
 use metrics::plural::count;
-use metrics::uniformity_forms::{Area, PHASES, cell, sees_one_phase};
+use metrics::uniformity_forms::{PHASES, cell, sees_one_phase};
 
 use super::cells::band_cells;
 use super::model::copies_um;

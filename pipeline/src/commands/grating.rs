@@ -26,12 +26,12 @@ pub struct GratingArgs {
 pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
     let case = Case::read(&arguments.case)?;
     let file = arguments.case.display().to_string();
-    if let Some(warning) = case.unlike_units() {
-        context.console.warn(&format!("{file}: {warning}"));
-    }
     let watch = context.interrupt.watch();
     let solve = || grating::solve(&case, &watch);
     let solved = context.console.waiting(&file, solve).with_context(|| file.clone())?;
+    if let Some(warning) = case.unlike_units() {
+        context.console.warn(&format!("{file}: {warning}"));
+    }
     if let Some(highest) = solved.too_few_for {
         context.console.warn(&format!(
             "{file}: {}, but orders up to ±{highest} propagate; the result is that of the truncated problem",

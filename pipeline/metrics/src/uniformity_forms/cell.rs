@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The cell between the outermost LEDs, a stated area, and the points in them.
 
-use super::Area;
 use crate::illuminance::Grid;
-use crate::layout::Layout;
+use crate::layout::{Area, Layout};
 use crate::sampled::{Sample, Sampled};
 
 /// Positions in the unit square: the middles of 3 × 3 parts, then a point in every corner.
