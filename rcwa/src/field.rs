@@ -138,7 +138,7 @@ pub fn field(
     progress: &Progress<'_>,
 ) -> Result<Field, Error> {
     check(bloch, incident, &grid)?;
-    guard::check(truncation, [stack.layers().len(), 1], false)?;
+    guard::check(truncation, [stack.layers().len(), 1, 1], false)?;
     guard::check_matrices(truncation, planes::matrices(stack, truncation))?;
     let depth: f64 = stack.layers().iter().map(|l| l.thickness).sum();
     match incident.side {

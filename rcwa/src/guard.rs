@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The guard of memory and work before every solution: what is certain to end in an allocation that
-//! fails, or not within a week, is refused.
+//! The guard of memory and work before every solution: what ends in an allocation that fails, or takes
+//! days of one processor, is refused.
 
 use crate::error::Error;
 use crate::orders::Truncation;
@@ -14,8 +14,6 @@ pub(crate) const MATRICES: f64 = 7.0;
 pub const MAX_SLICES: usize = 100_000;
 /// Bytes below which the system is not asked.
 const LITTLE: f64 = 256.0 * 1024.0 * 1024.0;
-/// Free memory where the system does not tell.
-const ASSUMED: f64 = 8.0 * 1024.0 * 1024.0 * 1024.0;
 /// Matrices (2N)² of modes and workspaces, beside those of each problem.
 const SHARED: f64 = 9.0;
 /// Most work of one solution: the cube of the orders kept, for the modes of each layer and for each
@@ -31,13 +29,16 @@ fn stated(file: &str, key: &str) -> Option<f64> {
 }
 
 /// Bytes that a process may still take: those free in the machine, in its control group and in its
-/// address space.
+/// address space; infinite where the system tells nothing.
 pub fn free_bytes() -> f64 {
-    let machine = stated("/proc/meminfo", "MemAvailable:").map_or(ASSUMED, |kib| kib * 1024.0);
+    let machine = stated("/proc/meminfo", "MemAvailable:");
+    let machine = machine.map_or(f64::INFINITY, |kib| kib * 1024.0);
     let difference = |limit: Option<f64>, used: Option<f64>| Some(limit? - used?);
+    // Pages of files are given back when they are needed.
+    let cached = stated("/sys/fs/cgroup/memory.stat", "inactive_file ").unwrap_or(0.0);
     let group = difference(
         stated("/sys/fs/cgroup/memory.max", ""),
-        stated("/sys/fs/cgroup/memory.current", ""),
+        stated("/sys/fs/cgroup/memory.current", "").map(|used| used - cached),
     );
     let own = difference(
         stated("/proc/self/limits", "Max address space"),
@@ -46,19 +47,19 @@ pub fn free_bytes() -> f64 {
     [group, own].into_iter().flatten().fold(machine, f64::min).max(0.0)
 }
 
-/// Refuses to solve so many problems of these orders in so many layers at once; those in real
-/// numbers take a quarter of the memory.
+/// Refuses to solve so many problems of these orders in so many layers, by so many workers at once;
+/// those in real numbers take half of the memory.
 pub(crate) fn check(
     truncation: Truncation,
-    [layers, problems]: [usize; 2],
+    [layers, problems, workers]: [usize; 3],
     is_real: bool,
 ) -> Result<(), Error> {
     let work = (truncation.count() as f64).powi(3) * layers as f64 * (1.0 + problems as f64);
     if work > MAX_WORK {
         return Err(Error::Work { highest: truncation.highest(), layers, work, max: MAX_WORK });
     }
-    let of_problems = MATRICES * problems as f64 * if is_real { 0.25 } else { 1.0 };
-    check_matrices(truncation, of_problems + SHARED)
+    let of_problems = MATRICES * problems as f64 * if is_real { 0.5 } else { 1.0 };
+    check_matrices(truncation, workers as f64 * (of_problems + SHARED))
 }
 
 /// Problems of these orders that each of so many workers solves at once, `all` if there is room:
@@ -72,7 +73,7 @@ pub(crate) fn problems_at_once(
     if of(all) * workers as f64 <= LITTLE {
         return Ok(all);
     }
-    check_matrices(truncation, MATRICES + SHARED)?;
+    check_matrices(truncation, workers as f64 * (MATRICES + SHARED))?;
     let matrices = 0.5 * free_bytes() / workers as f64 / bytes(truncation, 1.0);
     Ok(((matrices - SHARED) / MATRICES).max(1.0) as usize)
 }
@@ -108,9 +109,9 @@ mod tests {
     #[test]
     fn what_no_machine_can_do_is_refused() {
         let orders = |m| Truncation::new(m).unwrap();
-        assert!(check(orders(40), [30, 200], true).is_ok());
-        assert!(matches!(check(orders(2000), [1, 1_000_000], true), Err(Error::Work { .. })));
-        assert!(matches!(check(orders(50), [1, 10_000_000], false), Err(Error::Memory { .. })));
+        assert!(check(orders(40), [30, 200, 2], true).is_ok());
+        assert!(matches!(check(orders(2000), [1, 1_000_000, 1], true), Err(Error::Work { .. })));
+        assert!(matches!(check(orders(50), [1, 10_000_000, 1], false), Err(Error::Memory { .. })));
         assert!(check_slices(MAX_SLICES).is_ok());
         assert!(matches!(check_slices(usize::MAX), Err(Error::Slices { .. })));
         assert!(free_bytes() > 0.0);

@@ -327,10 +327,10 @@ impl BlochLines {
         let directions = Directions { kx_per_zone: self.kx_per_zone, ky: ky.to_vec() };
         let truncation = self.truncation;
         let stacks = &self.stacks;
-        // Lines go side by side.
-        let at_once = self.numbered.len().min(rayon::current_num_threads());
-        let layers = stacks.0.layers().len();
-        guard::check(truncation, [layers, at_once * ky.len()], stacks.0.is_lossless())?;
+        // Lines go side by side, and so do both stacks. Those within the zone are complex.
+        let lines = self.numbered.len().min(rayon::current_num_threads());
+        let workers = lines * (1 + usize::from(stacks.1.is_some()));
+        guard::check(truncation, [stacks.0.layers().len(), ky.len(), workers], false)?;
         let solved: Vec<Hemisphere> = self
             .numbered
             .par_iter_mut()

@@ -166,7 +166,7 @@ impl<'a> Line<'a> {
         let Some(first) = blochs.first() else {
             return Ok(Vec::new());
         };
-        guard::check(truncation, [stack.layers().len(), blochs.len()], false)?;
+        guard::check(truncation, [stack.layers().len(), blochs.len(), 1], false)?;
         let kx = wavevectors(*first, stack.period_per_wavelength(), truncation);
         let mut fields: Vec<Fields> =
             blochs.iter().map(|&bloch| Fields::above_bottom(stack, &kx, bloch)).collect();
@@ -183,7 +183,7 @@ impl<'a> Line<'a> {
         blochs: &[Bloch],
         cache: &mut LineCache,
     ) -> Result<Vec<Scattering>, Error> {
-        guard::check(self.truncation, [self.stack.layers().len(), blochs.len()], true)?;
+        guard::check(self.truncation, [self.stack.layers().len(), blochs.len(), 1], true)?;
         let solved = match solve_real(self.stack, basis, blochs, cache, self.progress)? {
             RealSolutions::Each(solved) => solved,
             RealSolutions::NoModes { reported } => {

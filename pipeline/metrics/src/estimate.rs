@@ -48,10 +48,10 @@ impl Estimate {
         self.bias_bound.is_none_or(|bound| bound <= self.scatter())
     }
 
-    /// The ends between which a figure lies that is not resolved; `None` of one that is. Without
-    /// scatter they are the two readings.
+    /// The ends between which a figure lies that is not resolved, with 95 % confidence or more; `None`
+    /// of one that is. They lie beyond both readings by two errors of the scatter.
     pub fn interval(&self) -> Option<[f64; 2]> {
-        let reach = 3f64.sqrt() * self.standard_error;
+        let reach = self.bias_bound.unwrap_or(0.0) + 2.0 * self.scatter();
         (!self.is_resolved()).then_some([self.value - reach, self.value + reach])
     }
 

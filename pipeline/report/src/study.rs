@@ -36,6 +36,9 @@ pub fn misfit_picture(study: &StudyFile) -> Result<Option<Picture>> {
 
 /// Counts the other set-ups that may be better than the first.
 pub fn tied(study: &StudyFile) -> String {
+    if study.ranking.len() < 2 {
+        return "there is one alone".to_owned();
+    }
     match study.ranking.iter().skip(1).filter(|ranked| ranked.tied_with_first).count() {
         0 => format!("the first is ahead of the others by more than {DISTINCT} standard errors"),
         1 => "1 other cannot be told from the first".to_owned(),

@@ -29,9 +29,12 @@ pub fn in_words(entry: &FigureEntry, unit: Unit) -> Option<String> {
         return Some(words.to_owned());
     }
     if let Some([low, high]) = entry.interval {
-        let step = 10f64.powi(((high - low) * scale).log10().floor() as i32 - 1);
-        let [low, high] = [low, high].map(|end| rounded(end * scale, step));
-        return Some(format!("{} to {}", shortest(low), shortest(high)));
+        let [low, high] = [low * scale, high * scale];
+        if low < high {
+            let step = 10f64.powi((high - low).log10().floor() as i32 - 1);
+            let (low, high) = (rounded(low, step, f64::floor), rounded(high, step, f64::ceil));
+            return Some(format!("{} to {}", shortest(low), shortest(high)));
+        }
     }
     entry.upper_bound.map(|bound| format!("below {}", two_digits(bound * scale)))
 }
@@ -92,13 +95,12 @@ pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static s
     })
 }
 
-/// `value` to the nearest multiple of `step`, a power of ten, in as few digits as that takes.
-fn rounded(value: f64, step: f64) -> f64 {
-    if step < 1.0 {
-        (value / step).round() / (1.0 / step).round()
-    } else {
-        (value / step).round() * step
-    }
+/// `value` as a multiple of `step`, a power of ten, to which `whole` rounds it, in as few digits as
+/// that takes. Rounding errors of `value` do not count.
+fn rounded(value: f64, step: f64, whole: fn(f64) -> f64) -> f64 {
+    let steps = value / step;
+    let steps = if (steps - steps.round()).abs() < 1e-6 { steps.round() } else { whole(steps) };
+    if step < 1.0 { steps / (1.0 / step).round() } else { steps * step }
 }
 
 /// A bound to two digits, rounded up.
@@ -125,7 +127,7 @@ mod tests {
         let bin = FigureEntry { interval: Some([17.5, 22.5]), ..plain(20.0, 0.0) };
         assert_eq!(of(bin, Unit::Degree), "17.5 to 22.5 °");
         let noisy = Estimate::between(0.0, 0.873, 0.05);
-        assert_eq!(of(FigureEntry::new(noisy).at_most(1.0), Unit::Fraction), "0 to 88 %");
+        assert_eq!(of(FigureEntry::new(noisy).at_most(1.0), Unit::Fraction), "0 to 98 %");
         let axial = FigureEntry { peak_place: PeakPlace::OnAxis, ..bin };
         assert_eq!(of(axial, Unit::Degree), "none (maximum on axis)");
         assert_eq!(of(plain(0.0, 2.5e-7), Unit::Watt), "below 7.5e-7 W");

@@ -523,6 +523,7 @@ impl<'a, A> Search<'a, A> {
             Error::Rounding { .. } => Halt::Limit(Limit::Digits),
             Error::Memory { .. } => Halt::Limit(Limit::Memory),
             Error::Slices { .. } => Halt::Limit(Limit::Slices),
+            Error::Work { .. } => Halt::Limit(Limit::Work),
             other => Halt::Failed(other),
         })
     }

@@ -157,11 +157,13 @@ impl Design {
             let expected = "an area beside it (receiver.area_mm)";
             return Err(at.value("receiver.area_centre_mm", "given", expected));
         }
-        let mut most = self.array.pitch_mm;
+        let mut width_mm = self.array.pitch_mm;
         if let (Some(List(size)), Some([low, high])) = (r.area_mm, r.area_corners_mm()) {
             let margin_mm = r.margin_mm(self.array.pitch_mm);
+            let centre = r.area_centre_mm.map_or([0.0; 2], |List(centre)| centre);
             for (k, half) in self.half_extent_mm().into_iter().enumerate() {
                 at.within("receiver.area_mm", size[k], 2.0 * bin_mm, MAX_LENGTH_MM)?;
+                at.within("receiver.area_centre_mm", centre[k], -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
                 let edge = half + margin_mm;
                 if low[k].min(-high[k]) < -edge * (1.0 + 1e-9) {
                     let axis = ["x", "y"][k];
@@ -173,11 +175,11 @@ impl Design {
                     return Err(at.value("receiver.area_mm", got, &expected));
                 }
             }
-            most = size[0].min(size[1]);
+            width_mm = size[0].min(size[1]);
         }
         if let Some(spot_mm) = r.spot_mm {
-            let most = (most / 3.0).min(MAX_SPOT_BINS * bin_mm);
-            at.within("receiver.spot_mm", spot_mm, 1e-3, most)?;
+            let max_mm = (width_mm / 3.0).min(MAX_SPOT_BINS * bin_mm);
+            at.within("receiver.spot_mm", spot_mm, 1e-3, max_mm)?;
         }
         Ok(())
     }

@@ -118,8 +118,13 @@ impl ColouredRays {
         }
         let photometric = self.weighting == Weighting::Photometric;
         let density = Density::of_wavelengths(&self.spread(), photometric);
-        let at = |u: f64| (density.quantile_nm(u) * PER_NM).round() / PER_NM;
-        let mut nodes: Vec<f64> = places(count).map(at).collect();
+        // A node has rays of its own.
+        let nearest = |nm: f64| {
+            let above = self.flux.partition_point(|(known, _)| *known < nm);
+            let beside = self.flux[above.saturating_sub(1)..].iter().take(2).map(|(nm, _)| *nm);
+            beside.min_by(|a, b| (a - nm).abs().total_cmp(&(b - nm).abs())).unwrap_or(nm)
+        };
+        let mut nodes: Vec<f64> = places(count).map(|u| nearest(density.quantile_nm(u))).collect();
         nodes.dedup();
         nodes
     }

@@ -4,8 +4,8 @@
 //! The profile is the mean over azimuth or a cut. Its peak is the middle of the largest bin, or the
 //! vertex of a parabola fitted to a window that the vertex is the middle of: a window about the
 //! largest bin would jump with it, and the jackknife would see the jump or none of it. Across the
-//! axis the profile continues as its mirror image. The centre is the mean intensity below `centre_deg` over
-//! all azimuths, for a cut too: near the axis azimuths hardly differ, and a cut holds few rays
+//! axis the profile continues as its mirror image. The centre is the mean intensity below `centre_deg`
+//! over all azimuths, for a cut too: near the axis azimuths hardly differ, and a cut holds few rays
 //! there.
 
 use schemars::JsonSchema;
@@ -38,33 +38,34 @@ const MAX_STEPS: usize = 40;
 
 /// Peak of a profile, (angle in degrees, intensity): the vertex of the parabola fitted to `reach`
 /// bins and a half on either side of it, in bins that count by their part in there. It lies within
-/// `reach` bins of the largest of the upper hemisphere. A window that reaches across the axis stays
-/// about that bin: the mirror image would draw it on.
+/// `reach` bins of the largest of the upper hemisphere. A window that would reach across the axis,
+/// whose mirror image would draw it on, is narrower, at least three bins, and stays about the largest.
 fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
     let best = largest(profile, sphere);
     let largest = (sphere.centre_deg(best), profile[best]);
     let (best, reach) = (best as f64, reach.max(1) as f64);
     let axis = -sphere.centre_deg(0) / sphere.bin_deg;
-    let limits = [(best - reach).max(axis + reach + 0.5), best + reach];
-    let is_free = limits[0] <= best;
-    let (mut middle, mut height) = (best, largest.1);
-    for _ in 0..MAX_STEPS {
-        let Some([a, b, c]) = parabola(&window(profile, sphere, middle, reach)) else {
+    let angle_deg = |place: f64| (place - axis).abs() * sphere.bin_deg;
+    let step = |middle: f64, reach: f64| {
+        let [a, b, c] = parabola(&window(profile, sphere, middle, reach))?;
+        let step = (-0.5 * b / c).clamp(-reach, reach);
+        (c < 0.0).then_some((middle + step, a + step * (b + step * c)))
+    };
+    let innermost = axis + reach + 0.5;
+    let (mut middle, mut steps) = (best, 0);
+    while middle >= innermost {
+        let Some((next, height)) = step(middle, reach) else {
             return largest;
         };
-        if c >= 0.0 {
-            return largest;
+        let next = next.clamp(best - reach, best + reach);
+        steps += 1;
+        if (next - middle).abs() < 1e-9 || steps == MAX_STEPS {
+            return (angle_deg(next), height);
         }
-        let step = (-0.5 * b / c).clamp(-reach, reach);
-        let next = if is_free { (middle + step).clamp(limits[0], limits[1]) } else { best + step };
-        let step = next - middle;
-        height = a + step * (b + step * c);
         middle = next;
-        if !is_free || step.abs() < 1e-9 {
-            break;
-        }
     }
-    ((middle - axis).abs() * sphere.bin_deg, height)
+    let narrow = (best - axis - 0.5).floor().clamp(1.0, reach);
+    step(best, narrow).map_or(largest, |(place, height)| (angle_deg(place), height))
 }
 
 /// Bins about `middle`, in bins: distance from it, value, and the part that lies within `reach` and

@@ -178,7 +178,9 @@ pub fn ledger(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
         let names = accounts(design).into_iter();
         let rows: Vec<_> = names.map(|key| (key.replace('_', " "), key)).collect();
-        by_model(design, &rows, |model, account| model.entry.power_ledger.account(account))
+        by_model(design, &rows, |model, account| {
+            model.entry.power_ledger.account(account).map(FigureEntry::new)
+        })
     };
     by_design(models).map(of_design).collect()
 }
@@ -212,7 +214,7 @@ pub fn receivers(models: &[Model]) -> Vec<Value> {
 
 /// Forms of uniformity, a table for each design that has any.
 pub fn uniformity(models: &[Model]) -> Vec<Value> {
-    let figure = |model: &Model, key: &str| Some(model.entry.figures.get(key)?.with_wavelengths());
+    let figure = |model: &Model, key: &str| model.entry.figures.get(key).copied();
     let of_design = |design: &[Model]| {
         let forms = FORMS.iter();
         let there = forms.filter(|form| design.iter().any(|m| figure(m, form.key).is_some()));
@@ -226,11 +228,14 @@ pub fn uniformity(models: &[Model]) -> Vec<Value> {
 fn by_model(
     design: &[Model],
     rows: &[(String, String)],
-    value: impl Fn(&Model, &str) -> Option<Estimate>,
+    value: impl Fn(&Model, &str) -> Option<FigureEntry>,
 ) -> Value {
     let row = |(name, key): &(String, String)| {
-        let cell =
-            |model: &Model| json!({"model": model.label(), "text": percent(value(model, key))});
+        let text = |entry: FigureEntry| shown::number(&entry, Unit::Fraction);
+        let cell = |model: &Model| {
+            let text = value(model, key).map_or(NONE.to_owned(), text);
+            json!({"model": model.label(), "text": text})
+        };
         json!({"name": name, "cells": design.iter().map(cell).collect::<Vec<_>>()})
     };
     json!({

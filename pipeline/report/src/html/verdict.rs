@@ -89,14 +89,16 @@ fn judged(entry: &FigureEntry, target: Target) -> Verdict {
     }
 }
 
-/// Constraints of a search, as verified, and the objective beside that of the start.
+/// Constraints of a search, as verified by the model of its last stage.
 fn constraints(file: &OptimisationFile) -> Vec<Asked> {
+    let by = file.stages.last().map_or(String::new(), |stage| format!(", by {}", stage.model));
     let words = |met: bool| if met { Verdict::Met.words() } else { Verdict::NotMet.words() };
     let constraint = |entry: &optimisation::ConstraintEntry| {
         let (name, unit) = named(&entry.figure);
+        let wanted = bounds(Bounds { at_least: entry.at_least, at_most: entry.at_most }, unit);
         Asked {
-            name,
-            wanted: bounds(Bounds { at_least: entry.at_least, at_most: entry.at_most }, unit),
+            name: format!("{name}{by}"),
+            wanted: format!("{wanted} by {} errors", shortest(entry.margin)),
             reached: entry.value.map_or("–".to_owned(), |value| text(value, unit)),
             verdict: words(entry.met),
         }

@@ -286,6 +286,32 @@ fn errors_of_peak_angles_are_their_scatter() {
     }
 }
 
+/// Near the axis the window has no room, and the vertex is still found where it is.
+#[test]
+fn peaks_near_the_axis_are_not_drawn_to_a_limit() {
+    for bin_deg in [2.0, 2.5] {
+        let sphere =
+            AngularBins { bin_deg, polar: (180.0 / bin_deg) as usize, azimuths: 1, ..BINS };
+        let judge = FarFieldReading {
+            recorded: sphere,
+            read_bin_deg: bin_deg,
+            centre_deg: bin_deg,
+            peak_fit_deg: 3.0 * bin_deg,
+            ..JUDGE
+        };
+        let mut last = 0.0;
+        for step in 0..24 {
+            let peak = 6.0 + 0.25 * f64::from(step);
+            let x = |theta: f64| (theta - peak) / 40.0;
+            let exact = powers_in(sphere, |theta| (1.0 - x(theta) * x(theta)).max(0.0));
+            let found = judge.figures(&twice(&exact)).peak_angle_deg.value;
+            assert!((found - peak).abs() < 0.15 * bin_deg, "{bin_deg}: {found} for {peak}");
+            assert!(found > last, "{found} after {last}");
+            last = found;
+        }
+    }
+}
+
 #[test]
 fn a_peak_that_noise_leaves_open_has_the_interval_of_its_bins() {
     // Four hundred paths a ring on a top that is level to a percent over thirty degrees.
