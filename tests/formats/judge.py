@@ -295,7 +295,7 @@ def solids_by_opencascade():
     lens = [[0, 0.8], [1.2, 0.2, -0.15], [1.2, 0], [0.9, 0], [0, 0.3, 0.1]]
     (WORK / "curved.toml").write_text(
         f'name = "curved"\n[dome]\nmeridian_mm = {curve}\n[silicone]\nindex = 1.41\n[mirror]\nkind = "specular"\nreflectance = 0.9\nextent = "package"\n'
-        '[led]\nsize_mm = [1, 1]\nheight_mm = 0.3\nreflectance = 0.5\nreflection = "specular"\ntilt_deg = [3, 0]\n'
+        '[led]\nsize_mm = [1, 1]\nheight_mm = 0.3\nreflectance = 0.5\nreflection = "specular"\ntilt_deg = [3, 0]\n[array]\ncolumns = 1\nrows = 1\npitch_mm = 8\n'
         '[light]\nwavelength_nm = 550\n[receiver]\nplane_height_mm = 9\n'
         f'[[solids]]\nname = "lens"\nkind = "meridian"\nmeridian_mm = {lens}\naxis = [1, 0, 0]\nposition_mm = [0, 0, 4]\nmedium = {{ index = 1.5 }}\n'
     )
