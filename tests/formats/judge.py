@@ -251,6 +251,76 @@ def geometry_by_others():
             claim(abs(seen / area - 1) < 5e-3, f"mitsuba: the dome seen from {name} covers {seen:.4f} mm², its outline {area:.4f} mm²")
 
 
+def solids_by_opencascade():
+    """STEP of the design with steps, of a dome and a lens of arcs, and of one with solids, in the kernel of CAD programs."""
+    from step_bodies import copies, volume
+
+    def judged(design, name, expected):
+        """Copies of every body, its volume (of a sheet its area), and a box around one of them."""
+        file = WORK / f"{name}.step"
+        said = batwing("export", design, "--out", file)
+        first = file.read_bytes()
+        batwing("export", design, "--out", file)
+        claim(file.read_bytes() == first, f"the STEP of {name} has the same bytes every time")
+        found = copies(file)
+        names = [copy["name"] for copy in found]
+        claim({n: names.count(n) for n in names} == {n: e[0] for n, e in expected.items()}, f"OpenCascade: {name} holds {len(names)} copies of {len(expected)} bodies")
+        claim({b["body"]: b["copies"] for b in said["bodies"]} == {n: e[0] for n, e in expected.items()}, f"and the program says so of {name}")
+        whole = [copy["valid"] and (copy["closed"] if copy["solids"] else not copy["closed"]) for copy in found]
+        claim(all(whole), f"OpenCascade: all shapes of {name} are valid, and its solids closed")
+        off = max(abs(copy["measure"] / expected[copy["name"]][1] - 1) for copy in found)
+        claim(off < 1e-9, f"OpenCascade: volumes of {name} are those in closed form within {off:.1e}")
+        boxes = [(n, e[2]) for n, e in expected.items() if len(e) == 3]
+        near = all(any(np.allclose(copy["box"], box, rtol=0, atol=1e-7) for copy in found if copy["name"] == n) for n, box in boxes)
+        claim(near and boxes, f"OpenCascade: {', '.join(n for n, _ in boxes)} of {name} stand where they should")
+        return found
+
+    design = tomllib.loads(DESIGN.read_text())
+    dome, elements, pitch = design["dome"], design["elements"], design["array"]["pitch_mm"]
+    sphere, rim, width = dome["sphere_radius_mm"], 0.5 * dome["width_mm"], 1e-3 * elements["width_um"]
+    height = lambda r: np.sqrt(sphere**2 - r**2) - (sphere - dome["height_mm"])
+    rings = width * np.arange(elements["count"])
+    steps = sum(np.pi * (min(r + width, rim) ** 2 - r**2) * height(r) for r in rings)
+    box = design["led"]["size_mm"] + [design["led"]["height_mm"]]
+    low, high = -0.5 * pitch - rim, -0.5 * pitch + rim
+    found = judged(DESIGN, design["name"], {
+        "dome": (4, steps, [low, low, 0, high, high, dome["height_mm"]]),
+        "led": (4, np.prod(box)), "mirror": (1, (2 * pitch) ** 2),
+    })
+    faces = 3 * elements["count"] + 3
+    claim(found[0]["faces"] == faces, f"a plane and two halves of a cylinder a step, {faces} faces of the dome in all")
+
+    # An arc about the axis and a bead; a lens with a blunt tip and a hollow below.
+    curve = [[0, 1.2], [1.4, 0.7, -0.18], [1.4, 0.3, -1.0], [1.5, 0]]
+    lens = [[0, 0.8], [1.2, 0.2, -0.15], [1.2, 0], [0.9, 0], [0, 0.3, 0.1]]
+    (WORK / "curved.toml").write_text(
+        f'name = "curved"\n[dome]\nmeridian_mm = {curve}\n[silicone]\nindex = 1.41\n[mirror]\nkind = "specular"\nreflectance = 0.9\nextent = "package"\n'
+        '[led]\nsize_mm = [1, 1]\nheight_mm = 0.3\nreflectance = 0.5\nreflection = "specular"\ntilt_deg = [3, 0]\n[array]\ncolumns = 1\nrows = 1\npitch_mm = 8\n'
+        '[light]\nwavelength_nm = 550\n[receiver]\nplane_height_mm = 9\n'
+        f'[[solids]]\nname = "lens"\nkind = "meridian"\nmeridian_mm = {lens}\naxis = [1, 0, 0]\nposition_mm = [0, 0, 4]\nmedium = {{ index = 1.5 }}\n'
+    )
+    tilt = np.radians(3)
+    # Sides go on to the bottom under the tilted box: a wedge below half of its width on the average.
+    led = 0.3 + 0.5 * np.tan(tilt)
+    judged(WORK / "curved.toml", "curved", {"dome": (1, volume(curve)), "led": (1, led), "lens": (1, volume(lens), [0, -1.2, 2.8, 0.8, 1.2, 5.2]), "mirror": (1, np.pi * 1.5**2)})
+
+    other = DESIGN.with_name("solids.toml")
+    design = tomllib.loads(other.read_text())
+    dome, solids = design["dome"], {solid["name"]: solid for solid in design["solids"]}
+    rim, drop = 0.5 * dome["width_mm"], dome["sphere_radius_mm"] - dome["height_mm"]
+    edge = np.sqrt(dome["sphere_radius_mm"] ** 2 - rim**2) - drop
+    cap = dome["height_mm"] - edge
+    product = lambda name: np.prod(solids[name]["size_mm"])
+    bubble, pipe = solids["bubble"]["radius_mm"], solids["pipe"]
+    judged(other, "solids", {
+        "dome": (4, np.pi * cap * (3 * rim**2 + cap**2) / 6 + np.pi * rim**2 * edge), "led": (4, np.prod(design["led"]["size_mm"]) * design["led"]["height_mm"]),
+        "phosphor": (4, product("phosphor")), "bubble": (4, 4 / 3 * np.pi * bubble**3), "baffle": (4, product("baffle")),
+        "lens": (4, volume(solids["lens"]["meridian_mm"])), "plate": (1, product("plate")),
+        "pipe": (1, np.pi * pipe["radius_mm"] ** 2 * pipe["height_mm"], [-4.4, -8, 4.1, -3.6, 8, 4.9]),
+        "fence": (1, product("fence"), [-8, -0.1, 0, 8, 0.1, 1.5]), "mirror": (1, 16.0**2),
+    })
+
+
 def meridian_of(file):
     """Number of lines, and centre and radius of every arc of an SVG, from ends, radius and flags as SVG defines them."""
     lines, arcs = 0, []
@@ -355,6 +425,8 @@ if has("jsonschema"):
 far_field_by_others()
 rays_by_numpy()
 geometry_by_others()
+if has("OCP"):
+    solids_by_opencascade()
 if all(importlib.util.find_spec(package) for package in ("mitsuba", "trimesh")):
     light_by_mitsuba()
 if has("OpenEXR"):

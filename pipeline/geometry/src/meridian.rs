@@ -61,6 +61,20 @@ pub struct Meridian {
 }
 
 impl Meridian {
+    /// The curve higher by `by_mm`.
+    pub fn lifted(mut self, by_mm: f64) -> Self {
+        for piece in &mut self.pieces {
+            piece.start[1] += by_mm;
+            piece.end[1] += by_mm;
+            match &mut piece.curve {
+                Curve::Line => {}
+                Curve::Arc { centre_mm, .. } => *centre_mm += by_mm,
+                Curve::Bend { centre_mm, .. } => centre_mm[1] += by_mm,
+            }
+        }
+        self
+    }
+
     /// Where it ends, (r, z), mm; the origin if it has no pieces.
     pub fn end_mm(&self) -> [f64; 2] {
         self.pieces.last().map_or([0.0; 2], |piece| piece.end)

@@ -1,24 +1,220 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The bodies of a package as closed triangle meshes, for export.
+//! The bodies of a design for export: exactly, as closed triangle meshes, and as generating curves.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use tracer::Shape;
+use tracer::glam::{DMat3, DVec3};
 
 use design::Design;
-use files::formats::mesh::{Mesh, cuboid, revolved};
+use design::resolved::dome::Dome;
+use design::resolved::led::BoxPlace;
+use design::resolved::solids::CheckedSolid;
+use design::schema::Extent;
+use design::schema::solids::{Flat, Per, SolidForm};
+use design::serde_arrays::List;
+use files::formats::body::{Body, DOME, Form};
+use files::formats::mesh::Mesh;
+use geometry::Meridian;
 
-/// The bodies of one package: the dome with its relief (if it has one), then the LED box.
+use crate::scene::mirror_half_mm;
+
+/// Name of the LED box.
+const LED: &str = "led";
+/// Name of the mirror.
+const MIRROR: &str = "mirror";
+
+/// All bodies of the design, exactly, with the places of their copies: domes, boxes, solids and
+/// sheets, mirror, walls and floor of a housing.
+///
+/// # Errors
+/// If the relief cannot be built.
+pub fn whole(design: &Design) -> Result<Vec<Body>> {
+    let axes = design.array.axes_mm().into_iter();
+    let axes: Vec<DVec3> = axes.map(|[x, y]| DVec3::new(x, y, 0.0)).collect();
+    let copied = |body: Body| Body {
+        places: axes.iter().map(|axis| *axis + body.places[0]).collect(),
+        ..body
+    };
+    let mut bodies: Vec<Body> = dome(design)?.map(copied).into_iter().collect();
+    let (kinds, numbers) = design.led.places(axes.len());
+    for (kind, place) in kinds.iter().enumerate() {
+        let of_kind = axes.iter().zip(&numbers).filter(|(_, number)| **number == kind);
+        let places = of_kind.map(|(axis, _)| *axis).collect();
+        let mut body = Body { places, ..led(design, *place) };
+        if kinds.len() > 1 {
+            body.name = format!("{} {}", body.name, kind + 1);
+        }
+        bodies.push(body);
+    }
+    for stated in &design.solids {
+        let body = solid(stated)?;
+        bodies.push(match stated.per() {
+            Per::Package => copied(body),
+            Per::Array => body,
+        });
+    }
+    bodies.extend(mirror(design)?.map(|mirror| match design.mirror.extent {
+        Extent::Package => copied(mirror),
+        Extent::Array => mirror,
+    }));
+    bodies.extend(housing(design));
+    Ok(bodies)
+}
+
+/// The bodies of one package within `error_mm` of their surfaces: the dome with its relief (if it
+/// has one), the LED box, then solids. Those of the array are among them where the package is alone.
 ///
 /// # Errors
 /// If the relief cannot be built, or the chord error is none.
 pub fn bodies(design: &Design, error_mm: f64) -> Result<Vec<Mesh>> {
-    let mut bodies = Vec::new();
-    if design.dome.is_some() {
-        bodies.push(revolved("dome", &design.outline()?, error_mm)?);
+    let mut bodies: Vec<Body> = dome(design)?.into_iter().collect();
+    bodies.push(led(design, design.led.place(0)));
+    for stated in design.solids.iter().filter(|stated| is_of_package(design, stated)) {
+        bodies.push(solid(stated)?);
     }
-    let led = design.led.at(design.led.place(0));
-    let corners = led.corners(0.0).map(|corner| corner.to_array());
-    bodies.push(cuboid("led", corners));
-    Ok(bodies)
+    let meshes = bodies.iter().filter_map(|body| body.mesh(error_mm).transpose());
+    meshes.collect()
+}
+
+/// Names of the solids and sheets that [`bodies`] leaves out.
+pub fn without_mesh(design: &Design) -> Vec<&str> {
+    let left =
+        |stated: &&CheckedSolid| stated.stated.kind.is_sheet() || !is_of_package(design, stated);
+    design.solids.iter().filter(left).map(CheckedSolid::name).collect()
+}
+
+/// Generating curves about the axis of a package, each with its name: that of the dome with its
+/// relief, then those of solids.
+///
+/// # Errors
+/// If the relief cannot be built.
+pub fn meridians(design: &Design) -> Result<Vec<(String, Meridian)>> {
+    let mut bodies: Vec<Body> = dome(design)?.into_iter().collect();
+    for stated in design.solids.iter().filter(|stated| is_of_package(design, stated)) {
+        bodies.push(solid(stated)?);
+    }
+    let about_axis = bodies.into_iter().filter_map(|Body { name, form, rotation, places }| {
+        let is_upright = rotation == DMat3::IDENTITY && places[0].truncate().length() <= 0.0;
+        match form {
+            Form::Revolved(curve) if is_upright => Some((name, curve.lifted(places[0].z))),
+            _ => None,
+        }
+    });
+    Ok(about_axis.collect())
+}
+
+/// True for a solid of every package, or of the array where it is one package on the axis.
+fn is_of_package(design: &Design, stated: &CheckedSolid) -> bool {
+    stated.per() == Per::Package || design.array.axes_mm() == [[0.0; 2]]
+}
+
+/// The name of a body that the design does not name, apart from those of solids.
+fn free_name(design: &Design, name: &str) -> String {
+    let is_taken = design.solids.iter().any(|solid| solid.name() == name);
+    if is_taken { format!("{name} (package)") } else { name.to_owned() }
+}
+
+/// A body where its form is.
+fn unmoved(name: &str, form: Form) -> Body {
+    Body { name: name.to_owned(), form, rotation: DMat3::IDENTITY, places: vec![DVec3::ZERO] }
+}
+
+fn dome(design: &Design) -> Result<Option<Body>> {
+    Ok(match &design.dome {
+        None => None,
+        Some(Dome::Mesh(mesh)) => Some(unmoved(DOME, triangles(DOME, &mesh.shape)?)),
+        Some(Dome::Sphere(_) | Dome::Meridian(_)) => {
+            Some(unmoved(DOME, Form::Revolved(design.outline()?)))
+        }
+    })
+}
+
+fn led(design: &Design, place: BoxPlace) -> Body {
+    unmoved(&free_name(design, LED), Form::Box(design.led.at(place).corners(0.0)))
+}
+
+fn triangles(name: &str, shape: &Shape) -> Result<Form> {
+    let Shape::Mesh(mesh) = shape else {
+        anyhow::bail!("{name}: expected triangles");
+    };
+    let (vertices, triangles) = mesh.solid();
+    let vertices = vertices.iter().map(|vertex| vertex.to_array()).collect();
+    Ok(Form::Mesh(Mesh { name: name.to_owned(), vertices, triangles }))
+}
+
+/// A solid or a sheet in its package or in the array.
+fn solid(stated: &CheckedSolid) -> Result<Body> {
+    let (name, form) = (stated.name(), &stated.form);
+    let exact = match &stated.stated.kind {
+        SolidForm::Box(Flat { size_mm: List(size), .. }) => {
+            let half = 0.5 * DVec3::from_array(*size);
+            Form::cuboid(-half, half)
+        }
+        SolidForm::Cylinder(cylinder) => {
+            Form::cylinder(cylinder.radius_mm, 0.5 * cylinder.height_mm)
+        }
+        SolidForm::Sphere(ball) => Form::ball(ball.radius_mm),
+        SolidForm::Meridian(_) => {
+            let meridian = form.meridian.clone();
+            Form::Revolved(meridian.with_context(|| format!("{name}: expected a meridian"))?)
+        }
+        SolidForm::Mesh(_) => triangles(name, &form.pieces[0])?,
+        SolidForm::Rectangle(Flat { size_mm: List(size), .. }) => {
+            Form::Rectangle(size.map(|length| 0.5 * length))
+        }
+        SolidForm::Disc(disc) => Form::Disc(disc.radius_mm),
+    };
+    let (rotation, places) = (form.placement.rotation, vec![form.placement.origin]);
+    Ok(Body { name: name.to_owned(), form: exact, rotation, places })
+}
+
+/// The mirror in z = 0, of a package or under the array within its walls; triangles of a dome in
+/// z = 0 are no body of their own.
+fn mirror(design: &Design) -> Result<Option<Body>> {
+    let form = match (design.mirror.extent, &design.dome) {
+        (Extent::Array, _) => {
+            let (half, inner) = (mirror_half_mm(design), design.housing_half_mm());
+            Form::Rectangle([0, 1].map(|k| inner.map_or(half[k], |inner| half[k].min(inner[k]))))
+        }
+        (Extent::Package, Some(Dome::Sphere(_) | Dome::Meridian(_))) => {
+            Form::Disc(design.outline()?.end_mm()[0])
+        }
+        (Extent::Package, Some(Dome::Mesh(_)) | None) => return Ok(None),
+    };
+    Ok(Some(unmoved(&free_name(design, MIRROR), form)))
+}
+
+/// Walls, and the floor between them and the mirror.
+fn housing(design: &Design) -> Vec<Body> {
+    let (Some(housing), Some([x, y])) = (&design.housing, design.housing_half_mm()) else {
+        return Vec::new();
+    };
+    let (far_x, far_y) = (x + housing.thickness_mm, y + housing.thickness_mm);
+    let walls = [
+        ([x, -far_y], [far_x, far_y]),
+        ([-far_x, -far_y], [-x, far_y]),
+        ([-x, y], [x, far_y]),
+        ([-x, -far_y], [x, -y]),
+    ];
+    let wall = |(number, ([x, y], [to_x, to_y])): (usize, ([f64; 2], [f64; 2]))| {
+        let (low, high) = (DVec3::new(x, y, 0.0), DVec3::new(to_x, to_y, housing.height_mm));
+        unmoved(&format!("wall {number}"), Form::cuboid(low, high))
+    };
+    let mut bodies: Vec<Body> = (1..).zip(walls).map(wall).collect();
+    let [a, b] = match design.mirror.extent {
+        Extent::Array => mirror_half_mm(design),
+        Extent::Package => [0.0; 2],
+    };
+    let (a, b) = (a.min(x), b.min(y));
+    let strips = [([-x, b], [x, y]), ([-x, -y], [x, -b]), ([a, -b], [x, b]), ([-x, -b], [-a, b])];
+    let strips = strips.into_iter().filter(|(low, high)| high[0] > low[0] && high[1] > low[1]);
+    bodies.extend((1..).zip(strips).map(|(number, (low, high)): (usize, _)| {
+        let half = [0, 1].map(|k| 0.5 * (high[k] - low[k]));
+        let middle = [0, 1].map(|k| 0.5 * (high[k] + low[k]));
+        let floor = unmoved(&format!("housing floor {number}"), Form::Rectangle(half));
+        Body { places: vec![DVec3::new(middle[0], middle[1], 0.0)], ..floor }
+    }));
+    bodies
 }
 
 #[cfg(test)]

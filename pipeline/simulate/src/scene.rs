@@ -251,7 +251,7 @@ fn built(scene: &SceneBuilder, design: &Design) -> Result<Scene> {
 }
 
 /// Half lengths of the mirror under the whole array, mm.
-fn mirror_half_mm(design: &Design) -> [f64; 2] {
+pub(crate) fn mirror_half_mm(design: &Design) -> [f64; 2] {
     design.half_extent_mm().map(|half| half + 0.5 * design.array.pitch_mm)
 }
 

@@ -11,10 +11,11 @@ use serde_json::{Value, json};
 use tracer::Distribution;
 
 use design::Design;
-use design::resolved::dome::Dome;
+use design::resolved::solids::CheckedSolid;
 use design::spectrum::Spectrum;
 use files::atomic_file::{write_atomic, write_bytes};
 use files::cache::{EXTENSION, read_table};
+use files::formats::body::{Body, DOME};
 use files::formats::content::{self, Content};
 use files::formats::photometry::{self, Labels, Photometry};
 use files::formats::tables::CellTable;
@@ -226,32 +227,37 @@ fn far_field(
 }
 
 fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result<()> {
-    ensure!(
-        !matches!(design.dome, Some(Dome::Mesh(_))),
-        "{}: expected a dome with a generating curve, got dome.mesh, which already is a file of triangles",
-        design.name
-    );
     let out = &arguments.out;
     let about = format!("{}, batwing {}", design.name, env!("CARGO_PKG_VERSION"));
-    ensure!(
-        design.solids.is_empty() || arguments.format.holds() != Holds::Geometry,
-        "{}: expected a design without [[solids]], which these formats would leave out",
-        design.name
-    );
     match arguments.format.writes {
+        Writes::Solids(write) => {
+            let bodies = bodies::whole(design)?;
+            write_atomic(out, |file| write(&bodies, &design.name, file))?;
+            let copies = |b: &Body| json!({"body": b.name, "copies": b.places.len()});
+            let all: Vec<Value> = bodies.iter().map(copies).collect();
+            let json = json!({"file": out.display().to_string(), "bodies": all});
+            context.console.result(&json, || {
+                let lines = bodies.iter().map(|b| match b.places.len() {
+                    1 => format!("  {}", b.name),
+                    copies => format!("  {}, {copies} times", b.name),
+                });
+                format!("{}\n{}", out.display(), lines.collect::<Vec<_>>().join("\n"))
+            })
+        }
         Writes::Bodies { single, write } => {
             let mut bodies = bodies::bodies(design, arguments.chord_error * 1e-3)
                 .with_context(|| format!("--chord-error: {} um", arguments.chord_error))?;
-            if single {
-                // The dome comes first.
-                bodies.truncate(1);
+            if single && bodies.len() > 1 {
+                // The box, which comes after the dome.
+                bodies.remove(usize::from(design.dome.is_some()));
             }
             write_atomic(out, |file| write(&bodies, &about, file))?;
+            let left_out = bodies::without_mesh(design);
             let json: Vec<Value> = bodies
                 .iter()
                 .map(|b| json!({"body": b.name, "triangles": b.triangles.len(), "volume_mm3": b.volume()}))
                 .collect();
-            let json = json!({"file": out.display().to_string(), "chord_error_um": arguments.chord_error, "bodies": json});
+            let json = json!({"file": out.display().to_string(), "chord_error_um": arguments.chord_error, "bodies": json, "left_out": left_out});
             context.console.result(&json, || {
                 let lines = bodies.iter().map(|b| {
                     format!(
@@ -261,21 +267,29 @@ fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) ->
                         b.volume()
                     )
                 });
+                let lines = lines.chain(said_left_out("sheets and solids of the array", &left_out));
                 format!("{}\n{}", out.display(), lines.collect::<Vec<_>>().join("\n"))
             })
         }
-        Writes::Meridian(write) => {
+        Writes::Meridians(write) => {
+            let curves = bodies::meridians(design)?;
             ensure!(
-                design.dome.is_some(),
-                "{}: expected a design with a dome, it has none",
+                !curves.is_empty(),
+                "{}: expected a design with a dome by a generating curve or a solid of revolution about the axis, it has none",
                 design.name
             );
-            let meridian = design.outline()?;
-            write_atomic(out, |file| write(&meridian, &about, file))?;
-            let json = json!({"file": out.display().to_string(), "pieces": meridian.pieces.len()});
+            write_atomic(out, |file| write(&curves, &about, file))?;
+            let drawn = |name: &str| curves.iter().any(|(other, _)| other == name);
+            let all = design.dome.iter().map(|_| DOME);
+            let all = all.chain(design.solids.iter().map(CheckedSolid::name));
+            let left_out: Vec<&str> = all.filter(|name| !drawn(name)).collect();
+            let pieces: usize = curves.iter().map(|(_, curve)| curve.pieces.len()).sum();
+            let json =
+                json!({"file": out.display().to_string(), "pieces": pieces, "left_out": left_out});
             context.console.result(&json, || {
-                let pieces = count(meridian.pieces.len(), "piece");
-                format!("{}\n  {pieces}", out.display())
+                let lines = std::iter::once(format!("  {}", count(pieces, "piece")))
+                    .chain(said_left_out("not turned about the axis of the package", &left_out));
+                format!("{}\n{}", out.display(), lines.collect::<Vec<_>>().join("\n"))
             })
         }
         Writes::FarField(_) | Writes::Rays(_) => light(design, arguments, context),
@@ -285,6 +299,11 @@ fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) ->
             words(&[Holds::Geometry, Holds::FarField, Holds::Rays])
         ),
     }
+}
+
+/// The line about what a file does not hold, with the reason.
+fn said_left_out(why: &str, names: &[&str]) -> Option<String> {
+    (!names.is_empty()).then(|| format!("  without {} ({why}); STEP holds all", names.join(", ")))
 }
 
 /// Traces the design and writes its far field or its rays.

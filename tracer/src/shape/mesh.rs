@@ -171,6 +171,15 @@ impl Mesh {
         self.count
     }
 
+    /// Vertices in mm, and the triangles in the order given.
+    pub fn solid(&self) -> (&[DVec3], Vec<[u32; 3]>) {
+        let mut given = vec![[0; 3]; self.count];
+        for (number, triangle) in self.numbers.iter().zip(&self.triangles) {
+            given[*number as usize] = *triangle;
+        }
+        (&self.vertices, given)
+    }
+
     /// True if the solid is convex: a ray that leaves it never meets it again.
     pub fn convex(&self) -> bool {
         self.convex

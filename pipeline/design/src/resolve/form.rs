@@ -56,13 +56,18 @@ pub(crate) fn resolve(
 ) -> Result<Form, ConfigError> {
     let read = SolidTable { name: table, folder, at };
     let placement = read.placement(solid)?;
+    let mut meridian = None;
     let (pieces, outline) = match &solid.kind {
         SolidForm::Box(stated) => read.cuboid(stated)?,
         SolidForm::Rectangle(stated) => read.rectangle(stated)?,
         SolidForm::Disc(stated) => read.disc(stated)?,
         SolidForm::Sphere(stated) => read.sphere(stated)?,
         SolidForm::Cylinder(stated) => read.cylinder(stated)?,
-        SolidForm::Meridian(stated) => read.meridian(stated, files)?,
+        SolidForm::Meridian(stated) => {
+            let stated = meridian.insert(read.meridian(stated, files)?);
+            let pieces = shapes::of(stated).map_err(|error| read.refuse("meridian_mm", &error))?;
+            (pieces, flattened(stated))
+        }
         SolidForm::Mesh(stated) => read.mesh(stated, files)?,
     };
     let form = Form {
@@ -70,6 +75,7 @@ pub(crate) fn resolve(
         closing: if solid.kind.is_sheet() { Closing::Open } else { Closing::Closed },
         placement,
         outline,
+        meridian,
     };
     read.above_bottom(&form, solid)?;
     Ok(form)
@@ -149,34 +155,32 @@ impl SolidTable<'_> {
         Ok((pieces, rows.to_vec()))
     }
 
-    /// A body of revolution.
+    /// The generating curve of a body of revolution.
     fn meridian(
         &self,
         stated: &SolidMeridian,
         files: &mut Vec<FileRecord>,
-    ) -> Result<Pieces, ConfigError> {
+    ) -> Result<Meridian, ConfigError> {
         let (name, file) = ("meridian_mm", "meridian_file");
-        let meridian = match (&stated.meridian_mm, &stated.meridian_file) {
-            (Some(rows), None) => dome::in_design(&self.key(name), rows, Ends::OnAxis, self.at)?,
+        match (&stated.meridian_mm, &stated.meridian_file) {
+            (Some(rows), None) => dome::in_design(&self.key(name), rows, Ends::OnAxis, self.at),
             (None, Some(path)) => {
                 let key = self.key(file);
                 let stated = [&*key, path];
                 let meridian = dome::in_file(stated, self.folder, Ends::OnAxis, self.at)?;
                 let bytes = std::fs::read(self.folder.join(path)).unwrap_or_default();
                 files.push(FileRecord::new(path, &bytes));
-                meridian
+                Ok(meridian)
             }
             (None, None) => {
                 let expected = "this key or `meridian_file`, for this kind";
-                return Err(self.at.value(&self.key(name), "missing", expected));
+                Err(self.at.value(&self.key(name), "missing", expected))
             }
             (Some(_), Some(_)) => {
                 let expected = "no such key beside `meridian_mm`";
-                return Err(self.at.value(&self.key(file), "given", expected));
+                Err(self.at.value(&self.key(file), "given", expected))
             }
-        };
-        let pieces = shapes::of(&meridian).map_err(|error| self.refuse(name, &error))?;
-        Ok((pieces, flattened(&meridian)))
+        }
     }
 
     fn mesh(&self, stated: &SolidMesh, files: &mut Vec<FileRecord>) -> Result<Pieces, ConfigError> {

@@ -8,6 +8,7 @@ use tracer::glam::{DMat3, DVec2, DVec3};
 use tracer::shape::{Bounds, Closing, Foot, Placement};
 
 use files::formats::mesh::BOX_FACES;
+use geometry::Meridian;
 use metrics::illuminance::Symmetry;
 
 use super::footprint::{Footprint, TurnedRectangle};
@@ -35,6 +36,8 @@ pub struct Form {
     /// Generating curve (r, z), arcs by chords, or the right half of a box's section; of a
     /// sheet its edge (x, y).
     pub(crate) outline: Vec<[f64; 2]>,
+    /// Generating curve of a body of revolution by its meridian, exactly.
+    pub meridian: Option<Meridian>,
 }
 
 impl Form {

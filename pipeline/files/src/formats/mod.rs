@@ -12,10 +12,10 @@
 //! | [`zemax`], [`lighttools`], [`speos`], [`window`] | scattering on direction cells |
 //! | [`ies`], [`eulumdat`], [`tm33`] | far fields |
 //! | [`tm25`], [`lighttools_rays`], [`speos_rays`], [`zemax_rays`] | rays |
-//! | [`stl`], [`obj`], [`dxf`], [`svg`] | bodies and meridians |
+//! | [`step`], [`stl`], [`obj`], [`dxf`], [`svg`] | bodies and meridians |
 //! | [`sniff`], [`content`] | recognising, reading and describing of any of them |
 //! | [`tables`], [`scattering`] | scattering written, and scattering as a surface |
-//! | [`photometry`], [`bin_entries`], [`ray_files`], [`mesh`] | parts that formats share |
+//! | [`photometry`], [`bin_entries`], [`ray_files`], [`body`], [`mesh`] | parts that formats share |
 //! | [`csv`], [`npy`], [`exr`], [`exr_layers`] | files of results |
 
 use std::path::{Path, PathBuf};
@@ -26,6 +26,7 @@ use geometry::Meridian;
 use tracer::Distribution;
 
 use crate::atomic_file::Sink;
+use body::Body;
 use content::{FarField, ScatterFile};
 use mesh::Mesh;
 use photometry::{Labels, Photometry};
@@ -34,6 +35,7 @@ use sniff::Sniff;
 use tables::{CellTable, Written};
 
 pub mod bin_entries;
+pub mod body;
 pub mod content;
 pub mod csv;
 pub mod dxf;
@@ -55,6 +57,7 @@ pub mod scattering;
 pub mod sniff;
 pub mod speos;
 pub mod speos_rays;
+pub mod step;
 pub mod stl;
 pub mod svg;
 pub mod tables;
@@ -86,7 +89,7 @@ pub static READERS: [&Reader; 16] = [
 ];
 
 /// Formats that are written, in the order in which the command line lists them.
-pub static WRITERS: [&Writer; 19] = [
+pub static WRITERS: [&Writer; 20] = [
     &zemax::WRITER,
     &lighttools::WRITER,
     &speos::WRITER,
@@ -102,6 +105,7 @@ pub static WRITERS: [&Writer; 19] = [
     &speos_rays::WRITER,
     &zemax_rays::WRITER,
     &zemax_rays::TEXT_WRITER,
+    &step::WRITER,
     &stl::WRITER,
     &obj::WRITER,
     &dxf::WRITER,
@@ -167,15 +171,17 @@ pub enum Writes {
     FarField(fn(&Labels, &Distribution, Photometry) -> String),
     /// Rays.
     Rays(&'static RayFormat),
-    /// Bodies of a design.
+    /// All bodies of a design by their exact forms, with its name.
+    Solids(fn(&[Body], &str, &mut dyn Sink) -> Result<()>),
+    /// Bodies of a package as triangles.
     Bodies {
-        /// True for formats that hold one body.
+        /// True for formats without names, which leave out the LED box.
         single: bool,
         /// Writes them with a line about them.
         write: fn(&[Mesh], &str, &mut dyn Sink) -> Result<()>,
     },
-    /// Meridian of a dome, with a line about it.
-    Meridian(fn(&Meridian, &str, &mut dyn Sink) -> Result<()>),
+    /// Meridians of a dome and of solids about its axis by their names, with a line about them.
+    Meridians(fn(&[(String, Meridian)], &str, &mut dyn Sink) -> Result<()>),
 }
 
 /// Kinds of content of a file that is written.
@@ -189,7 +195,7 @@ pub enum Holds {
     FarField,
     /// Rays.
     Rays,
-    /// Bodies or meridian.
+    /// Bodies or meridians.
     Geometry,
 }
 
@@ -201,7 +207,7 @@ impl Writer {
             Writes::Orders(_) => Holds::Orders,
             Writes::FarField(_) => Holds::FarField,
             Writes::Rays(_) => Holds::Rays,
-            Writes::Bodies { .. } | Writes::Meridian(_) => Holds::Geometry,
+            Writes::Solids(_) | Writes::Bodies { .. } | Writes::Meridians(_) => Holds::Geometry,
         }
     }
 }

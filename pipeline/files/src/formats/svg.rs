@@ -1,30 +1,35 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! SVG of the meridian: lines and true arcs in the plane x = r, y = z (upwards), one user unit a
+//! SVG of generating curves: lines and true arcs in the plane x = r, y = z (upwards), one user unit a
 //! millimetre and drawn at that size, one group for each kind of piece as the layers of the DXF.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 
 use anyhow::Result;
 
-use geometry::{Curve, Meridian};
+use geometry::{Curve, Meridian, Piece};
 
+use super::body::DOME;
 use super::dxf::layer;
 use super::{Writer, Writes};
 
 /// Writes the format.
 pub static WRITER: Writer = Writer {
     word: "svg",
-    help: "CAD: SVG of the meridian, .svg",
+    help: "CAD: SVG of the meridians, .svg",
     endings: &["svg"],
-    writes: Writes::Meridian(|meridian, about, file| write(meridian, about, file)),
+    writes: Writes::Meridians(|curves, about, file| write(curves, about, file)),
 };
 
-/// Layers in the order in which they are drawn.
-const LAYERS: [&str; 4] = ["RELIEF", "SPHERE", "MERIDIAN", "CYLINDER"];
-
-/// Writes the pieces of `meridian`, and the bottom and the axis in groups of their own.
-pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized)) -> Result<()> {
-    let (width, height) = (meridian.radius_mm(), meridian.top_mm());
+/// Writes the pieces of the curves of bodies, that of the dome under [`DOME`]; its bottom and the
+/// axis in groups of their own.
+pub fn write(
+    curves: &[(String, Meridian)],
+    about: &str,
+    file: &mut (impl Write + ?Sized),
+) -> Result<()> {
+    let most = |size: fn(&Meridian) -> f64| curves.iter().map(|(_, c)| size(c)).fold(0.0, f64::max);
+    let (width, height) = (most(Meridian::radius_mm), most(Meridian::top_mm));
     let about = about.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     // The group turns y upwards.
     write!(
@@ -32,14 +37,22 @@ pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized))
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.9}mm\" height=\"{height:.9}mm\" viewBox=\"0 {:.9} {width:.9} {height:.9}\">\n\
          <title>{about}</title>\n\
          <g transform=\"scale(1,-1)\" fill=\"none\" stroke=\"black\" stroke-width=\"0.002\">\n\
-         <g id=\"AXIS\"><path d=\"M 0 0 L 0 {height:.9}\"/></g>\n\
-         <g id=\"BOTTOM\"><path d=\"M 0 0 L {:.9} 0\"/></g>\n",
-        -height,
-        meridian.end_mm()[0]
+         <g id=\"AXIS\"><path d=\"M 0 0 L 0 {height:.9}\"/></g>\n",
+        -height
     )?;
-    for name in LAYERS {
+    for (_, dome) in curves.iter().filter(|(name, _)| name == DOME) {
+        let end = dome.end_mm()[0];
+        writeln!(file, "<g id=\"BOTTOM\"><path d=\"M 0 0 L {end:.9} 0\"/></g>")?;
+    }
+    let mut layers: BTreeMap<String, Vec<&Piece>> = BTreeMap::new();
+    for (name, curve) in curves {
+        for piece in &curve.pieces {
+            layers.entry(layer(name, piece.role)).or_default().push(piece);
+        }
+    }
+    for (name, pieces) in layers {
         writeln!(file, "<g id=\"{name}\">")?;
-        for piece in meridian.pieces.iter().filter(|p| layer(p.role) == name) {
+        for piece in pieces {
             let ([r, z], [to_r, to_z]) = (piece.start, piece.end);
             write!(file, "<path d=\"M {r:.9} {z:.9} ")?;
             match piece.curve {
