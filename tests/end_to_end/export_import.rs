@@ -311,12 +311,12 @@ fn geometry_of_a_design_holds_its_solids() {
     for name in ["plate", "pipe", "fence", "mirror"] {
         assert_eq!(copies(name), 1, "{name}");
     }
-    let text = read(&at.join("s.step"));
+    let text = read(at.join("s.step"));
     assert_eq!(text.matches("=NEXT_ASSEMBLY_USAGE_OCCURRENCE(").count(), 28);
     assert_eq!(text.matches("=MANIFOLD_SOLID_BREP(").count(), 8);
     assert_eq!(text.matches("=OPEN_SHELL(").count(), 2);
     export("again.stp");
-    assert_eq!(text, read(&at.join("again.stp")));
+    assert_eq!(text, read(at.join("again.stp")));
 
     let stl = export("s.stl");
     assert_eq!(names(&stl, "bodies", "body"), ["dome", "phosphor", "bubble", "lens"]);
@@ -328,7 +328,7 @@ fn geometry_of_a_design_holds_its_solids() {
     let obj = export("s.obj");
     assert_eq!(names(&obj, "bodies", "body"), ["dome", "led", "phosphor", "bubble", "lens"]);
     // The ball stands where the design puts it.
-    let text = read(&at.join("s.obj"));
+    let text = read(at.join("s.obj"));
     let ball = text.split("o bubble\n").nth(1).and_then(|rest| rest.split("o lens").next());
     let top = ball.expect("the ball").lines().filter_map(|line| line.strip_prefix("v "));
     let top = top.filter_map(|v| v.split(' ').nth(2)?.parse().ok()).fold(0.0, f64::max);
@@ -337,15 +337,15 @@ fn geometry_of_a_design_holds_its_solids() {
     let dxf = export("s.dxf");
     let others = ["phosphor", "bubble", "baffle", "plate", "pipe", "fence"];
     assert_eq!(names(&dxf, "left_out", ""), others);
-    let text = read(&at.join("s.dxf"));
+    let text = read(at.join("s.dxf"));
     // The lens: an arc and two lines, from its place up.
     assert_eq!(text.matches("\n8\nSOLID_LENS\n").count(), 3);
     assert!(text.contains("\n8\nSOLID_LENS\n10\n2.000000000\n20\n1.800000000\n"), "{text}");
     export("s.svg");
-    assert_eq!(read(&at.join("s.svg")).matches("<g id=\"SOLID_LENS\">").count(), 1);
+    assert_eq!(read(at.join("s.svg")).matches("<g id=\"SOLID_LENS\">").count(), 1);
 
     // A dome of the triangles that were written.
-    let bare = read(&batwing_tests::workspace().join("data/designs/bare-dome.toml"));
+    let bare = read(batwing_tests::workspace().join("data/designs/bare-dome.toml"));
     std::fs::write(at.join("bare.toml"), &bare).expect("written");
     let said = json(&at, &["export", "bare.toml", "--out", "dome.stl", "--chord-error", "20"]);
     let sphere = "sphere_radius_mm = 2.0\nheight_mm = 1.0\nwidth_mm = 3.4\n";
@@ -354,7 +354,7 @@ fn geometry_of_a_design_holds_its_solids() {
     std::fs::write(at.join("mesh.toml"), meshed).expect("written");
     json(&at, &["export", "mesh.toml", "--out", "mesh.step"]);
     let triangles = said["bodies"][0]["triangles"].as_u64().expect("a number") as usize;
-    let faces = read(&at.join("mesh.step")).matches("=ADVANCED_FACE(").count();
+    let faces = read(at.join("mesh.step")).matches("=ADVANCED_FACE(").count();
     // Those of the box, and the mirror under the array.
     let mirror = usize::from(bare.contains("extent = \"array\""));
     assert_eq!(faces, triangles + 6 + mirror);

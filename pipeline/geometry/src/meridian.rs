@@ -62,6 +62,7 @@ pub struct Meridian {
 
 impl Meridian {
     /// The curve higher by `by_mm`.
+    #[must_use]
     pub fn lifted(mut self, by_mm: f64) -> Self {
         for piece in &mut self.pieces {
             piece.start[1] += by_mm;

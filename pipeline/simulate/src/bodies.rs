@@ -138,7 +138,7 @@ fn triangles(name: &str, shape: &Shape) -> Result<Form> {
         anyhow::bail!("{name}: expected triangles");
     };
     let (vertices, triangles) = mesh.solid();
-    let vertices = vertices.iter().map(|vertex| vertex.to_array()).collect();
+    let vertices = vertices.iter().map(tracer::glam::DVec3::to_array).collect();
     Ok(Form::Mesh(Mesh { name: name.to_owned(), vertices, triangles }))
 }
 

@@ -155,6 +155,9 @@ pub struct Writer {
     pub writes: Writes,
 }
 
+/// Writes named meridians with a title into a file.
+pub type WriteMeridians = fn(&[(String, Meridian)], &str, &mut dyn Sink) -> Result<()>;
+
 /// Writers by what they write.
 #[derive(Debug, Clone, Copy)]
 pub enum Writes {
@@ -181,7 +184,7 @@ pub enum Writes {
         write: fn(&[Mesh], &str, &mut dyn Sink) -> Result<()>,
     },
     /// Meridians of a dome and of solids about its axis by their names, with a line about them.
-    Meridians(fn(&[(String, Meridian)], &str, &mut dyn Sink) -> Result<()>),
+    Meridians(WriteMeridians),
 }
 
 /// Kinds of content of a file that is written.
