@@ -96,7 +96,7 @@ pub enum Accuracy {
 const USUAL_PERIODS: RangeInclusive<f64> = 0.02..=1000.0;
 
 impl Case {
-    /// What is to be said of a period and a wavelength that are probably in different units.
+    /// The warning of a period and a wavelength that are probably in different units.
     pub fn unlike_units(&self) -> Option<String> {
         let ratio = self.period / self.wavelength;
         (!USUAL_PERIODS.contains(&ratio)).then(|| {

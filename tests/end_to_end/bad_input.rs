@@ -207,7 +207,7 @@ const COMMANDS: [(&str, &[&str]); 72] = [
     ),
     (
         "export d1.toml --format klems --paths 1000000000000 --out x.xml",
-        &["is a design: expected --format stl, obj, dxf, svg"],
+        &["is a design: expected --format step, stl, obj, dxf, svg"],
     ),
     (
         "export small.bworders --format tm25 --paths 1000000000000 --out x.tm25ray",

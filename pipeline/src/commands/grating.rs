@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use clap::Args;
 use rcwa::error::kept_orders;
 
@@ -28,9 +28,14 @@ pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
     let file = arguments.case.display().to_string();
     let watch = context.interrupt.watch();
     let solve = || grating::solve(&case, &watch);
-    let solved = context.console.waiting(&file, solve).with_context(|| file.clone())?;
-    if let Some(warning) = case.unlike_units() {
-        context.console.warn(&format!("{file}: {warning}"));
+    let unlike = case.unlike_units();
+    let solved = context.console.waiting(&file, solve).map_err(|error| match &unlike {
+        Some(unlike) if !context.interrupt.is_raised() => anyhow!("{error:#}; {unlike}"),
+        _ => error,
+    });
+    let solved = solved.with_context(|| file.clone())?;
+    if let Some(unlike) = &unlike {
+        context.console.warn(&format!("{file}: {unlike}"));
     }
     if let Some(highest) = solved.too_few_for {
         context.console.warn(&format!(
