@@ -29,7 +29,7 @@ pub struct BinLocation {
     pub bin: f64,
     /// Number of its first order.
     pub own: f64,
-    /// Position within the bin, which decides between its two orders, 0 to 1; [`MIRROR`] for its
+    /// Position within the bin, which decides between its two orders, 0 to 1; `MIRROR` for its
     /// own order, which is the mirror reflection, whatever the bin holds.
     pub fraction: f64,
     /// Index of the Bloch nodes that the node belongs to.
