@@ -370,7 +370,7 @@ impl Efficiencies {
         self.orders.iter().filter(|o| o.side == side).map(OrderEfficiency::total).sum()
     }
 
-    /// What is to be said of results with given orders that have not settled.
+    /// The warning of results with given orders that have not settled.
     pub fn unsettled(&self) -> Option<String> {
         (self.estimated_error > UNSETTLED).then(|| {
             format!(

@@ -13,7 +13,6 @@ mod command;
 mod errors;
 mod figure;
 mod job;
-mod memory;
 mod rays;
 mod rcwa;
 
@@ -68,7 +67,7 @@ fn toml_of_json(py: Python<'_>, text: &str) -> PyResult<String> {
 /// Bytes of memory that are free.
 #[pyfunction]
 fn free_bytes() -> f64 {
-    memory::free_bytes()
+    ::rcwa::guard::free_bytes()
 }
 
 /// Sleeps on a worker thread until it is interrupted, or to the end where it is deaf: the tests'

@@ -39,7 +39,7 @@ struct Layout {
     left: f64,
     /// Right of the axes, for names.
     names: f64,
-    /// Whether the legend states shares of the paths.
+    /// True where the legend states shares of the paths.
     has_shares: bool,
 }
 

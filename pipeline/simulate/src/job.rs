@@ -3,7 +3,7 @@
 //!
 //! Pieces are tables of rings and parts of tasks. A process computes its share of them and leaves
 //! each in the cache, where the command finds it afterwards. Where a task needs a table that another
-//! shard is to solve, it waits for it as long as that shard should take, by the pace of its own
+//! shard is to solve, it waits for it twice as long as that shard should take, by the pace of its own
 //! tables. Then it is late, and is solved here too, unless it appears in the cache meanwhile.
 
 use std::collections::BTreeMap;

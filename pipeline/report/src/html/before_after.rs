@@ -18,7 +18,7 @@ use crate::plots::{
     map_on_scale,
 };
 
-/// What the folder holds of all models.
+/// Contents of the folder, of all models.
 #[derive(Clone, Copy, Debug)]
 pub struct Contents<'a> {
     /// Models.

@@ -154,7 +154,6 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "version": results.program.version,
         "seed": results.seed,
         "quick_note": note.filter(|_| results.quick),
-        "designs": models.chunk_by(|a, b| a.design == b.design).map(|m| m[0].design).collect::<Vec<_>>(),
         "models": models.iter().map(|m| [m.design.to_owned(), m.label()]).collect::<Vec<_>>(),
         "verdicts": models.iter().map(|m| verdict::verdict(m, search.as_ref())).collect::<Vec<_>>(),
         "labels": labels,
