@@ -9,7 +9,7 @@
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 
 /// Euler's constant.
-pub(super) const EULER: f64 = 0.577_215_664_901_532_9;
+pub const EULER: f64 = 0.577_215_664_901_532_9;
 
 /// From here on the asymptotic series is used.
 const ASYMPTOTIC_FROM: f64 = 25.0;
@@ -18,16 +18,20 @@ const TINY: f64 = 1e-8;
 
 /// The four functions at one argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bessel {
+pub struct Bessel {
+    /// Function of its name.
     pub j0: f64,
+    /// Function of its name.
     pub j1: f64,
+    /// Function of its name.
     pub y0: f64,
+    /// Function of its name.
     pub y1: f64,
 }
 
 impl Bessel {
     /// At `x` > 0.
-    pub(super) fn at(x: f64) -> Self {
+    pub fn at(x: f64) -> Self {
         if x >= ASYMPTOTIC_FROM {
             Self::asymptotic(x)
         } else if x > TINY {

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Kernels of Müller's equations between a target and a source point, and their logarithmic parts.
+//!
+//! With G_k(x, y) = (i/4) H0(kr), d = x - y and r = |d|, every kernel is linear in H0(kr) and in
+//! A(kr) = kr H1(kr) + 2i/π, whose singular part is taken away: what the two media share cancels
+//! exactly, not by subtraction of large numbers. The part that multiplies log r is the same
+//! expression of (2i/π) J0 and (2i/π) kr J1.
+
+use crate::bessel::{Bessel, EULER};
+use num_complex::Complex64;
+use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, PI};
+
+/// From here on A(z) is computed from H1, below by its power series.
+const SERIES_BELOW: f64 = 1.0;
+
+/// Indices and weights of the transmission conditions; lengths are multiplied by k0, so that a
+/// wavenumber is an index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Media {
+    /// Index inside and outside.
+    pub index: [f64; 2],
+    /// The normal derivative of the field is this times the second density: 1 in TE, n² in TM.
+    pub weight: [f64; 2],
+}
+
+impl Media {
+    /// Factor of the second equation, so that its diagonal is 1.
+    fn second(&self) -> f64 {
+        2.0 / (self.weight[0] + self.weight[1])
+    }
+
+    /// Factor of the right-hand side of the second equation.
+    pub fn scale_of_derivative(&self) -> f64 {
+        self.second()
+    }
+}
+
+/// H0 and A at one argument, or their factors of log r.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Radial {
+    pub h: Complex64,
+    pub a: Complex64,
+}
+
+/// Returns the functions at z = kr and their factors of log r.
+pub(crate) fn radial(z: f64) -> (Radial, Radial) {
+    let (j0, z_j1, y0, z_y1) = if z < SERIES_BELOW {
+        series(z)
+    } else {
+        let Bessel { j0, j1, y0, y1 } = Bessel::at(z);
+        (j0, z * j1, y0, z * y1 + FRAC_2_PI)
+    };
+    let log = |j: f64| Complex64::new(0.0, FRAC_2_PI * j);
+    (
+        Radial { h: Complex64::new(j0, y0), a: Complex64::new(z_j1, z_y1) },
+        Radial { h: log(j0), a: log(z_j1) },
+    )
+}
+
+/// J0, z J1, Y0 and z Y1 + 2/π by their power series \[DLMF 10.2.2, 10.8.1, 10.8.2\].
+fn series(z: f64) -> (f64, f64, f64, f64) {
+    let q = 0.25 * z * z;
+    let log = (0.5 * z).ln();
+    // term = (-q)^m / (m!)²; harmonic = 1 + ... + 1/m.
+    let (mut term, mut harmonic) = (1.0, 0.0);
+    let (mut j0, mut j1, mut y0, mut y1) = (0.0, 0.0, 0.0, 0.0);
+    let mut m = 0.0;
+    loop {
+        let lower = term / (m + 1.0);
+        j0 += term;
+        j1 += lower;
+        y0 -= harmonic * term;
+        y1 += (2.0 * (harmonic - EULER) + 1.0 / (m + 1.0)) * lower;
+        m += 1.0;
+        term *= -q / (m * m);
+        harmonic += 1.0 / m;
+        if term.abs() < 1e-18 {
+            break;
+        }
+    }
+    let z_j1 = 2.0 * q * j1;
+    (
+        j0,
+        z_j1,
+        FRAC_2_PI * ((log + EULER) * j0 + y0),
+        FRAC_2_PI * log * z_j1 - 2.0 * q * FRAC_1_PI * y1,
+    )
+}
+
+/// Place of a target relative to a source.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair {
+    /// Distance.
+    pub r: f64,
+    /// n(y)·d / r².
+    pub source: f64,
+    /// n(x)·d / r².
+    pub target: f64,
+    /// n(x)·n(y).
+    pub normals: f64,
+}
+
+impl Pair {
+    /// Two points anywhere.
+    pub fn apart(x: [f64; 2], nx: [f64; 2], y: [f64; 2], ny: [f64; 2]) -> Self {
+        let d = [x[0] - y[0], x[1] - y[1]];
+        let r2 = d[0] * d[0] + d[1] * d[1];
+        Self {
+            r: r2.sqrt(),
+            source: (ny[0] * d[0] + ny[1] * d[1]) / r2,
+            target: (nx[0] * d[0] + nx[1] * d[1]) / r2,
+            normals: nx[0] * ny[0] + nx[1] * ny[1],
+        }
+    }
+
+    /// Two points of one line or arc, `along` apart by arc length: nothing cancels.
+    pub fn along(curvature: f64, along: f64) -> Self {
+        Self {
+            r: along.abs() * sinc(0.5 * curvature * along),
+            source: -0.5 * curvature,
+            target: 0.5 * curvature,
+            normals: (curvature * along).cos(),
+        }
+    }
+}
+
+/// sin(x)/x.
+pub(crate) fn sinc(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.sin() / x }
+}
+
+/// Kernels of the two equations (rows) for the field and its derivative (columns).
+pub(crate) type Entry = [[Complex64; 2]; 2];
+
+/// Returns the kernels from the functions of the two media. `constant` is 2i/π for the kernels
+/// themselves and 0 for their logarithmic part.
+fn entry(media: &Media, pair: &Pair, waves: [Radial; 2], constant: Complex64) -> Entry {
+    let [inside, outside] = waves;
+    let [w1, w2] = media.weight;
+    let quarter = Complex64::new(0.0, 0.25);
+    let r2 = pair.r * pair.r;
+    let a = inside.a - outside.a;
+    // z² H2 + 4i/π = 2 A - z² H0.
+    let z2 = |index: f64| index * index * r2;
+    let b = 2.0 * a - z2(media.index[0]) * inside.h + z2(media.index[1]) * outside.h;
+    let second = quarter * media.second();
+    [
+        [quarter * a * pair.source, -quarter * (w1 * inside.h - w2 * outside.h)],
+        [
+            second * (pair.normals * a / r2 - b * pair.target * pair.source),
+            second * (w1 * (inside.a - constant) - w2 * (outside.a - constant)) * pair.target,
+        ],
+    ]
+}
+
+/// Returns the kernels at two different points, and their factors of log r.
+pub(crate) fn kernels(media: &Media, pair: &Pair) -> (Entry, Entry) {
+    let [inside, outside] = media.index.map(|index| radial(index * pair.r));
+    (
+        entry(media, pair, [inside.0, outside.0], Complex64::new(0.0, FRAC_2_PI)),
+        entry(media, pair, [inside.1, outside.1], Complex64::ZERO),
+    )
+}
+
+/// Returns the limit at one point of a curve of the kernels less their logarithmic part times
+/// log(r / `unit`), and the logarithmic part.
+pub(crate) fn diagonal(media: &Media, curvature: f64, unit: f64) -> (Entry, Entry) {
+    let [w1, w2] = media.weight;
+    let quarter = Complex64::new(0.0, 0.25);
+    let second = quarter * media.second();
+    let h = |index: f64| {
+        Complex64::new(1.0, FRAC_2_PI * ((0.5 * index * unit).ln() + EULER))
+    };
+    // A/r² and B/r² in the limit.
+    let a = |index: f64| {
+        let log = (0.5 * index * unit).ln() + EULER - 0.5;
+        index * index * Complex64::new(0.5, log / PI)
+    };
+    let [h1, h2] = media.index.map(h);
+    let [a1, a2] = media.index.map(a);
+    let square = media.index[0].powi(2) - media.index[1].powi(2);
+    let constant = Complex64::new(0.0, FRAC_2_PI);
+    let log = Complex64::new(0.0, FRAC_2_PI);
+    let zero = Complex64::ZERO;
+    (
+        [
+            [zero, -quarter * (w1 * h1 - w2 * h2)],
+            [second * (a1 - a2), -second * (w1 - w2) * constant * 0.5 * curvature],
+        ],
+        [[zero, -quarter * log * (w1 - w2)], [second * log * 0.5 * square, zero]],
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_series_meets_the_functions() {
+        for i in 1..60 {
+            let z = 0.05 * f64::from(i);
+            let (j0, z_j1, y0, z_y1) = series(z);
+            let b = Bessel::at(z);
+            for (got, expected) in
+                [(j0, b.j0), (z_j1, z * b.j1), (y0, b.y0), (z_y1, z * b.y1 + FRAC_2_PI)]
+            {
+                assert!((got - expected).abs() < 2e-15, "z = {z}: {got:e} and {expected:e}");
+            }
+        }
+    }
+
+    /// A -> z²/2 + i z²/π (log(z/2) + γ - 1/2).
+    #[test]
+    fn the_reduced_function_is_right_to_the_last_digit_at_small_arguments() {
+        for z in [1e-3, 1e-7, 1e-15_f64] {
+            let got = radial(z).0.a;
+            let log = (0.5 * z).ln() + EULER - 0.5;
+            let expected = z * z * Complex64::new(0.5, log * FRAC_1_PI);
+            assert!((got - expected).norm() < (1e-14 + z * z) * expected.norm(), "z = {z}");
+        }
+    }
+
+    /// The kernels of a circle near their diagonal approach the limit.
+    #[test]
+    fn the_diagonal_is_the_limit() {
+        let media = Media { index: [1.41, 1.0], weight: [1.41 * 1.41, 1.0] };
+        let (curvature, unit) = (0.3, 0.7);
+        let (limit, limit_log) = diagonal(&media, curvature, unit);
+        let (near, near_log) = kernels(&media, &Pair::along(curvature, 1e-5));
+        for row in 0..2 {
+            for column in 0..2 {
+                let log = (1e-5_f64 / unit).ln();
+                let got = near[row][column] - near_log[row][column] * log;
+                assert!((got - limit[row][column]).norm() < 1e-8, "{row} {column}: {got}");
+                assert!((near_log[row][column] - limit_log[row][column]).norm() < 1e-8);
+            }
+        }
+    }
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Full wave in two dimensions: line sources in a dielectric body of any outline of lines and
+//! arcs, alone or on a perfect mirror, by boundary integral equations.
+//!
+//! In: an [`Outline`], wavelength, two indices, sources. Out: the power that each source emits,
+//! its far field and the power by angle, in TE and TM. Structure and light do not change along y.
+//!
+//! Green's theorem for both media and the sum of its limits on the outline give Müller's two
+//! equations of the second kind for the field and its normal derivative. Panels of 16
+//! Gauss-Legendre nodes hold both; the logarithm of the kernels is split off \[Helsing2008\], and
+//! corners are compressed \[Helsing2013\]. A mirror is an image of the outline; a body that is
+//! symmetric in x is solved for even and odd light apart. Nothing is cut into layers, nothing is
+//! expanded in orders and no power is balanced by construction: what a source emits and what
+//! arrives far away are computed by themselves.
+//!
+//! ```
+//! use full_wave::{Body, Outline, Polarisation, Resolution};
+//!
+//! // Half a cylinder of 2 µm on a mirror, and a source 0.8 µm above it.
+//! let outline = Outline::on_mirror([2.0, 0.0]).arc_to([-2.0, 0.0], std::f64::consts::PI);
+//! let body = Body::new(&outline, 0.55, [1.41, 1.0], Resolution::default())?;
+//! let field = body.solve(Polarisation::Te, &[[0.0, 0.8]])?;
+//! let (emitted, radiated) = (field.emitted()[0], field.radiated()[0]);
+//! assert!((emitted - radiated).abs() < 1e-9 * emitted);
+//! # Ok::<(), full_wave::FullWaveError>(())
+//! ```
+//!
+//! | module | content |
+//! |---|---|
+//! | `outline` | lines and arcs, their symmetry and what is wrong with them |
+//! | `mesh` | panels, corners and images |
+//! | `kernel` | kernels between two points, without cancellation |
+//! | `panel` | kernels between two panels |
+//! | `compression` | compressed inverse of a corner |
+//! | `body` | the equations of a body and their solution |
+//! | `field` | emitted power and far field |
+//! | `quadrature`, `bessel` | rules of 16 nodes; Bessel functions |
+
+pub mod bessel;
+mod body;
+mod compression;
+mod error;
+mod field;
+mod kernel;
+mod mesh;
+mod outline;
+mod panel;
+mod quadrature;
+
+pub use body::{Body, Cost, Polarisation, Resolution};
+pub use error::FullWaveError;
+pub use field::Field;
+pub use outline::{Outline, Surroundings};
