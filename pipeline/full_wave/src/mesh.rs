@@ -171,34 +171,51 @@ fn longest_of(curvature: f64, longest: f64) -> f64 {
     longest.min(FRAC_PI_4 / curvature.abs())
 }
 
-/// Returns where the panels of a piece begin and end: two at either corner, between them halves of
-/// halves that are no longer than they are far from the corners, and from vertices nearby.
+/// Returns where the panels of a piece begin and end: two at either corner, then panels as long as
+/// they are far from it until they are `longest`, and equal ones between. Where a vertex of another
+/// piece is nearer than a panel is long, the panel is halved.
 fn breaks(segment: &Segment, corner: [f64; 2], longest: f64, others: &[[f64; 2]]) -> Vec<f64> {
     let length = segment.length;
-    let (first, last) = (2.0 * corner[0], length - 2.0 * corner[1]);
-    let mut breaks = vec![0.0, corner[0], first];
-    if last - first > 1e-9 * length {
-        split(&segment.curve, length, (first, last), longest, others, &mut breaks);
+    let ends = corner.map(|panel| {
+        let mut ends = vec![0.0, panel, 2.0 * panel];
+        while let Some(&end) = ends.last()
+            && end < longest
+            && 2.0 * end < 0.5 * length
+        {
+            ends.push(2.0 * end);
+        }
+        ends
+    });
+    let last = |ends: &[f64]| ends.last().copied().unwrap_or(0.0);
+    let (from, to) = (last(&ends[0]), length - last(&ends[1]));
+    let longest_between = longest.min(from).min(length - to);
+    let count = ((to - from) / longest_between - 1e-9).ceil().max(0.0) as usize;
+    let between = (1..count).map(|i| from + (to - from) * i as f64 / count as f64);
+    let mut coarse: Vec<f64> = ends[0].iter().copied().chain(between).collect();
+    // Without a panel between them the two ends meet.
+    let skip = usize::from(count == 0);
+    coarse.extend(ends[1].iter().rev().skip(skip).map(|end| length - end));
+    let mut breaks = vec![0.0];
+    for (i, pair) in coarse.windows(2).enumerate() {
+        let at_corner = i < PER_SIDE || i + PER_SIDE + 1 >= coarse.len();
+        split(&segment.curve, (pair[0], pair[1]), !at_corner, others, &mut breaks);
     }
-    breaks.extend([length - corner[1], length]);
     breaks
 }
 
 fn split(
     curve: &Curve,
-    length: f64,
     (start, end): (f64, f64),
-    longest: f64,
+    may_split: bool,
     others: &[[f64; 2]],
     breaks: &mut Vec<f64>,
 ) {
     let own = end - start;
     let [x, z] = curve.point(0.5 * (start + end));
-    let crowded = others.iter().any(|v| (v[0] - x).hypot(v[1] - z) < own);
-    if own > longest.min(start * 1.001).min((length - end) * 1.001) || (crowded && own > 0.02 * longest) {
+    if may_split && others.iter().any(|v| (v[0] - x).hypot(v[1] - z) < own) {
         let mid = 0.5 * (start + end);
-        split(curve, length, (start, mid), longest, others, breaks);
-        split(curve, length, (mid, end), longest, others, breaks);
+        split(curve, (start, mid), true, others, breaks);
+        split(curve, (mid, end), true, others, breaks);
     } else {
         breaks.push(end);
     }
