@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Far fields of the three models, and the distances between them.
+
+use crate::dome::Section;
+use crate::tables::{TableRequest, Tables};
+use crate::trace::{Scene, trace};
+use anyhow::Result;
+use full_wave::{Body, Cost, Field, Polarisation, Resolution};
+use serde::Serialize;
+
+/// Bins of the finest far field, degrees.
+pub const FINE_DEG: f64 = 0.5;
+/// Widths of the bins that far fields are compared in, degrees.
+pub const WIDTHS_DEG: [f64; 3] = [1.0, 2.5, 5.0];
+
+/// Sources in the dome.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SourceRequest {
+    /// Number of line sources.
+    pub count: usize,
+    /// Width of the chip over the diameter of the dome.
+    pub width: f64,
+    /// Middle of the chip over the radius of the dome.
+    pub offset: f64,
+    /// Height of the chip over the height of the dome.
+    pub height: f64,
+}
+
+impl Default for SourceRequest {
+    /// The chip of the paper's package.
+    fn default() -> Self {
+        Self { count: 60, width: 1.0 / 3.4, offset: 0.0, height: 0.35 }
+    }
+}
+
+impl SourceRequest {
+    /// Places (x, z) in µm: evenly over the width of the chip, and within one wavelength above its
+    /// top, so that the interference of each source with its own image is averaged.
+    pub fn places(&self, section: &Section) -> Vec<[f64; 2]> {
+        // The golden section spreads heights evenly whatever the number.
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        (0..self.count)
+            .map(|i| {
+                let part = (i as f64 + 0.5) / self.count as f64 - 0.5;
+                let above = (golden * (i as f64 + 0.5)).fract();
+                [
+                    section.radius_um() * (self.offset + 2.0 * self.width * part),
+                    section.height_um() * self.height + above * section.wavelength_um,
+                ]
+            })
+            .collect()
+    }
+}
+
+/// Request for a comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// Sources.
+    pub sources: SourceRequest,
+    /// Panels of full wave, and its memory.
+    pub resolution: Resolution,
+    /// Tables of the hybrid.
+    pub tables: TableRequest,
+    /// Paths of either ray model and polarisation.
+    pub paths: usize,
+    /// Seed.
+    pub seed: u64,
+}
+
+impl Default for Request {
+    fn default() -> Self {
+        Self {
+            sources: SourceRequest::default(),
+            resolution: Resolution::default(),
+            tables: TableRequest::default(),
+            paths: 1 << 20,
+            seed: 1,
+        }
+    }
+}
+
+/// Model of the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Model {
+    /// Maxwell's equations.
+    FullWave,
+    /// Smooth surface with tables of orders.
+    Hybrid,
+    /// Rays on the relief.
+    Rays,
+}
+
+/// Shares of the emitted power, mean of TE and TM.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FarField {
+    /// Model.
+    pub model: Model,
+    /// Share in each bin of [`FINE_DEG`] from -90 degrees.
+    pub bins: Vec<f64>,
+    /// Standard error of each: of rays by their number; of full wave by the number of sources,
+    /// whose speckle is averaged.
+    pub errors: Vec<f64>,
+    /// Power that is not in the bins: lost paths, or what full wave's balance lacks.
+    pub missing: f64,
+}
+
+/// Distance of a model from full wave in bins of one width.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Distance {
+    /// Model.
+    pub model: Model,
+    /// Width of the bins, degrees.
+    pub bin_deg: f64,
+    /// Root mean square of the differences over the largest bin of full wave.
+    pub rms: f64,
+    /// Largest difference over the largest bin.
+    pub largest: f64,
+    /// Sum of all absolute differences, of shares that sum to 1.
+    pub l1: f64,
+    /// Root mean square of the standard errors of the differences over the largest bin: a distance
+    /// of this size is noise.
+    pub noise: f64,
+}
+
+impl Distance {
+    /// Root mean square without the noise; none where noise is all of it.
+    pub fn beyond_noise(&self) -> Option<f64> {
+        (self.rms > self.noise).then(|| (self.rms.powi(2) - self.noise.powi(2)).sqrt())
+    }
+}
+
+/// Figures of one far field in bins of 5 degrees, both sides averaged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    /// Middle of the largest bin, degrees from the axis.
+    pub peak_deg: f64,
+    /// Bins beside the axis over the largest.
+    pub centre_to_peak: f64,
+}
+
+/// Three far fields of one section.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Rings from axis to rim.
+    pub rings: usize,
+    /// Radius of the section, µm.
+    pub radius_um: f64,
+    /// Unknowns of a matrix of full wave.
+    pub unknowns: usize,
+    /// Largest difference of emitted and radiated power of a source, over the emitted power.
+    pub balance: f64,
+    /// Far fields: full wave, hybrid, rays.
+    pub far_fields: Vec<FarField>,
+    /// Distances of hybrid and rays at each of [`WIDTHS_DEG`].
+    pub distances: Vec<Distance>,
+}
+
+fn edges() -> Vec<f64> {
+    let count = (180.0 / FINE_DEG) as usize;
+    (0..=count).map(|i| (-90.0 + FINE_DEG * i as f64).to_radians()).collect()
+}
+
+/// The body of full wave.
+///
+/// # Errors
+/// Relief that crosses itself, memory beyond the limit.
+pub fn body(section: &Section, resolution: Resolution) -> Result<Body> {
+    let outline = section.outline()?;
+    Ok(Body::new(&outline, section.wavelength_um, section.index, resolution)?)
+}
+
+/// Size of full wave's part.
+///
+/// # Errors
+/// Those of [`body`].
+pub fn cost(section: &Section, resolution: Resolution) -> Result<Cost> {
+    Ok(body(section, resolution)?.cost())
+}
+
+/// Computes the three far fields. `progress` is told what begins.
+///
+/// # Errors
+/// Those of [`body`] and of the tables; sources outside the dome.
+pub fn compare(
+    section: &Section,
+    request: &Request,
+    progress: impl Fn(&str),
+) -> Result<Comparison> {
+    let body = body(section, request.resolution)?;
+    let places = request.sources.places(section);
+    let mut solved = Vec::new();
+    for polarisation in [Polarisation::Te, Polarisation::Tm] {
+        progress(&format!("full wave, {polarisation:?}"));
+        solved.push(full_wave(&body.solve(polarisation, &places)?));
+    }
+    progress("tables of the rings");
+    let tables = Tables::solve(section, request.tables)?;
+    progress("rays");
+    let (relief, bands) = (section.relief()?, section.bands());
+    let mut far_fields = vec![mean(Model::FullWave, &solved)];
+    for (model, surfaces, tables) in
+        [(Model::Hybrid, &bands, Some(&tables)), (Model::Rays, &relief, None)]
+    {
+        let traced: Vec<Polarised> = [Polarisation::Te, Polarisation::Tm]
+            .into_iter()
+            .map(|polarisation| {
+                let scene = Scene { surfaces, tables, index: section.index, polarisation };
+                let traced = trace(scene, &places, &edges(), request.paths, request.seed);
+                Polarised { bins: traced.bins, errors: traced.errors, missing: traced.lost }
+            })
+            .collect();
+        far_fields.push(mean(model, &traced));
+    }
+    let distances = WIDTHS_DEG
+        .into_iter()
+        .flat_map(|width| far_fields[1..].iter().map(move |other| (width, other)))
+        .map(|(width, other)| distance(&far_fields[0], other, width))
+        .collect();
+    Ok(Comparison {
+        rings: section.rings(),
+        radius_um: section.radius_um(),
+        unknowns: body.cost().unknowns,
+        balance: far_fields[0].missing,
+        far_fields,
+        distances,
+    })
+}
+
+/// Far field of one polarisation.
+struct Polarised {
+    bins: Vec<f64>,
+    errors: Vec<f64>,
+    missing: f64,
+}
+
+/// Shares of the power that all sources emit, with the scatter among them.
+fn full_wave(field: &Field) -> Polarised {
+    let emitted = field.emitted();
+    let total: f64 = emitted.iter().sum();
+    let n = emitted.len() as f64;
+    let rows = field.bins(&edges());
+    let bins: Vec<f64> = rows.iter().map(|row| row.iter().sum::<f64>() / total).collect();
+    let errors = rows
+        .iter()
+        .zip(&bins)
+        .map(|(row, share)| {
+            let squares: f64 =
+                row.iter().zip(&emitted).map(|(power, all)| (power - share * all).powi(2)).sum();
+            (squares * n / (n - 1.0).max(1.0)).sqrt() / total
+        })
+        .collect();
+    let missing = field
+        .radiated()
+        .iter()
+        .zip(&emitted)
+        .map(|(radiated, emitted)| (radiated / emitted - 1.0).abs())
+        .fold(0.0, f64::max);
+    Polarised { bins, errors, missing }
+}
+
+fn mean(model: Model, parts: &[Polarised]) -> FarField {
+    let n = parts.len() as f64;
+    let count = parts[0].bins.len();
+    FarField {
+        model,
+        bins: (0..count).map(|i| parts.iter().map(|p| p.bins[i]).sum::<f64>() / n).collect(),
+        errors: (0..count)
+            .map(|i| parts.iter().map(|p| p.errors[i].powi(2)).sum::<f64>().sqrt() / n)
+            .collect(),
+        missing: parts.iter().map(|p| p.missing).fold(0.0, f64::max),
+    }
+}
+
+impl FarField {
+    /// Bins of `width_deg`, a multiple of [`FINE_DEG`] that divides 180, and their errors.
+    pub fn in_bins(&self, width_deg: f64) -> (Vec<f64>, Vec<f64>) {
+        let each = (width_deg / FINE_DEG).round() as usize;
+        let sum = |part: &[f64]| part.iter().sum();
+        let root = |part: &[f64]| part.iter().map(|e| e * e).sum::<f64>().sqrt();
+        (self.bins.chunks(each).map(sum).collect(), self.errors.chunks(each).map(root).collect())
+    }
+
+    /// Peak and centre in bins of 5 degrees.
+    pub fn figures(&self) -> Figures {
+        let (bins, _) = self.in_bins(5.0);
+        let half = bins.len() / 2;
+        let folded: Vec<f64> =
+            (0..half).map(|i| bins[half + i] + bins[half - 1 - i]).collect();
+        let peak = (0..half).max_by(|&a, &b| folded[a].total_cmp(&folded[b])).unwrap_or(0);
+        Figures {
+            peak_deg: 5.0 * peak as f64 + 2.5,
+            centre_to_peak: folded[0] / folded[peak],
+        }
+    }
+}
+
+fn distance(reference: &FarField, other: &FarField, width_deg: f64) -> Distance {
+    let (a, ea) = reference.in_bins(width_deg);
+    let (b, eb) = other.in_bins(width_deg);
+    let largest_bin = a.iter().copied().fold(0.0, f64::max);
+    let n = a.len() as f64;
+    let differences: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).collect();
+    let noise: f64 = ea.iter().zip(&eb).map(|(a, b)| a * a + b * b).sum();
+    Distance {
+        model: other.model,
+        bin_deg: width_deg,
+        rms: (differences.iter().map(|d| d * d).sum::<f64>() / n).sqrt() / largest_bin,
+        largest: differences.iter().copied().fold(0.0, f64::max) / largest_bin,
+        l1: differences.iter().sum(),
+        noise: (noise / n).sqrt() / largest_bin,
+    }
+}
