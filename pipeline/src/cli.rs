@@ -16,6 +16,7 @@ use crate::commands::bsdf::{self, BsdfArgs};
 use crate::commands::check::{self, CheckArgs};
 use crate::commands::converge::{self, ConvergeArgs};
 use crate::commands::export::{self, ExportArgs};
+use crate::commands::full_wave::{self, FullWaveArgs};
 use crate::commands::grating::{self, GratingArgs};
 use crate::commands::import::{self, ImportArgs};
 use crate::commands::near_field::{self, NearFieldArgs};
@@ -105,6 +106,11 @@ pub enum Command {
         after_help = "Example: batwing near-field data/designs/d1.toml --ring 75 --theta-deg 30 --pol p --out fields"
     )]
     NearField(NearFieldArgs),
+    /// Compare the section of a dome by rays, hybrid and full wave
+    #[command(
+        after_help = "Example: batwing full-wave data/designs/d1.toml --rings 3 --out full-wave-d1"
+    )]
+    FullWave(FullWaveArgs),
     /// Vary keys of designs and rank the set-ups by how near their figures come to targets
     #[command(after_help = "Example: batwing study data/studies/readings.toml --out study")]
     Study(StudyArgs),
@@ -202,6 +208,7 @@ impl Cli {
             Command::Bsdf(arguments) => bsdf::run(arguments, context),
             Command::Converge(arguments) => converge::run(arguments, context),
             Command::NearField(arguments) => near_field::run(arguments, context),
+            Command::FullWave(arguments) => full_wave::run(arguments, context),
             Command::Optimise(arguments) => optimise::run(arguments, context),
             Command::Tolerance(arguments) => tolerance::run(arguments, context),
             Command::Study(arguments) => study::run(arguments, context),

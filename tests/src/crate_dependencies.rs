@@ -11,11 +11,13 @@ use toml::{Table, Value};
 pub const PYTHON: &str = "pipeline/python";
 
 /// Packages of the workspace by folder, and the packages of ours that each may use.
-pub const ALLOWED: [(&str, &str, &[&str]); 15] = [
+pub const ALLOWED: [(&str, &str, &[&str]); 17] = [
     ("rcwa", "batwing-rcwa", &[]),
     ("bsdf", "batwing-bsdf", &[]),
     ("tracer", "batwing-tracer", &["batwing-bsdf"]),
     ("pipeline/search", "batwing-search", &["batwing-tracer"]),
+    ("pipeline/full_wave", "batwing-full-wave", &[]),
+    ("pipeline/section", "batwing-section", &FOR_SECTION),
     ("pipeline/metrics", "batwing-metrics", &["batwing-tracer"]),
     ("pipeline/geometry", "batwing-geometry", &["batwing-tracer"]),
     ("pipeline/files", "batwing-files", &FOR_FILES),
@@ -51,6 +53,14 @@ const FOR_SIMULATE: [&str; 8] = [
     "batwing-design",
     "batwing-results",
 ];
+/// Three models of one section, of which full wave knows nothing of the others.
+const FOR_SECTION: [&str; 5] = [
+    "batwing-rcwa",
+    "batwing-bsdf",
+    "batwing-geometry",
+    "batwing-simulate",
+    "batwing-full-wave",
+];
 /// Pictures are drawn from results: nothing is simulated for them.
 const FOR_REPORT: [&str; 5] =
     ["batwing-bsdf", "batwing-metrics", "batwing-files", "batwing-design", "batwing-results"];
@@ -64,10 +74,12 @@ const FOR_EXPERIMENT: [&str; 8] = [
     "batwing-results",
     "batwing-simulate",
 ];
-const FOR_BINARY: [&str; 12] = [
+const FOR_BINARY: [&str; 14] = [
     "batwing-rcwa",
     "batwing-bsdf",
     "batwing-tracer",
+    "batwing-full-wave",
+    "batwing-section",
     "batwing-search",
     "batwing-metrics",
     "batwing-geometry",
@@ -78,10 +90,12 @@ const FOR_BINARY: [&str; 12] = [
     "batwing-report",
     "batwing-experiment",
 ];
-const FOR_ALL: [&str; 13] = [
+const FOR_ALL: [&str; 15] = [
     "batwing-rcwa",
     "batwing-bsdf",
     "batwing-tracer",
+    "batwing-full-wave",
+    "batwing-section",
     "batwing-search",
     "batwing-metrics",
     "batwing-geometry",

@@ -178,25 +178,25 @@ pub fn cost(section: &Section, resolution: Resolution) -> Result<Cost> {
     Ok(body(section, resolution)?.cost())
 }
 
-/// Computes the three far fields. `progress` is told what begins.
+/// Computes the three far fields. `progress` is told what begins, and may stop it.
 ///
 /// # Errors
-/// Those of [`body`] and of the tables; sources outside the dome.
+/// Those of [`body`] and of the tables; sources outside the dome; what `progress` returns.
 pub fn compare(
     section: &Section,
     request: &Request,
-    progress: impl Fn(&str),
+    progress: impl Fn(&str) -> Result<()>,
 ) -> Result<Comparison> {
     let body = body(section, request.resolution)?;
     let places = request.sources.places(section);
     let mut solved = Vec::new();
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
-        progress(&format!("full wave, {polarisation:?}"));
+        progress(&format!("full wave, {polarisation:?}"))?;
         solved.push(full_wave(&body.solve(polarisation, &places)?));
     }
-    progress("tables of the rings");
+    progress("tables of the rings")?;
     let tables = Tables::solve(section, request.tables)?;
-    progress("rays");
+    progress("rays")?;
     let (relief, bands) = (section.relief()?, section.bands());
     let mut far_fields = vec![mean(Model::FullWave, &solved)];
     for (model, surfaces, tables) in

@@ -4,12 +4,67 @@
 use anyhow::{Result, ensure};
 use full_wave::Outline;
 use geometry::profile::{Elements, SphericalDome};
-use geometry::{Curve, Meridian, Piece, Role, ring_cell};
+use geometry::{BaseSurface, Curve, Meridian, Piece, Role, ring_cell};
+
+/// Smooth surface that carries the relief.
+#[derive(Clone, Debug)]
+pub enum Base {
+    /// Sphere on a cylinder.
+    Sphere(SphericalDome),
+    /// Stated curve.
+    Curve(Meridian),
+}
+
+impl Base {
+    fn surface(&self) -> BaseSurface<'_> {
+        match self {
+            Self::Sphere(sphere) => sphere.into(),
+            Self::Curve(curve) => curve.into(),
+        }
+    }
+
+    /// Height and largest radius, mm.
+    fn size_mm(&self) -> [f64; 2] {
+        match self {
+            Self::Sphere(sphere) => [sphere.height_mm, sphere.radius_mm],
+            Self::Curve(curve) => [curve.top_mm(), curve.radius_mm()],
+        }
+    }
+
+    fn scaled(&self, by: f64) -> Self {
+        let point = |[r, z]: [f64; 2]| [r * by, z * by];
+        let curve = |curve: Curve| match curve {
+            Curve::Line => Curve::Line,
+            Curve::Arc { radius_mm, centre_mm } => {
+                Curve::Arc { radius_mm: radius_mm * by, centre_mm: centre_mm * by }
+            }
+            Curve::Bend { radius_mm, centre_mm, clockwise } => {
+                Curve::Bend { radius_mm: radius_mm * by, centre_mm: point(centre_mm), clockwise }
+            }
+        };
+        match self {
+            Self::Sphere(sphere) => Self::Sphere(SphericalDome {
+                sphere_radius_mm: sphere.sphere_radius_mm * by,
+                height_mm: sphere.height_mm * by,
+                radius_mm: sphere.radius_mm * by,
+            }),
+            Self::Curve(meridian) => {
+                let piece = |p: &Piece| Piece {
+                    start: point(p.start),
+                    end: point(p.end),
+                    curve: curve(p.curve),
+                    role: p.role,
+                };
+                Self::Curve(Meridian { pieces: meridian.pieces.iter().map(piece).collect() })
+            }
+        }
+    }
+}
 
 /// Dome with relief, and what light meets in it.
 #[derive(Clone, Debug)]
 pub struct Section {
-    base: SphericalDome,
+    base: Base,
     rings: Elements,
     /// Wavelength, µm.
     pub wavelength_um: f64,
@@ -37,7 +92,7 @@ impl Section {
     /// # Errors
     /// No rings, or a dome that relief does not fit.
     pub fn new(
-        base: &SphericalDome,
+        base: &Base,
         relief: &Elements,
         count: usize,
         width_um: f64,
@@ -52,11 +107,7 @@ impl Section {
             "ring width: expected above 0 um, got {width_um}"
         );
         let scale = 1e-3 * width_um * count as f64 / (relief.width_mm * elements as f64);
-        let base = SphericalDome {
-            sphere_radius_mm: base.sphere_radius_mm * scale,
-            height_mm: base.height_mm * scale,
-            radius_mm: base.radius_mm * scale,
-        };
+        let base = base.scaled(scale);
         // A ring takes the shape of the element at its share of the radius.
         let shape = |ring: usize| relief.shapes[(2 * ring + 1) * elements / (2 * count)].clone();
         let rings = Elements {
@@ -74,18 +125,23 @@ impl Section {
         self.rings.shapes.len()
     }
 
+    /// Width of a ring, µm.
+    pub fn ring_width_um(&self) -> f64 {
+        1e3 * self.rings.width_mm
+    }
+
     /// Largest distance from the axis, µm.
     pub fn radius_um(&self) -> f64 {
-        1e3 * self.base.radius_mm
+        1e3 * self.base.size_mm()[1]
     }
 
     /// Height, µm.
     pub fn height_um(&self) -> f64 {
-        1e3 * self.base.height_mm
+        1e3 * self.base.size_mm()[0]
     }
 
     fn meridian(&self) -> Result<Meridian> {
-        Ok(Meridian::stepped(&self.base, &self.rings)?)
+        Ok(Meridian::stepped(self.base.surface(), &self.rings)?)
     }
 
     /// The unit cell of a ring, from 1; none of a smooth one.
@@ -93,7 +149,7 @@ impl Section {
     /// # Errors
     /// Rounded corners that do not fit.
     pub fn cell(&self, ring: usize) -> Result<Option<geometry::Cell>> {
-        let cell = ring_cell(&self.base, &self.rings, ring, self.index[0])?;
+        let cell = ring_cell(self.base.surface(), &self.rings, ring, self.index[0])?;
         Ok(cell.map(|cell| cell.within(self.index[1])))
     }
 
@@ -133,7 +189,7 @@ impl Section {
     pub fn bands(&self) -> Vec<Surface> {
         let ends: Vec<f64> =
             (1..=self.rings()).map(|ring| self.rings.width_mm * ring as f64).collect();
-        surfaces(&Meridian::banded(&self.base, &ends))
+        surfaces(&Meridian::banded(self.base.surface(), &ends))
     }
 }
 

@@ -8,7 +8,7 @@ use full_wave::Polarisation as Field;
 use rayon::prelude::*;
 use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::hemisphere;
-use rcwa::progress::Progress;
+use rcwa::no_progress;
 use simulate::tables::{directions, efficiency_rows, interface};
 
 /// Nodes of the Bloch wavevector in one Brillouin zone.
@@ -61,7 +61,7 @@ fn solve_ring(
         return Ok(None);
     };
     let interface = interface(&cell, section.wavelength_um)?;
-    let (resolution, _) = converge_hemisphere(&interface, request.tolerance, &Progress::none())?;
+    let (resolution, _) = converge_hemisphere(&interface, request.tolerance, &no_progress)?;
     let grid = Grid {
         period: cell.period_um,
         wavelength: section.wavelength_um,
@@ -70,7 +70,7 @@ fn solve_ring(
         kx_per_zone: request.kx_per_zone,
         ky: vec![0.0],
     };
-    let solved = hemisphere(&interface, &directions(&grid), &resolution, &Progress::none())?;
+    let solved = hemisphere(&interface, &directions(&grid), &resolution, &no_progress)?;
     let rows = efficiency_rows(solved.incidences);
     let table = OrderTable::build(TableHeader::default(), grid, rows)?;
     // The electric field along y is s in this plane.

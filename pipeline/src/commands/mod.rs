@@ -7,6 +7,7 @@ pub mod check;
 pub mod converge;
 pub mod export;
 pub mod file_formats;
+pub mod full_wave;
 pub mod grating;
 pub mod import;
 pub mod job_record;

@@ -7,12 +7,12 @@
 //! logarithm, which is split off as -J0(kr)/4π ln(4 sin²((s-t)/2)) \[Kress1991\] within a smooth
 //! window, so that the splitting is periodic. Far images come from `lattice`.
 
-use super::bessel::{Bessel, EULER};
 use super::corner;
 use super::lattice::Far;
 use super::nodes::{Nodes, logarithmic_weights};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
+use full_wave::bessel::{Bessel, EULER};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

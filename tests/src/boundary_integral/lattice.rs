@@ -166,7 +166,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bessel::Bessel;
+    use full_wave::bessel::Bessel;
     use super::*;
 
     /// kx and kz of orders far beyond the last that propagates.

@@ -37,7 +37,6 @@
 //! # Ok::<(), batwing_tests::boundary_integral::IntegralError>(())
 //! ```
 
-mod bessel;
 mod contact;
 mod corner;
 mod error;

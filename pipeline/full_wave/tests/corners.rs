@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Bodies with corners: energy and reciprocity, which nothing enforces, and refinement; what is
+//! refused.
+
+use full_wave::{Body, Field, FullWaveError, Outline, Polarisation, Resolution};
+
+const WAVELENGTH: f64 = 0.55;
+const INDEX: [f64; 2] = [1.41, 1.0];
+const SOURCES: [[f64; 2]; 2] = [[0.0, 1.5], [-1.1, 1.2]];
+
+/// Steps of a dome 6 µm wide: upright risers, level treads, one slanted re-entrant riser.
+fn steps() -> Outline {
+    Outline::on_mirror([3.0, 0.0])
+        .line_to([3.0, 1.6])
+        .line_to([2.2, 1.5])
+        .line_to([2.4, 2.4])
+        .line_to([1.0, 2.4])
+        .line_to([1.0, 3.0])
+        .line_to([-1.0, 3.0])
+        .line_to([-1.0, 2.4])
+        .line_to([-2.4, 2.4])
+        .line_to([-2.2, 1.5])
+        .line_to([-3.0, 1.6])
+        .line_to([-3.0, 0.0])
+}
+
+/// The same with one side moved, so that no symmetry is left.
+fn skew_steps() -> Outline {
+    let mut outline = Outline::on_mirror([3.0, 0.0]).line_to([3.0, 1.6]).line_to([2.0, 1.6]);
+    for point in [[2.0, 2.6], [0.2, 3.0], [-0.4, 2.5], [-2.0, 2.2], [-2.4, 1.0], [-3.2, 0.0]] {
+        outline = outline.line_to(point);
+    }
+    outline
+}
+
+fn solve(outline: &Outline, nodes_per_wavelength: f64, polarisation: Polarisation) -> Field {
+    let resolution = Resolution { nodes_per_wavelength, ..Resolution::default() };
+    let body = Body::new(outline, WAVELENGTH, INDEX, resolution).unwrap();
+    body.solve(polarisation, &SOURCES).unwrap()
+}
+
+fn bins(field: &Field) -> Vec<Vec<f64>> {
+    let edges: Vec<f64> = (0..=36).map(|i| (-90.0 + 5.0 * f64::from(i)).to_radians()).collect();
+    field.bins(&edges)
+}
+
+fn check_laws(outline: &Outline) {
+    for polarisation in [Polarisation::Te, Polarisation::Tm] {
+        let (coarse, fine) = (solve(outline, 8.0, polarisation), solve(outline, 12.0, polarisation));
+        for (emitted, radiated) in fine.emitted().iter().zip(fine.radiated()) {
+            let balance = (emitted - radiated).abs() / emitted;
+            assert!(balance < 1e-9, "{polarisation:?}: {balance:e}");
+        }
+        let (there, back) = (fine.between(0, 1), fine.between(1, 0));
+        let difference = (there - back).norm() / there.norm();
+        assert!(difference < 1e-8, "{polarisation:?}, reciprocity: {difference:e}");
+        let (coarse, fine) = (bins(&coarse), bins(&fine));
+        let largest = fine.iter().flatten().copied().fold(0.0, f64::max);
+        for (a, b) in coarse.iter().flatten().zip(fine.iter().flatten()) {
+            assert!((a - b).abs() < 1e-6 * largest, "{polarisation:?}: {a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn energy_reciprocity_and_refinement_of_steps() {
+    check_laws(&steps());
+}
+
+#[test]
+fn energy_reciprocity_and_refinement_without_symmetry() {
+    check_laws(&skew_steps());
+}
+
+/// Even and odd light apart, and both together: the same field by two ways.
+#[test]
+fn symmetry_changes_nothing() {
+    let symmetric = steps();
+    // A vertex in the middle of a side, on one half alone, hides the symmetry.
+    let hidden = Outline::on_mirror([3.0, 0.0]).line_to([3.0, 0.7]);
+    let corners = [
+        [3.0, 1.6], [2.2, 1.5], [2.4, 2.4], [1.0, 2.4], [1.0, 3.0], [-1.0, 3.0], [-1.0, 2.4],
+        [-2.4, 2.4], [-2.2, 1.5], [-3.0, 1.6], [-3.0, 0.0],
+    ];
+    let hidden = corners.into_iter().fold(hidden, Outline::line_to);
+    assert!(symmetric.is_symmetric() && !hidden.is_symmetric());
+    let (a, b) = (solve(&symmetric, 12.0, Polarisation::Tm), solve(&hidden, 12.0, Polarisation::Tm));
+    let (a, b) = (bins(&a), bins(&b));
+    let largest = a.iter().flatten().copied().fold(0.0, f64::max);
+    for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+        assert!((a - b).abs() < 1e-7 * largest, "{a} and {b}");
+    }
+}
+
+#[test]
+fn what_cannot_be_solved_is_refused() {
+    let body = Body::new(&steps(), WAVELENGTH, INDEX, Resolution::default()).unwrap();
+    let refused = |at| body.solve(Polarisation::Te, &[at]).unwrap_err();
+    assert!(refused([0.0, 3.5]).to_string().contains("outside"));
+    assert!(refused([0.0, -1.0]).to_string().contains("outside"));
+    assert!(refused([2.999, 1.0]).to_string().contains("at least"));
+    let small = Resolution { max_bytes: 1e6, ..Resolution::default() };
+    let memory = Body::new(&steps(), WAVELENGTH, INDEX, small).unwrap_err();
+    assert!(matches!(memory, FullWaveError::Memory { .. }), "{memory}");
+    let index = Body::new(&steps(), WAVELENGTH, [f64::NAN, 1.0], Resolution::default());
+    assert!(index.unwrap_err().to_string().contains("index inside"));
+}

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing full-wave`: the section of a design's dome by rays, hybrid and Maxwell's equations.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+use full_wave::{Cost, Resolution};
+use rcwa::guard::free_bytes;
+use section::compare::{
+    Comparison, Distance, FINE_DEG, FarField, Model, Request, SourceRequest, WIDTHS_DEG, compare,
+    cost,
+};
+use section::dome::{Base, Section};
+use serde_json::{Value, json};
+
+use design::Design;
+use design::resolved::dome::Dome;
+use files::atomic_file::{write_bytes, write_json};
+use files::formats::csv;
+use files::run_context::RunContext;
+use metrics::quantity::{Curve, Quantity, Unit};
+use report::plots::{self, Heading, LineColours, far_field_cartesian};
+use simulate::scene_check;
+
+use super::arguments::{finite, paths, whole};
+use super::outputs::writable;
+
+/// Bins of the verdict, degrees.
+const VERDICT_DEG: f64 = 2.5;
+/// Share of the free memory that is taken without `--memory-gib`.
+const MEMORY_SHARE: f64 = 0.6;
+/// Floating-point operations a second and core, for the time said beforehand.
+const OPERATIONS_PER_SECOND: f64 = 2e10;
+/// Operations beyond which fewer rings are taken by default: some ten minutes on two cores.
+const DEFAULT_OPERATIONS: f64 = 1e13;
+
+/// `batwing full-wave`.
+#[derive(Debug, Args)]
+pub struct FullWaveArgs {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Rings from the axis to the rim [default: as many as ten minutes and the memory allow, at
+    /// most those of the design]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=2000_usize))]
+    pub rings: Option<usize>,
+    /// Width of a ring, µm [default: `hybrid.element_width_um`]
+    #[arg(
+        long,
+        value_name = "UM",
+        allow_negative_numbers = true,
+        value_parser = finite,
+        conflicts_with = "scale"
+    )]
+    pub ring_width_um: Option<f64>,
+    /// The whole dome, with the rings as designed, times this factor
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = finite)]
+    pub scale: Option<f64>,
+    /// Line sources over the chip
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 60,
+        allow_negative_numbers = true,
+        value_parser = whole(2..=2000_usize)
+    )]
+    pub sources: usize,
+    /// Paths of rays and of the hybrid, for each polarisation
+    #[arg(long, value_name = "N", default_value = "2e6", value_parser = paths)]
+    pub paths: u64,
+    /// Nodes of full wave to a wavelength in the dome, 5 to 40
+    #[arg(long, value_name = "N", default_value_t = 8.0, value_parser = finite)]
+    pub nodes: f64,
+    /// Memory for full wave, GiB [default: 60 % of what is free]
+    #[arg(long, value_name = "GIB", value_parser = finite)]
+    pub memory_gib: Option<f64>,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "full-wave")]
+    pub out: PathBuf,
+}
+
+/// Compares the models and writes what they give.
+pub fn run(arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
+    let design = scene_check::load(&arguments.design)?;
+    of_design(&design, arguments, context)
+        .with_context(|| arguments.design.display().to_string())
+}
+
+fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
+    ensure!(
+        (5.0..=40.0).contains(&arguments.nodes),
+        "--nodes: expected 5 to 40, got {}",
+        arguments.nodes
+    );
+    writable(&arguments.out)?;
+    let resolution = Resolution {
+        nodes_per_wavelength: arguments.nodes,
+        max_bytes: arguments
+            .memory_gib
+            .map_or(MEMORY_SHARE * free_bytes().min(1e15), |gib| gib * f64::from(1 << 30)),
+    };
+    let section = scaled_section(design, arguments, resolution)?;
+    let size = cost(&section, resolution)?;
+    context.console.say(&plan(&section, &size));
+    let request = Request {
+        sources: source_request(design, arguments.sources),
+        resolution,
+        paths: usize::try_from(arguments.paths)?,
+        seed: context.seed,
+        ..Request::default()
+    };
+    let found = compare(&section, &request, |step| {
+        context.console.say(step);
+        Ok(context.interrupt.check()?)
+    })?;
+    let json = describe(design, &section, &request, &found);
+    let curves = curves(&found)?;
+    let theta = Quantity::new("theta", Unit::Degree);
+    let share = Quantity::new("share of the power per degree", Unit::Relative);
+    csv::write_curves_csv(&arguments.out.join("far_field.csv"), &theta, &share, &curves)?;
+    let heading = Heading::new(
+        format!("{}: section by three models", design.name),
+        format!(
+            "{} rings of {:.3} µm, {} nm; bins of {VERDICT_DEG}°, mean of TE and TM",
+            section.rings(),
+            section.ring_width_um(),
+            design.wavelength_nm
+        ),
+    );
+    let picture = plots::FarField {
+        heading: &heading,
+        quantity: &share,
+        curves: &curves,
+        colours: LineColours::Models,
+        numbers: &[],
+        peaks: &[],
+    };
+    write_bytes(&arguments.out.join("far_field.png"), &far_field_cartesian(&picture)?.png()?)?;
+    write_json(&arguments.out.join("full_wave.json"), &json)?;
+    context.console.result(&json, || {
+        format!("{}\nwritten to {}", table(&found), arguments.out.display())
+    })
+}
+
+/// The relief of the design at the size asked for, or at the largest that fits.
+fn scaled_section(
+    design: &Design,
+    arguments: &FullWaveArgs,
+    resolution: Resolution,
+) -> Result<Section> {
+    let base = match &design.dome {
+        Some(Dome::Sphere(sphere)) => Base::Sphere(*sphere),
+        Some(Dome::Meridian(curve)) => Base::Curve(curve.clone()),
+        Some(Dome::Mesh(_)) => bail!("dome.file: expected a dome with a section, got a mesh"),
+        None => bail!("dome: expected a dome with rings of relief, got none"),
+    };
+    let designed_um = 1e3 * design.elements.width_mm;
+    let (width_um, all) = match arguments.scale {
+        Some(scale) => (designed_um * scale, design.elements.shapes.len()),
+        None => (
+            arguments.ring_width_um.unwrap_or(design.hybrid.element_width_um),
+            design.hybrid_rings().shapes.len(),
+        ),
+    };
+    let index = [design.silicone.index, simulate::scene::index_about_domes(design).unwrap_or(1.0)];
+    let make = |rings: usize| {
+        let wavelength_um = 1e-3 * design.wavelength_nm;
+        Section::new(&base, &design.elements, rings, width_um, wavelength_um, index)
+    };
+    if let Some(rings) = arguments.rings.or(arguments.scale.map(|_| all)) {
+        return make(rings);
+    }
+    // Unknowns grow with the rings; the last number that fits is found by halving.
+    let fits = |rings: usize| {
+        let section = make(rings).ok()?;
+        let size = cost(&section, resolution).ok()?;
+        (size.operations <= DEFAULT_OPERATIONS).then_some(section)
+    };
+    let (mut low, mut high) = (0, all + 1);
+    let mut found = None;
+    while high - low > 1 {
+        let middle = low.midpoint(high);
+        match fits(middle) {
+            Some(section) => (low, found) = (middle, Some(section)),
+            None => high = middle,
+        }
+    }
+    match found {
+        Some(section) => Ok(section),
+        None => make(1).and_then(|section| cost(&section, resolution).map(|_| section)),
+    }
+}
+
+/// The chip of the design, in shares of its dome.
+fn source_request(design: &Design, count: usize) -> SourceRequest {
+    let Some(dome) = &design.dome else {
+        return SourceRequest { count, ..SourceRequest::default() };
+    };
+    SourceRequest {
+        count,
+        width: 0.5 * design.led.size_mm[0] / dome.radius_mm(),
+        offset: 0.0,
+        height: design.led.height_mm / dome.height_mm(),
+    }
+}
+
+fn plan(section: &Section, size: &Cost) -> String {
+    let cores = rayon::current_num_threads().min(size.matrices) as f64;
+    format!(
+        "{} rings of {:.3} um, radius {:.1} um: {} unknowns, {:.2} GB, some {:.0} s",
+        section.rings(),
+        section.ring_width_um(),
+        section.radius_um(),
+        size.unknowns,
+        size.bytes / 1e9,
+        2.0 * size.operations / (OPERATIONS_PER_SECOND * cores) + 5.0
+    )
+}
+
+fn curves(found: &Comparison) -> Result<Vec<Curve>> {
+    let curve = |far: &FarField| {
+        let (bins, errors) = far.in_bins(VERDICT_DEG);
+        let middle = |i: usize| -90.0 + VERDICT_DEG * (i as f64 + 0.5);
+        let x = (0..bins.len()).map(middle).collect();
+        let per_degree = |values: Vec<f64>| values.iter().map(|v| v / VERDICT_DEG).collect();
+        Curve::new(name(far.model), x, per_degree(bins), per_degree(errors))
+    };
+    found.far_fields.iter().map(curve).collect()
+}
+
+fn name(model: Model) -> &'static str {
+    match model {
+        Model::FullWave => "full wave",
+        Model::Hybrid => "hybrid",
+        Model::Rays => "rays",
+    }
+}
+
+/// Distance without its noise, or that it is no more than noise.
+fn percent(distance: &Distance) -> String {
+    match distance.beyond_noise() {
+        Some(beyond) if distance.rms > 2.0 * distance.noise => format!("{:.1} %", 100.0 * beyond),
+        _ => format!("below {:.1} % (noise)", 200.0 * distance.noise),
+    }
+}
+
+fn verdict(found: &Comparison) -> String {
+    let at = |model| {
+        let mut all = found.distances.iter();
+        all.find(|d| d.model == model && (d.bin_deg - VERDICT_DEG).abs() < 1e-9)
+    };
+    let words = |model| at(model).map_or_else(String::new, percent);
+    format!(
+        "r.m.s. distance from full wave in bins of {VERDICT_DEG}°, over its largest bin: hybrid {}, rays {}",
+        words(Model::Hybrid),
+        words(Model::Rays)
+    )
+}
+
+fn table(found: &Comparison) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{:<10} {:>9} {:>12} {:>10}", "model", "peak", "centre/peak", "missing");
+    for far in &found.far_fields {
+        let figures = far.figures();
+        let _ = writeln!(
+            text,
+            "{:<10} {:>7.1}° {:>10.1} % {:>10.0e}",
+            name(far.model),
+            figures.peak_deg,
+            100.0 * figures.centre_to_peak,
+            far.missing
+        );
+    }
+    let _ = writeln!(text, "\n{:<10} {:>6} {:>10} {:>10} {:>10} {:>10}", "distance", "bins", "r.m.s.", "noise", "largest", "L1");
+    for d in &found.distances {
+        let _ = writeln!(
+            text,
+            "{:<10} {:>5}° {:>8.2} % {:>8.2} % {:>8.2} % {:>8.2} %",
+            name(d.model),
+            d.bin_deg,
+            100.0 * d.rms,
+            100.0 * d.noise,
+            100.0 * d.largest,
+            100.0 * d.l1
+        );
+    }
+    text + &verdict(found)
+}
+
+fn describe(design: &Design, section: &Section, request: &Request, found: &Comparison) -> Value {
+    json!({
+        "design": design.name,
+        "wavelength_nm": design.wavelength_nm,
+        "index": section.index,
+        "ring_width_um": section.ring_width_um(),
+        "sources": request.sources.count,
+        "paths": request.paths,
+        "nodes_per_wavelength": request.resolution.nodes_per_wavelength,
+        "bin_deg": FINE_DEG,
+        "widths_deg": WIDTHS_DEG,
+        "figures": found.far_fields.iter().map(|far| json!({
+            "model": far.model,
+            "peak_deg": far.figures().peak_deg,
+            "centre_to_peak": far.figures().centre_to_peak,
+        })).collect::<Vec<_>>(),
+        "verdict": verdict(found),
+        "comparison": found,
+    })
+}
