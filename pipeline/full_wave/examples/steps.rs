@@ -11,15 +11,25 @@ fn main() {
         let z = (radius * radius - x * x).sqrt();
         let [lx, _] = o.last();
         o = o.line_to([lx, z]);
-        if i > 0 { o = o.line_to([x, z]); }
+        if i > 0 {
+            o = o.line_to([x, z]);
+        }
     }
     // flat top mirrored
-    let right: Vec<[f64; 2]> = { let mut p = vec![]; let mut l = o.points(1e9); p.append(&mut l); p };
-    for p in right.iter().rev() { o = o.line_to([-p[0], p[1]]); }
+    let right: Vec<[f64; 2]> = {
+        let mut p = vec![];
+        let mut l = o.points(1e9);
+        p.append(&mut l);
+        p
+    };
+    for p in right.iter().rev() {
+        o = o.line_to([-p[0], p[1]]);
+    }
     let r = Resolution { nodes_per_wavelength: ppw, max_bytes: 12e9 };
     let body = Body::new(&o, 0.55, [1.41, 1.0], r).unwrap();
     println!("{:?} length {}", body.cost(), o.length());
-    let sources = [[0.0, 0.3 * radius], [0.15 * radius, 0.2 * radius], [-0.2 * radius, 0.25 * radius]];
+    let sources =
+        [[0.0, 0.3 * radius], [0.15 * radius, 0.2 * radius], [-0.2 * radius, 0.25 * radius]];
     for pol in [Polarisation::Te, Polarisation::Tm] {
         let t = Instant::now();
         let f = body.solve(pol, &sources).unwrap();
@@ -29,8 +39,13 @@ fn main() {
         let rec = (f.between(0, 1) - f.between(1, 0)).norm() / f.between(0, 1).norm();
         let edges: Vec<f64> = (0..=36).map(|i| (-90.0 + 5.0 * f64::from(i)).to_radians()).collect();
         let bins = f.bins(&edges);
-        print!("{pol:?} {t1:?} all {:?} emitted {e:?} balance {bal:?} reciprocity {rec:.1e}\nBINS", t.elapsed());
-        for b in &bins { print!(" {:.10}", b[1]); }
+        print!(
+            "{pol:?} {t1:?} all {:?} emitted {e:?} balance {bal:?} reciprocity {rec:.1e}\nBINS",
+            t.elapsed()
+        );
+        for b in &bins {
+            print!(" {:.10}", b[1]);
+        }
         println!();
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A body with its wavelength and indices, and what its solution needs.
 
+use crate::FullWaveError;
 use crate::bessel::Bessel;
 use crate::compression::{CMat, PER_PANEL, compressed, for_each};
 use crate::field::Field;
@@ -9,7 +10,6 @@ use crate::mesh::Mesh;
 use crate::outline::{Outline, Surroundings, winding};
 use crate::panel::{Block, Reflection, add};
 use crate::quadrature::NODES;
-use crate::FullWaveError;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_scratch};
@@ -84,7 +84,9 @@ impl Body {
             ("index outside", outside),
             ("nodes per wavelength", resolution.nodes_per_wavelength),
         ];
-        if let Some((name, got)) = numbers.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
+        if let Some((name, got)) =
+            numbers.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite()))
+        {
             return Err(FullWaveError::Number { name, got });
         }
         outline.check()?;
@@ -202,8 +204,7 @@ impl Body {
                 })
             })
             .collect();
-        let made: Vec<CMat> =
-            kinds.par_iter().map(|&i| compressed(media, &corners[i])).collect();
+        let made: Vec<CMat> = kinds.par_iter().map(|&i| compressed(media, &corners[i])).collect();
         kind_of.into_iter().map(|kind| made[kind].clone()).collect()
     }
 
@@ -261,8 +262,7 @@ impl Body {
             for (b, &(column, _)) in held.iter().enumerate() {
                 for i in 0..PER_PANEL {
                     for j in 0..PER_PANEL {
-                        let mut value =
-                            block[(row * PER_PANEL + i, column * PER_PANEL + j)];
+                        let mut value = block[(row * PER_PANEL + i, column * PER_PANEL + j)];
                         if sign != 0.0 {
                             // An image is travelled the other way.
                             let (density, node) = (j / NODES, j % NODES);
@@ -322,8 +322,7 @@ impl Body {
                         sum[1] += sign * derivative;
                     }
                     out[(p * PER_PANEL + i, column)] = sum[0];
-                    out[(p * PER_PANEL + NODES + i, column)] =
-                        sum[1] * media.scale_of_derivative();
+                    out[(p * PER_PANEL + NODES + i, column)] = sum[1] * media.scale_of_derivative();
                 }
             }
         }
@@ -342,10 +341,7 @@ fn line_source(k: f64, x: [f64; 2], normal: [f64; 2], s: [f64; 2]) -> [Complex64
     let r = d[0].hypot(d[1]);
     let b = Bessel::at(k * r);
     let along = (normal[0] * d[0] + normal[1] * d[1]) / r;
-    [
-        Complex64::new(-0.25 * b.y0, 0.25 * b.j0),
-        Complex64::new(b.y1, -b.j1) * (0.25 * k * along),
-    ]
+    [Complex64::new(-0.25 * b.y0, 0.25 * b.j0), Complex64::new(b.y1, -b.j1) * (0.25 * k * along)]
 }
 
 fn rows_of(panels: &[usize]) -> Vec<usize> {
@@ -380,13 +376,7 @@ fn solve_in_memory(mut matrix: MatMut<Complex64>, mut right: MatMut<Complex64>) 
     let solve = solve_in_place_scratch::<usize, Complex64>(n, k, Par::Seq);
     let mut memory = MemBuffer::new(factor.or(solve));
     let stack = MemStack::new(&mut memory);
-    let (_, permutation) = lu_in_place(
-        matrix.rb_mut(),
-        &mut forward,
-        &mut backward,
-        Par::Seq,
-        stack,
-        Spec::default(),
-    );
+    let (_, permutation) =
+        lu_in_place(matrix.rb_mut(), &mut forward, &mut backward, Par::Seq, stack, Spec::default());
     solve_in_place(matrix.rb(), matrix.rb(), permutation, right.rb_mut(), Par::Seq, stack);
 }

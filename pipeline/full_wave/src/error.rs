@@ -22,7 +22,9 @@ pub enum FullWaveError {
         got: f64,
     },
     /// Source that is outside or too close to the outline.
-    #[error("source {number} at ({x}, {z}): expected a place inside the outline and at least {distance:.4} from it, got {got}")]
+    #[error(
+        "source {number} at ({x}, {z}): expected a place inside the outline and at least {distance:.4} from it, got {got}"
+    )]
     Source {
         /// Number of the source from 1.
         number: usize,
@@ -36,7 +38,9 @@ pub enum FullWaveError {
         got: String,
     },
     /// Matrix beyond the limit.
-    #[error("memory: expected at most {limit:.2} GB, got {needed:.2} GB for {unknowns} unknowns ({width:.1} wavelengths of outline)")]
+    #[error(
+        "memory: expected at most {limit:.2} GB, got {needed:.2} GB for {unknowns} unknowns ({width:.1} wavelengths of outline)"
+    )]
     Memory {
         /// GB that may be used.
         limit: f64,

@@ -170,9 +170,12 @@ impl Field {
     /// Gauss-Legendre panels that follow its fringes.
     pub fn bins(&self, edges: &[f64]) -> Vec<Vec<f64>> {
         let rule = rule();
-        let size = self.mesh.panels.iter().flat_map(|p| &p.nodes).fold(0.0, |size: f64, node| {
-            size.max(node.point[0].hypot(node.point[1]))
-        });
+        let size = self
+            .mesh
+            .panels
+            .iter()
+            .flat_map(|p| &p.nodes)
+            .fold(0.0, |size: f64, node| size.max(node.point[0].hypot(node.point[1])));
         // Two panels of 16 nodes hold some four periods of the finest fringe, exp(2ik size θ).
         let fringe = TAU / (2.0 * self.media.index[1] * size);
         let mut angles = Vec::new();

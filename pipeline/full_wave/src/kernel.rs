@@ -168,9 +168,7 @@ pub(crate) fn diagonal(media: &Media, curvature: f64, unit: f64) -> (Entry, Entr
     let [w1, w2] = media.weight;
     let quarter = Complex64::new(0.0, 0.25);
     let second = quarter * media.second();
-    let h = |index: f64| {
-        Complex64::new(1.0, FRAC_2_PI * ((0.5 * index * unit).ln() + EULER))
-    };
+    let h = |index: f64| Complex64::new(1.0, FRAC_2_PI * ((0.5 * index * unit).ln() + EULER));
     // A/r² and B/r² in the limit.
     let a = |index: f64| {
         let log = (0.5 * index * unit).ln() + EULER - 0.5;

@@ -83,7 +83,8 @@ impl Mesh {
             })
             .collect();
         let vertices: Vec<[f64; 2]> = chain.iter().map(|s| s.curve.origin).collect();
-        let mut mesh = Self { panels: Vec::new(), corner_of: Vec::new(), corners: Vec::new(), images };
+        let mut mesh =
+            Self { panels: Vec::new(), corner_of: Vec::new(), corners: Vec::new(), images };
         let mut firsts = Vec::with_capacity(count);
         for (number, segment) in chain.iter().enumerate() {
             firsts.push(mesh.panels.len());

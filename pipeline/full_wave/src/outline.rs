@@ -184,9 +184,10 @@ impl Outline {
     /// Returns the pieces with x ≥ 0, from the mirror or the lowest point to the highest, if the
     /// outline is symmetric and crosses the axis nowhere else.
     pub(crate) fn right_half(&self) -> Option<Vec<Segment>> {
-        let size = self.points(self.length() / 64.0).iter().fold(0.0, |size: f64, p| {
-            size.max(p[0].abs()).max(p[1].abs())
-        });
+        let size = self
+            .points(self.length() / 64.0)
+            .iter()
+            .fold(0.0, |size: f64, p| size.max(p[0].abs()).max(p[1].abs()));
         let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9 * size;
         let mut pieces = Vec::new();
         for segment in &self.segments {
@@ -230,15 +231,21 @@ impl Outline {
         let refuse = |expected: &str, got: String| {
             Err(FullWaveError::Outline { expected: expected.to_owned(), got })
         };
-        let finite = self.segments.iter().all(|s| {
-            s.length.is_finite() && s.curve.curvature.is_finite() && s.length > 0.0
-        });
+        let finite = self
+            .segments
+            .iter()
+            .all(|s| s.length.is_finite() && s.curve.curvature.is_finite() && s.length > 0.0);
         if self.segments.is_empty() || !finite {
-            return refuse("at least one piece of finite length", format!("{}", self.segments.len()));
+            return refuse(
+                "at least one piece of finite length",
+                format!("{}", self.segments.len()),
+            );
         }
-        if let Some(number) = self.segments.iter().position(|s| {
-            (s.curve.curvature * s.length).abs() > TAU * (1.0 - 1e-6)
-        }) {
+        if let Some(number) = self
+            .segments
+            .iter()
+            .position(|s| (s.curve.curvature * s.length).abs() > TAU * (1.0 - 1e-6))
+        {
             return refuse("arcs of less than a full turn", format!("piece {}", number + 1));
         }
         let size = self.length();
@@ -308,9 +315,7 @@ fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     let side = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
         (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
     };
-    let overlap = |i: usize| {
-        a[i].min(b[i]) <= c[i].max(d[i]) && c[i].min(d[i]) <= a[i].max(b[i])
-    };
+    let overlap = |i: usize| a[i].min(b[i]) <= c[i].max(d[i]) && c[i].min(d[i]) <= a[i].max(b[i]);
     overlap(0)
         && overlap(1)
         && side(a, b, c) * side(a, b, d) <= 0.0

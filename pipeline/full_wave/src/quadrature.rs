@@ -132,9 +132,8 @@ mod tests {
     fn polynomials_of_degree_31_are_integrated() {
         let rule = rule();
         for degree in 0..32_u8 {
-            let got: f64 = (0..NODES)
-                .map(|i| rule.weights[i] * rule.nodes[i].powi(i32::from(degree)))
-                .sum();
+            let got: f64 =
+                (0..NODES).map(|i| rule.weights[i] * rule.nodes[i].powi(i32::from(degree))).sum();
             let exact = if degree % 2 == 0 { 2.0 / (f64::from(degree) + 1.0) } else { 0.0 };
             assert!((got - exact).abs() < 1e-14, "degree {degree}: {got}");
         }

@@ -46,7 +46,8 @@ fn bins(field: &Field) -> Vec<Vec<f64>> {
 
 fn check_laws(outline: &Outline) {
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
-        let (coarse, fine) = (solve(outline, 8.0, polarisation), solve(outline, 12.0, polarisation));
+        let (coarse, fine) =
+            (solve(outline, 8.0, polarisation), solve(outline, 12.0, polarisation));
         for (emitted, radiated) in fine.emitted().iter().zip(fine.radiated()) {
             let balance = (emitted - radiated).abs() / emitted;
             assert!(balance < 1e-9, "{polarisation:?}: {balance:e}");
@@ -79,12 +80,22 @@ fn symmetry_changes_nothing() {
     // A vertex in the middle of a side, on one half alone, hides the symmetry.
     let hidden = Outline::on_mirror([3.0, 0.0]).line_to([3.0, 0.7]);
     let corners = [
-        [3.0, 1.6], [2.2, 1.5], [2.4, 2.4], [1.0, 2.4], [1.0, 3.0], [-1.0, 3.0], [-1.0, 2.4],
-        [-2.4, 2.4], [-2.2, 1.5], [-3.0, 1.6], [-3.0, 0.0],
+        [3.0, 1.6],
+        [2.2, 1.5],
+        [2.4, 2.4],
+        [1.0, 2.4],
+        [1.0, 3.0],
+        [-1.0, 3.0],
+        [-1.0, 2.4],
+        [-2.4, 2.4],
+        [-2.2, 1.5],
+        [-3.0, 1.6],
+        [-3.0, 0.0],
     ];
     let hidden = corners.into_iter().fold(hidden, Outline::line_to);
     assert!(symmetric.is_symmetric() && !hidden.is_symmetric());
-    let (a, b) = (solve(&symmetric, 12.0, Polarisation::Tm), solve(&hidden, 12.0, Polarisation::Tm));
+    let (a, b) =
+        (solve(&symmetric, 12.0, Polarisation::Tm), solve(&hidden, 12.0, Polarisation::Tm));
     let (a, b) = (bins(&a), bins(&b));
     let largest = a.iter().flatten().copied().fold(0.0, f64::max);
     for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {

@@ -123,9 +123,16 @@ fn check(radius: f64, arcs: usize, first: f64, resolution: f64, tolerance: f64) 
             let expected = series(TAU * radius, index, te, (TAU * rho, azimuth), &azimuths);
             let error = worst(&got, i, &expected);
             let balance = (emitted[i] - radiated[i]).abs() / emitted[i];
-            eprintln!("R {radius} arcs {arcs} {polarisation:?} source {i}: far field {error:.1e} balance {balance:.1e} emitted {} unknowns {}", emitted[i], body.cost().unknowns);
+            eprintln!(
+                "R {radius} arcs {arcs} {polarisation:?} source {i}: far field {error:.1e} balance {balance:.1e} emitted {} unknowns {}",
+                emitted[i],
+                body.cost().unknowns
+            );
             assert!(error < tolerance, "radius {radius}, {polarisation:?}, source {i}: {error:e}");
-            assert!(balance < tolerance, "radius {radius}, {polarisation:?}, source {i}: {balance:e}");
+            assert!(
+                balance < tolerance,
+                "radius {radius}, {polarisation:?}, source {i}: {balance:e}"
+            );
         }
     }
 }
@@ -153,7 +160,13 @@ fn half_a_cylinder_on_a_mirror() {
         let source = [rho * azimuth.cos(), rho * azimuth.sin()];
         let field = body.solve(polarisation, &[source]).unwrap();
         let one = |azimuth| {
-            series(TAU * radius, index, polarisation == Polarisation::Te, (TAU * rho, azimuth), &azimuths)
+            series(
+                TAU * radius,
+                index,
+                polarisation == Polarisation::Te,
+                (TAU * rho, azimuth),
+                &azimuths,
+            )
         };
         let expected: Vec<Complex64> =
             one(azimuth).into_iter().zip(one(-azimuth)).map(|(a, b)| a + sign * b).collect();

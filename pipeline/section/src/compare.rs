@@ -285,13 +285,9 @@ impl FarField {
     pub fn figures(&self) -> Figures {
         let (bins, _) = self.in_bins(5.0);
         let half = bins.len() / 2;
-        let folded: Vec<f64> =
-            (0..half).map(|i| bins[half + i] + bins[half - 1 - i]).collect();
+        let folded: Vec<f64> = (0..half).map(|i| bins[half + i] + bins[half - 1 - i]).collect();
         let peak = (0..half).max_by(|&a, &b| folded[a].total_cmp(&folded[b])).unwrap_or(0);
-        Figures {
-            peak_deg: 5.0 * peak as f64 + 2.5,
-            centre_to_peak: folded[0] / folded[peak],
-        }
+        Figures { peak_deg: 5.0 * peak as f64 + 2.5, centre_to_peak: folded[0] / folded[peak] }
     }
 }
 

@@ -74,8 +74,5 @@ fn solve_ring(
     let rows = efficiency_rows(solved.incidences);
     let table = OrderTable::build(TableHeader::default(), grid, rows)?;
     // The electric field along y is s in this plane.
-    Ok(Some([
-        table.for_polarisation(Polarisation::S)?,
-        table.for_polarisation(Polarisation::P)?,
-    ]))
+    Ok(Some([table.for_polarisation(Polarisation::S)?, table.for_polarisation(Polarisation::P)?]))
 }

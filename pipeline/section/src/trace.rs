@@ -44,13 +44,7 @@ pub struct Traced {
 
 /// Traces `paths` rays, in equal numbers from the `sources`, into bins between the `edges` (radians
 /// from z towards x, ascending).
-pub fn trace(
-    scene: Scene,
-    sources: &[[f64; 2]],
-    edges: &[f64],
-    paths: usize,
-    seed: u64,
-) -> Traced {
+pub fn trace(scene: Scene, sources: &[[f64; 2]], edges: &[f64], paths: usize, seed: u64) -> Traced {
     let per_group = paths.div_ceil(GROUPS * sources.len()) * sources.len();
     let count = edges.len().saturating_sub(1);
     let groups: Vec<(Vec<f64>, f64)> = (0..GROUPS)
@@ -105,9 +99,7 @@ fn follow(scene: &Scene, source: [f64; 2], rng: &mut Pcg64Mcg) -> Option<f64> {
         let number = hit?.1;
         let surface = &scene.surfaces[number];
         let normal = surface.normal(at);
-        let table = scene
-            .tables
-            .and_then(|tables| tables.ring(surface.ring?, scene.polarisation));
+        let table = scene.tables.and_then(|tables| tables.ring(surface.ring?, scene.polarisation));
         // A ray that comes from the wrong side has slipped through a corner.
         let along = way[0] * normal[0] + way[1] * normal[1];
         if (along > 0.0) != inside {
@@ -203,12 +195,7 @@ impl Surface {
 }
 
 /// Nearest surface along a ray; a straight one that it leaves from is left out.
-fn nearest(
-    surfaces: &[Surface],
-    at: [f64; 2],
-    way: [f64; 2],
-    last: usize,
-) -> Option<(f64, usize)> {
+fn nearest(surfaces: &[Surface], at: [f64; 2], way: [f64; 2], last: usize) -> Option<(f64, usize)> {
     let mut found: Option<(f64, usize)> = None;
     for (number, surface) in surfaces.iter().enumerate() {
         if number == last && surface.arc.is_none() {

@@ -58,15 +58,14 @@ pub struct FullWaveArgs {
     /// The whole dome, with the rings as designed, times this factor
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = finite)]
     pub scale: Option<f64>,
-    /// Line sources over the chip
+    /// Line sources over the chip [default: two to a wavelength, 24 to 400]
     #[arg(
         long,
         value_name = "N",
-        default_value_t = 60,
         allow_negative_numbers = true,
         value_parser = whole(2..=2000_usize)
     )]
-    pub sources: usize,
+    pub sources: Option<usize>,
     /// Paths of rays and of the hybrid, for each polarisation
     #[arg(long, value_name = "N", default_value = "2e6", value_parser = paths)]
     pub paths: u64,
@@ -84,8 +83,7 @@ pub struct FullWaveArgs {
 /// Compares the models and writes what they give.
 pub fn run(arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
-    of_design(&design, arguments, context)
-        .with_context(|| arguments.design.display().to_string())
+    of_design(&design, arguments, context).with_context(|| arguments.design.display().to_string())
 }
 
 fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
@@ -105,7 +103,7 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     let size = cost(&section, resolution)?;
     context.console.say(&plan(&section, &size));
     let request = Request {
-        sources: source_request(design, arguments.sources),
+        sources: source_request(design, &section, arguments.sources),
         resolution,
         paths: usize::try_from(arguments.paths)?,
         seed: context.seed,
@@ -123,9 +121,9 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     let heading = Heading::new(
         format!("{}: section by three models", design.name),
         format!(
-            "{} rings of {:.3} µm, {} nm; bins of {VERDICT_DEG}°, mean of TE and TM",
+            "{} rings of {} µm, {} nm; bins of {VERDICT_DEG}°, mean of TE and TM",
             section.rings(),
-            section.ring_width_um(),
+            (1e6 * section.ring_width_um()).round() / 1e6,
             design.wavelength_nm
         ),
     );
@@ -139,9 +137,9 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     };
     write_bytes(&arguments.out.join("far_field.png"), &far_field_cartesian(&picture)?.png()?)?;
     write_json(&arguments.out.join("full_wave.json"), &json)?;
-    context.console.result(&json, || {
-        format!("{}\nwritten to {}", table(&found), arguments.out.display())
-    })
+    context
+        .console
+        .result(&json, || format!("{}\nwritten to {}", table(&found), arguments.out.display()))
 }
 
 /// The relief of the design at the size asked for, or at the largest that fits.
@@ -193,23 +191,23 @@ fn scaled_section(
     }
 }
 
-/// The chip of the design, in shares of its dome.
-fn source_request(design: &Design, count: usize) -> SourceRequest {
-    let Some(dome) = &design.dome else {
-        return SourceRequest { count, ..SourceRequest::default() };
-    };
-    SourceRequest {
-        count,
+/// The chip of the design, in shares of its dome. Speckle of sources less than half a wavelength
+/// apart is the same, so that more of them average no more.
+fn source_request(design: &Design, section: &Section, count: Option<usize>) -> SourceRequest {
+    let chip = design.dome.as_ref().map_or_else(SourceRequest::default, |dome| SourceRequest {
         width: 0.5 * design.led.size_mm[0] / dome.radius_mm(),
-        offset: 0.0,
         height: design.led.height_mm / dome.height_mm(),
-    }
+        ..SourceRequest::default()
+    });
+    let width_um = 2.0 * chip.width * section.radius_um();
+    let resolved = (2.0 * width_um / section.wavelength_um).round() as usize;
+    SourceRequest { count: count.unwrap_or(resolved.clamp(24, 400)), ..chip }
 }
 
 fn plan(section: &Section, size: &Cost) -> String {
     let cores = rayon::current_num_threads().min(size.matrices) as f64;
     format!(
-        "{} rings of {:.3} um, radius {:.1} um: {} unknowns, {:.2} GB, some {:.0} s",
+        "{} rings of {:.2} um, radius {:.1} um: {} unknowns, {:.2} GB, some {:.0} s",
         section.rings(),
         section.ring_width_um(),
         section.radius_um(),
@@ -273,7 +271,11 @@ fn table(found: &Comparison) -> String {
             far.missing
         );
     }
-    let _ = writeln!(text, "\n{:<10} {:>6} {:>10} {:>10} {:>10} {:>10}", "distance", "bins", "r.m.s.", "noise", "largest", "L1");
+    let _ = writeln!(
+        text,
+        "\n{:<10} {:>6} {:>10} {:>10} {:>10} {:>10}",
+        "distance", "bins", "r.m.s.", "noise", "largest", "L1"
+    );
     for d in &found.distances {
         let _ = writeln!(
             text,
