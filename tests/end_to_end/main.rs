@@ -20,6 +20,7 @@ mod converge_and_near_field;
 mod export_import;
 mod failed_runs;
 mod files_as_they_come;
+mod full_wave;
 mod gallery;
 mod grating_command;
 mod housing;

@@ -6,7 +6,7 @@
 //! its far field and the power by angle, in TE and TM. Structure and light do not change along y.
 //!
 //! Green's theorem for both media and the sum of its limits on the outline give Müller's two
-//! equations of the second kind for the field and its normal derivative. Panels of 16
+//! equations of the second kind \[Mueller1969\] for the field and its normal derivative. Panels of 16
 //! Gauss-Legendre nodes hold both; the logarithm of the kernels is split off \[Helsing2008\], and
 //! corners are compressed \[Helsing2013\]. A mirror is an image of the outline; a body that is
 //! symmetric in x is solved for even and odd light apart. Nothing is cut into layers, nothing is
