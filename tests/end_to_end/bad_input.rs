@@ -272,7 +272,10 @@ const COMMANDS: [(&str, &[&str]); 72] = [
     ("full-wave none.toml", &["none.toml"]),
     ("full-wave d1.toml --rings 0", &["--rings", "from 1 to 2000"]),
     ("full-wave d1.toml --rings 2 --nodes 3", &["--nodes: expected 5 to 40, got 3"]),
-    ("full-wave d1.toml --rings 2 --ring-width-um -1", &["d1.toml", "ring width: expected above 0"]),
+    (
+        "full-wave d1.toml --rings 2 --ring-width-um -1",
+        &["d1.toml", "ring width: expected above 0"],
+    ),
     ("full-wave d1.toml --rings 2 --ring-width-um 2 --scale 1", &["--scale"]),
     ("full-wave d1.toml --rings 4 --memory-gib 0.001", &["memory: expected at most", "unknowns"]),
     ("full-wave d1.toml --rings 2 --out file", &["cannot write into `file`", "got the file"]),

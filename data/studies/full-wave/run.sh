@@ -8,7 +8,7 @@ row() { # design rings width
     folder="$out/$1-$2x$3"
     [ -f "$folder/full_wave.json" ] ||
         "$batwing" --quiet full-wave "data/designs/$1.toml" --rings "$2" --ring-width-um "$3" \
-            --paths 4e6 --out "$folder"
+            --paths 1e6 --out "$folder"
     printf '%s %s %s ' "$1" "$2" "$3"
     python3 - "$folder/full_wave.json" <<'PY'
 import json, sys

@@ -39,7 +39,7 @@ pub enum FullWaveError {
     },
     /// Matrix beyond the limit.
     #[error(
-        "memory: expected at most {limit:.2} GB, got {needed:.2} GB for {unknowns} unknowns ({width:.1} wavelengths of outline)"
+        "memory: expected at most {limit:.3} GB, got {needed:.3} GB for {unknowns} unknowns ({width:.1} wavelengths of outline)"
     )]
     Memory {
         /// GB that may be used.

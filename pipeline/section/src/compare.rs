@@ -133,10 +133,13 @@ impl Distance {
 /// Figures of one far field in bins of 5 degrees, both sides averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
-    /// Middle of the largest bin, degrees from the axis.
-    pub peak_deg: f64,
+    /// Middles of the first and the last bin that the largest does not exceed by two standard
+    /// errors, degrees from the axis: one number twice where the peak is resolved.
+    pub peak_deg: [f64; 2],
     /// Bins beside the axis over the largest.
     pub centre_to_peak: f64,
+    /// Standard error of that.
+    pub centre_to_peak_error: f64,
 }
 
 /// Three far fields of one section.
@@ -283,11 +286,23 @@ impl FarField {
 
     /// Peak and centre in bins of 5 degrees.
     pub fn figures(&self) -> Figures {
-        let (bins, _) = self.in_bins(5.0);
+        let (bins, errors) = self.in_bins(5.0);
         let half = bins.len() / 2;
         let folded: Vec<f64> = (0..half).map(|i| bins[half + i] + bins[half - 1 - i]).collect();
+        let error: Vec<f64> =
+            (0..half).map(|i| errors[half + i].hypot(errors[half - 1 - i])).collect();
         let peak = (0..half).max_by(|&a, &b| folded[a].total_cmp(&folded[b])).unwrap_or(0);
-        Figures { peak_deg: 5.0 * peak as f64 + 2.5, centre_to_peak: folded[0] / folded[peak] }
+        let tied: Vec<usize> = (0..half)
+            .filter(|&i| folded[peak] - folded[i] <= 2.0 * error[peak].hypot(error[i]))
+            .collect();
+        let middle = |i: Option<&usize>| 5.0 * *i.unwrap_or(&peak) as f64 + 2.5;
+        let ratio = folded[0] / folded[peak];
+        let relative = (error[0] / folded[0]).hypot(error[peak] / folded[peak]);
+        Figures {
+            peak_deg: [middle(tied.first()), middle(tied.last())],
+            centre_to_peak: ratio,
+            centre_to_peak_error: ratio * relative,
+        }
     }
 }
 

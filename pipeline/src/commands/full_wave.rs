@@ -259,17 +259,18 @@ fn verdict(found: &Comparison) -> String {
 
 fn table(found: &Comparison) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "{:<10} {:>9} {:>12} {:>10}", "model", "peak", "centre/peak", "missing");
+    let _ = writeln!(text, "{:<10} {:>18} {:>17} {:>9}", "model", "peak", "centre/peak", "missing");
     for far in &found.far_fields {
         let figures = far.figures();
-        let _ = writeln!(
-            text,
-            "{:<10} {:>7.1}° {:>10.1} % {:>10.0e}",
-            name(far.model),
-            figures.peak_deg,
+        let [low, high] = figures.peak_deg;
+        let peak = if low < high { format!("{low}° to {high}°") } else { format!("{low}°") };
+        let centre = format!(
+            "{:.1} ± {:.1} %",
             100.0 * figures.centre_to_peak,
-            far.missing
+            100.0 * figures.centre_to_peak_error
         );
+        let _ =
+            writeln!(text, "{:<10} {peak:>18} {centre:>17} {:>9.0e}", name(far.model), far.missing);
     }
     let _ = writeln!(
         text,
@@ -304,8 +305,7 @@ fn describe(design: &Design, section: &Section, request: &Request, found: &Compa
         "widths_deg": WIDTHS_DEG,
         "figures": found.far_fields.iter().map(|far| json!({
             "model": far.model,
-            "peak_deg": far.figures().peak_deg,
-            "centre_to_peak": far.figures().centre_to_peak,
+            "read": far.figures(),
         })).collect::<Vec<_>>(),
         "verdict": verdict(found),
         "comparison": found,
