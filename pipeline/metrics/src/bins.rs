@@ -4,6 +4,7 @@
 //! Extremes, their biases and errors: `super::sampled`.
 
 use super::sampled::{LevelEstimates, Levels, Sampled};
+use super::uniformity::ratio;
 use super::{Estimate, Grouped};
 
 /// Bins of a receiver.
@@ -38,12 +39,15 @@ impl Bins {
         let flux: f64 = powers.total().iter().sum();
         let error = powers.map(|bins| vec![bins.iter().sum()]).standard_errors()[0];
         let levels = LevelEstimates::new(std::slice::from_ref(&self.region), powers);
+        // Half of the paths may show no light where all do.
+        let of_lit = levels.estimate(0, |levels| ratio(levels.low, levels.high));
+        let dark = Estimate::new(f64::NAN, 0.0);
         [
             Estimate::new(flux, error),
             Estimate::new(flux / self.measure, error / self.measure),
             levels.estimate(0, |levels| levels.low),
             levels.estimate(0, |levels| levels.high),
-            levels.estimate(0, |levels| levels.low / levels.high),
+            if flux > 0.0 { of_lit } else { dark },
         ]
     }
 

@@ -8,9 +8,9 @@
 //! Noise makes every distance larger, and the largest of them more so. The distance that one half of
 //! the paths finds, read in the other half along its direction between the same points, lies below
 //! the true one. As with the extremes of maps ([`super::uniformity_forms`]) the reported value is the
-//! middle of both, and half their distance bounds its bias.
+//! middle of both, half their distance bounds its bias, and the scatter is that of halves.
 
-use super::jackknife::spread;
+use super::jackknife::picked;
 use super::{Estimate, Grouped};
 
 /// X, Y and Z of every point, one point after the other.
@@ -22,27 +22,22 @@ pub fn plain(values: &Tristimulus) -> Option<f64> {
     Some(farthest(&colours).map_or(0.0, |pair| length(between(&colours, pair))))
 }
 
-/// The same with its error, from groups of paths.
+/// The same with its error, from groups of paths; `None` if a point is dark in half of them.
 pub fn estimate(values: &Grouped) -> Option<Estimate> {
-    let found = plain(values.total())?;
-    let without = (0..values.count()).map(|g| plain(&values.without(g)));
-    let without: Option<Vec<f64>> = without.collect();
-    let halvings = values.halvings();
-    let crossed: Option<Vec<f64>> = halvings.map(|k| crossed(&values.halves(k))).collect();
-    let crossed = crossed?;
-    let crossed = (crossed.iter().sum::<f64>() / crossed.len() as f64).max(0.0);
-    Some(Estimate::between(found, crossed, spread(&without?)))
-}
-
-/// What each half has along the largest difference of the other.
-fn crossed([a, b]: &[Vec<f64>; 2]) -> Option<f64> {
-    let (a, b) = (chromaticities(a)?, chromaticities(b)?);
-    let along = |from: &[[f64; 2]], to: &[[f64; 2]]| {
-        let pair = farthest(from)?;
-        let ([u, v], [s, t]) = (between(from, pair), between(to, pair));
-        Some((u * s + v * t) / length([u, v]))
+    let pick = |values: &Tristimulus| {
+        let colours = chromaticities(values)?;
+        let pair = farthest(&colours)?;
+        Some((pair, between(&colours, pair)))
     };
-    Some(0.5 * (along(&a, &b).unwrap_or(0.0) + along(&b, &a).unwrap_or(0.0)))
+    // Along the difference that was picked.
+    let read = |picked: &Option<([usize; 2], [f64; 2])>, values: &Tristimulus| {
+        let Some(colours) = chromaticities(values) else { return f64::NAN };
+        picked.map_or(0.0, |(pair, [u, v])| {
+            let [s, t] = between(&colours, pair);
+            (u * s + v * t) / length([u, v])
+        })
+    };
+    Some(picked(values, pick, read)).filter(|found| found.standard_error.is_finite())
 }
 
 fn chromaticities(values: &Tristimulus) -> Option<Vec<[f64; 2]>> {

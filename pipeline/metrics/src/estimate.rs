@@ -37,6 +37,17 @@ impl Estimate {
         }
     }
 
+    /// The same with so much more of bias.
+    #[must_use]
+    pub fn with_bias(self, more: f64) -> Self {
+        let bound = self.bias_bound.unwrap_or(0.0) + more;
+        Self {
+            standard_error: self.scatter().hypot(bound / 3f64.sqrt()),
+            bias_bound: Some(bound),
+            ..self
+        }
+    }
+
     /// The part of the standard error that other paths would show.
     pub fn scatter(&self) -> f64 {
         let of_bias = self.bias_bound.map_or(0.0, |bound| bound * bound / 3.0);
@@ -49,9 +60,9 @@ impl Estimate {
     }
 
     /// The ends between which a figure lies that is not resolved, with 95 % confidence or more; `None`
-    /// of one that is. They lie beyond both readings by two errors of the scatter.
+    /// of one that is. They lie beyond both readings by two standard errors.
     pub fn interval(&self) -> Option<[f64; 2]> {
-        let reach = self.bias_bound.unwrap_or(0.0) + 2.0 * self.scatter();
+        let reach = self.bias_bound.unwrap_or(0.0) + 2.0 * self.standard_error;
         (!self.is_resolved()).then_some([self.value - reach, self.value + reach])
     }
 
@@ -71,15 +82,20 @@ impl Estimate {
         Self { standard_error: self.standard_error.hypot(error), ..self }
     }
 
-    /// The square root; that of a value that noise drives below 0 is 0. The error is the larger of
-    /// the steps to the roots of one standard error above and below.
+    /// A rising function of the value, which is not negative. One that two errors lead to 0 is not
+    /// resolved: the function bends there, and lies between those of 1.5 errors below and above.
     #[must_use]
-    pub fn sqrt(self) -> Self {
-        let root = |square: f64| square.max(0.0).sqrt();
-        let value = root(self.value);
-        let up = root(self.value.max(0.0) + self.standard_error) - value;
-        let down = value - root(self.value - self.standard_error);
-        Self::new(value, up.max(down))
+    pub fn mapped(self, f: impl Fn(f64) -> f64) -> Self {
+        let at = |error: f64| f((self.value + error).max(0.0));
+        let half = |error: f64| 0.5 * (at(error) - at(-error));
+        if self.value < 2.0 * self.standard_error {
+            let reach = 1.5 * self.standard_error;
+            return Self::between(at(-reach), at(reach), 0.0);
+        }
+        let bias_bound = self.bias_bound.map(half);
+        let of_bias = bias_bound.unwrap_or(0.0) / 3f64.sqrt();
+        let standard_error = half(self.scatter()).hypot(of_bias);
+        Self { value: at(0.0), standard_error, bias_bound }
     }
 }
 

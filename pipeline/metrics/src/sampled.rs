@@ -8,13 +8,18 @@
 //! σ and, as that of a value anywhere between the two, b/√3. With b above σ the figure is not
 //! resolved ([`Estimate::is_resolved`]).
 //!
-//! The valley of a local fit ([`super::valley`]) is read in one half where the other is lowest. It
-//! has no bias of choice among valleys of one depth, and one below the error among others.
+//! The scatter is half the difference of two halves, as a root mean square over the halvings
+//! ([`Grouped::halves`]). A jackknife moves no choice among bins that noise makes alike, and would
+//! state the noise of one bin where the extreme of several scatters less.
 //!
-//! The scatter is the larger of two jackknife errors, one that picks extremes anew without each
-//! group and one that reads them at one place. Where a few paths decide, neither sees the paths that
-//! might have come: what one path more at the smallest place changes is added, so that no error is 0
-//! and three errors are the three paths of an empty bin at 95 % confidence.
+//! The valley of a local fit ([`super::valley`]) is read in one half where the other is lowest. It
+//! has no bias of choice among valleys of one depth, and one below the error among others. It is not
+//! resolved where the lowest fit to all paths lies farther off, as another extreme; else its scatter
+//! is the jackknife error at its place.
+//!
+//! Where a few paths decide, no half sees the paths that might have come: what one path more at the
+//! smallest place changes is added, so that no error is 0 and three errors are the three paths of an
+//! empty bin at 95 % confidence. Where it exceeds the scatter the figure is not resolved.
 //!
 //! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
 //! paths does not, and is averaged over many halvings.
@@ -24,7 +29,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::illuminance::{Grid, largest, smallest};
-use super::jackknife::spread;
+use super::jackknife::{half_difference, spread};
 use super::valley::{Lowest, Valley};
 use super::{Estimate, Grouped};
 
@@ -301,28 +306,40 @@ impl Sampled {
         }
     }
 
-    /// Levels of `map`, picked anew and at the places `held`.
-    fn both_levels(&self, map: &[f64], held: &Picks, peak: f64) -> [Levels; 2] {
+    /// Levels of `map` at the places `held`.
+    fn held(&self, map: &[f64], held: &Picks) -> Levels {
         let values = self.samples.values(map);
-        let anew = self.levels_of(map, &values, peak);
-        [anew, Levels { low: held.low.of(map), high: held.high.of(map), ..anew }]
+        Levels {
+            low: held.low.of(map),
+            high: held.high.of(map),
+            mean: self.mean_of(&values),
+            variance: self.covariance(&values, &values),
+        }
     }
 
-    /// What one of two halves has where the other has its extremes, and their covariance; no mean.
-    fn cross(&self, [a, b]: [&[f64]; 2], peaks: [usize; 2]) -> Levels {
+    /// True if the lowest value is that of a fit.
+    fn is_fitted(&self) -> bool {
+        matches!(self.valley, Some(Valley::Fit(_)))
+    }
+
+    /// What one of two halves has where the other has its extremes, and their covariance, without
+    /// a mean; then the levels of each, of a fitted valley at the place of the other.
+    fn cross(&self, [a, b]: [&[f64]; 2], peaks: [usize; 2]) -> [Levels; 3] {
         let [of_a, of_b] = [a, b].map(|map| self.samples.values(map));
         let (in_a, in_b) = (self.picks(a, &of_a, peaks[0]), self.picks(b, &of_b, peaks[1]));
-        Levels {
+        let of = |map: &[f64], values: &[f64], [own, other]: [&Picks; 2]| Levels {
+            low: if self.is_fitted() { other.low.of(map) } else { own.low.of(map) },
+            high: own.high.of(map),
+            mean: self.mean_of(values),
+            variance: 0.0,
+        };
+        let crossed = Levels {
             low: 0.5 * (in_a.low.of(b) + in_b.low.of(a)),
             high: 0.5 * (in_a.high.of(b) + in_b.high.of(a)),
             mean: 0.0,
             variance: self.covariance(&of_a, &of_b),
-        }
-    }
-
-    /// What suffices for maps that hardly differ from `map`.
-    fn near(&self, map: &[f64]) -> Self {
-        Self { valley: self.valley.as_ref().map(|valley| valley.near(map)), ..self.clone() }
+        };
+        [crossed, of(a, &of_a, [&in_a, &in_b]), of(b, &of_b, [&in_b, &in_a])]
     }
 }
 
@@ -342,12 +359,16 @@ fn along(grid: Grid, segments: &[[[f64; 2]; 2]]) -> Vec<Sample> {
 
 /// Levels of regions of one map, as they are needed for estimates of functions of them.
 pub(crate) struct LevelEstimates {
-    /// Extremes of all paths; a fitted valley is the crossed one.
+    /// Extremes of all paths.
     plain: Vec<Levels>,
     /// Extremes that one half of the paths has where the other has its own.
     crossed: Vec<Levels>,
-    /// Without each group, picked anew and held in place.
-    without: Vec<Vec<[Levels; 2]>>,
+    /// Of both halves, by halvings and regions.
+    halves: Vec<Vec<[Levels; 2]>>,
+    /// Without each group, extremes at the places of all.
+    without: Vec<Vec<Levels>>,
+    /// True of regions whose lowest value is that of a fit.
+    is_fitted: Vec<bool>,
     /// Change of the lowest value by one path more.
     one_more: Vec<f64>,
 }
@@ -356,42 +377,52 @@ impl LevelEstimates {
     /// Of `map` by groups of paths.
     pub fn new(regions: &[Sampled], map: &Grouped) -> Self {
         let (peak_bin, peak) = largest(map.total());
-        let near: Vec<Sampled> = regions.iter().map(|region| region.near(map.total())).collect();
         let of_total = |region: &Sampled| {
             region.picks(map.total(), &region.samples.values(map.total()), peak_bin)
         };
-        let picks: Vec<Picks> = near.iter().map(of_total).collect();
-        let groups = (0..map.count()).into_par_iter();
-        let without = groups.map(|g| {
+        let picks: Vec<Picks> = regions.iter().map(of_total).collect();
+        let without = (0..map.count()).into_par_iter().map(|g| {
             let map = map.without(g);
-            let peak = largest(&map).1;
-            let both = near.iter().zip(&picks);
-            both.map(|(region, picks)| region.both_levels(&map, picks, peak)).collect()
+            regions.iter().zip(&picks).map(|(region, picks)| region.held(&map, picks)).collect()
         });
         let without = without.collect();
-        let mut plain: Vec<Levels> =
+        let plain: Vec<Levels> =
             regions.iter().map(|region| region.levels(map.total(), peak)).collect();
-        let crossed = crossed(regions, map, &plain);
-        for ((plain, crossed), region) in plain.iter_mut().zip(&crossed).zip(regions) {
-            if let Some(Valley::Fit(_)) = region.valley {
-                plain.low = crossed.low;
-            }
-        }
+        let (crossed, halves) = crossed(regions, map, &plain);
         let event = event(map);
         let one_more = picks.iter().map(|picks| event * picks.low.concentration()).collect();
-        Self { plain, crossed, without, one_more }
+        let is_fitted = regions.iter().map(Sampled::is_fitted).collect();
+        Self { plain, crossed, halves, without, is_fitted, one_more }
     }
 
     /// The `figure` of levels of a region.
     pub fn estimate(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> Estimate {
-        let crossed = &self.crossed[region];
-        let more = Levels { low: crossed.low + self.one_more[region], ..*crossed };
-        let (plain, crossed) = (figure(&self.plain[region]), figure(crossed));
-        let scatter = self.scatter(region, &figure).hypot(figure(&more) - crossed);
+        let levels = &self.crossed[region];
+        let more = Levels { low: levels.low + self.one_more[region], ..*levels };
+        let (plain, crossed) = (figure(&self.plain[region]), figure(levels));
+        let one_more = (figure(&more) - crossed).abs();
+        let scatter = self.of_halves(region, &figure);
         if plain.to_bits() == crossed.to_bits() {
-            return Estimate::new(plain, scatter);
+            return Estimate::new(plain, scatter.hypot(one_more));
         }
-        Estimate::between(plain, crossed, scatter)
+        let both = Estimate::between(plain, crossed, scatter);
+        if one_more > scatter {
+            return both.with_bias(FEW_PATHS * one_more);
+        }
+        let both = Estimate::between(plain, crossed, scatter.hypot(one_more));
+        if self.is_fitted[region] && both.is_resolved() {
+            let high = self.plain[region].high;
+            let at_peak = figure(&Levels { high, ..*levels });
+            // Valley and peak are far apart, and their noise is independent.
+            let of_valley = self.left_out(region, |of| figure(&Levels { high, ..*of }));
+            let of_peak = self.of_halves(region, |of| figure(&Levels { high: of.high, ..*levels }));
+            let scatter = of_valley.hypot(of_peak).hypot(one_more);
+            if at_peak.to_bits() == crossed.to_bits() {
+                return Estimate::new(crossed, scatter);
+            }
+            return Estimate::between(at_peak, crossed, scatter);
+        }
+        both
     }
 
     /// The root of the variance of a region over its mean.
@@ -400,33 +431,40 @@ impl LevelEstimates {
             0.0 => 0.0,
             mean => levels.variance / (mean * mean),
         };
-        let scatter = self.scatter(region, |levels| squared(levels).max(0.0));
-        Estimate::new(squared(&self.crossed[region]), scatter).sqrt()
+        let scatter = self.left_out(region, squared);
+        Estimate::new(squared(&self.crossed[region]), scatter).mapped(f64::sqrt)
     }
 
-    fn scatter(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
-        let errors = [0, 1].map(|kind| {
-            let left_out = self.without.iter().map(|levels| figure(&levels[region][kind]));
-            spread(&left_out.collect::<Vec<f64>>())
-        });
-        errors[0].max(errors[1])
+    fn of_halves(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
+        let halves = self.halves.iter().map(|levels| levels[region]);
+        half_difference(halves.map(|[a, b]| [figure(&a), figure(&b)]))
+    }
+
+    fn left_out(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
+        let without = self.without.iter().map(|levels| figure(&levels[region]));
+        spread(&without.collect::<Vec<f64>>())
     }
 }
 
 /// Means over halvings of what one half has where the other has its extremes, and of the covariance
-/// of both. Means are those of `plain`, and lie between the extremes.
-fn crossed(regions: &[Sampled], map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
+/// of both; then the levels of both halves, by halvings and regions. Means are those of `plain`, and
+/// lie between the extremes.
+fn crossed(
+    regions: &[Sampled],
+    map: &Grouped,
+    plain: &[Levels],
+) -> (Vec<Levels>, Vec<Vec<[Levels; 2]>>) {
     let of_split = |split| {
         let [a, b] = map.halves(split);
         let peaks = [largest(&a).0, largest(&b).0];
         regions.iter().map(|region| region.cross([&a, &b], peaks)).collect::<Vec<_>>()
     };
     let segments = regions.iter().filter_map(|r| r.valley.as_ref().map(Valley::segments));
-    let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(1);
+    let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(MIN_HALVINGS);
     let halvings: Vec<usize> = map.halvings().take(affordable).collect();
-    let of_splits: Vec<Vec<Levels>> = halvings.into_par_iter().map(of_split).collect();
+    let of_splits: Vec<Vec<[Levels; 3]>> = halvings.into_par_iter().map(of_split).collect();
     let mean_of = |region: usize, level: fn(&Levels) -> f64| {
-        of_splits.iter().map(|all| level(&all[region])).sum::<f64>() / of_splits.len() as f64
+        of_splits.iter().map(|all| level(&all[region][0])).sum::<f64>() / of_splits.len() as f64
     };
     let mean = |(region, plain): (usize, &Levels)| Levels {
         low: mean_of(region, |levels| levels.low).min(plain.mean),
@@ -434,15 +472,21 @@ fn crossed(regions: &[Sampled], map: &Grouped, plain: &[Levels]) -> Vec<Levels> 
         mean: plain.mean,
         variance: mean_of(region, |levels| levels.variance),
     };
-    plain.iter().enumerate().map(mean).collect()
+    let means = plain.iter().enumerate().map(mean).collect();
+    let both = |all: &Vec<[Levels; 3]>| all.iter().map(|[_, a, b]| [*a, *b]).collect();
+    (means, of_splits.iter().map(both).collect())
 }
 
 /// Most segments that are searched in halves of the paths, over all halvings.
-const MAX_SEGMENTS_READ: usize = 16_384;
+const MAX_SEGMENTS_READ: usize = 32_768;
+/// Fewest halvings that errors are told from.
+const MIN_HALVINGS: usize = 8;
+/// Paths at the smallest place that bound it together with two standard errors, where one decides.
+const FEW_PATHS: f64 = 1.5;
 
 /// Power of one path in a bin of `map`, in its unit: the variance of all bins over their sum, as of
 /// counts. Every 16th bin of large maps is looked at.
-fn event(map: &Grouped) -> f64 {
+pub(crate) fn event(map: &Grouped) -> f64 {
     let step = (map.total().len() / 65_536).clamp(1, 16);
     let n = map.count() as f64;
     let (mut squares, mut sum) = (0.0, 0.0);

@@ -177,6 +177,10 @@ impl Regions {
         let levels = LevelEstimates::new(&self.sampled, map);
         self.each(|k, form| match form {
             Form::Variation => levels.variation(k),
+            Form::Logarithmic => {
+                let ratio = levels.estimate(k, |levels| ratio(levels.low, levels.high));
+                ratio.mapped(|ratio| logarithmic(ratio, self.full_scale))
+            }
             _ => levels.estimate(k, |levels| figure(levels, form, self.full_scale)),
         })
     }

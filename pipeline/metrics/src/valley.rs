@@ -109,17 +109,6 @@ impl Valley {
         })
     }
 
-    /// The same on the segments that are lowest in `map`, for maps that hardly differ from it.
-    #[must_use]
-    pub fn near(&self, map: &[f64]) -> Self {
-        match self {
-            Self::Fit(valley) => {
-                Self::Fit(FittedValley { segments: valley.lowest_segments(map), ..valley.clone() })
-            }
-            Self::Bins(_) => self.clone(),
-        }
-    }
-
     /// Segments between which a minimum is picked.
     pub fn segments(&self) -> usize {
         match self {

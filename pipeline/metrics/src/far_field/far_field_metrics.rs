@@ -14,6 +14,8 @@ use serde::{Deserialize, Serialize};
 use super::{AngularBins, BinPlacement};
 use crate::estimate::DISTINCT;
 use crate::illuminance::Symmetry;
+use crate::jackknife::{picked, spread};
+use crate::sampled::event;
 use crate::{Estimate, Grouped, jackknife};
 
 /// The largest of the bins of the upper hemisphere of `profile`.
@@ -36,36 +38,76 @@ fn width(profile: &[f64], sphere: &AngularBins, level: f64) -> f64 {
 /// Steps in which a window finds the vertex; each takes most of what is left.
 const MAX_STEPS: usize = 40;
 
-/// Peak of a profile, (angle in degrees, intensity): the vertex of the parabola fitted to `reach`
-/// bins and a half on either side of it, in bins that count by their part in there. It lies within
-/// `reach` bins of the largest of the upper hemisphere. A window that would reach across the axis,
-/// whose mirror image would draw it on, is narrower, at least three bins, and stays about the largest.
-fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
-    let best = largest(profile, sphere);
-    let largest = (sphere.centre_deg(best), profile[best]);
-    let (best, reach) = (best as f64, reach.max(1) as f64);
+/// Peak of a profile, and the place where another profile is read.
+#[derive(Debug, Clone, Copy)]
+struct Peak {
+    angle_deg: f64,
+    height: f64,
+    place: Place,
+}
+
+/// Where a peak is read, in bins.
+#[derive(Debug, Clone, Copy)]
+enum Place {
+    /// A bin.
+    Bin(usize),
+    /// A distance from the middle of the window of a parabola that reaches so far.
+    Window { middle: f64, reach: f64, from_middle: f64 },
+}
+
+impl Peak {
+    fn of_bin(profile: &[f64], sphere: &AngularBins) -> Self {
+        let best = largest(profile, sphere);
+        Self { angle_deg: sphere.centre_deg(best), height: profile[best], place: Place::Bin(best) }
+    }
+}
+
+impl Place {
+    /// Value of `profile` here.
+    fn read(&self, profile: &[f64], sphere: &AngularBins) -> f64 {
+        match *self {
+            Self::Bin(bin) => profile[bin],
+            Self::Window { middle, reach, from_middle: x } => {
+                let fit = parabola(&window(profile, sphere, middle, reach));
+                fit.map_or(f64::NAN, |[a, b, c]| a + x * (b + x * c))
+            }
+        }
+    }
+}
+
+/// Peak of a profile: the vertex of the parabola fitted to `reach` bins and a half on either side of
+/// it, in bins that count by their part in there. It lies within `reach` bins of the largest of the
+/// upper hemisphere. A window that would reach across the axis, whose mirror image would draw it on,
+/// is narrower, at least three bins, and stays about the largest.
+fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> Peak {
+    let (bin, largest) = (largest(profile, sphere), Peak::of_bin(profile, sphere));
+    let (best, reach) = (bin as f64, reach.max(1) as f64);
     let axis = -sphere.centre_deg(0) / sphere.bin_deg;
-    let angle_deg = |place: f64| (place - axis).abs() * sphere.bin_deg;
+    let at = |middle: f64, reach: f64, x: f64, height: f64| Peak {
+        angle_deg: (middle + x - axis).abs() * sphere.bin_deg,
+        height,
+        place: Place::Window { middle, reach, from_middle: x },
+    };
     let step = |middle: f64, reach: f64| {
         let [a, b, c] = parabola(&window(profile, sphere, middle, reach))?;
         let step = (-0.5 * b / c).clamp(-reach, reach);
-        (c < 0.0).then_some((middle + step, a + step * (b + step * c)))
+        (c < 0.0).then_some((step, a + step * (b + step * c)))
     };
     let innermost = axis + reach + 0.5;
     let (mut middle, mut steps) = (best, 0);
     while middle >= innermost {
-        let Some((next, height)) = step(middle, reach) else {
+        let Some((moved, height)) = step(middle, reach) else {
             return largest;
         };
-        let next = next.clamp(best - reach, best + reach);
+        let next = (middle + moved).clamp(best - reach, best + reach);
         steps += 1;
         if (next - middle).abs() < 1e-9 || steps == MAX_STEPS {
-            return (angle_deg(next), height);
+            return at(middle, reach, next - middle, height);
         }
         middle = next;
     }
     let narrow = (best - axis - 0.5).floor().clamp(1.0, reach);
-    step(best, narrow).map_or(largest, |(place, height)| (angle_deg(place), height))
+    step(best, narrow).map_or(largest, |(moved, height)| at(best, narrow, moved, height))
 }
 
 /// Bins about `middle`, in bins: distance from it, value, and the part that lies within `reach` and
@@ -120,8 +162,8 @@ pub struct FarFieldFigures {
     /// Mean below the centre angle over the peak.
     pub centre_to_peak: Estimate,
     /// Angles between the directions at which the intensity falls to half and to a tenth of the
-    /// peak, degrees; NaN where it does not.
-    pub widths_deg: [Estimate; 2],
+    /// peak, degrees, NaN where it does not; and ends between which one that is not resolved lies.
+    pub widths_deg: [(Estimate, Option<[f64; 2]>); 2],
     /// Intensity at the peak, W/sr.
     pub peak_w_per_sr: Estimate,
     /// Mean intensity below the centre angle, W/sr.
@@ -145,6 +187,12 @@ const WIDTHS: [f64; 2] = [0.5, 0.1];
 /// Largest standard error of a vertex that is resolved, as a part of half its window: farther off a
 /// window finds other maxima, which the jackknife may see or not.
 const MAX_UNCERTAIN: f64 = 1.0 / 6.0;
+
+/// Paths of which one more is felt.
+const FEW: f64 = 10.0;
+
+/// Most bins that noise leaves open at the end of a beam that is resolved.
+const MAX_TIED: usize = 3;
 
 /// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
 /// see before it may say that there is none.
@@ -273,10 +321,15 @@ impl FarFieldReading {
         let powers = &self.rebinned(powers)[..];
         let inner = sphere.below(self.centre_deg);
         let power: f64 = powers[..inner * sphere.azimuths].iter().sum();
-        let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
-        let mut seen = vec![power / solid];
+        let mut seen = vec![power / self.centre_sr()];
         seen.extend(self.profile(powers));
         seen
+    }
+
+    /// Solid angle of the centre, sr.
+    fn centre_sr(&self) -> f64 {
+        let sphere = self.sphere();
+        (0..sphere.below(self.centre_deg)).map(|i| sphere.ring_sr(i)).sum()
     }
 
     /// Bins on either side of the vertex of a parabola.
@@ -284,16 +337,19 @@ impl FarFieldReading {
         (self.peak_fit_deg / self.read_bin_deg).round() as usize
     }
 
-    /// Angle and intensity of the peak of what was [seen](Self::seen).
-    fn peak(&self, seen: &[f64]) -> (f64, f64) {
+    /// The peak of what was [seen](Self::seen).
+    fn peak(&self, seen: &[f64]) -> Peak {
         let (sphere, profile) = (self.sphere(), &seen[1..]);
         match self.peak {
             PeakMethod::Parabola => vertex(profile, &sphere, self.reach()),
-            PeakMethod::Bin => {
-                let best = largest(profile, &sphere);
-                (sphere.centre_deg(best), profile[best])
-            }
+            PeakMethod::Bin => Peak::of_bin(profile, &sphere),
         }
+    }
+
+    /// A function of what was seen and of the intensity at its peak.
+    fn at_peak(&self, seen: &Grouped, figure: impl Fn(&[f64], f64) -> f64) -> Estimate {
+        let sphere = self.sphere();
+        picked(seen, |s| self.peak(s).place, |place, s| figure(s, place.read(&s[1..], &sphere)))
     }
 
     /// The reading by a parabola through recorded bins, if this one takes the middle of a bin.
@@ -309,22 +365,25 @@ impl FarFieldReading {
     /// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
     pub fn figures(&self, powers: &Grouped) -> FarFieldFigures {
         let seen = powers.map(|p| self.seen(p));
-        let excess = jackknife(&seen, |s| self.peak(s).1 - s[0]);
+        // Where few paths show the centre, none of them shows those that might have come.
+        let one_path = event(powers) / self.centre_sr();
+        let one_path = if seen.total()[0] < FEW * one_path { one_path } else { 0.0 };
+        let excess = jackknife(&seen, |s| self.peak(s).height - s[0]).with_error(one_path);
         let between = self.between().map(|judge| judge.angle(&powers.map(|p| judge.seen(p))));
-        let peak_w_per_sr = jackknife(&seen, |s| self.peak(s).1);
+        let peak_w_per_sr = self.at_peak(&seen, |_, peak| peak);
         let (peak_angle_deg, peak_edges_deg) = self.angle(&seen);
-        let width =
-            |part: f64| jackknife(&seen, |s| width(&s[1..], &self.sphere(), part * self.peak(s).1));
         let tied = (self.peak == PeakMethod::Bin).then(|| self.tied(&seen));
         // Bins about the axis have their first middle on it.
         let beside = peak_angle_deg.value > 1e-6 * self.read_bin_deg;
         FarFieldFigures {
             peak_angle_deg,
             peak_angle_parabola_deg: between.map(|(angle, _)| angle),
-            centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
-            widths_deg: WIDTHS.map(width),
+            centre_to_peak: self
+                .at_peak(&seen, |s, peak| over(s[0], peak))
+                .with_error(over(one_path, peak_w_per_sr.value)),
+            widths_deg: WIDTHS.map(|part| self.width(&seen, part)),
             peak_w_per_sr,
-            centre_w_per_sr: jackknife(&seen, |s| s[0]),
+            centre_w_per_sr: jackknife(&seen, |s| s[0]).with_error(one_path),
             peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
             peak_range_deg: tied.map(|bins| bins.map(|bin| self.sphere().centre_deg(bin))),
             peak_edges_deg,
@@ -336,7 +395,7 @@ impl FarFieldReading {
     /// are all that is known: of the middle of a bin, and of a parabola whose window does not hold
     /// them all, or whose vertex is uncertain by a good part of the window.
     fn angle(&self, seen: &Grouped) -> (Estimate, Option<[f64; 2]>) {
-        let angle = jackknife(seen, |s| self.peak(s).0);
+        let angle = jackknife(seen, |s| self.peak(s).angle_deg);
         let (sphere, [first, last]) = (self.sphere(), self.tied(seen));
         let edges = [sphere.edges_deg(first)[0], sphere.edges_deg(last)[1]];
         if self.peak == PeakMethod::Bin {
@@ -352,6 +411,45 @@ impl FarFieldReading {
         // As of a value anywhere between the edges.
         let spread = (edges[1] - edges[0]) / 12f64.sqrt();
         (Estimate::new(angle.value, angle.standard_error.max(spread)), Some(edges))
+    }
+
+    /// Angle at which the intensity falls to this part of the peak. It is not resolved where more
+    /// than [`MAX_TIED`] bins cannot be told from that intensity, or the choice of the peak leaves it
+    /// open: then it lies between the last bin that is surely above, with all before it, and the first
+    /// that is surely below, with all beyond.
+    fn width(&self, seen: &Grouped, part: f64) -> (Estimate, Option<[f64; 2]>) {
+        let sphere = self.sphere();
+        let angle = self.at_peak(seen, |s, peak| width(&s[1..], &sphere, part * peak));
+        let plain = width(&seen.total()[1..], &sphere, part * self.peak(seen.total()).height);
+        if plain.is_nan() {
+            return (Estimate::new(plain, 0.0), None);
+        }
+        let noise = seen.standard_errors();
+        let best = largest(&seen.total()[1..], &sphere);
+        let left_out: Vec<(Vec<f64>, f64)> = (0..seen.count())
+            .map(|g| seen.without(g))
+            .map(|s| (s[1..].to_vec(), part * self.peak(&s).height))
+            .collect();
+        let excess = |i: usize| {
+            let value = seen.total()[i + 1] - part * self.peak(seen.total()).height;
+            let left_out: Vec<f64> = left_out.iter().map(|(s, level)| s[i] - level).collect();
+            Estimate::new(value, spread(&left_out))
+        };
+        let outer: Vec<(usize, Estimate)> = (best..sphere.polar).map(|i| (i, excess(i))).collect();
+        let is_tied = |(i, e): &&(usize, Estimate)| e.value.abs() <= DISTINCT * noise[i + 1];
+        let mut tied = outer.iter().filter(is_tied).map(|(i, _)| *i);
+        let first = tied.next();
+        let count = first.map_or(0, |first| tied.last().unwrap_or(first) - first + 1);
+        if count <= MAX_TIED && angle.is_resolved() && angle.standard_error.is_finite() {
+            return (angle, None);
+        }
+        let open = |e: &Estimate| DISTINCT * e.standard_error;
+        let first = outer.iter().find(|(_, e)| e.value <= open(e)).map_or(best, |(i, _)| *i);
+        let last = outer.iter().rev().find(|(_, e)| e.value >= -open(e)).map_or(best, |(i, _)| *i);
+        let ends = [first.saturating_sub(1), last + 1];
+        let ends = ends.map(|bin| (2.0 * sphere.centre_deg(bin)).min(360.0));
+        // As of a value anywhere between the ends.
+        (Estimate::new(plain, (ends[1] - ends[0]) / 12f64.sqrt()), Some(ends))
     }
 
     /// The first and the last bin that cannot be told from the largest.
@@ -373,20 +471,19 @@ impl FarFieldReading {
         let profile = self.profile(&self.rebinned(powers));
         let best = largest(&profile, &sphere);
         let inner = sphere.below(self.centre_deg);
-        let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
         let centre: f64 = (0..inner).map(|i| profile[i] * sphere.ring_sr(i)).sum();
-        [sphere.centre_deg(best), centre / solid / profile[best]]
+        [sphere.centre_deg(best), centre / self.centre_sr() / profile[best]]
     }
 
     /// One far field without groups: peak angle, centre/peak, the parabola's angle where the peak is
     /// the middle of a bin (else NaN), beam and field angle, intensities of centre and peak.
     pub fn plain(&self, powers: &[f64]) -> [f64; 7] {
         let seen = self.seen(powers);
-        let (angle, height) = self.peak(&seen);
-        let between = self.between().map(|judge| judge.peak(&judge.seen(powers)).0);
+        let Peak { angle_deg, height, .. } = self.peak(&seen);
+        let between = self.between().map(|judge| judge.peak(&judge.seen(powers)).angle_deg);
         let [beam, field] = WIDTHS.map(|part| width(&seen[1..], &self.sphere(), part * height));
         let between = between.unwrap_or(f64::NAN);
-        [angle, over(seen[0], height), between, beam, field, seen[0], height]
+        [angle_deg, over(seen[0], height), between, beam, field, seen[0], height]
     }
 }
 

@@ -101,7 +101,9 @@ impl Reader for FarFieldReader<'_> {
         let peak_place = far.peak_place;
         let angle =
             |estimate| FigureEntry { peak_place, upper_bound: None, ..FigureEntry::new(estimate) };
-        let [beam, field] = far.widths_deg.map(FigureEntry::new);
+        let [beam, field] = far
+            .widths_deg
+            .map(|(width, interval)| FigureEntry { interval, ..FigureEntry::new(width) });
         // A ratio to a peak that is noise is noise as well.
         let noise = match peak_place {
             PeakPlace::NotResolved => peak_place,

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Prints scatter over stated error of every figure of a design traced by rays, and how often its
+//! 95 % intervals hold the figure of all paths: the table of `docs/validation/stated-errors.md`.
+//!
+//! `cargo run --release -p batwing-simulate --example stated_errors -- DESIGN PATHS SEEDS`
+
+#![expect(clippy::print_stdout, reason = "a table on the terminal is what it is for")]
+
+mod scatter;
+
+use std::path::Path;
+
+use crate::scatter::over_seeds;
+use anyhow::{Context as _, Result};
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [file, paths, seeds] = &arguments[..] else {
+        anyhow::bail!("expected DESIGN PATHS SEEDS");
+    };
+    let number =
+        |text: &String| text.parse::<f64>().with_context(|| format!("not a number: {text}"));
+    let design = design::load(Path::new(file))?;
+    let all = over_seeds(&design, number(paths)? as u64, number(seeds)? as u64);
+    println!(
+        "| figure | resolved | mean | scatter | stated | ratio | all paths | intervals hold it |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for f in all {
+        let [bounds, holding] = f.bounds;
+        println!(
+            "| {} | {}/{} | {:.5} | {:.2e} | {:.2e} | {:.3} | {:.5} | {holding}/{bounds} |",
+            f.key,
+            f.resolved,
+            f.seeds,
+            f.mean,
+            f.scatter,
+            f.stated,
+            f.ratio(),
+            f.truth,
+        );
+    }
+    Ok(())
+}
