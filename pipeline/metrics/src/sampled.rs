@@ -53,9 +53,10 @@ impl Sample {
         Self::Between { bins, weights }
     }
 
-    /// Mean over a disc about `[x, y]`, mm: bins by their part in it, of those on the map.
-    pub fn spot(grid: Grid, [x, y]: [f64; 2], diameter_mm: f64) -> Self {
-        let radius = 0.5 * diameter_mm;
+    /// Mean over a disc about `[x, y]`, mm, or an ellipse of these diameters along x and y: bins by
+    /// their part in it, of those on the map.
+    pub fn spot(grid: Grid, [x, y]: [f64; 2], diameters_mm: [f64; 2]) -> Self {
+        let [across, radius] = diameters_mm.map(|diameter_mm| 0.5 * diameter_mm);
         // Bins from one end of an interval to the other, with the ends of each that lie within.
         let parts = |[from, to]: [f64; 2], count: usize| {
             let edge = move |i: usize| (i as f64 - 0.5 * count as f64) * grid.bin_mm;
@@ -69,7 +70,7 @@ impl Sample {
             let height = (high - low) / CHORDS as f64;
             for chord in 0..CHORDS {
                 let at = low + (chord as f64 + 0.5) * height - y;
-                let half = (radius * radius - at * at).max(0.0).sqrt();
+                let half = across / radius * (radius * radius - at * at).max(0.0).sqrt();
                 for (i, [left, right]) in parts([x - half, x + half], grid.columns) {
                     let (bin, area) = (j * grid.columns + i, (right - left).max(0.0) * height);
                     match bins[first..].iter_mut().find(|(known, _)| *known == bin) {
@@ -422,7 +423,7 @@ fn crossed(regions: &[Sampled], map: &Grouped, plain: &[Levels]) -> Vec<Levels> 
         regions.iter().map(|region| region.cross([&a, &b], peaks)).collect::<Vec<_>>()
     };
     let segments = regions.iter().filter_map(|r| r.valley.as_ref().map(Valley::segments));
-    let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(1);
+    let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(MIN_HALVINGS);
     let halvings: Vec<usize> = map.halvings().take(affordable).collect();
     let of_splits: Vec<Vec<Levels>> = halvings.into_par_iter().map(of_split).collect();
     let mean_of = |region: usize, level: fn(&Levels) -> f64| {
@@ -439,6 +440,8 @@ fn crossed(regions: &[Sampled], map: &Grouped, plain: &[Levels]) -> Vec<Levels> 
 
 /// Most segments that are searched in halves of the paths, over all halvings.
 const MAX_SEGMENTS_READ: usize = 16_384;
+/// Least number of halvings, however many segments there are.
+const MIN_HALVINGS: usize = 8;
 
 /// Power of one path in a bin of `map`, in its unit: the variance of all bins over their sum, as of
 /// counts. Every 16th bin of large maps is looked at.
