@@ -58,7 +58,7 @@ fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
         for (many, few) in [
             ("paths = 200_000", "paths = 20_000"),
             ("paths = 50_000", "paths = 10_000"),
-            ("samples = 24", "samples = 4"),
+            ("samples = 24", "samples = 8"),
             ("evaluations = 8", "evaluations = 4"),
         ] {
             text = text.replace(many, few);

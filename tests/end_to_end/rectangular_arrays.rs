@@ -147,12 +147,9 @@ fn a_pitch_that_moves_no_package_is_no_variable() {
     let tolerance = format!(
         "name = \"t\"\ndesign = \"chips.toml\"\nsamples = 4\npaths = 4096\nfigures = [\"flux_up\"]\n[[tolerances]]\n{key}deviation = 0.1\n"
     );
-    for (command, text) in [
-        ("optimise", &problem),
-        ("study", &study),
-        ("study", &stated),
-        ("tolerance", &tolerance),
-    ] {
+    for (command, text) in
+        [("optimise", &problem), ("study", &study), ("study", &stated), ("tolerance", &tolerance)]
+    {
         std::fs::write(at.join("varied.toml"), text).expect("written");
         let refused = said(at, &[command, "varied.toml", "--out", "out"]).expect_err(text);
         for words in ["array.pitch_mm", "array.positions_file", "places.txt"] {

@@ -44,6 +44,8 @@ fn block(design: &str, model: &ModelResult) -> String {
 }
 
 fn line(text: &mut String, name: &str, value: &str) {
+    // A name that fills its column is set apart too.
+    let name = format!("{name} ");
     let _ = writeln!(text, "  {name:<NAMES$}{value}");
 }
 

@@ -201,11 +201,7 @@ fn housing_value(design: &Design) -> String {
 }
 
 /// Ways out of an overlap of two surfaces by `depth_mm` along an axis, in words.
-fn ways_out(
-    design: &Design,
-    [first, second]: [&str; 2],
-    (depth_mm, axis): (f64, &str),
-) -> String {
+fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64, &str)) -> String {
     let move_by = format!("by {} mm along {axis} or shrink it", shortest(depth_mm));
     let names = [first, second];
     if let (Some(half), true) = (design.housing_half_mm(), names.contains(&WALL)) {
