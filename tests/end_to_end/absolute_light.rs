@@ -104,6 +104,34 @@ fn a_chip_of_known_flux_has_the_intensity_and_luminance_of_lamberts_law() {
 }
 
 #[test]
+fn luminance_times_pi_times_area_is_the_flux_at_any_cone() {
+    // Places above the chip, far from its edges: all that comes within the cone starts on it.
+    let folder = tempdir().expect("a folder");
+    let text = chip("power_lm = 25.0", 1, "wavelength_nm = 555.0");
+    let cone = |name: &str, end: f64| {
+        format!(
+            "\n[[receivers]]\nname = \"{name}\"\nkind = \"luminance\"\nposition_mm = [0.0, 0.0, 0.101]\nsize_mm = [0.3, 0.12]\nbins = [3, 3]\ntheta_max_deg = {end:?}\ntheta_bin_deg = {end:?}\nphi_bin_deg = 180\n"
+        )
+    };
+    let cones = [("narrow", 10.0), ("wide", 40.0), ("most", 80.0)];
+    let more: String = cones.map(|(name, end)| cone(name, end)).concat();
+    let text = text.replace("[-4.0, -4.0, 0.11]", "[0.0, 0.0, 0.11]") + &more;
+    let found = model(folder.path(), &text);
+    let luminance = 25.0 / (PI * 0.4e-3 * 0.2e-3);
+    for (name, end) in cones {
+        let receiver = &found["receivers"][name];
+        close(&receiver["mean"], luminance, name);
+        // Its flux is that of the luminance within the cone.
+        let flux = luminance * PI * end.to_radians().sin().powi(2) * 0.3e-3 * 0.12e-3;
+        close(&receiver["flux"], flux, name);
+        let (nine, error) = estimate(&receiver["nine_points"]);
+        assert!(nine <= 1.0 + 4.0 * error && nine > 1.0 - 6.0 * error - 0.1, "{receiver}");
+    }
+    // A single bin has no points.
+    assert!(found["receivers"]["chip"].get("nine_points").is_none());
+}
+
+#[test]
 fn stated_watts_scale_what_is_otherwise_per_watt() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();

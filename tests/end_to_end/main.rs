@@ -10,6 +10,7 @@ mod support;
 
 mod absolute_light;
 mod added_results;
+mod backlight_guide;
 mod bad_files;
 mod bad_input;
 mod bad_problems;
@@ -35,6 +36,7 @@ mod odd_files;
 mod optimise;
 mod ray_file_wavelengths;
 mod receivers;
+mod rectangular_arrays;
 mod report;
 mod reproduce;
 mod resume;

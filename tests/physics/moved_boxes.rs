@@ -61,7 +61,8 @@ fn an_offset_in_air_is_a_package_elsewhere() {
     let text = format!("{BARE}{plane}");
     let moved = parsed(&text.replace("MOVED", "offset_mm = [1.3, -0.7]"));
     let mut elsewhere = parsed(&text.replace("MOVED", ""));
-    elsewhere.array.positions = PackagePositions::List { positions_mm: vec![[1.3, -0.7]] };
+    elsewhere.array.positions =
+        PackagePositions::List { positions_mm: vec![[1.3, -0.7]], file: String::new() };
     let [a, b] = [&moved, &elsewhere].map(seen);
     let bins = a.receivers[0].total().iter().zip(b.receivers[0].total());
     let differ: f64 = bins.map(|(a, b)| (a - b).abs()).sum();

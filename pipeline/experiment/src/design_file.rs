@@ -10,6 +10,9 @@ use design::{ConfigError, Design, toml_errors};
 use files::provenance::FileRecord;
 use simulate::scene_check;
 
+/// Key of the places of packages.
+const POSITIONS: &str = "array.positions_file";
+
 /// A design file as TOML, before keys are set.
 #[derive(Debug, Clone)]
 pub struct DesignFile {
@@ -60,12 +63,41 @@ impl DesignFile {
     /// # Errors
     /// A key that cannot be set; a design that does not pass its checks.
     pub fn with(&self, settings: &Settings) -> Result<Design> {
-        let text = toml::to_string(&self.table_with(settings)?);
+        let table = self.table_with(settings)?;
+        self.check_effect(settings, &table)?;
+        let text = toml::to_string(&table);
         let text = text.with_context(|| self.path.display().to_string())?;
         let design = self.parse(&text);
         let design = design.map_err(|error| self.by_key(shorter(error), settings))?;
         scene_check::check(&design)?;
         Ok(design)
+    }
+
+    /// Refuses a pitch in `settings` that moves no package of `table`, whose places are those of a
+    /// file.
+    ///
+    /// # Errors
+    /// Such a pitch.
+    pub fn check_effect(
+        &self,
+        settings: &Settings,
+        table: &toml::Table,
+    ) -> Result<(), ConfigError> {
+        let is_within = |key: &str, whole: &str| {
+            key.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let places = dotted_keys::get(table, POSITIONS);
+        let states_places = settings.keys().any(|key| key == "array" || key == POSITIONS);
+        match (settings.keys().find(|key| is_within(key, "array.pitch_mm")), places) {
+            (Some(key), Some(file)) if !states_places => Err(ConfigError::Syntax {
+                file: self.path.display().to_string(),
+                message: format!(
+                    "{key}: expected a key that moves packages, which stand where {POSITIONS} = \
+                     {file} says; its choices can be such files"
+                ),
+            }),
+            _ => Ok(()),
+        }
     }
 
     fn parse(&self, text: &str) -> Result<Design, ConfigError> {

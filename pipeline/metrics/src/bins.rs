@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Flux, mean and extremes over the bins of a receiver.
+//! Flux, mean and extremes over the bins of a receiver, and the points of a display on it.
 //!
 //! Extremes, their biases and errors: `super::sampled`.
 
+use super::illuminance::Grid;
+use super::layout::Layout;
 use super::sampled::{LevelEstimates, Levels, Sampled};
-use super::uniformity::ratio;
+use super::uniformity;
+use super::uniformity_forms::{POINTS, samples};
 use super::{Estimate, Grouped};
 
 /// Bins of a receiver.
 #[derive(Debug, Clone)]
 pub struct Bins {
-    region: Sampled,
+    /// All bins, then nine and thirteen points of a rectangle.
+    regions: Vec<Sampled>,
     /// Sum of areas, solid angles or étendues.
     measure: f64,
     /// The smallest of them.
@@ -21,42 +25,70 @@ impl Bins {
     /// Bins of these `measures`, of which none is 0.
     pub fn new(measures: &[f64]) -> Self {
         Self {
-            region: Sampled::densities(measures),
+            regions: vec![Sampled::densities(measures)],
             measure: measures.iter().sum(),
             least: measures.iter().copied().fold(f64::INFINITY, f64::min),
         }
     }
 
-    /// Flux, mean, smallest and largest value, smallest over largest, which dark bins lack (NaN).
-    pub fn values(&self, powers: &[f64]) -> [f64; 5] {
+    /// The same with the nine and thirteen points of the rectangle that these bins, all alike, fill
+    /// in `columns` and `rows`. `layout` are the LEDs below, and `spot` the diameters of what is
+    /// averaged at each point, both in bins from the middle.
+    #[must_use]
+    pub fn with_points(
+        mut self,
+        [columns, rows]: [usize; 2],
+        layout: &Layout,
+        spot: Option<[f64; 2]>,
+    ) -> Self {
+        let grid = Grid { columns, rows, bin_mm: 1.0 };
+        let area = [-0.5, 0.5].map(|side| [side * columns as f64, side * rows as f64]);
+        let of = |points| Sampled::points(samples(grid, layout, area, (points, spot)));
+        self.regions.extend([of(&POINTS[..9]), of(&POINTS)]);
+        self
+    }
+
+    /// Flux, mean, smallest and largest value, smallest over largest, which dark bins lack (NaN);
+    /// the same of the points, where there are some.
+    pub fn values(&self, powers: &[f64]) -> Vec<f64> {
         let flux: f64 = powers.iter().sum();
-        let Levels { low, high, .. } = self.region.levels(powers, f64::NAN);
-        [flux, flux / self.measure, low, high, low / high]
+        let levels = self.regions.iter().map(|region| region.levels(powers, f64::NAN));
+        let levels: Vec<Levels> = levels.collect();
+        let all = [flux, flux / self.measure, levels[0].low, levels[0].high];
+        all.into_iter().chain(levels.iter().map(ratio)).collect()
     }
 
     /// The same with their errors.
-    pub fn estimates(&self, powers: &Grouped) -> [Estimate; 5] {
+    pub fn estimates(&self, powers: &Grouped) -> Vec<Estimate> {
         let flux: f64 = powers.total().iter().sum();
         let error = powers.map(|bins| vec![bins.iter().sum()]).standard_errors()[0];
-        let levels = LevelEstimates::new(std::slice::from_ref(&self.region), powers);
-        // Half of the paths may show no light where all do.
-        let of_lit = levels.estimate(0, |levels| ratio(levels.low, levels.high));
-        let dark = Estimate::new(f64::NAN, 0.0);
-        [
+        let levels = LevelEstimates::new(&self.regions, powers);
+        let all = [
             Estimate::new(flux, error),
             Estimate::new(flux / self.measure, error / self.measure),
             levels.estimate(0, |levels| levels.low),
             levels.estimate(0, |levels| levels.high),
-            if flux > 0.0 { of_lit } else { dark },
-        ]
+        ];
+        // Half of the paths may show no light where all do.
+        let of_lit = |levels: &Levels| uniformity::ratio(levels.low, levels.high);
+        let ratios = (0..self.regions.len()).map(|region| {
+            if flux > 0.0 { levels.estimate(region, of_lit) } else { Estimate::new(f64::NAN, 0.0) }
+        });
+        all.into_iter().chain(ratios).collect()
     }
 
     /// Change of each of [`Bins::values`] by the power of one path where none arrived; 0 of the
-    /// ratio, which is no sum.
-    pub fn one_path(&self, power: f64) -> [f64; 5] {
+    /// ratios, which are no sums.
+    pub fn one_path(&self, power: f64) -> Vec<f64> {
         let (all, least) = (self.measure, self.least);
-        [power, power / all, power / least, power / least, 0.0]
+        let ratios = std::iter::repeat_n(0.0, self.regions.len());
+        [power, power / all, power / least, power / least].into_iter().chain(ratios).collect()
     }
+}
+
+/// Smallest over largest value.
+fn ratio(levels: &Levels) -> f64 {
+    levels.low / levels.high
 }
 
 /// The largest value of a map.
@@ -85,6 +117,37 @@ mod tests {
         }
         let dark = bins.values(&[0.0; 3]);
         assert!(dark[4].is_nan() && dark[..4].iter().all(|v| *v == 0.0), "{dark:?}");
+    }
+
+    #[test]
+    fn points_of_a_display_are_those_of_the_standard() {
+        // Bins of 2 x 1 mm of a field 30 x 12 mm that falls off from the middle: nine points lie at
+        // 10 and 4 mm, thirteen at 13.5 and 5.4 mm.
+        let at = |k: usize| [(k % 15) as f64 * 2.0 - 14.0, (k / 15) as f64 - 5.5];
+        let field = |[x, y]: [f64; 2]| 500.0 - x * x - 3.0 * y * y;
+        let powers: Vec<f64> = (0..180).map(|k| field(at(k))).collect();
+        let none = Layout::of_places(Vec::new());
+        let of = |spot, powers: &[f64]| {
+            Bins::new(&[2.0; 180]).with_points([15, 12], &none, spot).values(powers)[5..].to_vec()
+        };
+        let expected = [[10.0, 4.0], [13.5, 5.4]].map(|place| field(place) / field([0.0, 0.0]));
+        for (found, expected) in of(None, &powers).iter().zip(expected) {
+            assert!((found - expected).abs() < 4e-3, "{found} {expected}");
+        }
+        // Over a disc of radius r the mean of x² is that of its middle and r²/4 more.
+        let radius: f64 = 2.0;
+        let mean = |place: [f64; 2]| field(place) - radius.powi(2);
+        let found = of(Some([radius, 2.0 * radius]), &powers);
+        let expected = mean([10.0, 4.0]) / mean([0.0, 0.0]);
+        assert!((found[0] - expected).abs() < 4e-3, "{found:?} {expected}");
+        // A wave of which all nine points see the crest is read over its whole pitch.
+        let wave: Vec<f64> =
+            (0..180).map(|k| 2.0 + (std::f64::consts::TAU * at(k)[0] / 10.0).cos()).collect();
+        let axes = (0..6).map(|k| [(k % 3) as f64 * 10.0 - 10.0, (k / 3) as f64 * 5.0 - 2.5]);
+        let leds = Layout::of_places(axes.collect()).seen_from([0.0; 2], [2.0, 1.0]);
+        let bins = Bins::new(&[2.0; 180]);
+        assert!(of(None, &wave)[0] > 0.9);
+        assert!(bins.with_points([15, 12], &leds, None).values(&wave)[5] < 0.5);
     }
 
     #[test]

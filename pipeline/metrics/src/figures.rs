@@ -314,16 +314,22 @@ const fn of_bins(key: &'static str, label: &'static str, better: Better) -> Defi
     figure(key, label, Unit::WattPerSquareMillimetre, Source::Receiver, better)
 }
 
+const fn ratio_of_bins(key: &'static str, label: &'static str) -> Definition {
+    Definition { unit: Unit::Fraction, ..of_bins(key, label, Better::Larger) }.scaled(FORM_SCALE)
+}
+
 /// Figures of every receiver that has one flux, in the order in which they are read: its share of
-/// the emitted flux, then mean and extremes of its quantity.
-pub const OF_RECEIVER: [Definition; 5] = [
+/// the emitted flux, then mean and extremes of its quantity; of rectangles with three bins along each
+/// side the points of a display.
+pub const OF_RECEIVER: [Definition; 7] = [
     Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", Better::Larger) }
         .scaled(SHARE_SCALE),
     of_bins("mean", "mean", Better::Larger),
     of_bins("min", "min", Better::Neither),
     of_bins("max", "max", Better::Neither),
-    Definition { unit: Unit::Fraction, ..of_bins("min_to_max", "min/max", Better::Larger) }
-        .scaled(FORM_SCALE),
+    ratio_of_bins("min_to_max", "min/max"),
+    ratio_of_bins("nine_points", "nine points, min/max"),
+    ratio_of_bins("thirteen_points", "thirteen points, min/max"),
 ];
 
 /// The figure of a form of uniformity.
@@ -383,6 +389,7 @@ mod tests {
     fn names_of_receivers_and_accounts_are_part_of_keys() {
         let key = |key: &str| find(key).map(|figure| figure.key);
         assert_eq!(key("flux.plate.2"), Some("flux"));
+        assert_eq!(key("nine_points.plate"), Some("nine_points"));
         assert_eq!(key("absorbed_by_led_top"), Some(""));
         assert_eq!(key("escaped_up"), Some("escaped_up"));
         for none in ["flux.", "flux", "glow.plate", "absorbed_by_", "escaped_left", "emitted"] {

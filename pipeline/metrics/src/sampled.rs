@@ -58,9 +58,10 @@ impl Sample {
         Self::Between { bins, weights }
     }
 
-    /// Mean over a disc about `[x, y]`, mm: bins by their part in it, of those on the map.
-    pub fn spot(grid: Grid, [x, y]: [f64; 2], diameter_mm: f64) -> Self {
-        let radius = 0.5 * diameter_mm;
+    /// Mean over a disc about `[x, y]`, mm, or an ellipse of these diameters along x and y: bins by
+    /// their part in it, of those on the map.
+    pub fn spot(grid: Grid, [x, y]: [f64; 2], diameters_mm: [f64; 2]) -> Self {
+        let [across, radius] = diameters_mm.map(|diameter_mm| 0.5 * diameter_mm);
         // Bins from one end of an interval to the other, with the ends of each that lie within.
         let parts = |[from, to]: [f64; 2], count: usize| {
             let edge = move |i: usize| (i as f64 - 0.5 * count as f64) * grid.bin_mm;
@@ -74,7 +75,7 @@ impl Sample {
             let height = (high - low) / CHORDS as f64;
             for chord in 0..CHORDS {
                 let at = low + (chord as f64 + 0.5) * height - y;
-                let half = (radius * radius - at * at).max(0.0).sqrt();
+                let half = across / radius * (radius * radius - at * at).max(0.0).sqrt();
                 for (i, [left, right]) in parts([x - half, x + half], grid.columns) {
                     let (bin, area) = (j * grid.columns + i, (right - left).max(0.0) * height);
                     match bins[first..].iter_mut().find(|(known, _)| *known == bin) {

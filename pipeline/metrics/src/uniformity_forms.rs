@@ -22,8 +22,9 @@
 
 mod cell;
 
+use self::cell::cell_on;
 pub use self::cell::{Cell, PHASES, cell, nine_points, sees_one_phase};
-use self::cell::{POINTS, cell_on, samples};
+pub(crate) use self::cell::{POINTS, samples};
 use super::illuminance::largest;
 use super::sampled::{LevelEstimates, Levels, Sampled};
 use super::uniformity::{MapReading, logarithmic, ratio};
@@ -148,8 +149,8 @@ impl Regions {
     pub fn new(reading: &MapReading) -> Self {
         let mut all = Self::between_neighbours(reading);
         let (grid, layout) = (reading.grid, &reading.layout);
-        let points =
-            |area, points| Sampled::points(samples(grid, layout, area, (points, reading.spot_mm)));
+        let spot = reading.spot_mm.map(|diameter_mm| [diameter_mm; 2]);
+        let points = |area, points| Sampled::points(samples(grid, layout, area, (points, spot)));
         let cell = [Region::Cell, Region::NinePoints, Region::ThirteenPoints];
         let area = [Region::Area, Region::AreaNinePoints, Region::AreaThirteenPoints];
         for (regions, corners) in [(cell, cell_on(grid, layout)), (area, reading.area)] {
@@ -419,7 +420,7 @@ mod tests {
         let (reading, _) = backlight([[-24.0; 2], [24.0; 2]], None);
         let mut axes = reading.layout.axes_mm.clone();
         axes.reverse();
-        assert!(sees_one_phase(&Layout::by_distance(axes, PITCH), [[-24.0; 2], [24.0; 2]]));
+        assert!(sees_one_phase(&Layout::of_places(axes), [[-24.0; 2], [24.0; 2]]));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use design::spectrum::Weighting;
 use metrics::Estimate;
 use metrics::digits::{shortest, thousands};
 use metrics::extraction::{Ledger, is_end};
-use metrics::figures::{EXTRACTION, FAR_FIELD, UNIFORMITY};
+use metrics::figures::{BEAM_ANGLE, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
@@ -44,6 +44,8 @@ fn block(design: &str, model: &ModelResult) -> String {
 }
 
 fn line(text: &mut String, name: &str, value: &str) {
+    // A name that fills its column is set apart too.
+    let name = format!("{name} ");
     let _ = writeln!(text, "  {name:<NAMES$}{value}");
 }
 
@@ -136,18 +138,20 @@ fn uniformity(text: &mut String, model: &ModelResult) {
 }
 
 fn far_field(text: &mut String, model: &ModelResult) {
-    let figures: Vec<&Figure> =
-        FAR_FIELD.iter().filter_map(|figure| model.figure(figure.key)).collect();
-    if !figures.is_empty() {
+    let has_far_field = FAR_FIELD.iter().any(|figure| model.figure(figure.key).is_some());
+    if has_far_field {
         text.push_str(" far field\n");
     }
-    let extracted = model.figure(EXTRACTION.key);
-    for figure in figures.into_iter().chain(extracted) {
-        let name = match &*figure.key {
-            key if key == EXTRACTION.key => "extraction from the domes",
-            _ => &figure.label,
-        };
-        line(text, name, &shown::text(&figure.entry, figure.unit));
+    for definition in FAR_FIELD.into_iter().chain([EXTRACTION]) {
+        let is_extraction = definition == EXTRACTION;
+        let name = if is_extraction { "extraction from the domes" } else { definition.label };
+        match model.figure(definition.key) {
+            Some(figure) => line(text, name, &shown::text(&figure.entry, figure.unit)),
+            None if has_far_field && [BEAM_ANGLE, FIELD_ANGLE].contains(&definition) => {
+                line(text, name, "none (the intensity does not fall so far)");
+            }
+            None => {}
+        }
     }
 }
 

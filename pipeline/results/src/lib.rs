@@ -271,9 +271,7 @@ impl ModelResult {
     fn wavelength_errors(&self, design: &str) -> Option<String> {
         let spectrum = self.spectrum.as_ref()?;
         let weighting = spectrum.light.weighting.name();
-        let described = &spectrum.light.described;
-        let lines = described.get("kind").is_some_and(|kind| kind == "lines");
-        if lines && spectrum.wavelengths.len() == 1 {
+        if spectrum.is_line() {
             return None;
         }
         let begin = format!("\n{design}, {}: {weighting}, ", self.label);

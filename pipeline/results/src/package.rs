@@ -49,7 +49,7 @@ pub struct PackageDrawing {
     pub mirror_half_mm: f64,
     /// Height of the receiver plane, mm.
     pub plane_mm: f64,
-    /// Distance of neighbours, mm; none of a package alone.
+    /// Distance of the nearest package beside this one along x, in the plane y = 0, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_mm: Option<f64>,
     /// Axes of all packages on the map, mm.

@@ -237,6 +237,14 @@ pub struct SpectrumEntry {
     pub by_source: Option<BTreeMap<String, SourceEntry>>,
 }
 
+impl SpectrumEntry {
+    /// True of light of one wavelength.
+    pub fn is_line(&self) -> bool {
+        let is_lines = self.light.described.get("kind").is_some_and(|kind| kind == "lines");
+        is_lines && self.wavelengths.len() == 1
+    }
+}
+
 /// A spectrum, or the lights of single sources.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LightEntry {

@@ -5,13 +5,15 @@ use design::Design;
 use design::resolved::array::PackagePositions;
 use design::resolved::dome::Dome;
 use design::resolved::led::{BoxPlace, Led};
+use design::resolved::receivers::CheckedReceiver;
 use design::resolved::reflector::Reflector;
 use design::resolved::solids::CheckedSolid;
 use design::schema::Arrangement;
+use design::schema::receivers::ReceiverForm;
 use design::schema::solids::{Per, ScatterLaw};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
-use metrics::layout::Area;
+use metrics::layout::{Area, Layout};
 use metrics::plural::count;
 use metrics::uniformity_forms::{PHASES, cell, sees_one_phase};
 
@@ -53,6 +55,9 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         line("spectrum", spectrum.describe());
     }
     line("array", array(design));
+    if let Some(words) = neighbours(design) {
+        line("neighbours", words);
+    }
     let l = &design.led;
     line(
         "LED",
@@ -111,7 +116,31 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             shortest(plane.read_bin_mm.unwrap_or(plane.bin_mm))
         ),
     );
+    for receiver in &design.receivers {
+        line("receiver", self::receiver(receiver));
+    }
     lines
+}
+
+/// A receiver in words.
+fn receiver(receiver: &CheckedReceiver) -> String {
+    let kind = match &receiver.stated.kind {
+        ReceiverForm::Plane(_) => "illuminance".to_owned(),
+        ReceiverForm::Luminance(of) => match of.theta_max_deg {
+            Some(end) => format!("luminance within {}° of the normal", shortest(end)),
+            None => "luminance".to_owned(),
+        },
+        ReceiverForm::FarField(_) => "far field".to_owned(),
+        ReceiverForm::CGamma(_) => "far field on C-γ planes".to_owned(),
+        ReceiverForm::Surface(of) => format!("flux on {}", of.surface),
+    };
+    let place = receiver.stated.kind.rectangle().map_or(String::new(), |rectangle| {
+        let [x, y, z] = rectangle.position_mm.map(shortest);
+        let [width, depth] = rectangle.size_mm.map(shortest);
+        let [columns, rows] = rectangle.bins;
+        format!(", {width} x {depth} mm about ({x}, {y}, {z}) mm, {columns} x {rows} bins")
+    });
+    format!("{}: {kind}{place}", receiver.name())
 }
 
 /// Where nine and thirteen points are read, in words.
@@ -197,20 +226,34 @@ fn lights(design: &Design) -> Vec<String> {
 
 /// The array in words.
 fn array(design: &Design) -> String {
-    let pitch_mm = shortest(design.array.pitch_mm);
     match &design.array.positions {
-        PackagePositions::List { positions_mm } => {
+        PackagePositions::List { positions_mm, file } => {
             let packages = count(positions_mm.len(), "package");
-            format!("{packages} at positions from a file")
+            let [x, y] = extent(&layout(design)).map(shortest);
+            format!("{packages} at the positions of {file}, {x} x {y} mm between outermost axes")
         }
         PackagePositions::Grid { columns, rows, arrangement } => {
             let hexagonal = match arrangement {
                 Arrangement::Square => "",
                 Arrangement::Hexagonal => ", hexagonal",
             };
-            format!("{columns} x {rows} at {pitch_mm} mm{hexagonal}")
+            format!("{columns} x {rows} at {} mm{hexagonal}", design.array.pitch_mm)
         }
     }
+}
+
+/// Sides of the rectangle between the outermost axes, mm.
+fn extent(layout: &Layout) -> [f64; 2] {
+    let [low, high] = cell(layout).unwrap_or_default();
+    [0, 1].map(|k| high[k] - low[k])
+}
+
+/// Neighbours that uniformity is read between, in words.
+fn neighbours(design: &Design) -> Option<String> {
+    let (ends, pairs) = layout(design).distances_mm()?;
+    let [least, most] = ends.map(shortest);
+    let apart = if least == most { least } else { format!("{least} to {most}") };
+    Some(format!("{}, {apart} mm apart; uniformity is read between all", count(pairs, "pair")))
 }
 
 /// A solid in words.

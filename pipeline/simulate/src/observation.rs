@@ -122,8 +122,18 @@ pub fn layout(design: &Design) -> Layout {
     let array = &design.array;
     let axes = array.axes_mm();
     match array.rectangle() {
-        Some([columns, rows]) => Layout::rectangular(axes, columns, rows, array.pitch_mm),
-        None => Layout::by_distance(axes, array.pitch_mm),
+        Some([columns, rows]) => {
+            let [x, y] = array.pitch_mm.along();
+            let least = if columns == 1 {
+                y
+            } else if rows == 1 {
+                x
+            } else {
+                x.min(y)
+            };
+            Layout::rectangular(axes, columns, rows, least)
+        }
+        None => Layout::of_places(axes),
     }
 }
 

@@ -24,6 +24,7 @@ const WALL: &str = "wall";
 /// The package with this generating curve on its dome.
 pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
     let (number, at) = middle_package(design);
+    let axes_mm = design.array.axes_mm();
     let radius_mm = 0.5 * design.package_width_mm();
     let dome_mm = match &design.dome {
         Some(Dome::Mesh(mesh)) => mesh.section(),
@@ -39,15 +40,22 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         led_corners_mm: led_corners(&design.led, design.led.place(number)),
         led_offsets_mm: led_offsets(design),
         mirror_half_mm: match design.mirror.extent {
-            Extent::Array => 0.5 * design.array.pitch_mm,
+            Extent::Array => 0.5 * design.array.pitch_mm.along()[0],
             Extent::Package => radius_mm,
         },
         plane_mm: design.receiver.plane_height_mm,
-        pitch_mm: (design.array.count() > 1).then_some(design.array.pitch_mm),
-        axes_mm: design.array.axes_mm(),
+        pitch_mm: pitch_mm(&axes_mm, at),
+        axes_mm,
         at_mm: at,
         solids: solids(design, at),
     }
+}
+
+/// Distance of the package at `at` from the nearest beside it in the plane that is drawn, along x.
+fn pitch_mm(axes_mm: &[[f64; 2]], at: [f64; 2]) -> Option<f64> {
+    let beside = axes_mm.iter().map(|axis| [0, 1].map(|k| (axis[k] - at[k]).abs()));
+    let beside = beside.filter(|[x, y]| *x > 0.0 && *y <= 1e-3 * x).map(|[x, _]| x);
+    beside.reduce(f64::min).map(rounded)
 }
 
 /// Corners of a box at `place`, unless it stands level about the axis.

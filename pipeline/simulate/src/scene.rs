@@ -252,7 +252,8 @@ fn built(scene: &SceneBuilder, design: &Design) -> Result<Scene> {
 
 /// Half lengths of the mirror under the whole array, mm.
 pub(crate) fn mirror_half_mm(design: &Design) -> [f64; 2] {
-    design.half_extent_mm().map(|half| half + 0.5 * design.array.pitch_mm)
+    let (half, pitch) = (design.half_extent_mm(), design.array.pitch_mm.along());
+    [0, 1].map(|k| half[k] + 0.5 * pitch[k])
 }
 
 /// Medium that a body on the bottom meets there.

@@ -200,9 +200,9 @@ fn housing_value(design: &Design) -> String {
     distance_mm.or(size_mm).unwrap_or_default()
 }
 
-/// Ways out of an overlap of two surfaces by `depth_mm`, in words.
-fn ways_out(design: &Design, [first, second]: [&str; 2], depth_mm: f64) -> String {
-    let depth = shortest(depth_mm);
+/// Ways out of an overlap of two surfaces by `depth_mm` along an axis, in words.
+fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64, &str)) -> String {
+    let move_by = format!("by {} mm along {axis} or shrink it", shortest(depth_mm));
     let names = [first, second];
     if let (Some(half), true) = (design.housing_half_mm(), names.contains(&WALL)) {
         let other = if first == WALL { second } else { first };
@@ -229,12 +229,12 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], depth_mm: f64) -> Strin
     let is_solid = |name: &str| design.solids.iter().any(|solid| solid.name() == name);
     if names.into_iter().all(is_solid) {
         return format!(
-            "move or shrink {first:?} by {depth} mm, or {second:?}; or name one under optical_contact of the other, which it displaces"
+            "move {first:?} {move_by}, or {second:?}; or name one under optical_contact of the other, which it displaces"
         );
     }
     let [solid, other] = if is_solid(first) { [first, second] } else { [second, first] };
     let other = if other.starts_with("box ") { "the LED's box" } else { other };
-    format!("move or shrink {solid:?} by {depth} mm, or change {other}")
+    format!("move {solid:?} {move_by}, or change {other}")
 }
 
 /// The error of a solid that overlaps something else.

@@ -363,7 +363,7 @@ fn extent_mm(design: &Design) -> f64 {
         beyond[0].max(beyond[1]) + h.thickness_mm + h.height_mm
     });
     let package = design.package_width_mm() + design.dome.as_ref().map_or(0.0, Dome::height_mm);
-    half[0].max(half[1]) + design.array.pitch_mm + package + walls + largest
+    half[0].max(half[1]) + design.array.pitch_mm.max() + package + walls + largest
 }
 
 /// The medium around a body.

@@ -288,6 +288,7 @@ pub(super) fn observe_until(
 mod tests {
     use super::*;
 
+    use design::schema::Pitch;
     use files::interrupt::Interrupt;
 
     use crate::dome_surface::dome_surface;
@@ -359,7 +360,7 @@ mod tests {
         let mut design = design::embedded("d1.toml").expect("valid");
         design.trace.paths = 5000;
         // Packages so far apart that nothing lies between them: the uniformity of all batches is 0.
-        design.array.pitch_mm = 60.0;
+        design.array.pitch_mm = Pitch::Same(60.0);
         let receiver = &mut design.receiver;
         (receiver.bin_mm, receiver.read_bin_mm, receiver.margin_mm) = (1.0, None, Some(30.0));
         let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");

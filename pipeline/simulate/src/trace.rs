@@ -195,7 +195,7 @@ mod tests {
     use std::borrow::Cow;
 
     use design::resolved::array::PackagePositions;
-    use design::schema::Sampling;
+    use design::schema::{Pitch, Sampling};
     use files::interrupt::Interrupt;
     use metrics::far_field::{BinPlacement, PeakMethod};
 
@@ -274,7 +274,7 @@ mod tests {
         // On the mirror of all of them: the mean of single packages at the four places is what all
         // together send out.
         let change = |d: &mut Design| {
-            d.array.pitch_mm = 3.5;
+            d.array.pitch_mm = Pitch::Same(3.5);
             d.array.crossing = false;
             (d.receiver.bin_mm, d.receiver.read_bin_mm) = (0.5, None);
         };
@@ -295,7 +295,7 @@ mod tests {
     fn without_crossing_nothing_comes_back_into_domes_from_others() {
         let back = |crossing: bool| {
             let seen = seen(|d| {
-                d.array.pitch_mm = 3.5;
+                d.array.pitch_mm = Pitch::Same(3.5);
                 d.array.crossing = crossing;
             });
             let inward = metrics::extraction::flow::INWARD;

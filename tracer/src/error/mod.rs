@@ -92,7 +92,9 @@ pub enum Error {
         "'{first}' and '{second}' cut each other near {} mm: {}",
         place(at_mm),
         match depth_mm {
-            Some(depth) => format!("they overlap by up to {} mm", rounded(*depth)),
+            Some((depth, axis)) => {
+                format!("they overlap by up to {} mm along {axis}", rounded(*depth))
+            }
             None => format!("there lies {} by the one and {} by the other", regions[0], regions[1]),
         }
     )]
@@ -105,8 +107,9 @@ pub enum Error {
         at_mm: [f64; 3],
         /// Regions that lie there by the first and by the second.
         regions: Box<[String; 2]>,
-        /// Largest distance by which one reaches into the other, mm; `None` where one is no solid.
-        depth_mm: Option<f64>,
+        /// Shortest way along an axis by which one leaves the box around the other, mm, and that
+        /// axis; `None` where one is no solid.
+        depth_mm: Option<(f64, &'static str)>,
     },
     /// An array solid holds only a part of an instance.
     #[error(

@@ -4,7 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::error::Error;
+use crate::error::{Error, check};
 
 /// Position of bins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,13 @@ impl Angles {
 
     /// Half of it, up to a polar angle of 90 degrees, which the width must divide.
     pub fn hemisphere(theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
-        Self::new(Layout::Between, 90.0, theta_deg, phi_deg)
+        Self::cone(90.0, theta_deg, phi_deg)
+    }
+
+    /// Directions up to the polar angle `end_deg`, at most 90 degrees, which the width must divide.
+    pub fn cone(end_deg: f64, theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
+        check("largest polar angle, degrees", end_deg, "up to 90", end_deg <= 90.0)?;
+        Self::new(Layout::Between, end_deg, theta_deg, phi_deg)
     }
 
     fn new(layout: Layout, end_deg: f64, theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
@@ -163,5 +169,11 @@ mod tests {
         assert_eq!(about.bin(direction(60.0, 14.0)), Some(8 * 12));
         assert!(between.bin([0.0, 0.0, -1.0]).unwrap() < between.bins());
         assert!(Angles::hemisphere(7.0, 30.0).is_err());
+        let cone = Angles::cone(10.0, 2.5, 90.0).unwrap();
+        let projected: f64 = cone.projected_solid_angles().iter().sum();
+        assert!((projected * 4.0 / (PI * 10.0f64.to_radians().sin().powi(2)) - 1.0).abs() < 1e-14);
+        assert_eq!(cone.bin(direction(9.9, 100.0)), Some(3 * 4 + 1));
+        assert_eq!(cone.bin(direction(10.1, 100.0)), None);
+        assert!(Angles::cone(100.0, 10.0, 90.0).is_err());
     }
 }

@@ -157,7 +157,7 @@ impl Design {
             let expected = "an area beside it (receiver.area_mm)";
             return Err(at.value("receiver.area_centre_mm", "given", expected));
         }
-        let mut width_mm = self.array.pitch_mm;
+        let mut width_mm = self.array.pitch_mm.min();
         if let (Some(List(size)), Some([low, high])) = (r.area_mm, r.area_corners_mm()) {
             let margin_mm = r.margin_mm(self.array.pitch_mm);
             let centre = r.area_centre_mm.map_or([0.0; 2], |List(centre)| centre);
@@ -189,24 +189,15 @@ impl Design {
         let margin_mm = r.margin_mm(self.array.pitch_mm);
         at.length("receiver.plane_height_mm", r.plane_height_mm)?;
         at.length("receiver.bin_mm", r.bin_mm)?;
-        at.within("receiver.bin_mm", r.bin_mm, 1e-3, self.array.pitch_mm / 4.0)?;
+        let most = self.array.pitch_mm.min() / 4.0;
+        at.within("receiver.bin_mm", r.bin_mm, 1e-3, most)?;
         if let Some(read) = r.read_bin_mm {
-            let most = self.array.pitch_mm / 4.0;
             at.within("receiver.read_bin_mm", read, r.bin_mm, most)?;
             whole_multiple(at, "receiver.read_bin_mm", read, ("receiver.bin_mm", r.bin_mm))?;
         }
-        at.within(
-            "receiver.smoothing_sigma_mm",
-            r.smoothing_sigma_mm,
-            0.0,
-            self.array.pitch_mm / 4.0,
-        )?;
-        at.within(
-            "receiver.margin_mm",
-            margin_mm,
-            0.5 * self.array.pitch_mm,
-            package::MAX_MARGIN_MM,
-        )?;
+        at.within("receiver.smoothing_sigma_mm", r.smoothing_sigma_mm, 0.0, most)?;
+        let half = 0.5 * self.array.pitch_mm.max();
+        at.within("receiver.margin_mm", margin_mm, half, package::MAX_MARGIN_MM)?;
         let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
         let bins: f64 = self.half_extent_mm().map(across).iter().product();
         if bins > MAX_BINS {

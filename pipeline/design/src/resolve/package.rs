@@ -17,6 +17,7 @@ use crate::resolved::medium::{MaterialFile, Medium, StatedMedium, medium_at};
 use crate::resolved::reflector::Reflector;
 use crate::schema::dome::SphereDome;
 use crate::schema::reflectors::{Law, Specular};
+use crate::schema::{Arrangement, Pitch};
 use crate::{material, schema};
 
 pub(crate) fn dome(raw: &SphereDome, at: &Context) -> Result<SphericalDome, ConfigError> {
@@ -177,25 +178,35 @@ pub(crate) fn array(
         at.count("array.columns", raw.columns, 1, MAX_ALONG)?;
         at.count("array.rows", raw.rows, 1, MAX_ALONG)?;
     }
-    let width = dome.map_or(led.size_mm[0].max(led.size_mm[1]), |d| 2.0 * d.radius_mm());
-    at.length("array.pitch_mm", raw.pitch_mm)?;
-    if raw.pitch_mm < width {
-        return Err(at.value(
-            "array.pitch_mm",
-            raw.pitch_mm,
-            &format!("at least the width of a package, {width} mm"),
-        ));
+    let widths = dome.map_or(led.size_mm, |d| [2.0 * d.radius_mm(); 2]);
+    for (pitch_mm, width) in raw.pitch_mm.along().into_iter().zip(widths) {
+        at.length("array.pitch_mm", pitch_mm)?;
+        if pitch_mm < width {
+            let expected = format!("at least the width of a package, {width} mm");
+            return Err(at.value("array.pitch_mm", pitch_mm, &expected));
+        }
+        if pitch_mm > MAX_PITCH_MM {
+            let expected = format!(
+                "at most {MAX_PITCH_MM} mm: receiver.margin_mm, which is at most {MAX_MARGIN_MM}, \
+                 reaches half a pitch beyond the outermost packages"
+            );
+            return Err(at.value("array.pitch_mm", pitch_mm, &expected));
+        }
     }
-    if raw.pitch_mm > MAX_PITCH_MM {
-        let expected = format!(
-            "at most {MAX_PITCH_MM} mm: receiver.margin_mm, which is at most {MAX_MARGIN_MM}, reaches \
-             half a pitch beyond the outermost packages"
-        );
-        return Err(at.value("array.pitch_mm", raw.pitch_mm, &expected));
+    let expected = match (&raw.positions_file, raw.arrangement) {
+        (Some(_), _) => Some("one number beside positions_file, the least distance allowed"),
+        (None, Arrangement::Hexagonal) => {
+            Some("one number of a hexagonal array, whose rows stand √3/2 of it apart")
+        }
+        (None, Arrangement::Square) => None,
+    };
+    if let (Pitch::Along(pitch), Some(expected)) = (raw.pitch_mm, expected) {
+        return Err(at.value("array.pitch_mm", format!("{pitch:?}"), expected));
     }
     let positions = match &raw.positions_file {
         Some(name) => PackagePositions::List {
             positions_mm: positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?,
+            file: name.clone(),
         },
         None => PackagePositions::Grid {
             columns: raw.columns,

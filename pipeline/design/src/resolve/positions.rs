@@ -26,7 +26,7 @@ pub(crate) fn load(array: &schema::Array, name: &str, folder: &Path) -> Result<V
     let text = bounded_text(&path, MAX_ROWS).with_context(|| {
         format!("array.positions_file: expected positions, cannot read `{}`", path.display())
     })?;
-    let found = parse(&text, array.pitch_mm);
+    let found = parse(&text, array.pitch_mm.min());
     found.with_context(|| format!("array.positions_file: `{}`", path.display()))
 }
 

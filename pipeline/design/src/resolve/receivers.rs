@@ -5,6 +5,7 @@ use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout};
 use tracer::{Detector, Filter, Measurement};
 
+use super::MAX_SPOT_BINS;
 use crate::check::{Context, MIN_LENGTH_MM, whole_division};
 use crate::error::ConfigError;
 use crate::resolved::Design;
@@ -118,7 +119,10 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
             ReceiverForm::CGamma(stated) => Measurement::FarField(sphere(stated, Layout::About)?),
             ReceiverForm::Luminance(stated) => {
                 let widths = [stated.theta_bin_deg, stated.phi_bin_deg];
-                let angles = self.angles(widths, 90.0, Angles::hemisphere)?;
+                let end_deg = stated.theta_max_deg.unwrap_or(90.0);
+                self.at.within(&(self.key)("theta_max_deg"), end_deg, MIN_BIN_DEG, 90.0)?;
+                let make = |theta, phi| Angles::cone(end_deg, theta, phi);
+                let angles = self.angles(widths, end_deg, make)?;
                 Measurement::Luminance(rectangle()?, angles)
             }
             ReceiverForm::Surface(stated) => Measurement::Flux(stated.surface.clone()),
@@ -127,7 +131,7 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
 
     fn rectangle(&self, stated: StatedRectangle) -> Result<DetectorRectangle, ConfigError> {
         let (key, at) = (self.key, self.at);
-        let StatedRectangle { position_mm, size_mm, bins, normal } = stated;
+        let StatedRectangle { position_mm, size_mm, bins, normal, spot_mm } = stated;
         for value in position_mm {
             at.within(&key("position_mm"), value, -MAX_SIZE_MM, MAX_SIZE_MM)?;
         }
@@ -146,6 +150,10 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
         }
         for count in bins {
             at.count(&key("bins"), count, 1, MAX_ALONG_AXIS)?;
+        }
+        if let Some(spot_mm) = spot_mm {
+            let most = [0, 1].map(|k| size_mm[k] / (bins[k] as f64 / MAX_SPOT_BINS).max(3.0));
+            at.within(&key("spot_mm"), spot_mm, 1e-3, most[0].min(most[1]))?;
         }
         DetectorRectangle::new(facing, centre, size_mm, bins).map_err(|error| {
             let expected = format!("one that fits: {error}");

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::schema::{Arrangement, is_default};
+use crate::schema::{Arrangement, Pitch, is_default};
 
 /// Packages side by side.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -11,8 +11,8 @@ pub struct Array {
     /// Places.
     #[serde(flatten)]
     pub positions: PackagePositions,
-    /// Distance of neighbours, mm; in a list the least one allowed.
-    pub pitch_mm: f64,
+    /// Distances of neighbours; in a list the least one allowed.
+    pub pitch_mm: Pitch,
     /// True if light of one package meets the others.
     pub crossing: bool,
 }
@@ -35,6 +35,9 @@ pub enum PackagePositions {
     List {
         /// (x, y) of each axis, mm.
         positions_mm: Vec<[f64; 2]>,
+        /// The file.
+        #[serde(skip)]
+        file: String,
     },
 }
 
@@ -48,7 +51,7 @@ impl Array {
     pub fn count(&self) -> usize {
         match &self.positions {
             PackagePositions::Grid { columns, rows, .. } => columns * rows,
-            PackagePositions::List { positions_mm } => positions_mm.len(),
+            PackagePositions::List { positions_mm, .. } => positions_mm.len(),
         }
     }
 
@@ -74,16 +77,17 @@ impl Array {
     /// Places of the axes of the packages, (x, y) in mm, row after row.
     pub fn axes_mm(&self) -> Vec<[f64; 2]> {
         let (columns, rows, arrangement) = match &self.positions {
-            PackagePositions::List { positions_mm } => return positions_mm.clone(),
+            PackagePositions::List { positions_mm, .. } => return positions_mm.clone(),
             PackagePositions::Grid { columns, rows, arrangement } => {
                 (*columns, *rows, *arrangement)
             }
         };
         let middle = |k: usize, n: usize| k as f64 - 0.5 * (n as f64 - 1.0);
+        let [pitch_x, pitch_y] = self.pitch_mm.along();
         let at = |i: usize, j: usize| {
             let (x, y) = (middle(i, columns), middle(j, rows));
             match arrangement {
-                Arrangement::Square => [x * self.pitch_mm, y * self.pitch_mm],
+                Arrangement::Square => [x * pitch_x, y * pitch_y],
                 Arrangement::Hexagonal => {
                     // A quarter of a pitch to either side, so that the array stays centred.
                     let shift = if rows == 1 {
@@ -93,7 +97,7 @@ impl Array {
                     } else {
                         0.25
                     };
-                    [(x + shift) * self.pitch_mm, y * self.pitch_mm * 0.75_f64.sqrt()]
+                    [(x + shift) * pitch_x, y * pitch_y * 0.75_f64.sqrt()]
                 }
             }
         };

@@ -196,7 +196,7 @@ fn array_fields(array: &Array) -> Value {
         PackagePositions::Grid { columns, rows, arrangement } => {
             json!({"columns": columns, "rows": rows, "arrangement": arrangement})
         }
-        PackagePositions::List { positions_mm } => json!(positions_mm),
+        PackagePositions::List { positions_mm, .. } => json!(positions_mm),
     };
     json!({"positions": positions, "pitch_mm": pitch_mm, "crossing": crossing})
 }

@@ -52,7 +52,8 @@ pub struct SpectrumKeys {
     /// change by at most this, the peak angle by a hundred times as many degrees, or all within two
     /// of their errors. 1e-6 to 1, default 0.005; not for lines.
     pub tolerance: Option<f64>,
-    /// Number of wavelengths in place of `tolerance`: 1, 3, 7, 15 or 31; not for lines.
+    /// Number of wavelengths in place of `tolerance`: 1, 3, 7, 15 or 31; not for lines. They lie
+    /// where power, X, Y and Z are: a single one is not the median of the power.
     pub samples: Option<usize>,
 }
 

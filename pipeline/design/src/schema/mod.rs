@@ -9,6 +9,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use metrics::digits::shortest;
 use metrics::far_field::{BinPlacement, PeakMethod};
 
 use super::serde_arrays::List;
@@ -146,6 +147,48 @@ impl Arrangement {
     }
 }
 
+/// Distances of neighbours, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged, expecting = "a number or [x, y]")]
+pub enum Pitch {
+    /// One in all directions.
+    Same(f64),
+    /// Of columns (along x) and of rows (along y).
+    Along(List<f64, 2>),
+}
+
+impl Pitch {
+    /// Of columns and of rows, mm.
+    pub fn along(self) -> [f64; 2] {
+        match self {
+            Self::Same(pitch_mm) => [pitch_mm; 2],
+            Self::Along(List(along)) => along,
+        }
+    }
+
+    /// The smaller of both, mm.
+    pub fn min(self) -> f64 {
+        let [x, y] = self.along();
+        x.min(y)
+    }
+
+    /// The larger of both, mm.
+    pub fn max(self) -> f64 {
+        let [x, y] = self.along();
+        x.max(y)
+    }
+}
+
+/// Numbers in mm, `12 x 11` for two.
+impl std::fmt::Display for Pitch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Same(pitch_mm) => shortest(*pitch_mm).fmt(f),
+            Self::Along(List([x, y])) => write!(f, "{} x {}", shortest(*x), shortest(*y)),
+        }
+    }
+}
+
 /// `[array]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -156,9 +199,9 @@ pub struct Array {
     /// Packages along y, 1 to 128; required without `positions_file`.
     #[serde(default)]
     pub rows: usize,
-    /// Distance of neighbours, mm: from the width of a package to 2000; with `positions_file` the
-    /// least distance allowed.
-    pub pitch_mm: f64,
+    /// Distance of neighbours, mm, or `[x, y]` of columns and of rows: from the width of a package
+    /// to 2000; with `positions_file` the least distance allowed.
+    pub pitch_mm: Pitch,
     /// Places of the rows; default `"square"`.
     #[serde(default, skip_serializing_if = "Arrangement::is_square")]
     pub arrangement: Arrangement,
@@ -182,8 +225,8 @@ fn yes() -> bool {
 pub struct Receiver {
     /// Height above the bottom, mm; above the package, at most 10 000.
     pub plane_height_mm: f64,
-    /// Side of a square bin, mm; 0.001 to a quarter of the pitch, at most a million bins on the
-    /// map.
+    /// Side of a square bin, mm; 0.001 to a quarter of the (smaller) pitch, at most a million bins
+    /// on the map.
     pub bin_mm: f64,
     /// Standard deviation of the Gaussian that smooths the map, mm; 0 to a quarter of the pitch.
     pub smoothing_sigma_mm: f64,
@@ -191,8 +234,8 @@ pub struct Receiver {
     /// pitch. Default: bins of `bin_mm`, the valley from a fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read_bin_mm: Option<f64>,
-    /// Distance from the outermost axes to the edge of the map, mm; half a pitch to 1000. Default
-    /// the larger of 6.0 and half a pitch.
+    /// Distance from the outermost axes to the edge of the map, mm; half a (larger) pitch to 1000.
+    /// Default the larger of 6.0 and half a pitch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_mm: Option<f64>,
     /// Level the maximum is scaled to before the logarithm; 2 to 10⁹.
@@ -217,10 +260,10 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Distance from the outermost LED axes to the edge of the map, mm, at a pitch of `pitch_mm`.
-    pub fn margin_mm(&self, pitch_mm: f64) -> f64 {
+    /// Distance from the outermost LED axes to the edge of the map, mm, at this pitch.
+    pub fn margin_mm(&self, pitch: Pitch) -> f64 {
         const MIN: f64 = 6.0;
-        self.margin_mm.unwrap_or(MIN.max(0.5 * pitch_mm))
+        self.margin_mm.unwrap_or(MIN.max(0.5 * pitch.max()))
     }
 
     /// Lower left and upper right corner of the stated area, mm.

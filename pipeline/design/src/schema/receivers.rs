@@ -54,6 +54,10 @@ pub struct PlaneReceiver {
     pub bins: List<usize, 2>,
     /// Direction in which passing light counts; default `"+z"`.
     pub normal: Option<Normal>,
+    /// Diameter of the spots over which nine and thirteen points are averaged, mm: at most a third
+    /// of the rectangle and 100 bins. Default: points of the map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spot_mm: Option<f64>,
     /// True: Stokes parameters I, Q, U and V; needs `light.polarization = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes: bool,
@@ -63,7 +67,7 @@ pub struct PlaneReceiver {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AngularReceiver {
-    /// Bin of the polar angle, degrees: divides 180 (luminance: 90, to the normal).
+    /// Bin of the polar angle, degrees: divides 180 (luminance: `theta_max_deg`, to the normal).
     pub theta_bin_deg: f64,
     /// Bin of the azimuth, degrees: divides 360; of luminance from u to v.
     pub phi_bin_deg: f64,
@@ -84,8 +88,15 @@ pub struct LuminanceReceiver {
     pub bins: List<usize, 2>,
     /// Direction in which passing light counts; default `"+z"`.
     pub normal: Option<Normal>,
-    /// Bin of the polar angle, degrees: divides 180 (luminance: 90, to the normal).
+    /// Diameter of the spots over which nine and thirteen points are averaged, mm: at most a third
+    /// of the rectangle and 100 bins. Default: points of the map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spot_mm: Option<f64>,
+    /// Bin of the polar angle, degrees: divides 180 (luminance: `theta_max_deg`, to the normal).
     pub theta_bin_deg: f64,
+    /// Largest polar angle that is read, to the normal, degrees; at most 90. Default 90.0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub theta_max_deg: Option<f64>,
     /// Bin of the azimuth, degrees: divides 360; of luminance from u to v.
     pub phi_bin_deg: f64,
     /// True: Stokes parameters I, Q, U and V; needs `light.polarization = "carried"`.
@@ -112,6 +123,8 @@ pub struct StatedRectangle {
     pub bins: [usize; 2],
     /// The direction in which light passes.
     pub normal: Normal,
+    /// Diameter of spots, mm.
+    pub spot_mm: Option<f64>,
 }
 
 impl ReceiverForm {
@@ -134,12 +147,14 @@ impl ReceiverForm {
                 size_mm: plane.size_mm.0,
                 bins: plane.bins.0,
                 normal: plane.normal.unwrap_or_default(),
+                spot_mm: plane.spot_mm,
             }),
             Self::Luminance(luminance) => Some(StatedRectangle {
                 position_mm: luminance.position_mm.0,
                 size_mm: luminance.size_mm.0,
                 bins: luminance.bins.0,
                 normal: luminance.normal.unwrap_or_default(),
+                spot_mm: luminance.spot_mm,
             }),
             Self::FarField(_) | Self::CGamma(_) | Self::Surface(_) => None,
         }

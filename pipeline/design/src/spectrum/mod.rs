@@ -245,15 +245,20 @@ impl Spectrum {
         }
     }
 
-    /// Wavelengths (nm, ascending) and weights (positive, adding up to 1) of the rule of `count`
-    /// points, one of [`quadrature::COUNTS`]; the lines themselves for a spectrum of lines.
+    /// Wavelengths (nm, ascending) and weights (adding up to 1) of the rule of `count` points, one of
+    /// [`quadrature::COUNTS`], those left out that stand neither for weighted power nor for X, Y and
+    /// Z; the lines themselves for a spectrum of lines.
     pub fn rule(&self, count: usize) -> Vec<(f64, f64)> {
         match &self.shares {
             Shares::Lines(lines) => lines.clone(),
             Shares::Continuous { power, wavelengths } => {
                 let nodes: Vec<f64> = places(count).map(|u| rounded(wavelengths, u)).collect();
                 let weights = shares::of_nodes(&nodes, slices(power));
-                nodes.into_iter().zip(weights).collect()
+                // Of a faint tail or, without weight, of the colours: a node of neither is left out.
+                let seen = self.tristimulus(&nodes);
+                let all = nodes.into_iter().zip(weights).zip(seen);
+                let counts = all.filter(|((_, w), xyz)| *w > 0.0 || xyz.iter().any(|v| *v > 0.0));
+                counts.map(|(node, _)| node).collect()
             }
         }
     }
@@ -288,6 +293,7 @@ impl Spectrum {
         };
         let sampling = match self.sampling {
             Some(Sampling::Tolerance(t)) => format!("wavelengths to a tolerance of {t}"),
+            Some(Sampling::Samples(1)) => format!("one wavelength, {} nm", self.rule(1)[0].0),
             Some(Sampling::Samples(n)) => count(n, "wavelength"),
             None => "computed line by line".to_owned(),
         };

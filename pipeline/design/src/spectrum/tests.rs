@@ -234,6 +234,29 @@ fn gaps_and_zeros_hold_no_wavelength() {
 }
 
 #[test]
+fn a_node_without_weight_stands_for_colours_or_is_left_out() {
+    // A peak, and a tail of a millionth of its power, which the cube root gives nodes.
+    let tail = {
+        let nm = [540.0, 550.0, 560.0, 561.0, 800.0];
+        spectrum(table(&nm, &[0.0, 1.0, 0.0, 1e-6, 1e-6]), Weighting::Radiometric)
+    };
+    let rule = tail.rule(31);
+    assert!(rule.len() < 31 && rule.iter().all(|(_, weight)| *weight > 0.0), "{rule:?}");
+    let whole: f64 = rule.iter().map(|(_, weight)| weight).sum();
+    assert!((whole - 1.0).abs() < 1e-12);
+    // Deep blue weighs nothing in lumens, and its Z is seen.
+    let blue = table(&[380.0, 385.0, 390.0, 540.0, 550.0, 560.0], &[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
+    let rule = spectrum(blue, Weighting::Photometric).rule(31);
+    assert!(rule.iter().any(|(nm, _)| *nm < 390.0), "{rule:?}");
+    // The one wavelength of `samples = 1` is said.
+    let one = Spectrum::new(led(), Weighting::Radiometric, Some(Sampling::Samples(1)));
+    let one = one.expect("valid");
+    let said = one.describe();
+    assert!(said.contains(&format!("one wavelength, {} nm", one.rule(1)[0].0)), "{said}");
+    assert!((one.rule(1)[0].0 - one.median_nm()).abs() > 0.0, "{said}");
+}
+
+#[test]
 fn bad_spectra_are_refused_by_key() {
     use Weighting::{Photometric, Radiometric};
     let seven = Some(Sampling::Samples(7));

@@ -137,7 +137,11 @@ fn designs(
         }
         let designs: Result<Vec<Design>> = sources.iter().map(|s| make(s, &setup, paths)).collect();
         match designs {
-            Ok(designs) => possible.push((setup, designs)),
+            Ok(designs) => {
+                check_effects(&setup, sources)
+                    .with_context(|| format!("set-up {:?}", setup.name))?;
+                possible.push((setup, designs));
+            }
             Err(why) if file.skip_impossible && !possible.is_empty() => {
                 impossible.push((setup.name, format!("{why:#}")));
             }
@@ -145,6 +149,20 @@ fn designs(
         }
     }
     Ok((possible, impossible))
+}
+
+/// Refuses levels that move no package, also where another level states the places.
+fn check_effects(setup: &Setup, sources: &[DesignFile]) -> Result<()> {
+    for source in sources {
+        let table = source.table_with(&setup.of(&source.name))?;
+        for level in &setup.settings {
+            let of_design = level.set_of.get(&source.name);
+            for settings in [Some(&level.set), of_design].into_iter().flatten() {
+                source.check_effect(settings, &table)?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The design that `setup` makes of `source`.

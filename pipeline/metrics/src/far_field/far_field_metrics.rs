@@ -24,14 +24,18 @@ fn largest(profile: &[f64], sphere: &AngularBins) -> usize {
 }
 
 /// Angle between the directions on both sides of the axis at which `profile` falls below `level`,
-/// outwards from its largest bin, degrees; NaN where it does not.
+/// outwards from its largest bin, degrees; NaN where it does not, or only at the horizon, below which
+/// no light goes.
 fn width(profile: &[f64], sphere: &AngularBins, level: f64) -> f64 {
     let best = largest(profile, sphere);
     let below = (best + 1..profile.len()).find(|&i| profile[i] < level);
     below.map_or(f64::NAN, |i| {
         let part = (profile[i - 1] - level) / (profile[i - 1] - profile[i]);
         let [inner, outer] = [i - 1, i].map(|i| sphere.centre_deg(i));
-        2.0 * (inner + part.max(0.0) * (outer - inner))
+        let at = inner + part.max(0.0) * (outer - inner);
+        let is_below = |i: usize| sphere.edges_deg(i)[0] >= 90.0 - 1e-9;
+        let is_dark = || (0..profile.len()).all(|i| !is_below(i) || profile[i] <= 0.0);
+        if at > 90.0 && is_dark() { f64::NAN } else { 2.0 * at }
     })
 }
 

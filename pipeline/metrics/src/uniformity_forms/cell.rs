@@ -6,7 +6,7 @@ use crate::layout::{Area, Layout};
 use crate::sampled::{Sample, Sampled};
 
 /// Positions in the unit square: the middles of 3 × 3 parts, then a point in every corner.
-pub(super) const POINTS: [[f64; 2]; 13] = {
+pub(crate) const POINTS: [[f64; 2]; 13] = {
     const L: f64 = 1.0 / 6.0;
     const M: f64 = 0.5;
     const H: f64 = 5.0 / 6.0;
@@ -65,19 +65,21 @@ pub fn nine_points(
     spot_mm: Option<f64>,
     map: &[f64],
 ) -> Option<Vec<f64>> {
-    let samples = samples(grid, layout, cell_on(grid, layout)?, (&POINTS[..9], spot_mm));
+    let spot = spot_mm.map(|diameter_mm| [diameter_mm; 2]);
+    let samples = samples(grid, layout, cell_on(grid, layout)?, (&POINTS[..9], spot));
     Some(samples.iter().map(|sample| sample.of(map)).collect())
 }
 
-/// Samples of `map` at `points` of an area: means over spots of this diameter, or values at points.
-pub(super) fn samples(
+/// Samples of `map` at `points` of an area: means over spots of these diameters along x and y, or
+/// values at points.
+pub(crate) fn samples(
     grid: Grid,
     layout: &Layout,
     area: Area,
-    (points, spot_mm): (&[[f64; 2]], Option<f64>),
+    (points, spot): (&[[f64; 2]], Option<[f64; 2]>),
 ) -> Vec<Sample> {
-    let sample = |at| match spot_mm {
-        Some(diameter_mm) => Sample::spot(grid, at, diameter_mm),
+    let sample = |at| match spot {
+        Some(diameters_mm) => Sample::spot(grid, at, diameters_mm),
         None => Sample::at(grid, at),
     };
     over_phases(layout, area, points).into_iter().map(sample).collect()

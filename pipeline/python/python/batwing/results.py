@@ -216,7 +216,8 @@ def _receiver(name: str, about: dict[str, Any], folder: Path, mode: Any) -> Rece
     if ".json" in files:
         axes = tuple(map(_axis, json.loads(_checks.text(files[".json"]))["axes"]))
     of_bins = dict.fromkeys(("mean", "min", "max"), about["unit"])
-    units = {**of_bins, "min_to_max": "W/W"}
+    ratios = dict.fromkeys(("min_to_max", "nine_points", "thirteen_points"), "W/W")
+    units = {**of_bins, **ratios}
     figures = _estimates(about, units, about.get("flux_unit", about["unit"]))
     return Receiver(both[0], both[1], axes, about["quantity"], about["unit"], figures, about)
 

@@ -211,7 +211,7 @@ class Led(Table):
 class Array(Table):
     """Places of the packages: `[array]`."""
 
-    pitch_mm: float
+    pitch_mm: float | Sequence[float]
     columns: int | None = None
     rows: int | None = None
     arrangement: Arrangement | None = None
@@ -410,6 +410,7 @@ class Plane(Receiver):
     bins: Sequence[int]
     normal: Normal | None = None
     stokes: bool | None = None
+    spot_mm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -444,6 +445,8 @@ class Luminance(Receiver):
     phi_bin_deg: float
     normal: Normal | None = None
     stokes: bool | None = None
+    theta_max_deg: float | None = None
+    spot_mm: float | None = None
 
 
 @dataclass(frozen=True)

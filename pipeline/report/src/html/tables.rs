@@ -163,7 +163,7 @@ pub fn results(models: &[Model]) -> Vec<Value> {
 /// A line on the light of each model in a spectrum.
 pub fn spectra(models: &[Model]) -> Vec<Value> {
     let line = |model: &Model| {
-        let spectrum = model.entry.spectrum.as_ref()?;
+        let spectrum = model.entry.spectrum.as_ref().filter(|spectrum| !spectrum.is_line())?;
         Some(json!({
             "design": model.design, "model": model.label(), "weighting": spectrum.light.weighting,
             "count": metrics::plural::count(spectrum.wavelengths.len(), "wavelength"),

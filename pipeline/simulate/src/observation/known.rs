@@ -8,12 +8,12 @@ use design::schema::receivers::ReceiverKind;
 use design::spectrum::lights::Colour;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
-use metrics::figures::{self, Definition, INTENSITY_PER_KILOLUMEN, OF_RECEIVER, PARABOLA, Source};
+use metrics::figures::{self, Definition, INTENSITY_PER_KILOLUMEN, PARABOLA, Source};
 use metrics::layout::Layout;
 use metrics::uniformity_forms::cell;
 use metrics::valley;
 
-use super::readers::has_lumens;
+use super::readers::{figures_of, has_lumens};
 use super::{accounts, layout, plane_grid};
 use crate::dome_surface::dome_surface;
 use crate::model::Model;
@@ -36,7 +36,8 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
             // The bins of a surface hold one another: they have no sum.
             let summed = design.receivers.iter().filter(|r| r.kind() != ReceiverKind::Surface);
             let of = |r: &CheckedReceiver| {
-                OF_RECEIVER.map(|figure| figure.of_receiver(r.name()).key.into_owned())
+                let named = |figure: Definition| figure.of_receiver(r.name()).key.into_owned();
+                figures_of(r).map(named).collect::<Vec<_>>()
             };
             summed.flat_map(of).collect()
         }
@@ -66,7 +67,7 @@ fn missing(design: &Design, figure: &Definition) -> Option<&'static str> {
         }
         Source::Map if figure.key.starts_with("area_") => "which needs an area (receiver.area_mm)",
         Source::Map if between_neighbours && layout.straight().is_empty() => {
-            "which compares neighbours one pitch apart, of which there are none"
+            "which compares neighbouring LEDs, of which there are none"
         }
         Source::Map if between_neighbours && !fits(design, &layout) => {
             "and receiver.bin_mm is too wide for a fit to the valley between neighbours"

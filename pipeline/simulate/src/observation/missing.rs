@@ -2,6 +2,7 @@
 //! The warning of a run without figures of uniformity.
 
 use design::Design;
+use metrics::digits::shortest;
 use metrics::plural::count;
 use metrics::valley;
 
@@ -37,7 +38,8 @@ impl Observation {
         });
         Some(format!(
             "receiver.bin_mm = {}: too wide for a fit to the valley between neighbours {} mm apart, and figures along segments and diagonals are left out; {advice}with receiver.read_bin_mm bins themselves are read",
-            receiver.bin_mm, layout.pitch_mm
+            receiver.bin_mm,
+            shortest(layout.pitch_mm)
         ))
     }
 }

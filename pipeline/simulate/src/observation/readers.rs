@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
-use design::schema::receivers::ReceiverKind;
+use design::schema::receivers::{Normal, ReceiverKind, StatedRectangle};
 use design::spectrum::Weighting;
 use metrics::bins::{Bins, largest};
 use metrics::extraction::{self, flow};
@@ -58,7 +58,7 @@ pub(super) fn readers<'a>(
         all.push(Box::new(IlluminanceReader::new(seen.grid, layout(design), units)));
     }
     let receivers = design.receivers.iter().enumerate();
-    let receivers = receivers.filter_map(|(k, r)| ReceiverReader::new(k, r, units));
+    let receivers = receivers.filter_map(|(k, r)| ReceiverReader::new(k, r, design, units));
     for reader in receivers {
         if reader.columns().iter().any(|column| wanted(&column.figure.key)) {
             all.push(Box::new(reader));
@@ -286,7 +286,12 @@ struct ReceiverReader<'a> {
 
 impl<'a> ReceiverReader<'a> {
     /// `None` of surfaces, whose bins hold one another.
-    fn new(number: usize, receiver: &'a CheckedReceiver, units: Units) -> Option<Self> {
+    fn new(
+        number: usize,
+        receiver: &'a CheckedReceiver,
+        design: &Design,
+        units: Units,
+    ) -> Option<Self> {
         let detector = &receiver.detector;
         let directions = match &detector.measurement {
             Measurement::Flux(_) => return None,
@@ -294,8 +299,39 @@ impl<'a> ReceiverReader<'a> {
             Measurement::Plane(_) | Measurement::FarField(_) => 1,
         };
         let measures = summed(&detector.measures()[..detector.places()], directions);
-        Some(Self { number, receiver, units, directions, bins: Bins::new(&measures) })
+        let mut bins = Bins::new(&measures);
+        if let Some(rectangle) = rectangle_of_points(receiver) {
+            bins = with_points(bins, &rectangle, design);
+        }
+        Some(Self { number, receiver, units, directions, bins })
     }
+}
+
+/// Least bins along each side of a rectangle for points of a display: nine points lie in three rows.
+const MIN_BINS_OF_POINTS: usize = 3;
+
+/// The rectangle of a receiver that has nine and thirteen points.
+fn rectangle_of_points(receiver: &CheckedReceiver) -> Option<StatedRectangle> {
+    let rectangle = receiver.stated.kind.rectangle();
+    rectangle.filter(|r| r.bins.iter().all(|count| *count >= MIN_BINS_OF_POINTS))
+}
+
+/// The figures that a receiver has.
+pub(super) fn figures_of(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
+    let count = if rectangle_of_points(receiver).is_some() { OF_RECEIVER.len() } else { 5 };
+    OF_RECEIVER.into_iter().take(count)
+}
+
+/// `bins` with the points of this rectangle; one that lies level sees the packages below.
+fn with_points(bins: Bins, rectangle: &StatedRectangle, design: &Design) -> Bins {
+    let bin_mm = [0, 1].map(|k| rectangle.size_mm[k] / rectangle.bins[k] as f64);
+    let [x, y, _] = rectangle.position_mm;
+    let layout = match rectangle.normal {
+        Normal::Up | Normal::Down => layout(design).seen_from([x, y], bin_mm),
+        _ => Layout::of_places(Vec::new()),
+    };
+    let spot = rectangle.spot_mm.map(|mm| bin_mm.map(|bin| mm / bin));
+    bins.with_points(rectangle.bins, &layout, spot)
 }
 
 /// Sums of `count` neighbours each.
@@ -317,7 +353,7 @@ impl Reader for ReceiverReader<'_> {
             };
             Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
         };
-        OF_RECEIVER.map(of).into()
+        figures_of(self.receiver).map(of).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -330,14 +366,14 @@ impl Reader for ReceiverReader<'_> {
     }
 
     fn values(&self, powers: &[f64]) -> Vec<f64> {
-        self.bins.values(powers).into()
+        self.bins.values(powers)
     }
 
     fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
-        self.bins.estimates(powers).map(FigureEntry::new).into()
+        self.bins.estimates(powers).into_iter().map(FigureEntry::new).collect()
     }
 
     fn one_path(&self, power: f64) -> Vec<f64> {
-        self.bins.one_path(power).into()
+        self.bins.one_path(power)
     }
 }

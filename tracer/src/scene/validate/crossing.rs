@@ -348,7 +348,7 @@ impl<'a> CrossingSearch<'a> {
         if depth_mm.is_none() && told.is_none_or(|(surface, _)| solid(surface)) {
             let surfaces = self.space.surfaces.iter();
             let deep = surfaces.filter_map(|surface| Some((surface, depth(surface)?)));
-            if let Some((surface, deepest)) = deep.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            if let Some((surface, deepest)) = deep.max_by(|a, b| a.1.0.total_cmp(&b.1.0)) {
                 (other, depth_mm) = (Some((surface, 0)), Some(deepest));
             }
         }

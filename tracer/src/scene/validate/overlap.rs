@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Depth to which two solids reach into each other, for messages.
+//! Overlaps of two solids, for messages.
 
 use glam::DVec3;
 use rand::Rng;
@@ -10,14 +10,12 @@ use crate::shape::{Bounds, Reach, Shape, Sides};
 
 /// Lines through the space that the boxes around both share.
 const LINES: usize = 192;
-/// Directions in which the way out of a solid is looked for.
-const WAYS: usize = 48;
 /// Least depth that is an overlap, as a share of the size of both.
 const LEAST: f64 = 1e-7;
 
-/// Largest distance by which the surface of one of two closed shapes reaches into the other, mm;
-/// `None` where they do not overlap, or where one holds the other.
-pub(super) fn depth(a: &Shape, b: &Shape) -> Option<f64> {
+/// Shortest way along x, y or z by which one of two closed shapes leaves the box around the other, mm,
+/// and that axis; `None` where they do not overlap, or where one holds the other.
+pub(super) fn depth(a: &Shape, b: &Shape) -> Option<(f64, &'static str)> {
     let [one, two] = [a, b].map(Shape::bounds);
     let shared = Bounds { low: one.low.max(two.low), high: one.high.min(two.high) };
     if !shared.is_finite() || !shared.low.cmple(shared.high).all() {
@@ -25,17 +23,14 @@ pub(super) fn depth(a: &Shape, b: &Shape) -> Option<f64> {
     }
     let least = LEAST * one.union(two).size().max_element();
     let mut rng = random::stream(0x0e1a_9d37, 0);
-    let (mut deepest, mut is_cut) = (0.0_f64, [false; 2]);
-    for (k, (from, into)) in [(a, b), (b, a)].into_iter().enumerate() {
-        let inside: Vec<DVec3> =
-            points(from, &shared, &mut rng).into_iter().filter(|at| into.holds(*at)).collect();
-        for at in inside.iter().step_by(inside.len().div_ceil(WAYS).max(1)) {
-            deepest = deepest.max(way_out(*at, into, &mut rng));
-        }
+    let is_cut = [(a, b), (b, a)].map(|(from, into)| {
+        let inside = points(from, &shared, &mut rng).iter().any(|at| into.holds(*at));
         let whole = points(from, &from.bounds(), &mut rng);
-        is_cut[k] = !inside.is_empty() && whole.iter().any(|at| !into.holds(*at));
-    }
-    (is_cut[0] || is_cut[1]).then_some(deepest).filter(|depth| *depth > least)
+        inside && whole.iter().any(|at| !into.holds(*at))
+    });
+    let ways = (one.high - two.low).min(two.high - one.low).to_array().into_iter();
+    let shortest = ways.zip(["x", "y", "z"]).min_by(|a, b| a.0.total_cmp(&b.0));
+    shortest.filter(|(depth, _)| (is_cut[0] || is_cut[1]) && *depth > least)
 }
 
 /// Points of the surface of `shape` on lines through `within`.
@@ -58,24 +53,4 @@ fn points(shape: &Shape, within: &Bounds, rng: &mut impl Rng) -> Vec<DVec3> {
         }
     }
     points
-}
-
-/// Distance of a point within `shape` from its surface, mm, to a few per cent; exact from flat
-/// faces.
-fn way_out(at: DVec3, shape: &Shape, rng: &mut impl Rng) -> f64 {
-    let towards = |direction: DVec3| {
-        let ray = Ray { origin: at, direction };
-        let hit = shape.intersect(&ray, Reach::AHEAD, Sides::Both)?;
-        Some((hit.distance, shape.settle(ray.at(hit.distance), hit.primitive).1))
-    };
-    let mut shortest = f64::INFINITY;
-    for _ in 0..WAYS {
-        let Some((distance, normal)) = towards(random::isotropic(rng)) else {
-            continue;
-        };
-        shortest = shortest.min(distance);
-        // The normal of the face met is the shortest way to it.
-        shortest = shortest.min(towards(normal).map_or(f64::INFINITY, |(distance, _)| distance));
-    }
-    if shortest.is_finite() { shortest } else { 0.0 }
 }

@@ -73,6 +73,13 @@ fn beam_and_field_angle_are_those_of_closed_forms() {
     let half = 50.0 + 20.0 * 0.5f64.sqrt();
     let tenth = 50.0 + 20.0 * 0.9f64.sqrt();
     assert!(near(beam, 2.0 * half) && near(field, 2.0 * tenth), "{beam} {field}");
+    // Light that ends at the horizon with a fifth of its peak has no field angle above it; with
+    // light below the horizon the angle goes on.
+    let ends = |t: f64| if t < 90.0 { 0.2 + 0.8 * t.to_radians().cos() } else { 0.0 };
+    let [beam, field] = widths(&ends);
+    assert!(near(beam, 2.0 * 0.375f64.acos().to_degrees()) && field.is_nan(), "{beam} {field}");
+    let [_, field] = widths(&|t| 1.0 - t / 130.0 + f64::from(t > 130.0) * (t / 130.0 - 1.0));
+    assert!(near(field, 234.0), "{field}");
     // Light that is alike in all directions has neither.
     assert!(widths(&|_| 1.0).iter().all(|width| width.is_nan()));
 }
