@@ -165,7 +165,8 @@ impl YieldEntry {
 
 /// A number to two significant digits, for people.
 pub fn significant(value: f64) -> String {
-    Digits::new(value, value).error
+    let Digits { error, power, .. } = Digits::new(value, value);
+    if power == 0 { error } else { format!("{error}e{power}") }
 }
 
 /// Sentence on figures whose scatter is not seen above the noise of a trace, each with the bound of

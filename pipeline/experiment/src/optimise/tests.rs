@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use design::dotted_keys::Settings;
-use metrics::{Estimate, JackknifedFigure, spread};
+use metrics::{Estimate, spread};
+use results::figure_entry::FigureEntry;
+use results::paired_figure::PairedFigure;
 
 use super::file::{ConstraintKeys, LimitKeys, TermKeys, VariableKeys};
 use super::heights;
@@ -223,14 +225,14 @@ fn objectives_add_weighted_terms_and_their_replicates() {
         &["figure = \"uniformity\"\nat_least = 0.8\nmargin = 2.0"],
     );
     let figure = |key: &str, value: f64, without: [f64; 2]| {
-        (key.to_owned(), JackknifedFigure::new(value, without.to_vec()))
+        (key.to_owned(), PairedFigure::new(value, without.to_vec()))
     };
     let figures = vec![
         figure("uniformity", 0.7, [0.69, 0.71]),
         figure("extraction_efficiency", 0.9, [0.91, 0.89]),
         figure("peak_angle_deg", 50.0, [55.0, 65.0]),
     ];
-    let error = figures[0].1.standard_error;
+    let error = figures[0].1.entry.standard_error;
     let judged = objective.of_figures(figures);
     assert!((judged.value - (-1.4 + 1.8 + 2.0)).abs() < 1e-12);
     for (found, expected) in judged.without.iter().zip([-1.38 + 1.82 + 1.0, -1.42 + 1.78 + 1.0]) {
@@ -244,9 +246,14 @@ fn generation(number: usize) -> Generation {
     let candidate = |k: usize| Candidate {
         point: vec![0.1 * k as f64, 1.0 / 3.0],
         coefficients: vec![k as f64, 2.0],
+        choices: BTreeMap::from([("a".to_owned(), "b.txt".into())]),
         value: (k > 0).then_some(-0.5 / 3.0),
+        objective: (k > 0).then_some(-0.5 / 3.0),
         standard_error: (k > 0).then_some(0.01),
-        figures: BTreeMap::from([("uniformity".to_owned(), Estimate::new(0.7, 0.01))]),
+        figures: BTreeMap::from([(
+            "uniformity".to_owned(),
+            FigureEntry::new(Estimate::new(0.7, 0.01)),
+        )]),
         feasible: k > 0,
         refused: (k == 0).then(|| "line 1\nline 2".to_owned()),
     };

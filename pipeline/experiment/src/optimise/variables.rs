@@ -9,6 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use design::Design;
 use design::dotted_keys::{self, Settings, number};
 use design::serde_arrays::List;
+use metrics::digits::shortest;
 
 use super::file::{Profile, VariableKeys};
 use super::heights;
@@ -195,6 +196,30 @@ impl Variables {
     /// Values of the coefficients at `point`, in the units of the design; shares of choices.
     pub fn coefficients(&self, point: &[f64]) -> Vec<f64> {
         self.ranges().zip(point).map(|(r, x)| r.number(*x)).collect()
+    }
+
+    /// Choices at `point`, by the names of their variables.
+    pub fn choices(&self, point: &[f64]) -> impl Iterator<Item = (String, serde_json::Value)> {
+        let all = self.labels().into_iter().zip(self.ranges()).zip(point);
+        all.filter_map(|((label, range), x)| match range {
+            Range::Choices(_) => Some((label, serde_json::to_value(range.value(*x)).ok()?)),
+            Range::Between { .. } => None,
+        })
+    }
+
+    /// Names and values of the coefficients at `point`, for people.
+    pub fn words(&self, point: &[f64]) -> Vec<String> {
+        let all = self.labels().into_iter().zip(self.ranges()).zip(point);
+        all.map(|((label, range), x)| match range {
+            Range::Choices(_) => format!("{label} = {}", range.value(*x)),
+            Range::Between { .. } => format!("{label} = {}", shortest(range.number(*x))),
+        })
+        .collect()
+    }
+
+    /// What tells the design at `point` from that at any other.
+    pub fn values(&self, point: &[f64]) -> Vec<String> {
+        self.ranges().zip(point).map(|(range, x)| range.value(*x).to_string()).collect()
     }
 
     /// Keys of the design at `point`.
