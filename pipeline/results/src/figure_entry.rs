@@ -68,6 +68,11 @@ impl FigureEntry {
         self.interval.or(self.upper_bound.map(|bound| [0.0, bound]))
     }
 
+    /// True of a peak that is a bin: it lies anywhere in it.
+    pub fn is_bin(&self) -> bool {
+        self.interval.is_some() && self.bias_bound.is_none()
+    }
+
     /// Middle and third of the half width of [`Self::ends`], so that three errors reach both.
     pub fn between_ends(&self) -> Option<Estimate> {
         let [low, high] = self.ends()?;

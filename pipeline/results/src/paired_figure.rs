@@ -67,14 +67,13 @@ impl PairedFigure {
             standard_error: scatter.hypot(bias / 3f64.sqrt()),
             bias_bound: (bias != 0.0).then_some(bias.abs()),
         };
-        let is_bin = |e: &FigureEntry| e.interval.is_some() && e.bias_bound.is_none();
         let of_ends = || {
             let ends = |e: &FigureEntry| e.ends().unwrap_or([e.value; 2]);
             let ([low, high], [from, to]) = (ends(own), ends(other));
             [low - to, high - from]
         };
         let are_unseen = own.upper_bound.and(other.upper_bound).is_some();
-        let between = is_bin(own) || is_bin(other) || are_unseen;
+        let between = own.is_bin() || other.is_bin() || are_unseen;
         let places = [own, other].map(|e| e.peak_place);
         let noise = places.into_iter().find(|place| *place == PeakPlace::NotResolved);
         let on_axis = places.into_iter().find(|place| *place == PeakPlace::OnAxis);

@@ -78,6 +78,11 @@ impl Constraint {
         miss(self.margin + 1.0) > 0.0 && miss(self.margin - 1.0) <= 0.0
     }
 
+    /// For people.
+    pub fn words(&self) -> String {
+        format!("{} {} by {} standard errors", self.figure, self.bounds.words(), self.margin)
+    }
+
     /// For people: the bound that `figure` misses and by how much; `None` where it is met.
     pub fn missed(&self, figure: &FigureEntry) -> Option<String> {
         constraint::missed(&self.figure, self.bounds, self.margin, figure)
@@ -312,6 +317,16 @@ impl Objective {
         self.pair()?;
         let cost = |term: &Term| Some(term.cost(figures.get(&term.figure)?.value));
         Some([cost(&self.terms[0])?, cost(&self.terms[1])?])
+    }
+
+    /// Terms for people.
+    pub fn words(&self) -> Vec<String> {
+        let words = |term: &Term| match term.goal {
+            Goal::Maximise => format!("{}, larger", term.figure),
+            Goal::Minimise => format!("{}, smaller", term.figure),
+            Goal::Target => format!("{}, near {}", term.figure, term.target),
+        };
+        self.terms.iter().map(words).collect()
     }
 
     /// Keys of the figures of the terms.

@@ -27,6 +27,7 @@ use simulate::trace_plan::DomeChoice;
 
 use super::cost::{self, Pace, time_words};
 use super::evaluate::Evaluator;
+use super::file::Method;
 use super::found_design::{FoundDesign, remove_front};
 use super::front::FrontDesign;
 use super::log::{self, Log};
@@ -315,7 +316,9 @@ impl<'a> Recipe<'a> {
             found.best.clone_from(&result.final_candidates[0].point);
             // All that was set before stays; what this stage sets goes on top.
             found.settings.extend(found.variables.settings(&found.best)?);
+            // A front has no best candidate.
             let missed = result.missed(&found.variables, &problem.objective);
+            let missed = missed.filter(|_| stage.method != Method::Nsga2);
             found.stages.push(StageOutcome { settings: stage.clone(), result, missed });
         }
         self.feasible(&found.stages).map_err(|error| self.about(error))?;

@@ -164,7 +164,7 @@ impl<'a> Tracer<'a> {
 
     fn observe(&mut self, task: &TraceTask, seed: u64) -> Result<Observation> {
         let design = task.design(self.study);
-        let what = format!("{} {}", design.name, task.id.model);
+        let what = format!("{} {}", task.label(self.study), task.id.model);
         self.traces.observe(design, task.dome, &what, RunContext { seed, ..self.context })
     }
 }

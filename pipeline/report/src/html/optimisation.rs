@@ -73,7 +73,7 @@ fn belongs(file: &OptimisationFile, folder: &Folder) -> Result<()> {
     );
     let listing = folder.directory().join(optimisation::FILE);
     for (k, entry) in file.files.iter().enumerate() {
-        let place = format!("`{}`: files[{k}]", listing.display());
+        let place = format!("`{}`: files[{}]", listing.display(), k + 1);
         checked_file(folder.directory(), entry, &place)?;
     }
     Ok(())

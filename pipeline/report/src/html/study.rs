@@ -39,7 +39,7 @@ impl StudyFolder {
         };
         let path = directory.join(FILE);
         for (i, entry) in file.files.iter().enumerate() {
-            checked_file(directory, entry, &format!("`{}`: files[{i}]", path.display()))?;
+            checked_file(directory, entry, &format!("`{}`: files[{}]", path.display(), i + 1))?;
         }
         Ok(Some(Self { directory: directory.to_owned(), file }))
     }
