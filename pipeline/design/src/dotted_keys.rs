@@ -19,20 +19,19 @@ enum Step<'a> {
     Entry(usize),
 }
 
-/// `path` with entries of lists in brackets, as messages name them: `solids.1.scale` is
-/// `solids[2].scale`, and `.*` is `[*]`.
+/// `path` with entries of lists in brackets, as messages name them: `solids.1.radius_mm` is
+/// `solids[2].radius_mm`, and `.*` is `[*]`.
 pub fn bracketed(path: &str) -> String {
     let is_entry = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
     let mut parts = path.split('.');
     let mut text = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        match part.parse::<usize>() {
-            Ok(number) if is_entry(part) => {
-                text.push_str(&format!("[{}]", number.saturating_add(1)))
-            }
-            _ if part == "*" => text.push_str("[*]"),
-            _ => text.push_str(&format!(".{part}")),
-        }
+        let step = match part.parse::<usize>() {
+            Ok(number) if is_entry(part) => format!("[{}]", number.saturating_add(1)),
+            _ if part == "*" => "[*]".to_owned(),
+            _ => format!(".{part}"),
+        };
+        text.push_str(&step);
     }
     text
 }
@@ -62,7 +61,7 @@ fn steps(path: &str) -> Option<Vec<Step<'_>>> {
 pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> {
     let path = &bracketed(path);
     let Some(all) = steps(path) else {
-        bail!("expected a key such as led.reflectance or solids[1].scale, got {path:?}");
+        bail!("expected a key such as led.reflectance or solids[1].position_mm[3], got {path:?}");
     };
     let count = all.len();
     ensure!(count <= MAX_PARTS, "expected a key of at most {MAX_PARTS} parts, got {count}");
@@ -74,10 +73,11 @@ pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<
     let mut table = design;
     loop {
         if parts.peek().is_none() {
-            match is_removed {
-                true => table.remove(key),
-                false => table.insert(key.to_owned(), value.clone()),
-            };
+            if is_removed {
+                table.remove(key);
+            } else {
+                table.insert(key.to_owned(), value.clone());
+            }
             return Ok(());
         }
         let mut at = table.entry(key).or_insert_with(|| toml::Value::Table(toml::Table::new()));

@@ -73,13 +73,13 @@ fn of_study(study: &Arc<Study>) -> Vec<(&'static str, String)> {
         format!("{}: {}", factor.name, listed(levels, ", "))
     });
     let models = study.setups[0].1.iter().flat_map(|design| {
-        study.models.iter().map(|model| format!("{} {}", design.name, model.key(design)))
+        study.models.iter().map(move |model| format!("{} {}", design.name, model.key(design)))
     });
-    let figures = &study.targets.figures;
-    let targets = figures.iter().flat_map(|(design, models)| {
+    let all = &study.targets;
+    let targets = all.figures.iter().flat_map(move |(design, models)| {
         models.iter().flat_map(move |(model, figures)| {
             figures.keys().filter_map(move |figure| {
-                let words = study.targets.of(design, model, figure).map(Target::words)?;
+                let words = all.of(design, model, figure).map(Target::words)?;
                 Some(format!("{figure} of {design} {model}, {words}"))
             })
         })
