@@ -141,7 +141,12 @@ const FRUITLESS: &[Case] = &[
             "[verification]",
             "[[constraints]]\nfigure = \"extraction_efficiency\"\nat_least = 1.5\n\n[verification]",
         )],
-        &["constraints", "extraction_efficiency at least 1.5", "nearest: 0.99", "24 candidates"],
+        &[
+            "constraints",
+            "nearest, extraction_efficiency is 0.99",
+            "expected at least 1.5 by 2 standard errors: missed by 0.5",
+            "24 candidates",
+        ],
     ),
     (
         &[("[verification]", "[limits]\ntotal_height_mm = 0.5\n\n[verification]")],

@@ -46,6 +46,7 @@ mod solids;
 mod source_spectra;
 mod sources_from_files;
 mod spectrum;
+mod states;
 mod stopping_rule;
 mod study;
 mod tolerance;

@@ -11,51 +11,101 @@ pub type Settings = BTreeMap<String, toml::Value>;
 /// Most parts of a dotted key; designs nest no deeper than a few.
 const MAX_PARTS: usize = 16;
 
-/// Sets the key at the dotted `path`, with numbers from 0 for entries of lists:
-/// `elements.shapes.1.apex_angle_deg`. The value `""` removes the key.
+/// One step of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Step<'a> {
+    Key(&'a str),
+    /// Entry of a list, from 1.
+    Entry(usize),
+}
+
+/// `path` with entries of lists in brackets, as messages name them: `solids.1.radius_mm` is
+/// `solids[2].radius_mm`, and `.*` is `[*]`.
+pub fn bracketed(path: &str) -> String {
+    let is_entry = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    let mut parts = path.split('.');
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let step = match part.parse::<usize>() {
+            Ok(number) if is_entry(part) => format!("[{}]", number.saturating_add(1)),
+            _ if part == "*" => "[*]".to_owned(),
+            _ => format!(".{part}"),
+        };
+        text.push_str(&step);
+    }
+    text
+}
+
+/// The steps of a path in [`bracketed`] form; `None` of what is no key.
+fn steps(path: &str) -> Option<Vec<Step<'_>>> {
+    let mut steps = Vec::new();
+    for part in path.split('.') {
+        let (name, entries) = part.split_at(part.find('[').unwrap_or(part.len()));
+        steps.push(Step::Key(Some(name).filter(|name| !name.is_empty())?));
+        let mut rest = entries;
+        while !rest.is_empty() {
+            let (number, after) = rest.strip_prefix('[')?.split_once(']')?;
+            steps.push(Step::Entry(number.parse().ok()?));
+            rest = after;
+        }
+    }
+    Some(steps)
+}
+
+/// Sets the key at the dotted `path`, with entries of lists in brackets from 1:
+/// `elements.shapes[2].apex_angle_deg`, or as `elements.shapes.1.apex_angle_deg` from 0. The value
+/// `""` removes the key.
 ///
 /// # Errors
 /// A path through a plain value, or beyond the end of a list.
 pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> {
-    let mut parts: Vec<&str> = path.split('.').collect();
-    let last = parts.pop().unwrap_or_default();
-    ensure!(
-        !last.is_empty() && parts.iter().all(|p| !p.is_empty()),
-        "expected a key such as led.reflectance, got {path:?}"
-    );
-    ensure!(
-        parts.len() < MAX_PARTS,
-        "expected a key of at most {MAX_PARTS} parts, got {}",
-        parts.len() + 1
-    );
-    let mut at = design;
-    let mut steps = parts.into_iter();
-    while let Some(part) = steps.next() {
-        let mut next = at.entry(part).or_insert_with(|| toml::Value::Table(toml::Table::new()));
-        while let toml::Value::Array(list) = next {
-            // The end of the path may be an entry itself.
-            let (place, is_last) = steps.next().map_or((last, true), |place| (place, false));
-            let highest = list.len().saturating_sub(1);
-            let Some(entry) = place.parse().ok().and_then(|k: usize| list.get_mut(k)) else {
-                bail!("{path}: expected an entry of `{part}` from 0 to {highest}, got {place:?}");
-            };
-            if is_last {
-                *entry = value.clone();
-                return Ok(());
+    let path = &bracketed(path);
+    let Some(all) = steps(path) else {
+        bail!("expected a key such as led.reflectance or solids[1].position_mm[3], got {path:?}");
+    };
+    let count = all.len();
+    ensure!(count <= MAX_PARTS, "expected a key of at most {MAX_PARTS} parts, got {count}");
+    let is_removed = value.as_str() == Some("");
+    let mut parts = all.into_iter().peekable();
+    let Some(Step::Key(mut key)) = parts.next() else {
+        bail!("expected a key such as led.reflectance, got {path:?}");
+    };
+    let mut table = design;
+    loop {
+        if parts.peek().is_none() {
+            if is_removed {
+                table.remove(key);
+            } else {
+                table.insert(key.to_owned(), value.clone());
             }
-            next = entry;
+            return Ok(());
         }
-        let toml::Value::Table(table) = next else {
-            bail!("{path}: expected a table at `{part}`, got a value");
+        let mut at = table.entry(key).or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        while let Some(Step::Entry(number)) = parts.peek().copied() {
+            parts.next();
+            let toml::Value::Array(list) = at else {
+                bail!("{path}: expected a table at `{key}`, got an entry of a list");
+            };
+            let last = list.len();
+            let Some(entry) = number.checked_sub(1).and_then(|k| list.get_mut(k)) else {
+                bail!("{path}: expected an entry of `{key}` from 1 to {last}, got {number}");
+            };
+            at = entry;
+        }
+        let Some(Step::Key(next)) = parts.next() else {
+            *at = value.clone();
+            return Ok(());
         };
-        at = table;
+        table = match at {
+            toml::Value::Table(table) => table,
+            toml::Value::Array(list) => bail!(
+                "{path}: expected an entry of `{key}`, `{key}[1]` to `{key}[{}]`, got `{next}`",
+                list.len()
+            ),
+            _ => bail!("{path}: expected a table at `{key}`, got a value"),
+        };
+        key = next;
     }
-    if value.as_str() == Some("") {
-        at.remove(last);
-    } else {
-        at.insert(last.to_owned(), value.clone());
-    }
-    Ok(())
 }
 
 /// A number of either kind.
@@ -66,16 +116,21 @@ pub fn number(value: &toml::Value) -> Option<f64> {
 
 /// The value at the dotted `path`, if there is one.
 pub fn get<'a>(design: &'a toml::Table, path: &str) -> Option<&'a toml::Value> {
-    let mut parts = path.split('.');
-    let mut at = design.get(parts.next()?)?;
-    for part in parts {
-        at = match at {
-            toml::Value::Table(table) => table.get(part)?,
-            toml::Value::Array(list) => list.get(part.parse::<usize>().ok()?)?,
-            _ => return None,
-        };
-    }
-    Some(at)
+    let path = bracketed(path);
+    let mut parts = steps(&path)?.into_iter();
+    let Some(Step::Key(first)) = parts.next() else { return None };
+    parts.try_fold(design.get(first)?, |at, step| match (at, step) {
+        (toml::Value::Table(table), Step::Key(key)) => table.get(key),
+        (toml::Value::Array(list), Step::Entry(number)) => list.get(number.checked_sub(1)?),
+        _ => None,
+    })
+}
+
+/// True where the dotted key `outer` is `inner` or holds it.
+pub fn contains(outer: &str, inner: &str) -> bool {
+    let (outer, inner) = (bracketed(outer), bracketed(inner));
+    let rest = inner.strip_prefix(&*outer);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
 #[cfg(test)]
@@ -94,15 +149,25 @@ mod tests {
         set(&mut design, "led.size_mm.1", &toml::Value::Integer(3)).expect("set");
         assert_eq!(design["led"]["size_mm"][1].as_integer(), Some(3));
         set(&mut design, "led.rows.1.0", &toml::Value::Integer(9)).expect("set");
+        set(&mut design, "led.rows[1][2]", &toml::Value::Integer(8)).expect("set");
+        assert_eq!(design["led"]["rows"][0][1].as_integer(), Some(8));
+        assert_eq!(get(&design, "led.rows.0.1"), get(&design, "led.rows[1][2]"));
+        assert_eq!(get(&design, "led.rows[0]"), None);
+        assert_eq!(bracketed("a.*.1.b"), "a[*][2].b");
+        assert!(contains("shapes.0", "shapes[1].a") && !contains("shapes.1", "shapes[1].a"));
         assert_eq!(design["led"]["rows"][1][0].as_integer(), Some(9));
         assert_eq!(design["led"]["height_mm"].as_float(), Some(0.5));
         assert_eq!(design["shapes"][1]["a"].as_integer(), Some(7));
         set(&mut design, "shapes.0.a", &toml::Value::String(String::new())).expect("removed");
         assert!(design["shapes"][0].get("a").is_none());
         for (path, word) in [
-            ("shapes.2.a", "from 0 to 1"),
+            ("shapes.2.a", "shapes[3].a: expected an entry of `shapes` from 1 to 2, got 3"),
+            ("shapes[0].a", "from 1 to 2, got 0"),
+            ("shapes[x].a", "a key such as"),
+            ("shapes.a", "`shapes[1]` to `shapes[2]`"),
+            ("led[1]", "a table at `led`"),
             ("led.height_mm.x", "a table"),
-            ("led.size_mm.2", "from 0 to 1"),
+            ("led.size_mm.2", "from 1 to 2"),
             ("led.size_mm.0.1", "a table"),
             (&"a.".repeat(20_000), "a key such as"),
             (&format!("{}a", "a.".repeat(20_000)), "at most 16 parts"),

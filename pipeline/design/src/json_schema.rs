@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::Value;
 
+use super::dotted_keys::bracketed;
 use super::schema;
 
 /// Keys with values of any kind, as the schema of [`super::dotted_keys::Settings`].
@@ -73,6 +74,7 @@ pub enum NumberKind {
 pub fn number_kind(path: &str) -> Option<NumberKind> {
     static SCHEMA: OnceLock<Value> = OnceLock::new();
     let mut types = BTreeSet::new();
+    let path = bracketed(path).replace('[', ".[");
     let parts: Vec<&str> = path.split('.').collect();
     collect_types(SCHEMA.get_or_init(of_designs), &parts, &mut types);
     let takes = |name: &str| types.contains(name);
@@ -111,6 +113,7 @@ mod tests {
             ("array.pitch_mm", real),
             ("array.columns", whole),
             ("led.size_mm.0", real),
+            ("solids[2].position_mm[3]", real),
             ("led.offsets_mm.3.1", real),
             ("elements.shapes.0.apex_angle_deg", real),
             ("dome.meridian_mm.2.1", real),

@@ -45,6 +45,7 @@
 pub mod checked_file;
 pub mod description;
 pub mod design_file;
+mod linked_keys;
 mod missing_figure;
 pub mod optimise;
 pub mod ring_slopes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A figure with its jackknife replicates, for differences of figures of paired traces.
+//! A figure with its jackknife replicates.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,12 +26,5 @@ impl JackknifedFigure {
     /// Value with standard error.
     pub fn estimate(&self) -> Estimate {
         Estimate::new(self.value, self.standard_error)
-    }
-
-    /// Its difference from `base`, which was traced with the same random numbers.
-    pub fn change(&self, base: &Self) -> Estimate {
-        let pairs = self.without.iter().zip(&base.without);
-        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        Estimate::new(self.value - base.value, spread(&differences))
     }
 }

@@ -312,7 +312,7 @@ def test_maps_carry_axes_and_units(found: simulate.Results) -> None:
 
 def test_keys_of_lists_are_set_by_number() -> None:
     data = {"solids": [{"name": "a", "size_mm": (1.0, 2.0)}, {"name": "b"}]}
-    design = simulate.Design(data).with_values({"solids.1.radius_mm": 0.5, "solids.0.size_mm.1": 3.0})
+    design = simulate.Design(data).with_values({"solids[2].radius_mm": 0.5, "solids.0.size_mm.1": 3.0})
     assert design.data["solids"] == [
         {"name": "a", "size_mm": [1.0, 3.0]},
         {"name": "b", "radius_mm": 0.5},

@@ -3,6 +3,7 @@
 
 use anyhow::Result;
 
+use metrics::Estimate;
 use metrics::estimate::DISTINCT;
 use metrics::plural::count;
 use metrics::quantity::Unit;
@@ -82,9 +83,13 @@ pub fn change_picture(study: &StudyFile, figure: &str) -> Result<Option<Picture>
             .iter()
             .filter(|entry| entry.figure == figure)
             .filter_map(|entry| {
-                let change = entry.change?;
+                let change = entry.change.filter(|change| change.peak_place.is_off_axis())?;
                 let place = format!("{} {}", entry.design, entry.model);
-                Some((place, change.value, change.standard_error))
+                // Two errors to each side reach the ends.
+                let drawn = change.ends().map_or(change.estimate(), |[low, high]| {
+                    Estimate::new(f64::midpoint(low, high), 0.25 * (high - low))
+                });
+                Some((place, drawn.value, drawn.standard_error))
             })
             .collect(),
     });

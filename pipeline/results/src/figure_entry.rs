@@ -3,9 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use metrics::Estimate;
+use metrics::estimate::{self, DISTINCT};
 use metrics::far_field::PeakPlace;
 use metrics::hits::upper_bound;
-use metrics::{Estimate, estimate};
 
 /// A figure of merit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -60,6 +61,22 @@ impl FigureEntry {
     /// The estimate with the error that sampling a spectrum adds.
     pub fn with_wavelengths(&self) -> Estimate {
         self.estimate().with_error(self.wavelength_error.map_or(0.0, |error| error.value))
+    }
+
+    /// The ends between which a figure lies that is not resolved; `None` of one that is.
+    pub fn ends(&self) -> Option<[f64; 2]> {
+        self.interval.or(self.upper_bound.map(|bound| [0.0, bound]))
+    }
+
+    /// True of a peak that is a bin: it lies anywhere in it.
+    pub fn is_bin(&self) -> bool {
+        self.interval.is_some() && self.bias_bound.is_none()
+    }
+
+    /// Middle and third of the half width of [`Self::ends`], so that three errors reach both.
+    pub fn between_ends(&self) -> Option<Estimate> {
+        let [low, high] = self.ends()?;
+        Some(Estimate::new(f64::midpoint(low, high), 0.5 * (high - low) / DISTINCT))
     }
 
     /// The same in a unit that is smaller by `factor`.

@@ -25,15 +25,18 @@
 //! | [`far_field`] | far field of a model, read back |
 //! | [`package`], [`ray_paths`] | drawing of the package, single paths |
 //! | [`optimisation`], [`tolerance`], [`study`] | `optimise.json`, `tolerance.json`, `study.json` |
-//! | [`target`] | what is asked of a figure, verdict on its value |
+//! | [`target`], [`constraint`] | what is asked of a figure, verdict on its value |
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
+//! | [`paired_figure`] | a figure with its replicates, for changes between paired traces |
 //! | `sealed_file` | version and hash of a file |
 
+pub mod constraint;
 pub mod earlier;
 pub mod far_field;
 pub mod figure_entry;
 pub mod optimisation;
 pub mod package;
+pub mod paired_figure;
 pub mod published;
 pub mod ray_paths;
 pub mod schema;

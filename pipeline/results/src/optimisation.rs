@@ -11,9 +11,11 @@ use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
-use metrics::Estimate;
 use metrics::estimate::DISTINCT;
+use metrics::plural::count;
+use metrics::{Bounds, Estimate};
 
+use super::figure_entry::FigureEntry;
 use super::schema::Program;
 use super::sealed_file::{self, Writer};
 
@@ -43,8 +45,11 @@ pub struct OptimisationFile {
     pub files: Vec<FileRecord>,
     /// The objective; smaller is better.
     pub objective: ObjectiveEntry,
+    /// Figures of the terms of the objective.
+    #[serde(default)]
+    pub terms: Vec<String>,
     /// All figures of both designs, and the others of objective and constraints, by key.
-    pub figures: BTreeMap<String, FigureEntry>,
+    pub figures: BTreeMap<String, ComparedFigure>,
     /// Constraints in the order of the problem.
     pub constraints: Vec<ConstraintEntry>,
     /// The Pareto front, where one was sought.
@@ -80,13 +85,13 @@ pub struct ObjectiveEntry {
 
 /// A figure before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FigureEntry {
+pub struct ComparedFigure {
     /// At the beginning.
-    pub before: Option<Estimate>,
+    pub before: Option<FigureEntry>,
     /// Of the design found.
-    pub after: Estimate,
+    pub after: FigureEntry,
     /// Their difference, paired by groups of paths.
-    pub change: Option<Estimate>,
+    pub change: Option<FigureEntry>,
     /// Judgement of the change.
     pub verdict: Option<Verdict>,
 }
@@ -109,13 +114,15 @@ pub enum Verdict {
 
 impl Verdict {
     /// The verdict on `change` of a figure of which the larger of two values is better, the
-    /// smaller, or neither.
-    pub fn new(change: Estimate, larger_is_better: Option<bool>) -> Self {
+    /// smaller, or neither. What lies between two ends counts three errors to each.
+    pub fn new(change: &FigureEntry, larger_is_better: Option<bool>) -> Self {
+        let is_placed = change.peak_place.is_off_axis();
+        let change = change.between_ends().unwrap_or(change.estimate());
         let rises = change.value > 0.0;
-        if change.value == 0.0 && change.standard_error == 0.0 {
+        if is_placed && change.value == 0.0 && change.standard_error == 0.0 {
             return Self::Unchanged;
         }
-        if change.value.abs() <= DISTINCT * change.standard_error {
+        if !is_placed || change.value.abs() <= DISTINCT * change.standard_error {
             return Self::NotResolved;
         }
         match larger_is_better {
@@ -149,9 +156,16 @@ pub struct ConstraintEntry {
     /// Standard errors by which the bound is kept.
     pub margin: f64,
     /// Verified value.
-    pub value: Option<Estimate>,
+    pub value: Option<FigureEntry>,
     /// Whether it is met, margin included.
     pub met: bool,
+}
+
+impl ConstraintEntry {
+    /// Bounds.
+    pub fn bounds(&self) -> Bounds {
+        Bounds { at_least: self.at_least, at_most: self.at_most }
+    }
 }
 
 /// A Pareto front of two figures.
@@ -176,6 +190,9 @@ pub struct FrontDesignEntry {
     pub figures: [Estimate; 2],
     /// Whether it meets the constraints as verified.
     pub feasible: bool,
+    /// Constraints that it misses, each with by how much.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub misses: Vec<String>,
 }
 
 /// A coefficient of a variable.
@@ -187,6 +204,9 @@ pub struct CoefficientEntry {
     pub start: f64,
     /// Where the search ended.
     pub found: f64,
+    /// Choices that `start` and `found` are shares of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub choices: Option<[serde_json::Value; 2]>,
     /// Change of the objective for one unit, where it was looked at.
     pub sensitivity: Option<Estimate>,
 }
@@ -210,6 +230,9 @@ pub struct StageEntry {
     pub cut_short: bool,
     /// Most frequent reasons of refusals with their numbers.
     pub refusals: Vec<(String, usize)>,
+    /// Candidate with the best objective, where it misses a constraint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missed: Option<MissedCandidate>,
     /// Generations in their order.
     pub generations: Vec<GenerationEntry>,
     /// Candidates of the selection, best first.
@@ -235,8 +258,19 @@ pub struct GenerationEntry {
     pub noise: Option<f64>,
 }
 
+/// A candidate with a better objective than all that meet the constraints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MissedCandidate {
+    /// Its objective, as the search saw it.
+    pub objective: Estimate,
+    /// Its variables with their values, for people.
+    pub variables: Vec<String>,
+    /// Constraints that it misses, each with by how much.
+    pub misses: Vec<String>,
+}
+
 /// A candidate of the selection.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FinalCandidateEntry {
     /// Run, 0 for the start.
     pub run: usize,
@@ -248,6 +282,9 @@ pub struct FinalCandidateEntry {
     pub standard_error: Option<f64>,
     /// Whether it meets the constraints.
     pub feasible: bool,
+    /// Constraints that it misses, each with by how much.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub misses: Vec<String>,
 }
 
 impl StageEntry {
@@ -266,6 +303,27 @@ impl StageEntry {
 }
 
 impl OptimisationFile {
+    /// Figures of a table for people, those that changed and those of objective and constraints, and
+    /// a sentence on the rest.
+    pub fn listed(&self) -> (Vec<(&str, &ComparedFigure)>, Option<String>) {
+        let is_asked = |key: &String| {
+            self.terms.contains(key) || self.constraints.iter().any(|c| c.figure == *key)
+        };
+        let still = [Verdict::NotResolved, Verdict::Unchanged];
+        let is_still = |figure: &ComparedFigure| figure.verdict.is_some_and(|v| still.contains(&v));
+        let all = self.figures.iter();
+        let (listed, rest): (Vec<_>, Vec<_>) =
+            all.partition(|(key, figure)| is_asked(key) || !is_still(figure));
+        let counted = still.map(|verdict| {
+            let number = rest.iter().filter(|(_, figure)| figure.verdict == Some(verdict)).count();
+            (number > 0).then(|| format!("{number} {}", verdict.words()))
+        });
+        let counted: Vec<String> = counted.into_iter().flatten().collect();
+        let others = count(rest.len(), "other figure");
+        let words = (!rest.is_empty()).then(|| format!("{others}: {}", counted.join(", ")));
+        (listed.into_iter().map(|(key, figure)| (key.as_str(), figure)).collect(), words)
+    }
+
     /// Reads the file in `directory`, if there is one.
     ///
     /// # Errors

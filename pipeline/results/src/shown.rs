@@ -4,6 +4,7 @@
 //! Terminal, tables and page take every figure from here, so that one figure has one state
 //! everywhere: `75.31 ± 0.12`, `none (maximum on axis)`, `17.5 to 22.5`, `below 7.5e-7`.
 
+use metrics::Estimate;
 use metrics::digits::{Digits, format_value_with_error, shortest};
 use metrics::figures::OF_RECEIVER;
 use metrics::quantity::Unit;
@@ -50,6 +51,15 @@ pub fn number(entry: &FigureEntry, unit: Unit) -> String {
         }
         format_value_with_error(value, error)
     })
+}
+
+/// A value with its error. An error that is rounding is left out.
+pub fn with_error(estimate: Estimate) -> String {
+    let Estimate { value, standard_error, .. } = estimate;
+    if standard_error <= ROUNDING * value.abs() {
+        return shortest(value);
+    }
+    format_value_with_error(value, standard_error)
 }
 
 /// The figure with its unit.
@@ -114,7 +124,6 @@ fn two_digits(bound: f64) -> String {
 mod tests {
     use super::*;
 
-    use metrics::Estimate;
     use metrics::far_field::PeakPlace;
 
     #[test]

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use files::provenance::FileRecord;
 use metrics::{Bounds, Estimate};
 
+use super::figure_entry::FigureEntry;
 use super::sealed_file::{self, Writer};
 use super::target::{Sought, Verdict};
 
@@ -66,12 +67,12 @@ pub struct StudyFigureEntry {
     pub model: String,
     /// Key of the figure.
     pub figure: String,
-    /// Value and standard error.
+    /// Value, standard error and state.
     #[serde(flatten)]
-    pub value: Estimate,
+    pub value: FigureEntry,
     /// Difference from the base.
     #[serde(default)]
-    pub change: Option<Estimate>,
+    pub change: Option<FigureEntry>,
     /// Value sought.
     #[serde(default)]
     pub target: Option<f64>,

@@ -4,7 +4,10 @@
 use serde::{Deserialize, Serialize};
 
 use metrics::estimate::DISTINCT;
+use metrics::far_field::PeakPlace;
 use metrics::{Bounds, Estimate};
+
+use crate::figure_entry::FigureEntry;
 
 /// Sought value of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,11 +82,45 @@ impl Target {
         }
     }
 
+    /// Verdict on a figure in any state; one between two ends counts three errors to each.
+    pub fn judge(self, figure: &FigureEntry) -> Verdict {
+        match figure.peak_place {
+            PeakPlace::OnAxis => Verdict::NotMet,
+            PeakPlace::NotResolved => Verdict::NotResolved,
+            PeakPlace::OffAxis => self.verdict(figure.between_ends().unwrap_or(figure.estimate())),
+        }
+    }
+
     /// For people.
     pub fn words(self) -> String {
         match self.sought {
             Sought::Near(target) => format!("near {target} by {}", self.scale),
             Sought::Within(bounds) => bounds.words(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_state_of_a_figure_is_judged() {
+        let target = Target { sought: Sought::Near(20.0), scale: 5.0 };
+        let plain = |value: f64, error: f64| FigureEntry::new(Estimate::new(value, error));
+        let between = |ends| FigureEntry { interval: Some(ends), ..plain(20.0, 0.0) };
+        let placed = |peak_place| FigureEntry { peak_place, ..plain(20.0, 0.1) };
+        for (entry, verdict) in [
+            (plain(21.0, 0.1), Verdict::Met),
+            (plain(26.0, 0.1), Verdict::NotMet),
+            (plain(25.0, 1.0), Verdict::NotResolved),
+            (between([17.5, 22.5]), Verdict::Met),
+            (between([22.5, 27.5]), Verdict::NotResolved),
+            (between([27.5, 32.5]), Verdict::NotMet),
+            (placed(PeakPlace::OnAxis), Verdict::NotMet),
+            (placed(PeakPlace::NotResolved), Verdict::NotResolved),
+        ] {
+            assert_eq!(target.judge(&entry), verdict, "{entry:?}");
         }
     }
 }

@@ -15,6 +15,7 @@ use metrics::Estimate;
 use metrics::digits::{Digits, format_value_with_error};
 use metrics::plural::count;
 
+use super::figure_entry::FigureEntry;
 use super::schema::Program;
 use super::sealed_file::{self, Writer};
 
@@ -70,11 +71,11 @@ pub struct ToleranceResultsFile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ToleranceFigureEntry {
     /// Without deviations.
-    pub nominal: Estimate,
+    pub nominal: FigureEntry,
     /// Of the packages.
     pub mean: Estimate,
     /// `mean` less `nominal`.
-    pub shift: Estimate,
+    pub shift: FigureEntry,
     /// Standard deviation from package to package, without the noise of traces; none where it is
     /// not seen above that noise.
     pub deviation: Option<Estimate>,
@@ -165,7 +166,8 @@ impl YieldEntry {
 
 /// A number to two significant digits, for people.
 pub fn significant(value: f64) -> String {
-    Digits::new(value, value).error
+    let Digits { error, power, .. } = Digits::new(value, value);
+    if power == 0 { error } else { format!("{error}e{power}") }
 }
 
 /// Sentence on figures whose scatter is not seen above the noise of a trace, each with the bound of
@@ -221,5 +223,15 @@ impl ToleranceResultsFile {
     pub fn read(directory: &Path) -> Result<Option<Self>> {
         let writer = Writer { work: "analysis", again: "analyse again" };
         sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_keep_their_power_of_ten() {
+        assert_eq!([5e-5, 0.034, 0.0].map(significant), ["5.0e-5", "0.034", "0"]);
     }
 }

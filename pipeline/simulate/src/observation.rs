@@ -28,6 +28,7 @@ use metrics::uniformity_forms::nine_points;
 use metrics::{Estimate, Grouped, JackknifedFigure, changes};
 use results::Figure;
 use results::figure_entry::FigureEntry;
+use results::paired_figure::PairedFigure;
 
 pub use self::known::check_figure;
 use self::reader::{Column, Reader};
@@ -326,15 +327,11 @@ impl Observation {
         &self,
         design: &Design,
         wanted: impl Fn(&str) -> bool,
-    ) -> Vec<(String, JackknifedFigure)> {
+    ) -> Vec<(String, PairedFigure)> {
         let read = self.replicated(design, &wanted);
         let figures = self.estimates(design, wanted).into_iter().filter_map(|f| {
             let (_, found) = read.iter().find(|(key, _)| *key == f.key)?;
-            let figure = JackknifedFigure {
-                value: f.entry.value,
-                standard_error: f.entry.standard_error,
-                without: found.without.clone(),
-            };
+            let figure = PairedFigure { entry: f.entry, without: found.without.clone() };
             Some((f.key.into_owned(), figure))
         });
         figures.collect()

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing check`: checks a design, a table or the file of an experiment, and describes it.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -37,8 +38,12 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
     }
     if let Some(found) = experiment::description::describe(&arguments.file)? {
         let file = arguments.file.display().to_string();
-        let json = json!({"file": file, "valid": true, "kind": found.kind, "inputs": found.inputs});
-        return context.console.result(&json, || format!("{} {}", found.kind, found.words));
+        let lines: BTreeMap<_, _> = found.lines.iter().cloned().collect();
+        let json = json!({"file": file, "valid": true, "kind": found.kind, "lines": lines, "inputs": found.inputs});
+        return context.console.result(&json, || {
+            let lines = found.lines.iter().map(|(key, value)| format!("\n  {key:<11} {value}"));
+            format!("{} {}{}", found.kind, found.words, lines.collect::<String>())
+        });
     }
     of_design(&scene_check::load(&arguments.file)?, context)
 }

@@ -18,9 +18,11 @@ use files::formats::csv;
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
 use metrics::Bounds;
-use metrics::digits::format_value_with_error;
 use metrics::plural::count;
+use metrics::quantity::Unit;
 use report::study as study_pictures;
+use results::figure_entry::FigureEntry;
+use results::shown;
 use results::study::{FILE, StudyFile};
 use results::target::{Sought, Verdict};
 use simulate::job::{Job, SharedWork, Task};
@@ -119,7 +121,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     })
 }
 
-const HEADINGS: [&str; 14] = [
+const HEADINGS: [&str; 19] = [
     "setup",
     "levels",
     "design",
@@ -127,8 +129,13 @@ const HEADINGS: [&str; 14] = [
     "figure",
     "value",
     "standard_error",
+    "low",
+    "high",
+    "peak_place",
     "change",
     "change_standard_error",
+    "change_low",
+    "change_high",
     "target",
     "scale",
     "at_least",
@@ -146,7 +153,12 @@ fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
     for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
         let levels: Vec<String> = setup.levels.iter().map(|(f, l)| format!("{f}={l}")).collect();
         for line in outcome.lines(i) {
-            let verdict = line.target.map(|target| target.verdict(line.value));
+            let verdict = line.verdict();
+            let end = |of: Option<FigureEntry>, k: usize| {
+                number(of.and_then(|entry| entry.ends()).map(|ends| ends[k]))
+            };
+            let place = Some(line.value.peak_place).filter(|place| !place.is_off_axis());
+            let place = serde_json::to_value(place).unwrap_or_default();
             let (near, bounds) = match line.target.map(|target| target.sought) {
                 Some(Sought::Near(value)) => (Some(value), NO_BOUNDS),
                 Some(Sought::Within(bounds)) => (None, bounds),
@@ -160,8 +172,13 @@ fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
                 line.figure.to_owned(),
                 number(Some(line.value.value)),
                 number(Some(line.value.standard_error)),
+                end(Some(line.value), 0),
+                end(Some(line.value), 1),
+                place.as_str().unwrap_or_default().to_owned(),
                 number(line.change.map(|c| c.value)),
                 number(line.change.map(|c| c.standard_error)),
+                end(line.change, 0),
+                end(line.change, 1),
                 number(near),
                 number(line.target.map(|target| target.scale)),
                 number(bounds.at_least),
@@ -187,7 +204,7 @@ fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
     let _ = writeln!(text, "; root mean square of misses in units of their scales:");
     for ranked in ranking.iter().take(study_pictures::SHOWN) {
         let misfit = ranked.misfit;
-        let number = format_value_with_error(misfit.value, misfit.standard_error);
+        let number = shown::with_error(misfit);
         let name = &study.setups[ranked.setup].0.name;
         let _ = writeln!(text, "{number:>16}  {name}: {}", verdicts(outcome, ranked.setup));
     }
@@ -203,9 +220,9 @@ fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
         let Some(target) = line.target else {
             continue;
         };
-        let number = format_value_with_error(line.value.value, line.value.standard_error);
+        let number = shown::number(&line.value, Unit::Relative);
         let (place, figure) = (line.place, line.figure);
-        let verdict = target.verdict(line.value).words();
+        let verdict = target.judge(&line.value).words();
         let _ = writeln!(
             text,
             "{number:>16}  {figure} of {} {}, {}: {verdict}",
@@ -220,7 +237,7 @@ fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
 /// Numbers of targets of a set-up by their verdicts.
 fn verdicts(outcome: &StudyResults, setup: usize) -> String {
     let lines: Vec<FigureRow> = outcome.lines(setup).collect();
-    let all = lines.iter().filter_map(|line| Some(line.target?.verdict(line.value)));
+    let all = lines.iter().filter_map(FigureRow::verdict);
     let all: Vec<Verdict> = all.collect();
     let counted = [Verdict::Met, Verdict::NotMet, Verdict::NotResolved].map(|verdict| {
         let number = all.iter().filter(|other| **other == verdict).count();

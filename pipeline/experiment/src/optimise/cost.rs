@@ -108,27 +108,36 @@ pub(super) fn work_after(problem: &Problem, number: usize) -> Work {
     selections + Work::new(moved, last.most_paths) + Work::new(traces, paths)
 }
 
+/// Paths of the search, then of what follows, for people.
+pub(super) fn paths_words(problem: &Problem) -> String {
+    let [least, most] = paths(problem);
+    format!(
+        "at most {} candidates with {} paths, then up to {} for selection, sensitivities and \
+         verification",
+        thousands(least.traces as u64),
+        range(thousands(least.paths as u64), thousands(most.paths as u64)),
+        thousands(work_after(problem, 0).paths as u64),
+    )
+}
+
+/// Candidates of all stages, by the least and by the most paths.
+fn paths(problem: &Problem) -> [Work; 2] {
+    [|s: &StageSettings| s.paths, |s: &StageSettings| s.most_paths]
+        .map(|of| problem.stages.iter().map(|s| Work::new(s.evaluations, of(s))).sum::<Work>())
+}
+
+fn range(least: String, most: String) -> String {
+    if least == most { least } else { format!("{least} to {most}") }
+}
+
 /// Line for people on the cost of the search, by the pace of a pilot.
 pub(super) fn words(problem: &Problem, pace: Pace) -> String {
-    let stages = problem.stages.iter();
-    let candidates: usize = stages.clone().map(|stage| stage.evaluations).sum();
-    let [least, most] = [|s: &StageSettings| s.paths, |s: &StageSettings| s.most_paths]
-        .map(|of| stages.clone().map(|s| Work::new(s.evaluations, of(s))).sum::<Work>());
+    let [least, most] = paths(problem);
     let after = work_after(problem, 0);
-    let range = |least: String, most: String| {
-        if least == most { least } else { format!("{least} to {most}") }
-    };
     let tables =
         if problem.models.contains(&Model::Hybrid) { ", beside tables of orders" } else { "" };
     let time = |work: Work| time_words(pace.seconds(work + after));
-    format!(
-        "at most {} candidates with {} paths, then up to {} for selection, sensitivities and \
-         verification; about {}{tables}",
-        thousands(candidates as u64),
-        range(thousands(least.paths as u64), thousands(most.paths as u64)),
-        thousands(after.paths as u64),
-        range(time(least), time(most)),
-    )
+    format!("{}; about {}{tables}", paths_words(problem), range(time(least), time(most)))
 }
 
 /// A time for people.

@@ -105,6 +105,6 @@ fn answer(line: &str, evaluator: &mut Evaluator, context: RunContext) -> Result<
     let seed = request.seed.unwrap_or(context.seed);
     let context = RunContext { seed, ..context };
     let outcome = evaluator.evaluate(&request.point, paths, context)?;
-    let coefficients = evaluator.variables.coefficients(&request.point);
-    Ok(Answer { id: request.id, candidate: Candidate::new(&request.point, coefficients, &outcome) })
+    let candidate = Candidate::new(&request.point, evaluator.variables, &outcome);
+    Ok(Answer { id: request.id, candidate })
 }

@@ -47,10 +47,14 @@ impl FileKeys for ProblemFile {}
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VariableKeys {
-    /// Key of the design by dotted path, entries of lists from 0; this or `profile`.
+    /// Key of the design by dotted path, entries of lists in brackets from 1, such as
+    /// `solids[2].position_mm[3]`; this, `keys` or `profile`.
     pub key: Option<String>,
+    /// Keys of real numbers that the design states and that move together: bounds and `start` are
+    /// those of the first, the others keep their distances from it; in place of `key`.
+    pub keys: Option<Vec<String>>,
     /// Profile over the rings (triangles, steps and smooth ones) or over the radius (of a dome of
-    /// revolution); this or `key`.
+    /// revolution); in place of `key`.
     pub profile: Option<Profile>,
     /// Coefficients of the profile, a clamped cubic B-spline (of lower degree below four): 1 to the
     /// number of rings of slopes, 3 to 40 of heights. Default one for each ring, 8 of heights.
@@ -66,7 +70,8 @@ pub struct VariableKeys {
     pub start: Option<f64>,
     /// Step of which values are multiples, above 0, up to `to` - `from`.
     pub resolution: Option<f64>,
-    /// Values of a discrete choice of a `key`, 2 to 1000, instead of bounds.
+    /// Values of a discrete choice of a `key`, 2 to 1000, instead of bounds; a list or a table
+    /// replaces the whole key.
     #[schemars(with = "Option<Vec<serde_json::Value>>")]
     pub choices: Option<Vec<toml::Value>>,
 }

@@ -9,12 +9,14 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use files::atomic_file;
-use metrics::Estimate;
+use results::figure_entry::FigureEntry;
 use search::Point;
 
 use super::outcome::Outcome;
+use super::variables::Variables;
 
 /// File under the directory of results.
 pub const FILE: &str = "log.jsonl";
@@ -43,13 +45,19 @@ pub(super) struct Candidate {
     pub point: Vec<f64>,
     /// Values of the variables' coefficients, in the units of the design.
     pub coefficients: Vec<f64>,
+    /// Choices that coefficients are shares of, by the names of their variables.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub choices: BTreeMap<String, Value>,
     /// Value that the search minimises; absent for refused candidates.
     pub value: Option<f64>,
+    /// Objective, whether or not constraints are met.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub objective: Option<f64>,
     /// Standard error of the objective.
     pub standard_error: Option<f64>,
     /// Figures of objective and constraints.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub figures: BTreeMap<String, Estimate>,
+    pub figures: BTreeMap<String, FigureEntry>,
     /// True where all constraints are met.
     pub feasible: bool,
     /// Reason of a refusal.
@@ -58,7 +66,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    pub fn new(point: &[f64], coefficients: Vec<f64>, outcome: &Outcome) -> Self {
+    pub fn new(point: &[f64], variables: &Variables, outcome: &Outcome) -> Self {
         let judged = match outcome {
             Outcome::Evaluated(judged) => Some(judged),
             Outcome::Refused(_) => None,
@@ -66,10 +74,12 @@ impl Candidate {
         let figures = judged.into_iter().flat_map(|judged| &judged.figures);
         Self {
             point: point.to_vec(),
-            coefficients,
+            coefficients: variables.coefficients(point),
+            choices: variables.choices(point).collect(),
             value: Some(outcome.value()).filter(|value| value.is_finite()),
+            objective: judged.map(|judged| judged.value).filter(|value| value.is_finite()),
             standard_error: judged.map(|judged| judged.estimate().standard_error),
-            figures: figures.map(|(k, f)| (k.clone(), f.estimate())).collect(),
+            figures: figures.map(|(k, f)| (k.clone(), f.entry)).collect(),
             feasible: outcome.feasible().is_some(),
             refused: match outcome {
                 Outcome::Refused(why) => Some(why.clone()),

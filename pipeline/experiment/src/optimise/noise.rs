@@ -18,9 +18,9 @@ pub(super) fn noise(judged: &[Evaluation], constraints: &[Constraint]) -> Option
             |one: &'_ Evaluation| one.figures.iter().position(|(k, _)| *k == constraint.figure);
         let place = judged.first().and_then(figure)?;
         let figures: Vec<_> = judged.iter().map(|one| &one.figures[place].1).collect();
-        let undecided = figures.iter().filter(|f| constraint.is_undecided(f)).count();
+        let undecided = figures.iter().filter(|f| constraint.is_undecided(&f.entry)).count();
         let counts = undecided as f64 >= UNDECIDED * judged.len() as f64;
-        let values: Vec<_> = figures.iter().map(|f| (f.value, &f.without[..])).collect();
+        let values: Vec<_> = figures.iter().map(|f| (f.entry.value, &f.without[..])).collect();
         counts.then(|| share_of_errors(&values)).flatten()
     });
     share_of_errors(&values).into_iter().chain(of_constraints).reduce(f64::max)
@@ -48,7 +48,8 @@ fn share_of_errors(values: &[Replicated]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use metrics::{Bounds, JackknifedFigure};
+    use metrics::Bounds;
+    use results::paired_figure::PairedFigure;
 
     /// Candidates with an exact objective and a figure of the given value and standard error.
     fn candidates(figures: &[(f64, f64)]) -> Vec<Evaluation> {
@@ -56,11 +57,12 @@ mod tests {
             // Two replicates `error` to either side: that standard error. Their signs alternate, so
             // that the mean has none.
             let error = if k % 2 == 0 { error } else { -error };
-            let figure = JackknifedFigure::new(value, vec![value - error, value + error]);
+            let figure = PairedFigure::new(value, vec![value - error, value + error]);
             Evaluation {
                 value: k as f64,
                 without: vec![k as f64; 2],
                 without_package: Vec::new(),
+                hidden_error: 0.0,
                 miss: 0.0,
                 figures: vec![("f".to_owned(), figure)],
             }
@@ -100,6 +102,7 @@ mod tests {
             value: shift,
             without: vec![shift - 0.5, shift + 0.5],
             without_package: Vec::new(),
+            hidden_error: 0.0,
             miss: 0.0,
             figures: Vec::new(),
         };

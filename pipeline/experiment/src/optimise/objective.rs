@@ -12,7 +12,11 @@ use serde::{Deserialize, Serialize};
 use design::Design;
 use design::dotted_keys::{self, Settings};
 use files::provenance::FileRecord;
-use metrics::{Bounds, Estimate, JackknifedFigure, figures, spread};
+use metrics::figures::{PARABOLA, PEAK_ANGLE};
+use metrics::{Bounds, Estimate, figures, spread};
+use results::constraint;
+use results::figure_entry::FigureEntry;
+use results::paired_figure::PairedFigure;
 use simulate::observation::{Observation, check_figure};
 
 use super::file::{ConstraintKeys, Goal, TermKeys};
@@ -59,25 +63,29 @@ pub(super) struct Constraint {
 
 impl Constraint {
     /// How far `figure` is from meeting it, relative to the bound; 0 where it is met.
-    fn miss(&self, figure: &JackknifedFigure) -> f64 {
-        let margin = self.margin * figure.standard_error;
-        self.bounds.miss(figure.value, margin)
+    fn miss(&self, figure: &FigureEntry) -> f64 {
+        constraint::miss(self.bounds, self.margin, figure)
     }
 
     /// Whether `figure` meets it, margin included.
-    pub fn is_met(&self, figure: &JackknifedFigure) -> bool {
+    pub fn is_met(&self, figure: &FigureEntry) -> bool {
         self.miss(figure) <= 0.0
     }
 
     /// Whether one standard error of `figure` to either side decides if it is met.
-    pub fn is_undecided(&self, figure: &JackknifedFigure) -> bool {
+    pub fn is_undecided(&self, figure: &FigureEntry) -> bool {
         let miss = |errors: f64| self.bounds.miss(figure.value, errors * figure.standard_error);
         miss(self.margin + 1.0) > 0.0 && miss(self.margin - 1.0) <= 0.0
     }
 
-    /// Bounds for people.
+    /// For people.
     pub fn words(&self) -> String {
-        format!("{} {}", self.figure, self.bounds.words())
+        format!("{} {} by {} standard errors", self.figure, self.bounds.words(), self.margin)
+    }
+
+    /// For people: the bound that `figure` misses and by how much; `None` where it is met.
+    pub fn missed(&self, figure: &FigureEntry) -> Option<String> {
+        constraint::missed(&self.figure, self.bounds, self.margin, figure)
     }
 }
 
@@ -99,10 +107,12 @@ pub(super) struct Evaluation {
     pub without: Vec<f64>,
     /// The objective without each package, where it is taken over tolerances.
     pub without_package: Vec<f64>,
+    /// Error of the objective that no replicate shows, of figures between two ends.
+    pub hidden_error: f64,
     /// Sum of the misses of constraints.
     pub miss: f64,
     /// Figures of the objective and the constraints.
-    pub figures: Vec<(String, JackknifedFigure)>,
+    pub figures: Vec<(String, PairedFigure)>,
 }
 
 impl Evaluation {
@@ -111,11 +121,16 @@ impl Evaluation {
         spread(&self.without)
     }
 
-    /// Estimate of a figure.
+    /// Figures of the objective and the constraints by key.
+    pub fn entries(&self) -> BTreeMap<String, FigureEntry> {
+        self.figures.iter().map(|(key, figure)| (key.clone(), figure.entry)).collect()
+    }
+
+    /// Estimate of a figure, the middle of one between two ends.
     pub fn figure(&self, key: &str) -> Option<Estimate> {
         let mut all = self.figures.iter();
-        let found = all.find(|(known, _)| known == key)?;
-        Some(found.1.estimate())
+        let entry = all.find(|(known, _)| known == key)?.1.entry;
+        Some(entry.between_ends().unwrap_or(entry.estimate()))
     }
 
     /// The objective less that of `base`, which was judged by the same random numbers; its error is
@@ -130,7 +145,8 @@ impl Evaluation {
             0 => 0.0,
             _ => paired(&self.without_package, &base.without_package),
         };
-        Estimate::new(self.value - base.value, by_paths.max(by_packages))
+        let hidden = self.hidden_error.hypot(base.hidden_error);
+        Estimate::new(self.value - base.value, by_paths.max(by_packages).hypot(hidden))
     }
 
     /// The objective with its standard error. That over packages holds the noise of their paths; where
@@ -140,7 +156,8 @@ impl Evaluation {
             0 => 0.0,
             _ => spread(&self.without_package),
         };
-        Estimate::new(self.value, self.standard_error().max(of_packages))
+        let error = self.standard_error().max(of_packages).hypot(self.hidden_error);
+        Estimate::new(self.value, error)
     }
 }
 
@@ -177,7 +194,7 @@ impl Objective {
             .map(|(k, keys)| term(keys).with_context(|| format!("objective.terms[{}]", k + 1)));
         let bounds = constraints.iter().enumerate();
         let bounds = bounds.map(|(k, keys)| {
-            constraint(keys, design, source).with_context(|| format!("constraints[{}]", k + 1))
+            constraint_of(keys, design, source).with_context(|| format!("constraints[{}]", k + 1))
         });
         let objective = Self {
             terms: terms.collect::<Result<_>>()?,
@@ -246,20 +263,26 @@ impl Objective {
     ) -> Result<Evaluation> {
         let wanted = self.wanted();
         let wanted_key = |key: &str| all || wanted.iter().any(|w| registered(w) == key);
-        let read: Vec<(String, JackknifedFigure)> = if all {
+        let read: Vec<(String, PairedFigure)> = if all {
             seen.estimated_replicates(design, wanted_key)
         } else {
-            let read = seen.replicated(design, wanted_key).into_iter();
-            read.map(|(key, figure)| (key.into_owned(), figure)).collect()
+            // The largest bin of the far field may be a peak, or noise; that of a map is cheap.
+            let is_peak = |key: &str| [PEAK_ANGLE.key, PARABOLA.key].contains(&key);
+            let peaks = |key: &str| is_peak(key) && wanted_key(key);
+            let read = seen.replicated(design, |key| !is_peak(key) && wanted_key(key)).into_iter();
+            let read = read.map(|(key, figure)| (key.into_owned(), figure.into()));
+            let any = [PEAK_ANGLE.key, PARABOLA.key].into_iter().any(peaks);
+            let peaks = any.then(|| seen.estimated_replicates(design, peaks));
+            read.chain(peaks.into_iter().flatten()).collect()
         };
-        let figure = |key: &str| -> Result<JackknifedFigure> {
+        let figure = |key: &str| -> Result<PairedFigure> {
             if let Some(target) = self.targets.get(key) {
-                return target.distance(seen);
+                return target.distance(seen).map(PairedFigure::from);
             }
             if let Some(key) = key.strip_prefix(DESIGN) {
                 let groups = seen.far_field.count();
                 let value = number_of(key, file)?;
-                return Ok(JackknifedFigure::new(value, vec![value; groups]));
+                return Ok(PairedFigure::new(value, vec![value; groups]));
             }
             let found = read.iter().find(|(known, _)| *known == registered(key));
             let (_, figure) = found.with_context(|| {
@@ -268,9 +291,10 @@ impl Objective {
             Ok(figure.clone())
         };
         let figures = wanted.iter().map(|key| Ok(((*key).to_owned(), figure(key)?)));
-        let mut figures: Vec<(String, JackknifedFigure)> = figures.collect::<Result<_>>()?;
+        let mut figures: Vec<(String, PairedFigure)> = figures.collect::<Result<_>>()?;
         for (key, figure) in read {
-            let is_finite = figure.value.is_finite() && figure.standard_error.is_finite();
+            let FigureEntry { value, standard_error, .. } = figure.entry;
+            let is_finite = value.is_finite() && standard_error.is_finite();
             if is_finite && figures.iter().all(|(known, _)| *known != key) {
                 figures.push((key, figure));
             }
@@ -289,31 +313,58 @@ impl Objective {
     }
 
     /// Costs of both terms by their figures.
-    pub fn pair_of_costs(&self, figures: &BTreeMap<String, Estimate>) -> Option<[f64; 2]> {
+    pub fn pair_of_costs(&self, figures: &BTreeMap<String, FigureEntry>) -> Option<[f64; 2]> {
         self.pair()?;
         let cost = |term: &Term| Some(term.cost(figures.get(&term.figure)?.value));
         Some([cost(&self.terms[0])?, cost(&self.terms[1])?])
     }
 
+    /// Terms for people.
+    pub fn words(&self) -> Vec<String> {
+        let words = |term: &Term| match term.goal {
+            Goal::Maximise => format!("{}, larger", term.figure),
+            Goal::Minimise => format!("{}, smaller", term.figure),
+            Goal::Target => format!("{}, near {}", term.figure, term.target),
+        };
+        self.terms.iter().map(words).collect()
+    }
+
+    /// Keys of the figures of the terms.
+    pub fn terms(&self) -> Vec<String> {
+        self.terms.iter().map(|term| term.figure.clone()).collect()
+    }
+
+    /// For people: the constraints that `figures` miss, each with by how much.
+    pub fn missed(&self, figures: &BTreeMap<String, FigureEntry>) -> Vec<String> {
+        let missed = self.constraints.iter();
+        missed.filter_map(|c| c.missed(figures.get(&c.figure)?)).collect()
+    }
+
     /// Sum of the misses of constraints of `figures`.
-    pub fn miss(&self, figures: &[(String, JackknifedFigure)]) -> f64 {
+    pub fn miss(&self, figures: &[(String, PairedFigure)]) -> f64 {
         let misses = self.constraints.iter().filter_map(|constraint| {
             let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
-            Some(constraint.miss(figure))
+            Some(constraint.miss(&figure.entry))
         });
         misses.sum()
     }
 
     /// Objective and misses of `figures`.
-    pub fn of_figures(&self, figures: Vec<(String, JackknifedFigure)>) -> Evaluation {
+    pub fn of_figures(&self, figures: Vec<(String, PairedFigure)>) -> Evaluation {
         let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
-        let terms: Vec<(&Term, &JackknifedFigure)> =
+        let terms: Vec<(&Term, &PairedFigure)> =
             self.terms.iter().filter_map(|term| Some((term, find(&term.figure)?))).collect();
         let groups = terms.iter().map(|(_, f)| f.without.len()).min();
         let without = |g: usize| terms.iter().map(|(t, f)| t.cost(f.without[g])).sum();
         let miss = self.miss(&figures);
+        let hidden = terms.iter().map(|(t, f)| {
+            let (value, error) = (f.entry.value, f.hidden_error());
+            let moved = [value - error, value + error].map(|v| (t.cost(v) - t.cost(value)).abs());
+            moved[0].max(moved[1])
+        });
         Evaluation {
-            value: terms.iter().map(|(t, f)| t.cost(f.value)).sum(),
+            hidden_error: hidden.fold(0.0, f64::hypot),
+            value: terms.iter().map(|(t, f)| t.cost(f.entry.value)).sum(),
             without: (0..groups.unwrap_or(0)).map(without).collect(),
             without_package: Vec::new(),
             miss,
@@ -394,7 +445,11 @@ fn term(keys: &TermKeys) -> Result<Term> {
     })
 }
 
-fn constraint(keys: &ConstraintKeys, design: &Design, source: &DesignFile) -> Result<Constraint> {
+fn constraint_of(
+    keys: &ConstraintKeys,
+    design: &Design,
+    source: &DesignFile,
+) -> Result<Constraint> {
     known(&keys.figure, design, source)?;
     ensure!(!is_distance(&keys.figure), "figure: expected {} in the objective alone", keys.figure);
     let bounds = Bounds::new(keys.at_least, keys.at_most)?;

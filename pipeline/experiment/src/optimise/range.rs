@@ -92,6 +92,17 @@ impl Range {
         }
     }
 
+    /// For people: bounds, or the number of choices.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Between { from, to, resolution: None, .. } => format!("{from} to {to}"),
+            Self::Between { from, to, resolution: Some(step), .. } => {
+                format!("{from} to {to} in steps of {step}")
+            }
+            Self::Choices(choices) => format!("{} choices", choices.len()),
+        }
+    }
+
     /// The value at a coordinate of the unit box, as the design states it.
     pub fn value(&self, coordinate: f64) -> Value {
         match self {

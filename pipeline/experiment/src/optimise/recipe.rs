@@ -2,6 +2,7 @@
 //! The recipe of an optimisation: stages of search → selection → sensitivities → verification of the
 //! result beside the design that it began with, both by paths of a fresh seed.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -14,8 +15,9 @@ use files::atomic_file;
 use files::cache::Cache;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
-use metrics::{Estimate, JackknifedFigure};
-use results::optimisation::FILE;
+use metrics::Estimate;
+use results::optimisation::{FILE, MissedCandidate};
+use results::paired_figure::PairedFigure;
 use search::Point;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
@@ -25,6 +27,7 @@ use simulate::trace_plan::DomeChoice;
 
 use super::cost::{self, Pace, time_words};
 use super::evaluate::Evaluator;
+use super::file::Method;
 use super::found_design::{FoundDesign, remove_front};
 use super::front::FrontDesign;
 use super::log::{self, Log};
@@ -67,6 +70,7 @@ pub struct StageOutcome {
     /// The stage as it ran.
     pub settings: StageSettings,
     pub(super) result: StageResult,
+    pub(super) missed: Option<MissedCandidate>,
 }
 
 /// A coefficient of a variable.
@@ -78,6 +82,8 @@ pub struct Coefficient {
     pub start: f64,
     /// Value at the end of the search.
     pub found: f64,
+    /// Choices that both are shares of.
+    pub choices: Option<[serde_json::Value; 2]>,
     /// Change of the objective for one unit, where it was looked at.
     pub sensitivity: Option<Estimate>,
 }
@@ -310,7 +316,10 @@ impl<'a> Recipe<'a> {
             found.best.clone_from(&result.final_candidates[0].point);
             // All that was set before stays; what this stage sets goes on top.
             found.settings.extend(found.variables.settings(&found.best)?);
-            found.stages.push(StageOutcome { settings: stage.clone(), result });
+            // A front has no best candidate.
+            let missed = result.missed(&found.variables, &problem.objective);
+            let missed = missed.filter(|_| stage.method != Method::Nsga2);
+            found.stages.push(StageOutcome { settings: stage.clone(), result, missed });
         }
         self.feasible(&found.stages).map_err(|error| self.about(error))?;
         Ok(found)
@@ -403,7 +412,16 @@ impl<'a> Recipe<'a> {
         let ends = [&found.start, &found.best].map(|point| variables.coefficients(point));
         let [start, best] = ends;
         let all = labels.zip(start.into_iter().zip(best));
+        let choices = [&found.start, &found.best].map(|point| {
+            let all = variables.choices(point);
+            all.collect::<BTreeMap<_, _>>()
+        });
         let all = all.map(|((label, sensitivity), (start, found))| Coefficient {
+            choices: choices[0]
+                .get(&label)
+                .cloned()
+                .zip(choices[1].get(&label).cloned())
+                .map(<[serde_json::Value; 2]>::from),
             label,
             start,
             found,
@@ -440,23 +458,12 @@ impl<'a> Recipe<'a> {
         }
         let nearest = stages.iter().filter_map(|s| s.result.nearest.as_ref());
         let nearest = nearest.min_by(|a, b| a.value().total_cmp(&b.value()));
-        let misses = self.problem.objective.constraints.iter().map(|constraint| {
-            let figures = nearest.map(|candidate| &candidate.figures);
-            let figure = figures.and_then(|figures| figures.get(&constraint.figure));
-            let got = figure.map_or_else(
-                || "nothing".to_owned(),
-                |f| format!("{:.4} ± {:.4}", f.value, f.standard_error),
-            );
-            format!("{} (nearest: {got})", constraint.words())
-        });
-        let misses: Vec<String> = misses.collect();
+        let candidates = stages.iter().map(|s| s.result.evaluations).sum::<usize>();
+        let misses = nearest.map(|one| self.problem.objective.missed(&one.figures));
         anyhow::bail!(
-            "constraints: expected a candidate that meets {}, got none in {}",
-            misses.join("; "),
-            metrics::plural::count(
-                stages.iter().map(|s| s.result.evaluations).sum::<usize>(),
-                "candidate"
-            )
+            "constraints: expected a candidate that meets them, got none in {}; of the nearest, {}",
+            metrics::plural::count(candidates, "candidate"),
+            misses.unwrap_or_default().join("; ")
         )
     }
 }
@@ -496,7 +503,7 @@ impl Optimised {
     /// Name of the figure of the first term, before and after.
     pub(super) fn figures(
         &self,
-    ) -> impl Iterator<Item = (&str, Option<&JackknifedFigure>, &JackknifedFigure)> {
+    ) -> impl Iterator<Item = (&str, Option<&PairedFigure>, &PairedFigure)> {
         self.after.figures.iter().map(|(key, after)| {
             let before = self.before.as_ref();
             let before = before.and_then(|b| b.figures.iter().find(|(known, _)| known == key));

@@ -8,7 +8,8 @@ use anyhow::{Context, Result, ensure};
 
 use design::dotted_keys::Settings;
 use files::provenance::FileRecord;
-use metrics::JackknifedFigure;
+use results::figure_entry::FigureEntry;
+use results::paired_figure::PairedFigure;
 
 use super::file::ObjectiveKeys;
 use super::objective::{Evaluation, Objective};
@@ -114,24 +115,37 @@ impl RobustObjective {
                 |one: &'_ Evaluation| one.figures.iter().position(|(known, _)| known == key);
             let all = packages.iter().map(|one| Some(&one.figures[found(one)?].1));
             // A package may lack one that nothing asks for.
-            let all: Vec<&JackknifedFigure> = all.collect::<Option<_>>()?;
-            let mean = |of: &dyn Fn(&JackknifedFigure) -> f64| {
+            let all: Vec<&PairedFigure> = all.collect::<Option<_>>()?;
+            let mean = |of: &dyn Fn(&PairedFigure) -> f64| {
                 all.iter().map(|figure| of(figure)).sum::<f64>() / all.len() as f64
             };
             let without = (0..figure.without.len()).map(|g| mean(&|f| f.without[g]));
             let without = without.collect();
-            let mut over_packages = JackknifedFigure::new(mean(&|f| f.value), without);
-            let values: Vec<f64> = all.iter().map(|figure| figure.value).collect();
+            let mut over_packages = PairedFigure::new(mean(&|f| f.entry.value), without);
+            let values: Vec<f64> = all.iter().map(|figure| figure.entry.value).collect();
             let of_packages = deviation(&values) / (values.len() as f64).sqrt();
             // Their scatter holds the noise of their paths.
-            over_packages.standard_error = over_packages.standard_error.max(of_packages);
+            let entry = &mut over_packages.entry;
+            entry.standard_error = entry.standard_error.max(of_packages);
+            // Of figures that a package knows between two ends, the mean lies between their means.
+            if all.iter().any(|figure| figure.entry.ends().is_some()) {
+                let ends = |f: &PairedFigure| f.entry.ends().unwrap_or([f.entry.value; 2]);
+                let [low, high] = [0, 1].map(|k| mean(&|f| ends(f)[k]));
+                let unseen = |low: f64| (low == 0.0 && entry.value == 0.0).then_some(high);
+                *entry = match unseen(low) {
+                    None => FigureEntry { interval: Some([low, high]), ..*entry },
+                    bound => FigureEntry { upper_bound: bound, ..*entry },
+                };
+            }
             Some((key.clone(), over_packages))
         });
-        let figures: Vec<(String, JackknifedFigure)> = figures.collect();
+        let figures: Vec<(String, PairedFigure)> = figures.collect();
         Evaluation {
             value: value(&|one| one.value),
             without: (0..groups).map(|g| value(&|one| one.without[g])).collect(),
             without_package: (0..packages.len()).map(without_package).collect(),
+            hidden_error: packages.iter().map(|one| one.hidden_error).sum::<f64>()
+                / packages.len() as f64,
             miss: objective.miss(&figures),
             figures,
         }
@@ -163,11 +177,12 @@ mod tests {
     /// A package with an objective, two replicates about it, and a figure of opposite sign.
     fn package(value: f64, error: f64) -> Evaluation {
         let about = |value: f64| vec![value - error, value + error];
-        let figure = JackknifedFigure::new(-value, about(-value));
+        let figure = PairedFigure::new(-value, about(-value));
         Evaluation {
             value,
             without: about(value),
             without_package: Vec::new(),
+            hidden_error: 0.0,
             miss: 0.0,
             figures: vec![("extraction_efficiency".to_owned(), figure)],
         }
@@ -207,13 +222,13 @@ mod tests {
         for (added, expected) in [(0.0, 3.0), (2.0, 3.0 + 2.0 * 7f64.sqrt())] {
             let all = robust(added).combine(&packages, &objective());
             assert!((all.value - expected).abs() < 1e-12, "{}", all.value);
-            assert!((all.figures[0].1.value + 3.0).abs() < 1e-12);
+            assert!((all.figures[0].1.entry.value + 3.0).abs() < 1e-12);
         }
         // Of the mean: the standard error of a mean of three. The deviation's own is known less well.
         let estimate = robust(0.0).combine(&packages, &objective()).estimate();
         assert!((estimate.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
         let figure = &robust(0.0).combine(&packages, &objective()).figures[0].1;
-        assert!((figure.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!((figure.entry.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!(
             robust(2.0).combine(&packages, &objective()).estimate().standard_error
                 > estimate.standard_error
@@ -223,7 +238,7 @@ mod tests {
         let all = robust(1.0).combine(&packages, &objective());
         assert!((all.value - 3.0 - (7.0f64 - 0.25).sqrt()).abs() < 1e-12);
         // The constraint is judged by the mean, -3, and its error over packages, more than by paths.
-        let error = all.figures[0].1.standard_error;
+        let error = all.figures[0].1.entry.standard_error;
         assert!((error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12, "{error}");
         assert!((all.miss - 0.5 * (-2.0 + 2.0 * error + 3.0)).abs() < 1e-12);
         // Nothing but noise adds nothing.

@@ -5,14 +5,18 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use metrics::Estimate;
-use metrics::digits::{format_value_with_error, thousands};
+use metrics::digits::thousands;
 use metrics::plural::count;
+use metrics::quantity::Unit;
+use results::constraint;
+use results::figure_entry::FigureEntry;
 use results::optimisation::{
-    CoefficientEntry, ConstraintEntry, FigureEntry, FinalCandidateEntry, FrontDesignEntry,
-    FrontEntry, GenerationEntry, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION, StageEntry,
-    Verdict,
+    CoefficientEntry, ComparedFigure, ConstraintEntry, FinalCandidateEntry, FrontDesignEntry,
+    FrontEntry, GenerationEntry, MissedCandidate, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION,
+    StageEntry, Verdict,
 };
 use results::schema::Program;
+use results::shown::{self, with_error};
 
 use super::front::FrontDesign;
 use super::log::{Candidate, GenerationEnd};
@@ -35,12 +39,12 @@ impl Optimised {
         let figures = self.figures().map(|(key, before, after)| {
             let change = before.map(|before| after.change(before));
             let verdict = before.zip(change).map(|(before, change)| {
-                let values = [before.value, after.value];
-                Verdict::new(change, problem.objective.larger_is_better(key, values))
+                let values = [before.entry.value, after.entry.value];
+                Verdict::new(&change, problem.objective.larger_is_better(key, values))
             });
-            let entry = FigureEntry {
-                before: before.map(metrics::JackknifedFigure::estimate),
-                after: after.estimate(),
+            let entry = ComparedFigure {
+                before: before.map(|before| before.entry),
+                after: after.entry,
                 change,
                 verdict,
             };
@@ -56,6 +60,7 @@ impl Optimised {
             inputs: problem.inputs.clone(),
             files: Vec::new(),
             objective: self.objective(),
+            terms: problem.objective.terms(),
             figures: figures.collect::<BTreeMap<_, _>>(),
             constraints: self.constraints(problem),
             front: self.front_entry(problem),
@@ -75,7 +80,7 @@ impl Optimised {
             before: self.before.as_ref().map(Evaluation::estimate),
             after,
             change,
-            verdict: change.map(|change| Verdict::new(change, Some(false))),
+            verdict: change.map(|change| Verdict::new(&FigureEntry::new(change), Some(false))),
             in_search,
             at_selection: selected
                 .selection_error
@@ -96,8 +101,8 @@ impl Optimised {
                 at_least: constraint.bounds.at_least,
                 at_most: constraint.bounds.at_most,
                 margin: constraint.margin,
-                value: figure.map(|(_, f)| f.estimate()),
-                met: figure.is_some_and(|(_, f)| constraint.is_met(f)),
+                value: figure.map(|(_, f)| f.entry),
+                met: figure.is_some_and(|(_, f)| constraint.is_met(&f.entry)),
             }
         });
         all.collect()
@@ -116,6 +121,7 @@ impl Optimised {
                 coefficients: one.coefficients.clone(),
                 figures: pair(&one.judged)?,
                 feasible: one.judged.miss <= 0.0,
+                misses: problem.objective.missed(&one.judged.entries()),
             })
         };
         let designs: Vec<FrontDesignEntry> = self.front.iter().filter_map(entry).collect();
@@ -131,14 +137,8 @@ impl Optimised {
         let missed = problem.objective.constraints.iter().filter_map(|constraint| {
             let figures = &self.after.figures;
             let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
-            (!constraint.is_met(figure)).then(|| {
-                format!(
-                    "constraints: expected {} by {} standard errors, got {} when verified",
-                    constraint.words(),
-                    constraint.margin,
-                    format_value_with_error(figure.value, figure.standard_error)
-                )
-            })
+            let missed = constraint.missed(&figure.entry)?;
+            Some(format!("constraints: when verified, {missed}"))
         });
         missed.collect()
     }
@@ -150,6 +150,7 @@ impl Coefficient {
             variable: self.label.clone(),
             start: self.start,
             found: self.found,
+            choices: self.choices.clone(),
             sensitivity: self.sensitivity,
         }
     }
@@ -169,6 +170,7 @@ impl StageOutcome {
             evaluations: result.evaluations,
             cut_short: result.cut_short,
             refusals: result.refusals.iter().take(REASONS).cloned().collect(),
+            missed: self.missed.clone(),
             generations: generations.map(|(end, best)| generation(end, best.as_ref())).collect(),
             final_candidates: final_candidates.map(FinalCandidate::entry).collect(),
         }
@@ -195,6 +197,7 @@ impl FinalCandidate {
             value: Some(self.selection_value).filter(|v| v.is_finite()),
             standard_error: self.selection_error,
             feasible: self.feasible,
+            misses: self.misses.clone(),
         }
     }
 }
@@ -215,10 +218,6 @@ pub fn plain_text(file: &OptimisationFile) -> String {
 
 // Writing to a string cannot fail.
 
-fn number(e: Estimate) -> String {
-    format_value_with_error(e.value, e.standard_error)
-}
-
 fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
     let paths = stage.generations.last().map_or(0, |end| end.paths);
     let _ = writeln!(
@@ -232,17 +231,27 @@ fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
     for (why, times) in &stage.refusals {
         let _ = writeln!(text, "  refused {}: {why}", count(*times, "time"));
     }
+    if let Some(MissedCandidate { objective, variables, misses }) = &stage.missed {
+        let _ = writeln!(
+            text,
+            "  a better objective, {}, misses constraints: {}; with {}",
+            with_error(*objective),
+            misses.join("; "),
+            variables.join(", ")
+        );
+    }
 }
 
-/// True where the design that the search began with meets the constraints.
-fn begins_feasible(file: &OptimisationFile) -> bool {
-    file.constraints.iter().all(|constraint| {
-        let figure = file.figures.get(&constraint.figure);
-        figure.and_then(|figure| figure.before).is_some_and(|before| {
-            constraint.at_least.is_none_or(|least| before.value >= least)
-                && constraint.at_most.is_none_or(|most| before.value <= most)
-        })
-    })
+/// Constraints that the design misses that the search began with.
+fn missed_before(file: &OptimisationFile) -> Vec<String> {
+    let missed = file.constraints.iter().filter_map(|c| {
+        let figure = file.figures.get(&c.figure);
+        let Some(before) = figure.and_then(|figure| figure.before) else {
+            return Some(format!("{} cannot be read", c.figure));
+        };
+        constraint::missed(&c.figure, c.bounds(), c.margin, &before)
+    });
+    missed.collect()
 }
 
 fn add_figures(text: &mut String, file: &OptimisationFile) {
@@ -253,44 +262,52 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
         let _ = writeln!(text, "{}", line.trim_end());
     };
     row("verified", [&file.design, &file.name, "change"], None);
-    let words = |e: Option<Estimate>| e.map(number).unwrap_or_default();
-    for (key, f) in &file.figures {
-        row(key, [&words(f.before), &number(f.after), &words(f.change)], f.verdict);
+    let figure = |e: FigureEntry| shown::number(&e, Unit::Relative);
+    let words = |e: Option<FigureEntry>| e.map(figure).unwrap_or_default();
+    let (listed, others) = file.listed();
+    for (key, f) in listed {
+        row(key, [&words(f.before), &figure(f.after), &words(f.change)], f.verdict);
     }
     let objective = &file.objective;
-    let words = [objective.before, Some(objective.after), objective.change].map(words);
+    let words = [objective.before, Some(objective.after), objective.change];
+    let words = words.map(|e| e.map(with_error).unwrap_or_default());
     row("objective", words.each_ref().map(String::as_str), objective.verdict);
+    if let Some(others) = others {
+        let _ = writeln!(text, "{others}");
+    }
     let worse = file.figures.iter().filter(|(_, figure)| figure.verdict == Some(Verdict::Worse));
     let worse: Vec<&str> = worse.map(|(key, _)| key.as_str()).collect();
     if !worse.is_empty() {
         let _ = writeln!(text, "worse than {} beyond errors: {}", file.design, worse.join(", "));
     }
-    if !begins_feasible(file) {
-        let _ = writeln!(text, "{} does not meet the constraints", file.design);
+    let missed = missed_before(file);
+    if !missed.is_empty() {
+        let missed = missed.join("; ");
+        let _ = writeln!(text, "{} does not meet the constraints: {missed}", file.design);
     }
-    if let Some(change) = objective.change.filter(|_| begins_feasible(file))
+    if let Some(change) = objective.change.filter(|_| missed.is_empty())
         && objective.verdict != Some(Verdict::Better)
     {
-        let _ = writeln!(
-            text,
-            "not better than {} beyond errors: the objective changed by {}",
-            file.design,
-            number(change)
-        );
+        let changed = match objective.verdict {
+            Some(Verdict::Unchanged) => "did not change".to_owned(),
+            _ => format!("changed by {}", with_error(change)),
+        };
+        let design = &file.design;
+        let _ = writeln!(text, "not better than {design} beyond errors: the objective {changed}");
     }
     if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
         let _ = writeln!(
             text,
             "the search's own best value was {value:.4}, {} better than by fresh paths in the same \
              settings",
-            number(bias)
+            with_error(bias)
         );
     }
     let runs = file.stages.last().map(StageEntry::runs);
     let runs = runs.unwrap_or_default();
     if runs.len() > 1 {
         let listed: Vec<String> =
-            runs.iter().map(|(run, e)| format!("{} (run {run})", number(*e))).collect();
+            runs.iter().map(|(run, e)| format!("{} (run {run})", with_error(*e))).collect();
         let _ = writeln!(text, "runs of the last stage ended at {}", listed.join(", "));
     }
 }
@@ -299,9 +316,11 @@ fn add_front(text: &mut String, front: &FrontEntry) {
     let [first, second] = &front.figures;
     let _ = writeln!(text, "\n{:<28} {first:>28} {second:>28}", "front, verified");
     for one in &front.designs {
-        let [a, b] = one.figures.map(number);
-        let missed = if one.feasible { "" } else { "  misses a constraint" };
-        let _ = writeln!(text, "{:<28} {a:>28} {b:>28}{missed}", one.design);
+        let [a, b] = one.figures.map(with_error);
+        let _ = writeln!(text, "{:<28} {a:>28} {b:>28}", one.design);
+        for missed in &one.misses {
+            let _ = writeln!(text, "  misses a constraint: {missed}");
+        }
     }
 }
 
@@ -321,7 +340,7 @@ fn add_sensitivities(text: &mut String, file: &OptimisationFile) {
         let _ = writeln!(text, "objective for one unit of:");
     }
     for (c, sensitivity) in strongest.into_iter().take(LISTED) {
-        let _ =
-            writeln!(text, "  {:<26} {:>18}, at {:.4}", c.variable, number(sensitivity), c.found);
+        let slope = with_error(sensitivity);
+        let _ = writeln!(text, "  {:<26} {slope:>18}, at {:.4}", c.variable, c.found);
     }
 }

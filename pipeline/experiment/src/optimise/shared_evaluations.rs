@@ -340,7 +340,7 @@ mod tests {
     use super::*;
     use crate::optimise::objective::Evaluation;
     use files::interrupt::Interrupt;
-    use metrics::JackknifedFigure;
+    use results::paired_figure::PairedFigure;
 
     const COUNT: usize = 7;
 
@@ -350,8 +350,9 @@ mod tests {
             value,
             without: vec![value, 0.3],
             without_package: vec![value, -0.0],
+            hidden_error: 0.25,
             miss: 0.0,
-            figures: vec![("f".to_owned(), JackknifedFigure::new(1.0 / 3.0, vec![value, 0.7]))],
+            figures: vec![("f".to_owned(), PairedFigure::new(1.0 / 3.0, vec![value, 0.7]))],
         };
         TracedOutcome {
             outcome: match number {

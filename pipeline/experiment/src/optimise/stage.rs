@@ -7,13 +7,16 @@
 //! Paths are doubled where the error of a ranking is too large for it ([`MAX_NOISE`]).
 
 use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
 
 use files::progress::Progress;
 use files::run_context::RunContext;
+use metrics::Estimate;
 use metrics::plural::count;
+use results::optimisation::MissedCandidate;
 use search::bipop::{self, Bipop};
 use search::cma_es::{self, CmaEs};
 use search::coordinate::{self, CoordinateSearch};
@@ -27,14 +30,18 @@ use super::evaluate::Evaluator;
 use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
 use super::noise::noise;
+use super::objective::Objective;
 use super::outcome::Outcome;
 use super::problem::StageSettings;
 use super::shared_evaluations::Batch;
+use super::variables::Variables;
 
 /// Paths are doubled where the noise of a generation is a larger share of its scatter.
 const MAX_NOISE: f64 = 0.7;
 /// A search has converged when its standard deviations are below this share of the ranges.
 const MIN_STEP: f64 = 2e-3;
+/// Most variables of a candidate that are listed for people.
+const LISTED: usize = 8;
 
 /// One of the points among which a stage chooses.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +58,8 @@ pub(super) struct FinalCandidate {
     pub selection_error: Option<f64>,
     /// True where all constraints are met.
     pub feasible: bool,
+    /// Constraints that it misses, for people.
+    pub misses: Vec<String>,
 }
 
 /// Result of a stage.
@@ -66,10 +75,31 @@ pub(super) struct StageResult {
     pub refusals: Vec<(String, usize)>,
     /// Candidate that came nearest to meeting the constraints, where none met them.
     pub nearest: Option<Candidate>,
+    /// Candidate with the best objective of those that miss a constraint.
+    pub missed: Option<Candidate>,
     /// True where the budget of time ended it.
     pub cut_short: bool,
     /// Points of the Pareto front, by the first term; empty of a search for one objective.
     pub front: Vec<Point>,
+}
+
+impl StageResult {
+    /// The candidate with the best objective, where it misses a constraint, for people.
+    pub fn missed(&self, variables: &Variables, objective: &Objective) -> Option<MissedCandidate> {
+        let best = self.generations.iter().filter_map(|(_, best)| best.as_ref());
+        let best = best.filter(|best| best.feasible).map(Candidate::value);
+        let best = best.fold(f64::INFINITY, f64::min);
+        let missed = self.missed.as_ref().filter(|one| one.objective.is_some_and(|o| o < best))?;
+        let mut words = variables.words(&missed.point);
+        let more = words.len().saturating_sub(LISTED);
+        words.truncate(LISTED);
+        words.extend((more > 0).then(|| format!("{more} more")));
+        Some(MissedCandidate {
+            objective: Estimate::new(missed.objective?, missed.standard_error?),
+            variables: words,
+            misses: objective.missed(&missed.figures),
+        })
+    }
 }
 
 /// A search under way, beside its log.
@@ -237,27 +267,38 @@ impl StageSearch<'_, '_> {
         let seed =
             mix(mix(self.context.seed) ^ mix(common.seed as u64) ^ ((self.number as u64) << 32));
         let context = RunContext { seed, ..self.context };
+        // Points that make one design are one trace, by the same seed and paths.
+        let mut places: BTreeMap<Vec<String>, usize> = BTreeMap::new();
+        let mut distinct: Vec<Point> = Vec::new();
+        let place_of = |point: &Point| {
+            *places.entry(self.evaluator.variables.values(point)).or_insert_with(|| {
+                distinct.push(point.clone());
+                distinct.len() - 1
+            })
+        };
+        let place_of: Vec<usize> = points.iter().map(place_of).collect();
         let batch = Batch {
             name: match number {
                 0 => format!("the selection of stage {}", self.number),
                 _ => format!("stage {}, generation {number}", self.number),
             },
-            count: points.len(),
-            points,
+            count: distinct.len(),
+            points: &distinct,
             paths,
             progress: self.progress,
         };
-        let outcomes = self.evaluator.outcomes(&batch, context, |evaluator, k| {
-            evaluator.evaluate(&points[k], paths, context)
+        let traced = self.evaluator.outcomes(&batch, context, |evaluator, k| {
+            evaluator.evaluate(&distinct[k], paths, context)
         })?;
+        self.progress.inc((points.len() - distinct.len()) as u64);
         let is_traced = |one: &&Outcome| matches!(one, Outcome::Evaluated(_));
-        let work = Work::new(outcomes.iter().filter(is_traced).count(), paths);
+        let work = Work::new(traced.iter().filter(is_traced).count(), paths);
         self.pace.update(work, begun.elapsed().as_secs_f64());
-        let candidates = points.iter().zip(&outcomes).map(|(point, outcome)| {
-            let coefficients = self.evaluator.variables.coefficients(point);
-            Candidate::new(point, coefficients, outcome)
-        });
-        let candidates: Vec<Candidate> = candidates.collect();
+        let outcomes: Vec<Outcome> = place_of.iter().map(|k| traced[*k].clone()).collect();
+        let candidates = points.iter().zip(&outcomes);
+        let candidates: Vec<Candidate> = candidates
+            .map(|(point, outcome)| Candidate::new(point, self.evaluator.variables, outcome))
+            .collect();
         let judged = outcomes.into_iter().filter_map(|one| one.evaluation().ok());
         let noise = noise(&judged.collect::<Vec<_>>(), &self.evaluator.objective.constraints);
         let coarse = noise.is_some_and(|noise| noise > MAX_NOISE);
@@ -304,6 +345,7 @@ impl StageSearch<'_, '_> {
                 selection_value: candidate.value(),
                 selection_error: candidate.standard_error,
                 feasible: candidate.feasible,
+                misses: self.evaluator.objective.missed(&candidate.figures),
             })
             .collect();
         final_candidates.sort_by(|a, b| a.selection_value.total_cmp(&b.selection_value));
@@ -333,6 +375,7 @@ impl SearchState {
                 evaluations: 0,
                 refusals: Vec::new(),
                 nearest: None,
+                missed: None,
                 cut_short: false,
                 front: Vec::new(),
             },
@@ -364,6 +407,11 @@ impl SearchState {
             }
         }
         result.refusals.sort_by_key(|(_, number)| Reverse(*number));
+        let missed = generation.candidates.iter().filter(|candidate| !candidate.feasible);
+        let objective = |candidate: &Candidate| candidate.objective.unwrap_or(f64::INFINITY);
+        let missed = missed.chain(&result.missed).filter(|one| one.objective.is_some());
+        let missed = missed.min_by(|a, b| objective(a).total_cmp(&objective(b)));
+        result.missed = missed.cloned();
         let best = generation.candidates.into_iter();
         let best = best.min_by(|a, b| a.value().total_cmp(&b.value()));
         let best = best.filter(|candidate| candidate.value.is_some());

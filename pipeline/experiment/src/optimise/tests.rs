@@ -4,8 +4,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use design::dotted_keys::Settings;
-use metrics::{Estimate, JackknifedFigure, spread};
+use design::dotted_keys::{self, Settings, number};
+use metrics::{Estimate, spread};
+use results::figure_entry::FigureEntry;
+use results::paired_figure::PairedFigure;
 
 use super::file::{ConstraintKeys, LimitKeys, TermKeys, VariableKeys};
 use super::heights;
@@ -37,6 +39,44 @@ fn variables(name: &str, tables: &[&str]) -> Variables {
 
 const INNER: &str = "profile = \"inner_slope_deg\"\nfrom = -40.0\nto = 80.0";
 const OUTER: &str = "profile = \"outer_slope_deg\"\nfrom = 0.0\nto = 90.0";
+
+/// Linked keys keep their distances from the first, by names in either form.
+#[test]
+fn linked_keys_move_by_one_amount() {
+    let keys = "keys = [\"array.pitch_mm\", \"led.size_mm.1\"]\nfrom = 4.0\nto = 12.0";
+    let variables = variables("bare-dome.toml", &[keys]);
+    let number = |key: &str| dotted_keys::get(&variables.source.table, key).and_then(number);
+    let before = ["array.pitch_mm", "led.size_mm[2]"].map(|key| number(key).expect("a number"));
+    let settings = variables.settings(&[0.25]).expect("settings");
+    let after = ["array.pitch_mm", "led.size_mm[2]"].map(|key| settings[key].as_float());
+    assert_eq!(after[0], Some(6.0));
+    let moved = after[1].expect("a number") - before[1];
+    assert!((moved - (6.0 - before[0])).abs() < 1e-12, "{moved}");
+    let design = design("bare-dome.toml");
+    let refused = |keys: &[&str]| {
+        let keys: Vec<VariableKeys> =
+            keys.iter().map(|text| toml::from_str(text).expect("TOML")).collect();
+        let refused = Variables::new(design.clone(), &keys, limits(""));
+        format!("{:#}", refused.expect_err("refused"))
+    };
+    let other = "key = \"led.size_mm[2]\"\nfrom = 0.1\nto = 0.2";
+    assert!(refused(&[keys, other]).contains("led.size_mm[2] beside array.pitch_mm"));
+    for (text, words) in [
+        ("keys = []\nfrom = 1.0\nto = 2.0", "keys: expected at least one"),
+        (
+            "keys = [\"array.pitch_mm\", \"array.pitch_mm\"]\nfrom = 4.0\nto = 5.0",
+            "array.pitch_mm twice",
+        ),
+        (
+            "keys = [\"array.pitch_mm\", \"array.columns\"]\nfrom = 4.0\nto = 5.0",
+            "real numbers that the design states, got array.columns",
+        ),
+        ("keys = [\"array.pitch_mm\"]\nchoices = [4.0, 5.0]", "keys: expected them with `from`"),
+    ] {
+        let said = refused(&[text]);
+        assert!(said.contains("variables[1]") && said.contains(words), "{said}");
+    }
+}
 
 /// One coefficient for each ring reproduces the slopes of every ring that is not clipped.
 #[test]
@@ -223,14 +263,14 @@ fn objectives_add_weighted_terms_and_their_replicates() {
         &["figure = \"uniformity\"\nat_least = 0.8\nmargin = 2.0"],
     );
     let figure = |key: &str, value: f64, without: [f64; 2]| {
-        (key.to_owned(), JackknifedFigure::new(value, without.to_vec()))
+        (key.to_owned(), PairedFigure::new(value, without.to_vec()))
     };
     let figures = vec![
         figure("uniformity", 0.7, [0.69, 0.71]),
         figure("extraction_efficiency", 0.9, [0.91, 0.89]),
         figure("peak_angle_deg", 50.0, [55.0, 65.0]),
     ];
-    let error = figures[0].1.standard_error;
+    let error = figures[0].1.entry.standard_error;
     let judged = objective.of_figures(figures);
     assert!((judged.value - (-1.4 + 1.8 + 2.0)).abs() < 1e-12);
     for (found, expected) in judged.without.iter().zip([-1.38 + 1.82 + 1.0, -1.42 + 1.78 + 1.0]) {
@@ -244,9 +284,14 @@ fn generation(number: usize) -> Generation {
     let candidate = |k: usize| Candidate {
         point: vec![0.1 * k as f64, 1.0 / 3.0],
         coefficients: vec![k as f64, 2.0],
+        choices: BTreeMap::from([("a".to_owned(), "b.txt".into())]),
         value: (k > 0).then_some(-0.5 / 3.0),
+        objective: (k > 0).then_some(-0.5 / 3.0),
         standard_error: (k > 0).then_some(0.01),
-        figures: BTreeMap::from([("uniformity".to_owned(), Estimate::new(0.7, 0.01))]),
+        figures: BTreeMap::from([(
+            "uniformity".to_owned(),
+            FigureEntry::new(Estimate::new(0.7, 0.01)),
+        )]),
         feasible: k > 0,
         refused: (k == 0).then(|| "line 1\nline 2".to_owned()),
     };

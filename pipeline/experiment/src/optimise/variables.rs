@@ -7,8 +7,10 @@
 use anyhow::{Context, Result, bail, ensure};
 
 use design::Design;
-use design::dotted_keys::{self, Settings, number};
+use design::dotted_keys::{self, Settings, bracketed, contains, number};
+use design::json_schema::{NumberKind, number_kind};
 use design::serde_arrays::List;
+use metrics::digits::shortest;
 
 use super::file::{Profile, VariableKeys};
 use super::heights;
@@ -16,6 +18,7 @@ use super::limits::Limits;
 use super::range::Range;
 use super::spline::BSpline;
 use crate::design_file::DesignFile;
+use crate::linked_keys::one_of_keys;
 use crate::ring_slopes::{RingSlopes, Side};
 
 /// Key of the shapes of rings.
@@ -38,7 +41,8 @@ pub(super) struct Variable {
 
 #[derive(Debug, Clone)]
 enum Place {
-    Key(String),
+    /// A key, and others that keep their distances from it.
+    Key(String, Vec<(String, f64)>),
     Rings(Side, [usize; 2]),
     Height,
 }
@@ -51,7 +55,9 @@ impl Place {
             // Coatings of the dome are kept.
             Self::Height => within("dome") && !contains("dome.coating", key),
             Self::Rings(..) => within(SHAPES),
-            Self::Key(own) => within(own),
+            Self::Key(own, linked) => {
+                within(own) || linked.iter().any(|(linked, _)| within(linked))
+            }
         }
     }
 }
@@ -135,7 +141,7 @@ impl Variables {
             let spline = BSpline::new(variable.count);
             let values: Vec<f64> = match (&variable.place, variable.start) {
                 (_, Some(start)) => vec![start; variable.count],
-                (Place::Key(key), None) => vec![variable.at_present(key, &self.source.table)?],
+                (Place::Key(key, _), None) => vec![variable.at_present(key, &self.source.table)?],
                 (Place::Height, None) => heights::of_design(&design, variable.count)?,
                 (Place::Rings(side, [first, last]), None) => {
                     if slopes.is_none() {
@@ -197,6 +203,46 @@ impl Variables {
         self.ranges().zip(point).map(|(r, x)| r.number(*x)).collect()
     }
 
+    /// Choices at `point`, by the names of their variables.
+    pub fn choices(&self, point: &[f64]) -> impl Iterator<Item = (String, serde_json::Value)> {
+        let all = self.labels().into_iter().zip(self.ranges()).zip(point);
+        all.filter_map(|((label, range), x)| match range {
+            Range::Choices(_) => Some((label, serde_json::to_value(range.value(*x)).ok()?)),
+            Range::Between { .. } => None,
+        })
+    }
+
+    /// Names and values of the coefficients at `point`, for people.
+    pub fn words(&self, point: &[f64]) -> Vec<String> {
+        let all = self.labels().into_iter().zip(self.ranges()).zip(point);
+        all.map(|((label, range), x)| match range {
+            Range::Choices(_) => format!("{label} = {}", range.value(*x)),
+            Range::Between { .. } => format!("{label} = {}", shortest(range.number(*x))),
+        })
+        .collect()
+    }
+
+    /// Variables with their ranges, for people.
+    pub fn ranges_words(&self) -> Vec<String> {
+        let words = |variable: &Variable| {
+            let linked = match &variable.place {
+                Place::Key(_, linked) if !linked.is_empty() => {
+                    let keys: Vec<&str> = linked.iter().map(|(key, _)| key.as_str()).collect();
+                    format!(" with {}", keys.join(", "))
+                }
+                _ if variable.count > 1 => format!(" ({} coefficients)", variable.count),
+                _ => String::new(),
+            };
+            format!("{}{linked}: {}", variable.label, variable.range.words())
+        };
+        self.all.iter().map(words).collect()
+    }
+
+    /// What tells the design at `point` from that at any other.
+    pub fn values(&self, point: &[f64]) -> Vec<String> {
+        self.ranges().zip(point).map(|(range, x)| range.value(*x).to_string()).collect()
+    }
+
     /// Keys of the design at `point`.
     ///
     /// # Errors
@@ -209,8 +255,14 @@ impl Variables {
             let (own, others) = rest.split_at(variable.count);
             rest = others;
             match &variable.place {
-                Place::Key(key) => {
-                    settings.insert(key.clone(), variable.range.value(own[0]));
+                Place::Key(key, linked) => {
+                    let value = variable.range.value(own[0]);
+                    let first = number(&value).unwrap_or(0.0);
+                    let linked = linked
+                        .iter()
+                        .map(|(key, distance)| (key.clone(), toml::Value::Float(first + distance)));
+                    settings.extend(linked);
+                    settings.insert(key.clone(), value);
                 }
                 _ => profiles.push((variable, own)),
             }
@@ -256,13 +308,26 @@ impl Variable {
         }
     }
 
+    /// True where the key is one of this variable.
+    pub fn is_set_by(&self, key: &str) -> bool {
+        let key = bracketed(key);
+        match &self.place {
+            Place::Key(own, linked) => {
+                *own == key || linked.iter().any(|(linked, _)| *linked == key)
+            }
+            _ => self.label == key,
+        }
+    }
+
     fn overlaps(&self, other: &Self) -> bool {
         match (&self.place, &other.place) {
             (Place::Rings(a, [first, last]), Place::Rings(b, [from, to])) => {
                 a == b && first <= to && from <= last
             }
             (Place::Height, Place::Height) => true,
-            (Place::Key(key), profile) | (profile, Place::Key(key)) => profile.sets(key),
+            (Place::Key(key, linked), place) | (place, Place::Key(key, linked)) => {
+                place.sets(key) || linked.iter().any(|(key, _)| place.sets(key))
+            }
             _ => false,
         }
     }
@@ -312,20 +377,38 @@ impl Variable {
     }
 }
 
-/// True where the dotted key `outer` is `inner` or holds it.
-fn contains(outer: &str, inner: &str) -> bool {
-    let rest = inner.strip_prefix(outer);
-    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+/// Keys after the first with their distances from it.
+fn distances(keys: &[String], source: &DesignFile) -> Result<Vec<(String, f64)>> {
+    let stated = |key: &String| {
+        let value = dotted_keys::get(&source.table, key).and_then(number);
+        let value = value.filter(|_| number_kind(key) == Some(NumberKind::Real));
+        value.with_context(|| {
+            format!("expected keys of real numbers that the design states, got {key}")
+        })
+    };
+    let first = stated(&keys[0])?;
+    let all = keys.iter().enumerate().skip(1).map(|(k, key)| {
+        let twice = keys[..k].iter().any(|other| bracketed(other) == bracketed(key));
+        ensure!(!twice, "expected each key once, got {key} twice");
+        Ok((bracketed(key), stated(key)? - first))
+    });
+    all.collect()
 }
 
 fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result<Variable> {
-    let (label, place, count) = match (&keys.key, keys.profile) {
+    let key = one_of_keys(&keys.key, &keys.keys)?;
+    let (label, place, count) = match (key, keys.profile) {
         (Some(key), None) => {
             ensure!(
                 keys.knots.is_none() && keys.rings.is_none(),
                 "expected `knots` and `rings` of a profile alone, got them beside `key`"
             );
-            (key.clone(), Place::Key(key.clone()), 1)
+            let linked = match &keys.keys {
+                Some(keys) => distances(keys, source).context("keys")?,
+                None => Vec::new(),
+            };
+            let key = bracketed(key);
+            (key.clone(), Place::Key(key, linked), 1)
         }
         (None, Some(Profile::HeightMm)) => {
             heights::radius_mm(design)?;
@@ -353,9 +436,13 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
             let place = Place::Rings(side, [first, last]);
             (side.key().to_owned(), place, count)
         }
-        _ => bail!("expected one of `key` and `profile`, got both or neither"),
+        _ => bail!("expected one of `keys`, `key` and `profile`, got several or none"),
     };
-    let range = Range::new(keys, matches!(place, Place::Key(_)))?;
+    let range = Range::new(keys, matches!(place, Place::Key(_, _)))?;
+    ensure!(
+        keys.keys.is_none() || matches!(range, Range::Between { .. }),
+        "keys: expected them with `from` and `to`, got them with `choices`"
+    );
     ensure!(
         keys.start.is_none() || matches!(range, Range::Between { .. }),
         "start: expected it with `from` and `to` alone, got it with `choices`"
@@ -367,7 +454,7 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         );
     }
     let range = match &place {
-        Place::Key(key) => range.of_key(key, source)?,
+        Place::Key(key, _) => range.of_key(key, source)?,
         _ => range,
     };
     Ok(Variable { label, place, range, count, start: keys.start })

@@ -21,7 +21,8 @@ use design::serde_arrays::List;
 use files::cache::{Cache, Key};
 use files::run_context::RunContext;
 use files::store::Store;
-use metrics::{JackknifedFigure, figures};
+use metrics::figures;
+use results::paired_figure::PairedFigure;
 use simulate::job::Task;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
@@ -36,7 +37,7 @@ use crate::missing_figure::missing_figure;
 use super::trace_figures::{NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId};
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
-const TRACE_VERSION: u32 = 7;
+const TRACE_VERSION: u32 = 8;
 
 /// Folder in the cache of the figures of traces.
 const FOLDER: &str = "traces";
@@ -163,7 +164,7 @@ impl<'a> Tracer<'a> {
 
     fn observe(&mut self, task: &TraceTask, seed: u64) -> Result<Observation> {
         let design = task.design(self.study);
-        let what = format!("{} {}", design.name, task.id.model);
+        let what = format!("{} {}", task.label(self.study), task.id.model);
         self.traces.observe(design, task.dome, &what, RunContext { seed, ..self.context })
     }
 }
@@ -365,7 +366,7 @@ impl TraceTask {
             let far = &observation.far_field;
             let without: Vec<f64> = (0..far.count()).map(|g| share(&far.without(g))).collect();
             let value = share(far.total());
-            (probe.figure(), JackknifedFigure::new(value, without))
+            (probe.figure(), PairedFigure::new(value, without))
         });
         probes.collect()
     }

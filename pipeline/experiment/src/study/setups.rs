@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::{Result, bail, ensure};
 use serde::Serialize;
 
-use design::dotted_keys::{Settings, number};
+use design::dotted_keys::{Settings, bracketed, number};
 
 use super::file::{Factor, FactorArrangement, Level, StudyFile};
 
@@ -111,7 +111,7 @@ fn check_keys(factors: &[FactorLevels]) -> Result<()> {
     let keys = |factor: &FactorLevels| -> BTreeSet<String> {
         let levels = factor.levels.iter();
         let sets = levels.flat_map(|(_, level)| level.set_of.values().chain([&level.set]));
-        sets.flat_map(|set| set.keys().cloned()).collect()
+        sets.flat_map(|set| set.keys().map(|key| bracketed(key))).collect()
     };
     for (number, factor) in factors.iter().enumerate() {
         for other in &factors[..number] {

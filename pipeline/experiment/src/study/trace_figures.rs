@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use metrics::{Estimate, JackknifedFigure};
+use metrics::Estimate;
+use results::paired_figure::PairedFigure;
 use results::target::{Sought, Target, Verdict};
 
 /// Figures of one trace, in the order of the tables.
-pub type NamedFigures = Vec<(String, JackknifedFigure)>;
+pub type NamedFigures = Vec<(String, PairedFigure)>;
 
 /// One figure of the short runs cut from a trace.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -87,7 +88,7 @@ pub(super) fn find<'a>(
     found: &'a SetupFigures,
     place: &TraceId,
     figure: &str,
-) -> Option<&'a JackknifedFigure> {
+) -> Option<&'a PairedFigure> {
     let judged = found.get(place)?;
     judged.figures.iter().find(|(name, _)| name == figure).map(|f| &f.1)
 }

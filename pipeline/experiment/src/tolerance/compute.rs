@@ -13,6 +13,8 @@ use anyhow::{Result, bail, ensure};
 use files::cache::Cache;
 use files::run_context::RunContext;
 use metrics::Estimate;
+use metrics::far_field::PeakPlace;
+use results::figure_entry::FigureEntry;
 
 use super::definition::ToleranceAnalysis;
 use super::deviations::Offset;
@@ -35,7 +37,7 @@ pub struct Sampled {
     pub nominal: Figures,
     /// Bias of reading without symmetries; it is taken off the figures of the samples.
     /// Empty where samples have the symmetries of the design.
-    pub reading_bias: Figures,
+    pub reading_bias: BTreeMap<String, Estimate>,
     /// Figures of all samples.
     pub samples: Vec<SampledPackage>,
 }
@@ -102,8 +104,8 @@ pub fn compute(
 }
 
 /// Figures of `to` less those of `from`, which are independent.
-fn differences(to: &Figures, from: &Figures) -> Figures {
-    let of = |(key, to): (&String, &Estimate)| {
+fn differences(to: &Figures, from: &Figures) -> BTreeMap<String, Estimate> {
+    let of = |(key, to): (&String, &FigureEntry)| {
         let from = from.get(key)?;
         let error = to.standard_error.hypot(from.standard_error);
         Some((key.clone(), Estimate::new(to.value - from.value, error)))
@@ -111,15 +113,34 @@ fn differences(to: &Figures, from: &Figures) -> Figures {
     to.iter().filter_map(of).collect()
 }
 
-/// Means of figures that all of `traces` have, with their errors.
+/// Means of figures that all of `traces` have, with their errors and states.
 fn mean(traces: &[Figures]) -> Figures {
-    let count = traces.len() as f64;
-    let of = |key: &String| -> Option<(String, Estimate)> {
-        let all: Option<Vec<&Estimate>> = traces.iter().map(|figures| figures.get(key)).collect();
-        let all = all?;
-        let value = all.iter().map(|e| e.value).sum::<f64>() / count;
-        let squares: f64 = all.iter().map(|e| e.standard_error.powi(2)).sum();
-        Some((key.clone(), Estimate::new(value, squares.sqrt() / count)))
+    let of = |key: &String| -> Option<(String, FigureEntry)> {
+        let all: Option<Vec<&FigureEntry>> =
+            traces.iter().map(|figures| figures.get(key)).collect();
+        Some((key.clone(), mean_of(&all?)))
     };
     traces.first().into_iter().flat_map(BTreeMap::keys).filter_map(of).collect()
+}
+
+/// Mean of one figure. Sums that no path of any trace reached err by one path of all of them; ends
+/// of figures that are not resolved are averaged.
+fn mean_of(all: &[&FigureEntry]) -> FigureEntry {
+    let count = all.len() as f64;
+    let mean = |of: &dyn Fn(&FigureEntry) -> f64| all.iter().map(|e| of(e)).sum::<f64>() / count;
+    let is_unseen = all.iter().all(|e| e.upper_bound.is_some());
+    let squares: f64 = all.iter().map(|e| e.standard_error.powi(2)).sum();
+    let error = if is_unseen { mean(&|e| e.standard_error) } else { squares.sqrt() };
+    let ends = |k: usize| mean(&|e| e.interval.map_or(e.value, |ends| ends[k]));
+    let places = [PeakPlace::NotResolved, PeakPlace::OnAxis].into_iter();
+    let mut places = places.filter(|place| all.iter().any(|e| e.peak_place == *place));
+    FigureEntry {
+        interval: all.iter().any(|e| e.interval.is_some()).then(|| [ends(0), ends(1)]),
+        bias_bound: all
+            .iter()
+            .find_map(|e| e.bias_bound)
+            .map(|_| mean(&|e| e.bias_bound.unwrap_or(0.0))),
+        peak_place: places.next().unwrap_or_default(),
+        ..FigureEntry::new(Estimate::new(mean(&|e| e.value), error / count))
+    }
 }

@@ -6,12 +6,13 @@ use anyhow::{Context, Result, bail, ensure};
 use nalgebra::DMatrix;
 use toml::Value;
 
-use design::dotted_keys::{self, Settings, number};
+use design::dotted_keys::{self, Settings, bracketed, number};
 use search::normal::Normal;
 use simulate::seeds::mix;
 
 use super::file::{CorrelationKeys, Distribution, ToleranceKeys};
 use crate::design_file::DesignFile;
+use crate::linked_keys::one_of_keys;
 use crate::ring_slopes::{RingSlopes, Side};
 
 /// Draws beyond the half width of a truncated law that are tried again.
@@ -29,8 +30,8 @@ pub struct Tolerance {
 
 #[derive(Debug, Clone)]
 enum Place {
-    /// Key, with `*` for every entry of a list; value of keys that the design does not state.
-    Key(String, Option<f64>),
+    /// Keys, with `[*]` for every entry of a list; value of keys that the design does not state.
+    Keys(Vec<String>, Option<f64>),
     Slopes(Side),
 }
 
@@ -204,7 +205,7 @@ impl Deviations {
         let mut slopes: Option<RingSlopes> = None;
         for offset in offsets {
             match &self.tolerances[offset.tolerance].place {
-                Place::Key(_, nominal) => {
+                Place::Keys(_, nominal) => {
                     let key = &offset.place;
                     let before = match settings.get(key).or(dotted_keys::get(&source.table, key)) {
                         Some(value) => number(value).with_context(|| {
@@ -237,6 +238,18 @@ impl Deviations {
 }
 
 impl Tolerance {
+    /// For people: name and law.
+    pub fn words(&self) -> String {
+        let law = match self.law {
+            Law::Normal(deviation) => format!("deviation {deviation}"),
+            Law::Uniform(half_width) => format!("within {half_width}"),
+            Law::Truncated { deviation, half_width } => {
+                format!("deviation {deviation} within {half_width}")
+            }
+        };
+        format!("{}: {law}", self.name)
+    }
+
     /// Numbers that are drawn for so many `places`: a single one where they deviate alike.
     fn draws(&self, places: usize) -> usize {
         if self.common { places.min(1) } else { places }
@@ -249,9 +262,9 @@ impl Tolerance {
                 let rings = RingSlopes::of(&source.with(&Settings::new())?)?.count();
                 Ok((1..=rings).map(|ring| ring.to_string()).collect())
             }
-            Place::Key(key, _) => {
-                let mut keys = vec![key.clone()];
-                while keys.iter().any(|key| key.contains(".*")) {
+            Place::Keys(keys, _) => {
+                let mut keys = keys.clone();
+                while keys.iter().any(|key| key.contains("[*]")) {
                     let all: Result<Vec<Vec<String>>> =
                         keys.iter().map(|key| with_entries(key, &source.table)).collect();
                     keys = all?.concat();
@@ -262,23 +275,32 @@ impl Tolerance {
     }
 }
 
-/// `key` with every entry of the list before its first `*` in turn.
+/// `key` with every entry of the list before its first `[*]` in turn.
 fn with_entries(key: &str, design: &toml::Table) -> Result<Vec<String>> {
-    let Some((list, rest)) = key.split_once(".*") else {
+    let Some((list, rest)) = key.split_once("[*]") else {
         return Ok(vec![key.to_owned()]);
     };
     let entries = dotted_keys::get(design, list).and_then(Value::as_array);
     let entries =
         entries.with_context(|| format!("{key}: expected a list at {list} in the design"))?;
-    let of = |k: usize| format!("{list}.{k}{rest}");
-    Ok((0..entries.len()).map(of).collect())
+    let of = |k: usize| format!("{list}[{k}]{rest}");
+    Ok((1..=entries.len()).map(of).collect())
 }
 
 fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
-    let (place, label) = match (&keys.key, keys.profile) {
-        (Some(key), None) => (Place::Key(key.clone(), keys.nominal), key.clone()),
+    let first = one_of_keys(&keys.key, &keys.keys)?;
+    let (place, label) = match (first, keys.profile) {
+        (Some(key), None) => {
+            let all = keys.keys.as_deref().unwrap_or(std::slice::from_ref(key)).iter();
+            let all: Vec<String> = all.map(|key| bracketed(key)).collect();
+            for (k, key) in all.iter().enumerate() {
+                ensure!(!all[..k].contains(key), "keys: expected each once, got {key} twice");
+            }
+            let label = all[0].clone();
+            (Place::Keys(all, keys.nominal), label)
+        }
         (None, Some(side)) => (Place::Slopes(side), side.key().to_owned()),
-        _ => bail!("expected one of `key` and `profile`, got both or neither"),
+        _ => bail!("expected one of `keys`, `key` and `profile`, got several or none"),
     };
     let positive = |key: &str, value: Option<f64>| -> Result<f64> {
         let value = value.with_context(|| format!("{key}: expected a number above 0"))?;
@@ -303,7 +325,8 @@ fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
         "{}: expected no such key with this distribution",
         unused.unwrap_or_default()
     );
-    Ok(Tolerance { name: keys.name.clone().unwrap_or(label), place, law, common: keys.common })
+    let common = keys.common || keys.keys.is_some();
+    Ok(Tolerance { name: keys.name.clone().unwrap_or(label), place, law, common })
 }
 
 /// The lower triangle of the correlations of `tolerances`, for which `draws` numbers are drawn.
@@ -322,6 +345,8 @@ fn factor(
         );
         let places = keys.between.iter().map(|name| {
             let place = tolerances.iter().position(|t| t.name == *name);
+            let by_key = || tolerances.iter().position(|t| t.name == bracketed(name));
+            let place = place.or_else(by_key);
             place.with_context(|| {
                 format!("{at}.between: expected names of tolerances, got {name:?}")
             })
@@ -374,14 +399,17 @@ mod tests {
         let source = DesignFile::new("design.toml".into(), table);
         let keys = |key: &str| Tolerance {
             name: key.to_owned(),
-            place: Place::Key(key.to_owned(), None),
+            place: Place::Keys(vec![bracketed(key)], None),
             law: Law::Normal(1.0),
             common: false,
         };
         let places = keys("led.offsets_mm.*.*").places(&source).expect("lists");
-        assert_eq!(places, ["0.0", "0.1", "1.0", "1.1"].map(|k| format!("led.offsets_mm.{k}")));
+        assert_eq!(
+            places,
+            ["[1][1]", "[1][2]", "[2][1]", "[2][2]"].map(|k| format!("led.offsets_mm{k}"))
+        );
         let places = keys("led.offsets_mm.*.1").places(&source).expect("lists");
-        assert_eq!(places, ["led.offsets_mm.0.1", "led.offsets_mm.1.1"]);
+        assert_eq!(places, ["led.offsets_mm[1][2]", "led.offsets_mm[2][2]"]);
         let why = keys("led.height_mm.*").places(&source);
         let why = why.expect_err("a number").to_string();
         assert!(why.contains("expected a list at led.height_mm"), "{why}");
@@ -398,6 +426,21 @@ mod tests {
         }
         assert!(drawn[0].value.to_bits() != drawn[1].value.to_bits());
         assert_eq!(all.independent(&drawn).len(), 4);
+
+        let linked = "keys = [\"led.height_mm\", \"led.offsets_mm.1.0\"]\ndeviation = 0.1";
+        let linked: ToleranceKeys = toml::from_str(linked).expect("TOML");
+        let all = Deviations {
+            tolerances: vec![tolerance(&linked).expect("keys")],
+            factor: DMatrix::identity(1, 1),
+        };
+        let drawn = all.draw(&source, &mut Deviations::random(1)).expect("drawn");
+        let moved = all.settings(&source, &drawn).expect("numbers");
+        let [a, b] = ["led.height_mm", "led.offsets_mm[2][1]"].map(|key| moved[key].as_float());
+        assert_eq!((a, b), (Some(1.0 + drawn[0].value), Some(2.0 + drawn[0].value)));
+        assert_eq!(all.independent(&drawn).len(), 1);
+        let both = "key = \"led.height_mm\"\nkeys = [\"led.height_mm\"]\ndeviation = 0.1";
+        let why = tolerance(&toml::from_str(both).expect("TOML")).expect_err("both").to_string();
+        assert!(why.contains("`key` and `keys`, got both"), "{why}");
 
         let common = |key: &str| Tolerance { common: true, ..keys(key) };
         let all = Deviations {

@@ -54,12 +54,14 @@ impl FileKeys for ToleranceFile {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToleranceKeys {
-    /// Name in results; none twice. Default key or profile.
+    /// Name in results; none twice. Default the (first) key or the profile.
     pub name: Option<String>,
-    /// Key of the design by dotted path; `*` stands for every entry of a list that the design
-    /// states, also of lists in lists. This or `profile`.
+    /// Key of the design by dotted path, entries of lists in brackets from 1; `[*]` stands for every
+    /// entry of a list that the design states, also of lists in lists. This, `keys` or `profile`.
     pub key: Option<String>,
-    /// Slopes of all rings (triangles, steps, smooth ones), degrees; this or `key`.
+    /// Keys that deviate together, by one amount; in place of `key`.
+    pub keys: Option<Vec<String>>,
+    /// Slopes of all rings (triangles, steps, smooth ones), degrees; in place of `key`.
     pub profile: Option<Side>,
     /// Law of the deviations.
     #[serde(default)]

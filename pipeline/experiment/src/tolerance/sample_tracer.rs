@@ -13,8 +13,8 @@ use files::cache::Cache;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
 use files::store::Entries;
-use metrics::Estimate;
 use metrics::digits::thousands;
+use results::figure_entry::FigureEntry;
 use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
 use simulate::trace_plan::DomeChoice;
@@ -23,8 +23,8 @@ use super::definition::ToleranceAnalysis;
 use super::drawn_samples::{DrawnSamples, Traced};
 use crate::missing_figure::{missing_figure, shown};
 
-/// Figures by key.
-pub type Figures = BTreeMap<String, Estimate>;
+/// Figures by key; errors are those that other paths would show, or another place in a bin.
+pub type Figures = BTreeMap<String, FigureEntry>;
 
 /// Traces of an analysis by number: those without deviations first, then the samples.
 pub(super) struct SampleTracer<'a> {
@@ -60,7 +60,12 @@ impl<'a> SampleTracer<'a> {
             checkpoints: None,
             ..self.context.silent()
         };
-        let found = figures(self.analysis, (settings, averaged), &mut self.traces, context);
+        let label = match traced {
+            Traced::Sample(sample) => format!("{}, sample {}", self.analysis.name, sample + 1),
+            _ => format!("{}, without deviations", self.analysis.name),
+        };
+        let of = (settings, averaged, label);
+        let found = figures(self.analysis, of, &mut self.traces, context);
         let found = found.and_then(|found| {
             ensure!(!is_sample || !found.is_empty(), "no figure could be read");
             Ok(found)
@@ -127,14 +132,16 @@ pub(super) fn entries<'a>(
     context.checkpoints.map(|store| store.entries(analysis.key(context.seed)))
 }
 
-/// The figures of the design with these settings, with or without averaging over symmetries.
+/// The figures of the design with these settings, with or without averaging over symmetries; warnings
+/// name it by a label.
 fn figures(
     analysis: &ToleranceAnalysis,
-    (settings, averaged): (&Settings, bool),
+    (settings, averaged, label): (&Settings, bool, String),
     traces: &mut ModelTraces,
     context: RunContext,
 ) -> Result<Figures> {
     let mut design = analysis.source.with(settings)?;
+    design.name = label;
     design.trace.paths = analysis.paths;
     if !averaged {
         design.receiver.average = Average::None;
@@ -142,9 +149,12 @@ fn figures(
     let seen = traces.observe(&design, DomeChoice::Model(analysis.model), "", context)?;
     let wanted = |key: &str| analysis.figures.iter().any(|figure| figure == key);
     let figures = seen.estimates(&design, wanted).into_iter().map(|figure| {
-        let estimate = figure.entry.estimate();
-        // Of the noise of a trace, which other paths would show.
-        (figure.key.into_owned(), Estimate::new(estimate.value, estimate.scatter()))
+        let entry = figure.entry;
+        let scatter = entry.estimate().scatter();
+        // A peak lies anywhere in its bin.
+        let bin = entry.interval.filter(|_| entry.is_bin());
+        let of_bin = bin.map_or(0.0, |[low, high]| (high - low) / 12f64.sqrt());
+        (figure.key.into_owned(), FigureEntry { standard_error: scatter.hypot(of_bin), ..entry })
     });
     Ok(figures.collect())
 }

@@ -18,6 +18,9 @@ use super::definition::ToleranceAnalysis;
 use super::drawn_samples::DrawnSamples;
 use super::sample_tracer::{SampleTracer, entries};
 
+/// Samples that tell what all have in common.
+const FEW: usize = 16;
+
 /// The traces of `analysis` with this seed, for several processes to share: those without
 /// deviations and the samples.
 ///
@@ -47,6 +50,15 @@ pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<Share
         traces(of_design, !nominal.is_empty(), TableCost::default()),
         traces(of_samples, !shared.is_empty(), own),
     ])
+}
+
+/// Number of the traces of `analysis`; few samples tell whether they break symmetries.
+///
+/// # Errors
+/// Deviations that set what the design does not have.
+pub fn trace_count(analysis: &ToleranceAnalysis) -> Result<u64> {
+    let few = ToleranceAnalysis { samples: analysis.samples.min(FEW), ..analysis.clone() };
+    Ok(DrawnSamples::new(&few, 0)?.nominal() + analysis.samples as u64)
 }
 
 /// Rings whose tables a trace of `design` needs, each once.

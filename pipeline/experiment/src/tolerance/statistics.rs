@@ -56,13 +56,18 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
         let without: Vec<f64> = left_out.iter().map(|row| row[place]).collect();
         Estimate::new(whole[place], metrics::spread(&without))
     };
-    let mean = estimate(0);
+    let mut mean = estimate(0);
     let deviation = estimate(1).sqrt();
     let (variance, noise) = (whole[1], squares / values.len() as f64);
     // Relative deviation of a variance of normal values.
     let spread = (2.0 / (values.len() as f64 - 1.0)).sqrt();
-    let is_seen = variance > SEEN * spread * noise;
-    let largest = variance.max(0.0) + Z95_ONE_SIDED * spread * (variance + noise);
+    let is_seen = variance > SEEN * spread * noise || noise == 0.0;
+    let mut largest = variance.max(0.0) + Z95_ONE_SIDED * spread * (variance + noise);
+    if variance + noise <= 0.0 {
+        // All in one bin, or none seen: within half a bin, or what no path reached.
+        largest = 3.0 * noise;
+        mean.standard_error = (noise / values.len() as f64).sqrt();
+    }
     // A scatter that is not seen hides what it could be from the jackknife.
     let quantiles = LEVELS.into_iter().zip((2..).map(estimate));
     let quantiles = quantiles.map(|((level, deviations), found)| {

@@ -3,10 +3,12 @@
 
 use std::fmt::Write as _;
 
-use metrics::digits::format_value_with_error;
 use metrics::plural::count;
+use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
+use results::figure_entry::FigureEntry;
 use results::schema::Program;
+use results::shown::{self, with_error};
 use results::tolerance::{
     BoundEntry, ContributionEntry, ContributionsEntry, CumulativeShareEntry, DistributionEntry,
     QuantileEntry, SCHEMA_VERSION, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
@@ -31,11 +33,11 @@ pub struct FigureStatistics {
     /// Key of the figure.
     pub key: String,
     /// Without deviations.
-    pub nominal: Estimate,
+    pub nominal: FigureEntry,
     /// Over the samples.
     pub scatter: Scatter,
     /// Mean of the samples less the nominal value.
-    pub shift: Estimate,
+    pub shift: FigureEntry,
     /// Contributions to the scatter, with the share that no straight line explains.
     pub contributions: Option<(Vec<Contribution>, Estimate)>,
 }
@@ -95,7 +97,7 @@ impl<'a> ToleranceResults<'a> {
         let key = &constraint.figure;
         let samples = self.sampled.samples.iter().filter_map(|s| s.figures.as_ref().ok());
         let (all, values): (Vec<_>, Vec<_>) = samples.map(|f| (f, f.get(key))).unzip();
-        let values: Vec<&Estimate> = values.into_iter().flatten().collect();
+        let values: Vec<&FigureEntry> = values.into_iter().flatten().collect();
         let Some(figure) = self.figures.iter().find(|figure| figure.key == *key) else {
             return Some(format!(
                 "{key} can be read from {} of {} packages",
@@ -104,7 +106,7 @@ impl<'a> ToleranceResults<'a> {
             ));
         };
         let Bounds { at_least, at_most } = constraint.bounds;
-        let is_near = |e: &&&Estimate| {
+        let is_near = |e: &&&FigureEntry| {
             let near = |bound: f64| (e.value - bound).abs() < NEAR * e.standard_error;
             [at_least, at_most].into_iter().flatten().any(near)
         };
@@ -117,7 +119,7 @@ impl<'a> ToleranceResults<'a> {
                 significant(scatter.noise),
                 match scatter.below {
                     Some(_) => "hides its scatter".to_owned(),
-                    None => format!("exceeds its scatter, {}", number(scatter.deviation)),
+                    None => format!("exceeds its scatter, {}", with_error(scatter.deviation)),
                 },
                 count(values.len(), "package"),
             )
@@ -197,7 +199,8 @@ impl<'a> ToleranceResults<'a> {
     fn distribution(&self) -> Option<DistributionEntry> {
         let first = self.figures.first()?;
         let samples = self.sampled.samples.iter();
-        let values = samples.filter_map(|s| s.figures.as_ref().ok()?.get(&first.key).copied());
+        let values = samples.filter_map(|s| s.figures.as_ref().ok()?.get(&first.key));
+        let values = values.map(FigureEntry::estimate);
         let (.., sorted) = without_noise(&values.collect::<Vec<_>>());
         if first.scatter.below.is_some() {
             return None;
@@ -258,18 +261,19 @@ impl<'a> ToleranceResults<'a> {
             "{:<28} {:>16} {:>16} {:>14} {:>10} {:>14} {:>14}\n",
             "figure", "nominal", "mean shift", "deviation", "noise", "5 %", "95 %"
         );
+        let figure = |entry: &FigureEntry| shown::number(entry, Unit::Relative);
         // Writing to a string cannot fail.
         for f in &self.figures {
             let resolved = |e: Estimate| match f.scatter.below {
-                None => number(e),
+                None => with_error(e),
                 Some(_) => "not resolved".to_owned(),
             };
             let _ = writeln!(
                 text,
                 "{:<28} {:>16} {:>16} {:>14} {:>10} {:>14} {:>14}",
                 f.key,
-                number(f.nominal),
-                number(f.shift),
+                figure(&f.nominal),
+                figure(&f.shift),
                 resolved(f.scatter.deviation),
                 significant(f.scatter.noise),
                 resolved(f.scatter.quantiles[0].1),
@@ -303,10 +307,6 @@ impl<'a> ToleranceResults<'a> {
     }
 }
 
-fn number(e: Estimate) -> String {
-    format_value_with_error(e.value, e.standard_error)
-}
-
 fn statistics(
     analysis: &ToleranceAnalysis,
     sampled: &Sampled,
@@ -315,7 +315,7 @@ fn statistics(
     let nominal = *sampled.nominal.get(key)?;
     let samples = sampled.samples.iter().filter_map(|s| Some((s, s.figures.as_ref().ok()?)));
     let found: Vec<(&super::compute::SampledPackage, Estimate)> = samples
-        .map(|(sample, figures)| Some((sample, *figures.get(key)?)))
+        .map(|(sample, figures)| Some((sample, figures.get(key)?.estimate())))
         .collect::<Option<_>>()?;
     let values: Vec<Estimate> = found.iter().map(|(_, value)| *value).collect();
     let mut scatter = scatter(&values)?;
@@ -333,6 +333,14 @@ fn statistics(
         scatter.mean.value - nominal.value,
         scatter.mean.standard_error.hypot(of_nominal),
     );
+    // Peaks lie anywhere in their bins, those of the samples and that of the design.
+    let width = nominal.interval.filter(|_| nominal.is_bin()).map(|[low, high]| high - low);
+    let shift = FigureEntry {
+        interval: width.map(|width| [shift.value - width, shift.value + width]),
+        upper_bound: None,
+        peak_place: nominal.peak_place,
+        ..FigureEntry::new(shift)
+    };
     let quantiles = scatter.quantiles.iter_mut().map(|(_, quantile)| quantile);
     for estimate in quantiles.chain([&mut scatter.mean]) {
         estimate.standard_error = estimate.standard_error.hypot(bias_error);

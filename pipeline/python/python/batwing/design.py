@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -83,7 +84,7 @@ class Design:
     def with_values(self, values: Mapping[str, Any]) -> Design:
         """A copy with some keys set, such as ``{"led.reflectance": 0.6}``.
 
-        Entries of lists are numbered from 0, as in studies: ``{"solids.0.radius_mm": 0.5}``.
+        Entries of lists stand in brackets from 1, as in studies: ``{"solids[1].radius_mm": 0.5}``.
 
         Raises
         ------
@@ -92,7 +93,7 @@ class Design:
         """
         data = _checks.plain(NAME, self.data)
         for key, value in values.items():
-            *path, last = key.split(".")
+            *path, last = re.sub(r"\[(\d+)\]", lambda m: f".{int(m[1]) - 1}", key).split(".")
             table: Any = data
             for number, part in enumerate(path):
                 if isinstance(table, list):
@@ -153,7 +154,8 @@ class Design:
 
 def _entry(key: str, part: str, entries: list[Any]) -> int:
     if not (part.isdecimal() and int(part) < len(entries)):
-        _checks.refuse(key, f"an entry of a list from 0 to {len(entries) - 1}", part)
+        got = int(part) + 1 if part.lstrip("-").isdecimal() else part
+        _checks.refuse(key, f"an entry of a list from [1] to [{len(entries)}]", got)
     return int(part)
 
 

@@ -59,7 +59,7 @@ impl Folder {
         let results = ResultsFile::of(&json).map_err(of_file)?;
         let folder = Self { directory: directory.to_owned(), path, results };
         for (i, file) in folder.results.files.iter().enumerate() {
-            checked_file(directory, file, &folder.place(&format!("files[{i}]")))?;
+            checked_file(directory, file, &folder.place(&format!("files[{}]", i + 1)))?;
         }
         Ok(folder)
     }

@@ -5,9 +5,10 @@ use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
 use files::content_hash::sha256_hex;
-use metrics::digits::format_value_with_error;
-use metrics::{Bounds, Estimate};
-use results::optimisation::{self, FigureEntry, ObjectiveEntry, OptimisationFile, Verdict};
+use metrics::quantity::Unit;
+use results::figure_entry::FigureEntry;
+use results::optimisation::{self, ObjectiveEntry, OptimisationFile, StageEntry, Verdict};
+use results::shown::{self, with_error};
 
 use super::folder::{Folder, checked_file};
 use super::pictures::Album;
@@ -47,9 +48,11 @@ pub fn optimisation(album: &mut Album, file: Option<&OptimisationFile>) -> Resul
         "design": file.design,
         "name": file.name,
         "rows": rows(file),
+        "others": file.listed().1,
+        "missed": missed(file),
         "constraints": file.constraints.iter().map(constraint).collect::<Vec<_>>(),
         "runs": runs(file),
-        "bias": file.objective.bias_of_search.map(number),
+        "bias": file.objective.bias_of_search.map(with_error),
         "evaluations": file.stages.iter().map(|stage| stage.evaluations).sum::<usize>(),
         "limits": file.active_limits,
         "pictures": drawn.collect::<Vec<_>>(),
@@ -70,46 +73,59 @@ fn belongs(file: &OptimisationFile, folder: &Folder) -> Result<()> {
     );
     let listing = folder.directory().join(optimisation::FILE);
     for (k, entry) in file.files.iter().enumerate() {
-        let place = format!("`{}`: files[{k}]", listing.display());
+        let place = format!("`{}`: files[{}]", listing.display(), k + 1);
         checked_file(folder.directory(), entry, &place)?;
     }
     Ok(())
 }
 
-fn number(e: Estimate) -> String {
-    format_value_with_error(e.value, e.standard_error)
-}
-
 fn rows(file: &OptimisationFile) -> Vec<Value> {
-    let row = |name: &str, entry: FigureEntry| {
+    let row = |name: &str, before, after: String, change, verdict: Option<Verdict>| {
+        let (before, change): (Option<String>, Option<String>) = (before, change);
         json!({
             "name": name.replace('_', " "),
-            "before": entry.before.map(number),
-            "after": number(entry.after),
-            "change": entry.change.map(number),
-            "verdict": entry.verdict.map(Verdict::words),
+            "before": before,
+            "after": after,
+            "change": change,
+            "verdict": verdict.map(Verdict::words),
         })
     };
-    let figures = file.figures.iter().map(|(key, entry)| row(key, *entry));
+    let number = |entry: FigureEntry| shown::number(&entry, Unit::Relative);
+    let figures = file.listed().0.into_iter().map(|(key, one)| {
+        row(key, one.before.map(number), number(one.after), one.change.map(number), one.verdict)
+    });
     let ObjectiveEntry { before, after, change, verdict, .. } = file.objective;
-    let objective = row("objective", FigureEntry { before, after, change, verdict });
-    figures.chain([objective]).collect()
+    let [before, change] = [before, change].map(|e| e.map(with_error));
+    figures.chain([row("objective", before, with_error(after), change, verdict)]).collect()
+}
+
+/// Candidates with a better objective that miss constraints, a sentence for each stage.
+fn missed(file: &OptimisationFile) -> Vec<String> {
+    let missed = file.stages.iter().filter_map(|stage: &StageEntry| stage.missed.as_ref());
+    let words = missed.map(|one| {
+        format!(
+            "A candidate with a better objective, {}, misses constraints: {}; with {}.",
+            with_error(one.objective),
+            one.misses.join("; "),
+            one.variables.join(", ")
+        )
+    });
+    words.collect()
 }
 
 /// Where the runs of the last stage ended; nothing of a single one.
 fn runs(file: &OptimisationFile) -> Vec<String> {
     let runs = file.stages.last().map(optimisation::StageEntry::runs);
     let runs = runs.filter(|runs| runs.len() > 1).unwrap_or_default();
-    runs.into_iter().map(|(_, value)| number(value)).collect()
+    runs.into_iter().map(|(_, value)| with_error(value)).collect()
 }
 
 fn constraint(entry: &optimisation::ConstraintEntry) -> Value {
-    let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
     json!({
         "words": format!(
             "{} {}",
             entry.figure.replace('_', " "),
-            bounds.words()
+            entry.bounds().words()
         ),
         "met": entry.met,
     })

@@ -49,7 +49,7 @@ pub fn listed<'a>(models: &[Model<'a>], folder: &Folder) -> Vec<Listed<'a>> {
                 design,
                 wavelength_nm,
                 entry,
-                place: folder.place(&format!("{place}{under}.tables[{i}]")),
+                place: folder.place(&format!("{place}{under}.tables[{}]", i + 1)),
             }));
         };
         add(&entry.tables, None, "");
@@ -59,7 +59,7 @@ pub fn listed<'a>(models: &[Model<'a>], folder: &Folder) -> Vec<Listed<'a>> {
             .filter(|(_, w)| !w.tables.is_empty())
             .reduce(|a, b| if b.1.weight > a.1.weight { b } else { a });
         if let Some((i, w)) = heaviest {
-            let under = format!(".spectrum.wavelengths[{i}]");
+            let under = format!(".spectrum.wavelengths[{}]", i + 1);
             add(&w.tables, Some(w.wavelength_nm), &under);
         }
     }

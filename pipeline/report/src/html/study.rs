@@ -6,16 +6,17 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use serde_json::{Value, json};
 
-use metrics::digits::format_value_with_error;
 use metrics::plural::count;
 use metrics::quantity::Unit;
+use results::figure_entry::FigureEntry;
+use results::shown::{self, text};
 use results::study::{FILE, SetupEntry, StudyFigureEntry, StudyFile};
 use results::target::{Sought, Verdict};
 
 use super::folder::{checked_file, is_one_of};
 use super::models::label;
 use super::pictures::Album;
-use super::verdict::{bounds, named, text};
+use super::verdict::{bounds, named};
 use crate::study as pictures;
 
 /// A folder with a study, checked.
@@ -38,7 +39,7 @@ impl StudyFolder {
         };
         let path = directory.join(FILE);
         for (i, entry) in file.files.iter().enumerate() {
-            checked_file(directory, entry, &format!("`{}`: files[{i}]", path.display()))?;
+            checked_file(directory, entry, &format!("`{}`: files[{}]", path.display(), i + 1))?;
         }
         Ok(Some(Self { directory: directory.to_owned(), file }))
     }
@@ -78,8 +79,7 @@ pub fn study(album: &mut Album, file: &StudyFile) -> Result<Value> {
         json!({
             "name": setup.name,
             "misfit": ranked.map(|ranked| {
-                let misfit = ranked.misfit;
-                format_value_with_error(misfit.value, misfit.standard_error)
+                shown::with_error(ranked.misfit)
             }),
             "cells": targets.iter().map(cell).collect::<Vec<_>>(),
         })
@@ -156,7 +156,7 @@ fn unit(entry: &StudyFigureEntry) -> Unit {
 }
 
 fn value(entry: &StudyFigureEntry) -> String {
-    text(entry.value, unit(entry))
+    text(&entry.value, unit(entry))
 }
 
 /// A target of the first set-up with what it reached.
@@ -194,7 +194,7 @@ fn sensitivities(file: &StudyFile) -> Vec<Value> {
                 design: entry.design.clone(),
                 model: entry.model.clone(),
                 figure: entry.figure.clone(),
-                value: entry.change_per_unit,
+                value: FigureEntry::new(entry.change_per_unit),
                 change: None,
                 target: None,
                 at_least: None,
@@ -211,8 +211,7 @@ fn sensitivities(file: &StudyFile) -> Vec<Value> {
 /// A slope; a share of 0 is a slope, no bound.
 fn slope(entry: &StudyFigureEntry) -> String {
     let (factor, symbol) = results::shown::shown_unit(unit(entry));
-    let number =
-        format_value_with_error(entry.value.value * factor, entry.value.standard_error * factor);
+    let number = shown::with_error(entry.value.estimate().times(factor));
     format!("{number} {symbol}").trim_end().to_owned()
 }
 

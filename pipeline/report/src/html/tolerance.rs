@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use serde_json::{Value, json};
 
-use metrics::digits::{format_value_with_error, thousands};
+use metrics::digits::thousands;
 use metrics::plural::count;
+use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
+use results::shown::{self, with_error};
 use results::tolerance::{
     BoundEntry, FILE, QuantileEntry, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
     share_words, significant, unseen,
@@ -42,7 +44,7 @@ impl ToleranceFolder {
         };
         let path = directory.join(FILE);
         for (i, entry) in file.files.iter().enumerate() {
-            let place = format!("`{}`: files[{i}]", path.display());
+            let place = format!("`{}`: files[{}]", path.display(), i + 1);
             checked_file(directory, entry, &place)?;
         }
         let directory = directory.to_owned();
@@ -115,10 +117,6 @@ fn plain(key: &str) -> String {
     key.replace('_', " ")
 }
 
-fn number(e: Estimate) -> String {
-    format_value_with_error(e.value, e.standard_error)
-}
-
 fn level(quantile: &QuantileEntry) -> String {
     format!("{} %", 100.0 * quantile.level)
 }
@@ -126,13 +124,13 @@ fn level(quantile: &QuantileEntry) -> String {
 fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
     let quantile = |one: &QuantileEntry| {
         let estimate = Estimate::new(one.value, one.standard_error);
-        json!({"level": level(one), "text": number(estimate)})
+        json!({"level": level(one), "text": with_error(estimate)})
     };
     json!({
         "name": plain(key),
-        "nominal": number(figure.nominal),
-        "shift": number(figure.shift),
-        "deviation": figure.deviation.map(number),
+        "nominal": shown::number(&figure.nominal, Unit::Relative),
+        "shift": shown::number(&figure.shift, Unit::Relative),
+        "deviation": figure.deviation.map(with_error),
         "noise": significant(figure.noise_of_a_trace),
         "quantiles": figure.quantiles.iter().map(quantile).collect::<Vec<_>>(),
     })
@@ -153,7 +151,7 @@ fn contributions(key: &str, figure: &ToleranceFigureEntry) -> Option<Value> {
         json!({
             "tolerance": part.tolerance,
             "share": share_words(part.share),
-            "change": part.change_per_deviation.map(number),
+            "change": part.change_per_deviation.map(with_error),
         })
     });
     Some(json!({

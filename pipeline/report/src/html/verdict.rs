@@ -3,7 +3,6 @@
 //! meets it.
 
 use metrics::digits::shortest;
-use metrics::far_field::PeakPlace;
 use metrics::figures::{
     self, CELL_MEAN, EXTRACTION, FLUX_UP, INTENSITY_PEAK, PEAK_ANGLE, UNIFORMITY,
 };
@@ -65,28 +64,10 @@ fn published(model: &Model) -> Vec<Asked> {
             name: figure.label.clone(),
             wanted: format!("{value} ± {scale} {symbol}, published"),
             reached: shown::text(figure.entry, figure.unit),
-            verdict: judged(figure.entry, target).words(),
+            verdict: target.judge(figure.entry).words(),
         })
     };
     papers_figures(model).into_iter().filter_map(line).collect()
-}
-
-/// Verdict on a figure in any state; one between two ends counts three errors to each.
-fn judged(entry: &FigureEntry, target: Target) -> Verdict {
-    match entry.peak_place {
-        PeakPlace::OnAxis => Verdict::NotMet,
-        PeakPlace::NotResolved => Verdict::NotResolved,
-        PeakPlace::OffAxis => {
-            let ends = entry.interval.or(entry.upper_bound.map(|bound| [0.0, bound]));
-            target.verdict(match ends {
-                Some([low, high]) => {
-                    let third = 0.5 * (high - low) / metrics::estimate::DISTINCT;
-                    Estimate::new(f64::midpoint(low, high), third)
-                }
-                None => entry.estimate(),
-            })
-        }
-    }
 }
 
 /// Constraints of a search, as verified by the model of its last stage.
@@ -99,7 +80,7 @@ fn constraints(file: &OptimisationFile) -> Vec<Asked> {
         Asked {
             name: format!("{name}{by}"),
             wanted: format!("{wanted} by {} errors", shortest(entry.margin)),
-            reached: entry.value.map_or("–".to_owned(), |value| text(value, unit)),
+            reached: entry.value.map_or("–".to_owned(), |value| shown::text(&value, unit)),
             verdict: words(entry.met),
         }
     };
@@ -181,26 +162,6 @@ fn round(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_state_of_a_figure_is_judged() {
-        let target = Target { sought: Sought::Near(20.0), scale: 5.0 };
-        let plain = |value: f64, error: f64| FigureEntry::new(Estimate::new(value, error));
-        let between = |ends| FigureEntry { interval: Some(ends), ..plain(20.0, 0.0) };
-        let placed = |peak_place| FigureEntry { peak_place, ..plain(20.0, 0.1) };
-        for (entry, verdict) in [
-            (plain(21.0, 0.1), Verdict::Met),
-            (plain(26.0, 0.1), Verdict::NotMet),
-            (plain(25.0, 1.0), Verdict::NotResolved),
-            (between([17.5, 22.5]), Verdict::Met),
-            (between([22.5, 27.5]), Verdict::NotResolved),
-            (between([27.5, 32.5]), Verdict::NotMet),
-            (placed(PeakPlace::OnAxis), Verdict::NotMet),
-            (placed(PeakPlace::NotResolved), Verdict::NotResolved),
-        ] {
-            assert_eq!(judged(&entry, target), verdict, "{entry:?}");
-        }
-    }
 
     #[test]
     fn bounds_stand_in_the_unit_shown() {

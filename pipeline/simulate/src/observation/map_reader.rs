@@ -85,8 +85,9 @@ impl Reader for MapReader {
 
     fn values(&self, map: &[f64]) -> Vec<f64> {
         let forms = self.regions.plain(map).into_iter().map(|(_, value)| value);
-        let papers = self.papers(map).unwrap_or_default();
-        papers.into_iter().chain(forms).collect()
+        // As many as there are columns: without neighbours there are none.
+        let papers = self.has_valley().then(|| self.papers(map).unwrap_or_default());
+        papers.into_iter().flatten().chain(forms).collect()
     }
 
     fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {
