@@ -6,10 +6,12 @@
 //! of the fates in the legend. What lies beside the plane is projected onto it and dashed: there
 //! paths turn at surfaces that the section does not show.
 
-use metrics::digits::{format_value_with_error, shortest};
+use metrics::Estimate;
+use metrics::digits::shortest;
 use metrics::quantity::{Quantity, Unit};
 use results::package::{PackageDrawing, SolidDrawing};
 use results::ray_paths::{PathEnd, TracedPath, Vertex};
+use results::shown;
 
 use super::plots::Heading;
 use super::plots::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
@@ -154,13 +156,9 @@ fn legend(paths: &[TracedPath], has_shares: bool) -> Vec<Entry> {
         let count = paths.iter().filter(|path| path.fate == end).count();
         let share = count as f64 / whole;
         let error = (share * (1.0 - share) / whole).sqrt();
-        let words = if count == paths.len() {
-            "100".to_owned()
-        } else {
-            format_value_with_error(100.0 * share, 100.0 * error)
-        };
+        let words = shown::estimate(Estimate::new(share, error), Unit::Fraction);
         let sample = Sample::Line(Pen::solid(fate(end), 4.0));
-        let shares = if has_shares { format!(", {words} %") } else { String::new() };
+        let shares = if has_shares { format!(", {words}") } else { String::new() };
         (count > 0).then(|| Entry::new(sample, format!("{}{shares}", end.words())))
     };
     let mut all: Vec<Entry> = PathEnd::ALL.into_iter().filter_map(entry).collect();

@@ -27,6 +27,7 @@
 //! | [`optimisation`], [`tolerance`], [`study`] | `optimise.json`, `tolerance.json`, `study.json` |
 //! | [`target`] | what is asked of a figure, verdict on its value |
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
+//! | `stored_figure` | figures of a model by their keys |
 //! | `sealed_file` | version and hash of a file |
 
 pub mod earlier;
@@ -39,6 +40,7 @@ pub mod ray_paths;
 pub mod schema;
 mod sealed_file;
 pub mod shown;
+mod stored_figure;
 pub mod study;
 pub mod target;
 pub mod tolerance;
@@ -58,7 +60,6 @@ use design::spectrum::Weighting;
 use files::atomic_file;
 use files::content_hash::sealed;
 use files::provenance::FileRecord;
-use metrics::digits::format_value_with_error;
 use metrics::extraction::Ledger;
 use metrics::plural::count;
 use metrics::quantity::Unit;
@@ -283,12 +284,7 @@ impl ModelResult {
         let shown = |figure: &Figure| {
             let FigureEntry { wavelength_error, peak_place, .. } = figure.entry;
             let error = wavelength_error.filter(|_| peak_place.is_off_axis())?;
-            let (scale, unit) = match figure.unit {
-                Unit::Fraction => (100.0, "points"),
-                other => (1.0, other.symbol()),
-            };
-            let text = format_value_with_error(error.value * scale, error.standard_error * scale);
-            Some(format!("{} {text} {unit}", figure.label))
+            Some(format!("{} {}", figure.label, shown::difference(error, figure.unit)))
         };
         let errors: Vec<String> = self.figures.iter().filter_map(shown).collect();
         let changed = if errors.is_empty() {

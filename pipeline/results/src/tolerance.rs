@@ -165,14 +165,13 @@ impl YieldEntry {
 
 /// A number to two significant digits, for people.
 pub fn significant(value: f64) -> String {
-    Digits::new(value, value).error
+    let Digits { error, power, .. } = Digits::new(value, value);
+    if power == 0 { error } else { format!("{error}e{power}") }
 }
 
-/// Sentence on figures whose scatter is not seen above the noise of a trace, each with the bound of
-/// its deviation; `None` without such figures.
-pub fn unseen<'a>(figures: impl Iterator<Item = (&'a str, f64)>) -> Option<String> {
-    let bounds = figures.map(|(figure, below)| format!("{figure} {}", significant(below)));
-    let bounds: Vec<String> = bounds.collect();
+/// Sentence on figures whose scatter is not seen above the noise of a trace, by their names and the
+/// `bounds` of their deviations; `None` without such figures.
+pub fn unseen(bounds: &[String]) -> Option<String> {
     (!bounds.is_empty()).then(|| {
         format!(
             "not resolved: the noise of a trace hides the scatter, which is below, at 95 % \
@@ -221,5 +220,17 @@ impl ToleranceResultsFile {
     pub fn read(directory: &Path) -> Result<Option<Self>> {
         let writer = Writer { work: "analysis", again: "analyse again" };
         sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_keep_their_power_of_ten() {
+        for (value, text) in [(0.0123, "0.012"), (5e-6, "5.0e-6"), (1.24e8, "1.2e8"), (0.0, "0")] {
+            assert_eq!(significant(value), text);
+        }
     }
 }

@@ -19,7 +19,7 @@ use results::schema::{ModelEntries, ModelEntry};
 
 use super::folder::Folder;
 use super::pack::{base64_of_numbers, linear};
-use crate::plots::map_range;
+use crate::plots::{map_range, receiver_title};
 
 /// Figures that every model has.
 const ALWAYS: [&str; 2] = [PEAK_ANGLE.key, CENTRE_TO_PEAK.key];
@@ -125,8 +125,8 @@ pub fn receiver_pictures(models: &[Model], folder: &Folder) -> Result<Vec<Value>
             if letters > PICTURES_BUDGET {
                 return Ok(pictures);
             }
-            let quantity = &receiver.quantity;
-            let caption = format!("{}, {}: {quantity} of {name}.", model.design, model.label());
+            let title = receiver_title(&receiver.quantity, name);
+            let caption = format!("{}, {}: {title}.", model.design, model.label());
             pictures.push(json!({"png": png, "caption": caption, "model": number}));
         }
     }

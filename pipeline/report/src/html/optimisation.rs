@@ -5,12 +5,15 @@ use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
 use files::content_hash::sha256_hex;
-use metrics::digits::format_value_with_error;
+use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
 use results::optimisation::{self, FigureEntry, ObjectiveEntry, OptimisationFile, Verdict};
+use results::shown;
 
 use super::folder::{Folder, checked_file};
+use super::models::Model;
 use super::pictures::Album;
+use super::verdict::named_in;
 use crate::optimisation as pictures;
 
 /// `optimise.json` of the folder, if there is one.
@@ -23,13 +26,40 @@ pub fn read(folder: &Folder) -> Result<Option<OptimisationFile>> {
     Ok(file)
 }
 
+/// The model in which a search judged its designs, of the design called `design`; the first one of
+/// that design where it is not in the folder.
+pub fn searched<'m, 'a>(
+    file: &OptimisationFile,
+    models: &'m [Model<'a>],
+    design: &str,
+) -> Option<&'m Model<'a>> {
+    let word = file.stages.last().map_or("", |stage| &stage.model);
+    let of_design = || models.iter().filter(|model| model.design == design);
+    // A key is the kind of the model and the width of its rings; the fine model is one by rays too.
+    let of_kind = |kind| of_design().filter(move |m| m.key.split('_').next() == Some(kind));
+    let named = match word {
+        "fine" => of_kind("geometric").next_back(),
+        kind => of_kind(kind).next(),
+    };
+    named.or_else(|| of_design().next())
+}
+
 /// Tables and pictures of a search; nothing where there is none.
 ///
 /// # Errors
 /// Values that cannot be drawn.
-pub fn optimisation(album: &mut Album, file: Option<&OptimisationFile>) -> Result<Value> {
+pub fn optimisation(
+    album: &mut Album,
+    file: Option<&OptimisationFile>,
+    models: &[Model],
+) -> Result<Value> {
     let Some(file) = file else {
         return Ok(Value::Null);
+    };
+    let model = searched(file, models, &file.name);
+    let named = |key: &str| match model {
+        Some(model) => named_in(model, key),
+        None => shown::named(key),
     };
     let captions = [
         "Best candidate of every generation that met the constraints, as the search saw it, and the objective verified by fresh paths; smaller is better.",
@@ -46,10 +76,10 @@ pub fn optimisation(album: &mut Album, file: Option<&OptimisationFile>) -> Resul
     Ok(json!({
         "design": file.design,
         "name": file.name,
-        "rows": rows(file),
-        "constraints": file.constraints.iter().map(constraint).collect::<Vec<_>>(),
+        "rows": rows(file, named),
+        "constraints": file.constraints.iter().map(|entry| constraint(entry, named)).collect::<Vec<_>>(),
         "runs": runs(file),
-        "bias": file.objective.bias_of_search.map(number),
+        "bias": file.objective.bias_of_search.map(|bias| shown::difference(bias, Unit::Relative)),
         "evaluations": file.stages.iter().map(|stage| stage.evaluations).sum::<usize>(),
         "limits": file.active_limits,
         "pictures": drawn.collect::<Vec<_>>(),
@@ -76,41 +106,40 @@ fn belongs(file: &OptimisationFile, folder: &Folder) -> Result<()> {
     Ok(())
 }
 
-fn number(e: Estimate) -> String {
-    format_value_with_error(e.value, e.standard_error)
-}
+/// Text of a value in a unit.
+type Text = fn(Estimate, Unit) -> String;
 
-fn rows(file: &OptimisationFile) -> Vec<Value> {
-    let row = |name: &str, entry: FigureEntry| {
+fn rows(file: &OptimisationFile, named: impl Fn(&str) -> (String, Unit)) -> Vec<Value> {
+    let row = |(name, unit): (String, Unit), entry: FigureEntry, text: Text| {
         json!({
-            "name": name.replace('_', " "),
-            "before": entry.before.map(number),
-            "after": number(entry.after),
-            "change": entry.change.map(number),
+            "name": name,
+            "before": entry.before.map(|before| text(before, unit)),
+            "after": text(entry.after, unit),
+            "change": entry.change.map(|change| shown::difference(change, unit)),
             "verdict": entry.verdict.map(Verdict::words),
         })
     };
-    let figures = file.figures.iter().map(|(key, entry)| row(key, *entry));
+    let figures = file.figures.iter();
+    let figures = figures.map(|(key, entry)| row(named(key), *entry, shown::estimate));
     let ObjectiveEntry { before, after, change, verdict, .. } = file.objective;
-    let objective = row("objective", FigureEntry { before, after, change, verdict });
+    let name = ("objective".to_owned(), Unit::Relative);
+    // An objective may lie below 0.
+    let objective = row(name, FigureEntry { before, after, change, verdict }, shown::difference);
     figures.chain([objective]).collect()
 }
 
-/// Where the runs of the last stage ended; nothing of a single one.
+/// Ends of the runs of the last stage; nothing of a single one.
 fn runs(file: &OptimisationFile) -> Vec<String> {
     let runs = file.stages.last().map(optimisation::StageEntry::runs);
     let runs = runs.filter(|runs| runs.len() > 1).unwrap_or_default();
-    runs.into_iter().map(|(_, value)| number(value)).collect()
+    runs.into_iter().map(|(_, value)| shown::difference(value, Unit::Relative)).collect()
 }
 
-fn constraint(entry: &optimisation::ConstraintEntry) -> Value {
+fn constraint(
+    entry: &optimisation::ConstraintEntry,
+    named: impl Fn(&str) -> (String, Unit),
+) -> Value {
     let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
-    json!({
-        "words": format!(
-            "{} {}",
-            entry.figure.replace('_', " "),
-            bounds.words()
-        ),
-        "met": entry.met,
-    })
+    let (name, unit) = named(&entry.figure);
+    json!({"words": format!("{name} {}", shown::bounds(bounds, unit)), "met": entry.met})
 }

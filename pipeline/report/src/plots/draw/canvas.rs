@@ -173,6 +173,11 @@ impl Canvas {
         Rect::new(0.0, 0.0, f64::from(self.size[0]), f64::from(self.size[1]))
     }
 
+    /// Cuts off what lies below `bottom`.
+    pub fn cut(&mut self, bottom: f64) {
+        self.size[1] = self.size[1].min(bottom.ceil() as u32);
+    }
+
     /// Draws through `draw` as one group with these attributes.
     pub fn group(&mut self, attributes: &[(&str, &str)], draw: impl FnOnce(&mut Self)) {
         self.elements.push_str("<g");

@@ -3,6 +3,8 @@
 //! their error bands.
 
 use metrics::quantity::{Curve, Quantity, Unit};
+use results::figure_entry::FigureEntry;
+use results::shown;
 
 use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::colour::{Colour, glow};
@@ -268,10 +270,12 @@ pub fn draw_curves(
     }
 }
 
-/// Draws the colours of a scale right of a panel, with numbers and name.
-pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) {
+/// Draws the colours of a scale right of a panel, with numbers and name; returns its place.
+pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) -> Rect {
     let beside = panel.area.right + 34.0;
-    let area = Rect::new(beside, panel.area.top, beside + 28.0, panel.area.bottom);
+    // Beside low panels there is room for numbers and name all the same.
+    let bottom = panel.area.bottom.max(panel.area.top + LEAST_BAR);
+    let area = Rect::new(beside, panel.area.top, beside + 28.0, bottom);
     canvas.image(area, [1, COLOURS], true, |_, row| glow(1.0 - row as f64 / (COLOURS - 1) as f64));
     let pen = Pen::solid(Colour::MUTED, 1.4);
     canvas.outline(&area.corners(), &pen);
@@ -290,7 +294,11 @@ pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) {
     let name = Letters::new(LABEL_SIZE, Align::Centre).upwards();
     let x = area.right + 12.0 + widest + 22.0;
     canvas.text(&axis.label, [x, area.centre()[1]], &name);
+    area
 }
+
+/// Height of a colour bar at least, pixels.
+const LEAST_BAR: f64 = 230.0;
 
 /// Colours of a colour bar.
 const COLOURS: usize = 256;
@@ -311,7 +319,7 @@ pub struct Mark {
     pub kind: MarkKind,
     /// Numbers along both axes.
     pub at: [f64; 2],
-    /// Short text: `valley 25.1 %`.
+    /// Short text: `valley 25.10 ± 0.30 %`.
     pub label: String,
 }
 
@@ -321,9 +329,10 @@ impl Mark {
         Self { kind: MarkKind::Peak, at, label: "peak".to_owned() }
     }
 
-    /// A valley with its share of the peak, a fraction.
-    pub fn valley(at: [f64; 2], share: f64) -> Self {
-        Self { kind: MarkKind::Valley, at, label: format!("valley {:.1} %", 100.0 * share) }
+    /// A valley with its share of the peak.
+    pub fn valley(at: [f64; 2], share: &FigureEntry) -> Self {
+        let label = format!("valley {}", shown::text(share, Unit::Fraction));
+        Self { kind: MarkKind::Valley, at, label }
     }
 }
 
@@ -388,6 +397,8 @@ fn label_place([x, y]: Point, up: f64, width: f64, panel: &Panel, taken: &[Rect]
 
 #[cfg(test)]
 mod tests {
+    use metrics::Estimate;
+
     use super::*;
 
     fn panel() -> Panel {
@@ -439,6 +450,13 @@ mod tests {
         assert!((steps(-90.0, 90.0, 12) - 15.0).abs() < 1e-12);
         assert!((steps(-90.0, 90.0, 6) - 30.0).abs() < 1e-12);
         assert!((steps(0.0, 90.0, 9) - 10.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_valley_that_is_not_resolved_is_a_range() {
+        let label = |share| Mark::valley([0.0; 2], &FigureEntry::new(share)).label;
+        assert_eq!(label(Estimate::new(0.251, 0.003)), "valley 25.10 ± 0.30 %");
+        assert_eq!(label(Estimate::between(0.9, 0.98, 0.01)), "valley 88 to 100 %");
     }
 
     #[test]
