@@ -12,7 +12,7 @@ pub const MAX_KEYS: u64 = 4_000_000;
 /// Largest file of rows of numbers, or of a far field.
 pub const MAX_ROWS: u64 = 16_000_000;
 /// Largest file of scattering or of diffraction orders.
-pub const MAX_TABLES: u64 = 256_000_000;
+pub const MAX_TABLES: u64 = 2_000_000_000;
 
 /// The text of the file at `path`, which has at most `max_bytes`.
 ///
@@ -63,7 +63,7 @@ mod tests {
         let file = File::options().write(true).open(&path).expect("a file");
         file.set_len(1 << 40).expect("a hole");
         let refusal = bounded_bytes(&path, MAX_TABLES).expect_err("too large").to_string();
-        assert_eq!(refusal, "expected at most 256 MB, got 1099511.6");
+        assert_eq!(refusal, "expected at most 2000 MB, got 1099511.6");
         std::fs::write(&path, b"a\xff").expect("written");
         let refusal = bounded_text(&path, 4).expect_err("no text").to_string();
         assert!(refusal.contains("UTF-8"), "{refusal}");

@@ -282,7 +282,7 @@ impl Section<'_> {
         self.name("mirror".to_owned(), [mirror, 0.0], MIRROR);
     }
 
-    /// What becomes of most is drawn first, so that the rest is not covered.
+    /// Draws paths of the commonest fate first, so that the rest is not covered.
     fn paths(&self, canvas: &mut Canvas, paths: &[TracedPath]) {
         for end in PathEnd::ALL {
             let pen = Pen::solid(fate(end).with_opacity(0.75), 1.0);
@@ -313,7 +313,7 @@ impl Section<'_> {
         }
     }
 
-    /// Where a ray from inside leaves the axes; its start if it lies outside.
+    /// Point at which a ray from inside leaves the axes; its start if it lies outside.
     fn exit(&self, from: [f64; 2], along: [f64; 2]) -> [f64; 2] {
         let ends = [self.panel.x.scale.ends(), self.panel.y.scale.ends()];
         let until = |k: usize| match along[k] {
@@ -405,7 +405,7 @@ fn with_index(name: &str, index: Option<f64>) -> String {
     index.map_or_else(|| name.to_owned(), |n| format!("{name}, n = {}", shortest(n)))
 }
 
-/// How far a solid reaches across, mm.
+/// Extent of a solid across, mm.
 fn extent(solid: &SolidDrawing) -> f64 {
     let [low, high] = solid.bounds_mm;
     let squares = (0..3).map(|k| (high[k] - low[k]).powi(2));

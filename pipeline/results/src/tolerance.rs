@@ -31,7 +31,7 @@ const SEEN: f64 = 2.0;
 pub struct ToleranceResultsFile {
     /// [`SCHEMA_VERSION`] of the program that wrote it.
     pub schema_version: u32,
-    /// That program.
+    /// Program.
     pub program: Program,
     /// Name of the analysis.
     pub name: String,
@@ -55,7 +55,7 @@ pub struct ToleranceResultsFile {
     pub tolerances: Vec<String>,
     /// Statistics of figures, by key.
     pub figures: BTreeMap<String, ToleranceFigureEntry>,
-    /// What a package has to meet.
+    /// Constraints of a package.
     pub constraints: Vec<BoundEntry>,
     /// Packages that meet it; none without constraints.
     #[serde(rename = "yield")]
@@ -96,7 +96,7 @@ pub struct QuantileEntry {
     pub level: f64,
     /// The quantile.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error.
     pub standard_error: f64,
 }
 
@@ -105,14 +105,14 @@ pub struct QuantileEntry {
 pub struct ContributionsEntry {
     /// In the order of the file.
     pub by_tolerance: Vec<ContributionEntry>,
-    /// What no straight line explains.
+    /// Share that no straight line explains.
     pub unexplained: Estimate,
 }
 
 /// The share of one tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContributionEntry {
-    /// Its name.
+    /// Name.
     pub tolerance: String,
     /// Share of the variance.
     pub share: Estimate,
@@ -140,7 +140,7 @@ pub struct YieldEntry {
     pub of: usize,
     /// Share of packages.
     pub share: Option<f64>,
-    /// Its interval of 95 %.
+    /// 95 % interval of the share.
     pub interval_95: Option<[f64; 2]>,
     /// Reason why there is no share.
     pub not_resolved: Option<String>,
@@ -208,7 +208,7 @@ pub struct CumulativeShareEntry {
     pub value: f64,
     /// Share of packages.
     pub share: f64,
-    /// Its interval of 95 %.
+    /// 95 % interval of the share.
     pub interval_95: [f64; 2],
 }
 

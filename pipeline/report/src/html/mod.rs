@@ -83,7 +83,7 @@ const SCRIPTS: [&str; 10] = [
 pub struct Page {
     /// The page.
     pub html: String,
-    /// How many of the tables that the results list were found, of how many.
+    /// Number of tables found, and of those that the results list.
     pub tables: (usize, usize),
 }
 
@@ -303,7 +303,7 @@ fn palette() -> String {
     text
 }
 
-/// How much of the tables is in the page.
+/// Sentence on the part of the tables that the page holds.
 fn bsdf_note((found, listed): (usize, usize), json: &Value) -> String {
     let missing = match listed - found {
         0 => String::new(),

@@ -142,7 +142,7 @@ impl Fixture {
         format!("{:#}", self.page().expect_err("refused"))
     }
 
-    /// What is refused after a change of `results.json`, and back.
+    /// The refusal after a change of `results.json`, which is undone.
     fn refusal_after(&mut self, change: impl FnOnce(&mut Value)) -> String {
         let before = self.results.clone();
         change(&mut self.results);

@@ -174,7 +174,7 @@ impl Dot {
     }
 }
 
-/// What is drawn.
+/// Content of the picture.
 #[derive(Default)]
 struct Chart {
     columns: Vec<Quantity>,
@@ -185,7 +185,7 @@ struct Chart {
     /// Names in the legend.
     series: Vec<String>,
     dots: Vec<Dot>,
-    /// Whether the axes hold 0, with a line there.
+    /// True if the axes hold 0, with a line there.
     from_zero: bool,
 }
 

@@ -25,7 +25,7 @@ pub struct CumulativeShare {
     pub value: f64,
     /// Share of packages.
     pub share: f64,
-    /// Its 95 % interval.
+    /// 95 % interval of the share.
     pub interval: [f64; 2],
 }
 
@@ -34,7 +34,7 @@ pub struct CumulativeShare {
 pub struct MarkedValue {
     /// Name in the legend.
     pub label: String,
-    /// Where.
+    /// Place of the line.
     pub value: f64,
 }
 

@@ -91,14 +91,14 @@ impl Pen {
     }
 }
 
-/// Which point of the text is at the given place, horizontally.
+/// Point of the text that is at the given place, horizontally.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
-    /// Its left end.
+    /// Left end.
     Left,
-    /// Its middle.
+    /// Middle.
     Centre,
-    /// Its right end.
+    /// Right end.
     Right,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Cartesian axes: where numbers lie in a rectangle, its grid, ticks and labels, and curves with
+//! Cartesian axes: places of numbers in a rectangle, its grid, ticks and labels, and curves with
 //! their error bands.
 
 use metrics::quantity::{Curve, Quantity, Unit};
@@ -23,13 +23,13 @@ pub const BAND_ERRORS: f64 = 2.0;
 /// One axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanelAxis {
-    /// Where numbers lie.
+    /// Places of numbers.
     pub scale: AxisScale,
     /// Ticks, labelled or not.
     pub ticks: Vec<Tick>,
     /// Name and unit; empty for none.
     pub label: String,
-    /// Whether the ticks' labels are drawn.
+    /// True if the ticks' labels are drawn.
     pub numbered: bool,
 }
 
@@ -124,7 +124,7 @@ fn with_power(quantity: &Quantity, power: i32) -> String {
 /// A rectangle with two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// Where the data lie.
+    /// Area of the data.
     pub area: Rect,
     /// Axis to the right.
     pub x: PanelAxis,
@@ -274,7 +274,7 @@ pub fn draw_curves(
 pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) -> Rect {
     let beside = panel.area.right + 34.0;
     // Beside low panels there is room for numbers and name all the same.
-    let bottom = panel.area.bottom.max(panel.area.top + LEAST_BAR);
+    let bottom = panel.area.bottom.max(panel.area.top + MIN_BAR);
     let area = Rect::new(beside, panel.area.top, beside + 28.0, bottom);
     canvas.image(area, [1, COLOURS], true, |_, row| glow(1.0 - row as f64 / (COLOURS - 1) as f64));
     let pen = Pen::solid(Colour::MUTED, 1.4);
@@ -297,8 +297,8 @@ pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) -> Rect 
     area
 }
 
-/// Height of a colour bar at least, pixels.
-const LEAST_BAR: f64 = 230.0;
+/// Smallest height of a colour bar, pixels.
+const MIN_BAR: f64 = 230.0;
 
 /// Colours of a colour bar.
 const COLOURS: usize = 256;
