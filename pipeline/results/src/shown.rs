@@ -88,7 +88,10 @@ pub fn text(entry: &FigureEntry, unit: Unit) -> String {
 
 /// The figure of an estimate with its unit.
 pub fn estimate(value: Estimate, unit: Unit) -> String {
-    text(&FigureEntry::new(value).in_range(unit), unit)
+    let entry = FigureEntry::new(value).in_range(unit);
+    // An angle of 0 is one, not a sum of light that no path has reached.
+    let upper_bound = entry.upper_bound.filter(|_| unit != Unit::Degree);
+    text(&FigureEntry { upper_bound, ..entry }, unit)
 }
 
 /// Factor from a stored difference of two values to the one shown, and the symbol of its unit:
@@ -216,6 +219,7 @@ mod tests {
         let even = Estimate::between(0.92, 1.02, 0.01);
         assert_eq!(estimate(even, Unit::Fraction), "90 to 100 %");
         assert_eq!(estimate(even, Unit::Lux), "0.9 to 1.04 lx");
+        assert_eq!(estimate(Estimate::new(0.0, 2.0), Unit::Degree), "0.0 ± 2.0 °");
         let axial = FigureEntry { peak_place: PeakPlace::OnAxis, ..bin };
         assert_eq!(of(axial, Unit::Degree), "none (maximum on axis)");
         assert_eq!(of(plain(0.0, 2.5e-7), Unit::Watt), "below 7.5e-7 W");

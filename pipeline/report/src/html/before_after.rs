@@ -70,7 +70,7 @@ impl Album {
             let map = of.maps[i].to_map()?;
             let leds = of.packages[i].as_ref().map_or(Vec::new(), leds);
             let picture = IlluminanceMap {
-                heading: &Heading::new(&of.maps[i].quantity, name),
+                heading: &Heading::new(map.quantity().label(), name),
                 map: &map,
                 leds: &leds,
                 range: Some(range),
