@@ -272,10 +272,10 @@ fn an_analysis_becomes_a_page_alone_or_beside_a_run() {
     let good = json["yield"]["good"].to_string();
     let shown = [
         "What deviations do to bare-dome: mirror",
-        "<th scope=\"row\">extraction efficiency</th>",
+        "<th scope=\"row\">extraction</th>",
         "<th scope=\"col\">95 % quantile</th>",
         &format!("Yield: {good} of 64 packages, "),
-        "with extraction efficiency at least 0.99",
+        "with extraction at least 99 %",
         "<th scope=\"row\">mirror.reflectance</th>",
         "<th scope=\"row\">led.reflectance</th>",
         "<th scope=\"row\">not by straight lines</th>",

@@ -4,7 +4,8 @@
 //     node page.mjs CHROMIUM REPORT.html PICTURES [OTHER.html ...]
 //
 // CHROMIUM is the path of a Chromium; screenshots and the printed page go into the directory
-// PICTURES. Of OTHER pages (a study, a tolerance analysis, a search) the layout alone is tested.
+// PICTURES. Of OTHER pages (a study, a tolerance analysis, a search, a design without a dome) the
+// layout alone is tested.
 // Prints one line for each claim and ends with code 1 if one of them fails. Needs playwright-core of
 // package.json.
 
@@ -137,6 +138,11 @@ async function layout(file) {
       claim(over.length === 0, `${name}, choice ${value}: no text stands over another${over.length ? `: ${over.slice(0, 5).join("; ")}` : ""}`);
       const empty = await page.locator("main section:visible").evaluateAll((sections) => sections.filter((s) => s.innerText.trim().split("\n").length < 2).map((s) => s.id));
       claim(empty.length === 0, `${name}, choice ${value}: no part is empty${empty.length ? `: ${empty}` : ""}`);
+      const bare = await page.locator("main :is(h2, h3):visible").evaluateAll((heads) => heads.filter((head) => {
+        const next = (head.closest("summary") || head).nextElementSibling;
+        return !next || !(next.innerText.trim() || next.querySelector("svg, canvas, img, button"));
+      }).map((head) => head.innerText));
+      claim(bare.length === 0, `${name}, choice ${value}: something stands below every heading${bare.length ? `: ${bare}` : ""}`);
     }
     await context.close();
   }

@@ -17,7 +17,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, ensure};
 use sha2::{Digest, Sha256};
 
-/// What [`write_atomic`] hands to the writer: a buffered file.
+/// Buffered file that [`write_atomic`] hands to the writer.
 pub trait Sink: Write + Seek {}
 
 impl<T: Write + Seek> Sink for T {}
@@ -34,7 +34,7 @@ static CLOSED: AtomicBool = AtomicBool::new(false);
 /// file of that name.
 ///
 /// # Errors
-/// What `fill` returns, a failing directory, file or rename, or [`close`] before the end; then
+/// An error of `fill`, a failing directory, file or rename, or [`close`] before the end; then
 /// nothing new is left and an older file stays.
 pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
     write(path, Flush::Now, fill)
@@ -50,7 +50,7 @@ impl FileSet {
     /// Writes the file that [`FileSet::publish`] puts at `path`.
     ///
     /// # Errors
-    /// Those of [`write_atomic`].
+    /// As of [`write_atomic`].
     pub fn write(
         &mut self,
         path: &Path,
@@ -155,12 +155,12 @@ pub fn file_errors(error: &anyhow::Error) -> impl Iterator<Item = &std::io::Erro
     })
 }
 
-/// Whether `error` is one of the file system, and says nothing of what is computed.
+/// True if `error` is one of the file system, and says nothing of what is computed.
 pub fn is_of_files(error: &anyhow::Error) -> bool {
     file_errors(error).next().is_some()
 }
 
-/// Whether [`close`] was called.
+/// True once [`close`] was called.
 pub fn is_closed() -> bool {
     CLOSED.load(Ordering::SeqCst)
 }
@@ -274,7 +274,7 @@ fn writer(name: &str) -> Option<(u32, u32)> {
     Some((host.parse().ok()?, process.parse().ok()?))
 }
 
-/// Whether the writer of a temporary file may still be there.
+/// True if the writer of a temporary file may still be there.
 fn is_running((at, process): (u32, u32), file: &fs::DirEntry) -> bool {
     if at == host_id() && process == std::process::id() {
         return true;

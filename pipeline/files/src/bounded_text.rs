@@ -1,33 +1,71 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Text of files that are read whole: no file may claim memory out of proportion.
+//! Files that are read whole: none may claim memory out of proportion.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, anyhow, ensure};
 
 /// Largest file of keys, such as a design: its reader takes some eighty times as much memory.
 pub const MAX_KEYS: u64 = 4_000_000;
-/// Largest file of rows of numbers.
+/// Largest file of rows of numbers, or of a far field.
 pub const MAX_ROWS: u64 = 16_000_000;
+/// Largest file of scattering or of diffraction orders.
+pub const MAX_TABLES: u64 = 2_000_000_000;
 
 /// The text of the file at `path`, which has at most `max_bytes`.
 ///
 /// # Errors
 /// A file that cannot be read, is larger, or is no UTF-8.
 pub fn bounded_text(path: &Path, max_bytes: u64) -> Result<String> {
-    let mut text = String::new();
+    String::from_utf8(bounded_bytes(path, max_bytes)?)
+        .map_err(|error| anyhow!("expected text in UTF-8, got {}", error.utf8_error()))
+}
+
+/// The bytes of the file at `path`, at most `max_bytes`.
+///
+/// # Errors
+/// A file that cannot be read or is larger.
+pub fn bounded_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+    let is_small = |length: u64| {
+        let megabytes = |bytes: u64| bytes as f64 * 1e-6;
+        ensure!(
+            length <= max_bytes,
+            "expected at most {} MB, got {:.1}",
+            megabytes(max_bytes),
+            megabytes(length)
+        );
+        Ok(())
+    };
+    let file = File::open(path)?;
+    is_small(file.metadata()?.len())?;
+    let mut bytes = Vec::new();
     // A pipe states no length: one byte more tells.
-    let read = File::open(path)?.take(max_bytes + 1).read_to_string(&mut text);
-    let megabytes = |bytes: u64| bytes as f64 * 1e-6;
-    let length = std::fs::metadata(path)?.len().max(text.len() as u64);
-    ensure!(
-        length <= max_bytes,
-        "expected at most {} MB, got {:.1}",
-        megabytes(max_bytes),
-        megabytes(length)
-    );
-    read?;
-    Ok(text)
+    file.take(max_bytes + 1).read_to_end(&mut bytes)?;
+    is_small(bytes.len() as u64)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_than_the_limit_is_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        std::fs::write(&path, b"1234").expect("written");
+        assert_eq!(bounded_text(&path, 4).expect("small enough"), "1234");
+        let refusal = bounded_bytes(&path, 3).expect_err("too large").to_string();
+        assert!(refusal.starts_with("expected at most"), "{refusal}");
+        // A hole of a terabyte is refused without a look at it.
+        let file = File::options().write(true).open(&path).expect("a file");
+        file.set_len(1 << 40).expect("a hole");
+        let refusal = bounded_bytes(&path, MAX_TABLES).expect_err("too large").to_string();
+        assert_eq!(refusal, "expected at most 2000 MB, got 1099511.6");
+        std::fs::write(&path, b"a\xff").expect("written");
+        let refusal = bounded_text(&path, 4).expect_err("no text").to_string();
+        assert!(refusal.contains("UTF-8"), "{refusal}");
+    }
 }

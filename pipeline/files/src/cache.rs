@@ -45,7 +45,7 @@ impl Key {
     }
 }
 
-/// What the cache holds under a key.
+/// State of the cache under a key.
 #[derive(Debug)]
 pub enum CacheEntry {
     /// The table.
@@ -112,7 +112,7 @@ impl Cache {
         CacheEntry::Table(Box::new(table))
     }
 
-    /// Whether there is a file under `key`, usable or not.
+    /// True if there is a file under `key`, usable or not.
     pub fn holds(&self, key: &Key) -> bool {
         self.path(key).exists()
     }
@@ -124,7 +124,7 @@ impl Cache {
         Ok(())
     }
 
-    /// Whether the table of `key` was computed and stored by this process, and not only found.
+    /// True if the table of `key` was computed and stored by this process, and not only found.
     pub fn has_stored(&self, key: &Key) -> bool {
         self.stored.lock().unwrap_or_else(PoisonError::into_inner).contains(key)
     }

@@ -16,7 +16,7 @@ pub const KEY: &str = "content_sha256";
 /// [`serde_json::to_string_pretty`] prints it.
 ///
 /// # Errors
-/// What cannot be written as JSON.
+/// A value that cannot be written as JSON.
 pub fn sealed(mut value: Value) -> serde_json::Result<Value> {
     value[KEY] = "".into();
     value[KEY] = digest(&serde_json::to_string_pretty(&value)?).into();

@@ -19,7 +19,7 @@ use crate::atomic_file;
 /// Number of the signal of Ctrl-C.
 const SIGINT: u8 = 2;
 
-/// How long a stage may take to stop.
+/// Time that a stage may take to stop.
 pub const GRACE: Duration = Duration::from_secs(2);
 
 /// The error that a stopped stage returns.
@@ -100,7 +100,7 @@ impl Interrupt {
         &self.raised
     }
 
-    /// Whether Ctrl-C was pressed.
+    /// True once Ctrl-C was pressed.
     pub fn is_raised(&self) -> bool {
         self.raised.load(Ordering::SeqCst)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What this program is: the file whose hash tells it from other versions, and the words that start
+//! Identity of this program: the file whose hash tells it from other versions, and the words that start
 //! it. A program that calls this crate from an interpreter states both.
 
 use std::ffi::OsString;
@@ -24,7 +24,7 @@ pub fn state(program: Program) {
     STATED.get_or_init(|| program);
 }
 
-/// This program: what was stated, or else the running executable.
+/// File of this program: the one stated, or else the running executable.
 ///
 /// # Errors
 /// An executable that cannot be found.

@@ -13,7 +13,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::control_characters::printable;
 
-/// What [`warn_once`] has said.
+/// Warnings that [`warn_once`] has given.
 static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 
 /// Prints a warning about a file on standard error, the same one once in a process: studies read

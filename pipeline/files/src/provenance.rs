@@ -21,7 +21,7 @@ impl FileRecord {
     }
 }
 
-/// What a design was read from.
+/// Source of a design.
 #[derive(Debug, Clone, Serialize)]
 pub struct Provenance {
     /// The design file, as given.

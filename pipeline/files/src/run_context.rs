@@ -15,7 +15,7 @@ pub struct RunContext<'a> {
     pub interrupt: &'a Interrupt,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Where finished groups of paths are stored, if they are.
+    /// Store of finished groups of paths, if there is one.
     pub checkpoints: Option<&'a Store>,
 }
 
@@ -26,7 +26,7 @@ impl<'a> RunContext<'a> {
         Self { checkpoints: checkpoints.or(self.checkpoints), ..self }
     }
 
-    /// Whether all pieces of a job are merged, so that nothing may be computed.
+    /// True if all pieces of a job are merged, so that nothing may be computed.
     pub fn is_merging(self) -> bool {
         self.checkpoints.is_some_and(Store::is_merging)
     }

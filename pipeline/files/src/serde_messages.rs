@@ -6,7 +6,7 @@
 pub struct PlainWords {
     /// The key that is missing in the table or object at the path, if one is.
     pub missing: Option<String>,
-    /// What was expected and found.
+    /// Words on what was expected and found.
     pub message: String,
 }
 

@@ -41,11 +41,11 @@ pub const MIN_PATHS: u64 = 1_000_000;
 const FOLDER: &str = "checkpoints";
 /// Folder of jobs.
 const JOBS: &str = "jobs";
-/// How a file begins.
+/// First bytes of a file.
 const MARK: &[u8; 8] = b"bwgroup2";
-/// Where key and number begin: after the mark and the hash.
+/// Offset of key and number: after the mark and the hash.
 const HEAD: usize = MARK.len() + 32;
-/// How long values of an unfinished command are kept.
+/// Time for which values of an unfinished command are kept.
 const KEPT: Duration = Duration::from_hours(7 * 24);
 
 /// A folder of values by key, as one command sees it.
@@ -58,7 +58,7 @@ pub struct Store {
     console: Console,
     /// Folders of keys that this command has asked for.
     used: Mutex<BTreeSet<PathBuf>>,
-    /// What the values are kept for.
+    /// Purpose of the values.
     purpose: Purpose,
     /// True once the console has said that nothing can be kept.
     refused: AtomicBool,
@@ -164,7 +164,7 @@ impl Store {
     /// Takes the first error of a value that could not be kept, or is missing in a merge.
     ///
     /// # Errors
-    /// That one.
+    /// The first error.
     pub fn take_error(&self) -> Result<()> {
         let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.take().map_or(Ok(()), Err)
@@ -256,7 +256,7 @@ impl Entries<'_> {
         self.store.take_error()
     }
 
-    /// Those of `numbers` without a value that can be used.
+    /// The ones of `numbers` without a value that can be used.
     pub fn missing(&self, numbers: Range<u64>) -> Vec<u64> {
         let is_there = |number: u64| matches!(self.look(number), Some((_, Ok(_))));
         numbers.into_par_iter().filter(|&number| !is_there(number)).collect()

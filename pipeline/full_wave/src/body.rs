@@ -8,7 +8,7 @@ use crate::field::Field;
 use crate::kernel::Media;
 use crate::mesh::Mesh;
 use crate::outline::{Outline, Surroundings, winding};
-use crate::panel::{Block, Reflection, add};
+use crate::panel::{Block, Panel, Reflection, add};
 use crate::quadrature::NODES;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
@@ -162,12 +162,12 @@ impl Body {
     }
 
     fn check_sources(&self, sources: &[[f64; 2]]) -> Result<(), FullWaveError> {
-        let longest = self.mesh.panels.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let longest = self.mesh.panels.iter().map(Panel::length).fold(0.0, f64::max);
         let least = 0.5 * longest;
         let points = self.outline.points(0.25 * least);
         for (i, &[x, z]) in sources.iter().enumerate() {
             let scale = self.wavelength / TAU;
-            let inside = winding(&points, [x, z]).round() == 1.0
+            let inside = (winding(&points, [x, z]) - 1.0).abs() < 0.5
                 && (z > 0.0 || self.outline.surroundings == Surroundings::Free);
             let distance =
                 points.iter().map(|p| (p[0] - x).hypot(p[1] - z)).fold(f64::INFINITY, f64::min);
@@ -191,7 +191,7 @@ impl Body {
         let corners = &self.mesh.corners;
         let same = |a: usize, b: usize| {
             let (a, b) = (&corners[a], &corners[b]);
-            a.panel == b.panel
+            (a.panel - b.panel).abs() < 1e-11
                 && (a.turn - b.turn).abs() < 1e-11
                 && (0..2).all(|i| (a.curvature[i] - b.curvature[i]).abs() < 1e-11)
         };

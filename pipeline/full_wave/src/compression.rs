@@ -84,11 +84,11 @@ fn fine_matrix(media: &Media, curves: &[Curve; 2], scale: f64) -> CMat {
 
 /// Visits the entries of a block by row and column of a pair of panels.
 pub(crate) fn for_each(block: &Block, mut visit: impl FnMut(usize, usize, Complex64)) {
-    for column in 0..2 {
-        for j in 0..NODES {
-            for row in 0..2 {
-                for i in 0..NODES {
-                    visit(row * NODES + i, column * NODES + j, block[row][column][i][j]);
+    for (row, columns) in block.iter().enumerate() {
+        for (column, targets) in columns.iter().enumerate() {
+            for (i, sources) in targets.iter().enumerate() {
+                for (j, value) in sources.iter().enumerate() {
+                    visit(row * NODES + i, column * NODES + j, *value);
                 }
             }
         }

@@ -113,7 +113,7 @@ pub(crate) fn add(
             Pair::apart(node.point, node.normal, image.of(point), image.of(normal))
         };
         if may_be_near {
-            let identity = std::array::from_fn(|j| unit(j));
+            let identity = std::array::from_fn(unit);
             let whole = Piece { start: source.start, end: source.end, basis: &identity };
             add_near(media, &pair, &whole, 0, &mut |j, entry: &Entry, weight| {
                 put(block, i, j, entry, factor * weight);
@@ -186,7 +186,7 @@ fn add_near(
 /// K = K_smooth + K_log log|t - s| with t and s of the rule of the source panel.
 fn add_touching(media: &Media, target: &Panel, source: &Panel, factor: f64, block: &mut Block) {
     let rule = rule();
-    let itself = target.start == source.start;
+    let itself = (target.start - source.start).abs() < 0.5 * source.length();
     let (mid, half) = (0.5 * (source.start + source.end), 0.5 * source.length());
     for (i, node) in target.nodes.iter().enumerate() {
         let t = (node.along - mid) / half;

@@ -44,6 +44,29 @@ pub enum Unit {
 }
 
 impl Unit {
+    /// Units that have a name.
+    const NAMED: [Self; 14] = [
+        Self::Degree,
+        Self::Millimetre,
+        Self::Micrometre,
+        Self::Nanometre,
+        Self::Watt,
+        Self::WattPerSteradian,
+        Self::WattPerSquareMillimetre,
+        Self::PerSteradian,
+        Self::Candela,
+        Self::CandelaPerKilolumen,
+        Self::Lux,
+        Self::WattPerSquareMetreSteradian,
+        Self::CandelaPerSquareMetre,
+        Self::Lumen,
+    ];
+
+    /// The unit that a file names by suffix or symbol.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::NAMED.into_iter().find(|unit| unit.suffix() == name || unit.symbol() == name)
+    }
+
     /// Ending of a column or key, without the underscore; empty for pure numbers.
     pub fn suffix(self) -> &'static str {
         match self {
@@ -440,6 +463,10 @@ mod tests {
         assert_eq!(angle.key(), "emission_angle_deg");
         assert_eq!(angle.label(), "Emission angle (°)");
         assert_eq!(Quantity::new("x", Unit::Millimetre).label(), "x (mm)");
+        for name in ["cd/m²", "cd_per_m2"] {
+            assert_eq!(Unit::from_name(name), Some(Unit::CandelaPerSquareMetre));
+        }
+        assert_eq!(Unit::from_name("1"), None);
         assert_eq!(Quantity::new("share", Unit::Fraction).key(), "share");
     }
 

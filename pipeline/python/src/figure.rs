@@ -9,26 +9,10 @@ use metrics::{Estimate, figures};
 use results::figure_entry::FigureEntry;
 use results::shown;
 
-/// Units of figures, which JSON files name by suffix or symbol.
-const UNITS: [Unit; 12] = [
-    Unit::Degree,
-    Unit::Millimetre,
-    Unit::Watt,
-    Unit::WattPerSteradian,
-    Unit::PerSteradian,
-    Unit::WattPerSquareMillimetre,
-    Unit::Candela,
-    Unit::CandelaPerKilolumen,
-    Unit::Lux,
-    Unit::WattPerSquareMetreSteradian,
-    Unit::CandelaPerSquareMetre,
-    Unit::Lumen,
-];
-
 /// Symbol of a unit of a file, which names it by suffix; the unit itself where none is known.
 #[pyfunction]
 pub fn unit_symbol(unit: &str) -> &str {
-    UNITS.iter().find(|known| known.suffix() == unit).map_or(unit, |known| known.symbol())
+    Unit::from_name(unit).map_or(unit, Unit::symbol)
 }
 
 /// The figure `key`, with the unit that JSON files give it, as the terminal shows it.
@@ -54,16 +38,15 @@ pub fn shown_figure(
         peak_place,
         ..FigureEntry::new(Estimate::new(value, standard_error))
     };
-    let named = |known: &&Unit| known.suffix() == unit || known.symbol() == unit;
     match unit {
         "W/W" | "lm/lm" => shown::text(&entry, Unit::Fraction),
         "1" => {
             let registered = figures::find(key).map(|figure| figure.unit);
             shown::text(&entry, registered.unwrap_or(Unit::Relative))
         }
-        _ => match UNITS.iter().find(named) {
-            Some(known) => shown::text(&entry, *known),
-            None => shown::with_symbol(shown::number(&entry, Unit::Relative), &entry, unit),
+        _ => match Unit::from_name(unit) {
+            Some(known) => shown::text(&entry, known),
+            None => format!("{} {unit}", shown::number(&entry, Unit::Relative)),
         },
     }
 }

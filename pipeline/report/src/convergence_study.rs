@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a study of convergence left in its JSON file, and its picture.
+//! The JSON file of a study of convergence, and its picture.
 
 use std::path::Path;
 
@@ -87,7 +87,7 @@ impl ConvergenceStudy {
             .map_err(|e| anyhow!("`{shown}`: {}: {}", e.path(), e.inner()))
     }
 
-    /// What the picture shows.
+    /// Caption of the picture.
     pub fn caption(&self) -> String {
         format!(
             "{}, ring {} (period {:.4} µm, depth {:.3} µm): error and cost against orders and slices. The tolerance asked for is {}.",

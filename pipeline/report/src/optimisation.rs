@@ -71,7 +71,7 @@ pub fn sensitivity_picture(file: &OptimisationFile) -> Result<Option<Picture>> {
         let sensitivity = c.sensitivity?;
         Some(MarkedLine {
             label: c.variable.clone(),
-            marks: vec![(String::new(), sensitivity.value, sensitivity.standard_error)],
+            marks: vec![(String::new(), sensitivity)],
             least: f64::NEG_INFINITY,
         })
     });

@@ -6,10 +6,12 @@
 //! of the fates in the legend. What lies beside the plane is projected onto it and dashed: there
 //! paths turn at surfaces that the section does not show.
 
-use metrics::digits::{format_value_with_error, shortest};
+use metrics::Estimate;
+use metrics::digits::shortest;
 use metrics::quantity::{Quantity, Unit};
 use results::package::{PackageDrawing, SolidDrawing};
 use results::ray_paths::{PathEnd, TracedPath, Vertex};
+use results::shown;
 
 use super::plots::Heading;
 use super::plots::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
@@ -154,13 +156,9 @@ fn legend(paths: &[TracedPath], has_shares: bool) -> Vec<Entry> {
         let count = paths.iter().filter(|path| path.fate == end).count();
         let share = count as f64 / whole;
         let error = (share * (1.0 - share) / whole).sqrt();
-        let words = if count == paths.len() {
-            "100".to_owned()
-        } else {
-            format_value_with_error(100.0 * share, 100.0 * error)
-        };
+        let words = shown::estimate(Estimate::new(share, error), Unit::Fraction);
         let sample = Sample::Line(Pen::solid(fate(end), 4.0));
-        let shares = if has_shares { format!(", {words} %") } else { String::new() };
+        let shares = if has_shares { format!(", {words}") } else { String::new() };
         (count > 0).then(|| Entry::new(sample, format!("{}{shares}", end.words())))
     };
     let mut all: Vec<Entry> = PathEnd::ALL.into_iter().filter_map(entry).collect();
@@ -284,7 +282,7 @@ impl Section<'_> {
         self.name("mirror".to_owned(), [mirror, 0.0], MIRROR);
     }
 
-    /// What becomes of most is drawn first, so that the rest is not covered.
+    /// Draws paths of the commonest fate first, so that the rest is not covered.
     fn paths(&self, canvas: &mut Canvas, paths: &[TracedPath]) {
         for end in PathEnd::ALL {
             let pen = Pen::solid(fate(end).with_opacity(0.75), 1.0);
@@ -315,7 +313,7 @@ impl Section<'_> {
         }
     }
 
-    /// Where a ray from inside leaves the axes; its start if it lies outside.
+    /// Point at which a ray from inside leaves the axes; its start if it lies outside.
     fn exit(&self, from: [f64; 2], along: [f64; 2]) -> [f64; 2] {
         let ends = [self.panel.x.scale.ends(), self.panel.y.scale.ends()];
         let until = |k: usize| match along[k] {
@@ -407,7 +405,7 @@ fn with_index(name: &str, index: Option<f64>) -> String {
     index.map_or_else(|| name.to_owned(), |n| format!("{name}, n = {}", shortest(n)))
 }
 
-/// How far a solid reaches across, mm.
+/// Extent of a solid across, mm.
 fn extent(solid: &SolidDrawing) -> f64 {
     let [low, high] = solid.bounds_mm;
     let squares = (0..3).map(|k| (high[k] - low[k]).powi(2));

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What `batwing run` prints of each model: where the light went, then uniformity in the usual
+//! Text that `batwing run` prints of each model: ends of the light, then uniformity in the usual
 //! forms, the far field and the receivers.
 
 use std::fmt::Write as _;
 
-use design::spectrum::Weighting;
 use metrics::Estimate;
-use metrics::digits::{shortest, thousands};
+use metrics::digits::thousands;
 use metrics::extraction::{Ledger, is_end};
 use metrics::figures::{BEAM_ANGLE, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
 use results::figure_entry::FigureEntry;
-use results::schema::Emitted;
 use results::{DesignResult, Figure, ModelResult, shown};
 
 /// Accounts of the ledger below this fraction of the emitted power are left out.
@@ -51,7 +49,7 @@ fn line(text: &mut String, name: &str, value: &str) {
 
 /// A share of the ledger, per cent.
 fn percent(share: Estimate) -> String {
-    shown::text(&FigureEntry::new(share), Unit::Fraction)
+    shown::estimate(share, Unit::Fraction)
 }
 
 fn light(text: &mut String, ledger: &Ledger) {
@@ -173,21 +171,12 @@ fn absolute(text: &mut String, model: &ModelResult) {
         let cells = in_columns(UNITS_COLUMN, cells.into_iter().take(shown));
         line(text, name, cells.trim_end());
     };
-    let spectrum = model.spectrum.as_ref();
-    let photometric = spectrum.is_some_and(|s| s.light.weighting == Weighting::Photometric);
-    let flux = |emitted: &Emitted| match emitted.emitted_lm.filter(|_| photometric) {
-        Some(lumens) => format!("{} lm", shortest(lumens)),
-        None => format!("{} W", shortest(emitted.emitted_w)),
-    };
     let both = [&absolute.emitted, &absolute.emitted_per_package];
-    in_line(text, "emitted", both.map(flux));
+    in_line(text, "emitted", both.map(|flux| shown::emitted(flux, model.spectrum.as_ref())));
     for (key, figure) in &absolute.figures {
-        let shown = |e: FigureEntry| {
-            let number = shown::number(&e, Unit::Relative);
-            shown::with_symbol(number, &e, &figure.unit)
-        };
-        let of_package = figure.per_package.map(shown).unwrap_or_default();
-        in_line(text, &key.replace('_', " "), [shown(figure.array), of_package]);
+        let shown = |e: &FigureEntry| shown::text(e, figure.unit());
+        let of_package = figure.per_package.as_ref().map(shown).unwrap_or_default();
+        in_line(text, &key.replace('_', " "), [shown(&figure.array), of_package]);
     }
 }
 

@@ -7,6 +7,7 @@ use metrics::Estimate;
 use metrics::estimate::DISTINCT;
 use metrics::plural::count;
 use metrics::quantity::Unit;
+use results::shown::named;
 use results::study::StudyFile;
 
 use super::plots::{Heading, MarkedLine, Picture, marked_lines};
@@ -22,7 +23,7 @@ pub fn misfit_picture(study: &StudyFile) -> Result<Option<Picture>> {
     let shown = study.ranking.iter().take(SHOWN);
     let bar = |ranked: &results::study::RankedEntry| MarkedLine {
         label: ranked.setup.clone(),
-        marks: vec![(String::new(), ranked.misfit.value, ranked.misfit.standard_error)],
+        marks: vec![(String::new(), ranked.misfit)],
         least: 0.0,
     };
     let bars: Vec<MarkedLine> = shown.map(bar).collect();
@@ -58,18 +59,6 @@ pub fn figures(study: &StudyFile) -> Vec<&str> {
     names
 }
 
-/// Name and unit of a figure for people.
-pub fn named(figure: &str) -> (String, Unit) {
-    // Names of shares end in `_deg` too: their ranges are in degrees, they are fractions.
-    let angle = figure.strip_suffix("_deg").filter(|_| !figure.starts_with("share"));
-    let unit = match (metrics::figures::find(figure), angle) {
-        (Some(known), _) => known.unit,
-        (None, Some(_)) => Unit::Degree,
-        (None, None) => Unit::Fraction,
-    };
-    (angle.unwrap_or(figure).replace('_', " "), unit)
-}
-
 /// Changes of `figure`, a line for each set-up; none where no set-up changes it.
 ///
 /// # Errors
@@ -89,7 +78,7 @@ pub fn change_picture(study: &StudyFile, figure: &str) -> Result<Option<Picture>
                 let drawn = change.ends().map_or(change.estimate(), |[low, high]| {
                     Estimate::new(f64::midpoint(low, high), 0.25 * (high - low))
                 });
-                Some((place, drawn.value, drawn.standard_error))
+                Some((place, drawn))
             })
             .collect(),
     });

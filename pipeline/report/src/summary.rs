@@ -71,7 +71,7 @@ fn in_tables(figure: &Definition) -> bool {
     figure.heading.is_some() || [PARABOLA, COLOUR_DIFFERENCE].contains(figure)
 }
 
-/// What stands in place of a missing number.
+/// Sign of a missing number.
 const MISSING: &str = "-";
 
 /// The table as plain text: aligned columns, a design's name only where it changes.

@@ -3,8 +3,10 @@
 
 use anyhow::Result;
 
+use metrics::Bounds;
 use metrics::plural::count;
-use results::tolerance::ToleranceResultsFile;
+use results::shown::{self, named};
+use results::tolerance::{BoundEntry, ToleranceResultsFile};
 
 use super::plots::{CumulativeShare, Heading, MarkedValue, Picture, sample_distribution};
 
@@ -46,11 +48,15 @@ pub fn distribution_picture(file: &ToleranceResultsFile) -> Result<Option<Pictur
 fn bounds(file: &ToleranceResultsFile, key: &str) -> Vec<MarkedValue> {
     let constraints = file.constraints.iter();
     let of_figure = constraints.filter(|constraint| constraint.figure == key);
-    let bounds = of_figure.flat_map(|constraint| {
-        let bounds = [("at least", constraint.at_least), ("at most", constraint.at_most)];
-        bounds.into_iter().filter_map(|(words, bound)| {
-            let value = bound?;
-            Some(MarkedValue { label: format!("constraint: {words} {value}"), value })
+    let (_, unit) = named(key);
+    let bounds = of_figure.flat_map(|&BoundEntry { at_least, at_most, .. }| {
+        let both = [Bounds { at_least, at_most: None }, Bounds { at_least: None, at_most }];
+        both.into_iter().filter_map(|bounds| {
+            let value = bounds.at_least.or(bounds.at_most)?;
+            Some(MarkedValue {
+                label: format!("constraint: {}", shown::bounds(bounds, unit)),
+                value,
+            })
         })
     });
     bounds.collect()

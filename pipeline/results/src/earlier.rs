@@ -45,7 +45,7 @@ impl Earlier {
             std::str::from_utf8(&text).ok().and_then(content_hash::hashes).unwrap_or_default();
         ensure!(!got.is_empty() && expected == got, "it was altered after the run that wrote it");
         let json: Value = serde_json::from_slice(&text).context("it is no usable JSON")?;
-        let mut file = ResultsFile::of(&json).map_err(Error::msg)?;
+        let mut file = ResultsFile::from_json(&json).map_err(Error::msg)?;
         ensure!(!file.quick, "it is of a quick run");
         let program = super::schema::Program::this();
         ensure!(file.program == program, "it is of version {}", file.program.version);

@@ -99,7 +99,7 @@ fn unaltered(directory: &Path, file: &str) -> Result<()> {
     Ok(())
 }
 
-/// What the sources emit, in the unit of the intensities of a results directory: lumens where they
+/// Flux that the sources emit, in the unit of the intensities of a results directory: lumens where they
 /// are in cd, watts where they are in W/sr, as `results.json` of the run says. Without it 1 W.
 fn emitted(directory: &Path) -> Result<f64> {
     let heading = File::open(directory.join("far_field.csv"))

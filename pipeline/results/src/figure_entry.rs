@@ -7,6 +7,7 @@ use metrics::Estimate;
 use metrics::estimate::{self, DISTINCT};
 use metrics::far_field::PeakPlace;
 use metrics::hits::upper_bound;
+use metrics::quantity::Unit;
 
 /// A figure of merit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -94,10 +95,11 @@ impl FigureEntry {
         }
     }
 
-    /// The same with an interval that ends at `most`.
+    /// The same with an interval that ends where figures of this unit do: a fraction is at most 1.
     #[must_use]
-    pub fn at_most(self, most: f64) -> Self {
-        Self { interval: self.interval.map(|[low, high]| [low, high.min(most)]), ..self }
+    pub fn in_range(self, unit: Unit) -> Self {
+        let end = if unit == Unit::Fraction { 1.0 } else { f64::INFINITY };
+        Self { interval: self.interval.map(|[low, high]| [low, high.min(end)]), ..self }
     }
 
     /// A figure that has this estimate and nothing else.

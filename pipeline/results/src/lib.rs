@@ -14,7 +14,7 @@
 //! assert!(Published::load().is_ok());
 //! // A file of another layout is refused with the version expected.
 //! let other = serde_json::json!({"schema_version": 1});
-//! assert!(results::schema::ResultsFile::of(&other).unwrap_err().contains("schema_version"));
+//! assert!(results::schema::ResultsFile::from_json(&other).unwrap_err().contains("schema_version"));
 //! ```
 //!
 //! | module | holds |
@@ -28,6 +28,7 @@
 //! | [`target`], [`constraint`] | what is asked of a figure, verdict on its value |
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
 //! | [`paired_figure`] | a figure with its replicates, for changes between paired traces |
+//! | `stored_figure` | figures of a model by their keys |
 //! | `sealed_file` | version and hash of a file |
 
 pub mod constraint;
@@ -42,6 +43,7 @@ pub mod ray_paths;
 pub mod schema;
 mod sealed_file;
 pub mod shown;
+mod stored_figure;
 pub mod study;
 pub mod target;
 pub mod tolerance;
@@ -61,7 +63,6 @@ use design::spectrum::Weighting;
 use files::atomic_file;
 use files::content_hash::sealed;
 use files::provenance::FileRecord;
-use metrics::digits::format_value_with_error;
 use metrics::extraction::Ledger;
 use metrics::plural::count;
 use metrics::quantity::Unit;
@@ -89,7 +90,7 @@ pub struct Figure {
     pub entry: FigureEntry,
 }
 
-/// What one model says of one design.
+/// Results of one model of one design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelResult {
     /// Key in `results.json`: `hybrid_10um`.
@@ -100,21 +101,21 @@ pub struct ModelResult {
     pub paths: u64,
     /// The figures, in the order of the paper's tables.
     pub figures: Vec<Figure>,
-    /// Where the power went, as shares of the emitted power.
+    /// Ledger of the power, as shares of the emitted power.
     pub ledger: Ledger,
     /// Rare events the tracer counted, by name.
     pub counters: Vec<(String, f64)>,
     /// Tables used: what each says of itself.
     pub tables: Vec<TableEntry>,
-    /// For light of a spectrum: what it is, how it was sampled, the figures of every wavelength.
+    /// Light of a spectrum with its sampling and the figures of every wavelength.
     pub spectrum: Option<SpectrumEntry>,
-    /// Where the design states what its LEDs emit: figures in absolute units.
+    /// Figures in absolute units of a design that states what its LEDs emit.
     pub absolute: Option<AbsoluteEntry>,
-    /// Where paths were traced until a figure was known: the outcome.
+    /// Outcome of a stopping rule.
     pub until_error: Option<UntilError>,
-    /// What `[[receivers]]` saw, by name.
+    /// `[[receivers]]` by name.
     pub receivers: Option<BTreeMap<String, ReceiverEntry>>,
-    /// Where rays carried their polarisation: that they did, and which surfaces left them without.
+    /// Statement on rays that carried their polarisation, and on surfaces that left them without.
     pub polarization: Option<PolarizationEntry>,
     /// Files written, under the directory of results.
     pub files: Vec<PathBuf>,
@@ -127,14 +128,14 @@ pub struct DesignResult {
     pub name: String,
     /// SHA-256 of the design file: published figures belong to a content, not to a name.
     pub design_sha256: String,
-    /// Its models.
+    /// Models.
     pub models: Vec<ModelResult>,
 }
 
 /// Everything one run found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
-    /// Whether tables and paths were reduced by `--quick`.
+    /// True if tables and paths were reduced by `--quick`.
     pub quick: bool,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -175,15 +176,15 @@ pub fn written<'a>(
 }
 
 impl Results {
-    /// As JSON, with `published` beside every figure that the paper gives.
+    /// JSON of all, with `published` beside every figure that the paper gives.
     ///
     /// # Errors
-    /// What cannot be written as JSON.
+    /// A value that cannot be written as JSON.
     pub fn to_json(&self, published: &Published) -> Result<Value> {
         Ok(sealed(serde_json::to_value(self.to_file(published))?)?)
     }
 
-    /// As it is written.
+    /// The file as it is written.
     fn to_file(&self, published: &Published) -> ResultsFile {
         let group = |designs: &[DesignResult]| {
             let entries = designs.iter().map(|d| (d.name.clone(), d.entries(published)));
@@ -217,7 +218,7 @@ impl Results {
 }
 
 impl Results {
-    /// What sampling a spectrum adds to the errors in the final table, one line a model; empty
+    /// Errors that sampling a spectrum adds to those in the final table, one line a model; empty
     /// without spectra.
     pub fn wavelength_errors(&self) -> String {
         let models = self.designs.iter().chain(&self.references).flat_map(|design| {
@@ -228,7 +229,7 @@ impl Results {
     }
 }
 
-/// What `--quick` says of itself, in the file and on the terminal.
+/// Statement on `--quick`, in the file and on the terminal.
 pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders and fewer rays than a full run; errors are larger than the tolerances the designs ask for";
 
 impl DesignResult {
@@ -269,8 +270,8 @@ impl ModelResult {
         units
     }
 
-    /// A line on the light of a spectrum: how it is weighted, how many wavelengths stand for it,
-    /// what the last of them changed. `None` for monochromatic light.
+    /// A line on the light of a spectrum: weighting, number of wavelengths, changes by the last of
+    /// them. `None` for monochromatic light.
     fn wavelength_errors(&self, design: &str) -> Option<String> {
         let spectrum = self.spectrum.as_ref()?;
         let weighting = spectrum.light.weighting.name();
@@ -284,12 +285,7 @@ impl ModelResult {
         let shown = |figure: &Figure| {
             let FigureEntry { wavelength_error, peak_place, .. } = figure.entry;
             let error = wavelength_error.filter(|_| peak_place.is_off_axis())?;
-            let (scale, unit) = match figure.unit {
-                Unit::Fraction => (100.0, "points"),
-                other => (1.0, other.symbol()),
-            };
-            let text = format_value_with_error(error.value * scale, error.standard_error * scale);
-            Some(format!("{} {text} {unit}", figure.label))
+            Some(format!("{} {}", figure.label, shown::difference(error, figure.unit)))
         };
         let errors: Vec<String> = self.figures.iter().filter_map(shown).collect();
         let changed = if errors.is_empty() {
@@ -411,7 +407,7 @@ mod tests {
             json["designs"]["mine"]["geometric_100um"]["units"],
             json!({"uniformity": "1", "peak_angle_deg": "deg", "power_ledger": "lm/lm"})
         );
-        let back = ResultsFile::of(&json).expect("what was written");
+        let back = ResultsFile::from_json(&json).expect("what was written");
         assert_eq!(sealed(serde_json::to_value(&back).expect("JSON")).expect("JSON"), json);
         assert_eq!(json["files"][0]["file"], json!("summary.md"));
         assert_eq!(json.get("quick_note"), None);

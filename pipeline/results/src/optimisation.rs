@@ -29,7 +29,7 @@ pub const SCHEMA_VERSION: u32 = 4;
 pub struct OptimisationFile {
     /// [`SCHEMA_VERSION`] of the program that wrote it.
     pub schema_version: u32,
-    /// That program.
+    /// Program.
     pub program: Program,
     /// Name of the problem and of the design found.
     pub name: String,
@@ -157,7 +157,7 @@ pub struct ConstraintEntry {
     pub margin: f64,
     /// Verified value.
     pub value: Option<FigureEntry>,
-    /// Whether it is met, margin included.
+    /// True if it is met, margin included.
     pub met: bool,
 }
 
@@ -182,13 +182,13 @@ pub struct FrontEntry {
 /// A design of a Pareto front.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrontDesignEntry {
-    /// Its file.
+    /// File.
     pub design: String,
     /// Coefficients of the variables.
     pub coefficients: Vec<f64>,
     /// Both figures, verified.
     pub figures: [Estimate; 2],
-    /// Whether it meets the constraints as verified.
+    /// True if it meets the constraints as verified.
     pub feasible: bool,
     /// Constraints that it misses, each with by how much.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -202,7 +202,7 @@ pub struct CoefficientEntry {
     pub variable: String,
     /// At the start of the last stage.
     pub start: f64,
-    /// Where the search ended.
+    /// Value at the end of the search.
     pub found: f64,
     /// Choices that `start` and `found` are shares of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -216,7 +216,7 @@ pub struct CoefficientEntry {
 pub struct StageEntry {
     /// Model of its traces.
     pub model: String,
-    /// How candidates are selected.
+    /// Method of the search.
     pub method: String,
     /// Most candidates.
     pub most_evaluations: usize,
@@ -226,7 +226,7 @@ pub struct StageEntry {
     pub population: usize,
     /// Candidates traced or refused.
     pub evaluations: usize,
-    /// Whether the budget of time ended it.
+    /// True if the budget of time ended it.
     pub cut_short: bool,
     /// Most frequent reasons of refusals with their numbers.
     pub refusals: Vec<(String, usize)>,
@@ -250,9 +250,9 @@ pub struct GenerationEntry {
     pub paths: u64,
     /// Least value, none where nothing was traced.
     pub best: Option<f64>,
-    /// Its standard error.
+    /// Standard error.
     pub standard_error: Option<f64>,
-    /// Whether it meets the constraints.
+    /// True if it meets the constraints.
     pub feasible: bool,
     /// Standard error of the values, as a share of their scatter.
     pub noise: Option<f64>,
@@ -278,9 +278,9 @@ pub struct FinalCandidateEntry {
     pub in_search: Option<f64>,
     /// Objective by the paths of the selection.
     pub value: Option<f64>,
-    /// Its standard error.
+    /// Standard error.
     pub standard_error: Option<f64>,
-    /// Whether it meets the constraints.
+    /// True if it meets the constraints.
     pub feasible: bool,
     /// Constraints that it misses, each with by how much.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

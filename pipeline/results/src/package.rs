@@ -13,7 +13,7 @@ pub const FILE: &str = "package.json";
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PackageFile {
-    /// What was simulated: names and words for people.
+    /// The package in names and words for people.
     pub simulated: Vec<(String, String)>,
     /// The package and its surroundings.
     pub drawing: PackageDrawing,
@@ -85,28 +85,28 @@ impl PackageDrawing {
 /// A ring of the dome.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RingOutline {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its part of the generating curve, (r, z) in mm.
+    /// Part of the generating curve, (r, z) in mm.
     pub points_mm: Vec<[f64; 2]>,
 }
 
 /// A solid or sheet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SolidDrawing {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Refractive index of what light enters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<f64>,
-    /// Whether light enters it or passes through it.
+    /// True if light enters it or passes through it.
     pub entered: bool,
     /// True if every package carries it.
     #[serde(default)]
     pub each: bool,
     /// Low and high corner of the box about it, mm.
     pub bounds_mm: [[f64; 3]; 2],
-    /// Where the plane y = 0 cuts it: lines of (x, z) in mm, and whether each closes.
+    /// Lines (x, z) along which the plane y = 0 cuts it, mm; true for those that close.
     pub lines_mm: Vec<(Vec<[f64; 2]>, bool)>,
 }
 
@@ -133,7 +133,7 @@ pub struct Paths3d {
 /// A path in three dimensions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Path3d {
-    /// What became of it.
+    /// Fate.
     pub fate: PathEnd,
     /// Ring through which it left the dome last.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -141,7 +141,7 @@ pub struct Path3d {
     /// Surface met last.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<usize>,
-    /// Where it begins, bends and ends, or meets another package, mm.
+    /// Points at which it begins, bends and ends, or meets another package, mm.
     pub points_mm: Vec<[f64; 3]>,
     /// Direction of the last flight of a path that escaped or was given up.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -30,7 +30,7 @@ fn embedded_hash(file: &str) -> Option<String> {
 /// All published figures.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Published {
-    /// Where they were published.
+    /// Publication.
     pub source: String,
     /// Design → model → figure → value (fractions and degrees).
     #[serde(flatten)]

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What became of a path.
+/// Fate of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PathEnd {
@@ -61,7 +61,7 @@ impl PathEnd {
 /// A place where a path bends or ends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Vertex {
-    /// Where, mm.
+    /// Place, mm.
     pub point_mm: [f64; 3],
     /// The surface met there, or `source`, or the medium that absorbed it.
     pub at: String,
@@ -72,10 +72,10 @@ pub struct Vertex {
 pub struct TracedPath {
     /// Power that it carries from its source to its end, W.
     pub power_w: f64,
-    /// Its wavelength, nm, where sources shine in lights of their own.
+    /// Wavelength, nm, where sources shine in lights of their own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_nm: Option<f64>,
-    /// What became of it.
+    /// Fate.
     pub fate: PathEnd,
     /// From the source on.
     pub vertices: Vec<Vertex>,

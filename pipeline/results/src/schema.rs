@@ -31,11 +31,11 @@ pub type ModelEntries = BTreeMap<String, ModelEntry>;
 pub struct ResultsFile {
     /// [`SCHEMA_VERSION`] of the program that wrote it.
     pub schema_version: u32,
-    /// That program.
+    /// Program.
     pub program: Program,
-    /// Whether `--quick` reduced tables and paths.
+    /// True if `--quick` reduced tables and paths.
     pub quick: bool,
-    /// What `--quick` means.
+    /// Meaning of `--quick`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quick_note: Option<String>,
     /// Seed of all random numbers.
@@ -44,7 +44,7 @@ pub struct ResultsFile {
     pub inputs: Vec<FileRecord>,
     /// Files that came out, sorted by name.
     pub files: Vec<FileRecord>,
-    /// Where the figures under `published` come from.
+    /// Source of the figures under `published`.
     pub published_source: String,
     /// Designs compared with the paper, or the design run, by name.
     pub designs: BTreeMap<String, ModelEntries>,
@@ -89,7 +89,7 @@ impl ResultsFile {
     ///
     /// # Errors
     /// Another schema version; key and value that do not fit the schema.
-    pub fn of(json: &Value) -> Result<Self, String> {
+    pub fn from_json(json: &Value) -> Result<Self, String> {
         Self::check_version(json)?;
         serde_path_to_error::deserialize(json).map_err(|e| {
             let path = e.path().to_string();
@@ -122,7 +122,7 @@ pub struct ModelEntry {
     /// Figures of merit by key.
     #[serde(flatten)]
     pub figures: BTreeMap<String, FigureEntry>,
-    /// Where the power went.
+    /// Ledger of the power.
     pub power_ledger: Ledger,
     /// Mean counts of a path.
     pub counters: BTreeMap<String, f64>,
@@ -139,7 +139,7 @@ pub struct ModelEntry {
     /// Flux, intensity and illuminance of a design that states what its LEDs emit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absolute: Option<AbsoluteEntry>,
-    /// How rays carried their polarisation.
+    /// Statement on rays that carried their polarisation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarization: Option<PolarizationEntry>,
     /// `[[receivers]]` by name.
@@ -213,7 +213,7 @@ pub struct TableEntry {
     pub sha256: String,
 }
 
-/// How the light of a spectrum was sampled.
+/// Sampling of the light of a spectrum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpectrumEntry {
     /// The light itself.
@@ -222,7 +222,7 @@ pub struct SpectrumEntry {
     pub units: FileUnits,
     /// Flux that all sources emit.
     pub emitted: Emitted,
-    /// Why no more wavelengths were added.
+    /// Reason why no more wavelengths were added.
     pub stopped_by: StoppedBy,
     /// The wavelengths.
     pub wavelengths: Vec<WavelengthEntry>,
@@ -248,7 +248,7 @@ impl SpectrumEntry {
 /// A spectrum, or the lights of single sources.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LightEntry {
-    /// What figures are weighted by.
+    /// Weighting of figures.
     pub weighting: Weighting,
     /// Keys of the spectrum, or `sources`.
     #[serde(flatten)]
@@ -274,7 +274,7 @@ pub struct Emitted {
     pub emitted_lm: Option<f64>,
 }
 
-/// Why no more wavelengths were added.
+/// Reason why no more wavelengths were added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StoppedBy {
@@ -303,7 +303,7 @@ pub struct WavelengthEntry {
     pub paths: u64,
     /// Refractive index of the silicone.
     pub silicone_index: f64,
-    /// Its absorption for power, 1/mm.
+    /// Absorption of the silicone for power, 1/mm.
     pub silicone_absorption_per_mm: f64,
     /// Sources that shine, where not all do.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -338,11 +338,11 @@ pub struct SourceEntry {
     pub emitted_w: f64,
     /// Luminous flux, lm.
     pub emitted_lm: f64,
-    /// Where it went, as shares of the source's own flux.
+    /// Ledger of it, as shares of the source's own flux.
     pub power_ledger: Ledger,
 }
 
-/// How rays carried their polarisation.
+/// Statement on rays that carried their polarisation.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PolarizationEntry {
     /// `light.polarization` of the design.
@@ -354,13 +354,13 @@ pub struct PolarizationEntry {
 /// One receiver of `[[receivers]]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReceiverEntry {
-    /// Its kind.
+    /// Kind.
     pub kind: ReceiverKind,
     /// Quantity in its files.
     pub quantity: String,
     /// Unit of that quantity.
     pub unit: String,
-    /// Its files, under the folder of the model.
+    /// Files, under the folder of the model.
     pub files: Vec<PathBuf>,
     /// Unit of the fluxes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -378,7 +378,7 @@ pub struct UntilError {
     pub figure: String,
     /// Standard error wanted.
     pub error: f64,
-    /// Whether it was reached.
+    /// True if it was reached.
     pub reached: bool,
     /// Batches of paths.
     pub batches: u32,
@@ -558,7 +558,7 @@ mod tests {
             }}},
             "references": {}, "figures": {},
         });
-        let read = ResultsFile::of(&good).expect("valid");
+        let read = ResultsFile::from_json(&good).expect("valid");
         assert_eq!(serde_json::to_value(&read).expect("JSON"), good);
         let model = "/designs/D1/rays";
         for (place, value, said) in [
@@ -583,7 +583,7 @@ mod tests {
         ] {
             let mut bad = good.clone();
             *bad.pointer_mut(place).expect("a place") = value;
-            let error = ResultsFile::of(&bad).expect_err(place);
+            let error = ResultsFile::from_json(&bad).expect_err(place);
             assert!(error.starts_with(said), "{error}");
         }
     }

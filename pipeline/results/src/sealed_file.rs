@@ -8,11 +8,11 @@ use serde::de::DeserializeOwned;
 
 use files::content_hash;
 
-/// What wrote a file, for messages.
+/// Writer of a file, for messages.
 pub(super) struct Writer {
-    /// Its work, such as `search`.
+    /// Work, such as `search`.
     pub work: &'static str,
-    /// What to do with a file of another version, such as `search again`.
+    /// Remedy of a file of another version, such as `search again`.
     pub again: &'static str,
 }
 

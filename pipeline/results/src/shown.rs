@@ -4,16 +4,39 @@
 //! Terminal, tables and page take every figure from here, so that one figure has one state
 //! everywhere: `75.31 ± 0.12`, `none (maximum on axis)`, `17.5 to 22.5`, `below 7.5e-7`.
 
-use metrics::Estimate;
+use design::spectrum::Weighting;
 use metrics::digits::{Digits, format_value_with_error, shortest};
-use metrics::figures::OF_RECEIVER;
+use metrics::figures::{self, OF_RECEIVER, Source};
 use metrics::quantity::Unit;
+use metrics::{Bounds, Estimate};
 
 use crate::figure_entry::FigureEntry;
-use crate::schema::ReceiverEntry;
+use crate::schema::{Emitted, ReceiverEntry, SpectrumEntry};
 
 /// Errors below this part of a value, or of the whole for a fraction, are rounding.
 const ROUNDING: f64 = 1e-11;
+
+/// Name of the figure under `key`, and the unit of its value in files that do not state it: none
+/// where the light of the design decides.
+pub fn named(key: &str) -> (String, Unit) {
+    let Some(figure) = figures::find(key) else {
+        // Probes of studies are shares.
+        let unit = if key.starts_with("share_") { Unit::Fraction } else { Unit::Relative };
+        return (key.replace('_', " "), unit);
+    };
+    let is_of_light = figure.is_absolute || figure.source == Source::Receiver;
+    let unit = match figure.unit {
+        Unit::Fraction => Unit::Fraction,
+        _ if is_of_light => Unit::Relative,
+        unit => unit,
+    };
+    let name = match (figure.source, key.split_once('.')) {
+        (Source::Receiver, Some((_, name))) => figure.of_receiver(name).label.into_owned(),
+        (Source::Ledger, _) if !figure.is_absolute => key.replace('_', " "),
+        _ => figure.heading.unwrap_or(figure.label).to_owned(),
+    };
+    (name, unit)
+}
 
 /// Factor from a stored value to the one shown, and the symbol of its unit.
 pub fn shown_unit(unit: Unit) -> (f64, &'static str) {
@@ -62,18 +85,55 @@ pub fn with_error(estimate: Estimate) -> String {
     format_value_with_error(value, standard_error)
 }
 
-/// The figure with its unit.
+/// The figure with its unit, unless words stand for it that have none.
 pub fn text(entry: &FigureEntry, unit: Unit) -> String {
-    with_symbol(number(entry, unit), entry, shown_unit(unit).1)
-}
-
-/// `number` of `entry` with the symbol of its unit, unless words stand for it that have none.
-pub fn with_symbol(number: String, entry: &FigureEntry, symbol: &str) -> String {
-    match symbol {
+    let number = number(entry, unit);
+    match shown_unit(unit).1 {
         "" => number,
         _ if entry.peak_place.words().is_some() => number,
         symbol => format!("{number} {symbol}"),
     }
+}
+
+/// The figure of an estimate with its unit.
+pub fn estimate(value: Estimate, unit: Unit) -> String {
+    let entry = FigureEntry::new(value).in_range(unit);
+    // An angle of 0 is one, not a sum of light that no path has reached.
+    let upper_bound = entry.upper_bound.filter(|_| unit != Unit::Degree);
+    text(&FigureEntry { upper_bound, ..entry }, unit)
+}
+
+/// Factor from a stored difference of two values to the one shown, and the symbol of its unit:
+/// percentages differ by points.
+pub fn unit_of_differences(unit: Unit) -> (f64, &'static str) {
+    match unit {
+        Unit::Fraction => (100.0, "points"),
+        other => (1.0, other.symbol()),
+    }
+}
+
+/// A difference of two values of a figure with its unit.
+pub fn difference(value: Estimate, unit: Unit) -> String {
+    let (factor, symbol) = unit_of_differences(unit);
+    format!("{} {symbol}", with_error(value.times(factor))).trim_end().to_owned()
+}
+
+/// A difference that may be known between two ends alone.
+pub fn difference_between(entry: &FigureEntry, unit: Unit) -> String {
+    let (factor, symbol) = unit_of_differences(unit);
+    let number = number(&entry.times(factor), Unit::Relative);
+    let has_words = symbol.is_empty() || entry.peak_place.words().is_some();
+    if has_words { number } else { format!("{number} {symbol}") }
+}
+
+/// Bounds of a figure with their unit.
+pub fn bounds(bounds: Bounds, unit: Unit) -> String {
+    let (factor, symbol) = shown_unit(unit);
+    // A stated number without the rounding of the factor.
+    let plain = |bound: f64| format!("{:.12e}", bound * factor).parse().unwrap_or(bound * factor);
+    let Bounds { at_least, at_most } = bounds;
+    let shown = Bounds { at_least: at_least.map(plain), at_most: at_most.map(plain) };
+    format!("{} {symbol}", shown.words()).trim_end().to_owned()
 }
 
 /// Digits of a figure that stands as value and error.
@@ -88,20 +148,24 @@ fn shown_error(entry: &FigureEntry) -> f64 {
     entry.with_wavelengths().standard_error
 }
 
+/// Flux that sources emit, in lm of photometric light and else in W.
+pub fn emitted(flux: &Emitted, spectrum: Option<&SpectrumEntry>) -> String {
+    let is_photometric =
+        spectrum.is_some_and(|spectrum| spectrum.light.weighting == Weighting::Photometric);
+    match flux.emitted_lm.filter(|_| is_photometric) {
+        Some(lumens) => format!("{} lm", shortest(lumens)),
+        None => format!("{} W", shortest(flux.emitted_w)),
+    }
+}
+
 /// Labels and values of the figures of a receiver: flux, mean and extremes; of a dark one the bounds
 /// of flux and mean.
 pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static str, String)> {
     let is_dark = receiver.figures.get("mean").is_some_and(|mean| mean.upper_bound.is_some());
     let shown = OF_RECEIVER.into_iter().take(if is_dark { 2 } else { OF_RECEIVER.len() });
     shown.filter_map(|figure| {
-        let entry = receiver.figures.get(figure.key)?;
-        let absolute = |unit: &str| with_symbol(number(entry, Unit::Relative), entry, unit);
-        let value = match (figure.key, figure.unit) {
-            ("flux", _) => absolute(receiver.flux_unit.as_deref()?),
-            (_, Unit::Fraction) => text(entry, Unit::Fraction),
-            _ => absolute(&receiver.unit),
-        };
-        Some((figure.label, value))
+        let (entry, unit) = receiver.figure(figure.key)?;
+        Some((figure.label, text(entry, unit)))
     })
 }
 
@@ -127,6 +191,36 @@ mod tests {
     use metrics::far_field::PeakPlace;
 
     #[test]
+    fn figures_have_their_names_and_units() {
+        for (key, name, unit) in [
+            ("illuminance_valley_to_peak", "illuminance valley / peak", Unit::Fraction),
+            ("absorbed_by_floor", "absorbed by floor", Unit::Fraction),
+            ("flux.plate", "plate, flux", Unit::Fraction),
+            ("share_0_to_30_deg", "share 0 to 30 deg", Unit::Fraction),
+            ("peak_angle_deg", "peak angle", Unit::Degree),
+            // Lumens or watts, by the light.
+            ("flux_up", "flux, up", Unit::Relative),
+            ("mean.plate", "plate, mean", Unit::Relative),
+        ] {
+            assert_eq!(named(key), (name.to_owned(), unit), "{key}");
+        }
+    }
+
+    #[test]
+    fn differences_of_percentages_are_points() {
+        let change = Estimate::new(-0.0125, 0.0012);
+        assert_eq!(difference(change, Unit::Fraction), "-1.25 ± 0.12 points");
+        assert_eq!(difference(change, Unit::Relative), "-0.0125 ± 0.0012");
+    }
+
+    #[test]
+    fn bounds_stand_in_the_unit_shown() {
+        let at_least = Bounds { at_least: Some(0.07), at_most: None };
+        assert_eq!(bounds(at_least, Unit::Fraction), "at least 7 %");
+        assert_eq!(bounds(at_least, Unit::Relative), "at least 0.07");
+    }
+
+    #[test]
     fn every_state_has_its_words() {
         let plain = |value: f64, error: f64| FigureEntry::new(Estimate::new(value, error));
         let of = |entry: FigureEntry, unit: Unit| text(&entry, unit);
@@ -136,7 +230,12 @@ mod tests {
         let bin = FigureEntry { interval: Some([17.5, 22.5]), ..plain(20.0, 0.0) };
         assert_eq!(of(bin, Unit::Degree), "17.5 to 22.5 °");
         let noisy = Estimate::between(0.0, 0.873, 0.05);
-        assert_eq!(of(FigureEntry::new(noisy).at_most(1.0), Unit::Fraction), "0 to 98 %");
+        assert_eq!(of(FigureEntry::new(noisy), Unit::Fraction), "0 to 98 %");
+        // No share is above 1, whatever its error.
+        let even = Estimate::between(0.92, 1.02, 0.01);
+        assert_eq!(estimate(even, Unit::Fraction), "90 to 100 %");
+        assert_eq!(estimate(even, Unit::Lux), "0.9 to 1.04 lx");
+        assert_eq!(estimate(Estimate::new(0.0, 2.0), Unit::Degree), "0.0 ± 2.0 °");
         let axial = FigureEntry { peak_place: PeakPlace::OnAxis, ..bin };
         assert_eq!(of(axial, Unit::Degree), "none (maximum on axis)");
         assert_eq!(of(plain(0.0, 2.5e-7), Unit::Watt), "below 7.5e-7 W");

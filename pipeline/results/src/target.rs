@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What is asked of a figure, and the verdict on its value.
+//! Targets of figures, and verdicts on their values.
 
 use serde::{Deserialize, Serialize};
 

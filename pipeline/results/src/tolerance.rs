@@ -32,7 +32,7 @@ const SEEN: f64 = 2.0;
 pub struct ToleranceResultsFile {
     /// [`SCHEMA_VERSION`] of the program that wrote it.
     pub schema_version: u32,
-    /// That program.
+    /// Program.
     pub program: Program,
     /// Name of the analysis.
     pub name: String,
@@ -56,7 +56,7 @@ pub struct ToleranceResultsFile {
     pub tolerances: Vec<String>,
     /// Statistics of figures, by key.
     pub figures: BTreeMap<String, ToleranceFigureEntry>,
-    /// What a package has to meet.
+    /// Constraints of a package.
     pub constraints: Vec<BoundEntry>,
     /// Packages that meet it; none without constraints.
     #[serde(rename = "yield")]
@@ -97,7 +97,7 @@ pub struct QuantileEntry {
     pub level: f64,
     /// The quantile.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error.
     pub standard_error: f64,
 }
 
@@ -106,14 +106,14 @@ pub struct QuantileEntry {
 pub struct ContributionsEntry {
     /// In the order of the file.
     pub by_tolerance: Vec<ContributionEntry>,
-    /// What no straight line explains.
+    /// Share that no straight line explains.
     pub unexplained: Estimate,
 }
 
 /// The share of one tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContributionEntry {
-    /// Its name.
+    /// Name.
     pub tolerance: String,
     /// Share of the variance.
     pub share: Estimate,
@@ -141,7 +141,7 @@ pub struct YieldEntry {
     pub of: usize,
     /// Share of packages.
     pub share: Option<f64>,
-    /// Its interval of 95 %.
+    /// 95 % interval of the share.
     pub interval_95: Option<[f64; 2]>,
     /// Reason why there is no share.
     pub not_resolved: Option<String>,
@@ -170,11 +170,9 @@ pub fn significant(value: f64) -> String {
     if power == 0 { error } else { format!("{error}e{power}") }
 }
 
-/// Sentence on figures whose scatter is not seen above the noise of a trace, each with the bound of
-/// its deviation; `None` without such figures.
-pub fn unseen<'a>(figures: impl Iterator<Item = (&'a str, f64)>) -> Option<String> {
-    let bounds = figures.map(|(figure, below)| format!("{figure} {}", significant(below)));
-    let bounds: Vec<String> = bounds.collect();
+/// Sentence on figures whose scatter is not seen above the noise of a trace, by their names and the
+/// `bounds` of their deviations; `None` without such figures.
+pub fn unseen(bounds: &[String]) -> Option<String> {
     (!bounds.is_empty()).then(|| {
         format!(
             "not resolved: the noise of a trace hides the scatter, which is below, at 95 % \
@@ -211,7 +209,7 @@ pub struct CumulativeShareEntry {
     pub value: f64,
     /// Share of packages.
     pub share: f64,
-    /// Its interval of 95 %.
+    /// 95 % interval of the share.
     pub interval_95: [f64; 2],
 }
 
@@ -232,6 +230,8 @@ mod tests {
 
     #[test]
     fn small_numbers_keep_their_power_of_ten() {
-        assert_eq!([5e-5, 0.034, 0.0].map(significant), ["5.0e-5", "0.034", "0"]);
+        for (value, text) in [(0.0123, "0.012"), (5e-6, "5.0e-6"), (1.24e8, "1.2e8"), (0.0, "0")] {
+            assert_eq!(significant(value), text);
+        }
     }
 }

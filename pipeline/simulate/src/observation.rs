@@ -22,7 +22,7 @@ use metrics::figures::{self, CENTRE_TO_PEAK, NamedFigure, PEAK_ANGLE, UNIFORMITY
 use metrics::hits::with_one_path;
 use metrics::illuminance::{Grid, coarser, smoothed};
 use metrics::layout::Layout;
-use metrics::quantity::{Curve, Unit};
+use metrics::quantity::Curve;
 use metrics::uniformity::{ValleyReading, bin_by_bin};
 use metrics::uniformity_forms::nine_points;
 use metrics::{Estimate, Grouped, JackknifedFigure, changes};
@@ -361,15 +361,11 @@ impl Observation {
                 let is_known = entry.value.is_finite() && entry.standard_error.is_finite();
                 if is_known && wanted(&figure.key) {
                     let NamedFigure { key, label, definition } = figure;
-                    let entry = match definition.unit {
-                        Unit::Fraction => entry.at_most(1.0),
-                        _ => entry,
-                    };
                     all.push(Figure {
                         key,
                         label,
                         unit: definition.unit,
-                        entry: entry.times(factor),
+                        entry: entry.in_range(definition.unit).times(factor),
                     });
                 }
             }

@@ -13,12 +13,14 @@ use report::plots::{
     BinImage, IlluminanceMap, LedOutline, LineColours, Mark, Section, cross_section,
     illuminance_map, palette,
 };
+use results::figure_entry::FigureEntry;
 use simulate::observation::{curve, layout};
 
 use super::{ModelFiles, capitalised, scaled};
 
-/// Where the lowest and the largest value of the map were read, (x, y) in mm.
+/// Lowest value of the map over the largest, and the places (x, y) of both in mm.
 struct Extremes {
+    valley_to_peak: FigureEntry,
     valley_mm: [f64; 2],
     /// Middle of the largest bin.
     peak_mm: [f64; 2],
@@ -157,7 +159,8 @@ impl ModelFiles<'_> {
 
     fn extremes(&self) -> Option<Extremes> {
         let entry = self.result.figure(VALLEY_TO_PEAK.key)?.entry;
-        Some(Extremes { valley_mm: entry.valley_at_mm?, peak_mm: entry.peak_at_mm? })
+        let (valley_mm, peak_mm) = (entry.valley_at_mm?, entry.peak_at_mm?);
+        Some(Extremes { valley_to_peak: entry, valley_mm, peak_mm })
     }
 
     fn line(&self) -> MapLine {
@@ -218,14 +221,14 @@ impl ModelFiles<'_> {
 
     /// Valley and peak on the section, and the level of a peak that lies beside it.
     fn marks_on(&self, line: &MapLine, section: &Curve) -> (Vec<Mark>, Option<(f64, String)>) {
-        let Some(Extremes { valley_mm, peak_mm }) = self.extremes() else {
+        let Some(Extremes { valley_to_peak, valley_mm, peak_mm }) = self.extremes() else {
             return (Vec::new(), None);
         };
         let valley = line.position(valley_mm);
         let places = section.x().iter().zip(section.value());
         let nearest = places.min_by(|a, b| (a.0 - valley).abs().total_cmp(&(b.0 - valley).abs()));
         let value = nearest.map_or(0.0, |(_, value)| *value);
-        let mut marks = vec![self.valley([valley, value])];
+        let mut marks = vec![Mark::valley([valley, value], &valley_to_peak)];
         let seen = self.observation.illuminance.total();
         let largest = seen.iter().copied().fold(0.0, f64::max);
         let peak = largest * self.units.per_irradiance();
@@ -252,15 +255,10 @@ impl ModelFiles<'_> {
         on_line.or_else(|| places.find(near)).map(|at| line.position(at))
     }
 
-    fn valley(&self, at: [f64; 2]) -> Mark {
-        let share = self.result.figure(VALLEY_TO_PEAK.key);
-        Mark::valley(at, share.map_or(0.0, |figure| figure.entry.value))
-    }
-
     fn draw_map(&self, map: &Map, line: &MapLine) -> Result<()> {
-        let marks = self
-            .extremes()
-            .map_or(Vec::new(), |at| vec![self.valley(at.valley_mm), Mark::peak(at.peak_mm)]);
+        let marks = self.extremes().map_or(Vec::new(), |at| {
+            vec![Mark::valley(at.valley_mm, &at.valley_to_peak), Mark::peak(at.peak_mm)]
+        });
         let size = self.design.led.size_mm;
         let leds: Vec<_> =
             self.leds().into_iter().map(|centre| LedOutline { centre, size }).collect();

@@ -25,7 +25,7 @@ use files::formats::exr_layers::Layers;
 use metrics::hits::with_one_path;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
 use metrics::{Estimate, Grouped};
-use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map};
+use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map, receiver_title};
 use results::Figure;
 use results::figure_entry::FigureEntry;
 use results::schema::ReceiverEntry;
@@ -219,7 +219,7 @@ impl<'a> ReceiverOutput<'a> {
             exr::write_map(&folder.join(&files[3]), &map, provenance)?;
         }
         if let Some(map) = &self.map {
-            let title = format!("{} of {name}", capitalised(self.quantity.name()));
+            let title = capitalised(&receiver_title(self.quantity.name(), name));
             let picture = illuminance_map(&IlluminanceMap {
                 heading: &Heading::new(title, &shared.subtitle),
                 map,

@@ -166,8 +166,8 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use full_wave::bessel::Bessel;
     use super::*;
+    use full_wave::bessel::Bessel;
 
     /// kx and kz of orders far beyond the last that propagates.
     fn orders(n: f64, alpha: f64, period: f64) -> Vec<(f64, Complex64)> {

@@ -281,8 +281,9 @@ impl<'a> ToleranceResults<'a> {
             );
         }
         let bounded = self.figures.iter();
-        let bounded = bounded.filter_map(|f| Some((f.key.as_str(), f.scatter.below?)));
-        if let Some(unseen) = unseen(bounded) {
+        let bounded =
+            bounded.filter_map(|f| Some(format!("{} {}", f.key, significant(f.scatter.below?))));
+        if let Some(unseen) = unseen(&bounded.collect::<Vec<_>>()) {
             let _ = writeln!(text, "{unseen}");
         }
         if let Some(found) = self.yielded() {

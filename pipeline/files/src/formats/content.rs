@@ -16,6 +16,7 @@ use metrics::plural::count;
 use super::photometry::{Labels, Photometry};
 use super::ray_files::{self, RaySummary};
 use super::{READERS, Reads, sniff};
+use crate::bounded_text::{MAX_ROWS, MAX_TABLES, bounded_bytes};
 use crate::progress::warn_once;
 
 /// Largest power above 1 that is rounding of printed values and needs no warning.
@@ -155,11 +156,8 @@ fn parse(path: &Path, lamp_set: Option<usize>) -> Result<Content> {
         let able = able.collect::<Vec<_>>().join(" or ");
         bail!("--lamp-set: expected an {able} file, got {}", reader.name);
     }
-    let bytes = || {
-        let opened = std::fs::read(path);
-        opened.context("expected a table, a far field, rays or scattering, cannot open it")
-    };
-    let text = || -> Result<String> { Ok(photometric_text(&bytes()?)?) };
+    let bytes = || bounded_bytes(path, MAX_TABLES);
+    let text = || -> Result<String> { Ok(photometric_text(&bounded_bytes(path, MAX_ROWS)?)?) };
     Ok(match reader.reads {
         Reads::OrdersOfFile(read) => Content::Orders(Arc::new(read(path)?)),
         Reads::Orders(read) => Content::Orders(Arc::new(read(&bytes()?)?)),

@@ -178,7 +178,7 @@ fn shortest(value: f64) -> String {
     if value.is_nan() { String::new() } else { format!("{value:?}") }
 }
 
-/// How the columns of a curve with this label begin, by which [`write_curves_csv`] tells curves
+/// Beginning of the columns of a curve with this label, by which [`write_curves_csv`] tells curves
 /// apart.
 pub fn column_of(label: &str) -> String {
     plain(label)

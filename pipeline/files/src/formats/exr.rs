@@ -38,9 +38,9 @@ pub const LAYOUT_VERSION: u32 = 1;
 pub struct Description {
     /// [`LAYOUT_VERSION`].
     pub layout_version: u32,
-    /// What the channels hold: `intensity`.
+    /// Quantity of the channels: `intensity`.
     pub quantity: String,
-    /// Its unit as in column names: `w_per_sr`.
+    /// Unit as in column names: `w_per_sr`.
     pub unit: String,
     /// Axis from the first row of pixels to the last.
     pub rows: AxisDescription,
@@ -71,7 +71,7 @@ impl From<&Axis> for AxisDescription {
     }
 }
 
-/// What [`read_map`] finds in a file.
+/// Content that [`read_map`] finds in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contents {
     /// Units, axes and provenance.
@@ -108,9 +108,9 @@ pub fn write_map(path: &Path, map: &Map, provenance: &Value) -> Result<()> {
 pub struct Channel {
     /// Name in the file: letters, digits and underscores.
     pub name: &'static str,
-    /// What it is: `real part of Ex`.
+    /// Quantity: `real part of Ex`.
     pub quantity: &'static str,
-    /// Its unit: `incident amplitude`.
+    /// Unit: `incident amplitude`.
     pub unit: &'static str,
     /// Values, row by row.
     pub values: Vec<f64>,

@@ -31,7 +31,7 @@ use crate::atomic_file::write_atomic;
 /// Values over place and direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Layers<'a> {
-    /// What the values are.
+    /// Quantity of the values.
     pub quantity: &'a Quantity,
     /// Names of Stokes parameters, or none: values of the first are followed by those of the
     /// second.

@@ -38,7 +38,7 @@ impl Mesh {
             .sum()
     }
 
-    /// Whether every edge belongs to two triangles that run along it in opposite directions.
+    /// True if every edge belongs to two triangles that run along it in opposite directions.
     pub fn is_closed(&self) -> bool {
         let mut edges: Vec<(u32, u32)> = self
             .triangles

@@ -12,7 +12,7 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// A type of values.
 pub trait Element: Copy {
-    /// As the header names it.
+    /// Name in the header.
     const DESCR: &'static str;
     /// Bytes of one value.
     const SIZE: usize;

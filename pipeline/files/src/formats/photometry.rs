@@ -16,7 +16,7 @@ use metrics::far_field::{AngularBins, BinPlacement};
 use super::bin_entries::{self, Weights, polar_weights};
 use super::program;
 
-/// How a file states intensities.
+/// Statement of intensities in a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Photometry {
     /// Luminous flux of the sources, lm.
@@ -27,7 +27,7 @@ pub struct Photometry {
     pub watts: f64,
 }
 
-/// Who made a luminaire, and what it is called.
+/// Maker and names of a luminaire.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Labels {
     /// Maker.
@@ -36,7 +36,7 @@ pub struct Labels {
     pub report: String,
     /// Name of the luminaire.
     pub luminaire: String,
-    /// Its number in the maker's catalogue.
+    /// Number in the maker's catalogue.
     pub number: String,
     /// Date.
     pub date: String,
@@ -45,7 +45,7 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Those of a simulation.
+    /// Labels of a simulation.
     pub fn of_simulation(name: &str) -> Self {
         Self {
             maker: program(),

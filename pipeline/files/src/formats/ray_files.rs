@@ -75,7 +75,7 @@ impl RayFormat {
     ///
     /// # Errors
     /// If it is none, or its ending says another.
-    pub fn of(path: &Path) -> Result<&'static Self> {
+    pub fn from_path(path: &Path) -> Result<&'static Self> {
         let reader = sniff::reader(path)?;
         match reader.reads {
             Reads::Rays(format) => Ok(format),
@@ -266,7 +266,7 @@ struct Scanned {
     scale: f64,
     /// Sum of these powers.
     sum: f64,
-    /// Where the flux of the header is not that of the rays.
+    /// Warning where the flux of the header is not that of the rays.
     warning: Option<String>,
 }
 
@@ -282,7 +282,7 @@ impl Scanned {
 fn scan(path: &Path, mut take: impl FnMut(RayRecord, f32) -> Result<()>) -> Result<Scanned> {
     let mut file = File::open(path).context("expected rays, cannot open it")?;
     let length = file.metadata().context("cannot look at it")?.len();
-    let format = RayFormat::of(path)?;
+    let format = RayFormat::from_path(path)?;
     let (header, sum) = (format.scan)(&mut file, length, &mut take)?;
     let (mut scale, mut warning) = (1.0, None);
     if let Some(flux) = header.flux

@@ -9,6 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, Polarisation, Side};
 
 use super::content::{self, Content, ScatterFile};
+use crate::bounded_text::{MAX_TABLES, bounded_bytes};
 use crate::progress::warn_once;
 use crate::provenance::FileRecord;
 
@@ -50,7 +51,7 @@ impl std::fmt::Debug for Scattering {
 /// Reads a file in `folder` and notes it.
 pub fn open(name: &str, folder: &Path, files: &mut Vec<FileRecord>) -> Result<Content> {
     let path = folder.join(name);
-    let bytes = std::fs::read(&path)
+    let bytes = bounded_bytes(&path, MAX_TABLES)
         .with_context(|| format!("{}: expected scattering, cannot read it", path.display()))?;
     files.push(FileRecord::new(name, &bytes));
     content::read(&path)

@@ -443,7 +443,7 @@ impl FarFieldReading {
         let is_tied = |(i, e): &&(usize, Estimate)| e.value.abs() <= DISTINCT * noise[i + 1];
         let mut tied = outer.iter().filter(is_tied).map(|(i, _)| *i);
         let first = tied.next();
-        let count = first.map_or(0, |first| tied.last().unwrap_or(first) - first + 1);
+        let count = first.map_or(0, |first| tied.next_back().unwrap_or(first) - first + 1);
         if count <= MAX_TIED && angle.is_resolved() && angle.standard_error.is_finite() {
             return (angle, None);
         }

@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use super::maps::{leds, marks};
 use super::models::{FarFieldTable, Model, Plane};
+use super::optimisation::searched;
 use super::package::FEW;
 use super::pictures::Album;
 use crate::path_picture::compact_picture;
@@ -46,7 +47,8 @@ impl Album {
             return Ok(Vec::new());
         };
         let both = [("before", before), ("after", after)];
-        let names = both.map(|(when, i)| format!("{when}: {}", of.models[i].design));
+        let named = |model: &Model| format!("{}, {}", model.design, model.label());
+        let names = both.map(|(when, i)| format!("{when}: {}", named(&of.models[i])));
         let mut rows = Vec::new();
 
         let drawn = both.map(|(_, i)| of.packages[i].as_ref());
@@ -68,7 +70,7 @@ impl Album {
             let map = of.maps[i].to_map()?;
             let leds = of.packages[i].as_ref().map_or(Vec::new(), leds);
             let picture = IlluminanceMap {
-                heading: &Heading::new(&of.maps[i].quantity, name),
+                heading: &Heading::new(map.quantity().label(), name),
                 map: &map,
                 leds: &leds,
                 range: Some(range),
@@ -91,8 +93,10 @@ impl Album {
                 curves.push(Curve::new(&name, x, value, error)?.mirrored()?);
             }
         }
+        let subtitle =
+            format!("{} from {}, {}", search.name, search.design, of.models[after].label());
         let picture = far_field_cartesian(&FarField {
-            heading: &Heading::new("Far field", format!("{} from {}", search.name, search.design)),
+            heading: &Heading::new("Far field", subtitle),
             quantity: &Quantity::new("intensity", of.fields[after].unit),
             curves: &curves,
             colours: LineColours::Neutral,
@@ -104,14 +108,14 @@ impl Album {
     }
 }
 
-/// Numbers of the model found and of the same model at the beginning.
+/// Numbers of the design at the beginning and of the one found, in the model that was searched.
 fn pair(file: &OptimisationFile, of: Contents) -> Option<[usize; 2]> {
-    let place = |design: &str, key: Option<&str>| {
-        let fits = |model: &Model| model.design == design && key.is_none_or(|key| model.key == key);
-        of.models.iter().position(fits)
+    let place = |design: &str, key: &str| {
+        of.models.iter().position(|model| model.design == design && model.key == key)
     };
-    let after = place(&file.name, None)?;
-    let before = place(&file.design, Some(of.models[after].key))?;
+    let key = searched(file, of.models, &file.name)?.key;
+    let after = place(&file.name, key)?;
+    let before = place(&file.design, key)?;
     let same_unit = of.fields[before].unit == of.fields[after].unit
         && of.maps[before].unit == of.maps[after].unit;
     (same_unit && before != after).then_some([before, after])

@@ -56,7 +56,7 @@ impl Folder {
             path.display(),
             content_hash::KEY
         );
-        let results = ResultsFile::of(&json).map_err(of_file)?;
+        let results = ResultsFile::from_json(&json).map_err(of_file)?;
         let folder = Self { directory: directory.to_owned(), path, results };
         for (i, file) in folder.results.files.iter().enumerate() {
             checked_file(directory, file, &folder.place(&format!("files[{}]", i + 1)))?;
@@ -92,13 +92,13 @@ impl Folder {
         Ok(self.directory.join(name))
     }
 
-    /// Whether `path` is one of the files of the results, or `results.json` itself.
+    /// True if `path` is one of the files of the results, or `results.json` itself.
     pub fn holds(&self, path: &Path) -> bool {
         is_one_of(&self.directory, &self.results.files, FILE, path)
     }
 }
 
-/// Whether `path` is `main` in `directory` or one of the `files` that it lists.
+/// True if `path` is `main` in `directory` or one of the `files` that it lists.
 pub(super) fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
     let Ok(path) = path.canonicalize() else {
         return false;

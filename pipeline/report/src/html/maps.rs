@@ -121,12 +121,12 @@ pub(super) fn leds(package: &PackageFile) -> Vec<LedOutline> {
     .collect()
 }
 
-/// Where valley and peak were read.
+/// Marks at the places of valley and peak.
 pub(super) fn marks(model: &Model) -> Vec<Mark> {
     let Some(figure) = model.entry.figures.get(VALLEY_TO_PEAK.key) else {
         return Vec::new();
     };
-    let valley = figure.valley_at_mm.map(|at| Mark::valley(at, figure.value));
+    let valley = figure.valley_at_mm.map(|at| Mark::valley(at, figure));
     let peak = figure.peak_at_mm.map(Mark::peak);
     valley.into_iter().chain(peak).collect()
 }

@@ -83,7 +83,7 @@ const SCRIPTS: [&str; 10] = [
 pub struct Page {
     /// The page.
     pub html: String,
-    /// How many of the tables that the results list were found, of how many.
+    /// Number of tables found, and of those that the results list.
     pub tables: (usize, usize),
 }
 
@@ -164,6 +164,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "fates": package::fates(),
         "spectra": tables::spectra(&models),
         "results": tables::results(&models),
+        "others": tables::others(&models),
         "uniformity": tables::uniformity(&models),
         "receivers": tables::receivers(&models),
         "receiver_pictures": models::receiver_pictures(&models, folder)?,
@@ -176,7 +177,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "tables_found": embedded.found.0,
         "tables_listed": embedded.found.1,
         "before_after": album.before_after(search.as_ref(), contents)?,
-        "optimisation": optimisation::optimisation(&mut album, search.as_ref())?,
+        "optimisation": optimisation::optimisation(&mut album, search.as_ref(), &models)?,
         "tolerance": tolerance.transpose()?,
         "studies": album.studies(folder.directory())?,
         "table_errors": album.table_errors(&listed)?,
@@ -302,7 +303,7 @@ fn palette() -> String {
     text
 }
 
-/// How much of the tables is in the page.
+/// Sentence on the part of the tables that the page holds.
 fn bsdf_note((found, listed): (usize, usize), json: &Value) -> String {
     let missing = match listed - found {
         0 => String::new(),

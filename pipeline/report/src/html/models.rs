@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the folder holds of each model: far field and map, in the form in which the page keeps
-//! them.
+//! Far field and map of each model of a folder, in the form in which the page keeps them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,7 +18,7 @@ use results::schema::{ModelEntries, ModelEntry};
 
 use super::folder::Folder;
 use super::pack::{base64_of_numbers, linear};
-use crate::plots::map_range;
+use crate::plots::{map_range, receiver_title};
 
 /// Figures that every model has.
 const ALWAYS: [&str; 2] = [PEAK_ANGLE.key, CENTRE_TO_PEAK.key];
@@ -37,7 +36,7 @@ pub struct Model<'a> {
     pub design: &'a str,
     /// Key of the model.
     pub key: &'a str,
-    /// Its entry in `results.json`.
+    /// Entry in `results.json`.
     pub entry: &'a ModelEntry,
     /// Key of that entry.
     pub place: String,
@@ -78,7 +77,7 @@ impl Model<'_> {
         Ok(())
     }
 
-    /// What was simulated, and a few paths; `None` of results without them.
+    /// The package and a few paths; `None` of results without them.
     ///
     /// # Errors
     /// A file of another layout.
@@ -125,8 +124,8 @@ pub fn receiver_pictures(models: &[Model], folder: &Folder) -> Result<Vec<Value>
             if letters > PICTURES_BUDGET {
                 return Ok(pictures);
             }
-            let quantity = &receiver.quantity;
-            let caption = format!("{}, {}: {quantity} of {name}.", model.design, model.label());
+            let title = receiver_title(&receiver.quantity, name);
+            let caption = format!("{}, {}: {title}.", model.design, model.label());
             pictures.push(json!({"png": png, "caption": caption, "model": number}));
         }
     }
@@ -289,7 +288,7 @@ impl FarFieldTable {
         self.curve(opposite)
     }
 
-    /// As JSON, in five digits.
+    /// JSON of the curves, in five digits.
     pub fn to_json(&self) -> Value {
         let numbers = |values: &[f64]| values.iter().copied().map(rounded).collect::<Vec<_>>();
         let curve = |c: &Curve| json!({"name": c.label(), "value": numbers(c.value()), "error": numbers(c.standard_error())});
@@ -313,7 +312,7 @@ pub struct Plane {
     pub bin_mm: [f64; 2],
     /// Unit of the values.
     pub unit: Unit,
-    /// What they are.
+    /// Name of the values.
     pub quantity: String,
     value: Vec<f64>,
     error: Vec<f64>,
@@ -370,13 +369,13 @@ impl Plane {
         (self.rows, self.columns, self.merged) = (rows, columns, 2 * self.merged);
     }
 
-    /// Letters that it takes in the page, at most.
+    /// Largest number of letters that it takes in the page.
     pub fn letters(&self) -> usize {
         let (r, c) = self.kept();
         2 * super::pack::letters(r * c)
     }
 
-    /// Whether any light is on it.
+    /// True if any light is on it.
     pub fn is_lit(&self) -> bool {
         self.value.iter().any(|value| *value > 0.0)
     }
@@ -420,7 +419,7 @@ impl Plane {
         (half(self.rows, mirrored_rows), half(self.columns, mirrored_columns))
     }
 
-    /// As JSON: values and errors in 65 535 steps of their largest.
+    /// JSON of values and errors in 65 535 steps of their largest.
     ///
     /// `range` is that of the colours.
     pub fn to_json(&self, range: [f64; 2]) -> Value {

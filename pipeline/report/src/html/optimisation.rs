@@ -5,13 +5,16 @@ use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
 use files::content_hash::sha256_hex;
+use metrics::Estimate;
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{self, ObjectiveEntry, OptimisationFile, StageEntry, Verdict};
 use results::shown::{self, with_error};
 
 use super::folder::{Folder, checked_file};
+use super::models::Model;
 use super::pictures::Album;
+use super::verdict::named_in;
 use crate::optimisation as pictures;
 
 /// `optimise.json` of the folder, if there is one.
@@ -24,13 +27,40 @@ pub fn read(folder: &Folder) -> Result<Option<OptimisationFile>> {
     Ok(file)
 }
 
+/// The model in which a search judged its designs, of the design called `design`; the first one of
+/// that design where it is not in the folder.
+pub fn searched<'m, 'a>(
+    file: &OptimisationFile,
+    models: &'m [Model<'a>],
+    design: &str,
+) -> Option<&'m Model<'a>> {
+    let word = file.stages.last().map_or("", |stage| &stage.model);
+    let of_design = || models.iter().filter(|model| model.design == design);
+    // A key is the kind of the model and the width of its rings; the fine model is one by rays too.
+    let of_kind = |kind| of_design().filter(move |m| m.key.split('_').next() == Some(kind));
+    let named = match word {
+        "fine" => of_kind("geometric").next_back(),
+        kind => of_kind(kind).next(),
+    };
+    named.or_else(|| of_design().next())
+}
+
 /// Tables and pictures of a search; nothing where there is none.
 ///
 /// # Errors
 /// Values that cannot be drawn.
-pub fn optimisation(album: &mut Album, file: Option<&OptimisationFile>) -> Result<Value> {
+pub fn optimisation(
+    album: &mut Album,
+    file: Option<&OptimisationFile>,
+    models: &[Model],
+) -> Result<Value> {
     let Some(file) = file else {
         return Ok(Value::Null);
+    };
+    let model = searched(file, models, &file.name);
+    let named = |key: &str| match model {
+        Some(model) => named_in(model, key),
+        None => shown::named(key),
     };
     let captions = [
         "Best candidate of every generation that met the constraints, as the search saw it, and the objective verified by fresh paths; smaller is better.",
@@ -47,10 +77,10 @@ pub fn optimisation(album: &mut Album, file: Option<&OptimisationFile>) -> Resul
     Ok(json!({
         "design": file.design,
         "name": file.name,
-        "rows": rows(file),
+        "rows": rows(file, named),
         "others": file.listed().1,
         "missed": missed(file),
-        "constraints": file.constraints.iter().map(constraint).collect::<Vec<_>>(),
+        "constraints": file.constraints.iter().map(|entry| constraint(entry, named)).collect::<Vec<_>>(),
         "runs": runs(file),
         "bias": file.objective.bias_of_search.map(with_error),
         "evaluations": file.stages.iter().map(|stage| stage.evaluations).sum::<usize>(),
@@ -79,23 +109,25 @@ fn belongs(file: &OptimisationFile, folder: &Folder) -> Result<()> {
     Ok(())
 }
 
-fn rows(file: &OptimisationFile) -> Vec<Value> {
+fn rows(file: &OptimisationFile, named: impl Fn(&str) -> (String, Unit)) -> Vec<Value> {
     let row = |name: &str, before, after: String, change, verdict: Option<Verdict>| {
         let (before, change): (Option<String>, Option<String>) = (before, change);
         json!({
-            "name": name.replace('_', " "),
+            "name": name,
             "before": before,
             "after": after,
             "change": change,
             "verdict": verdict.map(Verdict::words),
         })
     };
-    let number = |entry: FigureEntry| shown::number(&entry, Unit::Relative);
     let figures = file.listed().0.into_iter().map(|(key, one)| {
-        row(key, one.before.map(number), number(one.after), one.change.map(number), one.verdict)
+        let (name, unit) = named(key);
+        let value = |entry: FigureEntry| shown::text(&entry, unit);
+        let change = one.change.map(|change| shown::difference_between(&change, unit));
+        row(&name, one.before.map(value), value(one.after), change, one.verdict)
     });
     let ObjectiveEntry { before, after, change, verdict, .. } = file.objective;
-    let [before, change] = [before, change].map(|e| e.map(with_error));
+    let [before, change] = [before, change].map(|e: Option<Estimate>| e.map(with_error));
     figures.chain([row("objective", before, with_error(after), change, verdict)]).collect()
 }
 
@@ -113,20 +145,20 @@ fn missed(file: &OptimisationFile) -> Vec<String> {
     words.collect()
 }
 
-/// Where the runs of the last stage ended; nothing of a single one.
+/// Ends of the runs of the last stage; nothing of a single one.
 fn runs(file: &OptimisationFile) -> Vec<String> {
     let runs = file.stages.last().map(optimisation::StageEntry::runs);
     let runs = runs.filter(|runs| runs.len() > 1).unwrap_or_default();
     runs.into_iter().map(|(_, value)| with_error(value)).collect()
 }
 
-fn constraint(entry: &optimisation::ConstraintEntry) -> Value {
+fn constraint(
+    entry: &optimisation::ConstraintEntry,
+    named: impl Fn(&str) -> (String, Unit),
+) -> Value {
+    let (name, unit) = named(&entry.figure);
     json!({
-        "words": format!(
-            "{} {}",
-            entry.figure.replace('_', " "),
-            entry.bounds().words()
-        ),
+        "words": format!("{name} {}", shown::bounds(entry.bounds(), unit)),
         "met": entry.met,
     })
 }

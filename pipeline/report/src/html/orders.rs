@@ -22,8 +22,7 @@ use super::pack::{self, base64_of_numbers};
 
 /// Letters that all tables together may take.
 pub const BUDGET: usize = 2_500_000;
-/// How many ky beside the lowest, and every how many-th node of kx at them: from the most to the
-/// least.
+/// Numbers of ky beside the lowest with their strides of kx, from the most to the least.
 const MORE: [(usize, i64); 6] = [(5, 1), (3, 1), (3, 2), (3, 4), (2, 4), (1, 4)];
 
 /// A table that the results list.
@@ -33,7 +32,7 @@ pub struct Listed<'a> {
     pub design: &'a str,
     /// Wavelength, nm, where a spectrum has several.
     pub wavelength_nm: Option<f64>,
-    /// Its entry in `results.json`.
+    /// Entry in `results.json`.
     pub entry: &'a TableEntry,
     /// File and key of that entry.
     place: String,
@@ -66,12 +65,12 @@ pub fn listed<'a>(models: &[Model<'a>], folder: &Folder) -> Vec<Listed<'a>> {
     all
 }
 
-/// Where tables are looked for.
+/// Place of the tables.
 #[derive(Debug)]
 pub struct Source {
     /// The directory.
     pub directory: PathBuf,
-    /// Whether a table that is not there is an error.
+    /// True if a table that is not there is an error.
     pub must: bool,
 }
 
@@ -80,7 +79,7 @@ pub struct Source {
 pub struct Embedded {
     /// For the page.
     pub json: Value,
-    /// How many of the listed tables were found, of how many.
+    /// Number of tables found, and of those listed.
     pub found: (usize, usize),
 }
 
@@ -135,7 +134,7 @@ pub fn embed(listed: &[Listed], source: &Source) -> Result<Embedded> {
     })
 }
 
-/// Whether a file holds the table that the results list under its name.
+/// Checks that a file holds the table that the results list under its name.
 fn same(table: &OrderTable, entry: &TableEntry, place: &str, path: &Path) -> Result<()> {
     let (header, grid) = (table.header(), table.grid());
     for (key, listed, got) in [
@@ -153,14 +152,14 @@ fn same(table: &OrderTable, entry: &TableEntry, place: &str, path: &Path) -> Res
     Ok(())
 }
 
-/// How much of each table is kept.
+/// Part of each table that is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Thinning {
-    /// Every how many-th node of kx is kept at the lowest ky.
+    /// Stride of the nodes of kx that are kept at the lowest ky.
     stride: i64,
-    /// How many ky beside the lowest are kept.
+    /// Number of ky that are kept beside the lowest.
     more_ky: usize,
-    /// Every how many-th node of kx is kept there.
+    /// Stride of the nodes of kx that are kept there.
     more_stride: i64,
 }
 

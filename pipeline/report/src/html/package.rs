@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What was simulated: the package in words and as a section with rays, total efficiency and
-//! uniformity; and, for the page's 3-D view, the package, paths and the far field.
+//! The package in words and as a section with rays, total efficiency and uniformity; and, for the
+//! page's 3-D view, the package, paths and the far field.
 
 use anyhow::Result;
-use metrics::figures::UNIFORMITY;
+use metrics::figures::{FLUX_UP, UNIFORMITY};
 use serde_json::{Value, json};
 
 use files::formats::exr;
@@ -22,7 +22,7 @@ use crate::path_picture::compact_picture;
 use crate::plots::{Heading, palette};
 
 /// Paths of all models together that the page holds.
-const MOST_PATHS: usize = 9_000;
+const MAX_PATHS: usize = 9_000;
 /// Paths of a section on the first screen.
 pub(super) const FEW: usize = 24;
 /// Radius of the view, in widths of the package or distances of neighbours.
@@ -52,34 +52,29 @@ impl Album {
     }
 }
 
-/// What was simulated, design by design: words, models, total efficiency and uniformity.
+/// Packages in words, models, total efficiency and uniformity, design by design.
 pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value> {
     let all: Vec<(&Model, &Option<PackageFile>)> = models.iter().zip(packages).collect();
     let of_design = |design: &[(&Model, &Option<PackageFile>)]| {
         let words = design.iter().find_map(|(_, package)| package.as_ref());
         let row = |(model, _): &(&Model, &Option<PackageFile>)| {
             let ledger = &model.entry.power_ledger;
-            let figure = |key: &str| {
-                let entry = model.entry.figures.get(key)?;
-                Some(shown::number(entry, Unit::Fraction))
-            };
-            let absolute = model.entry.absolute.as_ref();
-            let flux = absolute.and_then(|absolute| absolute.figures.get("flux_up"));
+            let flux = model.entry.figure(FLUX_UP.key);
+            let uniformity = model.entry.figures.get(UNIFORMITY.key);
             json!({
-                "flux": flux.map(|flux| {
-                    let number = shown::number(&flux.array, Unit::Relative);
-                    shown::with_symbol(number, &flux.array, &flux.unit)
-                }),
+                "flux": flux.map(|(flux, unit)| shown::text(&flux, unit)),
                 "model": model.label(),
                 "paths": thousands(model.entry.paths),
                 "efficiency": percent(ledger.account("escaped_up")),
-                "uniformity": figure(UNIFORMITY.key),
+                "uniformity": uniformity.map(|entry| shown::number(entry, Unit::Fraction)),
             })
         };
+        let has = |key: &str| design.iter().any(|(model, _)| model.entry.figure(key).is_some());
         json!({
             "design": design[0].0.design,
             "simulated": words.map_or(&[][..], |package| &package.simulated),
-            "absolute": design.iter().any(|(model, _)| model.entry.absolute.is_some()),
+            "has_flux": has(FLUX_UP.key),
+            "has_uniformity": has(UNIFORMITY.key),
             "rows": design.iter().map(row).collect::<Vec<_>>(),
         })
     };
@@ -107,7 +102,7 @@ pub fn view_3d(
         return Ok(Value::Null);
     };
     let radius = view_radius(drawing);
-    let kept = paths_3d.paths.len().min(MOST_PATHS / models.max(1));
+    let kept = paths_3d.paths.len().min(MAX_PATHS / models.max(1));
     let paths = &paths_3d.paths[..kept];
     let points: Vec<Vec<[f64; 3]>> = paths.iter().map(|path| drawn(path, radius)).collect();
     let quantised =

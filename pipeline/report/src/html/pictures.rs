@@ -26,9 +26,9 @@ use crate::plots::{
 };
 
 /// Points of a curve over 90° that the page draws; more would only make it longer.
-const MOST_POINTS: usize = 360;
+const MAX_POINTS: usize = 360;
 
-/// How files of `batwing converge` end.
+/// End of the names of files of `batwing converge`.
 const ENDING: &str = "-convergence.json";
 /// Folders under the results that are looked into: itself, and the default of `batwing converge`.
 const FOLDERS: [&str; 2] = ["", "convergence"];
@@ -43,8 +43,8 @@ pub struct Album {
 }
 
 impl Album {
-    /// A picture with its caption, which is also what it is to those who cannot see it. `choice`
-    /// says which choices show it; `shown` whether it is shown before any choice.
+    /// A picture with its caption, which also describes it to those who cannot see it. It is shown by
+    /// `choice` and, if `shown`, before any choice.
     pub(super) fn add(
         &mut self,
         picture: &Picture,
@@ -394,13 +394,13 @@ impl Chosen {
         };
         let published = model.entry.figures.get(PEAK_ANGLE.key).and_then(|peak| peak.published);
         self.peaks.extend(published.map(|angle| (self.whole.len(), angle)));
-        let right = named(curve, upper, MOST_POINTS)?;
-        let left = opposite.map_or(Ok(right.clone()), |left| named(left, upper, MOST_POINTS))?;
+        let right = named(curve, upper, MAX_POINTS)?;
+        let left = opposite.map_or(Ok(right.clone()), |left| named(left, upper, MAX_POINTS))?;
         self.upper.push(right.beside(&left)?);
         let all = curve.x().len();
-        let whole = named(curve, all, 2 * MOST_POINTS)?;
+        let whole = named(curve, all, 2 * MAX_POINTS)?;
         self.whole.push(match opposite {
-            Some(left) => whole.beside(&named(left, all, 2 * MOST_POINTS)?)?,
+            Some(left) => whole.beside(&named(left, all, 2 * MAX_POINTS)?)?,
             None => whole,
         });
         self.numbers.push(number);

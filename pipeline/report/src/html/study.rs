@@ -8,15 +8,13 @@ use serde_json::{Value, json};
 
 use metrics::plural::count;
 use metrics::quantity::Unit;
-use results::figure_entry::FigureEntry;
-use results::shown::{self, text};
+use results::shown::{self, named, text};
 use results::study::{FILE, SetupEntry, StudyFigureEntry, StudyFile};
 use results::target::{Sought, Verdict};
 
 use super::folder::{checked_file, is_one_of};
 use super::models::label;
 use super::pictures::Album;
-use super::verdict::{bounds, named};
 use crate::study as pictures;
 
 /// A folder with a study, checked.
@@ -71,7 +69,7 @@ pub fn study(album: &mut Album, file: &StudyFile) -> Result<Value> {
         let cell = |target: &&StudyFigureEntry| {
             let own = setup.figures.iter().find(|entry| same(entry, target));
             json!({
-                "label": place(file, target),
+                "label": place_of(file, target),
                 "text": own.map(value),
                 "verdict": own.and_then(|entry| entry.verdict).map(Verdict::words),
             })
@@ -92,7 +90,7 @@ pub fn study(album: &mut Album, file: &StudyFile) -> Result<Value> {
     let mut changes = Vec::new();
     for figure in pictures::figures(file) {
         if let Some(picture) = pictures::change_picture(file, figure)? {
-            let (words, _) = pictures::named(figure);
+            let (words, _) = named(figure);
             let caption = format!(
                 "Changes of {words} by set-up against the base, by the same random numbers, with bars of two standard errors to each side."
             );
@@ -111,9 +109,9 @@ pub fn study(album: &mut Album, file: &StudyFile) -> Result<Value> {
         "tied": pictures::tied(file),
         "asked": asked.collect::<Vec<_>>(),
         "met": met,
-        "heads": targets.iter().map(|target| place(file, target)).collect::<Vec<_>>(),
+        "heads": targets.iter().map(|target| place_of(file, target)).collect::<Vec<_>>(),
         "rows": setups.iter().map(row).collect::<Vec<_>>(),
-        "base": base.figures.iter().map(|entry| json!({"name": place(file, entry), "text": value(entry)})).collect::<Vec<_>>(),
+        "base": base.figures.iter().map(|entry| json!({"name": place_of(file, entry), "text": value(entry)})).collect::<Vec<_>>(),
         "misfits": misfits,
         "changes": changes,
         "sensitivities": sensitivities(file),
@@ -137,22 +135,25 @@ fn same(a: &StudyFigureEntry, b: &StudyFigureEntry) -> bool {
 }
 
 /// Name of a figure, with design and model where the study has several.
-fn place(file: &StudyFile, entry: &StudyFigureEntry) -> String {
-    let (name, _) = named(&entry.figure);
+fn place(file: &StudyFile, [design, model, figure]: [&String; 3]) -> String {
     let base = &file.setups[0].figures;
-    let of_one = |key: fn(&StudyFigureEntry) -> &String| base.iter().all(|e| key(e) == key(entry));
-    let mut words = vec![name];
-    if !of_one(|e| &e.design) {
-        words.push(entry.design.clone());
+    let mut words = vec![named(figure).0];
+    if base.iter().any(|entry| entry.design != *design) {
+        words.push(design.clone());
     }
-    if !of_one(|e| &e.model) {
-        words.push(label(&entry.model));
+    if base.iter().any(|entry| entry.model != *model) {
+        words.push(label(model));
     }
     words.join(", ")
 }
 
+/// Name of a figure of a set-up.
+fn place_of(file: &StudyFile, entry: &StudyFigureEntry) -> String {
+    place(file, [&entry.design, &entry.model, &entry.figure])
+}
+
 fn unit(entry: &StudyFigureEntry) -> Unit {
-    pictures::named(&entry.figure).1
+    named(&entry.figure).1
 }
 
 fn value(entry: &StudyFigureEntry) -> String {
@@ -163,9 +164,9 @@ fn value(entry: &StudyFigureEntry) -> String {
 fn asked(file: &StudyFile, entry: &StudyFigureEntry) -> Value {
     let unit = unit(entry);
     let asked = entry.sought().map(|sought| match sought {
-        Sought::Within(limits) => bounds(limits, unit),
+        Sought::Within(bounds) => shown::bounds(bounds, unit),
         Sought::Near(near) => {
-            let (factor, symbol) = results::shown::shown_unit(unit);
+            let (factor, symbol) = shown::shown_unit(unit);
             let shown = |number: f64| metrics::digits::shortest(number * factor);
             let scale = file.scales.get(&entry.figure);
             let scale = scale.map_or(String::new(), |scale| format!(" ± {}", shown(*scale)));
@@ -173,7 +174,7 @@ fn asked(file: &StudyFile, entry: &StudyFigureEntry) -> Value {
         }
     });
     json!({
-        "name": place(file, entry), "asked": asked, "reached": value(entry),
+        "name": place_of(file, entry), "asked": asked, "reached": value(entry),
         "verdict": entry.verdict.map(Verdict::words),
         "is_met": entry.verdict == Some(Verdict::Met),
     })
@@ -190,29 +191,13 @@ fn sensitivities(file: &StudyFile) -> Vec<Value> {
     let table = |factor: &str| {
         let rows = file.sensitivities.iter().filter(|entry| entry.factor == factor);
         let rows = rows.map(|entry| {
-            let found = StudyFigureEntry {
-                design: entry.design.clone(),
-                model: entry.model.clone(),
-                figure: entry.figure.clone(),
-                value: FigureEntry::new(entry.change_per_unit),
-                change: None,
-                target: None,
-                at_least: None,
-                at_most: None,
-                verdict: None,
-            };
-            json!({"name": place(file, &found), "text": slope(&found)})
+            let name = place(file, [&entry.design, &entry.model, &entry.figure]);
+            let slope = shown::difference(entry.change_per_unit, named(&entry.figure).1);
+            json!({"name": name, "text": slope})
         });
         json!({"factor": factor, "rows": rows.collect::<Vec<_>>()})
     };
     factors.into_iter().map(table).collect()
-}
-
-/// A slope; a share of 0 is a slope, no bound.
-fn slope(entry: &StudyFigureEntry) -> String {
-    let (factor, symbol) = results::shown::shown_unit(unit(entry));
-    let number = shown::with_error(entry.value.estimate().times(factor));
-    format!("{number} {symbol}").trim_end().to_owned()
 }
 
 /// Versions and hashes at the end of the page.

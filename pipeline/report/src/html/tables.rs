@@ -2,7 +2,10 @@
 //! The parts of the page that are tables of numbers: figures of merit, power ledger, tables of
 //! orders, provenance. They go into the page's template as JSON.
 
-use metrics::figures::{self as definitions, Definition, PARABOLA, PEAK_ANGLE};
+use metrics::figures::{
+    self as definitions, BEAM_ANGLE, COLOUR_DIFFERENCE, Definition, FIELD_ANGLE, PARABOLA,
+    PEAK_ANGLE,
+};
 use serde_json::{Value, json};
 
 use metrics::Estimate;
@@ -23,7 +26,7 @@ const NOTHING: f64 = 5e-7;
 /// Part of its standard error from which on the bound of a figure's bias is shown.
 const SEEN: f64 = 0.1;
 
-/// What stands for a missing number.
+/// Sign of a missing number.
 const NONE: &str = "–";
 
 /// One figure of a model.
@@ -133,10 +136,18 @@ fn by_design<'m, 'a>(models: &'m [Model<'a>]) -> impl Iterator<Item = &'m [Model
     models.chunk_by(|a, b| a.design == b.design)
 }
 
-/// A table of figures for each design.
+/// A table of figures for each design that has any.
 pub fn results(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
-        let heads = figures(&design[0]);
+        let mut heads = Vec::new();
+        for figure in design.iter().flat_map(figures) {
+            if heads.iter().all(|head: &FigureOfMerit| head.key != figure.key) {
+                heads.push(figure);
+            }
+        }
+        if heads.is_empty() {
+            return None;
+        }
         let row = |model: &Model| {
             let own = figures(model);
             let cell = |head: &FigureOfMerit| {
@@ -151,13 +162,13 @@ pub fn results(models: &[Model]) -> Vec<Value> {
         };
         let head =
             |head: &FigureOfMerit| json!({"label": head.label, "unit": shown_unit(head.unit).1});
-        json!({
+        Some(json!({
             "design": design[0].design,
             "heads": heads.iter().map(head).collect::<Vec<_>>(),
             "rows": design.iter().map(row).collect::<Vec<_>>(),
-        })
+        }))
     };
-    by_design(models).map(of_design).collect()
+    by_design(models).filter_map(of_design).collect()
 }
 
 /// A line on the light of each model in a spectrum.
@@ -173,16 +184,17 @@ pub fn spectra(models: &[Model]) -> Vec<Value> {
     models.iter().filter_map(line).collect()
 }
 
-/// Where the power went, a table for each design.
+/// Power ledger, a table for each design.
 pub fn ledger(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
         let names = accounts(design).into_iter();
         let rows: Vec<_> = names.map(|key| (key.replace('_', " "), key)).collect();
         by_model(design, &rows, |model, account| {
-            model.entry.power_ledger.account(account).map(FigureEntry::new)
+            let share = model.entry.power_ledger.account(account)?;
+            Some(shown::number(&FigureEntry::new(share), Unit::Fraction))
         })
     };
-    by_design(models).map(of_design).collect()
+    by_design(models).filter_map(of_design).collect()
 }
 
 /// Flux, mean and extremes of `[[receivers]]`, a table for each design that has any.
@@ -190,58 +202,87 @@ pub fn receivers(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
         let first = design.iter().find_map(|model| model.entry.receivers.as_ref())?;
         let rows = first.iter().flat_map(|(name, receiver)| {
-            shown::of_receiver(receiver).map(move |(label, _)| (name.as_str(), label))
+            let figures = shown::of_receiver(receiver);
+            figures.map(move |(label, _)| (format!("{name}, {label}"), (name, label)))
         });
-        let text = |model: &Model, name: &str, label: &str| {
-            let mut all = shown::of_receiver(model.entry.receivers.as_ref()?.get(name)?);
-            Some(all.find(|(known, _)| *known == label)?.1)
-        };
-        let row = |(name, label): (&str, &str)| {
-            let cell = |model: &Model| {
-                let text = text(model, name, label).unwrap_or_else(|| NONE.to_owned());
-                json!({"model": model.label(), "text": text})
-            };
-            let cells: Vec<Value> = design.iter().map(cell).collect();
-            json!({"name": format!("{name}, {label}"), "cells": cells})
-        };
-        let rows: Vec<Value> = rows.map(row).collect();
-        let models: Vec<String> = design.iter().map(Model::label).collect();
-        let table = json!({"design": design[0].design, "models": models, "rows": rows});
-        (!rows.is_empty()).then_some(table)
+        by_model(design, &rows.collect::<Vec<_>>(), |model, (name, label)| {
+            let mut all = shown::of_receiver(model.entry.receivers.as_ref()?.get(*name)?);
+            Some(all.find(|(known, _)| known == label)?.1)
+        })
     };
     by_design(models).filter_map(of_design).collect()
 }
 
 /// Forms of uniformity, a table for each design that has any.
 pub fn uniformity(models: &[Model]) -> Vec<Value> {
-    let figure = |model: &Model, key: &str| model.entry.figures.get(key).copied();
     let of_design = |design: &[Model]| {
-        let forms = FORMS.iter();
-        let there = forms.filter(|form| design.iter().any(|m| figure(m, form.key).is_some()));
-        let rows: Vec<_> = there.map(|form| (form.label.to_owned(), form.key.to_owned())).collect();
-        (!rows.is_empty()).then(|| by_model(design, &rows, figure))
+        let rows: Vec<_> = FORMS.iter().map(|form| (form.label.to_owned(), form.key)).collect();
+        by_model(design, &rows, |model, key| {
+            Some(shown::number(model.entry.figures.get(*key)?, Unit::Fraction))
+        })
     };
     by_design(models).filter_map(of_design).collect()
 }
 
-/// A table of percentages of one design: a row for each name and key, a column for each model.
-fn by_model(
-    design: &[Model],
-    rows: &[(String, String)],
-    value: impl Fn(&Model, &str) -> Option<FigureEntry>,
-) -> Value {
-    let row = |(name, key): &(String, String)| {
-        let text = |entry: FigureEntry| shown::number(&entry, Unit::Fraction);
-        let cell = |model: &Model| {
-            let text = value(model, key).map_or(NONE.to_owned(), text);
-            json!({"model": model.label(), "text": text})
-        };
-        json!({"name": name, "cells": design.iter().map(cell).collect::<Vec<_>>()})
+/// A figure of the table beside those of the paper's tables.
+enum Row {
+    /// Flux that the sources emit.
+    Emitted,
+    /// Figure of the registry.
+    Figure(Definition),
+    /// Share of one package in such a figure.
+    OfPackage(Definition),
+}
+
+/// Widths of the far field, difference of colour, and figures in absolute units, a table for each
+/// design that has any.
+pub fn others(models: &[Model]) -> Vec<Value> {
+    let absolute = || definitions::all().filter(|figure| figure.is_absolute);
+    let of_package = absolute().map(|f| (format!("{}, one package", f.label), Row::OfPackage(f)));
+    let rows = [BEAM_ANGLE, FIELD_ANGLE, COLOUR_DIFFERENCE].into_iter().chain(absolute());
+    let rows = rows.map(|figure| (figure.label.to_owned(), Row::Figure(figure)));
+    let emitted = [("flux, emitted".to_owned(), Row::Emitted)];
+    let rows: Vec<_> = emitted.into_iter().chain(rows).chain(of_package).collect();
+    let text = |model: &Model, row: &Row| {
+        let absolute = model.entry.absolute.as_ref();
+        match row {
+            Row::Emitted => Some(shown::emitted(&absolute?.emitted, model.entry.spectrum.as_ref())),
+            Row::Figure(figure) => {
+                let (entry, unit) = model.entry.figure(figure.key)?;
+                Some(shown::text(&entry, unit))
+            }
+            Row::OfPackage(figure) => {
+                let absolute = absolute.filter(|absolute| absolute.packages > 1)?;
+                let figure = absolute.figures.get(figure.key)?;
+                Some(shown::text(figure.per_package.as_ref()?, figure.unit()))
+            }
+        }
     };
-    json!({
-        "design": design[0].design,
-        "models": design.iter().map(Model::label).collect::<Vec<_>>(),
-        "rows": rows.iter().map(row).collect::<Vec<_>>(),
+    by_design(models).filter_map(|design| by_model(design, &rows, text)).collect()
+}
+
+/// A table of one design: a row for each name and what it stands for, a column for each model. Rows
+/// without any text are left out, and the table without any row.
+fn by_model<K>(
+    design: &[Model],
+    rows: &[(String, K)],
+    text: impl Fn(&Model, &K) -> Option<String>,
+) -> Option<Value> {
+    let row = |(name, of): &(String, K)| {
+        let texts: Vec<Option<String>> = design.iter().map(|model| text(model, of)).collect();
+        let has_text = texts.iter().any(Option::is_some);
+        let cells = design.iter().zip(texts).map(|(model, text)| {
+            json!({"model": model.label(), "text": text.unwrap_or_else(|| NONE.to_owned())})
+        });
+        has_text.then(|| json!({"name": name, "cells": cells.collect::<Vec<_>>()}))
+    };
+    let rows: Vec<Value> = rows.iter().filter_map(row).collect();
+    (!rows.is_empty()).then(|| {
+        json!({
+            "design": design[0].design,
+            "models": design.iter().map(Model::label).collect::<Vec<_>>(),
+            "rows": rows,
+        })
     })
 }
 
@@ -280,7 +321,7 @@ pub const TABLE_HEADS: [&str; 11] = [
     "power balance",
 ];
 
-/// What each table of diffraction orders says of itself, design by design.
+/// Statements of the tables of diffraction orders on themselves, design by design.
 pub fn orders(listed: &[Listed]) -> Vec<Value> {
     let row = |table: &Listed| {
         let e = table.entry;

@@ -142,7 +142,7 @@ impl Fixture {
         format!("{:#}", self.page().expect_err("refused"))
     }
 
-    /// What is refused after a change of `results.json`, and back.
+    /// The refusal after a change of `results.json`, which is undone.
     fn refusal_after(&mut self, change: impl FnOnce(&mut Value)) -> String {
         let before = self.results.clone();
         change(&mut self.results);
@@ -179,6 +179,54 @@ fn a_design_of_which_nothing_was_asked_states_what_it_reached() {
     assert!(!text.contains("asked") && text.contains("<dd>77.3 ± 1.0 %</dd>"), "{text}");
     // No study of convergence, no second model: no part for them.
     assert!(!html.contains("id=\"compared\"") && !html.contains("id=\"paper\""));
+}
+
+/// Figures in lumens, of a receiver and of the ledger.
+#[test]
+fn the_verdict_states_the_error_of_any_figure_and_tables_hold_absolute_ones() {
+    let mut fixture = Fixture::new();
+    let figure = |value: f64| json!({"value": value, "standard_error": 0.01 * value});
+    let flux =
+        |share: f64| json!({"value": 80.0 * share, "standard_error": 0.8 * share, "unit": "lm"});
+    let mut up = flux(1.0);
+    up["per_package"] = flux(0.5);
+    let emitted = |share: f64| json!({"emitted_w": 0.3 * share, "emitted_lm": 100.0 * share});
+    let absolute = json!({
+        "packages": 2, "emitted": emitted(1.0), "emitted_per_package": emitted(0.5),
+        "figures": {"flux_up": up},
+    });
+    let plate = json!({
+        "kind": "luminance", "quantity": "luminance", "unit": "cd/m²", "flux_unit": "lm", "files": [],
+        "flux": figure(70.0), "mean": figure(9000.0),
+    });
+    for (key, asked, name, wanted, reached) in [
+        ("escaped_up", 0.02, "escaped up", "at most 2 %", "1 %"),
+        ("flux_up", 1.0, "flux, up", "at most 1 lm", "0.8 lm"),
+        ("flux.plate", 0.01, "plate, flux", "at most 1 %", "0.7 %"),
+        ("mean.plate", 100.0, "plate, mean", "at most 100 cd/m²", "90 cd/m²"),
+    ] {
+        let model = &mut fixture.results["designs"][NAME]["hybrid_10um"];
+        model["absolute"] = absolute.clone();
+        model["receivers"] = json!({"plate": plate});
+        model["until_error"] =
+            json!({"figure": key, "error": asked, "reached": true, "batches": 1});
+        fixture.store();
+        let html = fixture.page().expect("a page").html;
+        let row = format!(
+            "<th scope=\"row\">error of {name}</th><td data-label=\"asked\">{wanted}</td><td data-label=\"reached\">{reached}</td>"
+        );
+        assert!(html.contains(&row), "no {row}");
+        let cell = "<td data-label=\"hybrid, 10 µm\"><span class=\"value\">";
+        for (name, value) in [
+            ("flux, up", "80.00 ± 0.80 lm"),
+            ("flux, up, one package", "40.00 ± 0.40 lm"),
+            ("plate, mean", "9000 ± 90 cd/m²"),
+        ] {
+            let row = format!("<th scope=\"row\">{name}</th>{cell}{value}</span>");
+            assert!(html.contains(&row), "no {row}");
+        }
+        assert!(html.contains("<a href=\"#receivers\">Receivers</a>"));
+    }
 }
 
 #[test]

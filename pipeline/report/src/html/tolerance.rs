@@ -10,7 +10,7 @@ use metrics::digits::thousands;
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
-use results::shown::{self, with_error};
+use results::shown::{self, named, unit_of_differences};
 use results::tolerance::{
     BoundEntry, FILE, QuantileEntry, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
     share_words, significant, unseen,
@@ -56,7 +56,7 @@ impl ToleranceFolder {
         &self.directory
     }
 
-    /// Whether `path` is one of the files of the analysis.
+    /// True if `path` is one of the files of the analysis.
     pub fn holds(&self, path: &Path) -> bool {
         is_one_of(&self.directory, &self.file.files, FILE, path)
     }
@@ -70,7 +70,7 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
     let words = file.distribution.as_ref().map(|distribution| {
         format!(
             "Share of packages at or below each value of {}, noise of the traces taken out.",
-            plain(&distribution.figure)
+            named(&distribution.figure).0
         )
     });
     let picture = distribution_picture(file)?;
@@ -82,11 +82,10 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
     let levels = levels.max_by_key(|quantiles| quantiles.len());
     let levels = levels.into_iter().flatten().map(level);
     let bounded = figures.iter().filter_map(|(key, figure)| {
-        let below = figure.deviation_below?;
-        Some((plain(key), below))
+        let (name, unit) = named(key);
+        Some(format!("{name} {}", spread(figure.deviation_below?, unit)))
     });
-    let bounded: Vec<(String, f64)> = bounded.collect();
-    let unseen = unseen(bounded.iter().map(|(name, below)| (name.as_str(), *below)));
+    let unseen = unseen(&bounded.collect::<Vec<_>>());
     Ok(json!({
         "name": file.name,
         "description": file.description,
@@ -113,32 +112,36 @@ fn in_order(file: &ToleranceResultsFile) -> Vec<(&String, &ToleranceFigureEntry)
     figures
 }
 
-fn plain(key: &str) -> String {
-    key.replace('_', " ")
-}
-
 fn level(quantile: &QuantileEntry) -> String {
     format!("{} %", 100.0 * quantile.level)
 }
 
+/// A spread of a figure to two digits with its unit.
+fn spread(spread: f64, unit: Unit) -> String {
+    let (factor, symbol) = unit_of_differences(unit);
+    format!("{} {symbol}", significant(factor * spread)).trim_end().to_owned()
+}
+
 fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
+    let (name, unit) = named(key);
     let quantile = |one: &QuantileEntry| {
         let estimate = Estimate::new(one.value, one.standard_error);
-        json!({"level": level(one), "text": with_error(estimate)})
+        json!({"level": level(one), "text": shown::estimate(estimate, unit)})
     };
     json!({
-        "name": plain(key),
-        "nominal": shown::number(&figure.nominal, Unit::Relative),
-        "shift": shown::number(&figure.shift, Unit::Relative),
-        "deviation": figure.deviation.map(with_error),
-        "noise": significant(figure.noise_of_a_trace),
+        "name": name,
+        "nominal": shown::text(&figure.nominal, unit),
+        "shift": shown::difference_between(&figure.shift, unit),
+        "deviation": figure.deviation.map(|deviation| shown::difference(deviation, unit)),
+        "noise": spread(figure.noise_of_a_trace, unit),
         "quantiles": figure.quantiles.iter().map(quantile).collect::<Vec<_>>(),
     })
 }
 
 fn bound(entry: &BoundEntry) -> String {
     let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
-    format!("{} {}", plain(&entry.figure), bounds.words())
+    let (name, unit) = named(&entry.figure);
+    format!("{name} {}", shown::bounds(bounds, unit))
 }
 
 /// Contributors of a figure, the largest first.
@@ -147,22 +150,23 @@ fn contributions(key: &str, figure: &ToleranceFigureEntry) -> Option<Value> {
     let mut parts: Vec<_> = found.by_tolerance.iter().collect();
     parts.sort_by(|a, b| b.share.value.total_cmp(&a.share.value));
     let left_out = parts.len().saturating_sub(LISTED);
+    let (name, unit) = named(key);
     let parts = parts.into_iter().take(LISTED).map(|part| {
         json!({
             "tolerance": part.tolerance,
             "share": share_words(part.share),
-            "change": part.change_per_deviation.map(with_error),
+            "change": part.change_per_deviation.map(|change| shown::difference(change, unit)),
         })
     });
     Some(json!({
-        "figure": plain(key),
+        "figure": name,
         "rows": parts.collect::<Vec<_>>(),
         "left_out": left_out,
         "unexplained": share_words(found.unexplained),
     }))
 }
 
-/// What stands at the end of a page of an analysis alone.
+/// Versions and hashes at the end of a page of an analysis alone.
 pub(super) fn provenance(file: &ToleranceResultsFile) -> Value {
     let lines = [
         ("computed by", format!("{} {}", file.program.name, file.program.version)),

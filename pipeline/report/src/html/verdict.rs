@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The box beside the first picture: what was asked of a model, what it reached, and whether that
-//! meets it.
+//! The box beside the first picture: figures asked of a model, figures reached, and verdicts.
 
+use metrics::Bounds;
 use metrics::digits::shortest;
+use metrics::far_field::PeakPlace;
 use metrics::figures::{
-    self, CELL_MEAN, EXTRACTION, FLUX_UP, INTENSITY_PEAK, PEAK_ANGLE, UNIFORMITY,
+    self, CELL_MEAN, ESCAPED_UP, EXTRACTION, FLUX_UP, INTENSITY_PEAK, PEAK_ANGLE, UNIFORMITY,
 };
 use metrics::quantity::Unit;
-use metrics::{Bounds, Estimate};
 use results::figure_entry::FigureEntry;
 use results::optimisation::{self, OptimisationFile};
-use results::shown::{self, shown_unit};
+use results::shown::{self, named, shown_unit};
 use results::target::{Sought, Target, Verdict};
 use serde_json::{Value, json};
 
@@ -38,7 +38,7 @@ impl Asked {
 pub fn verdict(model: &Model, search: Option<&OptimisationFile>) -> Value {
     let mut asked = published(model);
     let search = search.filter(|file| file.name == model.design);
-    asked.extend(search.into_iter().flat_map(constraints));
+    asked.extend(search.into_iter().flat_map(|file| constraints(model, file)));
     asked.extend(stopping_rule(model));
     let met = asked.iter().filter(|line| line.verdict == Verdict::Met.words()).count();
     let stated: Vec<&str> = asked.iter().map(|line| line.name.as_str()).collect();
@@ -71,58 +71,56 @@ fn published(model: &Model) -> Vec<Asked> {
 }
 
 /// Constraints of a search, as verified by the model of its last stage.
-fn constraints(file: &OptimisationFile) -> Vec<Asked> {
+fn constraints(model: &Model, file: &OptimisationFile) -> Vec<Asked> {
     let by = file.stages.last().map_or(String::new(), |stage| format!(", by {}", stage.model));
-    let words = |met: bool| if met { Verdict::Met.words() } else { Verdict::NotMet.words() };
     let constraint = |entry: &optimisation::ConstraintEntry| {
-        let (name, unit) = named(&entry.figure);
-        let wanted = bounds(Bounds { at_least: entry.at_least, at_most: entry.at_most }, unit);
+        let (name, unit) = named_in(model, &entry.figure);
+        let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
+        let wanted = shown::bounds(bounds, unit);
         Asked {
             name: format!("{name}{by}"),
             wanted: format!("{wanted} by {} errors", shortest(entry.margin)),
             reached: entry.value.map_or("–".to_owned(), |value| shown::text(&value, unit)),
-            verdict: words(entry.met),
+            verdict: met(entry.met),
         }
     };
     file.constraints.iter().map(constraint).collect()
 }
 
+fn met(is_met: bool) -> &'static str {
+    if is_met { Verdict::Met.words() } else { Verdict::NotMet.words() }
+}
+
 /// The error that `--until-error` asked for.
 fn stopping_rule(model: &Model) -> Option<Asked> {
     let rule = model.entry.until_error.as_ref()?;
-    let (name, unit) = named(&rule.figure);
+    let (name, unit) = named_in(model, &rule.figure);
     let error = |value: f64| {
         let (factor, symbol) = shown_unit(unit);
         format!("{} {symbol}", shortest(value * factor)).trim_end().to_owned()
     };
-    let reached = model.entry.figures.get(&rule.figure).map(|figure| figure.standard_error);
-    let rounded = |value: f64| format!("{value:.1e}").parse().unwrap_or(value);
+    let two_digits = |value: f64| format!("{value:.1e}").parse().unwrap_or(value);
+    let reached = |(figure, _): (FigureEntry, Unit)| match figure.peak_place {
+        PeakPlace::NotResolved => Verdict::NotResolved.words().to_owned(),
+        _ => error(two_digits(figure.standard_error)),
+    };
     Some(Asked {
         name: format!("error of {name}"),
         wanted: format!("at most {}", error(rule.error)),
-        reached: reached.map_or("–".to_owned(), |value| error(rounded(value))),
-        verdict: if rule.reached { Verdict::Met.words() } else { Verdict::NotMet.words() },
+        reached: model.entry.figure(&rule.figure).map_or("–".to_owned(), reached),
+        verdict: met(rule.reached),
     })
 }
 
 /// Efficiency, uniformity, fluxes, intensities and illuminances with their errors.
 fn reached(model: &Model) -> Vec<(String, String)> {
     let mut lines = Vec::new();
-    if let Some(share) = model.entry.power_ledger.account(figures::ESCAPED_UP.key) {
-        lines.push(("leaves upwards".to_owned(), text(share, Unit::Fraction)));
-    }
-    for figure in [EXTRACTION, UNIFORMITY, PEAK_ANGLE] {
-        if let Some(entry) = model.entry.figures.get(figure.key) {
+    let all = [ESCAPED_UP, EXTRACTION, UNIFORMITY, PEAK_ANGLE, FLUX_UP, CELL_MEAN, INTENSITY_PEAK];
+    for figure in all {
+        if let Some((entry, unit)) = model.entry.figure(figure.key) {
             let name = figure.heading.unwrap_or(figure.label);
-            lines.push((name.to_owned(), shown::text(entry, figure.unit)));
-        }
-    }
-    let absolute = model.entry.absolute.iter();
-    for figure in [FLUX_UP, CELL_MEAN, INTENSITY_PEAK] {
-        for entry in absolute.clone().filter_map(|absolute| absolute.figures.get(figure.key)) {
-            let number = shown::number(&entry.array, Unit::Relative);
-            let value = shown::with_symbol(number, &entry.array, &entry.unit);
-            lines.push((figure.label.to_owned(), value));
+            let name = if figure == ESCAPED_UP { "leaves upwards" } else { name };
+            lines.push((name.to_owned(), shown::text(&entry, unit)));
         }
     }
     for (name, receiver) in model.entry.receivers.iter().flatten() {
@@ -133,40 +131,8 @@ fn reached(model: &Model) -> Vec<(String, String)> {
     lines
 }
 
-/// Name and unit of a figure for people.
-pub(super) fn named(key: &str) -> (String, Unit) {
-    match figures::find(key) {
-        Some(figure) => (figure.heading.unwrap_or(figure.label).to_owned(), figure.unit),
-        None => (key.replace('_', " "), Unit::Relative),
-    }
-}
-
-/// Value and error of a figure in its unit.
-pub(super) fn text(value: Estimate, unit: Unit) -> String {
-    shown::text(&FigureEntry::new(value), unit)
-}
-
-/// Bounds in the unit shown.
-pub(super) fn bounds(bounds: Bounds, unit: Unit) -> String {
-    let (factor, symbol) = shown_unit(unit);
-    let scaled = |bound: Option<f64>| bound.map(|bound| round(bound * factor));
-    let scaled = Bounds { at_least: scaled(bounds.at_least), at_most: scaled(bounds.at_most) };
-    format!("{} {symbol}", scaled.words()).trim_end().to_owned()
-}
-
-/// A stated number without the rounding of its factor.
-fn round(value: f64) -> f64 {
-    format!("{value:.12e}").parse().unwrap_or(value)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bounds_stand_in_the_unit_shown() {
-        let at_least = Bounds { at_least: Some(0.07), at_most: None };
-        assert_eq!(bounds(at_least, Unit::Fraction), "at least 7 %");
-        assert_eq!(bounds(at_least, Unit::Relative), "at least 0.07");
-    }
+/// Name of a figure for people, and its unit in the light of `model`.
+pub(super) fn named_in(model: &Model, key: &str) -> (String, Unit) {
+    let (name, unit) = named(key);
+    (name, model.entry.figure(key).map_or(unit, |(_, unit)| unit))
 }

@@ -4,8 +4,8 @@
 use anyhow::{Result, ensure};
 
 use metrics::Estimate;
-use metrics::digits::format_value_with_error;
 use metrics::quantity::{Quantity, Unit};
+use results::shown;
 
 use super::Heading;
 use super::draw::canvas::{Align, Letters, Picture, Rect};
@@ -66,8 +66,8 @@ pub fn share_bars(
         let mut from = 0.0;
         for (part, share) in bar.shares.iter().enumerate().filter(|(_, s)| s.value > 0.0) {
             let [x0, x1] = [from, from + share.value].map(|v| panel.at(v, 0.0)[0]);
-            let number = format_value_with_error(100.0 * share.value, 100.0 * share.standard_error);
-            let words = format!("{}, {}: {number} %", bar.label, parts[part].0);
+            let number = shown::estimate(*share, Unit::Fraction);
+            let words = format!("{}, {}: {number}", bar.label, parts[part].0);
             sheet.canvas.with_tooltip(&words, |canvas| {
                 let area = Rect::new(x0, y - BAR / 2.0, x1, y + BAR / 2.0);
                 canvas.rectangle(area, parts[part].1);

@@ -23,16 +23,16 @@ pub struct ErrorCurve {
     pub errors: Vec<f64>,
 }
 
-/// What is refined, and what comes of it.
+/// A refinement and the errors that it leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refinement {
-    /// What the numbers count: `highest order kept`.
+    /// Name of the numbers: `highest order kept`.
     pub what: String,
     /// Title of the column: `Orders, on 54 slices`.
     pub title: String,
     /// Resolutions, ascending, positive.
     pub at: Vec<f64>,
-    /// Whether they stand on a logarithmic axis.
+    /// True if they stand on a logarithmic axis.
     pub logarithmic: bool,
     /// Errors; the same labels in every refinement of a picture.
     pub curves: Vec<ErrorCurve>,

@@ -4,8 +4,10 @@
 
 use anyhow::{Result, ensure};
 
-use metrics::digits::format_value_with_error;
+use metrics::Estimate;
 use metrics::quantity::{Quantity, Unit};
+use results::figure_entry::FigureEntry;
+use results::shown::{self, shown_unit};
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
@@ -40,8 +42,8 @@ const NOTHING: f64 = 0.01;
 pub struct MarkedLine {
     /// Name at the left.
     pub label: String,
-    /// Series, value, standard error.
-    pub marks: Vec<(String, f64, f64)>,
+    /// Series, and difference or slope.
+    pub marks: Vec<(String, Estimate)>,
     /// Least value that there can be, at which bars end.
     pub least: f64,
 }
@@ -61,13 +63,17 @@ pub fn marked_lines(
         Chart { columns: vec![Quantity::new(quantity, unit)], from_zero: true, ..Chart::default() };
     for (line, MarkedLine { label, marks, least }) in lines.iter().enumerate() {
         chart.lines.push(broken(label));
-        for (series, value, error) in marks.iter().filter(|m| m.1.is_finite()) {
+        for (series, mark) in marks.iter().filter(|(_, mark)| mark.value.is_finite()) {
+            let [low, high] = band(*mark);
             chart.dots.push(Dot {
                 line,
                 column: 0,
                 series: place_of(&mut chart.series, series),
-                computed: Some([*value, *error]),
-                least: *least,
+                computed: Some(Computed {
+                    value: mark.value,
+                    bar: [low.max(*least), high],
+                    words: shown::difference(*mark, unit),
+                }),
                 published: None,
             });
         }
@@ -106,12 +112,7 @@ pub fn published_vs_computed(heading: &Heading, rows: &[SummaryRow]) -> Result<P
             line,
             column: place_of(&mut chart.columns, &quantity),
             series: place_of(&mut chart.series, &row.model),
-            computed: computed.map(|c| match c.interval {
-                // The bar reaches from end to end.
-                Some([low, high]) => [0.5 * (low + high), 0.5 * (high - low) / BAND_ERRORS],
-                None => [c.value, c.standard_error],
-            }),
-            least: f64::NEG_INFINITY,
+            computed: computed.map(|entry| Computed::new(&entry, row.unit)),
             published,
         });
     }
@@ -136,28 +137,44 @@ struct Dot {
     line: usize,
     column: usize,
     series: usize,
-    /// Value and standard error; the error may be unknown.
-    computed: Option<[f64; 2]>,
-    /// Least value that there can be.
-    least: f64,
+    computed: Option<Computed>,
     published: Option<f64>,
 }
 
-impl Dot {
-    /// Ends of the error bar.
-    fn bar(&self) -> Option<[f64; 2]> {
-        self.computed.map(|[value, error]| {
-            let bar = if error.is_finite() { BAND_ERRORS * error } else { 0.0 };
-            [(value - bar).max(self.least), value + bar]
-        })
-    }
+/// A computed number.
+struct Computed {
+    value: f64,
+    /// Ends of its error bar, or of the range of a figure that is not resolved.
+    bar: [f64; 2],
+    /// Text of its tooltip.
+    words: String,
+}
 
-    fn ends(&self) -> impl Iterator<Item = f64> {
-        self.bar().into_iter().flatten().chain(self.published)
+impl Computed {
+    fn new(entry: &FigureEntry, unit: Unit) -> Self {
+        let [low, high] = entry.interval.unwrap_or_else(|| band(entry.with_wavelengths()));
+        // No share lies beyond 0 and 1.
+        let bar = match unit {
+            Unit::Fraction => [low.max(0.0), high.min(1.0)],
+            _ => [low, high],
+        };
+        Self { value: entry.value, bar, words: shown::text(&entry.in_range(unit), unit) }
     }
 }
 
-/// What is drawn.
+/// Two errors to each side of a value, none where the error is not known.
+fn band(Estimate { value, standard_error, .. }: Estimate) -> [f64; 2] {
+    let bar = if standard_error.is_finite() { BAND_ERRORS * standard_error } else { 0.0 };
+    [value - bar, value + bar]
+}
+
+impl Dot {
+    fn ends(&self) -> impl Iterator<Item = f64> {
+        self.computed.iter().flat_map(|computed| computed.bar).chain(self.published)
+    }
+}
+
+/// Content of the picture.
 #[derive(Default)]
 struct Chart {
     columns: Vec<Quantity>,
@@ -168,7 +185,7 @@ struct Chart {
     /// Names in the legend.
     series: Vec<String>,
     dots: Vec<Dot>,
-    /// Whether the axes hold 0, with a line there.
+    /// True if the axes hold 0, with a line there.
     from_zero: bool,
 }
 
@@ -274,14 +291,11 @@ impl Chart {
         y: f64,
         x: impl Fn(f64) -> f64,
     ) {
-        let (scale, unit) = match quantity.unit() {
-            Unit::Fraction => (100.0, "%"),
-            other => (1.0, other.symbol()),
-        };
+        let (scale, unit) = shown_unit(quantity.unit());
         let label = self.lines[dot.line].join(" ");
-        if let (Some(from), Some([to, _])) = (dot.published, dot.computed) {
+        if let (Some(from), Some(to)) = (dot.published, &dot.computed) {
             let pen = Pen::dashed(Colour::MUTED, 1.2, &[3.0, 4.0]);
-            canvas.line([x(from), y], [x(to), y], &pen);
+            canvas.line([x(from), y], [x(to.value), y], &pen);
         }
         if let Some(published) = dot.published {
             let words = format!("{label}: published {} {unit}", published * scale);
@@ -289,11 +303,10 @@ impl Chart {
                 diamond(canvas, [x(published), y], 8.5, Colour::TEXT);
             });
         }
-        if let (Some([value, error]), Some(bar)) = (dot.computed, dot.bar()) {
+        if let Some(Computed { value, bar, words }) = &dot.computed {
             let colour = self.colour(dot.series);
             let pen = Pen::solid(colour, 2.4);
-            let number = format_value_with_error(value * scale, error * scale);
-            canvas.with_tooltip(&format!("{label}: {number} {unit}"), |canvas| {
+            canvas.with_tooltip(&format!("{label}: {words}"), |canvas| {
                 let ends = bar.map(&x);
                 canvas.line([ends[0], y], [ends[1], y], &pen);
                 if ends[1] - ends[0] > 13.0 {
@@ -301,7 +314,7 @@ impl Chart {
                         canvas.line([x, y - 6.0], [x, y + 6.0], &pen);
                     }
                 }
-                canvas.disk([x(value), y], DOT, colour);
+                canvas.disk([x(*value), y], DOT, colour);
             });
         }
     }
@@ -339,14 +352,15 @@ fn shortened(label: &str) -> String {
 mod tests {
     use super::super::draw::canvas::tests::decode;
     use super::*;
-    use metrics::Estimate;
-    use results::figure_entry::FigureEntry;
 
     fn line(label: &str, value: f64) -> MarkedLine {
         MarkedLine {
             least: f64::NEG_INFINITY,
             label: label.to_owned(),
-            marks: vec![("D1".to_owned(), value, 0.01), ("D2".to_owned(), -value, f64::NAN)],
+            marks: vec![
+                ("D1".to_owned(), Estimate::new(value, 0.01)),
+                ("D2".to_owned(), Estimate::new(-value, f64::NAN)),
+            ],
         }
     }
 
@@ -414,6 +428,22 @@ mod tests {
         assert!(dots(&[row("uniformity", None, Some(0.8))]) > 50);
         assert!(published_vs_computed(&heading, &[row("uniformity", None, None)]).is_err());
         assert!(published_vs_computed(&heading, &[]).is_err());
+    }
+
+    #[test]
+    fn bars_of_shares_end_at_1_and_those_of_open_figures_at_their_ends() {
+        let bar = |estimate, unit| {
+            let computed = Computed::new(&FigureEntry::new(estimate), unit);
+            (computed.bar, computed.words)
+        };
+        let (ends, words) = bar(Estimate::new(0.99, 0.01), Unit::Fraction);
+        assert!((ends[0] - 0.97).abs() < 1e-12 && ends[1] == 1.0, "{ends:?}");
+        assert_eq!(words, "99.0 ± 1.0 %");
+        let (ends, words) = bar(Estimate::between(0.92, 1.02, 0.01), Unit::Fraction);
+        assert!((ends[0] - 0.9).abs() < 1e-12 && ends[1] == 1.0, "{ends:?}");
+        assert_eq!(words, "90 to 100 %");
+        let (ends, _) = bar(Estimate::new(2.0, 0.5), Unit::Degree);
+        assert_eq!(ends, [1.0, 3.0]);
     }
 
     #[test]

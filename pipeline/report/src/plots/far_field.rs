@@ -20,11 +20,11 @@ use super::draw::sheet::{CURVE, HEIGHT, Sheet, WIDTH, curve_legend, curve_pens};
 pub struct FarField<'a> {
     /// Title, design and model.
     pub heading: &'a Heading,
-    /// What the curves measure: `intensity` in W/sr, or relative.
+    /// Quantity of the curves: `intensity` in W/sr, or relative.
     pub quantity: &'a Quantity,
     /// Curves with positions within -90°..90°.
     pub curves: &'a [Curve],
-    /// How curves are told apart.
+    /// Colours of the curves.
     pub colours: LineColours,
     /// Numbers of the curves' colours where these are not to follow each other; may be empty.
     pub numbers: &'a [usize],

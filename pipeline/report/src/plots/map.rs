@@ -22,7 +22,7 @@ pub struct LedOutline {
     pub size: [f64; 2],
 }
 
-/// How the values of a map become colours.
+/// Scale of the colours of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapScale {
     /// From 0 to the largest value.
@@ -43,7 +43,7 @@ pub struct IlluminanceMap<'a> {
     /// Smallest positive and largest value that have a colour of their own, where maps are to be
     /// compared; without it, those of the map.
     pub range: Option<[f64; 2]>,
-    /// How bins become an image.
+    /// Image of the bins.
     pub image: BinImage,
     /// Peaks and valleys.
     pub marks: &'a [Mark],
@@ -71,8 +71,9 @@ pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
     let mut sheet = Sheet::new(1600, 770, picture.heading, &legend(picture));
     let [mut left, mut right] = [sheet.body; 2];
     (left.right, right.left) = (sheet.body.centre()[0], sheet.body.centre()[0]);
-    draw(&mut sheet, left, picture, MapScale::Linear)?;
+    let bottom = draw(&mut sheet, left, picture, MapScale::Linear)?;
     draw(&mut sheet, right, picture, MapScale::Logarithmic)?;
+    sheet.canvas.cut(bottom);
     Ok(sheet.finish())
 }
 
@@ -83,7 +84,8 @@ pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
 pub fn map_on_scale(picture: &IlluminanceMap, scale: MapScale) -> Result<Picture> {
     let mut sheet = Sheet::new(840, 770, picture.heading, &legend(picture));
     let body = sheet.body;
-    draw(&mut sheet, body, picture, scale)?;
+    let bottom = draw(&mut sheet, body, picture, scale)?;
+    sheet.canvas.cut(bottom);
     Ok(sheet.finish())
 }
 
@@ -98,8 +100,8 @@ fn legend(picture: &IlluminanceMap) -> Vec<Entry> {
     legend
 }
 
-/// One map with its colour bar, in this room.
-fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale) -> Result<()> {
+/// Draws one map with its colour bar in this room; returns the lower end of both.
+fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale) -> Result<f64> {
     let map = picture.map;
     let [low, high] = picture.range.unwrap_or_else(|| map_range(map.value()));
     ensure!(
@@ -143,9 +145,14 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
     let boxes: Vec<Rect> = picture.leds.iter().map(|led| led_place(&panel, led)).collect();
     draw_marks(canvas, &panel, picture.marks, &boxes);
     panel.frame(canvas);
-    colour_bar(canvas, &panel, &levels);
-    Ok(())
+    let bar = colour_bar(canvas, &panel, &levels);
+    Ok((panel.area.bottom + BELOW).max(bar.bottom + MARGIN))
 }
+
+/// Room below a map for the numbers and the name of its axis, and below the rest of a picture,
+/// pixels.
+const BELOW: f64 = 76.0;
+const MARGIN: f64 = 20.0;
 
 /// The line of the cross-section.
 const SECTION: Pen = Pen::dashed(Colour::BLACK, 1.4, &[6.0, 5.0]);
@@ -154,7 +161,7 @@ const SECTION: Pen = Pen::dashed(Colour::BLACK, 1.4, &[6.0, 5.0]);
 /// equation 2.
 pub const LEVELS: f64 = 256.0;
 
-/// How a map's bins become an image.
+/// Image of a map's bins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BinImage {
     /// A rectangle of one colour for each bin.
@@ -268,6 +275,21 @@ mod tests {
         // On the linear scale a tenth is a tenth of the way.
         assert_eq!(colour(550, 640), at(1.0));
         assert_eq!(colour(250, 300), at(0.1));
+    }
+
+    #[test]
+    fn pictures_of_wide_maps_end_below_them() {
+        let axis = |name, half: f64, bins| {
+            Axis::uniform(Quantity::new(name, Unit::Millimetre), -half, half, bins).unwrap()
+        };
+        let height = |half: f64| {
+            let quantity = Quantity::new("illuminance", Unit::Lux);
+            let (y, x) = (axis("y", half, 1), axis("x", 30.0, 2));
+            let map = Map::new(quantity, y, x, vec![1.0, 2.0], vec![0.0; 2]).unwrap();
+            decode(&picture(&map, None).unwrap()).height()
+        };
+        // 513 pixels wide, with 129 above and 76 below; the colour bar is no shorter than 230.
+        assert_eq!([height(30.0), height(20.0), height(0.5)], [718, 547, 379]);
     }
 
     #[test]

@@ -44,10 +44,19 @@ pub use sample_distribution::{CumulativeShare, MarkedValue, sample_distribution}
 pub use search_convergence::search_convergence;
 pub use section::{Section, cross_section};
 
+/// Title of a picture of a receiver: `luminance of plate`, or the quantity alone of a receiver that
+/// is called after it.
+pub fn receiver_title(quantity: &str, name: &str) -> String {
+    if name.eq_ignore_ascii_case(quantity) {
+        return quantity.to_owned();
+    }
+    format!("{quantity} of {name}")
+}
+
 /// Title lines of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Heading {
-    /// What is shown: `Far field`.
+    /// Content: `Far field`.
     pub title: String,
     /// Design, model and what else tells this picture from its neighbours: `D1, hybrid, 10 µm`.
     pub subtitle: String,

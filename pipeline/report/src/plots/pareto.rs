@@ -5,8 +5,8 @@
 use anyhow::{Result, ensure};
 
 use metrics::Estimate;
-use metrics::digits::format_value_with_error;
-use metrics::quantity::{Quantity, Unit};
+use metrics::quantity::Quantity;
+use results::shown;
 
 use super::Heading;
 use super::draw::canvas::{Canvas, Pen, Picture};
@@ -21,7 +21,7 @@ const DOT: f64 = 6.0;
 /// Room around the points, as a share of what they span.
 const ROOM: f64 = 0.08;
 
-/// Draws designs, each by two figures called `names`; `before` is the design at the beginning.
+/// Draws designs, each by two figures of the keys `names`; `before` is the design at the beginning.
 ///
 /// # Errors
 /// No design.
@@ -43,8 +43,8 @@ pub fn pareto_front(
     let mut sheet = Sheet::new(WIDTH, HEIGHT, heading, &legend);
     let axis = |number: usize, count: usize| {
         let all = designs.iter().chain(&before).map(|pair| pair[number]);
-        let name = Quantity::new(names[number].replace('_', " "), Unit::Relative);
-        PanelAxis::linear(&name, scale(all), count)
+        let (name, unit) = shown::named(names[number]);
+        PanelAxis::linear(&Quantity::new(name, unit), scale(all), count)
     };
     let panel =
         Panel { area: sheet.body.inset(90.0, 12.0, 10.0, 65.0), x: axis(0, 8), y: axis(1, 6) };
@@ -52,13 +52,13 @@ pub fn pareto_front(
     panel.grid(canvas);
     for design in designs {
         bars(canvas, &panel, design, colour);
-        canvas.with_tooltip(&words(names, design), |canvas| {
+        canvas.with_tooltip(&caption(names, design), |canvas| {
             canvas.disk(panel.at(design[0].value, design[1].value), DOT, colour);
         });
     }
     if let Some(before) = &before {
         bars(canvas, &panel, before, Colour::TEXT);
-        canvas.with_tooltip(&words(names, before), |canvas| {
+        canvas.with_tooltip(&caption(names, before), |canvas| {
             let at = panel.at(before[0].value, before[1].value);
             diamond(canvas, at, 8.5, Colour::TEXT);
         });
@@ -89,11 +89,12 @@ fn bars(canvas: &mut Canvas, panel: &Panel, [x, y]: &[Estimate; 2], colour: Colo
     canvas.line(low, high, &pen);
 }
 
-fn words(names: [&str; 2], design: &[Estimate; 2]) -> String {
+/// Names and values of both figures.
+fn caption(names: [&str; 2], design: &[Estimate; 2]) -> String {
     let pairs = names.iter().zip(design);
-    let each = pairs.map(|(name, e)| {
-        let number = format_value_with_error(e.value, e.standard_error);
-        format!("{} {number}", name.replace('_', " "))
+    let each = pairs.map(|(key, e)| {
+        let (name, unit) = shown::named(key);
+        format!("{name} {}", shown::estimate(*e, unit))
     });
     each.collect::<Vec<_>>().join(", ")
 }

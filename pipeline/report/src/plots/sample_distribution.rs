@@ -5,6 +5,7 @@
 use anyhow::{Result, ensure};
 
 use metrics::quantity::{Quantity, Unit};
+use results::shown;
 
 use super::Heading;
 use super::draw::canvas::{Pen, Picture};
@@ -24,7 +25,7 @@ pub struct CumulativeShare {
     pub value: f64,
     /// Share of packages.
     pub share: f64,
-    /// Its 95 % interval.
+    /// 95 % interval of the share.
     pub interval: [f64; 2],
 }
 
@@ -33,17 +34,17 @@ pub struct CumulativeShare {
 pub struct MarkedValue {
     /// Name in the legend.
     pub label: String,
-    /// Where.
+    /// Place of the line.
     pub value: f64,
 }
 
-/// Draws the distribution of the figure called `name`; `shares` ascend, `limits` are bounds.
+/// Draws the distribution of the figure under `key`; `shares` ascend, `limits` are bounds.
 ///
 /// # Errors
 /// Fewer than two packages.
 pub fn sample_distribution(
     heading: &Heading,
-    name: &str,
+    key: &str,
     shares: &[CumulativeShare],
     nominal: &MarkedValue,
     limits: &[MarkedValue],
@@ -67,13 +68,14 @@ pub fn sample_distribution(
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.fold(start, |(low, high), v| (low.min(v), high.max(v)));
     let room = ROOM * (high - low).max(1e-9);
+    let (name, unit) = shown::named(key);
     let linear = |name: String, unit, low, high, count| {
         let scale = AxisScale::Linear { low, high };
         PanelAxis::linear(&Quantity::new(name, unit), scale, count)
     };
     let panel = Panel {
         area: sheet.body.inset(80.0, 12.0, 10.0, 65.0),
-        x: linear(name.replace('_', " "), Unit::Relative, low - room, high + room, 8),
+        x: linear(name, unit, low - room, high + room, 8),
         y: linear("share of packages".to_owned(), Unit::Fraction, 0.0, 1.0, 6),
     };
     let canvas = &mut sheet.canvas;

@@ -20,9 +20,9 @@ use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curv
 pub struct Section<'a> {
     /// Title, design and model.
     pub heading: &'a Heading,
-    /// What positions measure: `position between LEDs` in mm.
+    /// Quantity of positions: `position between LEDs` in mm.
     pub position: &'a Quantity,
-    /// What values measure: `illuminance` in W/mm².
+    /// Quantity of values: `illuminance` in W/mm².
     pub quantity: &'a Quantity,
     /// Curves.
     pub curves: &'a [Curve],

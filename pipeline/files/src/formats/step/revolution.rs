@@ -53,7 +53,7 @@ struct Circle {
 }
 
 impl Stretch {
-    fn of(piece: &Piece) -> Self {
+    fn from_piece(piece: &Piece) -> Self {
         let (centre, radius) = match piece.curve {
             Curve::Line => ([0.0; 2], None),
             Curve::Arc { radius_mm, centre_mm } => ([0.0, centre_mm], Some(radius_mm)),
@@ -79,7 +79,7 @@ impl Stretch {
 /// Stretches of a curve and of what closes it; neighbours on one sphere are one.
 fn stretches(meridian: &Meridian) -> Vec<Stretch> {
     let mut all: Vec<Stretch> = Vec::new();
-    for next in meridian.pieces.iter().map(Stretch::of) {
+    for next in meridian.pieces.iter().map(Stretch::from_piece) {
         // Longer arcs of other circles might close.
         let is_spherical = next.circle.is_some_and(|circle| circle.centre[0].abs() <= 0.0);
         if let Some(last) = all.last_mut()

@@ -191,7 +191,7 @@ part("view-3d", () => {
     if (view) rays(list);
     angles();
     const where = bin === null ? "all directions" : `${bin * scene.binDeg} to ${(bin + 1) * scene.binDeg}°`;
-    byId("ranking-where").textContent = where;
+    byId("ranking-where").textContent = `Light into ${where}`;
     ranking(byId("ranking-rings"), scene.byRing, scene.ringNames, ring, "No light left the dome into these angles.");
     ranking(byId("ranking-faces"), scene.byFace, scene.faceNames, face, "No light into these angles met a surface.");
     const words = checked("fate").length ? `${list.length} of ${all.length} paths drawn, ${where}.` : "No fate is ticked: no path is drawn.";
@@ -208,6 +208,7 @@ part("view-3d", () => {
     bin = null;
     for (const box of form.querySelectorAll("input[name=fate]")) box.parentElement.hidden = !scene.fates.includes(Number(box.value));
     const options = (names) => [el("option", { value: "" }, "any"), ...names.map((name, k) => el("option", { value: k }, name))];
+    for (const node of document.querySelectorAll("#view-3d .of-dome")) node.hidden = !scene.ringNames.length;
     ring.replaceChildren(...options(scene.ringNames));
     face.replaceChildren(...options(scene.faceNames));
     [camera.radius, camera.middle] = [0.86 * scene.radius, 0.4 * scene.radius];

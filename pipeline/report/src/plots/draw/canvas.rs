@@ -91,14 +91,14 @@ impl Pen {
     }
 }
 
-/// Which point of the text is at the given place, horizontally.
+/// Point of the text that is at the given place, horizontally.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
-    /// Its left end.
+    /// Left end.
     Left,
-    /// Its middle.
+    /// Middle.
     Centre,
-    /// Its right end.
+    /// Right end.
     Right,
 }
 
@@ -171,6 +171,11 @@ impl Canvas {
     /// The whole canvas.
     pub fn area(&self) -> Rect {
         Rect::new(0.0, 0.0, f64::from(self.size[0]), f64::from(self.size[1]))
+    }
+
+    /// Cuts off what lies below `bottom`.
+    pub fn cut(&mut self, bottom: f64) {
+        self.size[1] = self.size[1].min(bottom.ceil() as u32);
     }
 
     /// Draws through `draw` as one group with these attributes.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Colours: lines that colour-blind readers tell apart, and scales whose lightness grows evenly.
 //!
-//! What single colours mean stands in the palette. The scales are curves in the space OKLCH
+//! Meanings of single colours stand in the palette. The scales are curves in the space OKLCH
 //! [Ottosson 2020], in which equal steps look equal: lightness rises linearly along them while the
 //! hue turns, with a chroma that a screen can show everywhere.
 

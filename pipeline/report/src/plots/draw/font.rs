@@ -41,7 +41,7 @@ pub fn width(text: &str, size: f64, weight: Weight) -> f64 {
     units * size / f64::from(face.units_per_em())
 }
 
-/// Whether the fonts hold every letter of `text`.
+/// True if the fonts hold every letter of `text`.
 #[cfg(test)]
 pub fn covers(text: &str) -> bool {
     [Weight::Regular, Weight::Bold]

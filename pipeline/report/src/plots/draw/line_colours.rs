@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How the curves of one picture are told apart: by what they are, or along a scale.
+//! Colours of the curves of one picture: by their kinds, or along a scale.
 
 use super::colour::{Colour, oklch};
 use super::palette;
 
-/// How the curves of one picture are told apart.
+/// Choice of the colours of the curves of one picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineColours {
     /// Models, by their numbers in the palette.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What every picture is drawn with: a canvas, letters, colours, scales, axes, and the frame of
+//! Parts that every picture is drawn with: a canvas, letters, colours, scales, axes, and the frame of
 //! heading and legend.
 //!
 //! Positions are in pixels of the finished picture, x to the right and y downwards.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What each colour means, in every picture and on the page: models, fates of light, directions of
+//! Meaning of each colour, in every picture and on the page: models, fates of light, directions of
 //! scattering, objects.
 //!
 //! Lines are in the colours of [Okabe Ito 2008] and in others that lie apart from them. The page
@@ -75,7 +75,7 @@ const fn object(number: usize) -> Colour {
 
 /// An LED.
 pub const LED: Colour = object(0);
-/// Its edge, and its name.
+/// Edge and name of it.
 pub const LED_EDGE: Colour = object(1);
 /// The stretch of an axis over an LED.
 pub const LED_GROUND: Colour = object(2);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Cartesian axes: where numbers lie in a rectangle, its grid, ticks and labels, and curves with
+//! Cartesian axes: places of numbers in a rectangle, its grid, ticks and labels, and curves with
 //! their error bands.
 
 use metrics::quantity::{Curve, Quantity, Unit};
+use results::figure_entry::FigureEntry;
+use results::shown;
 
 use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::colour::{Colour, glow};
@@ -21,13 +23,13 @@ pub const BAND_ERRORS: f64 = 2.0;
 /// One axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanelAxis {
-    /// Where numbers lie.
+    /// Places of numbers.
     pub scale: AxisScale,
     /// Ticks, labelled or not.
     pub ticks: Vec<Tick>,
     /// Name and unit; empty for none.
     pub label: String,
-    /// Whether the ticks' labels are drawn.
+    /// True if the ticks' labels are drawn.
     pub numbered: bool,
 }
 
@@ -122,7 +124,7 @@ fn with_power(quantity: &Quantity, power: i32) -> String {
 /// A rectangle with two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// Where the data lie.
+    /// Area of the data.
     pub area: Rect,
     /// Axis to the right.
     pub x: PanelAxis,
@@ -268,10 +270,12 @@ pub fn draw_curves(
     }
 }
 
-/// Draws the colours of a scale right of a panel, with numbers and name.
-pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) {
+/// Draws the colours of a scale right of a panel, with numbers and name; returns its place.
+pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) -> Rect {
     let beside = panel.area.right + 34.0;
-    let area = Rect::new(beside, panel.area.top, beside + 28.0, panel.area.bottom);
+    // Beside low panels there is room for numbers and name all the same.
+    let bottom = panel.area.bottom.max(panel.area.top + MIN_BAR);
+    let area = Rect::new(beside, panel.area.top, beside + 28.0, bottom);
     canvas.image(area, [1, COLOURS], true, |_, row| glow(1.0 - row as f64 / (COLOURS - 1) as f64));
     let pen = Pen::solid(Colour::MUTED, 1.4);
     canvas.outline(&area.corners(), &pen);
@@ -290,7 +294,11 @@ pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) {
     let name = Letters::new(LABEL_SIZE, Align::Centre).upwards();
     let x = area.right + 12.0 + widest + 22.0;
     canvas.text(&axis.label, [x, area.centre()[1]], &name);
+    area
 }
+
+/// Smallest height of a colour bar, pixels.
+const MIN_BAR: f64 = 230.0;
 
 /// Colours of a colour bar.
 const COLOURS: usize = 256;
@@ -311,7 +319,7 @@ pub struct Mark {
     pub kind: MarkKind,
     /// Numbers along both axes.
     pub at: [f64; 2],
-    /// Short text: `valley 25.1 %`.
+    /// Short text: `valley 25.10 ± 0.30 %`.
     pub label: String,
 }
 
@@ -321,9 +329,10 @@ impl Mark {
         Self { kind: MarkKind::Peak, at, label: "peak".to_owned() }
     }
 
-    /// A valley with its share of the peak, a fraction.
-    pub fn valley(at: [f64; 2], share: f64) -> Self {
-        Self { kind: MarkKind::Valley, at, label: format!("valley {:.1} %", 100.0 * share) }
+    /// A valley with its share of the peak.
+    pub fn valley(at: [f64; 2], share: &FigureEntry) -> Self {
+        let label = format!("valley {}", shown::text(share, Unit::Fraction));
+        Self { kind: MarkKind::Valley, at, label }
     }
 }
 
@@ -388,6 +397,8 @@ fn label_place([x, y]: Point, up: f64, width: f64, panel: &Panel, taken: &[Rect]
 
 #[cfg(test)]
 mod tests {
+    use metrics::Estimate;
+
     use super::*;
 
     fn panel() -> Panel {
@@ -439,6 +450,13 @@ mod tests {
         assert!((steps(-90.0, 90.0, 12) - 15.0).abs() < 1e-12);
         assert!((steps(-90.0, 90.0, 6) - 30.0).abs() < 1e-12);
         assert!((steps(0.0, 90.0, 9) - 10.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_valley_that_is_not_resolved_is_a_range() {
+        let label = |share| Mark::valley([0.0; 2], &FigureEntry::new(share)).label;
+        assert_eq!(label(Estimate::new(0.251, 0.003)), "valley 25.10 ± 0.30 %");
+        assert_eq!(label(Estimate::between(0.9, 0.98, 0.01)), "valley 88 to 100 %");
     }
 
     #[test]

@@ -3,8 +3,10 @@
 
 /// Logarithmic axes shorter than this many decades label multiples of powers of ten too.
 pub const DECADES_WITH_FACTORS: f64 = 2.6;
+/// Labels below which a logarithmic axis takes the ticks of a linear one.
+const MIN_LABELS: usize = 3;
 
-/// How numbers lie along an axis.
+/// Map from numbers to places along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AxisScale {
     /// Equal distances for equal differences.
@@ -26,7 +28,7 @@ pub enum AxisScale {
 /// A number on an axis, with its label where it has one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// Where.
+    /// Number at its place.
     pub at: f64,
     /// Label; `None` for a minor tick.
     pub label: Option<String>,
@@ -73,7 +75,13 @@ impl AxisScale {
                 let step = round_step((high - low) / count.max(1) as f64);
                 every(low, high, step)
             }
-            Self::Log { low, high } => log_ticks(low, high, count),
+            Self::Log { low, high } => {
+                let ticks = log_ticks(low, high, count);
+                let labelled = ticks.iter().filter(|tick| tick.label.is_some()).count();
+                // A short range may hold no round factor of a power of ten.
+                let short = labelled < MIN_LABELS && high < 10.0 * low;
+                if short { Self::Linear { low, high }.ticks(count) } else { ticks }
+            }
         }
     }
 }
@@ -236,6 +244,9 @@ mod tests {
         assert_eq!(ticks.len(), 46);
         let short = AxisScale::Log { low: 0.04, high: 0.9 }.ticks(6);
         assert_eq!(labels(&short), ["0.05", "0.1", "0.2", "0.5"]);
+        // A range without any of the usual factors.
+        let narrow = AxisScale::Log { low: 11.5, high: 15.9 }.ticks(6);
+        assert_eq!(labels(&narrow), ["12", "13", "14", "15"]);
         let plain = AxisScale::Log { low: 1e-3, high: 1.0 }.ticks(6);
         assert_eq!(labels(&plain), ["0.001", "0.01", "0.1", "1"]);
     }

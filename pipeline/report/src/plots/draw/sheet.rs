@@ -24,7 +24,7 @@ const LEGEND_SIZE: f64 = 17.0;
 const LEGEND_ROW: f64 = 28.0;
 const SAMPLE_WIDTH: f64 = 44.0;
 
-/// What stands before a name in the legend.
+/// Sample before a name in the legend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sample {
     /// A piece of a line.
@@ -44,7 +44,7 @@ pub enum Sample {
 /// One name in the legend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// What stands before the name.
+    /// Sample before the name.
     pub sample: Sample,
     /// The name.
     pub label: String,

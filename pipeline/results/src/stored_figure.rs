@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Figures of a stored model by their keys in the registry, wherever `results.json` holds them.
+
+use metrics::figures;
+use metrics::quantity::Unit;
+
+use crate::figure_entry::FigureEntry;
+use crate::schema::{AbsoluteFigure, ModelEntry, ReceiverEntry};
+
+impl ModelEntry {
+    /// The figure under `key` of the registry with its unit: a main figure, one in absolute units,
+    /// a share of the ledger or a figure of a receiver, whose flux is a share of what is emitted.
+    pub fn figure(&self, key: &str) -> Option<(FigureEntry, Unit)> {
+        if let Some(entry) = self.figures.get(key) {
+            return Some((*entry, figures::find(key).map_or(Unit::Relative, |found| found.unit)));
+        }
+        if let Some(share) = self.power_ledger.account(key) {
+            return Some((FigureEntry::new(share), Unit::Fraction));
+        }
+        let absolute = self.absolute.as_ref().and_then(|all| all.figures.get(key));
+        if let Some(figure) = absolute {
+            return Some((figure.array, figure.unit()));
+        }
+        let (figure, name) = key.split_once('.')?;
+        let (entry, unit) = self.receivers.as_ref()?.get(name)?.figure(figure)?;
+        match figure {
+            "flux" => Some((entry.times(1.0 / self.emitted(unit)), Unit::Fraction)),
+            _ => Some((*entry, unit)),
+        }
+    }
+
+    /// Flux that all sources emit, in lm or W; without a stated flux results are per watt.
+    fn emitted(&self, unit: Unit) -> f64 {
+        let of_light = self.spectrum.as_ref().map(|spectrum| spectrum.emitted);
+        let emitted = of_light.or(self.absolute.as_ref().map(|absolute| absolute.emitted));
+        emitted.map_or(1.0, |flux| match unit {
+            Unit::Lumen => flux.emitted_lm.unwrap_or(flux.emitted_w),
+            _ => flux.emitted_w,
+        })
+    }
+}
+
+impl AbsoluteFigure {
+    /// Unit of its values.
+    pub fn unit(&self) -> Unit {
+        Unit::from_name(&self.unit).unwrap_or(Unit::Relative)
+    }
+}
+
+impl ReceiverEntry {
+    /// A figure with its unit.
+    pub fn figure(&self, key: &str) -> Option<(&FigureEntry, Unit)> {
+        let unit = match key {
+            "flux" => Unit::from_name(self.flux_unit.as_deref()?)?,
+            "min_to_max" => Unit::Fraction,
+            _ => Unit::from_name(&self.unit)?,
+        };
+        Some((self.figures.get(key)?, unit))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::shown;
+
+    #[test]
+    fn every_figure_of_the_registry_is_found_with_its_unit() {
+        let figure = |value: f64| json!({"value": value, "standard_error": 0.01 * value});
+        let mut flux = figure(80.0);
+        flux["unit"] = "lm".into();
+        let model: ModelEntry = serde_json::from_value(json!({
+            "uniformity": figure(0.5),
+            "power_ledger": {"emitted": figure(1.0), "escaped_up": figure(0.8)},
+            "counters": {}, "paths": 1, "units": {},
+            "absolute": {
+                "packages": 2,
+                "emitted": {"emitted_w": 0.3, "emitted_lm": 100.0},
+                "emitted_per_package": {"emitted_w": 0.15, "emitted_lm": 50.0},
+                "figures": {"flux_up": flux},
+            },
+            "receivers": {"plate": {
+                "kind": "luminance", "quantity": "luminance", "unit": "cd/m²", "flux_unit": "lm",
+                "files": [], "flux": figure(70.0), "mean": figure(9000.0),
+            }},
+        }))
+        .expect("a model");
+        for (key, words) in [
+            ("uniformity", Some("50.00 ± 0.50 %")),
+            ("escaped_up", Some("80.00 ± 0.80 %")),
+            ("flux_up", Some("80.00 ± 0.80 lm")),
+            ("flux.plate", Some("70.00 ± 0.70 %")),
+            ("mean.plate", Some("9000 ± 90 cd/m²")),
+            ("min_to_max.plate", None),
+            ("flux.floor", None),
+            ("field_angle_deg", None),
+        ] {
+            let found = model.figure(key).map(|(entry, unit)| shown::text(&entry, unit));
+            assert_eq!(found.as_deref(), words, "{key}");
+        }
+    }
+}
