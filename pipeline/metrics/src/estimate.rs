@@ -82,11 +82,12 @@ impl Estimate {
         Self { standard_error: self.standard_error.hypot(error), ..self }
     }
 
-    /// A rising function of the value, which is not negative. One that two errors lead to 0 is not
-    /// resolved: the function bends there, and lies between those of 1.5 errors below and above.
+    /// A rising function of the value, which is not negative, though noise may drive it there. One
+    /// that two errors lead to 0 is not resolved: the function bends there, and lies between those of
+    /// 1.5 errors below and above.
     #[must_use]
     pub fn mapped(self, f: impl Fn(f64) -> f64) -> Self {
-        let at = |error: f64| f((self.value + error).max(0.0));
+        let at = |error: f64| f((self.value.max(0.0) + error).max(0.0));
         let half = |error: f64| 0.5 * (at(error) - at(-error));
         if self.value < 2.0 * self.standard_error {
             let reach = 1.5 * self.standard_error;
