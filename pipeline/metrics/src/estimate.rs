@@ -82,11 +82,12 @@ impl Estimate {
         Self { standard_error: self.standard_error.hypot(error), ..self }
     }
 
-    /// A rising function of the value, which is not negative. One that two errors lead to 0 is not
-    /// resolved: the function bends there, and lies between those of 1.5 errors below and above.
+    /// A rising function of the value, which is not negative, though noise may drive it there. One
+    /// that two errors lead to 0 is not resolved: the function bends there, and lies between those of
+    /// 1.5 errors below and above.
     #[must_use]
     pub fn mapped(self, f: impl Fn(f64) -> f64) -> Self {
-        let at = |error: f64| f((self.value + error).max(0.0));
+        let at = |error: f64| f((self.value.max(0.0) + error).max(0.0));
         let half = |error: f64| 0.5 * (at(error) - at(-error));
         if self.value < 2.0 * self.standard_error {
             let reach = 1.5 * self.standard_error;
@@ -96,6 +97,17 @@ impl Estimate {
         let of_bias = bias_bound.unwrap_or(0.0) / 3f64.sqrt();
         let standard_error = half(self.scatter()).hypot(of_bias);
         Self { value: at(0.0), standard_error, bias_bound }
+    }
+
+    /// The square root; that of a value that noise drives below 0 is 0. The error is the larger of
+    /// the steps to the roots of one standard error above and below.
+    #[must_use]
+    pub fn sqrt(self) -> Self {
+        let root = |square: f64| square.max(0.0).sqrt();
+        let value = root(self.value);
+        let up = root(self.value.max(0.0) + self.standard_error) - value;
+        let down = value - root(self.value - self.standard_error);
+        Self::new(value, up.max(down))
     }
 }
 

@@ -68,8 +68,9 @@ fn poisson(mean: f64, mut unit: impl FnMut() -> f64) -> f64 {
     count
 }
 
-/// Checks every form over the seeds: its error is never 0 and covers the truth; where it is said to
-/// be resolved, its scatter is the stated error.
+/// Checks every form over the seeds: its error is never 0, and three errors or the interval in place
+/// of one cover the truth; where it is said to be resolved, its scatter is the stated error. The
+/// ratio of 48 seeds has a standard error of a tenth: three of them beside 0.8 to 1.25.
 fn check(chips: &Chips, paths: f64) {
     let exact = chips.exact();
     let regions = chips.regions();
@@ -80,19 +81,23 @@ fn check(chips: &Chips, paths: f64) {
         .collect();
     for (k, (form, truth)) in truth.iter().enumerate() {
         let of: Vec<Estimate> = runs.iter().map(|run| run[k].1).collect();
-        let n = of.len() as f64;
-        let mean = of.iter().map(|e| e.value).sum::<f64>() / n;
-        let scatter = (of.iter().map(|e| (e.value - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        let stated = (of.iter().map(|e| e.standard_error.powi(2)).sum::<f64>() / n).sqrt();
-        let resolved = of.iter().filter(|e| e.is_resolved()).count();
-        let covered =
-            of.iter().filter(|e| (e.value - truth).abs() <= 3.0 * e.standard_error).count();
+        let resolved: Vec<&Estimate> = of.iter().filter(|e| e.is_resolved()).collect();
+        let covers = |e: &&Estimate| {
+            let reach = 3.0 * e.standard_error;
+            let [low, high] = e.interval().unwrap_or([e.value - reach, e.value + reach]);
+            (low..=high).contains(truth)
+        };
+        let covered = of.iter().filter(covers).count();
         let what = format!("{} at {paths} paths", form.key);
         assert!(of.iter().all(|e| e.standard_error > 0.0), "{what}");
-        assert!(covered as f64 >= 0.9 * n, "{what}: {covered}");
-        if resolved as f64 > 0.9 * n {
-            let ratio = scatter / stated;
-            assert!((0.5..1.5).contains(&ratio) || paths < 1e4, "{what}: {ratio}");
+        assert!(covered as f64 >= 0.9 * of.len() as f64, "{what}: {covered}");
+        if resolved.len() as f64 > 0.9 * of.len() as f64 {
+            let n = resolved.len() as f64;
+            let mean = resolved.iter().map(|e| e.value).sum::<f64>() / n;
+            let squares = resolved.iter().map(|e| (e.value - mean).powi(2)).sum::<f64>();
+            let stated = resolved.iter().map(|e| e.standard_error.powi(2)).sum::<f64>();
+            let ratio = (squares / (n - 1.0) / (stated / n)).sqrt();
+            assert!((0.55..1.65).contains(&ratio), "{what}: {ratio}");
         }
     }
 }

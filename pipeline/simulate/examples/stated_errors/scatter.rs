@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 use design::Design;
 use files::interrupt::Interrupt;
 use files::run_context::RunContext;
-use metrics::far_field::PeakPlace;
 use results::figure_entry::FigureEntry;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
@@ -30,22 +29,27 @@ pub struct Scatter {
     pub scatter: f64,
     /// Root mean square of their stated errors.
     pub stated: f64,
-    /// Value of all paths of all seeds together.
+    /// Value of all paths of all seeds together; of colours, which are not added, the mean.
     pub truth: f64,
-    /// Seeds that state an interval or a bound, and those whose interval holds it.
+    /// Seeds that state an interval or a bound, and those whose interval holds that value.
     pub bounds: [usize; 2],
 }
 
 impl Scatter {
-    fn new(key: String, entries: &[FigureEntry], truth: f64) -> Self {
+    /// `truth` is the figure of all paths together, where it is known.
+    fn new(key: String, entries: &[FigureEntry], truth: Option<FigureEntry>) -> Self {
         let resolved: Vec<&FigureEntry> = entries.iter().filter(|e| is_resolved(e)).collect();
         let n = resolved.len() as f64;
         let mean = resolved.iter().map(|e| e.value).sum::<f64>() / n;
         let squares: f64 = resolved.iter().map(|e| (e.value - mean).powi(2)).sum();
         let stated: f64 = resolved.iter().map(|e| e.standard_error.powi(2)).sum();
-        let bounds = || entries.iter().filter_map(interval);
+        // Of all paths together it may not be resolved either.
+        let of_all = entries.iter().map(|e| e.value).sum::<f64>() / entries.len() as f64;
+        let (truth, ends) = truth.map_or((of_all, None), |entry| (entry.value, interval(&entry)));
+        let [least, most] = ends.unwrap_or([truth; 2]);
         let rounding = 1e-12 * truth.abs();
-        let holds = |[low, high]: &[f64; 2]| (low - rounding..=high + rounding).contains(&truth);
+        let bounds = || entries.iter().filter_map(interval);
+        let holds = |[low, high]: &[f64; 2]| low - rounding <= most && least <= high + rounding;
         Self {
             key,
             seeds: entries.len(),
@@ -79,7 +83,7 @@ impl Scatter {
 /// True of a figure that has a value with an error.
 fn is_resolved(entry: &FigureEntry) -> bool {
     let is_bound = entry.interval.is_some() || entry.upper_bound.is_some();
-    !is_bound && entry.peak_place != PeakPlace::NotResolved
+    !is_bound && entry.peak_place.is_off_axis()
 }
 
 /// The interval of 95 % confidence in place of a value with an error.
@@ -106,12 +110,12 @@ pub fn over_seeds(design: &Design, paths: u64, seeds: u64) -> Vec<Scatter> {
     }
     let all = all.expect("a seed").scaled(1.0 / seeds as f64);
     let truths = all.estimates(design, |_| true);
-    let truth = |key: &str| truths.iter().find(|f| f.key == key).map(|f| f.entry.value);
+    let truth = |key: &str| truths.iter().find(|f| f.key == key).map(|f| f.entry);
     let of = |(key, entries): (String, Vec<FigureEntry>)| {
-        let truth = truth(&key)?;
-        Some(Scatter::new(key, &entries, truth))
+        let truth = truth(&key);
+        Scatter::new(key, &entries, truth)
     };
-    entries.into_iter().filter_map(of).collect()
+    entries.into_iter().map(of).collect()
 }
 
 fn observed(design: &Design, paths: u64, seed: u64) -> Observation {

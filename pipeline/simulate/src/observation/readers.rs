@@ -271,6 +271,11 @@ impl Reader for IlluminanceReader {
         all[1] = FigureEntry::new(largest(map));
         all
     }
+
+    fn one_path(&self, power: f64) -> Vec<f64> {
+        let of_bin = power / (self.grid.bin_mm * self.grid.bin_mm);
+        vec![of_bin / self.layout.axes_mm.len() as f64, of_bin]
+    }
 }
 
 /// Figures of a receiver that has one flux. Of a luminance receiver mean and extremes are those
