@@ -12,7 +12,7 @@ use results::shown;
 /// Symbol of a unit of a file, which names it by suffix; the unit itself where none is known.
 #[pyfunction]
 pub fn unit_symbol(unit: &str) -> &str {
-    Unit::from_name(unit).map_or(unit, Unit::symbol)
+    Unit::from_name(unit).map_or(unit, |known| known.symbol())
 }
 
 /// The figure `key`, with the unit that JSON files give it, as the terminal shows it.
