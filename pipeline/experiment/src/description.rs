@@ -8,6 +8,7 @@ use anyhow::Result;
 use files::provenance::FileRecord;
 use metrics::plural::count;
 
+use crate::checked_file::Texts;
 use crate::optimise::problem;
 use crate::study;
 use crate::tolerance::definition::{self, Overrides};
@@ -28,20 +29,21 @@ pub struct Description {
 /// # Errors
 /// Errors of the reader of its kind.
 pub fn describe(path: &Path) -> Result<Option<Description>> {
+    let texts = Texts::new();
     let text = design::read_text(path).unwrap_or_default();
     let keys: toml::Table = text.parse().unwrap_or_default();
     let has = |key: &str| keys.contains_key(key);
     let found = if has("designs") {
-        let study = study::load(path, None)?;
+        let study = study::load(path, &texts, None)?;
         let words = format!("{}: {}", study.name, count(study.setups.len(), "set-up"));
         Description { kind: "study", words, inputs: study.inputs }
     } else if has("variables") {
-        let problem = problem::load(path)?;
+        let problem = problem::load(path, &texts)?;
         let stages = count(problem.stages.len(), "stage");
         let words = format!("{}: {stages} from {}", problem.name, problem.design.name);
         Description { kind: "problem", words, inputs: problem.inputs }
     } else if has("tolerances") {
-        let analysis = definition::load(path, Overrides::default())?;
+        let analysis = definition::load(path, &texts, Overrides::default())?;
         let packages = count(analysis.samples, "package");
         let words = format!("{}: {packages} of {}", analysis.name, analysis.design.name);
         Description { kind: "tolerances", words, inputs: analysis.inputs }

@@ -12,6 +12,7 @@ use metrics::JackknifedFigure;
 
 use super::file::ObjectiveKeys;
 use super::objective::{Evaluation, Objective};
+use crate::checked_file::Texts;
 use crate::design_file::DesignFile;
 use crate::tolerance::definition::{self, Overrides};
 use crate::tolerance::deviations::Deviations;
@@ -53,7 +54,7 @@ impl RobustObjective {
             );
             return Ok(None);
         };
-        let analysis = definition::load(&folder.join(file), Overrides::default())
+        let analysis = definition::load(&folder.join(file), &Texts::new(), Overrides::default())
             .context("objective.tolerances")?;
         let samples = keys.samples.unwrap_or(SAMPLES);
         let verification_samples = verified.unwrap_or(samples);
