@@ -40,7 +40,7 @@ pub struct CheckedFile<T> {
 }
 
 impl<T: FileKeys> CheckedFile<T> {
-    /// Reads the file at `path`, where `texts` does not hold it, and returns what `check` makes of it.
+    /// Reads the file at `path`, unless `texts` holds it, and returns what `check` makes of it.
     ///
     /// # Errors
     /// A file that cannot be read or has other keys; those of `check`.

@@ -47,8 +47,6 @@ def test_every_table_of_the_design_file_has_a_class_with_all_its_keys() -> None:
         assert any(set(properties) <= one for one in known), sorted(properties)
     every = set().union(*found)
     assert set().union(*known) == every
-    solids = {one["properties"]["kind"]["const"] for one in schema["properties"]["solids"]["items"]["oneOf"]}
-    assert solids == {"box", "cylinder", "sphere", "meridian", "mesh", "rectangle", "disc"}
 
 
 @pytest.mark.parametrize(
@@ -76,7 +74,8 @@ def test_every_table_of_the_design_file_has_a_class_with_all_its_keys() -> None:
 )
 def test_keys_that_are_given_by_position_keep_their_order(name: str, expected: str) -> None:
     parameters = inspect.signature(getattr(scene, name)).parameters.values()
-    assert [one.name for one in parameters if one.kind is one.POSITIONAL_OR_KEYWORD] == expected.split()
+    by_position = [one.name for one in parameters if one.kind is one.POSITIONAL_OR_KEYWORD]
+    assert by_position == expected.split()
 
 
 def test_classes_say_what_their_keys_mean() -> None:

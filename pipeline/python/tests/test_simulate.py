@@ -72,7 +72,7 @@ def test_a_run_without_out_writes_no_file(
     monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
     monkeypatch.setattr(tempfile, "tempdir", None)
     monkeypatch.chdir(tmp_path)
-    found = simulate.run(simulate.Design.template(), paths=4096, seed=5)
+    found = simulate.run(simulate.Design.template(), model="geometric", paths=4096, seed=5)
     assert found.folder is None and found.raw["seed"] == found.seed == 5
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
     found.verify()
@@ -299,7 +299,7 @@ def test_studies_problems_and_tolerances_are_paths_dicts_and_scenes_alike(
     design = whole.design()
     text = design.to_toml()
     (tmp_path / "design.toml").write_text(text)
-    problem = _parsed("problem", PROBLEM.replace("evaluations = 12", "evaluations = 6"))
+    problem = _parsed("problem", PROBLEM)
     commands: list[tuple[str, Callable[..., Any], dict[str, Any], str]] = [
         ("study", simulate.study, STUDY, "designs"),
         ("tolerance", simulate.tolerance, TOLERANCE, "design"),

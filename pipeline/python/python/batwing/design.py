@@ -214,10 +214,10 @@ def stated(design: DesignLike) -> StatedDesign:
 
 
 def stated_file(name: str, file: FileLike) -> tuple[str, dict[str, str]]:
-    """A study, problem or tolerance file as commands take it: its name, and texts in place of files.
+    """Name of a study, problem or tolerance file as commands take it, and texts in place of files.
 
-    Under `design` and `designs` of a dict stands what `stated` takes. A dict is called `name`; files
-    that it names lie in the working directory.
+    Under `design` and `designs` of a dict stands what `stated` takes. A dict is called `name`;
+    files that it names lie in the working directory.
     """
     if isinstance(file, (str, os.PathLike)):
         return os.fspath(file), {}

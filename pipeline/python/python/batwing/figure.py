@@ -29,8 +29,8 @@ class Figure:
     are figures, whose errors take those of the operands as independent. Figures of one trace
     are not: the paired `change` of a search knows its own error. Where an operand is known between two
     ends alone, the result is an interval; there the ends of the others are the square root of three
-    standard errors away, as the program states them. A figure without a value, such as the angle of a
-    peak that is noise, is no operand.
+    standard errors away, as the program states them. A figure without a value, such as the angle of
+    a peak that is noise, is no operand.
 
     Attributes
     ----------

@@ -285,7 +285,13 @@ class Relief:
 
     @classmethod
     def steps(
-        cls, tread_um: float, riser_um: float, ridge: Index, groove: Index, *, base: Base | None = None
+        cls,
+        tread_um: float,
+        riser_um: float,
+        ridge: Index,
+        groove: Index,
+        *,
+        base: Base | None = None,
     ) -> Relief:
         """Steps seen along their slope: a right triangle whose hypotenuse is the period.
 

@@ -326,7 +326,7 @@ class Files:
             path.write_bytes(content)
 
     def verify(self) -> None:
-        """Checks by their SHA-256 that all files are as they were written. There are none in memory.
+        """Checks by their SHA-256 that all files, if there are any, are as they were written.
 
         Raises
         ------

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Scenes of packages, solids, sources and receivers, built of Python objects.
 
-The classes are made of the schema of the design file (``batwing schema design``), so every table of
-docs/reference/design-file.md has one, and its fields are the keys of that table. A field that is None
-is not written, so that the program's own default holds; a dict stands for any table. `Scene.design`
-gives the `Design`, which the program checks like any other. Lengths are in millimetres, angles in
-degrees, z = 0 is the bottom of the package.
+The classes are made of the schema of the design file (``batwing schema design``), so every table
+of docs/reference/design-file.md has one, and its fields are the keys of that table. A field that is
+None is not written, so that the program's own default holds; a dict stands for any table.
+`Scene.design` gives the `Design`, which the program checks like any other. Lengths are in
+millimetres, angles in degrees, z = 0 is the bottom of the package.
 
 Examples
 --------
@@ -46,7 +46,7 @@ from . import _checks, _native
 from .design import Design, PathLike
 from .errors import FileError
 
-#: Names of classes whose tables, or kinds of them, are not named as they are; see `_Maker.name`.
+#: Names of classes whose tables, or kinds of them, are not named as they are; as `tables` names them.
 _NAMES = {
     "silicone": "Medium",
     "dome.sphere": "Dome",
@@ -157,7 +157,7 @@ class _Maker:
         return _SIMPLE[schema["type"]], _SIMPLE[schema["type"]].__name__
 
     def tables(self, forms: list[_Schema], place: str, is_entry: bool) -> list[type[Table]]:
-        """Classes of a table: one for each kind of entries of lists, and of kinds without a word."""
+        """Classes of a table: one for each kind of an entry of a list, or without a word."""
         last = place.rpartition(".")[2]
         tag = next((key for key, one in forms[0]["properties"].items() if "const" in one), None)
         if len(forms) == 1 or (tag is not None and not is_entry):

@@ -217,10 +217,10 @@ def reproduce(
 
 @contextlib.contextmanager
 def _file_command(
-    name: str, file: tuple[str, dict[str, str]], out: PathLike | None, options: list[str]
+    name: str, file: FileLike, out: PathLike | None, options: list[str]
 ) -> Iterator[tuple[Path, bool]]:
-    """Runs a command on a stated file; gives the folder of its results as `_folder` does."""
-    path, texts = file
+    """Runs a command on a file or dict; gives the folder of its results as `_folder` does."""
+    path, texts = stated_file("problem.toml" if name == "optimise" else f"{name}.toml", file)
     with _folder(out) as (folder, keep):
         _native.call([name, path, "--out", str(folder), *options], texts)
         yield folder, keep
@@ -243,7 +243,7 @@ def study(
         Study file; under `designs` of a dict stand designs as `run` takes them.
     """
     options = _options(seed, cache, threads, paths=paths)
-    with _file_command("study", stated_file("study.toml", file), out, options) as (folder, keep):
+    with _file_command("study", file, out, options) as (folder, keep):
         return read_report(folder, keep, "study")
 
 
@@ -274,7 +274,7 @@ def optimise(
         The design found, verified figures before and after, the stages of the search.
     """
     options = _options(seed, cache, threads, budget=budget, resume=resume)
-    with _file_command("optimise", stated_file("problem.toml", file), out, options) as (folder, keep):
+    with _file_command("optimise", file, out, options) as (folder, keep):
         return read_optimisation(folder, keep)
 
 
@@ -298,7 +298,7 @@ def tolerance(
         Packages to draw.
     """
     options = _options(seed, cache, threads, samples=samples, paths=paths)
-    with _file_command("tolerance", stated_file("tolerance.toml", file), out, options) as (folder, keep):
+    with _file_command("tolerance", file, out, options) as (folder, keep):
         return read_report(folder, keep, "tolerance")
 
 
