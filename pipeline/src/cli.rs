@@ -5,7 +5,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
+use serde_json::Value;
 
+use design::Design;
+use experiment::checked_file::Texts;
 use files::interrupt::Interrupt;
 use files::progress::Console;
 use files::run_context::RunContext;
@@ -31,6 +34,7 @@ use crate::commands::shardable::Shardable;
 use crate::commands::shards::{self, MergeArgs, PlanArgs, SubmitArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::commands::tolerance::{self, ToleranceArgs};
+use crate::output::in_memory::ModelArrays;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
 /// trace, metrics.
@@ -225,26 +229,50 @@ impl Cli {
         done.map_err(|error| interrupt.explain(error))
     }
 
-    /// Runs `run`, `export` or `check` on a design that is no file. `text` is its TOML; the name of
-    /// the design file in the arguments names it in messages and results, and files that it names
-    /// lie in `folder`.
+    /// Runs a command on `texts` in place of files, which the arguments name. Files that the text
+    /// of a design names lie in `folder`; those of a study, problem or tolerance file beside it.
     ///
     /// # Errors
-    /// Errors of the command; a command that takes no design; an interrupt.
-    pub fn run_text(&self, text: &str, folder: &Path, interrupt: &Interrupt) -> Result<()> {
+    /// Errors of the command; a command that takes no text; an interrupt.
+    pub fn run_texts(mut self, texts: Texts, folder: &Path, interrupt: &Interrupt) -> Result<()> {
         let context = self.context(interrupt);
-        let design = |name: &Path| scene_check::parse(&name.display().to_string(), text, folder);
-        let done = match &self.command {
-            Command::Run(arguments) => design(&arguments.design)
-                .and_then(|design| run::of_design(design, arguments, context)),
-            Command::Export(arguments) => design(&arguments.input)
-                .and_then(|design| export::of_design(&design, arguments, context)),
-            Command::Check(arguments) => {
-                design(&arguments.file).and_then(|design| check::of_design(&design, context))
+        match &mut self.command {
+            Command::Study(arguments) => arguments.texts = texts,
+            Command::Optimise(arguments) => arguments.texts = texts,
+            Command::Tolerance(arguments) => arguments.texts = texts,
+            others => {
+                let done = match others {
+                    Command::Run(arguments) => design(&arguments.design, &texts, folder)
+                        .and_then(|design| run::of_design(design, arguments, context)),
+                    Command::Export(arguments) => design(&arguments.input, &texts, folder)
+                        .and_then(|design| export::of_design(&design, arguments, context)),
+                    Command::Check(arguments) => design(&arguments.file, &texts, folder)
+                        .and_then(|design| check::of_design(&design, context)),
+                    _ => bail!("expected a command on a design, got one that takes no text"),
+                };
+                return done.map_err(|error| interrupt.explain(error));
             }
-            _ => bail!("expected run, export or check, got a command that takes no text"),
+        }
+        self.run_until(interrupt)
+    }
+
+    /// Traces a design as `run` does and writes no file. Returns `results.json` and the arrays of
+    /// each model. `texts` and `folder` are as of [`Cli::run_texts`].
+    ///
+    /// # Errors
+    /// Errors of the command; another command; an interrupt.
+    pub fn run_in_memory(
+        &self,
+        texts: &Texts,
+        folder: &Path,
+        interrupt: &Interrupt,
+    ) -> Result<(Value, ModelArrays)> {
+        let Command::Run(arguments) = &self.command else {
+            bail!("expected run, got another command");
         };
-        done.map_err(|error| interrupt.explain(error))
+        design(&arguments.design, texts, folder)
+            .and_then(|design| run::in_memory(design, arguments, self.context(interrupt)))
+            .map_err(|error| interrupt.explain(error))
     }
 
     fn context<'a>(&self, interrupt: &'a Interrupt) -> RunContext<'a> {
@@ -255,6 +283,13 @@ impl Cli {
             checkpoints: None,
         }
     }
+}
+
+/// The design that the arguments call `name`: of `texts`, or of a file.
+fn design(name: &Path, texts: &Texts, folder: &Path) -> Result<Design> {
+    let file = name.display().to_string();
+    let text = texts.get(&file);
+    text.map_or_else(|| scene_check::load(name), |text| scene_check::parse(&file, text, folder))
 }
 
 /// Sets the number of threads for everything that follows.
@@ -293,13 +328,16 @@ mod tests {
         let check = |text: &str, command: &str| {
             let line = ["batwing", command, "stated.toml", "--quiet"];
             let cli = Cli::try_parse_from(line).expect("valid");
-            cli.run_text(text, Path::new(""), &Interrupt::default())
+            let texts = Texts::from([("stated.toml".to_owned(), text.to_owned())]);
+            cli.run_texts(texts, Path::new(""), &Interrupt::default())
         };
         check(&text, "check").expect("a good design");
         let error = check("name = 3", "check").expect_err("a name that is no text");
         assert!(error.to_string().starts_with("stated.toml: "), "{error}");
-        let error = check(&text, "study").expect_err("no command on one design");
-        assert!(error.to_string().contains("expected run, export or check"));
+        let error = check(&text, "study").expect_err("a design is no study");
+        assert!(error.to_string().starts_with("stated.toml"), "{error}");
+        let error = check(&text, "grating").expect_err("no command on a design");
+        assert!(error.to_string().contains("takes no text"), "{error}");
     }
 
     #[test]

@@ -92,8 +92,8 @@ pub enum Accuracy {
     Tolerance(f64),
 }
 
-/// Periods in wavelengths that need no second look, as in the Python package.
-const USUAL_PERIODS: RangeInclusive<f64> = 0.02..=1000.0;
+/// Periods in wavelengths that need no second look.
+pub const USUAL_PERIODS: RangeInclusive<f64> = 0.02..=1000.0;
 
 impl Case {
     /// The warning of a period and a wavelength that are probably in different units.

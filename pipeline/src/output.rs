@@ -5,6 +5,7 @@
 //! together.
 
 mod by_wavelength;
+pub mod in_memory;
 mod labels;
 mod map_pictures;
 mod receivers;
@@ -25,9 +26,10 @@ use metrics::extraction::ROUNDING;
 use metrics::figures::{self, Source};
 use metrics::illuminance::Symmetry;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
+use receivers::Shared;
 use report::plots::{FarField, Heading, far_field_cartesian, far_field_polar};
-use results::ModelResult;
 use results::earlier::Earlier;
+use results::{Figure, ModelResult};
 use simulate::absolute::absolute;
 use simulate::model_writer::{ModelWriter, Output};
 use simulate::observation::{Observation, curve};
@@ -68,27 +70,9 @@ impl ModelWriter for ModelFilesWriter {
         let design = output.design;
         let inner = Path::new(&design.name).join(&result.key);
         let folder = &output.out.join(&inner);
-        let is_of_receiver =
-            |key: &str| figures::find(key).is_some_and(|f| f.source == Source::Receiver);
-        let of_receivers = observation.estimates(design, is_of_receiver);
-        let receivers: Vec<Cow<'_, Grouped>> = match &mut *observation {
-            Cow::Owned(own) => mem::take(&mut own.receivers).into_iter().map(Cow::Owned).collect(),
-            Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
-        };
-        result.absolute = absolute(design, observation);
-        let files = ModelFiles {
-            design,
-            result,
-            observation,
-            units: output.units,
-            folder,
-            seed: context.seed,
-        };
-        files.balanced()?;
-        if let Some(why) = observation.without_uniformity(design) {
-            let file = &design.provenance.file;
-            context.console.warn(&format!("{file}: {why}"));
-        }
+        let (of_receivers, receivers) = take_receivers(design, result, observation);
+        let files = ModelFiles::new(output, result, observation, folder, context.seed);
+        files.check(context)?;
         match &self.earlier {
             Some(earlier) => earlier.write(output.out)?,
             None => supersede(&output.out.join(results::FILE))?,
@@ -101,14 +85,7 @@ impl ModelWriter for ModelFilesWriter {
         let provenance = files.provenance();
         let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
         if !design.receivers.is_empty() {
-            let shared = receivers::Shared {
-                units: output.units,
-                one_path: observation.path_power(),
-                figures: &of_receivers,
-                folder,
-                subtitle: format!("{}, {}", design.name, files.result.label),
-                provenance: &provenance,
-            };
+            let shared = files.of_receivers(&of_receivers, &provenance);
             let (others, said) = receivers::write(design, receivers, &shared)?;
             written.extend(others);
             result.receivers = Some(said);
@@ -135,6 +112,24 @@ impl ModelWriter for ModelFilesWriter {
         result.files.extend(files);
         Ok(())
     }
+}
+
+/// Figures and bins of all receivers, which an owned observation loses. States absolute figures in
+/// `result` before that.
+fn take_receivers<'a>(
+    design: &Design,
+    result: &mut ModelResult,
+    observation: &mut Cow<'a, Observation>,
+) -> (Vec<Figure>, Vec<Cow<'a, Grouped>>) {
+    let is_of_receiver =
+        |key: &str| figures::find(key).is_some_and(|f| f.source == Source::Receiver);
+    let of_receivers = observation.estimates(design, is_of_receiver);
+    result.absolute = absolute(design, observation);
+    let receivers = match &mut *observation {
+        Cow::Owned(own) => mem::take(&mut own.receivers).into_iter().map(Cow::Owned).collect(),
+        Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
+    };
+    (of_receivers, receivers)
 }
 
 /// Values times a factor; a factor of 1 keeps every bit.
@@ -174,7 +169,30 @@ struct ModelFiles<'a> {
     seed: u64,
 }
 
-impl ModelFiles<'_> {
+impl<'a> ModelFiles<'a> {
+    fn new(
+        output: Output<'a>,
+        result: &'a ModelResult,
+        observation: &'a Observation,
+        folder: &'a Path,
+        seed: u64,
+    ) -> Self {
+        let Output { design, units, .. } = output;
+        Self { design, result, observation, units, folder, seed }
+    }
+
+    /// What the receivers share, whose figures these are.
+    fn of_receivers<'b>(&'b self, figures: &'b [Figure], provenance: &'b Value) -> Shared<'b> {
+        Shared {
+            units: self.units,
+            one_path: self.observation.path_power(),
+            figures,
+            folder: self.folder,
+            subtitle: format!("{}, {}", self.design.name, self.result.label),
+            provenance,
+        }
+    }
+
     fn heading(&self, title: &str) -> Heading {
         Heading::new(title, format!("{}, {}", self.design.name, self.result.label))
     }
@@ -197,8 +215,9 @@ impl ModelFiles<'_> {
         provenance
     }
 
-    /// Refuses a ledger that does not add up: a defect of the program.
-    fn balanced(&self) -> Result<()> {
+    /// Refuses a ledger that does not add up, a defect of the program; warns where no uniformity
+    /// is read.
+    fn check(&self, context: RunContext) -> Result<()> {
         let surplus = self.result.ledger.surplus();
         // NaN fails too.
         let good = surplus.abs() <= ROUNDING;
@@ -209,45 +228,55 @@ impl ModelFiles<'_> {
             self.result.label,
             1.0 + surplus
         );
+        if let Some(why) = self.observation.without_uniformity(self.design) {
+            let file = &self.design.provenance.file;
+            context.console.warn(&format!("{file}: {why}"));
+        }
         Ok(())
     }
 
-    fn far_field(&self) -> Result<()> {
+    fn far_field_map(&self) -> Result<Map> {
         let factor = self.units.per_intensity();
         let far = &self.observation.far_field;
         let sphere = self.observation.sphere;
-        let intensity = self.units.intensity();
-        let theta = Quantity::new("theta", Unit::Degree);
         let per_bin: Vec<f64> = (0..sphere.polar).map(|ring| sphere.ring_sr(ring)).collect();
         let (value, error) = far.each(|k, power| {
             power * factor / per_bin[k / sphere.azimuths] * sphere.azimuths as f64
         });
-        let map = Map::new(
-            intensity.clone(),
-            Axis::uniform(theta.clone(), 0.0, 180.0, sphere.polar)?,
-            Axis::uniform(Quantity::new("phi", Unit::Degree), 0.0, 360.0, sphere.azimuths)?,
-            value,
-            error,
-        )?;
+        let axis =
+            |name, turn, bins| Axis::uniform(Quantity::new(name, Unit::Degree), 0.0, turn, bins);
+        let rows = axis("theta", 180.0, sphere.polar)?;
+        let columns = axis("phi", 360.0, sphere.azimuths)?;
+        Map::new(self.units.intensity(), rows, columns, value, error)
+    }
+
+    /// The far field up to the polar angle `last`: its mean over azimuth, then `cuts`.
+    fn far_field_curves(&self, last: f64, cuts: &[(String, Vec<f64>)]) -> Result<Vec<Curve>> {
+        let factor = self.units.per_intensity();
+        let (far, sphere) = (&self.observation.far_field, self.observation.sphere);
+        let angles = sphere.centres_deg();
+        let mean = far.map(|p| sphere.profile(&scaled(p, factor)));
+        let mut all = vec![curve("mean over azimuth", &mean, &angles, last)?];
+        for (label, azimuths) in cuts {
+            let cut = far.map(|p| sphere.half_planes(&scaled(p, factor), azimuths));
+            all.push(curve(label, &cut, &angles, last)?);
+        }
+        Ok(all)
+    }
+
+    fn far_field(&self) -> Result<()> {
+        let map = self.far_field_map()?;
         exr::write_map(&self.folder.join("far_field.exr"), &map, &self.provenance())?;
         csv::write_map_npy(&self.folder.join("far_field.npy"), &map)?;
 
-        let angles = sphere.centres_deg();
         let symmetry = symmetry(self.design);
         let cuts = cuts(symmetry);
-        let curves = |last: f64| -> Result<Vec<Curve>> {
-            let mean = far.map(|p| sphere.profile(&scaled(p, factor)));
-            let mut all = vec![curve("mean over azimuth", &mean, &angles, last)?];
-            for (label, azimuths) in &cuts {
-                let cut = far.map(|p| sphere.half_planes(&scaled(p, factor), azimuths));
-                all.push(curve(label, &cut, &angles, last)?);
-            }
-            Ok(all)
-        };
-        let all = curves(180.0)?;
+        let all = self.far_field_curves(180.0, &cuts)?;
+        let intensity = self.units.intensity();
+        let theta = Quantity::new("theta", Unit::Degree);
         csv::write_curves_csv(&self.folder.join("far_field.csv"), &theta, &intensity, &all)?;
         csv::write_curve_npy(&self.folder.join("far_field_mean.npy"), &all[0])?;
-        let shown = both_sides(&curves(90.0)?, symmetry)?;
+        let shown = both_sides(&self.far_field_curves(90.0, &cuts)?, symmetry)?;
         let heading = self.heading("Far field");
         let picture = FarField {
             heading: &heading,

@@ -261,7 +261,7 @@ fn studies_that_come_along_can_be_read() {
         if path.extension().is_none_or(|extension| extension != "toml") {
             continue;
         }
-        let study = experiment::study::load(&path, None).expect("a study");
+        let study = experiment::study::load(&path, &BTreeMap::new(), None).expect("a study");
         assert_eq!(path.file_stem().expect("a name"), study.name.as_str());
         assert!(study.setups.len() > 1, "{}", study.name);
         read += 1;

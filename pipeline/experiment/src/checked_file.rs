@@ -2,6 +2,7 @@
 //! Head of the input files of experiments: reads the TOML, records the file and those that it names,
 //! and names the file in errors.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Error, Result, ensure};
@@ -11,6 +12,9 @@ use design::toml_errors;
 use files::provenance::FileRecord;
 
 use crate::design_file::DesignFile;
+
+/// Texts that stand for files, by the names by which commands and other files call them.
+pub type Texts = BTreeMap<String, String>;
 
 /// Keys of an input file, as written.
 pub trait FileKeys: DeserializeOwned {
@@ -31,16 +35,20 @@ pub struct CheckedFile<T> {
     pub folder: PathBuf,
     /// Files that went in so far.
     pub inputs: Vec<FileRecord>,
+    /// Texts in place of files.
+    texts: Texts,
 }
 
 impl<T: FileKeys> CheckedFile<T> {
-    /// Reads the file at `path` and returns what `check` makes of it.
+    /// Reads the file at `path`, unless `texts` holds it, and returns what `check` makes of it.
     ///
     /// # Errors
     /// A file that cannot be read or has other keys; those of `check`.
-    pub fn load<C>(path: &Path, check: impl FnOnce(Self) -> Result<C>) -> Result<C> {
+    pub fn load<C>(path: &Path, texts: &Texts, check: impl FnOnce(Self) -> Result<C>) -> Result<C> {
         let name = path.display().to_string();
-        let text = design::read_text(path).with_context(|| format!("{name}: cannot be read"))?;
+        let text =
+            texts.get(&name).map_or_else(|| design::read_text(path), |text| Ok(text.clone()));
+        let text = text.with_context(|| format!("{name}: cannot be read"))?;
         let read = || -> Result<Self> {
             let has =
                 |key: &str| toml::from_str(&text).is_ok_and(|t: toml::Table| t.contains_key(key));
@@ -58,6 +66,7 @@ impl<T: FileKeys> CheckedFile<T> {
                 folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
                 inputs: vec![FileRecord::new(name.clone(), text.as_bytes())],
                 text: text.clone(),
+                texts: texts.clone(),
             })
         };
         read().and_then(check).with_context(|| name.clone())
@@ -70,7 +79,12 @@ impl<T> CheckedFile<T> {
     /// # Errors
     /// A file that cannot be read, or is no TOML.
     pub fn design(&mut self, key: &'static str, name: &str) -> Result<DesignFile> {
-        let (source, record) = DesignFile::read(&self.folder.join(name)).context(key)?;
+        let path = self.folder.join(name);
+        let read = match self.texts.get(name) {
+            Some(text) => DesignFile::of_text(&path, text),
+            None => DesignFile::read(&path),
+        };
+        let (source, record) = read.context(key)?;
         self.inputs.push(record);
         Ok(source)
     }

@@ -12,6 +12,7 @@ use metrics::digits::thousands;
 use metrics::plural::count;
 use results::target::Target;
 
+use crate::checked_file::Texts;
 use crate::optimise::problem;
 use crate::study::compute::shared_traces;
 use crate::study::{self, definition::Study};
@@ -40,22 +41,23 @@ pub struct Description {
 /// # Errors
 /// Errors of the reader of its kind.
 pub fn describe(path: &Path) -> Result<Option<Description>> {
+    let texts = Texts::new();
     let text = design::read_text(path).unwrap_or_default();
     let keys: toml::Table = text.parse().unwrap_or_default();
     let has = |key: &str| keys.contains_key(key);
     let mut found = if has("designs") {
-        let study = Arc::new(study::load(path, None)?);
+        let study = Arc::new(study::load(path, &texts, None)?);
         let words = format!("{}: {}", study.name, count(study.setups.len(), "set-up"));
         let (lines, inputs) = (of_study(&study), study.inputs.clone());
         Description { kind: "study", words, lines, inputs }
     } else if has("variables") {
-        let problem = problem::load(path)?;
+        let problem = problem::load(path, &texts)?;
         let stages = count(problem.stages.len(), "stage");
         let words = format!("{}: {stages} from {}", problem.name, problem.design.name);
         let lines = problem.description();
         Description { kind: "problem", words, lines, inputs: problem.inputs }
     } else if has("tolerances") {
-        let analysis = definition::load(path, Overrides::default())?;
+        let analysis = definition::load(path, &texts, Overrides::default())?;
         let packages = count(analysis.samples, "package");
         let words = format!("{}: {packages} of {}", analysis.name, analysis.design.name);
         let lines = of_tolerance(&analysis)?;

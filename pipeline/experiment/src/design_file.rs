@@ -37,10 +37,17 @@ impl DesignFile {
     /// # Errors
     /// A file that cannot be read, or is no TOML.
     pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
-        let name = path.display();
         let text = design::read_text(path);
-        let text = text.with_context(|| format!("`{name}` cannot be read"))?;
-        let table = toml_errors::read(&text, &[]).map_err(|said| anyhow!("`{name}`: {said}"))?;
+        Self::of_text(path, &text.with_context(|| format!("`{}` cannot be read", path.display()))?)
+    }
+
+    /// The design whose text stands for the file at `path`.
+    ///
+    /// # Errors
+    /// Text that is no TOML.
+    pub fn of_text(path: &Path, text: &str) -> Result<(Self, FileRecord)> {
+        let name = path.display();
+        let table = toml_errors::read(text, &[]).map_err(|said| anyhow!("`{name}`: {said}"))?;
         let record = FileRecord::new(name.to_string(), text.as_bytes());
         Ok((Self::new(path.to_path_buf(), table), record))
     }

@@ -25,7 +25,7 @@
 //!     values = [0.5, 0.9]
 //! "#;
 //! std::fs::write(&path, text)?;
-//! let study = study::load(&path, Some(10_000))?;
+//! let study = study::load(&path, &Texts::new(), Some(10_000))?;
 //! // The base, and each level alone.
 //! assert_eq!(study.setups.len(), 3);
 //! # Ok(())

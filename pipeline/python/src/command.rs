@@ -6,14 +6,19 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use clap::Parser;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
+use experiment::checked_file::Texts;
 use files::interrupt::Interrupt;
 use files::program::{self, Program};
+use metrics::quantity::Axis;
 use pipeline::cli::Cli;
 use pipeline::exit;
+use pipeline::output::in_memory::Array;
 
 use crate::job::{self, Job};
+use crate::rcwa::array;
 
 fn parse(arguments: Vec<String>) -> Result<Cli, clap::Error> {
     Cli::try_parse_from(std::iter::once("batwing".to_owned()).chain(arguments))
@@ -56,26 +61,77 @@ pub fn set_program(file: PathBuf, words: Vec<OsString>) {
     program::state(Program { file, words });
 }
 
-/// Runs a command line, errors as exceptions. With `text`, a design in TOML, the design file of the
-/// arguments is a name alone, and files that the design names lie in `folder`.
-#[pyfunction]
-#[pyo3(signature = (arguments, text=None, folder=None))]
-pub fn call(
-    py: Python<'_>,
-    arguments: Vec<String>,
-    text: Option<String>,
-    folder: Option<PathBuf>,
-) -> PyResult<()> {
-    let cli = parse(arguments).map_err(|error| {
+fn parsed(py: Python<'_>, arguments: Vec<String>) -> PyResult<Cli> {
+    parse(arguments).map_err(|error| {
         let message =
             pipeline::cli_errors::message(&error, &<Cli as clap::CommandFactory>::command());
         crate::errors::to_python(py, &anyhow::anyhow!(message))
-    })?;
+    })
+}
+
+/// Runs a command line, errors as exceptions. `texts` stand for files that the arguments, or these
+/// texts, name; files that the text of a design names lie in `folder`.
+#[pyfunction]
+#[pyo3(signature = (arguments, texts=None, folder=None))]
+pub fn call(
+    py: Python<'_>,
+    arguments: Vec<String>,
+    texts: Option<Texts>,
+    folder: Option<PathBuf>,
+) -> PyResult<()> {
+    let cli = parsed(py, arguments)?;
     let threads = cli.common.threads.map(usize::from);
-    job::run(py, threads, move |job: &Job| match text {
-        Some(text) => cli.run_text(&text, &folder.unwrap_or_default(), &job.interrupt),
+    job::run(py, threads, move |job: &Job| match texts.filter(|texts| !texts.is_empty()) {
+        Some(texts) => cli.run_texts(texts, &folder.unwrap_or_default(), &job.interrupt),
         None => cli.run_until(&job.interrupt),
     })
+}
+
+/// Name of an array, its numbers, name, unit and edges of each axis, and quantity and unit of the
+/// numbers where the file of the array states them.
+type NamedArray<'py> = (
+    String,
+    Bound<'py, PyArrayDyn<f64>>,
+    Vec<(String, String, Vec<f64>)>,
+    Option<(String, String)>,
+);
+
+/// Traces the design of a command line of `run` and writes no file: the text of `results.json`, and
+/// the arrays of each model by its key.
+#[pyfunction]
+#[pyo3(signature = (arguments, texts=None, folder=None))]
+pub fn run<'py>(
+    py: Python<'py>,
+    arguments: Vec<String>,
+    texts: Option<Texts>,
+    folder: Option<PathBuf>,
+) -> PyResult<(String, Vec<(String, Vec<NamedArray<'py>>)>)> {
+    let cli = parsed(py, arguments)?;
+    let threads = cli.common.threads.map(usize::from);
+    let (texts, folder) = (texts.unwrap_or_default(), folder.unwrap_or_default());
+    let (json, models) =
+        job::run(py, threads, move |job: &Job| cli.run_in_memory(&texts, &folder, &job.interrupt))?;
+    let axis = |axis: &Axis| {
+        let quantity = axis.quantity();
+        let unit = quantity.unit().suffix().to_owned();
+        (quantity.name().to_owned(), unit, axis.edges().to_vec())
+    };
+    let named = |one: Array| {
+        let about = one.quantity.as_ref();
+        let about = about.map(|q| (q.name().to_owned(), q.unit().symbol().to_owned()));
+        let axes = one.axes.iter().map(axis).collect();
+        Ok((one.name, array(py, one.values, one.shape)?, axes, about))
+    };
+    let models = models
+        .into_iter()
+        .map(|(key, arrays)| Ok((key, arrays.into_iter().map(named).collect::<PyResult<_>>()?)));
+    Ok((json.to_string(), models.collect::<PyResult<_>>()?))
+}
+
+/// The JSON Schema of design files.
+#[pyfunction]
+pub fn design_schema() -> String {
+    design::json_schema::of_designs().to_string()
 }
 
 /// The text of the design that `batwing new` writes.

@@ -16,6 +16,7 @@ mod job;
 mod rays;
 mod rcwa;
 
+use pipeline::grating_case::USUAL_PERIODS;
 use pyo3::prelude::*;
 
 /// The number of threads of calls that state none; `None` for all processors.
@@ -98,7 +99,9 @@ mod _native {
     #[pymodule_export]
     use super::bsdf::{Surface, build_table, design_cell};
     #[pymodule_export]
-    use super::command::{call, command, discard_pending, new_design, set_program};
+    use super::command::{
+        call, command, design_schema, discard_pending, new_design, run, set_program,
+    };
     #[pymodule_export]
     use super::figure::{shown_figure, unit_symbol};
     #[pymodule_export]
@@ -111,4 +114,7 @@ mod _native {
     };
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
+    /// Range of period over wavelength beyond which one is taken to be in another unit.
+    #[pymodule_export]
+    const USUAL_RATIOS: (f64, f64) = (*super::USUAL_PERIODS.start(), *super::USUAL_PERIODS.end());
 }

@@ -121,5 +121,53 @@ def test_figures_that_are_not_resolved_stay_so() -> None:
     assert repr(share) == "75.31 ± 0.12 %"
     colour = simulate.Figure.of({"value": 0.0041, "standard_error": 0.0002}, "1", "cell_colour_difference")
     assert repr(colour) == "0.00410 ± 0.00020"
-    axial = {"value": 2.5, "standard_error": 1.0, "peak_place": "on_axis"}
-    assert str(simulate.Figure.of(axial, "deg", "peak_angle_deg")) == "none (maximum on axis)"
+    axial = simulate.Figure.of(
+        {"value": 2.5, "standard_error": 1.0, "peak_place": "on_axis"}, "deg", "peak_angle_deg"
+    )
+    assert str(axial) == repr(axial) == "none (maximum on axis)" and not axial.has_value
+    with pytest.raises(batwing.InputError, match="operand"):
+        axial + 1.0
+    assert repr(peak) == "17.5 to 22.5 ° (not resolved)"
+    assert repr(dark) == "below 3.0e-5 W (not resolved)"
+    assert "± 0" not in f"{peak} {peak!r} {peak * 2:.1f} {dark:.3f} {dark!r}"
+
+
+def test_no_format_shows_an_error_as_0() -> None:
+    small = simulate.Figure(0.5, 1e-4)
+    assert f"{small:.5f}" == "0.50000 ± 0.00010"
+    assert f"{small:.2f}" == str(small) and "± 0.00 " not in f"{small:.2f} "
+    assert f"{simulate.Figure(0.5, 0.0):.2f}" == "0.50"
+
+
+def test_the_error_of_a_figure_holds_that_of_the_wavelengths() -> None:
+    entry = {
+        "value": 0.75,
+        "standard_error": 0.003,
+        "wavelength_error": {"value": -0.004, "standard_error": 1e-4},
+    }
+    figure = simulate.Figure.of(entry, "1", "uniformity")
+    assert figure.standard_error == pytest.approx(0.005) and figure.wavelength_error == 0.004
+    assert figure.more["wavelength_error"]["standard_error"] == 1e-4
+    assert str(figure) == "75.00 ± 0.50 %" and f"{figure:.3f}" == "0.750 ± 0.005"
+    twice = 2 * figure
+    assert (twice.standard_error, twice.wavelength_error) == pytest.approx((0.01, 0.008))
+    assert twice.wavelength_error == pytest.approx(0.008)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64, np.uint8])
+def test_numpy_scalars_are_numbers_beside_figures(kind: Any) -> None:
+    figure, two = simulate.Figure(3.0, 0.3, "deg"), kind(2)
+    for got, value, error, unit in [
+        (figure + two, 5.0, 0.3, "deg"),
+        (two + figure, 5.0, 0.3, "deg"),
+        (figure - two, 1.0, 0.3, "deg"),
+        (two - figure, -1.0, 0.3, "deg"),
+        (figure * two, 6.0, 0.6, "deg"),
+        (two * figure, 6.0, 0.6, "deg"),
+        (figure / two, 1.5, 0.15, "deg"),
+        (two / figure, 2 / 3, 2 / 30, "1/deg"),
+    ]:
+        assert isinstance(got, simulate.Figure), type(got)
+        assert (got.value, got.standard_error) == pytest.approx((value, error)) and got.unit == unit
+    with pytest.raises(TypeError):
+        figure * np.complex128(1j)  # type: ignore[operator]

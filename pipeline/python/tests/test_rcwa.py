@@ -10,6 +10,7 @@ import subprocess
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -268,6 +269,20 @@ def test_ridges_stand_on_the_half_space_that_is_named() -> None:
         with pytest.warns(batwing.ReliefWarning, match="base='bottom'"):
             floating = rcwa.Grating(shape("top"), top=1.0, bottom=1.5)
         assert abs(float(rcwa.solve(floating, WAVELENGTH, orders=12).total_reflected) - r) > 0.01
+
+
+def test_a_base_that_nobody_states_is_said_where_it_is_a_guess() -> None:
+    """Metal triangles on glass: the half-spaces do not tell which way up they are."""
+    metal, groove = 0.8 + 6.0j, 1.0
+    with pytest.warns(batwing.ReliefWarning, match="top half-space, since no base is stated"):
+        rcwa.Grating(rcwa.Relief.triangle(0.4, (0.2, 0.5), metal, groove), 1.0, 1.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for base in get_args(rcwa.Base):
+            rcwa.Grating(rcwa.Relief.triangle(0.4, (0.2, 0.5), metal, groove, base=base), 1.0, 1.5)
+        rcwa.Grating(rcwa.Relief.triangle(0.4, (0.2, 0.5), 1.41, groove), 1.41, 1.0)
+    one, other = (rcwa.Relief.triangle(0.4, (0.2, 0.5), 1.41, 1.0, base=b) for b in ("top", None))
+    assert one == other
 
 
 def test_ridges_that_touch_nothing_of_their_own_are_said() -> None:

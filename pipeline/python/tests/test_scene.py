@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import json
+import pickle
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,64 +20,76 @@ import batwing
 from batwing import scene, simulate
 
 
-@pytest.fixture(scope="module")
-def schema() -> dict[str, Any]:
-    """What `batwing schema` prints."""
-
-    done = subprocess.run(
-        [sys.executable, "-m", "batwing", "schema"], capture_output=True, check=True
-    )
-    return dict(json.loads(done.stdout))
-
-
-def forms(table: dict[str, Any]) -> list[dict[str, Any]]:
-    """Properties of each form that a table, or an entry of a list of tables, can have."""
-    table = table.get("items", table)
-    found = [one["properties"] for one in table.get("oneOf", table.get("anyOf", [table]))]
-    return [dict(one) for one in found]
+def tables(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Properties of all tables of a schema, each kind of a table by itself."""
+    if "properties" in schema:
+        yield schema["properties"]
+    below = [*schema.get("properties", {}).values(), schema.get("items", {})]
+    for one in (*below, *schema.get("oneOf", []), *schema.get("anyOf", [])):
+        yield from tables(one)
 
 
 def keys(table: type[scene.Table]) -> set[str]:
-    return {table.keys.get(one.name, one.name) for one in dataclasses.fields(table)}
+    spelled = {"polarisation": "polarization", "from_": "from"}
+    names = {one.name for one in dataclasses.fields(table)}
+    return {spelled.get(name, name) for name in names} | set(table._tag)
 
 
-LISTS: list[tuple[str, type[scene.Table]]] = [
-    ("solids", scene.Solid),
-    ("sources", scene.Source),
-    ("receivers", scene.Receiver),
-]
+def test_every_table_of_the_design_file_has_a_class_with_all_its_keys() -> None:
+    command = [sys.executable, "-m", "batwing", "schema", "design"]
+    schema = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    classes: list[Any] = [getattr(scene, name) for name in scene.__all__]
+    classes = [one for one in classes if inspect.isclass(one) and one is not scene.Table]
+    known = [keys(one) for one in classes]
+    found = list(tables(schema))
+    assert len(found) > 200 and len(known) > 40
+    for properties in found:
+        assert any(set(properties) <= one for one in known), sorted(properties)
+    every = set().union(*found)
+    assert set().union(*known) == every
 
 
-@pytest.mark.parametrize("name, base", LISTS, ids=[name for name, _ in LISTS])
-def test_lists_have_a_class_for_each_kind_with_its_keys(
-    schema: dict[str, Any], name: str, base: type[scene.Table]
-) -> None:
-    known = {one["kind"]["const"]: one for one in forms(schema["properties"][name])}
-    classes = {one.kind_word: one for one in base.__subclasses__()}
-    assert set(classes) == set(known)
-    for kind, table in classes.items():
-        assert keys(table) <= set(known[str(kind)]), kind
+@pytest.mark.parametrize(
+    "name, expected",
+    [
+        ("Array", "pitch_mm"),
+        ("Box", "name size_mm"),
+        ("Chip", "name face_powers"),
+        ("Coating", "thickness_nm"),
+        ("Cosine", "name position_mm exponent"),
+        ("Cylinder", "name radius_mm height_mm"),
+        ("Dome", "sphere_radius_mm height_mm width_mm"),
+        ("Led", "size_mm height_mm reflection reflectance specular_fraction"),
+        ("Light", "wavelength_nm"),
+        ("Medium", "index absorption_per_mm"),
+        ("Mesh", "name mesh mesh_unit"),
+        ("Mirror", "kind reflectance specular_fraction"),
+        ("Plane", "name position_mm size_mm bins"),
+        ("RayFile", "name position_mm file"),
+        ("Scatter", "kind transmitted reflected"),
+        ("Scene", "name"),
+        ("Sphere", "name radius_mm"),
+        ("SurfaceFlux", "name surface"),
+    ],
+)
+def test_keys_that_are_given_by_position_keep_their_order(name: str, expected: str) -> None:
+    parameters = inspect.signature(getattr(scene, name)).parameters.values()
+    by_position = [one.name for one in parameters if one.kind is one.POSITIONAL_OR_KEYWORD]
+    assert by_position == expected.split()
 
 
-def test_tables_have_the_keys_of_the_design_file(schema: dict[str, Any]) -> None:
-    tables = {
-        "led": (scene.Led,),
-        "mirror": (scene.Mirror,),
-        "array": (scene.Array,),
-        "light": (scene.Light,),
-        "silicone": (scene.Medium,),
-        "dome": (scene.Dome, scene.MeridianDome, scene.MeshDome),
-    }
-    for name, classes in tables.items():
-        known = forms(schema["properties"][name])
-        for table in classes:
-            assert keys(table) <= set().union(*known), table
-    assert keys(scene.Scene) - {"others"} <= set(schema["properties"])
+def test_classes_say_what_their_keys_mean() -> None:
+    assert "radius_mm : float\n    Radius, mm" in (scene.Sphere.__doc__ or "")
+    assert "kind : {'specular', 'lambertian', 'absorbing', 'mixed'}" in (scene.Mirror.__doc__ or "")
+    with pytest.raises(TypeError, match="radius_um"):
+        scene.Sphere("ball", radius_um=500.0)
+    with pytest.raises(TypeError, match="radius_mm"):
+        scene.Sphere("ball")
 
 
-def built(**more: Any) -> scene.Scene:
+def built(**more: Any) -> Any:
     """A small black box on a black bottom, far below the plane of the figures."""
-    more.setdefault("others", {"receiver": {"plane_height_mm": 8.0}})
+    more.setdefault("receiver", scene.Receiver(plane_height_mm=8.0))
     return scene.Scene(
         "built",
         led=scene.Led((0.1, 0.1), 0.05, "absorbing"),
@@ -85,11 +100,11 @@ def built(**more: Any) -> scene.Scene:
     )
 
 
-def run(whole: scene.Scene, paths: int = 131_072) -> simulate.Model:
+def run(whole: Any, paths: int = 131_072) -> simulate.Model:
     return simulate.run(whole.design(), paths=paths, seed=3).model("geometric")
 
 
-def point(**more: Any) -> list[scene.Source]:
+def point(**more: Any) -> list[scene.Table]:
     return [scene.Isotropic("point", position_mm=(0, 0, 2.0), **more)]
 
 
@@ -159,7 +174,7 @@ def test_a_dome_with_sheets_and_receivers_is_one_design() -> None:
             scene.SurfaceFlux("through", surface="dome"),
             scene.CGamma("lamp", theta_bin_deg=5, phi_bin_deg=15),
         ],
-        others={"receiver": {"plane_height_mm": 3.5}},
+        receiver={"plane_height_mm": 3.5},
     )  # fmt: skip
     found = run(whole, paths=65_536)
     above = found.receivers["above"]
@@ -174,9 +189,29 @@ def test_a_dome_with_sheets_and_receivers_is_one_design() -> None:
     assert simulate.Design(whole.to_dict()).to_toml() == whole.design().to_toml()
 
 
-def test_the_polarisation_of_light_has_two_spellings() -> None:
-    one, other = scene.Light(polarisation="carried"), scene.Light(polarization="carried")
-    assert one == other and one.to_dict() == {"polarization": "carried"}
+@pytest.mark.parametrize("table", [scene.Light, scene.Hybrid])
+def test_polarisation_has_two_spellings(table: Any) -> None:
+    word = "carried" if table is scene.Light else "s"
+    one, other = table(polarisation=word), table(polarization=word)
+    assert one == other and one.to_dict() == {"polarization": word}
+    assert one.polarisation == one.polarization == other.polarization == word
+    assert table(polarization="unpolarized") == table(polarisation="unpolarised")
+    assert dataclasses.replace(one, polarisation=None).polarization is None
+    assert pickle.loads(pickle.dumps(one)) == one
+    with pytest.raises(batwing.InputError, match="polarization"):
+        table(polarisation=word, polarization=word)
+
+
+def test_designs_take_both_spellings() -> None:
+    """Keys and words of dicts and files."""
+    data = simulate.Design.template().data
+    spelled: list[dict[str, str]] = [
+        {"polarization": "unpolarised"},
+        {"polarisation": "unpolarised"},
+        {"polarization": "unpolarized"},
+    ]
+    for light in spelled:
+        simulate.Design({**data, "light": {**data["light"], **light}}).check()
 
 
 def test_no_default_is_written() -> None:
@@ -187,8 +222,8 @@ def test_bad_scenes_are_refused_by_the_program(tmp_path: Path) -> None:
     with pytest.raises(batwing.InputError) as caught:
         built(solids=[scene.Sphere("ball", -0.5, medium=scene.Medium(1.5))]).design().check()
     assert "radius_mm" in str(caught.value) and caught.value.got == "-0.5"
-    with pytest.raises(batwing.InputError, match="others.led"):
-        built(others={"led": {}}).to_dict()
+    with pytest.raises(batwing.InputError, match="Sphere: radius_mm"):
+        scene.Sphere("ball", float("nan")).to_dict()
     corners, faces = cube()
     for bad in (faces + 8, faces[:0], faces.astype(float), faces[:, :2]):
         with pytest.raises(batwing.InputError, match="triangles"):

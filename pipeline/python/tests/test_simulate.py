@@ -10,13 +10,17 @@ import os
 import pickle
 import shutil
 import subprocess
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import batwing
-from batwing import simulate
+from batwing import scene, simulate
+from batwing.design import _parsed, _toml_text
 
 FEW = 65_536
 
@@ -32,9 +36,81 @@ def test_results_are_those_of_the_binary(
     command = [binary, "run", str(root / "data/designs/d1.toml"), "--model", "geometric", "--quiet"]
     subprocess.run([*command, "--paths", str(FEW), "--seed", "5", "--out", str(tmp_path)], check=True)
     theirs = json.loads((tmp_path / "results.json").read_text())
-    assert found.raw["designs"] == theirs["designs"]
+    assert found.raw["designs"] == theirs["designs"] and found.raw["files"] == []
     hashes = {file["file"]: file["sha256"] for file in theirs["files"]}
-    assert hashes == {file["file"]: file["sha256"] for file in found.raw["files"]}
+    design = root / "data/designs/d1.toml"
+    mine = simulate.run(design, model="geometric", paths=FEW, seed=5, out=tmp_path / "mine")
+    assert hashes == {file["file"]: file["sha256"] for file in mine.raw["files"]}
+    # What is in memory is what the files hold.
+    for results in (simulate.load(tmp_path), mine):
+        same_arrays(results.model("geometric"), found.model("geometric"))
+
+
+def same_arrays(one: simulate.Model, other: simulate.Model) -> None:
+    """Arrays, maps and receivers, with their axes and units."""
+    assert one.arrays.keys() == other.arrays.keys() >= {"far_field", "illuminance_cross_section"}
+    for name, array in one.arrays.items():
+        np.testing.assert_array_equal(other.arrays[name], array)
+    assert one.maps.keys() == other.maps.keys() == {"far_field", "illuminance"}
+    assert one.receivers.keys() == other.receivers.keys()
+    assert one.figures == other.figures and one.ledger == other.ledger
+    maps = [(one.maps[name], other.maps[name]) for name in one.maps]
+    maps += [(one.receivers[name], other.receivers[name]) for name in one.receivers]
+    for here, there in maps:
+        assert (here.quantity, here.unit) == (there.quantity, there.unit)
+        np.testing.assert_array_equal(here.values, there.values)
+        np.testing.assert_array_equal(here.standard_error, there.standard_error)
+        assert [(a.name, a.unit) for a in here.axes] == [(a.name, a.unit) for a in there.axes]
+        for a, b in zip(here.axes, there.axes):
+            np.testing.assert_array_equal(a.edges, b.edges)
+
+
+def test_a_run_without_out_writes_no_file(
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    monkeypatch.chdir(tmp_path)
+    found = simulate.run(simulate.Design.template(), model="geometric", paths=4096, seed=5)
+    assert found.folder is None and found.raw["seed"] == found.seed == 5
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+    found.verify()
+
+
+def test_receivers_in_memory_are_those_of_files(tmp_path: Path) -> None:
+    """Every kind of a receiver, with Stokes parameters too."""
+    data = simulate.Design.template().data
+    data["light"] = {**data["light"], "polarization": "carried"}
+    size = {"position_mm": [0, 0, 3.0], "size_mm": [4, 2], "bins": [4, 3]}
+    angles = {"theta_bin_deg": 15, "phi_bin_deg": 45}
+    data["receivers"] = [
+        {"name": "plane", "kind": "plane", **size},
+        {"name": "stokes", "kind": "plane", "stokes": True, **size},
+        {"name": "far", "kind": "far_field", **angles},
+        {"name": "lamp", "kind": "c_gamma", **angles},
+        {"name": "eye", "kind": "luminance", **size, **angles},
+        {"name": "through", "kind": "surface", "surface": "dome"},
+    ]
+    here = simulate.run(data, model="geometric", paths=16_384).model("geometric")
+    there = simulate.run(data, model="geometric", paths=16_384, out=tmp_path).model("geometric")
+    assert len(here.receivers) == 6 and len(here.receivers["eye"].axes) == 4
+    assert here.receivers["stokes"].values.shape == (4, 3, 4)
+    for name, one in here.receivers.items():
+        assert one.figures == there.receivers[name].figures
+    same_arrays(there, here)
+
+
+def test_a_spectrum_in_memory_is_that_of_files(tmp_path: Path) -> None:
+    data = simulate.Design.template().data
+    glass = {"name": "glass", "kind": "sphere", "radius_mm": 0.5, "position_mm": [0, 0, 20.0]}
+    data["solids"] = [{**glass, "medium": {"index": 1.5}}]
+    lines = {"kind": "lines", "wavelength_nm": [450.0, 550.0, 650.0], "power": [1.0, 2.0, 1.0]}
+    data["light"] = {"spectrum": {**lines, "weighting": "photometric"}}
+    here = simulate.run(data, model="geometric", paths=16_384).model("geometric")
+    there = simulate.run(data, model="geometric", paths=16_384, out=tmp_path).model("geometric")
+    same_arrays(there, here)
+    assert here.raw["spectrum"] == there.raw["spectrum"]
 
 
 def test_figures_have_errors_and_units(found: simulate.Results) -> None:
@@ -59,10 +135,22 @@ def test_figures_have_errors_and_units(found: simulate.Results) -> None:
 def test_results_are_saved_loaded_and_pickled(found: simulate.Results, tmp_path: Path) -> None:
     found.save(tmp_path / "kept")
     again = simulate.load(tmp_path / "kept")
-    assert again.raw == found.raw
-    for name, array in found.model("geometric").arrays.items():
-        np.testing.assert_array_equal(again.model("geometric").arrays[name], array)
-    assert pickle.loads(pickle.dumps(found)).raw == found.raw
+    assert again.raw["designs"] == found.raw["designs"] and len(again.raw["files"]) > 10
+    same_arrays(again.model("geometric"), found.model("geometric"))
+    copied = pickle.loads(pickle.dumps(found))
+    assert copied.raw == found.raw
+    copied.save(tmp_path / "copied")
+    assert simulate.load(tmp_path / "copied").raw == again.raw
+
+
+def test_results_of_a_design_that_changed_are_not_saved(tmp_path: Path) -> None:
+    design = tmp_path / "my.toml"
+    design.write_text(simulate.Design.template().to_toml())
+    found = simulate.run(design, model="geometric", paths=4096)
+    design.write_text(simulate.Design.template().with_values({"led.reflectance": 0.1}).to_toml())
+    with pytest.raises(batwing.FileError, match="my.toml: expected the SHA-256"):
+        found.save(tmp_path / "kept")
+    assert [path.name for path in tmp_path.iterdir()] == ["my.toml"]
 
 
 def test_altered_and_missing_files_are_found(found: simulate.Results, tmp_path: Path) -> None:
@@ -88,7 +176,8 @@ def test_a_dict_twice_gives_the_same_bytes_and_names_no_temporary_file(root: Pat
     design = simulate.Design.read(root / "data/designs/d1.toml")
     first = simulate.run(design, model="geometric", paths=FEW, seed=5, threads=1)
     again = simulate.run(design.data, model="geometric", paths=FEW, seed=5)
-    assert first._files is not None and first._files == again._files
+    assert first.raw == again.raw
+    same_arrays(first.model("geometric"), again.model("geometric"))
     [entry] = first.raw["inputs"]
     text = design.to_toml().encode()
     assert entry == {"file": "design.toml", "sha256": hashlib.sha256(text).hexdigest()}
@@ -180,6 +269,73 @@ def test_a_study_has_its_table(tmp_path: Path) -> None:
     table = report.tables["study"]
     assert table["value"].dtype == np.float64 and (table["standard_error"] >= 0).all()
     assert report.folder == str(tmp_path / "out")
+
+
+STUDY = {
+    "name": "small",
+    "models": ["geometric"],
+    "paths": 16_384,
+    "factors": [{"name": "reflectance", "key": "led.reflectance", "values": [0.5, 0.9]}],
+}
+TOLERANCE = {
+    "name": "spread",
+    "samples": 8,
+    "paths": 16_384,
+    "figures": ["extraction_efficiency"],
+    "tolerances": [{"key": "led.reflectance", "deviation": 0.05}],
+}
+
+
+def small_scene(root: Path) -> Any:
+    """The bare dome of the repository, as objects."""
+    data = simulate.Design.read(root / "data/designs/bare-dome.toml").data
+    return scene.Scene(**{**data, "led": scene.Led(**data["led"])})
+
+
+def test_studies_problems_and_tolerances_are_paths_dicts_and_scenes_alike(
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = small_scene(root)
+    design = whole.design()
+    text = design.to_toml()
+    (tmp_path / "design.toml").write_text(text)
+    problem = _parsed("problem", PROBLEM)
+    commands: list[tuple[str, Callable[..., Any], dict[str, Any], str]] = [
+        ("study", simulate.study, STUDY, "designs"),
+        ("tolerance", simulate.tolerance, TOLERANCE, "design"),
+        ("problem", simulate.optimise, problem, "design"),
+    ]
+    monkeypatch.chdir(tmp_path)
+    for name, command, keys, key in commands:
+        forms: list[Any] = ["design.toml", design, design.data, whole]
+        given = [[one] if key == "designs" else one for one in forms]
+        found = [command({**keys, key: one}, seed=3) for one in given]
+        path = tmp_path / f"{name}.toml"
+        path.write_text(_toml_text("x", {**keys, key: given[0]}))
+        found.append(command(f"{name}.toml", seed=3))
+        for one in found[1:]:
+            assert one.raw == found[0].raw, name
+        files = [entry["file"] for entry in found[0].raw.get("inputs", found[0].raw["files"])]
+        assert not any("tmp" in file for file in files), files
+        path.unlink()
+    with pytest.raises(batwing.InputError, match=r"^study.toml: .*no-such-key"):
+        simulate.study({**STUDY, "designs": [whole], "no-such-key": 1})
+    with pytest.raises(batwing.InputError, match=r"^tolerance.toml: samples.*nan"):
+        simulate.tolerance({**TOLERANCE, "design": whole, "samples": float("nan")})
+    with pytest.raises(batwing.InputError, match="file: expected the path of a file or a dict"):
+        simulate.study(7)  # type: ignore[arg-type]
+    with pytest.raises(batwing.InputError, match="design: expected a path, a dict, a Design"):
+        simulate.tolerance({**TOLERANCE, "design": 7})
+
+
+def test_designs_of_one_study_that_are_no_files_are_told_apart(root: Path, tmp_path: Path) -> None:
+    data = simulate.Design.read(root / "data/designs/bare-dome.toml").data
+    (tmp_path / "places.txt").write_text("-3.0 0.0\n3.0 0.0\n")
+    array = {"pitch_mm": 6.0, "positions_file": "places.txt"}
+    there = simulate.Design({**data, "name": "there", "array": array}, str(tmp_path))
+    designs = [data, {**data, "name": "other"}, there]
+    report = simulate.study({**STUDY, "designs": designs, "factors": []})
+    assert set(report.tables["study"]["design"]) == {data["name"], "other", "there"}
 
 
 def test_the_name_of_a_design_is_no_path(tmp_path: Path) -> None:

@@ -26,6 +26,11 @@ pub struct Output<'a> {
 
 /// Writer of the files of a model: maps, sections, pictures, receivers.
 pub trait ModelWriter: Sync {
+    /// True where the package is drawn beside its light.
+    fn draws_package(&self) -> bool {
+        true
+    }
+
     /// Writes the files of `observation` and lists them in `result`. An owned observation loses
     /// its receivers, to free their memory.
     ///

@@ -125,13 +125,16 @@ impl Run<'_> {
             Output { design, units: Units::from_design(design, None), out: destination.out };
         let surfaces = observation.surfaces_per_path;
         let mut observation = Cow::Owned(observation);
+        let draws = destination.writer.draws_package();
         // Paths of the package are traced on one thread.
         let (package, written) = rayon::join(
-            || package::package(design, &[part], false, surfaces, context.seed),
+            || draws.then(|| package::package(design, &[part], false, surfaces, context.seed)),
             || destination.writer.write(output, &mut result, &mut observation, context),
         );
         written?;
-        package::write(package, output, &mut result, context)?;
+        if let Some(package) = package {
+            package::write(package, output, &mut result, context)?;
+        }
         Ok(result)
     }
 
@@ -157,10 +160,12 @@ impl Run<'_> {
         if !nodes.is_empty() {
             destination.writer.write_by_wavelength(output, &mut result, &nodes, &observation)?;
         }
-        let parts = trace.surfaces();
-        let surfaces = observation.surfaces_per_path;
-        let package = package::package(self.design, &parts, true, surfaces, context.seed);
-        package::write(package, output, &mut result, context)?;
+        if destination.writer.draws_package() {
+            let parts = trace.surfaces();
+            let surfaces = observation.surfaces_per_path;
+            let package = package::package(self.design, &parts, true, surfaces, context.seed);
+            package::write(package, output, &mut result, context)?;
+        }
         Ok(result)
     }
 

@@ -10,6 +10,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 
 use design::Design;
+use experiment::checked_file::Texts;
 use experiment::optimise::outputs::{self, CONVERGENCE, SENSITIVITIES};
 use experiment::optimise::problem::{self, Problem};
 use experiment::optimise::recipe::{Optimised, Recipe};
@@ -58,6 +59,9 @@ pub struct OptimiseArgs {
     /// Shards.
     #[command(flatten)]
     pub sharing: Sharing,
+    /// Texts in place of files.
+    #[arg(skip)]
+    pub texts: Texts,
 }
 
 impl Shardable for OptimiseArgs {
@@ -78,7 +82,7 @@ impl Shardable for OptimiseArgs {
             !self.resume && !self.evaluate,
             "--resume, --evaluate: expected neither with shards, which search and go on from their pieces"
         );
-        let problem = problem::load(&self.problem)?;
+        let problem = problem::load(&self.problem, &self.texts)?;
         Ok(Box::new(SharedSearch::new(problem, context)?))
     }
 
@@ -104,7 +108,7 @@ fn budget(text: &str) -> Result<Duration, String> {
 /// `optimise.json` last.
 pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
-    let problem = problem::load(&arguments.problem)?;
+    let problem = problem::load(&arguments.problem, &arguments.texts)?;
     let out = arguments.out.as_path();
     let cache = arguments.job_options().cache();
     let mut recipe = Recipe::new(&problem, &cache, arguments.budget);

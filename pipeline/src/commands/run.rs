@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing run`: traces one design in the models asked for.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
+use serde_json::Value;
 
 use design::Design;
 use design::spectrum::Spectrum;
+use design::spectrum::lights::Lights;
+use files::cache::Cache;
 use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
 use metrics::digits::thousands;
@@ -33,6 +36,7 @@ use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use crate::output::ModelFilesWriter;
+use crate::output::in_memory::{MemoryWriter, ModelArrays};
 
 /// `batwing run`.
 #[derive(Debug, Args)]
@@ -133,75 +137,109 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
     of_design(scene_check::load(&arguments.design)?, arguments, context)
 }
 
+/// A design with all that decides its traces, checked.
+struct Prepared {
+    design: Design,
+    models: Vec<Model>,
+    stopping_rule: Option<StoppingRule>,
+}
+
+impl Prepared {
+    /// Checks `design` and the arguments against each other, and says what the user may not expect.
+    fn new(design: Design, arguments: &RunArgs, context: RunContext) -> Result<Self> {
+        let mut design = arguments.with_paths(design);
+        let stopping_rule = arguments
+            .until_error
+            .clone()
+            .map(|target| StoppingRule { target, most_paths: arguments.most_paths });
+        if let Some(rule) = &stopping_rule {
+            rule.target.check(&design)?;
+            design.trace.paths = rule.batch(design.trace.paths)?;
+        }
+        let models = arguments.models(&design)?;
+        for warning in warnings(&design)? {
+            context.console.warn(&warning);
+        }
+        if let (None, Some(left_out)) = (arguments.model.one(), Model::left_out(&design)) {
+            let file = &design.provenance.file;
+            context.console.warn(&format!("{file}: {left_out}"));
+        }
+        let traced = design.trace.paths.next_multiple_of(GROUPS as u64);
+        let one_trace =
+            design.spectrum.as_ref().is_none_or(Spectrum::is_line) && design.lights.is_none();
+        if traced != design.trace.paths && one_trace {
+            let [asked, traced] = [design.trace.paths, traced].map(thousands);
+            context.console.say(&format!(
+                "{asked} paths are traced as {traced}: {GROUPS} groups of equal size"
+            ));
+        }
+        let prepared = Self { design, models, stopping_rule };
+        let lights = prepared.design.all_lights();
+        prepared.of_lights(lights.as_deref(), None).check(&prepared.models, context)?;
+        Ok(prepared)
+    }
+
+    fn of_lights<'a>(&'a self, lights: Option<&'a Lights>, cache: Option<&'a Cache>) -> Run<'a> {
+        let stopping_rule = self.stopping_rule.as_ref();
+        Run { design: &self.design, lights, stopping_rule, cache }
+    }
+
+    /// True where finished groups of paths are worth keeping.
+    fn stores_paths(&self) -> bool {
+        self.stopping_rule.is_some() || self.design.trace.paths >= MIN_PATHS
+    }
+
+    /// Traces the models and writes their files, all but `results.json`.
+    fn trace(
+        &self,
+        destination: Destination,
+        cache: Option<&Cache>,
+        context: RunContext,
+    ) -> Result<Results> {
+        let design = &self.design;
+        let lights = design.all_lights();
+        let run = self.of_lights(lights.as_deref(), cache);
+        let models = run.models(&self.models, destination, context)?;
+        let designs = vec![DesignResult {
+            name: design.name.clone(),
+            design_sha256: design.provenance.sha256.clone(),
+            models,
+        }];
+        Ok(Results {
+            quick: false,
+            seed: context.seed,
+            inputs: design.provenance.inputs(),
+            files: results::written(destination.out, &designs, [])?,
+            designs,
+            references: Vec::new(),
+            figures: PaperFigures::default(),
+        })
+    }
+}
+
 /// Traces `design` in place of the file that the arguments name.
 ///
 /// # Errors
 /// Design and arguments that exclude each other; files that cannot be written.
 pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
-    let mut design = arguments.with_paths(design);
-    let stopping_rule = arguments
-        .until_error
-        .clone()
-        .map(|target| StoppingRule { target, most_paths: arguments.most_paths });
-    if let Some(rule) = &stopping_rule {
-        rule.target.check(&design)?;
-        design.trace.paths = rule.batch(design.trace.paths)?;
-    }
-    let models = arguments.models(&design)?;
-    for warning in warnings(&design)? {
-        context.console.warn(&warning);
-    }
-    if let (None, Some(left_out)) = (arguments.model.one(), Model::left_out(&design)) {
-        let file = &design.provenance.file;
-        context.console.warn(&format!("{file}: {left_out}"));
-    }
-    let traced = design.trace.paths.next_multiple_of(GROUPS as u64);
-    let one_trace =
-        design.spectrum.as_ref().is_none_or(Spectrum::is_line) && design.lights.is_none();
-    if traced != design.trace.paths && one_trace {
-        let [asked, traced] = [design.trace.paths, traced].map(thousands);
-        context
-            .console
-            .say(&format!("{asked} paths are traced as {traced}: {GROUPS} groups of equal size"));
-    }
+    let prepared = Prepared::new(design, arguments, context)?;
+    let Prepared { design, models, .. } = &prepared;
     let needs_tables = models.contains(&Model::Hybrid);
-    let stores_paths = stopping_rule.is_some() || design.trace.paths >= MIN_PATHS;
+    let stores_paths = prepared.stores_paths();
     let cache = (arguments.cache.is_some() || needs_tables || stores_paths)
         .then(|| cache(arguments.cache.as_deref(), &arguments.out));
-    let lights = design.all_lights();
-    let run = Run {
-        design: &design,
-        lights: lights.as_deref(),
-        stopping_rule: stopping_rule.as_ref(),
-        cache: cache.as_ref(),
-    };
-    run.check(&models, context)?;
-    let folders = models.iter().map(|&m| model_result::folder(&design, m));
+    let folders = models.iter().map(|&m| model_result::folder(design, m));
     results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
     let stored = [needs_tables.then_some(TABLES), stores_paths.then_some(outputs::PATHS)];
     note_interrupt(context, cache.as_ref(), &stored);
     let checkpoints = checkpoints(cache.as_ref().filter(|_| stores_paths), context)?;
-    let earlier = earlier(&design, &models, arguments, context);
+    let earlier = earlier(design, models, arguments, context);
     let writer = ModelFilesWriter { earlier: earlier.clone() };
     let destination = Destination { out: &arguments.out, writer: &writer };
-    let context = context.storing(checkpoints.as_ref());
-    let models = run.models(&models, destination, context)?;
-    let designs = vec![DesignResult {
-        name: design.name.clone(),
-        design_sha256: design.provenance.sha256.clone(),
-        models,
-    }];
-    let results = Results {
-        quick: false,
-        seed: context.seed,
-        inputs: design.provenance.inputs(),
-        files: results::written(&arguments.out, &designs, [])?,
-        designs,
-        references: Vec::new(),
-        figures: PaperFigures::default(),
-    };
-    let standing = standing(&design)?;
+    let storing = context.storing(checkpoints.as_ref());
+    let results = prepared.trace(destination, cache.as_ref(), storing)?;
+    let standing = standing(design)?;
     let published = Published::load()?;
     match &earlier {
         Some(earlier) => results.write_beside(earlier, &arguments.out, &published)?,
@@ -224,6 +262,27 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
             results::FILE
         )
     })
+}
+
+/// Traces `design` as [`of_design`] does and writes no file, except into the cache that the
+/// arguments name. Returns `results.json` and the arrays of each model.
+///
+/// # Errors
+/// Design and arguments that exclude each other; a cache that cannot be written.
+pub fn in_memory(
+    design: Design,
+    arguments: &RunArgs,
+    context: RunContext,
+) -> Result<(Value, ModelArrays)> {
+    let prepared = Prepared::new(design, arguments, context)?;
+    let cache = arguments.cache.as_deref().map(|given| Cache::new(given.to_owned()));
+    let checkpoints = checkpoints(cache.as_ref().filter(|_| prepared.stores_paths()), context)?;
+    let writer = MemoryWriter::default();
+    let destination = Destination { out: Path::new(""), writer: &writer };
+    let results =
+        prepared.trace(destination, cache.as_ref(), context.storing(checkpoints.as_ref()))?;
+    checkpoints.iter().for_each(Store::finish);
+    Ok((results.to_json(&Published::load()?)?, writer.into_arrays()))
 }
 
 /// Results in the directory that this run does not replace. Says what stays and what does not.

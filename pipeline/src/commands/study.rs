@@ -9,6 +9,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 
+use experiment::checked_file::Texts;
 use experiment::study;
 use experiment::study::compute::{compute, shared_traces};
 use experiment::study::study_results::{FigureRow, StudyResults};
@@ -55,6 +56,9 @@ pub struct StudyArgs {
     /// Shards.
     #[command(flatten)]
     pub sharing: Sharing,
+    /// Texts in place of files.
+    #[arg(skip)]
+    pub texts: Texts,
 }
 
 impl Shardable for StudyArgs {
@@ -67,7 +71,7 @@ impl Shardable for StudyArgs {
     }
 
     fn work(&self, context: RunContext) -> Result<Box<dyn SharedWork>> {
-        let study = Arc::new(study::load(&self.study, self.paths)?);
+        let study = Arc::new(study::load(&self.study, &self.texts, self.paths)?);
         let traces = shared_traces(&study, context.seed).into_iter();
         let tasks = traces.map(|trace| Box::new(trace) as Box<dyn Task>);
         Ok(Box::new(Job::new(Vec::new(), tasks.collect(), study.inputs.clone())))
@@ -80,7 +84,7 @@ impl Shardable for StudyArgs {
 
 /// Computes the study and writes JSON, CSV and pictures, `study.json` last.
 pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
-    let study = study::load(&arguments.study, arguments.paths)?;
+    let study = study::load(&arguments.study, &arguments.texts, arguments.paths)?;
     let cache = cache(arguments.cache.as_deref(), &arguments.out);
     writable(&arguments.out)?;
     writable(cache.directory())?;

@@ -7,6 +7,7 @@ use std::time::Instant;
 use anyhow::{Result, ensure};
 use clap::Args;
 
+use experiment::checked_file::Texts;
 use experiment::tolerance::compute::compute;
 use experiment::tolerance::definition::{self, Overrides, ToleranceAnalysis};
 use experiment::tolerance::shared_traces::shared_traces;
@@ -54,6 +55,9 @@ pub struct ToleranceArgs {
     /// Shards.
     #[command(flatten)]
     pub sharing: Sharing,
+    /// Texts in place of files.
+    #[arg(skip)]
+    pub texts: Texts,
 }
 
 impl Shardable for ToleranceArgs {
@@ -86,7 +90,7 @@ impl ToleranceArgs {
     /// The analysis with what the arguments replace in its file.
     fn analysis(&self) -> Result<ToleranceAnalysis> {
         let overrides = Overrides { samples: self.samples, paths: self.paths };
-        definition::load(&self.file, overrides)
+        definition::load(&self.file, &self.texts, overrides)
     }
 }
 

@@ -98,6 +98,7 @@ pub enum Polarization {
     /// H normal to the plane of incidence.
     P,
     /// Half of each.
+    #[serde(alias = "unpolarized")]
     Unpolarised,
 }
 

@@ -69,7 +69,7 @@ fn a_relief_with_a_tolerance_is_read() {
     let mut case = with_relief();
     case.as_object_mut().unwrap().remove("N");
     case["tolerance"] = json!(1e-3);
-    case["pol"] = json!("unpolarised");
+    case["pol"] = json!("unpolarized");
     let case = parse(&case).unwrap();
     assert_eq!(case.accuracy, Accuracy::Tolerance(1e-3));
     assert_eq!(case.polarization, Polarization::Unpolarised);
@@ -163,7 +163,7 @@ fn wrong_directions_polarisations_and_orders_are_refused() {
         ("/theta_deg", json!(-90.0), "theta_deg: expected an angle above -90 and below 90"),
         ("/theta_deg", Value::Null, "theta_deg: expected a value, got none"),
         ("/phi_deg", json!("0"), "phi_deg: expected a number, got \"0\""),
-        ("/pol", json!("TE"), "pol: expected one of s, p, unpolarised, got \"TE\""),
+        ("/pol", json!("TE"), "pol: expected one of s, p, unpolarised, unpolarized, got \"TE\""),
         ("/N", json!(-1), "N: expected a whole number from 0, got -1"),
         ("/N", json!(1.5), "got 1.5"),
         ("/N", json!(1501), "N: expected a whole number from 0 to 1500, got 1501"),

@@ -145,7 +145,7 @@ impl ModelFiles<'_> {
         self.draw_map(&map, &line)
     }
 
-    fn map(&self) -> Result<Map> {
+    pub(super) fn map(&self) -> Result<Map> {
         let grid = self.observation.grid;
         let factor = self.units.per_irradiance();
         let (value, error) = self.observation.illuminance.each(|_, e| e * factor);
@@ -163,7 +163,7 @@ impl ModelFiles<'_> {
         Some(Extremes { valley_to_peak: entry, valley_mm, peak_mm })
     }
 
-    fn line(&self) -> MapLine {
+    pub(super) fn line(&self) -> MapLine {
         let grid = self.observation.grid;
         let segments = layout(self.design).straight();
         let of_valley =
@@ -173,7 +173,7 @@ impl ModelFiles<'_> {
             .unwrap_or_else(|| MapLine::row(grid, self.design.array.axes_mm()[0][1]))
     }
 
-    fn section(&self, line: &MapLine) -> Result<Curve> {
+    pub(super) fn section(&self, line: &MapLine) -> Result<Curve> {
         let grid = self.observation.grid;
         let factor = self.units.per_irradiance();
         let values = self.observation.illuminance.map(|m| {

@@ -32,6 +32,7 @@ use results::schema::ReceiverEntry;
 use simulate::units::Units;
 
 use super::capitalised;
+use super::in_memory::Array;
 
 /// Folder of the files, in that of the model.
 pub(super) const FOLDER: &str = "receivers";
@@ -68,6 +69,23 @@ pub(super) fn write(
         files.extend(of_receiver);
     }
     Ok((files, said))
+}
+
+/// Keeps the arrays of all receivers of `design`, with their entries of `results.json`.
+pub(super) fn keep(
+    design: &Design,
+    seen: Vec<Cow<'_, Grouped>>,
+    shared: &Shared,
+) -> Result<(Vec<Array>, BTreeMap<String, ReceiverEntry>)> {
+    let (mut arrays, mut said) = (Vec::new(), BTreeMap::new());
+    for (receiver, powers) in design.receivers.iter().zip(seen) {
+        let output = ReceiverOutput::new(receiver, &powers, shared)?;
+        let sums = output.sums(&powers);
+        drop(powers);
+        said.insert(receiver.name().to_owned(), output.describe(&sums, &[], shared));
+        arrays.push(output.array());
+    }
+    Ok((arrays, said))
 }
 
 /// One receiver, ready to be written.
@@ -162,13 +180,7 @@ impl<'a> ReceiverOutput<'a> {
         let file = |ending: &str| Path::new(FOLDER).join(format!("{name}.{ending}"));
         let mut files = vec![file("npy"), file("csv"), file("json")];
         let parameters = self.parameters();
-        let shape: Vec<usize> = if self.axes.is_empty() {
-            vec![2, self.value.len()]
-        } else {
-            let bins = self.axes.iter().map(Axis::bins);
-            let of_stokes = (!parameters.is_empty()).then_some(parameters.len());
-            [2].into_iter().chain(of_stokes).chain(bins).collect()
-        };
+        let shape = self.shape();
         let both = [&self.value[..], &self.standard_error].concat();
         csv::write_npy(&folder.join(&files[0]), &shape, &both)?;
         self.write_csv(&folder.join(&files[1]))?;
@@ -233,6 +245,26 @@ impl<'a> ReceiverOutput<'a> {
             write_bytes(&folder.join(&files[files.len() - 1]), &picture.png()?)?;
         }
         Ok(files)
+    }
+
+    /// Shape of its array: values and standard errors, Stokes parameters, bins along the axes.
+    fn shape(&self) -> Vec<usize> {
+        if self.axes.is_empty() {
+            return vec![2, self.value.len()];
+        }
+        let parameters = self.parameters();
+        let of_stokes = (!parameters.is_empty()).then_some(parameters.len());
+        [2].into_iter().chain(of_stokes).chain(self.axes.iter().map(Axis::bins)).collect()
+    }
+
+    fn array(self) -> Array {
+        Array {
+            name: format!("{FOLDER}/{}", self.receiver.name()),
+            shape: self.shape(),
+            values: [&self.value[..], &self.standard_error].concat(),
+            axes: self.axes,
+            quantity: Some(self.quantity),
+        }
     }
 
     /// Names of the Stokes parameters; none where the power alone is read.

@@ -39,7 +39,7 @@ pub struct Hybrid {
     #[serde(skip_serializing_if = "is_default")]
     pub tables: TableContent,
     /// Polarisation the bands scatter by; default `"unpolarised"`.
-    #[serde(skip_serializing_if = "is_default")]
+    #[serde(skip_serializing_if = "is_default", alias = "polarisation")]
     pub polarization: Polarization,
 }
 
@@ -61,6 +61,7 @@ pub enum TableContent {
 pub enum Polarization {
     /// The mean of both.
     #[default]
+    #[serde(alias = "unpolarized")]
     Unpolarised,
     /// E across the plane of incidence.
     S,

@@ -24,7 +24,7 @@ pub struct Light {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weighting: Option<Weighting>,
     /// Polarisation of the light on its way; default `"unpolarised"`.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "is_default", alias = "polarisation")]
     pub polarization: Carrying,
 }
 
@@ -34,6 +34,7 @@ pub struct Light {
 pub enum Carrying {
     /// Every surface sees unpolarised light.
     #[default]
+    #[serde(alias = "unpolarized")]
     Unpolarised,
     /// Interfaces, layers and specular mirrors see and change polarisation and phases.
     Carried,

@@ -21,7 +21,7 @@ use super::limits::Limits;
 use super::objective::{Constraint, Objective};
 use super::robust::RobustObjective;
 use super::variables::Variables;
-use crate::checked_file::{CheckedFile, is_file_name};
+use crate::checked_file::{CheckedFile, Texts, is_file_name};
 
 /// Version of the search; raise it whenever the same problem would be searched otherwise.
 const SEARCH_VERSION: u32 = 4;
@@ -89,13 +89,13 @@ pub struct StageSettings {
     pub set: Settings,
 }
 
-/// Reads and checks the problem at `path` with its design.
+/// Reads and checks the problem at `path` with its design; `texts` stand for files.
 ///
 /// # Errors
 /// A file that cannot be read, a key out of range, variables or figures that the design does not
 /// have.
-pub fn load(path: &Path) -> Result<Problem> {
-    CheckedFile::load(path, check)
+pub fn load(path: &Path, texts: &Texts) -> Result<Problem> {
+    CheckedFile::load(path, texts, check)
 }
 
 fn check(mut head: CheckedFile<ProblemFile>) -> Result<Problem> {

@@ -13,6 +13,7 @@ use results::paired_figure::PairedFigure;
 
 use super::file::ObjectiveKeys;
 use super::objective::{Evaluation, Objective};
+use crate::checked_file::Texts;
 use crate::design_file::DesignFile;
 use crate::tolerance::definition::{self, Overrides};
 use crate::tolerance::deviations::Deviations;
@@ -54,7 +55,7 @@ impl RobustObjective {
             );
             return Ok(None);
         };
-        let analysis = definition::load(&folder.join(file), Overrides::default())
+        let analysis = definition::load(&folder.join(file), &Texts::new(), Overrides::default())
             .context("objective.tolerances")?;
         let samples = keys.samples.unwrap_or(SAMPLES);
         let verification_samples = verified.unwrap_or(samples);

@@ -14,7 +14,7 @@ use super::checks;
 use super::file::{Level, Probe, StudyFile};
 use super::setups::{self, FactorLevels, Setup};
 use super::targets::Targets;
-use crate::checked_file::CheckedFile;
+use crate::checked_file::{CheckedFile, Texts};
 use crate::design_file::DesignFile;
 
 /// A checked study.
@@ -49,8 +49,8 @@ pub struct Study {
 ///
 /// # Errors
 /// A file that cannot be read; a set-up whose design is invalid.
-pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
-    CheckedFile::load(path, |file| check(file, paths))
+pub fn load(path: &Path, texts: &Texts, paths: Option<u64>) -> Result<Study> {
+    CheckedFile::load(path, texts, |file| check(file, paths))
 }
 
 fn check(mut head: CheckedFile<StudyFile>, paths: Option<u64>) -> Result<Study> {

@@ -18,7 +18,7 @@ use simulate::observation::check_figure;
 
 use super::deviations::Deviations;
 use super::file::{ConstraintKeys, ToleranceFile};
-use crate::checked_file::CheckedFile;
+use crate::checked_file::{CheckedFile, Texts};
 use crate::design_file::DesignFile;
 
 /// Samples where the file states none.
@@ -90,12 +90,12 @@ pub struct Overrides {
     pub paths: Option<u64>,
 }
 
-/// Reads and checks the analysis at `path`.
+/// Reads and checks the analysis at `path`; `texts` stand for files.
 ///
 /// # Errors
 /// A file that cannot be read, a key out of range, keys or figures that the design does not have.
-pub fn load(path: &Path, overrides: Overrides) -> Result<ToleranceAnalysis> {
-    CheckedFile::load(path, |file| check(file, overrides))
+pub fn load(path: &Path, texts: &Texts, overrides: Overrides) -> Result<ToleranceAnalysis> {
+    CheckedFile::load(path, texts, |file| check(file, overrides))
 }
 
 fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<ToleranceAnalysis> {

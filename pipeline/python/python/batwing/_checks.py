@@ -35,9 +35,6 @@ __all__ = [
 Word = TypeVar("Word", bound=str)
 Floats = npt.NDArray[np.float64]
 
-#: Ratios of period to wavelength outside these are taken for a mistake of units.
-USUAL_RATIOS = (0.02, 1000.0)
-
 
 def refuse(key: str, expected: str, got: object) -> NoReturn:
     """Raises `InputError` with the parts of its message."""
@@ -138,6 +135,8 @@ def plain(name: str, value: Any, key: str = "") -> Any:
 
     if isinstance(value, (np.ndarray, np.generic)):
         value = value.tolist()
+    if hasattr(value, "to_dict"):
+        value = value.to_dict()
     if isinstance(value, Mapping):
         for one in value:
             if not isinstance(one, str):
@@ -180,7 +179,8 @@ def threads(value: int | None) -> int | None:
 def one_unit(period: float, wavelength: float) -> None:
     """Warns of a period and a wavelength that are probably in different units."""
     ratio = period / wavelength
-    if not USUAL_RATIOS[0] <= ratio <= USUAL_RATIOS[1]:
+    least, most = _native.USUAL_RATIOS
+    if not least <= ratio <= most:
         warnings.warn(
             f"a period of {period:g} beside a wavelength of {wavelength:g}: both are in micrometres, "
             f"and their ratio {ratio:g} suggests that one is in another unit",

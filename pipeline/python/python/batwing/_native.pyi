@@ -8,15 +8,18 @@ _Floats = npt.NDArray[np.float64]
 _Complexes = npt.NDArray[np.complex128]
 _Half = tuple[int, _Floats]
 _ComplexHalf = tuple[int, _Complexes]
+_NamedArray = tuple[str, _Floats, list[tuple[str, str, list[float]]], tuple[str, str] | None]
 
 __all__ = [
     "Interface",
     "Surface",
+    "USUAL_RATIOS",
     "VERSION",
     "build_table",
     "call",
     "command",
     "design_cell",
+    "design_schema",
     "discard_pending",
     "free_bytes",
     "ky_nodes",
@@ -25,6 +28,7 @@ __all__ = [
     "panic",
     "ray_endings",
     "read_rays",
+    "run",
     "set_program",
     "set_progress",
     "set_threads",
@@ -37,12 +41,17 @@ __all__ = [
     "write_rays",
 ]
 
+USUAL_RATIOS: tuple[float, float]
 VERSION: str
 
 def command(arguments: list[str]) -> int: ...
 def call(
-    arguments: list[str], text: str | None = None, folder: str | None = None
+    arguments: list[str], texts: dict[str, str] | None = None, folder: str | None = None
 ) -> None: ...
+def run(
+    arguments: list[str], texts: dict[str, str] | None = None, folder: str | None = None
+) -> tuple[str, list[tuple[str, list[_NamedArray]]]]: ...
+def design_schema() -> str: ...
 def discard_pending() -> None: ...
 def set_program(file: str, words: list[str]) -> None: ...
 def new_design(name: str) -> str: ...

@@ -350,15 +350,15 @@ def map_dataset(value: Map) -> Any:
 
 
 def results_dataset(value: Results) -> Any:
-    """Figures of all models with their standard errors."""
+    """Figures of all models with their standard errors, NaN of those that are not resolved."""
     frames: dict[str, Any] = {}
     keys = list(value.models)
     names = sorted({name for model in value.models.values() for name in model.figures})
     for name in names:
         found = [value.models[key].figures.get(name) for key in keys]
         units = {"units": next((f.unit for f in found if f is not None), "")}
-        values = [np.nan if f is None else f.value for f in found]
-        errors = [np.nan if f is None else f.standard_error for f in found]
+        values = [np.nan if f is None or not f.has_value else f.value for f in found]
+        errors = [np.nan if f is None or not f.is_resolved else f.standard_error for f in found]
         frames[name] = ("model", values, units)
         frames[f"{name}_standard_error"] = ("model", errors, units)
         ends = [f.interval or (np.nan, np.nan) if f is not None else (np.nan, np.nan) for f in found]

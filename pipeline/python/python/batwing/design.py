@@ -7,7 +7,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeAlias, Union, runtime_checkable
@@ -18,7 +18,17 @@ from . import _checks, _native, _show
 from .errors import FileError
 from .gratings import Grating, Material, Polygon, Relief
 
-__all__ = ["NAME", "Design", "DesignLike", "PathLike", "StatedDesign", "read_toml", "stated"]
+__all__ = [
+    "NAME",
+    "Design",
+    "DesignLike",
+    "FileLike",
+    "PathLike",
+    "StatedDesign",
+    "read_toml",
+    "stated",
+    "stated_file",
+]
 
 
 def __dir__() -> list[str]:
@@ -108,7 +118,7 @@ class Design:
 
     def to_toml(self) -> str:
         """The text of the design file."""
-        return _toml_text(self.data)
+        return _toml_text(NAME, self.data)
 
     def ring(self, number: int) -> tuple[Grating, float]:
         """The unit cell of one ring of the relief, and the wavelength in micrometres.
@@ -149,7 +159,7 @@ class Design:
         batwing.InputError
             The first key that is wrong, with what was found and what was expected.
         """
-        _native.call(["check", NAME, "--quiet"], self.to_toml(), self.folder)
+        _native.call(["check", NAME, "--quiet"], {NAME: self.to_toml()}, self.folder)
 
 
 def _entry(key: str, part: str, entries: list[Any]) -> int:
@@ -159,8 +169,8 @@ def _entry(key: str, part: str, entries: list[Any]) -> int:
     return int(part)
 
 
-def _toml_text(data: Mapping[str, Any]) -> str:
-    return _native.toml_of_json(json.dumps(_checks.plain(NAME, data)))
+def _toml_text(name: str, data: Mapping[str, Any]) -> str:
+    return _native.toml_of_json(json.dumps(_checks.plain(name, data)))
 
 
 @runtime_checkable
@@ -171,6 +181,7 @@ class _Scene(Protocol):
 
 
 DesignLike: TypeAlias = Union[PathLike, Mapping[str, Any], Design, _Scene]
+FileLike: TypeAlias = Union[PathLike, Mapping[str, Any]]
 
 
 class StatedDesign(NamedTuple):
@@ -180,14 +191,14 @@ class StatedDesign(NamedTuple):
     ----------
     name : str
         Path of its file, or `NAME`.
-    text : str or None
-        TOML of a design that is no file.
+    texts : dict of str
+        TOML of a design that is no file, by its name.
     folder : str or None
         Where the files lie that the text names.
     """
 
     name: str
-    text: str | None = None
+    texts: dict[str, str] = {}
     folder: str | None = None
 
 
@@ -201,4 +212,38 @@ def stated(design: DesignLike) -> StatedDesign:
         _checks.refuse("design", "a path, a dict, a Design or a Scene", _checks.describe(design))
     if not isinstance(design, Design):
         design = Design(dict(design))
-    return StatedDesign(NAME, design.to_toml(), design.folder)
+    return StatedDesign(NAME, {NAME: design.to_toml()}, design.folder)
+
+
+def stated_file(name: str, file: FileLike) -> tuple[str, dict[str, str]]:
+    """Name of a study, problem or tolerance file as commands take it, and texts in place of files.
+
+    Under `design` and `designs` of a dict stands what `stated` takes. A dict is called `name`;
+    files that it names lie in the working directory.
+    """
+    if isinstance(file, (str, os.PathLike)):
+        return os.fspath(file), {}
+    if not isinstance(file, Mapping):
+        _checks.refuse("file", "the path of a file or a dict", _checks.describe(file))
+    data, texts = dict(file), dict[str, str]()
+    if "design" in data:
+        data["design"] = _named(data["design"], texts)
+    if isinstance(data.get("designs"), (list, tuple)):
+        paths = {os.fspath(one) for one in data["designs"] if isinstance(one, (str, os.PathLike))}
+        data["designs"] = [_named(one, texts, paths) for one in data["designs"]]
+    texts[name] = _toml_text(name, data)
+    return name, texts
+
+
+def _named(design: DesignLike, texts: dict[str, str], taken: Collection[str] = ()) -> str:
+    """The name of a design in a file; one that is no file goes into `texts`."""
+    name, own, folder = stated(design)
+    if not own:
+        return name
+    stem, ending = os.path.splitext(os.path.join(folder or "", name))
+    path, number = stem + ending, 1
+    while path in texts or path in taken:
+        number += 1
+        path = f"{stem}-{number}{ending}"
+    texts[path] = own[name]
+    return path

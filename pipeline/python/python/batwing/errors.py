@@ -78,7 +78,7 @@ class InternalError(Error):
 
 
 class ReliefWarning(UserWarning):
-    """Ridges of the material of a half-space that do not stand on it."""
+    """Ridges that do not stand on the half-space of their material, or whose base is a guess."""
 
 
 class UnitWarning(UserWarning):

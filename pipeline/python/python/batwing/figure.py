@@ -7,11 +7,14 @@ import math
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, field
+from numbers import Real
 from typing import Any, Literal, Union
+
+import numpy as np
 
 from . import _checks, _native
 
-__all__ = ["Figure", "Operand"]
+__all__ = ["Figure", "Number", "Operand"]
 
 
 def __dir__() -> list[str]:
@@ -26,12 +29,16 @@ class Figure:
     are figures, whose errors take those of the operands as independent. Figures of one trace
     are not: the paired `change` of a search knows its own error. Where an operand is known between two
     ends alone, the result is an interval; there the ends of the others are the square root of three
-    standard errors away, as the program states them.
+    standard errors away, as the program states them. A figure without a value, such as the angle of
+    a peak that is noise, is no operand.
 
     Attributes
     ----------
-    value, standard_error : float
-        One standard deviation, from leaving out one of 64 groups of paths at a time.
+    value : float
+        Best value; of a figure that is not resolved the middle of what it may be, or noise.
+    standard_error : float
+        One standard deviation, from leaving out one of 64 groups of paths at a time, together with
+        `wavelength_error`.
     unit : str
         `1`, `deg`, ...
     more : dict
@@ -40,6 +47,8 @@ class Figure:
         Ends of a figure that is known between them alone: value and error are not resolved.
     upper_bound : float or None
         Bound of a value of 0 that is no more than not seen, with 95 % confidence.
+    wavelength_error : float
+        The part of the standard error that sampling a spectrum adds; 0 of one wavelength.
     key : str
         Name in the results; empty for what was computed of figures.
 
@@ -48,7 +57,7 @@ class Figure:
     >>> Figure(3.0, 0.3) - Figure(1.0, 0.4)
     2.00 ± 0.50
     >>> Figure(0.0, 1e-5, upper_bound=3e-5)
-    below 3.0e-5
+    below 3.0e-5 (not resolved)
     """
 
     value: float
@@ -58,14 +67,24 @@ class Figure:
     _: KW_ONLY
     interval: tuple[float, float] | None = None
     upper_bound: float | None = None
+    wavelength_error: float = 0.0
     key: str = ""
 
     @property
     def is_resolved(self) -> bool:
         """True where value and standard error stand for the figure."""
-        return self.interval is None and self.upper_bound is None and "peak_place" not in self.more
+        return self.interval is None and self.upper_bound is None and self.has_value
+
+    @property
+    def has_value(self) -> bool:
+        """False of the angle of a peak on the axis, or of one in the noise."""
+        return "peak_place" not in self.more
 
     def __repr__(self) -> str:
+        in_words = self.is_resolved or not self.has_value
+        return str(self) if in_words else f"{self} (not resolved)"
+
+    def __str__(self) -> str:
         return _native.shown_figure(
             self.value,
             self.standard_error,
@@ -77,14 +96,18 @@ class Figure:
         )
 
     def __format__(self, spec: str) -> str:
-        if not spec or "peak_place" in self.more:
+        if not spec or not self.has_value:
             return str(self)
         if self.interval is not None:
             low, high = self.interval
             return f"{low:{spec}} to {high:{spec}}"
         if self.upper_bound is not None:
             return f"below {self.upper_bound:{spec}}"
-        return f"{self.value:{spec}} ± {self.standard_error:{spec.replace('+', '')}}"
+        error = format(self.standard_error, spec.replace("+", ""))
+        if not error.strip("0.e+-% "):
+            # Digits that show an error as 0 would claim that there is none.
+            return f"{self.value:{spec}}" if self.standard_error == 0.0 else str(self)
+        return f"{self.value:{spec}} ± {error}"
 
     def __float__(self) -> float:
         return self.value
@@ -106,11 +129,14 @@ class Figure:
         slopes: Callable[[float, float], tuple[float, float]],
     ) -> Figure:
         """`apply` of both; `slopes` are its derivatives, `sign` says what becomes of the units."""
-        if isinstance(other, (int, float)):
+        if isinstance(other, Real):
             # A number has the unit of a sum, and none in a product.
             other = Figure(float(other), 0.0, self.unit if sign == "+" else "1")
         if not isinstance(other, Figure):
-            return NotImplemented
+            return NotImplemented  # type: ignore[no-any-return]
+        for one in (self, other):
+            if not one.has_value:
+                _checks.refuse("operand", "a figure with a value", str(one))
         if sign == "+" and self.unit != other.unit:
             _checks.refuse("unit", f"that of the other figure, {self.unit}", other.unit)
         may_vanish = not other.is_resolved and other._ends[0] <= 0.0 <= other._ends[1]
@@ -118,9 +144,10 @@ class Figure:
             _checks.refuse("divisor", "a figure away from 0", str(other))
         value, unit = apply(self.value, other.value), _unit(self.unit, other.unit, sign)
         if self.is_resolved and other.is_resolved:
-            each = zip(slopes(self.value, other.value), (self, other))
+            each = list(zip(slopes(self.value, other.value), (self, other)))
             error = math.hypot(*(slope * one.standard_error for slope, one in each))
-            return Figure(value, error, unit)
+            of_wavelengths = math.hypot(*(slope * one.wavelength_error for slope, one in each))
+            return Figure(value, error, unit, wavelength_error=of_wavelengths)
         corners = [apply(one, two) for one in self._ends for two in other._ends]
         ends = min(corners), max(corners)
         error = 0.5 * (ends[1] - ends[0]) / math.sqrt(3.0)
@@ -134,7 +161,7 @@ class Figure:
     def __sub__(self, other: Operand) -> Figure:
         return self._with(other, "+", operator.sub, lambda a, b: (1.0, -1.0))
 
-    def __rsub__(self, other: float) -> Figure:
+    def __rsub__(self, other: Number) -> Figure:
         return -self + other
 
     def __mul__(self, other: Operand) -> Figure:
@@ -145,7 +172,7 @@ class Figure:
     def __truediv__(self, other: Operand) -> Figure:
         return self._with(other, "/", operator.truediv, lambda a, b: (1.0 / b, -a / (b * b)))
 
-    def __rtruediv__(self, other: float) -> Figure:
+    def __rtruediv__(self, other: Number) -> Figure:
         return Figure(float(other), 0.0) / self
 
     def __neg__(self) -> Figure:
@@ -157,18 +184,21 @@ class Figure:
         own = ("value", "standard_error", "interval", "upper_bound")
         more = {k: v for k, v in entry.items() if k not in own}
         ends = entry.get("interval")
+        of_wavelengths = abs(entry.get("wavelength_error", {}).get("value", 0.0))
         return cls(
             float(entry["value"]),
-            float(entry["standard_error"]),
+            math.hypot(entry["standard_error"], of_wavelengths),
             unit,
             more,
             interval=None if ends is None else (float(ends[0]), float(ends[1])),
             upper_bound=entry.get("upper_bound"),
+            wavelength_error=of_wavelengths,
             key=key,
         )
 
 
-Operand = Union[Figure, float]
+Number = Union[float, np.floating[Any], np.integer[Any]]
+Operand = Union[Figure, Number]
 
 
 def _unit(first: str, second: str, sign: str) -> str:

@@ -201,6 +201,8 @@ class Relief:
     depth_um: float
     background: Material
     polygons: tuple[Polygon, ...]
+    #: True where nobody said on which half-space the ridges stand.
+    _is_base_assumed: bool = field(default=False, init=False, repr=False, compare=False)
 
     def __init__(
         self,
@@ -247,7 +249,7 @@ class Relief:
         ridge: Index,
         groove: Index,
         *,
-        base: Base = "top",
+        base: Base | None = None,
     ) -> Relief:
         """A triangle whose base is the whole period, with its apex at (x, height above the base).
 
@@ -259,9 +261,10 @@ class Relief:
             x of the apex, and its height above the base.
         ridge, groove : Material or complex
             What the triangle is made of, and what lies beside it.
-        base : {'top', 'bottom'}
+        base : {'top', 'bottom'}, optional
             Half-space on which the base stands: `top` for ridges of the top half-space, such as the
-            silicone of a dome; `bottom` for ridges on a substrate.
+            silicone of a dome; `bottom` for ridges on a substrate [default: `top`, with a warning
+            where the ridges are of another material].
         """
         apex = _checks.floats("apex_um", apex_um)
         if apex.shape != (2,):
@@ -270,15 +273,25 @@ class Relief:
         return cls._on(base, period_um, np.array(corners), ridge, groove)
 
     @classmethod
-    def _on(cls, base: Base, period_um: float, points: Floats, ridge: Index, groove: Index) -> Relief:
+    def _on(
+        cls, base: Base | None, period_um: float, points: Floats, ridge: Index, groove: Index
+    ) -> Relief:
         """A polygon of corners (x, height) on a half-space."""
-        if _checks.choice("base", base, get_args(Base)) == "bottom":
+        if base is not None and _checks.choice("base", base, get_args(Base)) == "bottom":
             points = np.stack([points[:, 0], points[:, 1].max() - points[:, 1]], axis=1)
-        return cls.polygon(period_um, points, ridge, groove)
+        made = cls.polygon(period_um, points, ridge, groove)
+        object.__setattr__(made, "_is_base_assumed", base is None)
+        return made
 
     @classmethod
     def steps(
-        cls, tread_um: float, riser_um: float, ridge: Index, groove: Index, *, base: Base = "top"
+        cls,
+        tread_um: float,
+        riser_um: float,
+        ridge: Index,
+        groove: Index,
+        *,
+        base: Base | None = None,
     ) -> Relief:
         """Steps seen along their slope: a right triangle whose hypotenuse is the period.
 
@@ -298,7 +311,7 @@ class Relief:
         groove: Index,
         sides: int = 64,
         *,
-        base: Base = "top",
+        base: Base | None = None,
     ) -> Relief:
         """Ridges of height depth (1 - cos 2 pi x/period)/2 above their base.
 
@@ -365,13 +378,14 @@ class Grating:
     Warns
     -----
     batwing.ReliefWarning
-        Ridges of the material of a half-space that do not stand on it.
+        Ridges of the material of a half-space that do not stand on it; ridges of another material
+        than the top half-space whose base is not stated.
     """
 
     relief: Relief
     top: Material
     bottom: Material
-    _prepared: _Prepared = field(repr=False, compare=False)
+    _prepared: _Prepared = field(init=False, repr=False, compare=False)
 
     def __init__(self, relief: Relief, top: Index, bottom: Index) -> None:
         if not isinstance(relief, Relief):
@@ -382,6 +396,14 @@ class Grating:
         put(self, "bottom", _material("bottom", bottom))
         put(self, "_prepared", _Prepared())
         floating = relief._floating(self.top, self.bottom)
+        ridge = relief.polygons[0].material if relief._is_base_assumed else self.top
+        if floating is None and not ridge._is_same(self.top):
+            warnings.warn(
+                f"the ridges of {ridge.name} stand on the top half-space, since no base is stated: "
+                "base='top' or 'bottom' of Relief.triangle, steps or sinusoid states it",
+                ReliefWarning,
+                stacklevel=2,
+            )
         if floating is not None:
             where = " or ".join(s for s in get_args(Side) if getattr(self, s)._is_same(floating))
             warnings.warn(

@@ -146,6 +146,11 @@ class Solution:
         return np.asarray(self.transmitted.sum(axis=-1))
 
     @property
+    def polarization(self) -> Polarisation:
+        """Another spelling of `polarisation`."""
+        return self.polarisation
+
+    @property
     def absorbed(self) -> Floats:
         """Share absorbed."""
         return np.asarray(1.0 - self.total_reflected - self.total_transmitted)
@@ -720,6 +725,11 @@ class NearField:
     side: Side
 
     __repr__ = _show.brief
+
+    @property
+    def polarization(self) -> LinearPolarisation:
+        """Another spelling of `polarisation`."""
+        return self.polarisation
 
     @property
     def intensity(self) -> Floats:

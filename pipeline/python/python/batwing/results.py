@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import os
 import re
 import shutil
 from collections.abc import Mapping
@@ -34,6 +35,7 @@ __all__ = [
     "Report",
     "Reproduction",
     "Results",
+    "in_memory",
     "load",
     "read_files",
     "read_report",
@@ -207,14 +209,7 @@ def _map(image: Path, both: Array) -> Map | None:
     return Map(both[0], both[1], axes, about["quantity"], unit)
 
 
-def _receiver(name: str, about: dict[str, Any], folder: Path, mode: Any) -> Receiver | None:
-    files = {Path(file).suffix: folder / file for file in about.get("files", [])}
-    if ".npy" not in files:
-        return None
-    both = np.load(files[".npy"], mmap_mode=mode)
-    axes: tuple[Axis, ...] = ()
-    if ".json" in files:
-        axes = tuple(map(_axis, json.loads(_checks.text(files[".json"]))["axes"]))
+def _receiver(both: Array, axes: tuple[Axis, ...], about: dict[str, Any]) -> Receiver:
     of_bins = dict.fromkeys(("mean", "min", "max"), about["unit"])
     ratios = dict.fromkeys(("min_to_max", "nine_points", "thirteen_points"), "W/W")
     units = {**of_bins, **ratios}
@@ -222,15 +217,24 @@ def _receiver(name: str, about: dict[str, Any], folder: Path, mode: Any) -> Rece
     return Receiver(both[0], both[1], axes, about["quantity"], about["unit"], figures, about)
 
 
-def _model(raw: dict[str, Any], folder: Path, keep: bool) -> Model:
-    mode: Any = None if keep else "r"
-    arrays = {p.stem: np.load(p, mmap_mode=mode) for p in sorted(folder.glob("*.npy"))}
+def _receiver_of_files(about: dict[str, Any], folder: Path, mode: Any) -> Receiver | None:
+    files = {Path(file).suffix: folder / file for file in about.get("files", [])}
+    if ".npy" not in files:
+        return None
+    both = np.load(files[".npy"], mmap_mode=mode)
+    axes: tuple[Axis, ...] = ()
+    if ".json" in files:
+        axes = tuple(map(_axis, json.loads(_checks.text(files[".json"]))["axes"]))
+    return _receiver(both, axes, about)
+
+
+def _model(
+    raw: dict[str, Any],
+    arrays: dict[str, Array],
+    maps: Mapping[str, Map | None],
+    receivers: Mapping[str, Receiver | None],
+) -> Model:
     units = raw.get("units", {})
-    maps = {name: _map(folder / f"{name}.exr", both) for name, both in arrays.items()}
-    receivers = {
-        name: _receiver(name, about, folder, mode)
-        for name, about in raw.get("receivers", {}).items()
-    }
     return Model(
         figures=_estimates(raw, units),
         ledger=_estimates(raw.get("power_ledger", {}), {}, units.get("power_ledger", "W/W")),
@@ -240,6 +244,35 @@ def _model(raw: dict[str, Any], folder: Path, keep: bool) -> Model:
         receivers={name: one for name, one in receivers.items() if one is not None},
         raw=raw,
     )
+
+
+def _model_of_files(raw: dict[str, Any], folder: Path, keep: bool) -> Model:
+    mode: Any = None if keep else "r"
+    arrays = {p.stem: np.load(p, mmap_mode=mode) for p in sorted(folder.glob("*.npy"))}
+    maps = {name: _map(folder / f"{name}.exr", both) for name, both in arrays.items()}
+    entries = raw.get("receivers", {}).items()
+    receivers = {name: _receiver_of_files(about, folder, mode) for name, about in entries}
+    return _model(raw, arrays, maps, receivers)
+
+
+#: Folder of the arrays of receivers, in that of a model.
+_OF_RECEIVERS = "receivers/"
+
+
+def _model_in_memory(raw: dict[str, Any], named: list[_native._NamedArray]) -> Model:
+    arrays: dict[str, Array] = {}
+    maps: dict[str, Map | None] = {}
+    receivers: dict[str, Receiver | None] = {}
+    for name, both, edges, about in named:
+        axes = tuple(Axis(axis, unit, np.array(ends)) for axis, unit, ends in edges)
+        if name.startswith(_OF_RECEIVERS):
+            name = name.removeprefix(_OF_RECEIVERS)
+            receivers[name] = _receiver(both, axes, raw["receivers"][name])
+            continue
+        arrays[name] = both
+        if about is not None:
+            maps[name] = Map(both[0], both[1], axes, *about)
+    return _model(raw, arrays, maps, receivers)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -253,7 +286,7 @@ class Files:
     seed : int
         Seed of all random numbers.
     folder : str or None
-        Where the files are; None where they were in a temporary folder, and are kept in memory.
+        Where the files are; None of results in memory.
     """
 
     raw: dict[str, Any] = field(repr=False)
@@ -261,12 +294,29 @@ class Files:
     folder: str | None = None
     _name: str = field(repr=False)
     _files: dict[str, bytes] | None = field(default=None, repr=False)
+    _command: tuple[list[str], dict[str, str], str | None] | None = field(default=None, repr=False)
 
     __repr__ = _show.brief
 
     def save(self, folder: PathLike) -> None:
-        """Writes all files into a folder, which `load` and `batwing report` read."""
+        """Writes all files into a folder, which `load` and `batwing report` read.
+
+        Results that `run` left in memory are traced again for that, with the same seed and to the
+        same bits; `out` of `run` writes while it traces.
+
+        Raises
+        ------
+        batwing.FileError
+            A design, or a file that it names, that has changed since.
+        """
         target = Path(folder)
+        if self._command is not None:
+            words, texts, place = self._command
+            for entry in self.raw["inputs"]:
+                if entry["file"] not in texts:
+                    self._compare(entry["file"], self._content(entry["file"]), entry["sha256"])
+            _native.call([*words, "--out", os.fspath(target)], texts, place)
+            return
         if self._files is None:
             assert self.folder is not None
             shutil.copytree(self.folder, target, dirs_exist_ok=True)
@@ -277,13 +327,15 @@ class Files:
             path.write_bytes(content)
 
     def verify(self) -> None:
-        """Checks by their SHA-256 that all files are as they were written.
+        """Checks by their SHA-256 that all files, if there are any, are as they were written.
 
         Raises
         ------
         batwing.FileError
             A file that is missing or altered; the first one.
         """
+        if self._command is not None:
+            return
         # The hash of the JSON file is that of its text without the hash itself.
         text = self._content(self._name).rstrip()
         text = re.sub(rb'("content_sha256"\s*:\s*")[^"]*', rb"\1", text, count=1)
@@ -475,8 +527,23 @@ def _models(raw: Mapping[str, Any], folder: Path, keep: bool) -> dict[tuple[str,
         for design, entries in raw.get(group, {}).items():
             for key, entry in entries.items():
                 if isinstance(entry, dict) and "paths" in entry:
-                    models[design, key] = _model(entry, folder / design / key, keep)
+                    models[design, key] = _model_of_files(entry, folder / design / key, keep)
     return models
+
+
+def in_memory(words: list[str], texts: dict[str, str], folder: str | None) -> Results:
+    """Results of a command line of `run` without files."""
+    text, found = _native.run(words, texts, folder)
+    raw, arrays = json.loads(text), dict(found)
+    models = {
+        (design, key): _model_in_memory(entry, arrays[key])
+        for design, entries in raw["designs"].items()
+        for key, entry in entries.items()
+    }
+    command = words, texts, folder
+    return Results(
+        models=models, raw=raw, seed=int(raw["seed"]), _name="results.json", _command=command
+    )
 
 
 def load(folder: PathLike) -> Results:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Scenes of packages, solids, sources and receivers, built of Python objects.
 
-Every object is a table of the design file (docs/reference/design-file.md), and its fields are the
-keys of that table. A field that is None is not written, so that the program's own default holds.
+The classes are made of the schema of the design file (``batwing schema design``), so every table
+of docs/reference/design-file.md has one, and its fields are the keys of that table. A field that is
+None is not written, so that the program's own default holds; a dict stands for any table.
 `Scene.design` gives the `Design`, which the program checks like any other. Lengths are in
 millimetres, angles in degrees, z = 0 is the bottom of the package.
 
@@ -28,482 +29,226 @@ A glass ball above a bare LED, and what passes a plane above it:
 
 from __future__ import annotations
 
+import functools
+import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import InitVar, dataclass, fields
+from dataclasses import dataclass, field, fields, make_dataclass
+from keyword import iskeyword
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from types import GenericAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks
+from . import _checks, _native
 from .design import Design, PathLike
 from .errors import FileError
 
-__all__ = [
-    "Array",
-    "Box",
-    "CGamma",
-    "Chip",
-    "Cosine",
-    "Cylinder",
-    "Disc",
-    "Dome",
-    "FarFieldReceiver",
-    "Isotropic",
-    "Lambertian",
-    "Led",
-    "Light",
-    "Luminance",
-    "Medium",
-    "Mesh",
-    "Meridian",
-    "MeridianDome",
-    "MeshDome",
-    "Mirror",
-    "Plane",
-    "RayFile",
-    "Receiver",
-    "Rectangle",
-    "Reflector",
-    "Scatter",
-    "Scene",
-    "Solid",
-    "Source",
-    "Sphere",
-    "SurfaceFlux",
-    "Table",
-    "write_mesh",
-]
-
-Vector = Sequence[float]
-Reflection = Literal["specular", "lambertian", "mixed", "absorbing"]
-Scattering = Literal["lambertian", "gaussian", "file"]
-Extent = Literal["array", "package"]
-Arrangement = Literal["square", "hexagonal"]
-Weighting = Literal["radiometric", "photometric"]
-LightPolarisation = Literal["unpolarised", "carried"]
-LengthUnit = Literal["um", "mm", "cm", "m", "inch"]
-Normal = Literal["+z", "-z", "+x", "-x", "+y", "-y"]
+#: Names of classes whose tables, or kinds of them, are not named as they are; as `tables` names them.
+_NAMES = {
+    "silicone": "Medium",
+    "dome.sphere": "Dome",
+    "solids.surface": "Reflector",
+    "sources.rectangle": "Lambertian",
+    "sources.file": "RayFile",
+    "receivers.far_field": "FarFieldReceiver",
+    "receivers.surface": "SurfaceFlux",
+    "files.bands": "BandFile",
+    "files.mirror": "MirrorFile",
+    "files.source": "SourceFile",
+}
+#: Keys that are given by position too, where these are not the keys that the table needs.
+_BY_POSITION = {
+    "Led": ("size_mm", "height_mm", "reflection", "reflectance", "specular_fraction"),
+    "Light": ("wavelength_nm",),
+    "Medium": ("index", "absorption_per_mm"),
+    "Meridian": ("name", "meridian_mm"),
+    "Mirror": ("kind", "reflectance", "specular_fraction"),
+    "Reflector": ("kind", "reflectance", "specular_fraction"),
+    "Scatter": ("kind", "transmitted", "reflected"),
+    "Scene": ("name",),
+}
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
 
 
+def _field(key: str) -> str:
+    """Name of the field of a key: `polarisation`, `from_`."""
+    if key == "polarization":
+        return "polarisation"
+    return f"{key}_" if iskeyword(key) else key
+
+
+def _key(name: str) -> str:
+    """Key of a field."""
+    return "polarization" if name == "polarisation" else name.rstrip("_")
+
+
 @dataclass(frozen=True)
 class Table:
     """A table of the design file."""
 
-    #: Value of the key `kind`, where the table has one that the class decides.
-    kind_word: ClassVar[str | None] = None
-    #: Keys of fields that are called otherwise.
-    keys: ClassVar[Mapping[str, str]] = {}
+    #: Key and word of its kind, where the class stands for one of several.
+    _tag: ClassVar[Mapping[str, str]] = {}
 
     def to_dict(self) -> dict[str, Any]:
         """Keys and values of the table."""
-        found = {} if self.kind_word is None else {"kind": self.kind_word}
+        found: dict[str, Any] = dict(self._tag)
         for one in fields(self):
-            value = getattr(self, one.name)
+            value, key = getattr(self, one.name), _key(one.name)
             if value is not None:
-                found[self.keys.get(one.name, one.name)] = _plain(value)
+                found[key] = _checks.plain(type(self).__name__, value, key)
         return found
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, Table):
-        return value.to_dict()
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, Mapping):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(one) for one in value]
-    return os.fspath(value) if isinstance(value, os.PathLike) else value
-
-
-@dataclass(frozen=True)
-class Medium(Table):
-    """What light passes: `[silicone]`, and `medium` of a solid."""
-
-    index: float | None = None
-    absorption_per_mm: float | None = None
-    material_file: PathLike | None = None
-
-
-@dataclass(frozen=True)
-class Reflector(Table):
-    """An opaque surface: `surface` of a solid. `kind` is `specular`, `lambertian`, `mixed` or `absorbing`."""
-
-    kind: Reflection
-    reflectance: float | None = None
-    specular_fraction: float | None = None
-    substrate: Mapping[str, Any] | None = None
-    coating: Sequence[Mapping[str, Any]] | None = None
-
-
-@dataclass(frozen=True)
-class Mirror(Reflector):
-    """The plane z = 0: `[mirror]`. `extent` is `array` or `package`."""
-
-    extent: Extent | None = None
-
-
-@dataclass(frozen=True)
-class Scatter(Table):
-    """A diffuser: `scatter` of a solid or sheet. `kind` is `lambertian`, `gaussian` or `file`."""
-
-    kind: Scattering
-    transmitted: float | None = None
-    reflected: float | None = None
-    width_deg: float | None = None
-    reflected_width_deg: float | None = None
-    file: PathLike | None = None
-    inner: Sequence[PathLike] | None = None
-    outer: Sequence[PathLike] | None = None
-    between: Literal["fixed", "shifted"] | None = None
-
-
-@dataclass(frozen=True)
-class Dome(Table):
-    """A truncated sphere on a short cylinder: `[dome]`."""
-
-    sphere_radius_mm: float
-    height_mm: float
-    width_mm: float
-    coating: Sequence[Mapping[str, Any]] | None = None
-
-
-@dataclass(frozen=True)
-class MeridianDome(Table):
-    """A dome by its generating curve: rows (r, z), (r, z, bulge) or (r, z, r_c, z_c)."""
-
-    meridian_mm: Sequence[Vector]
-    coating: Sequence[Mapping[str, Any]] | None = None
-
-
-@dataclass(frozen=True)
-class MeshDome(Table):
-    """A dome by a file of triangles; see `write_mesh`."""
-
-    mesh: PathLike
-    mesh_unit: LengthUnit
-    coating: Sequence[Mapping[str, Any]] | None = None
-
-
-@dataclass(frozen=True)
-class Led(Table):
-    """The box on the bottom: `[led]`. It emits from its top where the scene has no sources."""
-
-    size_mm: Vector
-    height_mm: float
-    reflection: Reflection
-    reflectance: float | None = None
-    specular_fraction: float | None = None
-    offset_mm: Vector | None = None
-    tilt_deg: Vector | None = None
-    power_w: float | None = None
-    power_lm: float | None = None
-
-
-@dataclass(frozen=True)
-class Array(Table):
-    """Places of the packages: `[array]`."""
-
-    pitch_mm: float | Sequence[float]
-    columns: int | None = None
-    rows: int | None = None
-    arrangement: Arrangement | None = None
-    positions_file: PathLike | None = None
-    crossing: bool | None = None
-
-
-@dataclass(frozen=True)
-class Light(Table):
-    """The light of all sources that state none of their own: `[light]`."""
-
-    keys = {"polarisation": "polarization"}
-    wavelength_nm: float | None = None
-    spectrum: Mapping[str, Any] | None = None
-    weighting: Weighting | None = None
-    polarisation: LightPolarisation | None = None
-    polarization: InitVar[LightPolarisation | None] = None
-
-    def __post_init__(self, polarization: LightPolarisation | None) -> None:
-        if polarization is not None:
-            object.__setattr__(self, "polarisation", polarization)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Placed(Table):
-    """What every solid and sheet has."""
-
-    per: Extent | None = None
-    position_mm: Vector | None = None
-    medium: Medium | None = None
-    surface: Reflector | None = None
-    scatter: Scatter | None = None
-    coating: Sequence[Mapping[str, Any]] | None = None
-    optical_contact: str | Sequence[str] | None = None
-
-
-@dataclass(frozen=True)
-class Solid(_Placed):
-    """A solid or a sheet of `[[solids]]`: it has a `medium`, a `surface` or a `scatter`."""
-
-    name: str
-
-
-@dataclass(frozen=True)
-class Box(Solid):
-    """A box of lengths along x, y, z."""
-
-    kind_word = "box"
-    size_mm: Vector
-    rotation_deg: Vector | None = None
-
-
-@dataclass(frozen=True)
-class Cylinder(Solid):
-    """A cylinder; its axis is z unless given."""
-
-    kind_word = "cylinder"
-    radius_mm: float
-    height_mm: float
-    axis: Vector | None = None
-
-
-@dataclass(frozen=True)
-class Sphere(Solid):
-    """A ball."""
-
-    kind_word = "sphere"
-    radius_mm: float
-
-
-@dataclass(frozen=True)
-class Meridian(Solid):
-    """A body of revolution: rows as of `MeridianDome`, from the axis back to the axis."""
-
-    kind_word = "meridian"
-    meridian_mm: Sequence[Vector]
-    axis: Vector | None = None
-
-
-@dataclass(frozen=True)
-class Mesh(Solid):
-    """A solid by a file of triangles; see `write_mesh`."""
-
-    kind_word = "mesh"
-    mesh: PathLike
-    mesh_unit: LengthUnit
-    rotation_deg: Vector | None = None
-
-
-@dataclass(frozen=True)
-class Rectangle(Solid):
-    """A flat sheet of lengths along x and y, without thickness."""
-
-    kind_word = "rectangle"
-    size_mm: Vector
-    rotation_deg: Vector | None = None
-
-
-@dataclass(frozen=True)
-class Disc(Solid):
-    """A flat round sheet, without thickness."""
-
-    kind_word = "disc"
-    radius_mm: float
-    axis: Vector | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Emitting(Table):
-    """What every source has."""
-
-    power: float | None = None
-    wavelength_nm: float | None = None
-    spectrum: Mapping[str, Any] | None = None
-    light: str | None = None
-
-
-@dataclass(frozen=True)
-class Source(_Emitting):
-    """What emits, in every package: `[[sources]]`."""
-
-    name: str
-
-
-@dataclass(frozen=True)
-class Isotropic(Source):
-    """A point that emits the same into all directions."""
-
-    kind_word = "isotropic"
-    position_mm: Vector
-    inside: str | None = None
-
-
-@dataclass(frozen=True)
-class Cosine(Source):
-    """A point whose intensity goes with a power of the cosine to its normal."""
-
-    kind_word = "cosine"
-    position_mm: Vector
-    exponent: float
-    normal: Vector | None = None
-    inside: str | None = None
-
-
-@dataclass(frozen=True)
-class Lambertian(Source):
-    """A rectangle that emits on one side by the cosine law."""
-
-    kind_word = "rectangle"
-    position_mm: Vector
-    size_mm: Vector
-    normal: Vector | None = None
-    inside: str | None = None
-
-
-@dataclass(frozen=True)
-class Chip(Source):
-    """Top and sides of the box: powers of the top and of the sides to +x, -x, +y, -y."""
-
-    kind_word = "chip"
-    face_powers: Vector
-
-
-@dataclass(frozen=True)
-class RayFile(Source):
-    """A file of rays or of a far field; `Rays.write` makes one of arrays."""
-
-    kind_word = "file"
-    position_mm: Vector
-    file: PathLike
-    inside: str | None = None
-    rotation_deg: Vector | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Reading(Table):
-    """What every receiver has."""
-
-    only: Mapping[str, Any] | None = None
-
-
-@dataclass(frozen=True)
-class Receiver(_Reading):
-    """What counts light: `[[receivers]]`. `only` selects which."""
-
-    name: str
-
-
-@dataclass(frozen=True)
-class Plane(Receiver):
-    """Irradiance on a rectangle."""
-
-    kind_word = "plane"
-    position_mm: Vector
-    size_mm: Vector
-    bins: Sequence[int]
-    normal: Normal | None = None
-    stokes: bool | None = None
-    spot_mm: float | None = None
-
-
-@dataclass(frozen=True)
-class FarFieldReceiver(Receiver):
-    """Intensity over theta and phi."""
-
-    kind_word = "far_field"
-    theta_bin_deg: float
-    phi_bin_deg: float
-    stokes: bool | None = None
-
-
-@dataclass(frozen=True)
-class CGamma(Receiver):
-    """Intensity on C-gamma planes."""
-
-    kind_word = "c_gamma"
-    theta_bin_deg: float
-    phi_bin_deg: float
-    stokes: bool | None = None
-
-
-@dataclass(frozen=True)
-class Luminance(Receiver):
-    """Radiance on a rectangle by place and direction."""
-
-    kind_word = "luminance"
-    position_mm: Vector
-    size_mm: Vector
-    bins: Sequence[int]
-    theta_bin_deg: float
-    phi_bin_deg: float
-    normal: Normal | None = None
-    stokes: bool | None = None
-    theta_max_deg: float | None = None
-    spot_mm: float | None = None
-
-
-@dataclass(frozen=True)
-class SurfaceFlux(Receiver):
-    """Flux on the surfaces of one name."""
-
-    kind_word = "surface"
-    surface: str
-
-
-@dataclass(frozen=True)
-class Scene(Table):
-    """A whole design.
-
-    Parameters
-    ----------
-    name : str
-        Names results.
-    led, mirror, array, light : Led, Mirror, Array, Light
-        The box, the bottom, the places of the packages, and the light.
-    dome : Dome, MeridianDome or MeshDome, optional
-        The encapsulant; without it the package is a bare box.
-    silicone : Medium, optional
-        What the dome is made of; goes with `dome`.
-    solids, sources, receivers : sequence, optional
-        Further bodies, emitters and receivers.
-    description : str, optional
-        One line for people.
-    others : dict, optional
-        Further tables as in the design file, such as ``{"receiver": {"plane_height_mm": 4.0}}``.
-    """
-
-    name: str
-    led: Led
-    mirror: Mirror
-    array: Array
-    light: Light
-    dome: Dome | MeridianDome | MeshDome | None = None
-    silicone: Medium | None = None
-    solids: Sequence[Solid] | None = None
-    sources: Sequence[Source] | None = None
-    receivers: Sequence[Receiver] | None = None
-    description: str | None = None
-    others: Mapping[str, Any] | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Keys and values of the design file."""
-        found = super().to_dict()
-        others = found.pop("others", {})
-        for key in others:
-            if key in found:
-                _checks.refuse(f"others.{key}", "a table that the scene has no field for", key)
-        return {**found, **others}
+class _Whole(Table):
+    """The table of all tables."""
 
     def design(self, folder: PathLike | None = None) -> Design:
         """The design, which names files relative to `folder` [default: the working directory]."""
         return Design(self.to_dict(), None if folder is None else os.fspath(folder))
+
+
+#: Subscripts of these are computed.
+_LITERAL: Any = Literal
+_UNION: Any = Union
+_SIMPLE = {"number": float, "integer": int, "boolean": bool, "string": str}
+
+_Schema = Mapping[str, Any]
+
+
+def _camel(word: str) -> str:
+    return "".join(part[0].upper() + part[1:] for part in word.split("_"))
+
+
+def _words(schema: _Schema) -> str:
+    return " ".join(schema.get("description", "").split())
+
+
+class _Maker:
+    """Makes the classes of a schema: one for tables of the same name and keys."""
+
+    def __init__(self, schema: _Schema) -> None:
+        self.classes: dict[str, type[Table]] = {}
+        self.make([schema], "", "Scene", {})
+
+    def value(self, schema: _Schema, place: str, is_entry: bool = False) -> tuple[Any, str]:
+        """Type of a value and its name; `place` is its dotted key, without numbers of entries."""
+        forms = schema.get("oneOf", schema.get("anyOf", []))
+        choices = [one["const"] for one in forms if "const" in one] or schema.get("enum")
+        if choices:
+            return _LITERAL[tuple(choices)], "{" + ", ".join(map(repr, choices)) + "}"
+        if schema.get("type") == "array":
+            entry, name = self.value(schema["items"], place, True)
+            return GenericAlias(Sequence, (entry,)), f"sequence of {name}"
+        if forms and "properties" not in forms[0]:
+            types, names = zip(*(self.value(one, place) for one in forms))
+            return _UNION[types], " or ".join(names)
+        if forms or "properties" in schema:
+            made = self.tables(forms or [schema], place, is_entry)
+            words = [one.__name__ for one in made] + ["dict"]
+            return _UNION[(*made, Mapping[str, Any])], " or ".join(words)
+        if schema["type"] == "string":
+            return PathLike, "str or path"
+        return _SIMPLE[schema["type"]], _SIMPLE[schema["type"]].__name__
+
+    def tables(self, forms: list[_Schema], place: str, is_entry: bool) -> list[type[Table]]:
+        """Classes of a table: one for each kind of an entry of a list, or without a word."""
+        last = place.rpartition(".")[2]
+        tag = next((key for key, one in forms[0]["properties"].items() if "const" in one), None)
+        if len(forms) == 1 or (tag is not None and not is_entry):
+            return [self.make(forms, place, _NAMES.get(place, _camel(last)), {})]
+        made = []
+        for form in forms:
+            title = form["title"]
+            name = _camel(title) if tag else _camel(title) + _camel(last)
+            name = _NAMES.get(f"{place}.{title}", name)
+            made.append(self.make([form], place, name, {tag: title} if tag else {}))
+        return made
+
+    def make(
+        self, forms: list[_Schema], place: str, name: str, tag: Mapping[str, str]
+    ) -> type[Table]:
+        """The class of a table whose kinds are told apart by a key of it."""
+        keys: dict[str, list[_Schema]] = {}
+        for form in forms:
+            for key, one in form["properties"].items():
+                keys.setdefault(key, []).append(form)
+        keys = {key: one for key, one in keys.items() if key not in tag}
+        names = {_field(key) for key in keys}
+        known = self.classes.get(name)
+        if known is not None and {one.name for one in fields(known)} != names:
+            name = _camel(place.partition(".")[0]) + name
+            known = self.classes.get(name)
+        if known is not None:
+            return known
+        needed = [key for key in forms[0].get("required", []) if key in keys]
+        needed = [key for key in needed if all(key in form["required"] for form in forms)]
+        by_position = _BY_POSITION.get(name, tuple(needed))
+        others = sorted(set(keys) - set(by_position), key=lambda key: (key not in needed, key))
+        parts: list[Any] = []
+        doc = [_words(forms[0]) if len(forms) == 1 else f"`{place}` of the design file.", ""]
+        doc += ["Parameters", "----------"]
+        for key in (*by_position, *others):
+            kind, word, meaning = self.key(key, keys[key], len(forms), f"{place}.{key}".strip("."))
+            own = field(kw_only=True) if key not in by_position else field()
+            if key not in needed:
+                kind, word = Optional[kind], f"{word}, optional"
+                own = field(default=None, kw_only=key not in by_position)
+            parts.append((_field(key), kind, own))
+            doc += [f"{_field(key)} : {word}", f"    {meaning}"]
+        bases = (Table,) if place else (_Whole,)
+        about = {"__doc__": "\n".join(doc), "__module__": __name__, "_tag": tag}
+        made = make_dataclass(name, parts, bases=bases, namespace=about, frozen=True)
+        self.classes[name] = _both_spellings(made)
+        return made
+
+    def key(
+        self, key: str, forms: list[_Schema], count: int, place: str
+    ) -> tuple[Any, str, str]:
+        """Type of a key, its name and what the key means, of the kinds that have it."""
+        each = [form["properties"][key] for form in forms]
+        if "const" in each[0]:
+            kind, word = self.value({"enum": [one["const"] for one in each]}, place)
+            said = [f"`{one['const']}`: {_words(form)}" for one, form in zip(each, forms)]
+            return kind, word, " ".join(said)
+        kind, word = self.value(each[0], place)
+        of = "" if len(forms) == count else f"Of {', '.join(form['title'] for form in forms)}. "
+        return kind, word, of + _words(each[0])
+
+
+def _both_spellings(table: type[Table]) -> type[Table]:
+    """The class, which takes and has `polarization` too where it has `polarisation`."""
+    if "polarisation" not in {one.name for one in fields(table)}:
+        return table
+    own: Any = table.__init__
+
+    @functools.wraps(own)
+    def init(self: Table, *values: Any, **keys: Any) -> None:
+        if "polarization" in keys:
+            if "polarisation" in keys:
+                _checks.refuse("polarization", "no polarisation beside it", keys["polarisation"])
+            keys["polarisation"] = keys.pop("polarization")
+        if keys.get("polarisation") == "unpolarized":
+            keys["polarisation"] = "unpolarised"
+        own(self, *values, **keys)
+
+    setattr(table, "__init__", init)
+    setattr(table, "polarization", property(lambda self: self.polarisation))
+    return table
+
+
+_CLASSES = _Maker(json.loads(_native.design_schema())).classes
+globals().update(_CLASSES)
+__all__ = ["Table", "write_mesh", *_CLASSES]
+
+if TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any: ...
 
 
 def write_mesh(path: PathLike, corners: npt.ArrayLike, triangles: npt.ArrayLike) -> None:

@@ -2,7 +2,8 @@
 """Designs of LED packages: traced, varied, optimised, toleranced; and rays as arrays.
 
 A design is the path of a design file (docs/reference/design-file.md), a dict of the same keys, a
-`Design`, or a `batwing.scene.Scene`. Results are those of the command of the same name, to the last
+`Design`, or a `batwing.scene.Scene`. A study, problem or tolerance file is a path, or a dict of its
+keys that names such a design. Results are those of the command of the same name, to the last
 bit for the same seed.
 
 Examples
@@ -25,7 +26,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from . import _checks, _native, _progress
-from .design import Design, DesignLike, PathLike, stated
+from .design import Design, DesignLike, FileLike, PathLike, stated, stated_file
 from .optimisation import (
     Change,
     Coefficient,
@@ -48,6 +49,7 @@ from .results import (
     Report,
     Reproduction,
     Results,
+    in_memory,
     load,
     read_report,
     read_reproduction,
@@ -146,9 +148,10 @@ def run(
     seed : int
         The same seed gives the same results to the last bit, on any number of threads.
     out : path, optional
-        Folder for the files [default: none is left; the results keep them].
+        Folder for the files [default: none is written, and the results are in memory].
     cache : path, optional
-        Folder that keeps tables and finished groups of paths for later runs.
+        Folder that keeps tables for later runs, and finished groups of paths of a run that was
+        stopped.
     until_error : str, optional
         Trace on until the standard error of a figure is at most this, such as ``"uniformity=0.1%"``.
     most_paths : int, optional
@@ -178,10 +181,12 @@ def run(
         until_error=until_error,
         most_paths=most_paths,
     )
-    name, text, place = stated(design)
-    with _folder(out) as (folder, keep):
-        _native.call(["run", name, "--out", str(folder), *options], text, place)
-        return read_results(folder, keep)
+    name, texts, place = stated(design)
+    words = ["run", name, *options]
+    if out is None:
+        return in_memory(words, texts, place)
+    _native.call([*words, "--out", os.fspath(out)], texts, place)
+    return read_results(Path(out), keep=False)
 
 
 def reproduce(
@@ -212,18 +217,17 @@ def reproduce(
 
 @contextlib.contextmanager
 def _file_command(
-    name: str, file: PathLike, out: PathLike | None, options: list[str]
+    name: str, file: FileLike, out: PathLike | None, options: list[str]
 ) -> Iterator[tuple[Path, bool]]:
-    """Runs a command on a file; gives the folder of its results as `_folder` does."""
-    if not isinstance(file, (str, os.PathLike)):
-        _checks.refuse("file", "the path of a file", _checks.describe(file))
+    """Runs a command on a file or dict; gives the folder of its results as `_folder` does."""
+    path, texts = stated_file("problem.toml" if name == "optimise" else f"{name}.toml", file)
     with _folder(out) as (folder, keep):
-        _native.call([name, os.fspath(file), "--out", str(folder), *options])
+        _native.call([name, path, "--out", str(folder), *options], texts)
         yield folder, keep
 
 
 def study(
-    file: PathLike,
+    file: FileLike,
     *,
     paths: int | None = None,
     seed: int = 1,
@@ -235,8 +239,8 @@ def study(
 
     Parameters
     ----------
-    file : path
-        Study file.
+    file : path or dict
+        Study file; under `designs` of a dict stand designs as `run` takes them.
     """
     options = _options(seed, cache, threads, paths=paths)
     with _file_command("study", file, out, options) as (folder, keep):
@@ -244,7 +248,7 @@ def study(
 
 
 def optimise(
-    file: PathLike,
+    file: FileLike,
     *,
     budget: str | None = None,
     resume: bool = False,
@@ -257,8 +261,8 @@ def optimise(
 
     Parameters
     ----------
-    file : path
-        Problem file.
+    file : path or dict
+        Problem file; under `design` of a dict stands a design as `run` takes it.
     budget : str, optional
         Time for the search, such as ``"6min"``.
     resume : bool
@@ -275,7 +279,7 @@ def optimise(
 
 
 def tolerance(
-    file: PathLike,
+    file: FileLike,
     *,
     samples: int | None = None,
     paths: int | None = None,
@@ -288,8 +292,8 @@ def tolerance(
 
     Parameters
     ----------
-    file : path
-        Tolerance file.
+    file : path or dict
+        Tolerance file; under `design` of a dict stands a design as `run` takes it.
     samples : int, optional
         Packages to draw.
     """
@@ -321,9 +325,9 @@ def trace_rays(
     """
     model = _checks.choice("model", model, get_args(RayModelName))
     options = _options(seed, cache, threads, model=model, paths=paths)
-    name, text, place = stated(design)
+    name, texts, place = stated(design)
     with tempfile.TemporaryDirectory(prefix="batwing-") as folder:
         target = Path(folder) / "rays.tm25ray"
         words = ["export", name, "--format", "tm25", "--out", str(target), *options]
-        _native.call(words, text, place)
+        _native.call(words, texts, place)
         return read_rays(target)

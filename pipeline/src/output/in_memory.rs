@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The arrays of models in memory, in place of files.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::Result;
+
+use files::run_context::RunContext;
+use metrics::quantity::{Axis, Curve, Map, Quantity};
+use results::ModelResult;
+use simulate::model_writer::{ModelWriter, Output};
+use simulate::observation::Observation;
+
+use super::{ModelFiles, receivers, take_receivers};
+
+/// An array, as its `.npy` file holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    /// Name of the file without its ending, relative to the folder of the model.
+    pub name: String,
+    /// Lengths, the slowest first.
+    pub shape: Vec<usize>,
+    /// Numbers, the last dimension fastest.
+    pub values: Vec<f64>,
+    /// Axes of the last dimensions; none of curves and of the bins of a surface.
+    pub axes: Vec<Axis>,
+    /// Quantity of the values; none of curves.
+    pub quantity: Option<Quantity>,
+}
+
+impl Array {
+    fn of_map(name: &str, map: &Map) -> Self {
+        let axes = vec![map.rows().clone(), map.columns().clone()];
+        Self {
+            name: name.to_owned(),
+            shape: [2].into_iter().chain(axes.iter().map(Axis::bins)).collect(),
+            values: [map.value(), map.standard_error()].concat(),
+            axes,
+            quantity: Some(map.quantity().clone()),
+        }
+    }
+
+    fn of_curve(name: &str, curve: &Curve) -> Self {
+        Self {
+            name: name.to_owned(),
+            shape: vec![3, curve.x().len()],
+            values: [curve.x(), curve.value(), curve.standard_error()].concat(),
+            axes: Vec::new(),
+            quantity: None,
+        }
+    }
+}
+
+/// The arrays of each model by its key, in the order of the models.
+pub type ModelArrays = Vec<(String, Vec<Array>)>;
+
+/// Keeps arrays and writes no file.
+#[derive(Debug, Default)]
+pub struct MemoryWriter(Mutex<ModelArrays>);
+
+impl MemoryWriter {
+    /// The arrays kept.
+    pub fn into_arrays(self) -> ModelArrays {
+        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl ModelWriter for MemoryWriter {
+    fn draws_package(&self) -> bool {
+        false
+    }
+
+    fn write(
+        &self,
+        output: Output,
+        result: &mut ModelResult,
+        observation: &mut Cow<'_, Observation>,
+        context: RunContext,
+    ) -> Result<()> {
+        let (of_receivers, seen) = take_receivers(output.design, result, observation);
+        let files = ModelFiles::new(output, result, observation, Path::new(""), context.seed);
+        files.check(context)?;
+        let mean = files.far_field_curves(180.0, &[])?;
+        let mut arrays = vec![
+            Array::of_map("far_field", &files.far_field_map()?),
+            Array::of_curve("far_field_mean", &mean[0]),
+            Array::of_map("illuminance", &files.map()?),
+            Array::of_curve("illuminance_cross_section", &files.section(&files.line())?),
+        ];
+        if !output.design.receivers.is_empty() {
+            let provenance = files.provenance();
+            let shared = files.of_receivers(&of_receivers, &provenance);
+            let (others, said) = receivers::keep(output.design, seen, &shared)?;
+            arrays.extend(others);
+            result.receivers = Some(said);
+        }
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.push((result.key.clone(), arrays));
+        Ok(())
+    }
+
+    fn write_by_wavelength(
+        &self,
+        _: Output,
+        _: &mut ModelResult,
+        _: &[(Option<&str>, f64, &Observation)],
+        _: &Observation,
+    ) -> Result<()> {
+        Ok(())
+    }
+}
