@@ -143,8 +143,7 @@ mod tests {
         // A wave of which all nine points see the crest is read over its whole pitch.
         let wave: Vec<f64> =
             (0..180).map(|k| 2.0 + (std::f64::consts::TAU * at(k)[0] / 10.0).cos()).collect();
-        let axes =
-            (0..6).map(|k| [f64::from(k % 3) * 10.0 - 10.0, f64::from(k / 3) * 5.0 - 2.5]);
+        let axes = (0..6).map(|k| [f64::from(k % 3) * 10.0 - 10.0, f64::from(k / 3) * 5.0 - 2.5]);
         let leds = Layout::of_places(axes.collect()).seen_from([0.0; 2], [2.0, 1.0]);
         let bins = Bins::new(&[2.0; 180]);
         assert!(of(None, &wave)[0] > 0.9);
