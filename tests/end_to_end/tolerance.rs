@@ -163,7 +163,7 @@ const BAD: &[(&str, &str, &[&str])] = &[
     ("\"uniform\"", "\"flat\"", &["tolerances[1].distribution", "flat"]),
     ("mirror.reflectance", "mirror.reflection", &["mirror.reflection", "nominal"]),
     ("mirror.reflectance", "mirror.kind", &["mirror.kind", "specular"]),
-    ("mirror.reflectance", "mirror.*.x", &["tolerances[1]: mirror.*.x", "a list at mirror"]),
+    ("mirror.reflectance", "mirror.*.x", &["tolerances[1]: mirror[*].x", "a list at mirror"]),
     (
         "key = \"mirror.reflectance\"",
         "profile = \"inner_slope_deg\"",

@@ -223,7 +223,7 @@ fn what_a_search_makes_worse_is_said() {
     let (done, _, said) = says(at, &["report", "out"]);
     assert!(done, "{said}");
     let page = std::fs::read_to_string(at.join("out/report.html")).expect("a page");
-    assert!(page.contains("<b>worse</b>") && page.contains("min/mean, cell"));
+    assert!(page.contains("<b>worse</b>") && page.contains(" other figure"));
 }
 
 /// The middle of a range that cannot be built says nothing of the others, nor of their type.

@@ -121,12 +121,12 @@ mod tests {
         assert!((bin(17.5, 22.5).hidden_error() - 2.5 / 3.0).abs() < 1e-15);
         let none = PairedFigure::from(JackknifedFigure {
             value: 0.0,
-            standard_error: 1e-4,
+            standard_error: 0.125,
             without: vec![0.0; 4],
         });
         let change = none.change(&none);
-        assert_eq!(change.interval.map(|ends| ends.map(|e| e * 1e4)), Some([-3.0, 3.0]));
-        let seen = PairedFigure::new(4e-4, vec![4e-4, 3e-4, 5e-4, 4e-4]);
+        assert_eq!(change.interval, Some([-0.375, 0.375]));
+        let seen = PairedFigure::new(0.5, vec![0.5, 0.375, 0.625, 0.5]);
         assert!(seen.change(&none).standard_error > seen.entry.standard_error);
         // The same sums change by nothing, and exact numbers have no error.
         assert_eq!(seen.change(&seen).estimate(), Estimate::new(0.0, 0.0));
