@@ -59,7 +59,8 @@ fn judge(
             wrong.push(format!("{what}: scatter over stated error {:.2}", figure.ratio()));
         }
         if figure.coverage_of_intervals() < COVERAGE {
-            wrong.push(format!("{what}: coverage {:.2}", figure.coverage_of_intervals()));
+            let share = figure.coverage_of_intervals();
+            wrong.push(format!("{what}: {share:.2} of intervals hold {}", figure.truth));
         }
     }
     wrong
