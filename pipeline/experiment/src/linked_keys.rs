@@ -5,8 +5,8 @@ use anyhow::{Context, Result, bail};
 
 /// The first of the keys that move by one amount, or the only one.
 pub fn one_of_keys<'a>(
-    key: &'a Option<String>,
-    keys: &'a Option<Vec<String>>,
+    key: Option<&'a String>,
+    keys: Option<&'a Vec<String>>,
 ) -> Result<Option<&'a String>> {
     match (key, keys) {
         (Some(_), Some(_)) => bail!("expected one of `key` and `keys`, got both"),
@@ -14,6 +14,6 @@ pub fn one_of_keys<'a>(
             let expected = "keys: expected at least one, got none";
             keys.first().map(Some).context(expected)
         }
-        (key, None) => Ok(key.as_ref()),
+        (key, None) => Ok(key),
     }
 }

@@ -2,6 +2,7 @@
 //! Every figure of the registry over seeds: its scatter is the stated error, or it is said not to
 //! be resolved, and then its 95 % interval holds the figure of all paths together.
 
+#[expect(dead_code, reason = "the example prints it")]
 #[path = "../examples/stated_errors/scatter.rs"]
 mod scatter;
 
@@ -59,7 +60,8 @@ fn judge(
             wrong.push(format!("{what}: scatter over stated error {:.2}", figure.ratio()));
         }
         if figure.coverage_of_intervals() < COVERAGE {
-            wrong.push(format!("{what}: coverage {:.2}", figure.coverage_of_intervals()));
+            let share = figure.coverage_of_intervals();
+            wrong.push(format!("{what}: {share:.2} of intervals hold {}", figure.truth));
         }
     }
     wrong

@@ -115,7 +115,7 @@ pub(super) fn paths_words(problem: &Problem) -> String {
         "at most {} candidates with {} paths, then up to {} for selection, sensitivities and \
          verification",
         thousands(least.traces as u64),
-        range(thousands(least.paths as u64), thousands(most.paths as u64)),
+        range([least, most].map(|work| thousands(work.paths as u64))),
         thousands(work_after(problem, 0).paths as u64),
     )
 }
@@ -126,7 +126,7 @@ fn paths(problem: &Problem) -> [Work; 2] {
         .map(|of| problem.stages.iter().map(|s| Work::new(s.evaluations, of(s))).sum::<Work>())
 }
 
-fn range(least: String, most: String) -> String {
+fn range([least, most]: [String; 2]) -> String {
     if least == most { least } else { format!("{least} to {most}") }
 }
 
@@ -137,7 +137,7 @@ pub(super) fn words(problem: &Problem, pace: Pace) -> String {
     let tables =
         if problem.models.contains(&Model::Hybrid) { ", beside tables of orders" } else { "" };
     let time = |work: Work| time_words(pace.seconds(work + after));
-    format!("{}; about {}{tables}", paths_words(problem), range(time(least), time(most)))
+    format!("{}; about {}{tables}", paths_words(problem), range([least, most].map(time)))
 }
 
 /// A time for people.

@@ -396,7 +396,7 @@ fn distances(keys: &[String], source: &DesignFile) -> Result<Vec<(String, f64)>>
 }
 
 fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result<Variable> {
-    let key = one_of_keys(&keys.key, &keys.keys)?;
+    let key = one_of_keys(keys.key.as_ref(), keys.keys.as_ref())?;
     let (label, place, count) = match (key, keys.profile) {
         (Some(key), None) => {
             ensure!(

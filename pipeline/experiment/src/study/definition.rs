@@ -190,7 +190,7 @@ mod tests {
         let folder = folder();
         let path = folder.path().join("study.toml");
         std::fs::write(&path, text).expect("written");
-        format!("{:#}", load(&path, None).expect_err(text))
+        format!("{:#}", load(&path, &Texts::new(), None).expect_err(text))
     }
 
     const HEAD: &str = "name = \"s\"\ndesigns = [\"d1.toml\", \"d2.toml\"]\nmodels = [\"geometric\", \"hybrid\"]\n";
@@ -203,7 +203,7 @@ mod tests {
             "{HEAD}paths = 5000\n[base.set]\n\"led.reflectance\" = 0.5\n[[factors]]\nname = \"angle\"\n[[factors.levels]]\nname = \"A\"\nset_of.D2 = {{ \"elements.shapes.0.apex_angle_deg\" = 50.0 }}"
         );
         std::fs::write(&path, text).expect("written");
-        let study = load(&path, None).expect("valid");
+        let study = load(&path, &Texts::new(), None).expect("valid");
         assert_eq!(study.setups.len(), 2);
         let [d1, d2] = &study.setups[1].1[..] else { panic!("two designs") };
         assert!((d1.led.reflector.reflectance() - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
@@ -214,7 +214,7 @@ mod tests {
         assert!((apex(d2) - 50.0).abs() < 1e-15 && apex(d1).abs() < 1e-15);
         assert!((apex(&study.setups[0].1[1]) - 60.0).abs() < 1e-15);
         assert_eq!(study.inputs.len(), 3);
-        assert_eq!(load(&path, Some(7000)).expect("valid").setups[0].1[0].trace.paths, 7000);
+        assert_eq!(load(&path, &Texts::new(), Some(7000)).expect("valid").setups[0].1[0].trace.paths, 7000);
     }
 
     #[test]

@@ -288,7 +288,7 @@ fn with_entries(key: &str, design: &toml::Table) -> Result<Vec<String>> {
 }
 
 fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
-    let first = one_of_keys(&keys.key, &keys.keys)?;
+    let first = one_of_keys(keys.key.as_ref(), keys.keys.as_ref())?;
     let (place, label) = match (first, keys.profile) {
         (Some(key), None) => {
             let all = keys.keys.as_deref().unwrap_or(std::slice::from_ref(key)).iter();

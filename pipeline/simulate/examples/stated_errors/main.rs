@@ -6,6 +6,7 @@
 
 #![expect(clippy::print_stdout, reason = "a table on the terminal is what it is for")]
 
+#[expect(dead_code, reason = "the test judges by it")]
 mod scatter;
 
 use std::path::Path;
@@ -26,7 +27,7 @@ fn main() -> Result<()> {
         "| figure | resolved | mean | scatter | stated | ratio | all paths | intervals hold it |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    for f in all {
+    for f in &all {
         let [bounds, holding] = f.bounds;
         println!(
             "| {} | {}/{} | {:.5} | {:.2e} | {:.2e} | {:.3} | {:.5} | {holding}/{bounds} |",
@@ -34,11 +35,21 @@ fn main() -> Result<()> {
             f.resolved,
             f.seeds,
             f.mean,
-            f.scatter,
+            f.deviation,
             f.stated,
             f.ratio(),
             f.truth,
         );
     }
+    let resolved: Vec<_> = all.iter().filter(|f| f.is_resolved()).collect();
+    let far = |ratio: f64| ratio.ln().abs();
+    let worst = resolved.iter().max_by(|a, b| far(a.ratio()).total_cmp(&far(b.ratio())));
+    let worst = worst.map_or_else(String::new, |f| format!("{:.2}, {}", f.ratio(), f.key));
+    let coverage = all.iter().map(|f| f.coverage_of_intervals()).fold(1.0, f64::min);
+    println!(
+        "\nresolved: {}; worst ratio: {worst}; not resolved: {}; least coverage: {coverage:.2}",
+        resolved.len(),
+        all.len() - resolved.len(),
+    );
     Ok(())
 }

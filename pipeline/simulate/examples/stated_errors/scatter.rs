@@ -26,7 +26,7 @@ pub struct Scatter {
     /// Mean of the resolved.
     pub mean: f64,
     /// Their standard deviation.
-    pub scatter: f64,
+    pub deviation: f64,
     /// Root mean square of their stated errors.
     pub stated: f64,
     /// Value of all paths of all seeds together; of colours, which are not added, the mean.
@@ -55,7 +55,7 @@ impl Scatter {
             seeds: entries.len(),
             resolved: resolved.len(),
             mean,
-            scatter: (squares / (n - 1.0)).sqrt(),
+            deviation: (squares / (n - 1.0)).sqrt(),
             stated: (stated / n).sqrt(),
             truth,
             bounds: [bounds().count(), bounds().filter(holds).count()],
@@ -65,7 +65,7 @@ impl Scatter {
     /// Scatter over stated error; 1 where neither is above rounding.
     pub fn ratio(&self) -> f64 {
         let rounding = 1e-12 * self.mean.abs();
-        if self.scatter.max(self.stated) <= rounding { 1.0 } else { self.scatter / self.stated }
+        if self.deviation.max(self.stated) <= rounding { 1.0 } else { self.deviation / self.stated }
     }
 
     /// True if nine seeds in ten call it resolved, so that the choice of seeds hardly matters.
