@@ -100,12 +100,12 @@ type NamedArray<'py> = (
 /// the arrays of each model by its key.
 #[pyfunction]
 #[pyo3(signature = (arguments, texts=None, folder=None))]
-pub fn run<'py>(
-    py: Python<'py>,
+pub fn run(
+    py: Python<'_>,
     arguments: Vec<String>,
     texts: Option<Texts>,
     folder: Option<PathBuf>,
-) -> PyResult<(String, Vec<(String, Vec<NamedArray<'py>>)>)> {
+) -> PyResult<(String, Vec<(String, Vec<NamedArray<'_>>)>)> {
     let cli = parsed(py, arguments)?;
     let threads = cli.common.threads.map(usize::from);
     let (texts, folder) = (texts.unwrap_or_default(), folder.unwrap_or_default());

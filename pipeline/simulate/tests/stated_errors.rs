@@ -2,7 +2,6 @@
 //! Every figure of the registry over seeds: its scatter is the stated error, or it is said not to
 //! be resolved, and then its 95 % interval holds the figure of all paths together.
 
-#[expect(dead_code, reason = "the example prints it")]
 #[path = "../examples/stated_errors/scatter.rs"]
 mod scatter;
 

@@ -214,7 +214,10 @@ mod tests {
         assert!((apex(d2) - 50.0).abs() < 1e-15 && apex(d1).abs() < 1e-15);
         assert!((apex(&study.setups[0].1[1]) - 60.0).abs() < 1e-15);
         assert_eq!(study.inputs.len(), 3);
-        assert_eq!(load(&path, &Texts::new(), Some(7000)).expect("valid").setups[0].1[0].trace.paths, 7000);
+        assert_eq!(
+            load(&path, &Texts::new(), Some(7000)).expect("valid").setups[0].1[0].trace.paths,
+            7000
+        );
     }
 
     #[test]
