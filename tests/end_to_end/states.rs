@@ -105,8 +105,8 @@ fn peaks_that_are_bins_are_between_their_edges_everywhere() {
     let column = |name: &str| head.iter().position(|h| h == name).expect("a column");
     let row = table.lines().find(|line| line.contains(",peak_angle_deg,")).expect("a row");
     let row = fields(row);
-    assert_eq!(row[column("low")].parse::<f64>().expect("a number"), low);
-    assert_eq!(row[column("high")].parse::<f64>().expect("a number"), high);
+    assert_eq!(row[column("low")].parse(), Ok(low));
+    assert_eq!(row[column("high")].parse(), Ok(high));
     succeeds(at, &["report", "study"]);
     let page = std::fs::read_to_string(at.join("study/report.html")).expect("a page");
     assert!(page.contains(&format!("{low} to {high} °")) && !page.contains("± 0 "), "{low} {high}");
@@ -159,7 +159,7 @@ fn a_search_says_what_its_best_candidate_missed() {
     let chosen = |one: &Value| number(&one["choices"]["receiver.plane_height_mm"]);
     assert!(candidates.iter().any(|one| chosen(one) >= 4.0 && one["feasible"] == false));
     for one in &candidates {
-        assert_eq!(number(&one["objective"]), -chosen(one), "{one}");
+        assert!((number(&one["objective"]) + chosen(one)).abs() < f64::EPSILON, "{one}");
     }
 }
 
@@ -188,7 +188,7 @@ fn of_equal_misfits_more_targets_met_come_first() {
     let (found, text) = run(value - 0.01 * error);
     assert_eq!(found["ranking"][0]["setup"], "mirror = 0.99", "{}", found["ranking"]);
     let misfits = [0, 1].map(|k| number(&found["ranking"][k]["misfit"]["value"]));
-    assert_eq!(misfits, [0.0, 0.0]);
+    assert!(misfits.iter().all(|misfit| *misfit == 0.0), "{misfits:?}");
     assert!(text.contains("mirror = 0.99: 1 met") && text.contains("base: 1 not resolved"));
 }
 

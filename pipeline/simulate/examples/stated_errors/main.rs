@@ -44,7 +44,7 @@ fn main() -> Result<()> {
     let far = |ratio: f64| ratio.ln().abs();
     let worst = resolved.iter().max_by(|a, b| far(a.ratio()).total_cmp(&far(b.ratio())));
     let worst = worst.map_or_else(String::new, |f| format!("{:.2}, {}", f.ratio(), f.key));
-    let coverage = all.iter().map(Scatter::coverage_of_intervals).fold(1.0, f64::min);
+    let coverage = all.iter().map(scatter::Scatter::coverage_of_intervals).fold(1.0, f64::min);
     println!(
         "\nresolved: {}; worst ratio: {worst}; not resolved: {}; least coverage: {coverage:.2}",
         resolved.len(),
