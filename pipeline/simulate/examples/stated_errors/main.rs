@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Prints scatter over stated error of every figure of a design traced by rays, and how often its
-//! 95 % intervals hold the figure of all paths: the table of `docs/validation/stated-errors.md`.
+//! 95 % intervals hold the figure of all paths.
 //!
 //! `cargo run --release -p batwing-simulate --example stated_errors -- DESIGN PATHS SEEDS`
 
