@@ -283,7 +283,7 @@ const COMMANDS: [(&str, &[&str]); 80] = [
     ("import file", &["expected a file ending in"]),
     (
         "run lamp.toml --until-error uniformity=1% --out r",
-        &["lamp.toml: expected a figure", "got uniformity, which compares neighbours"],
+        &["lamp.toml: expected a figure", "got uniformity, which compares neighbouring LEDs"],
     ),
     (
         "run lamp.toml --until-error illuminance_valley_to_peak=1% --out r",

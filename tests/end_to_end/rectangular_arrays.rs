@@ -145,7 +145,7 @@ fn a_pitch_that_moves_no_package_is_no_variable() {
         "[base.set]\n\"array.positions_file\" = \"places.txt\"\n\n[[factors]]",
     );
     let tolerance = format!(
-        "name = \"t\"\ndesign = \"chips.toml\"\nsamples = 4\npaths = 4096\nfigures = [\"flux_up\"]\n[[tolerances]]\n{key}deviation = 0.1\n"
+        "name = \"t\"\ndesign = \"chips.toml\"\nsamples = 8\npaths = 4096\nfigures = [\"flux_up\"]\n[[tolerances]]\n{key}deviation = 0.1\n"
     );
     for (command, text) in
         [("optimise", &problem), ("study", &study), ("study", &stated), ("tolerance", &tolerance)]

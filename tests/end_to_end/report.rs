@@ -144,7 +144,7 @@ fn refuses_what_is_none(folder: &Path) {
         (
             &["run/out", "--tables", "run/out"],
             &[
-                "results.json`: designs.small.hybrid_10um.tables[0].sha256: expected the table `run/out/",
+                "results.json`: designs.small.hybrid_10um.tables[1].sha256: expected the table `run/out/",
             ],
         ),
         (
