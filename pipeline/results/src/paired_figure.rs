@@ -46,6 +46,12 @@ impl PairedFigure {
         between.unwrap_or(if is_still { self.entry.standard_error } else { 0.0 })
     }
 
+    /// True where the hidden error is that of picking an extreme: traces by the same random numbers
+    /// pick alike, so that of a change it is the difference of both.
+    pub fn hides_a_bias(&self) -> bool {
+        self.entry.interval.is_some() && !self.entry.is_bin()
+    }
+
     /// Its difference from `base`, which was traced with the same random numbers, group by group.
     ///
     /// The change of a peak that is a bin lies between the differences of the ends, as that of two

@@ -63,6 +63,7 @@ mod tests {
                 without: vec![k as f64; 2],
                 without_package: Vec::new(),
                 hidden_error: 0.0,
+                common_error: 0.0,
                 miss: 0.0,
                 figures: vec![("f".to_owned(), figure)],
             }
@@ -103,6 +104,7 @@ mod tests {
             without: vec![shift - 0.5, shift + 0.5],
             without_package: Vec::new(),
             hidden_error: 0.0,
+            common_error: 0.0,
             miss: 0.0,
             figures: Vec::new(),
         };

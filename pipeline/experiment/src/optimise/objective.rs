@@ -107,8 +107,10 @@ pub(super) struct Evaluation {
     pub without: Vec<f64>,
     /// The objective without each package, where it is taken over tolerances.
     pub without_package: Vec<f64>,
-    /// Error of the objective that no replicate shows, of figures between two ends.
+    /// Error of the objective that no replicate shows, of bins and of sums that no path reached.
     pub hidden_error: f64,
+    /// The same of extremes that are not resolved, which paired traces have in common.
+    pub common_error: f64,
     /// Sum of the misses of constraints.
     pub miss: f64,
     /// Figures of the objective and the constraints.
@@ -145,7 +147,8 @@ impl Evaluation {
             0 => 0.0,
             _ => paired(&self.without_package, &base.without_package),
         };
-        let hidden = self.hidden_error.hypot(base.hidden_error);
+        let common = self.common_error - base.common_error;
+        let hidden = self.hidden_error.hypot(base.hidden_error).hypot(common);
         Estimate::new(self.value - base.value, by_paths.max(by_packages).hypot(hidden))
     }
 
@@ -156,7 +159,8 @@ impl Evaluation {
             0 => 0.0,
             _ => spread(&self.without_package),
         };
-        let error = self.standard_error().max(of_packages).hypot(self.hidden_error);
+        let hidden = self.hidden_error.hypot(self.common_error);
+        let error = self.standard_error().max(of_packages).hypot(hidden);
         Estimate::new(self.value, error)
     }
 }
@@ -357,13 +361,18 @@ impl Objective {
         let groups = terms.iter().map(|(_, f)| f.without.len()).min();
         let without = |g: usize| terms.iter().map(|(t, f)| t.cost(f.without[g])).sum();
         let miss = self.miss(&figures);
-        let hidden = terms.iter().map(|(t, f)| {
-            let (value, error) = (f.entry.value, f.hidden_error());
-            let moved = [value - error, value + error].map(|v| (t.cost(v) - t.cost(value)).abs());
-            moved[0].max(moved[1])
-        });
+        let hidden = |is_common: bool| {
+            let of_kind = terms.iter().filter(|(_, f)| f.hides_a_bias() == is_common);
+            let moved = of_kind.map(|(t, f)| {
+                let (value, error) = (f.entry.value, f.hidden_error());
+                let ends = [value - error, value + error];
+                ends.map(|v| (t.cost(v) - t.cost(value)).abs()).into_iter().fold(0.0, f64::max)
+            });
+            moved.fold(0.0, f64::hypot)
+        };
         Evaluation {
-            hidden_error: hidden.fold(0.0, f64::hypot),
+            hidden_error: hidden(false),
+            common_error: hidden(true),
             value: terms.iter().map(|(t, f)| t.cost(f.entry.value)).sum(),
             without: (0..groups.unwrap_or(0)).map(without).collect(),
             without_package: Vec::new(),

@@ -141,12 +141,15 @@ impl RobustObjective {
             Some((key.clone(), over_packages))
         });
         let figures: Vec<(String, PairedFigure)> = figures.collect();
+        let of_packages = |error: fn(&Evaluation) -> f64| {
+            packages.iter().map(error).sum::<f64>() / packages.len() as f64
+        };
         Evaluation {
             value: value(&|one| one.value),
             without: (0..groups).map(|g| value(&|one| one.without[g])).collect(),
             without_package: (0..packages.len()).map(without_package).collect(),
-            hidden_error: packages.iter().map(|one| one.hidden_error).sum::<f64>()
-                / packages.len() as f64,
+            hidden_error: of_packages(|one| one.hidden_error),
+            common_error: of_packages(|one| one.common_error),
             miss: objective.miss(&figures),
             figures,
         }
@@ -184,6 +187,7 @@ mod tests {
             without: about(value),
             without_package: Vec::new(),
             hidden_error: 0.0,
+            common_error: 0.0,
             miss: 0.0,
             figures: vec![("extraction_efficiency".to_owned(), figure)],
         }

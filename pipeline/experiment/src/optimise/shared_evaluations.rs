@@ -351,6 +351,7 @@ mod tests {
             without: vec![value, 0.3],
             without_package: vec![value, -0.0],
             hidden_error: 0.25,
+            common_error: 0.0,
             miss: 0.0,
             figures: vec![("f".to_owned(), PairedFigure::new(1.0 / 3.0, vec![value, 0.7]))],
         };

@@ -28,21 +28,25 @@ pub struct Misfit {
     /// Root mean square of misses in units of their scales.
     pub value: f64,
     without: Vec<f64>,
-    /// Error that no replicate shows, of figures between two ends.
+    /// Error that no replicate shows, of bins and of sums that no path reached.
     hidden_error: f64,
+    /// The same of extremes that are not resolved, which paired traces have in common.
+    common_error: f64,
 }
 
 impl Misfit {
     /// With its standard error.
     pub fn estimate(&self) -> Estimate {
-        Estimate::new(self.value, spread(&self.without).hypot(self.hidden_error))
+        let hidden = self.hidden_error.hypot(self.common_error);
+        Estimate::new(self.value, spread(&self.without).hypot(hidden))
     }
 
     /// Excess over another one, group by group.
     pub fn above(&self, other: &Self) -> Estimate {
         let pairs = self.without.iter().zip(&other.without);
         let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        let hidden = self.hidden_error.hypot(other.hidden_error);
+        let common = self.common_error - other.common_error;
+        let hidden = self.hidden_error.hypot(other.hidden_error).hypot(common);
         Estimate::new(self.value - other.value, spread(&differences).hypot(hidden))
     }
 }
@@ -85,10 +89,15 @@ pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> O
         let with = |error: f64| of(&|k, f| f.entry.value + if k == moved { error } else { 0.0 });
         [error, -error].map(|error| (with(error) - whole).abs()).into_iter().fold(0.0, f64::max)
     };
+    let of_kind = |is_common: bool| {
+        let all = (0..misses.len()).filter(|&k| misses[k].0.hides_a_bias() == is_common);
+        all.map(hidden).fold(0.0, f64::hypot)
+    };
     Some(Misfit {
         value: whole,
         without: (0..groups).map(|g| of(&|_, f| f.without[g])).collect(),
-        hidden_error: (0..misses.len()).map(hidden).fold(0.0, f64::hypot),
+        hidden_error: of_kind(false),
+        common_error: of_kind(true),
     })
 }
 
