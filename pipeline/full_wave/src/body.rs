@@ -218,12 +218,8 @@ impl Body {
         mirror: f64,
         sources: &[[f64; 2]],
     ) -> CMat {
-        let characters: Vec<(Reflection, f64)> = self
-            .mesh
-            .images
-            .iter()
-            .map(|&image| (image, character(image, parity, mirror)))
-            .collect();
+        let characters: Vec<(Reflection, f64)> =
+            self.mesh.images.iter().map(|&image| (image, image.sign(parity, mirror))).collect();
         let folded: Vec<(Vec<usize>, CMat)> = (0..blocks.len())
             .map(|corner| self.folded(corner, &blocks[corner], parity, mirror))
             .collect();
@@ -254,7 +250,7 @@ impl Body {
             .enumerate()
             .filter_map(|(place, panel)| panel.map(|panel| (place, panel)))
             .collect();
-        let sign = corner.reflection.map_or(0.0, |image| character(image, parity, mirror));
+        let sign = corner.reflection.map_or(0.0, |image| image.sign(parity, mirror));
         let opposite = |place: usize| corner.panels.len() - 1 - place;
         let size = held.len() * PER_PANEL;
         let mut folded = CMat::zeros(size, size);
@@ -315,7 +311,7 @@ impl Body {
                 for (i, node) in panel.nodes.iter().enumerate() {
                     let mut sum = [Complex64::ZERO; 2];
                     for &image in &self.mesh.images {
-                        let sign = character(image, parity, mirror) * share;
+                        let sign = image.sign(parity, mirror) * share;
                         let [field, derivative] =
                             line_source(media.index[0], node.point, node.normal, image.of(*source));
                         sum[0] += sign * field;
@@ -328,11 +324,6 @@ impl Body {
         }
         out
     }
-}
-
-/// Sign of a density's image.
-pub(crate) fn character(image: Reflection, parity: f64, mirror: f64) -> f64 {
-    (if image.x { parity } else { 1.0 }) * (if image.z { mirror } else { 1.0 })
 }
 
 /// (i/4) H0(k|x - s|) and its derivative along `normal` at x.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field of the sources: power emitted, far field, power by angle.
 
-use crate::body::character;
 use crate::compression::{CMat, PER_PANEL};
 use crate::kernel::{Media, Pair, radial};
 use crate::mesh::Mesh;
@@ -83,7 +82,7 @@ impl Field {
                 for (i, node) in panel.nodes.iter().enumerate() {
                     let mut densities = [Complex64::ZERO; 2];
                     for (parity, columns) in &self.parts {
-                        let sign = character(image, *parity, self.mirror) * node.weight;
+                        let sign = image.sign(*parity, self.mirror) * node.weight;
                         densities[0] += sign * columns[(p * PER_PANEL + i, source)];
                         densities[1] += sign * columns[(p * PER_PANEL + NODES + i, source)];
                     }
@@ -151,7 +150,7 @@ impl Field {
             for (i, node) in panel.nodes.iter().enumerate() {
                 let (mut field, mut derivative) = (Complex64::ZERO, Complex64::ZERO);
                 for &image in &self.mesh.images {
-                    let sign = character(image, parity, self.mirror) * node.weight;
+                    let sign = image.sign(parity, self.mirror) * node.weight;
                     let (point, normal) = (image.of(node.point), image.of(node.normal));
                     let phase = -k * (direction[0] * point[0] + direction[1] * point[1]);
                     let wave = Complex64::new(phase.cos(), phase.sin()) * sign;

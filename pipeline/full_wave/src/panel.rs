@@ -25,6 +25,11 @@ pub(crate) struct Reflection {
 impl Reflection {
     pub const IDENTITY: Self = Self { x: false, z: false };
 
+    /// Sign of a density's image: `parity` for x, `mirror` for z.
+    pub fn sign(self, parity: f64, mirror: f64) -> f64 {
+        (if self.x { parity } else { 1.0 }) * (if self.z { mirror } else { 1.0 })
+    }
+
     pub fn of(self, [x, z]: [f64; 2]) -> [f64; 2] {
         [if self.x { -x } else { x }, if self.z { -z } else { z }]
     }
@@ -186,7 +191,7 @@ fn add_near(
 /// K = K_smooth + K_log log|t - s| with t and s of the rule of the source panel.
 fn add_touching(media: &Media, target: &Panel, source: &Panel, factor: f64, block: &mut Block) {
     let rule = rule();
-    let itself = (target.start - source.start).abs() < 0.5 * source.length();
+    let itself = (target.start - source.start).abs() < 1e-9 * source.length();
     let (mid, half) = (0.5 * (source.start + source.end), 0.5 * source.length());
     for (i, node) in target.nodes.iter().enumerate() {
         let t = (node.along - mid) / half;

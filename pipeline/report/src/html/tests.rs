@@ -394,7 +394,7 @@ fn other_versions_missing_keys_and_wrong_types_are_named() {
         ),
         (
             Box::new(|r| r["files"][0]["file"] = "../d.toml".into()),
-            "files[0].file: expected a path under the folder, got \"../d.toml\"",
+            "files[1].file: expected a path under the folder, got \"../d.toml\"",
         ),
     ];
     for (change, words) in cases {
@@ -519,19 +519,19 @@ fn altered_and_missing_files_are_named() {
     let text = std::fs::read_to_string(&path).expect("readable");
     std::fs::write(&path, text.replacen("0.01", "0.02", 1)).expect("written");
     let altered = fixture.refusal();
-    for words in ["files[0].sha256", "far_field.csv` was altered", "expected", "got"] {
+    for words in ["files[1].sha256", "far_field.csv` was altered", "expected", "got"] {
         assert!(altered.contains(words), "no `{words}` in: {altered}");
     }
     std::fs::remove_file(&path).expect("removed");
     let missing = fixture.refusal();
-    assert!(missing.contains("files[0].file: cannot read"), "{missing}");
+    assert!(missing.contains("files[1].file: cannot read"), "{missing}");
     assert!(missing.contains("far_field.csv`, which belongs to these results"), "{missing}");
 }
 
 #[test]
 fn tables_missing_damaged_or_others_are_named_or_left_out() {
     let mut fixture = Fixture::new();
-    let key = "designs.D<1>.hybrid_10um.tables[0]";
+    let key = "designs.D<1>.hybrid_10um.tables[1]";
     let refusal = fixture.refusal_after(|r| {
         r["designs"][NAME]["hybrid_10um"]["tables"][0]["slices"] = 5.into();
     });

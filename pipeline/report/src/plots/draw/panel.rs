@@ -331,7 +331,8 @@ impl Mark {
 
     /// A valley with its share of the peak.
     pub fn valley(at: [f64; 2], share: &FigureEntry) -> Self {
-        let label = format!("valley {}", shown::text(share, Unit::Fraction));
+        let label =
+            format!("valley {}", shown::text(&share.in_range(Unit::Fraction), Unit::Fraction));
         Self { kind: MarkKind::Valley, at, label }
     }
 }
@@ -456,7 +457,7 @@ mod tests {
     fn a_valley_that_is_not_resolved_is_a_range() {
         let label = |share| Mark::valley([0.0; 2], &FigureEntry::new(share)).label;
         assert_eq!(label(Estimate::new(0.251, 0.003)), "valley 25.10 ± 0.30 %");
-        assert_eq!(label(Estimate::between(0.9, 0.98, 0.01)), "valley 88 to 100 %");
+        assert_eq!(label(Estimate::between(0.9, 0.98, 0.01)), "valley 84 to 100 %");
     }
 
     #[test]
