@@ -7,6 +7,7 @@
 //! its traces to several processes by [`simulate::job`].
 //!
 //! ```
+//! use experiment::checked_file::Texts;
 //! use experiment::study;
 //!
 //! # fn main() -> anyhow::Result<()> {
