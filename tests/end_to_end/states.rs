@@ -114,7 +114,7 @@ fn peaks_that_are_bins_are_between_their_edges_everywhere() {
     let words = line.trim().split("  ").next().unwrap_or_default();
     assert!(page.contains(&format!("{words} °")) && !page.contains("± 0 "), "{words}");
 
-    let tolerance = "name = \"t\"\ndesign = \"d1.toml\"\nsamples = 8\npaths = 2e4\n\
+    let tolerance = "name = \"t\"\ndesign = \"d1.toml\"\nsamples = 8\npaths = 1e5\n\
                      figures = [\"peak_angle_deg\", \"lost_too_many_bounces\"]\n\
                      [[tolerances]]\nkey = \"led.height_mm\"\ndeviation = 1e-6\n";
     write(at, "tolerance.toml", tolerance);
@@ -127,10 +127,10 @@ fn peaks_that_are_bins_are_between_their_edges_everywhere() {
     let lost = &found["figures"]["lost_too_many_bounces"];
     let bound = number(&lost["nominal"]["upper_bound"]);
     // Three of the paths of 16 traces.
-    assert!((bound * 16.0 * 2e4 / 3.0 - 1.0).abs() < 0.01, "{bound}");
+    assert!((bound * 16.0 * 1e5 / 3.0 - 1.0).abs() < 0.01, "{bound}");
     assert!(number(&lost["deviation_below"]) > 0.0 && number(&lost["noise_of_a_trace"]) < 1e-4);
     let noise = text.lines().find(|line| line.starts_with("lost_too_many_bounces"));
-    assert!(noise.is_some_and(|line| line.contains("5.0e-5")), "{text}");
+    assert!(noise.is_some_and(|line| line.contains("1.0e-5")), "{text}");
 }
 
 /// The table says why the best candidate failed, the log which choice each was, and one design is one

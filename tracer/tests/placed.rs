@@ -360,23 +360,15 @@ fn a_sheet_reflects_from_both_sides_and_lets_nothing_through() {
 fn clipped_surfaces_of_blocks_in_contact_are_closed() {
     let (one, two) = (Region::Body(0), Region::Body(1));
     let inset = 1e-9;
-    // Of faces that cross each other at an angle, no more than rounding is left out, however far
-    // opposite faces may be apart.
-    let (upright, leaning) = (DMat3::from_rotation_z, DMat3::from_rotation_y);
-    for (apart, rotation, flush_mm, reach_mm) in [
-        (1.0, upright(0.0), 1e-8, 1e-6),
-        (0.9, upright(0.0), 1e-8, 1e-6),
-        (1.0, upright(0.4), 1e-8, 1e-6),
-        (0.9, leaning(0.5), 1e-2, 1e-2),
-        (0.6, leaning(-0.4), 1e-2, 1e-2),
-    ] {
+    for (apart, slant) in [(1.0, 0.0), (0.9, 0.0), (1.0, 0.4)] {
+        let rotation = DMat3::from_rotation_z(slant);
         let lower = brick([0.5; 3], &at([0.0; 3], DMat3::IDENTITY, inset));
         let upper = brick([0.4, 0.6, 0.5], &at([0.1, 0.0, apart], rotation, inset));
         let clip = |solid: &Shape, keeps: bool| {
-            vec![Clip { solid: solid.clone(), keeps, flush_mm, reach_mm }]
+            vec![Clip { solid: solid.clone(), keeps, reaches_mm: vec![1e-8, 1e-6] }]
         };
         let ended = |solid: &Shape| {
-            vec![Clip { solid: solid.clone(), keeps: false, flush_mm: 0.0, reach_mm }]
+            vec![Clip { solid: solid.clone(), keeps: false, reaches_mm: vec![0.0, 1e-8, 1e-6] }]
         };
         let clear = |name: &str, shape: Shape, inner: Region, outer: Region| {
             let patch = Patch::new(name, SurfaceModel::Interface);

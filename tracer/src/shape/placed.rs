@@ -77,43 +77,23 @@ pub enum Closing {
     Open,
 }
 
-/// A solid by which the surface of another is clipped: it keeps the points beside which the solid
-/// lies, or does not lie. It lies beside the points that it holds, and those that one of its faces is
-/// opposite to.
+/// A solid by which the surface of another is clipped: it keeps the points on whose outer side the
+/// solid lies, or does not lie.
 #[derive(Debug, Clone)]
 pub struct Clip {
     /// The solid, which is closed.
     pub solid: Shape,
     /// True if the points beside the solid are kept, false if all others are.
     pub keeps: bool,
-    /// Distance below a parallel face of the solid at which a point does not count as held, mm: above
-    /// that of faces that are flush. 0 where such points count.
-    pub flush_mm: f64,
-    /// Distance of opposite faces, mm: above the gap between faces that touch.
-    pub reach_mm: f64,
+    /// Distances from the surface, along its normal, at which the solid is looked for, mm: above the
+    /// gap between faces that touch.
+    pub reaches_mm: Vec<f64>,
 }
-
-/// Cosine between the normals of faces that count as parallel. Others meet at an edge, up to which
-/// both surfaces are clipped exactly, so that no slit is left there.
-const PARALLEL: f64 = 0.99;
 
 impl Clip {
     fn admits(&self, at: DVec3, normal: DVec3) -> bool {
-        self.lies_beside(at, normal) == self.keeps
-    }
-
-    fn lies_beside(&self, at: DVec3, normal: DVec3) -> bool {
-        let ray = Ray { origin: at, direction: normal };
-        let cosine = |to: f64, sides: Sides| {
-            let hit = self.solid.intersect(&ray, Reach { from: -1e-3 * to, to }, sides)?;
-            Some(self.solid.settle(ray.at(hit.distance), hit.primitive).1.dot(normal))
-        };
-        if self.solid.holds(at) {
-            let is_flush = || cosine(self.flush_mm, Sides::Inner).is_some_and(|c| c > PARALLEL);
-            self.flush_mm <= 0.0 || !is_flush()
-        } else {
-            cosine(self.reach_mm, Sides::Outer).is_some_and(|c| c < -PARALLEL)
-        }
+        let mut reaches = self.reaches_mm.iter();
+        reaches.any(|reach| self.solid.holds(at + normal * *reach)) == self.keeps
     }
 }
 

@@ -78,18 +78,21 @@ impl Displacement {
         outer: Region,
         inset_mm: f64,
     ) -> Vec<Part> {
-        // Above the distance of two faces that are drawn in, and as far as faces may be apart.
-        let flush_mm = 8.0 * inset_mm;
+        // Just beyond the gap of two faces that are drawn in, so that a face ends where the edge of
+        // the other is, and as far as faces may be apart.
+        let reaches_mm = [8.0 * inset_mm, TOUCHING_MM.max(8.0 * inset_mm)];
         let clip = |other: usize, keeps: bool| Clip {
             solid: objects[other].shape.clone(),
             keeps,
-            flush_mm,
-            reach_mm: TOUCHING_MM.max(flush_mm),
+            reaches_mm: reaches_mm.to_vec(),
         };
         let displaced = (0..objects.len()).filter(|other| self.0[*other].contains(&solid));
         let displaced: Vec<usize> = displaced.collect();
         // The surface ends beside what displaces the solid, and within it.
-        let end = |other: &usize| Clip { flush_mm: 0.0, ..clip(*other, false) };
+        let end = |other: &usize| {
+            let reaches_mm = [&[0.0], &reaches_mm[..]].concat();
+            Clip { reaches_mm, ..clip(*other, false) }
+        };
         let ended: Vec<Clip> = self.0[solid].iter().map(end).collect();
         let beyond = |count: usize| displaced[..count].iter().map(|other| clip(*other, false));
         let beside = displaced.iter().enumerate().map(|(k, other)| Part {
