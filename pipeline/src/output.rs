@@ -4,6 +4,7 @@
 //! Everything lies under `<out>/<design>/<model>/`. Powers are per watt emitted by all sources
 //! together.
 
+pub mod array;
 mod by_wavelength;
 pub mod in_memory;
 mod labels;

@@ -13,7 +13,7 @@ use metrics::plural::count;
 use results::target::Target;
 
 use crate::checked_file::Texts;
-use crate::optimise::problem;
+use crate::optimise::{cost, problem};
 use crate::study::compute::shared_traces;
 use crate::study::{self, definition::Study};
 use crate::tolerance::definition::{self, Overrides, ToleranceAnalysis};
@@ -54,7 +54,7 @@ pub fn describe(path: &Path) -> Result<Option<Description>> {
         let problem = problem::load(path, &texts)?;
         let stages = count(problem.stages.len(), "stage");
         let words = format!("{}: {stages} from {}", problem.name, problem.design.name);
-        let lines = problem.description();
+        let lines = cost::description(&problem);
         Description { kind: "problem", words, lines, inputs: problem.inputs }
     } else if has("tolerances") {
         let analysis = definition::load(path, &texts, Overrides::default())?;

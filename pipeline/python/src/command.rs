@@ -15,7 +15,7 @@ use files::program::{self, Program};
 use metrics::quantity::Axis;
 use pipeline::cli::Cli;
 use pipeline::exit;
-use pipeline::output::in_memory::Array;
+use pipeline::output::array::Array;
 
 use crate::job::{self, Job};
 use crate::rcwa::array;

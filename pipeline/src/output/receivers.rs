@@ -31,8 +31,8 @@ use results::figure_entry::FigureEntry;
 use results::schema::ReceiverEntry;
 use simulate::units::Units;
 
+use super::array::Array;
 use super::capitalised;
-use super::in_memory::Array;
 
 /// Folder of the files, in that of the model.
 pub(super) const FOLDER: &str = "receivers";

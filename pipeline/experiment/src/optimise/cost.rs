@@ -6,9 +6,11 @@ use std::ops::Add;
 use std::time::{Duration, Instant};
 
 use metrics::digits::thousands;
+use metrics::plural::count;
 use simulate::model::Model;
 
 use super::file::Method;
+use super::objective::Constraint;
 use super::problem::{Problem, StageSettings};
 
 /// Paths of the traces among which the best is chosen, beside the largest number of the search.
@@ -108,8 +110,26 @@ pub(super) fn work_after(problem: &Problem, number: usize) -> Work {
     selections + Work::new(moved, last.most_paths) + Work::new(traces, paths)
 }
 
+/// Variables, objective, constraints, stages and paths, for people.
+pub(crate) fn description(problem: &Problem) -> Vec<(&'static str, String)> {
+    let stage = |stage: &StageSettings| {
+        let candidates = count(thousands(stage.evaluations as u64), "candidate");
+        format!("{candidates} by {} in {}", stage.method.name(), stage.model.word())
+    };
+    let stages: Vec<String> = problem.stages.iter().map(stage).collect();
+    let constraints = problem.objective.constraints.iter().map(Constraint::words);
+    let constraints: Vec<String> = constraints.collect();
+    vec![
+        ("variables", problem.variables.ranges_words().join("; ")),
+        ("objective", problem.objective.words().join("; ")),
+        ("constraints", constraints.join("; ")),
+        ("stages", stages.join("; ")),
+        ("paths", paths_words(problem)),
+    ]
+}
+
 /// Paths of the search, then of what follows, for people.
-pub(super) fn paths_words(problem: &Problem) -> String {
+fn paths_words(problem: &Problem) -> String {
     let [least, most] = paths(problem);
     format!(
         "at most {} candidates with {} paths, then up to {} for selection, sensitivities and \

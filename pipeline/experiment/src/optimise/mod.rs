@@ -11,7 +11,7 @@
 //! verifies it beside its `sensitivities`, [`search_results`] writes it down,
 //! and [`shared_search`] is the work of one shard.
 
-mod cost;
+pub(crate) mod cost;
 mod evaluate;
 pub mod external_search;
 pub mod file;

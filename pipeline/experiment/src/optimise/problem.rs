@@ -11,14 +11,11 @@ use design::dotted_keys::Settings;
 use design::resolved::check_paths;
 use files::cache::Key;
 use files::provenance::FileRecord;
-use metrics::digits::thousands;
-use metrics::plural::count;
 use simulate::model::Model;
 
-use super::cost;
 use super::file::{Method, ProblemFile, StageKeys};
 use super::limits::Limits;
-use super::objective::{Constraint, Objective};
+use super::objective::Objective;
 use super::robust::RobustObjective;
 use super::variables::Variables;
 use crate::checked_file::{CheckedFile, Texts, is_file_name};
@@ -178,24 +175,6 @@ fn check(mut head: CheckedFile<ProblemFile>) -> Result<Problem> {
 }
 
 impl Problem {
-    /// Variables, objective, constraints, stages and paths, for people.
-    pub fn description(&self) -> Vec<(&'static str, String)> {
-        let stage = |stage: &StageSettings| {
-            let candidates = count(thousands(stage.evaluations as u64), "candidate");
-            format!("{candidates} by {} in {}", stage.method.name(), stage.model.word())
-        };
-        let stages = self.stages.iter().map(stage).collect::<Vec<_>>();
-        let constraints = self.objective.constraints.iter().map(Constraint::words);
-        let constraints = constraints.collect::<Vec<_>>();
-        vec![
-            ("variables", self.variables.ranges_words().join("; ")),
-            ("objective", self.objective.words().join("; ")),
-            ("constraints", constraints.join("; ")),
-            ("stages", stages.join("; ")),
-            ("paths", cost::paths_words(self)),
-        ]
-    }
-
     /// Key of the search: all that its candidates depend on.
     pub fn key(&self, seed: u64) -> Key {
         let hashes = self.inputs.iter().map(|input| &input.sha256);
