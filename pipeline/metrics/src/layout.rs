@@ -44,7 +44,7 @@ impl Layout {
 
     /// LEDs anywhere. In full rows and columns, evenly spaced, they are those of
     /// [`Layout::rectangular`]; elsewhere neighbours are LEDs with no other between them
-    /// ([`neighbours`]), and there are no diagonals.
+    /// (`neighbours`), and there are no diagonals.
     pub fn of_places(mut axes_mm: Vec<[f64; 2]>) -> Self {
         let straight = neighbours(&axes_mm);
         let length = |&[a, b]: &[usize; 2]| distance(axes_mm[a], axes_mm[b]);
