@@ -28,10 +28,13 @@ pub enum Polarisation {
     Tm,
 }
 
+/// Fewer nodes per wavelength than this do not follow the field.
+const MIN_NODES: f64 = 4.0;
+
 /// Fineness of the panels and memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
-    /// Nodes per wavelength in the denser medium, at least 4.
+    /// Nodes per wavelength in the denser medium, above 4.
     pub nodes_per_wavelength: f64,
     /// Bytes that the matrices may take.
     pub max_bytes: f64,
@@ -71,7 +74,7 @@ impl Body {
     ///
     /// # Errors
     /// Outlines that cross themselves, are open, or touch the mirror between their ends; numbers
-    /// that are not above 0.
+    /// out of range; memory beyond the limit.
     pub fn new(
         outline: &Outline,
         wavelength: f64,
@@ -79,21 +82,19 @@ impl Body {
         resolution: Resolution,
     ) -> Result<Self, FullWaveError> {
         let numbers = [
-            ("wavelength", wavelength),
-            ("index inside", inside),
-            ("index outside", outside),
-            ("nodes per wavelength", resolution.nodes_per_wavelength),
+            ("wavelength", wavelength, 0.0),
+            ("index inside", inside, 0.0),
+            ("index outside", outside, 0.0),
+            ("nodes per wavelength", resolution.nodes_per_wavelength, MIN_NODES),
         ];
-        if let Some((name, got)) =
-            numbers.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite()))
-        {
-            return Err(FullWaveError::Number { name, got });
+        let refused = |(_, value, above): &(_, f64, f64)| !(*value > *above && value.is_finite());
+        if let Some((name, got, above)) = numbers.into_iter().find(refused) {
+            return Err(FullWaveError::Number { name, above, got });
         }
         outline.check()?;
         let scaled = outline.scaled(TAU / wavelength);
-        let longest =
-            NODES as f64 / resolution.nodes_per_wavelength.max(4.0) * TAU / inside.max(outside);
-        let mesh = Mesh::new(&scaled, longest, true);
+        let longest = NODES as f64 / resolution.nodes_per_wavelength * TAU / inside.max(outside);
+        let mesh = Mesh::new(&scaled, longest);
         let body = Self { outline: scaled, wavelength, index: [inside, outside], mesh };
         let cost = body.cost();
         if cost.bytes > resolution.max_bytes {
@@ -318,7 +319,7 @@ impl Body {
                         sum[1] += sign * derivative;
                     }
                     out[(p * PER_PANEL + i, column)] = sum[0];
-                    out[(p * PER_PANEL + NODES + i, column)] = sum[1] * media.scale_of_derivative();
+                    out[(p * PER_PANEL + NODES + i, column)] = sum[1] * media.second();
                 }
             }
         }

@@ -13,11 +13,13 @@ pub enum FullWaveError {
         /// Value found.
         got: String,
     },
-    /// Index or wavelength.
-    #[error("{name}: expected a number above 0, got {got}")]
+    /// Index, wavelength or fineness.
+    #[error("{name}: expected a number above {above}, got {got}")]
     Number {
         /// Name of the value.
         name: &'static str,
+        /// Bound.
+        above: f64,
         /// Value found.
         got: f64,
     },

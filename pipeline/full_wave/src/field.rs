@@ -34,11 +34,6 @@ impl Field {
         Self { mesh, media, mirror, sources, parts }
     }
 
-    /// Number of sources.
-    pub fn sources(&self) -> usize {
-        self.sources.len()
-    }
-
     /// Power that each source gives to the field around it, over that of the same source in the
     /// endless inner medium: 1 + 4 Im of the scattered field at its place.
     pub fn emitted(&self) -> Vec<f64> {

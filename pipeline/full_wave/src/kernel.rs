@@ -25,13 +25,8 @@ pub(crate) struct Media {
 
 impl Media {
     /// Factor of the second equation, so that its diagonal is 1.
-    fn second(&self) -> f64 {
+    pub fn second(&self) -> f64 {
         2.0 / (self.weight[0] + self.weight[1])
-    }
-
-    /// Factor of the right-hand side of the second equation.
-    pub fn scale_of_derivative(&self) -> f64 {
-        self.second()
     }
 }
 

@@ -50,4 +50,4 @@ mod quadrature;
 pub use body::{Body, Cost, Polarisation, Resolution};
 pub use error::FullWaveError;
 pub use field::Field;
-pub use outline::{Outline, Surroundings};
+pub use outline::Outline;

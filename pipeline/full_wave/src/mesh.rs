@@ -35,9 +35,9 @@ pub(crate) struct Mesh {
 }
 
 impl Mesh {
-    /// Panels at most `longest` long. `fold` uses the symmetry x -> -x where there is one.
-    pub fn new(outline: &Outline, longest: f64, fold: bool) -> Self {
-        let half = if fold { outline.right_half() } else { None };
+    /// Panels at most `longest` long, of the right half where the outline is symmetric.
+    pub fn new(outline: &Outline, longest: f64) -> Self {
+        let half = outline.right_half();
         let mut images = vec![Reflection::IDENTITY];
         if half.is_some() {
             images.push(Reflection { x: true, z: false });

@@ -72,7 +72,7 @@ impl Segment {
 
 /// Where a body stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Surroundings {
+pub(crate) enum Surroundings {
     /// The outline is closed, and the second medium is all around it.
     Free,
     /// A perfect mirror fills z < 0; the outline begins and ends on it.
@@ -136,11 +136,6 @@ impl Outline {
     /// Length of all pieces.
     pub fn length(&self) -> f64 {
         self.segments.iter().map(|segment| segment.length).sum()
-    }
-
-    /// Surroundings of the body.
-    pub fn surroundings(&self) -> Surroundings {
-        self.surroundings
     }
 
     /// Returns the outline with all lengths multiplied by `factor`.

@@ -44,6 +44,14 @@ fn bins(field: &Field) -> Vec<Vec<f64>> {
     field.bins(&edges)
 }
 
+/// Checks that two lists of bins differ by at most a share of the largest.
+fn close(a: &[Vec<f64>], b: &[Vec<f64>], tolerance: f64) {
+    let largest = a.iter().flatten().copied().fold(0.0, f64::max);
+    for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+        assert!((a - b).abs() < tolerance * largest, "{a} and {b}");
+    }
+}
+
 fn check_laws(outline: &Outline) {
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
         let (coarse, fine) =
@@ -55,11 +63,7 @@ fn check_laws(outline: &Outline) {
         let (there, back) = (fine.between(0, 1), fine.between(1, 0));
         let difference = (there - back).norm() / there.norm();
         assert!(difference < 1e-8, "{polarisation:?}, reciprocity: {difference:e}");
-        let (coarse, fine) = (bins(&coarse), bins(&fine));
-        let largest = fine.iter().flatten().copied().fold(0.0, f64::max);
-        for (a, b) in coarse.iter().flatten().zip(fine.iter().flatten()) {
-            assert!((a - b).abs() < 1e-6 * largest, "{polarisation:?}: {a} and {b}");
-        }
+        close(&bins(&fine), &bins(&coarse), 1e-6);
     }
 }
 
@@ -96,11 +100,7 @@ fn symmetry_changes_nothing() {
     assert!(symmetric.is_symmetric() && !hidden.is_symmetric());
     let (a, b) =
         (solve(&symmetric, 12.0, Polarisation::Tm), solve(&hidden, 12.0, Polarisation::Tm));
-    let (a, b) = (bins(&a), bins(&b));
-    let largest = a.iter().flatten().copied().fold(0.0, f64::max);
-    for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
-        assert!((a - b).abs() < 1e-7 * largest, "{a} and {b}");
-    }
+    close(&bins(&a), &bins(&b), 1e-7);
 }
 
 #[test]
@@ -115,4 +115,7 @@ fn what_cannot_be_solved_is_refused() {
     assert!(matches!(memory, FullWaveError::Memory { .. }), "{memory}");
     let index = Body::new(&steps(), WAVELENGTH, [f64::NAN, 1.0], Resolution::default());
     assert!(index.unwrap_err().to_string().contains("index inside"));
+    let coarse = Resolution { nodes_per_wavelength: 4.0, ..Resolution::default() };
+    let coarse = Body::new(&steps(), WAVELENGTH, INDEX, coarse).unwrap_err().to_string();
+    assert!(coarse.contains("nodes per wavelength: expected a number above 4"), "{coarse}");
 }

@@ -22,6 +22,7 @@ use files::formats::csv;
 use files::run_context::RunContext;
 use metrics::quantity::{Curve, Quantity, Unit};
 use report::plots::{self, Heading, LineColours, far_field_cartesian};
+use simulate::scene::index_about_domes;
 use simulate::scene_check;
 
 use super::arguments::{finite, paths, whole};
@@ -35,6 +36,10 @@ const MEMORY_SHARE: f64 = 0.6;
 const OPERATIONS_PER_SECOND: f64 = 2e10;
 /// Operations beyond which fewer rings are taken by default: some ten minutes on two cores.
 const DEFAULT_OPERATIONS: f64 = 1e13;
+
+/// Parts of a design that the comparison leaves out.
+const IDEAL: &str = "of the design: dome, index, wavelength, width and height of the LED; the mirror is \
+    perfect and endless, the LED has no body, and there are no losses, films, solids or neighbours";
 
 /// `batwing full-wave`.
 #[derive(Debug, Args)]
@@ -102,6 +107,7 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     let section = scaled_section(design, arguments, resolution)?;
     let size = cost(&section, resolution)?;
     context.console.say(&plan(&section, &size));
+    context.console.say(IDEAL);
     let request = Request {
         sources: source_request(design, &section, arguments.sources),
         resolution,
@@ -162,7 +168,7 @@ fn scaled_section(
             design.hybrid_rings().shapes.len(),
         ),
     };
-    let index = [design.silicone.index, simulate::scene::index_about_domes(design).unwrap_or(1.0)];
+    let index = [design.silicone.index, index_about_domes(design)?];
     let make = |rings: usize| {
         let wavelength_um = 1e-3 * design.wavelength_nm;
         Section::new(&base, &design.elements, rings, width_um, wavelength_um, index)
@@ -196,6 +202,7 @@ fn scaled_section(
 fn source_request(design: &Design, section: &Section, count: Option<usize>) -> SourceRequest {
     let chip = design.dome.as_ref().map_or_else(SourceRequest::default, |dome| SourceRequest {
         width: 0.5 * design.led.size_mm[0] / dome.radius_mm(),
+        offset: design.led.offset_mm[0] / dome.radius_mm(),
         height: design.led.height_mm / dome.height_mm(),
         ..SourceRequest::default()
     });
@@ -307,6 +314,7 @@ fn describe(design: &Design, section: &Section, request: &Request, found: &Compa
             "model": far.model,
             "read": far.figures(),
         })).collect::<Vec<_>>(),
+        "taken": IDEAL,
         "verdict": verdict(found),
         "comparison": found,
     })

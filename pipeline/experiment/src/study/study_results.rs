@@ -346,8 +346,13 @@ fn slope(points: &[(f64, &PairedFigure)]) -> Option<Estimate> {
         points.iter().map(|(x, f)| (x - mean) * value(f)).sum::<f64>() / square
     };
     let without: Vec<f64> = (0..groups).map(|g| of(&|f| f.without[g])).collect();
-    let hidden = points.iter().map(|(x, f)| (x - mean) * f.hidden_error() / square);
-    let error = hidden.fold(spread(&without), f64::hypot);
+    // Biases of extremes are alike and add up by sign; other hidden errors are each their own.
+    let hidden = |is_common: bool| {
+        let of_kind = points.iter().filter(move |(_, f)| f.hides_a_bias() == is_common);
+        of_kind.map(|(x, f)| (x - mean) * f.hidden_error() / square)
+    };
+    let common: f64 = hidden(true).sum();
+    let error = hidden(false).fold(spread(&without), f64::hypot).hypot(common);
     (square > 0.0).then(|| Estimate::new(of(&|f| f.entry.value), error))
 }
 
