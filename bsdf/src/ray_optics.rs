@@ -40,6 +40,8 @@ pub struct UnitCell {
     /// border of the period.
     corners: Vec<DVec2>,
     power_cutoff: f64,
+    /// Cosine and sine of the angle from t to x, about the normal.
+    turn: DVec2,
     lost: AtomicU64,
 }
 
@@ -62,6 +64,7 @@ impl UnitCell {
             index: [outline.index_inner, outline.index_outer],
             facets,
             power_cutoff: POWER_CUTOFF,
+            turn: DVec2::X,
             lost: AtomicU64::new(0),
         })
     }
@@ -71,6 +74,13 @@ impl UnitCell {
     #[must_use]
     pub fn with_power_cutoff(mut self, power_cutoff: f64) -> Self {
         self.power_cutoff = power_cutoff;
+        self
+    }
+
+    /// The same cell with its x axis at `angle` (radians) from t towards b, in place of along t.
+    #[must_use]
+    pub fn turned(mut self, angle: f64) -> Self {
+        self.turn = DVec2::from_angle(angle);
         self
     }
 
@@ -99,9 +109,15 @@ impl UnitCell {
         }
     }
 
-    /// Side, tangential wavevector and kz of light from `wi`.
+    /// A direction of the cell in the frame of the surface.
+    fn outgoing(&self, wo: DVec3) -> DVec3 {
+        self.turn.rotate(wo.truncate()).extend(wo.z)
+    }
+
+    /// Side, tangential wavevector and kz of light from `wi`, in the frame of the cell.
     fn incoming(&self, wi: DVec3) -> (Side, Wavevector, f64) {
         let side = Side::from_direction(wi);
+        let wi = DVec2::new(self.turn.x, -self.turn.y).rotate(wi.truncate()).extend(wi.z);
         let n = self.index(side);
         (side, Wavevector::incoming(wi, n), -n * wi.z)
     }
@@ -130,7 +146,7 @@ impl Bsdf for UnitCell {
                 Step::Leave => {
                     let wo = ray.direction();
                     let lobe = facets_lobe(from, wo);
-                    return Some(BsdfSample { wo, weight: 1.0, lobe });
+                    return Some(BsdfSample { wo: self.outgoing(wo), weight: 1.0, lobe });
                 }
                 Step::Lost => break,
             }
@@ -153,7 +169,11 @@ impl Bsdf for UnitCell {
         }
         beams::lobes(self, self.enter(from, k, kz, 0.0))
             .into_iter()
-            .map(|(wo, power)| OutgoingLobe { wo, power, lobe: facets_lobe(from, wo) })
+            .map(|(wo, power)| OutgoingLobe {
+                wo: self.outgoing(wo),
+                power,
+                lobe: facets_lobe(from, wo),
+            })
             .collect()
     }
 

@@ -8,6 +8,7 @@ mod held_tables;
 mod moved_boxes;
 mod optical_contact;
 mod order_tables;
+mod prism_films;
 mod ray_optics_control;
 mod rcwa_and_boundary_integral;
 mod reciprocity;

@@ -13,6 +13,8 @@ use std::collections::BTreeMap;
 
 /// Distance in units of the cell's size below which points coincide.
 const SAME: f64 = 1e-10;
+/// Thickness of the ground under a line, in periods.
+const GROUND: f64 = 1e-3;
 
 /// One polygon of an outline.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -68,6 +70,28 @@ impl Facet {
 }
 
 impl Outline {
+    /// Relief of the inner medium below one line: points `[x, z]` of one period from end to end,
+    /// both ends at one z; `indices` of the inner and the outer medium.
+    pub fn below(line: &[[f64; 2]], [inner, outer]: [f64; 2]) -> Self {
+        let [low, high] = line.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |ends, [_, z]| {
+            [ends[0].min(*z), ends[1].max(*z)]
+        });
+        let ends = [line.first(), line.last()].map(|end| end.map_or(0.0, |[x, _]| *x));
+        let period = ends[1] - ends[0];
+        // Ground under the line, which may touch its lowest height anywhere.
+        let ground = GROUND * period;
+        let on_ground = line.iter().map(|[x, z]| [x - ends[0], z - low + ground]);
+        let points = on_ground.chain([[period, 0.0], [0.0, 0.0]]).collect();
+        Self {
+            period,
+            depth: high - low + ground,
+            index_inner: inner,
+            index_outer: outer,
+            background: outer,
+            polygons: vec![Polygon { index: inner, points }],
+        }
+    }
+
     /// Checks the invariants that the tracing relies on.
     pub(super) fn validate(&self) -> Result<(), Error> {
         Error::check_length("period of a unit cell", self.period)?;

@@ -367,3 +367,29 @@ fn coinciding_corners_and_sides_lose_no_ray() {
     }
     assert!(built > 200);
 }
+
+/// A right-angled prism sends the light that comes straight from below back, by two total
+/// reflections; light across the other way leaves at 45° - asin(sin(45°)/n) from the axis.
+#[test]
+fn a_line_of_prisms_is_a_retroreflector_and_turns_with_its_grooves() {
+    let line = [[0.0, 0.0], [12.0, 12.0], [24.0, 0.0]];
+    let cell =
+        |turn: f64| UnitCell::new(&Outline::below(&line, [1.586, 1.0])).unwrap().turned(turn);
+    let straight = cell(0.3).lobes(-DVec3::Z, Polarisation::Unpolarised);
+    let back: f64 =
+        straight.iter().filter(|lobe| lobe.wo.dot(-DVec3::Z) > 1.0 - 1e-12).map(|l| l.power).sum();
+    assert_abs_diff_eq!(back, 1.0, epsilon = 1e-9);
+
+    // Refracted straight up by the facet that rises along +x.
+    let inside = PI / 4.0 - (FRAC_1_SQRT_2 / 1.586).asin();
+    for turn in [0.0, 0.7, PI / 2.0, 2.5] {
+        let across = DVec3::new(turn.cos(), turn.sin(), 0.0);
+        let wi = -(across * inside.sin() + DVec3::Z * inside.cos());
+        let lobes = cell(turn).lobes(wi, Polarisation::Unpolarised);
+        let up: f64 = lobes.iter().filter(|l| l.wo.z > 1.0 - 1e-9).map(|l| l.power).sum();
+        assert!(up > 0.2, "{turn}: {lobes:?}");
+        let along = DVec3::new(-turn.sin(), turn.cos(), 0.0);
+        let wi = -(along * inside.sin() + DVec3::Z * inside.cos());
+        assert!(cell(turn).lobes(wi, Polarisation::Unpolarised).iter().all(|l| l.wo.z < 0.999));
+    }
+}

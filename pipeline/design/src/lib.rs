@@ -64,6 +64,9 @@ pub const EMBEDDED: [(&str, &str); 5] = [
 /// Commented design that `batwing new` writes, with NAME where its name stands.
 pub const NEW_DESIGN: &str = include_str!("new_design.toml");
 
+/// The same of packages under films.
+pub const NEW_BACKLIGHT: &str = include_str!("new_backlight.toml");
+
 /// Keys of earlier versions, with the reason why they are gone.
 const REMOVED: [(&str, &str); 4] = [
     (

@@ -137,5 +137,6 @@ pub fn design_schema() -> String {
 /// The text of the design that `batwing new` writes.
 #[pyfunction]
 pub fn new_design(py: Python<'_>, name: &str) -> PyResult<String> {
-    pipeline::commands::new::text(name).map_err(|error| crate::errors::to_python(py, &error))
+    pipeline::commands::new::text(name, pipeline::commands::new::Template::default())
+        .map_err(|error| crate::errors::to_python(py, &error))
 }

@@ -10,7 +10,7 @@ use design::resolved::reflector::Reflector;
 use design::resolved::solids::CheckedSolid;
 use design::schema::Arrangement;
 use design::schema::receivers::ReceiverForm;
-use design::schema::solids::{Per, ScatterLaw};
+use design::schema::solids::{Per, Prisms, ScatterLaw};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
 use metrics::layout::{Area, Layout};
@@ -82,7 +82,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         }
     }
     for solid in &design.solids {
-        line("solid", self::solid(solid));
+        line(if solid.is_film() { "film" } else { "solid" }, self::solid(solid));
     }
     let m = &design.mirror;
     line(
@@ -270,7 +270,30 @@ fn solid(solid: &CheckedSolid) -> String {
     let kind = solid.stated.kind.name();
     let scatter = solid.stated.shared.scatter.as_ref();
     let scatter = scatter.map_or(String::new(), |scatter| format!(", {}", scatters(&scatter.kind)));
+    if solid.is_film() {
+        return film(solid, &made);
+    }
     format!("{}: {kind}, {made}, {per}{scatter}", solid.name())
+}
+
+/// A film in words.
+fn film(solid: &CheckedSolid, made: &str) -> String {
+    let around = solid.form.upright_box();
+    let place = around.map_or(String::new(), |around| {
+        let [x, y, z] = around.size().to_array().map(about);
+        let low = about(around.low.z);
+        format!("{x} x {y} x {z} mm from z = {low} mm, ")
+    });
+    let faces = ["top", "bottom"].into_iter().zip(&solid.stated_faces);
+    let faces = faces.filter_map(|(name, face)| {
+        face.as_ref().map(|face| format!(", {name}: {}", scatters(&face.kind)))
+    });
+    format!("{}: {place}{made}{}", solid.name(), faces.collect::<Vec<_>>().concat())
+}
+
+/// A length without rounding of sums.
+fn about(length_mm: f64) -> String {
+    shortest((length_mm * 1e9).round() * 1e-9)
 }
 
 /// Effect of a surface on light from either side, in words.
@@ -281,6 +304,22 @@ fn scatters(law: &ScatterLaw) -> String {
     };
     match law {
         ScatterLaw::File(_) => "scatters by files".to_owned(),
+        ScatterLaw::Prisms(stated) => {
+            let tip = stated.tip_radius_um.filter(|radius| *radius > 0.0);
+            let tip = tip.map_or(String::new(), |radius| format!(" of tip radius {radius} um"));
+            format!(
+                "prisms of {}°{tip} along {}°",
+                stated.apex_deg.unwrap_or(Prisms::APEX_DEG),
+                stated.direction_deg.unwrap_or_default()
+            )
+        }
+        ScatterLaw::Grooves(stated) => {
+            format!(
+                "grooves of {} points along {}°",
+                stated.profile_um.len(),
+                stated.direction_deg.unwrap_or_default()
+            )
+        }
         ScatterLaw::Lambertian(stated) => {
             format!("Lambertian diffuser: {}", shares(stated.transmitted, stated.reflected))
         }

@@ -140,15 +140,16 @@ fn tables_fit(design: &Design) -> Result<()> {
     Ok(design::resolve::tables::fit(design, &cells)?)
 }
 
-/// The number (from 1) and position of the last solid with one of these names.
-fn solid<'a>(design: &Design, names: impl IntoIterator<Item = &'a str>) -> Option<(usize, String)> {
+/// The key and the position of the last solid with one of these names.
+fn solid<'a>(
+    design: &Design,
+    names: impl IntoIterator<Item = &'a str>,
+) -> Option<(String, String)> {
     let numbers = names.into_iter().filter_map(|name| {
         let mut solids = design.solids.iter();
         solids.position(|solid| solid.name() == name)
     });
-    let number = numbers.max()?;
-    let place = design.solids[number].stated.place();
-    Some((number + 1, place))
+    Some(design.solids[numbers.max()?].place())
 }
 
 /// The widest solid of the packages, where it reaches beyond half the distance to the next package.
@@ -167,12 +168,11 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     if 2.0 * reach_mm <= distance_mm {
         return None;
     }
-    let number = design.solids.iter().position(|s| s.name() == widest.name())? + 1;
-    let (key, got) = widest.stated.size();
+    let (key, got) = widest.size();
     let [x, y, z] = size.map(shortest);
     Some(ConfigError::Value {
         file: design.provenance.file.clone(),
-        key: format!("solids[{number}].{key}"),
+        key,
         got,
         expected: format!(
             "a solid in each package that does not overlap those of its neighbours: {:?} measures {x} x {y} x {z} mm and reaches {} mm from the axis, the next package stands at {} mm ({})",
@@ -242,7 +242,7 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
     if let Some(wide) = too_wide(design, error) {
         return Some(wide);
     }
-    let (number, got) = match error {
+    let (key, got) = match error {
         Error::Crossing { first, second, .. } => solid(design, [&**first, second]),
         Error::Straddles { regions, .. } => solid(design, regions.iter().map(String::as_str)),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
@@ -265,7 +265,7 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
     };
     Some(ConfigError::Value {
         file: design.provenance.file.clone(),
-        key: format!("solids[{number}].position_mm"),
+        key,
         got,
         expected: format!("a place where the solid cuts nothing: {error}{ways}"),
     })

@@ -314,12 +314,12 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
         shape.is_ok_and(|shape| nesting::all_in(&around, &shape))
     };
     let solid = design.solids.iter().filter(opaque).find(holds);
+    let stated = solid.map(CheckedSolid::place);
+    let (key, got) = stated.unwrap_or_else(|| ("solids".to_owned(), "a package".to_owned()));
     ConfigError::Value {
         file: design.provenance.file.clone(),
-        key: solid.map_or("solids".to_owned(), |solid| {
-            format!("solids[{}].position_mm", number(design, solid))
-        }),
-        got: solid.map_or("a package".to_owned(), |solid| solid.stated.place()),
+        key,
+        got,
         expected: "a solid that holds no package, as light does not enter it".to_owned(),
     }
     .into()
@@ -456,8 +456,8 @@ fn place_solids<'a>(
         for part in displaced.parts(k, &objects, place.outer, inset_mm) {
             let sides = [inner, part.outer];
             let optics = match outside {
-                Some(_) => optics(design, solid, sides.map(index))?,
-                None => SurfaceModel::Interface,
+                Some(_) => optics(design, solid, &shape, sides.map(index))?,
+                None => vec![SurfaceModel::Interface; shape.patches()],
             };
             let shape =
                 if part.clips.is_empty() { shape.clone() } else { shape.clipped(part.clips) };
@@ -505,31 +505,30 @@ fn nested(
     });
     let objects = objects.collect::<Result<Vec<_>>>()?;
     let nest = Nesting::new(&objects, body).map_err(|wrong| {
-        let key = format!("solids[{}].position_mm", number(design, own[wrong.object]));
+        let (key, got) = own[wrong.object].place();
         let expected = wrong.with.map_or_else(
             || wrong.expected.to_owned(),
             |other| format!("{} {:?}", wrong.expected, own[other].name()),
         );
-        ConfigError::Value {
-            file: design.provenance.file.clone(),
-            key,
-            got: own[wrong.object].stated.place(),
-            expected,
-        }
+        ConfigError::Value { file: design.provenance.file.clone(), key, got, expected }
     })?;
     Ok((objects, nest))
 }
 
-/// Surface of a solid between media of these indices.
-fn optics(design: &Design, solid: &CheckedSolid, indices: [f64; 2]) -> Result<SurfaceModel> {
-    let optics = solid.optics(design.wavelength_nm, indices);
+/// Patches of a solid between media of these indices.
+fn optics(
+    design: &Design,
+    solid: &CheckedSolid,
+    shape: &Shape,
+    indices: [f64; 2],
+) -> Result<Vec<SurfaceModel>> {
+    let optics = solid.patches(shape, design.wavelength_nm, indices);
     optics.map_err(|error| {
         ConfigError::Files {
             file: design.provenance.file.clone(),
             message: format!(
-                "solids[{}].scatter: {error:#}, at {} nm",
-                number(design, solid),
-                design.wavelength_nm
+                "{}: scattering: {error:#}, at {} nm",
+                solid.table, design.wavelength_nm
             ),
         }
         .into()
@@ -544,10 +543,10 @@ fn drawn_in(design: &Design, solid: &CheckedSolid, inset_mm: f64) -> Result<Shap
         solid.form.shape(inset_mm)
     };
     shape.map_err(|error| {
-        let (key, got) = solid.stated.size();
+        let (key, got) = solid.size();
         ConfigError::Value {
             file: design.provenance.file.clone(),
-            key: format!("solids[{}].{key}", number(design, solid)),
+            key,
             got,
             expected: format!(
                 "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
@@ -600,7 +599,7 @@ fn touched<'a>(
         let names: Vec<&str> = bottom.outside.iter().map(|part| part.name).collect();
         return Err(ConfigError::Value {
             file: placing.design.provenance.file.clone(),
-            key: format!("solids[{}].optical_contact", number(placing.design, solid)),
+            key: format!("{}.optical_contact", solid.table),
             got: solid.stated.shared.optical_contact.shown(),
             expected: format!(
                 "a solid that stands on one part of the bottom ({}), the same in every package, or with per = \"array\" a box along x and y",
@@ -613,17 +612,12 @@ fn touched<'a>(
     Ok(first.into_iter().map(part).collect())
 }
 
-/// The number of a solid in the design, from 1.
-fn number(design: &Design, solid: &CheckedSolid) -> usize {
-    let mut all = design.solids.iter();
-    all.position(|other| other.name() == solid.name()).map_or(0, |k| k + 1)
-}
-
 fn surface(
     solid: &CheckedSolid,
     shape: Shape,
     [inner, outer]: [Region; 2],
-    optics: SurfaceModel,
+    optics: Vec<SurfaceModel>,
 ) -> Surface {
-    Surface::zoned(shape, inner, outer, vec![Patch::new(solid.name(), optics)])
+    let patches = optics.into_iter().map(|optics| Patch::new(solid.name(), optics)).collect();
+    Surface::zoned(shape, inner, outer, patches)
 }

@@ -5,13 +5,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use files::run_context::RunContext;
 
-/// The design, with `NAME` for its name.
-use design::NEW_DESIGN as DESIGN;
+use design::{NEW_BACKLIGHT, NEW_DESIGN};
 
 /// `batwing new`.
 #[derive(Debug, Args)]
@@ -19,14 +18,37 @@ pub struct NewArgs {
     /// Name of the design; the file is NAME.toml
     #[arg(value_name = "NAME")]
     pub name: String,
+    /// Design to start from
+    #[arg(long, value_enum, default_value_t)]
+    pub template: Template,
+}
+
+/// Commented designs to start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Template {
+    /// A package with a stepped dome, two by two
+    #[default]
+    Package,
+    /// Packages in a white box under a plate and prism films
+    Backlight,
+}
+
+impl Template {
+    /// The design, with `NAME` for its name.
+    fn text(self) -> &'static str {
+        match self {
+            Self::Package => NEW_DESIGN,
+            Self::Backlight => NEW_BACKLIGHT,
+        }
+    }
 }
 
 /// The text of the design under a name.
 ///
 /// # Errors
 /// A name that no design may have.
-pub fn text(name: &str) -> Result<String> {
-    let text = DESIGN.replace("NAME", name);
+pub fn text(name: &str, template: Template) -> Result<String> {
+    let text = template.text().replace("NAME", name);
     design::parse(&format!("{name}.toml"), &text, Path::new(""))?;
     Ok(text)
 }
@@ -40,7 +62,7 @@ pub fn run(arguments: &NewArgs, context: RunContext) -> Result<()> {
     );
     let file = PathBuf::from(format!("{name}.toml"));
     let shown = file.display().to_string();
-    let text = text(name)?;
+    let text = text(name, arguments.template)?;
     let created = std::fs::File::create_new(&file);
     if let Err(error) = &created {
         ensure!(
@@ -61,10 +83,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_design_is_valid_under_any_good_name() {
-        let design = design::parse("a.toml", &DESIGN.replace("NAME", "my-own.2"), Path::new(""));
-        let design = design.expect("a valid design");
-        assert_eq!((design.name.as_str(), design.trace.paths), ("my-own.2", 2_000_000));
-        assert!(design::parse("a.toml", &DESIGN.replace("NAME", "a/b"), Path::new("")).is_err());
+    fn designs_are_valid_under_any_good_name() {
+        for template in [Template::Package, Template::Backlight] {
+            let text = text("my-own.2", template).expect("a valid design");
+            let design = design::parse("a.toml", &text, Path::new("")).expect("the same");
+            assert_eq!(design.name, "my-own.2");
+            assert!(super::text("a/b", template).is_err());
+        }
     }
 }

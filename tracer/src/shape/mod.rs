@@ -249,7 +249,8 @@ impl Shape {
     pub fn patches(&self) -> usize {
         match self {
             Self::Plane(plane) => plane.patches(),
-            Self::Frustum(_) | Self::Torus(_) | Self::Placed(_) => 1,
+            Self::Frustum(_) | Self::Torus(_) => 1,
+            Self::Placed(placed) => placed.patches(),
             Self::Sphere(sphere) => sphere.patches(),
             Self::Cuboid(_) => 3,
             Self::Revolution(revolution) => revolution.patches(),
@@ -277,7 +278,8 @@ impl Shape {
     pub fn patch(&self, primitive: u32) -> u32 {
         match self {
             Self::Plane(_) | Self::Sphere(_) => primitive,
-            Self::Frustum(_) | Self::Torus(_) | Self::Placed(_) => 0,
+            Self::Frustum(_) | Self::Torus(_) => 0,
+            Self::Placed(placed) => placed.patch(primitive),
             Self::Cuboid(_) => Cuboid::patch(primitive),
             Self::Revolution(revolution) => revolution.patch(primitive),
             Self::Mesh(mesh) => mesh.patch(primitive),

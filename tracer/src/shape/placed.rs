@@ -97,7 +97,8 @@ impl Clip {
     }
 }
 
-/// Shapes with one placement, as one shape with one patch.
+/// Shapes with one placement, as one shape: with the patches of its member if it has one alone, with
+/// one patch if it has several.
 #[derive(Debug, Clone)]
 pub struct Placed {
     members: Vec<Shape>,
@@ -190,6 +191,14 @@ impl Placed {
     #[must_use]
     pub(super) fn clipped(&self, clips: Vec<Clip>) -> Self {
         Self { clips, ..self.clone() }
+    }
+
+    pub(super) fn patches(&self) -> usize {
+        if let [member] = &self.members[..] { member.patches() } else { 1 }
+    }
+
+    pub(super) fn patch(&self, primitive: u32) -> u32 {
+        if let [member] = &self.members[..] { member.patch(primitive) } else { 0 }
     }
 
     /// A point of the members' frame in that of the body.
@@ -333,7 +342,8 @@ impl Placed {
             axis: 0,
             within: 0.0,
         };
-        let mut moved = |_: u32, facet: Facet| {
+        let alone = self.members.len() == 1;
+        let mut moved = |patch: u32, facet: Facet| {
             let facet = match facet {
                 Facet::Polygon(mut corners) => {
                     for corner in &mut corners {
@@ -349,7 +359,7 @@ impl Placed {
                     outer: outer * self.scale.x,
                 },
             };
-            see(0, facet);
+            see(if alone { patch } else { 0 }, facet);
         };
         for member in &self.members {
             member.facets(&all, &mut moved);

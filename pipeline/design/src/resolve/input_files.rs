@@ -10,9 +10,10 @@ use anyhow::{Context, Result};
 
 use files::provenance::FileRecord;
 
+use crate::schema::film_stack::Film;
 use crate::schema::films::Layer;
 use crate::schema::reflectors::{Law, Metal};
-use crate::schema::solids::{ScatterLaw, Solid, SolidForm, SurfaceLaw};
+use crate::schema::solids::{ScatterLaw, Solid, SolidForm, SolidScatter, SurfaceLaw};
 use crate::schema::{self, DomeForm, Spectrum, SpectrumForm};
 
 /// Each file that `raw` names, once, in the order of the design file.
@@ -42,6 +43,7 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
         sources().map(|s| s.kind.file().map(str::to_owned)).collect(),
         spectra.collect(),
         of_solids(&raw.solids),
+        of_films(&raw.films),
     ];
     let mut inputs: Vec<FileRecord> = Vec::new();
     for name in named.into_iter().flatten().flatten() {
@@ -68,11 +70,7 @@ fn of_solids(raw: &[Solid]) -> Vec<Option<String>> {
         let keys = &solid.shared;
         names.push(keys.medium.as_ref().and_then(|m| m.material_file.clone()));
         names.extend(of_layers(&keys.coating));
-        if let Some(ScatterLaw::File(files)) = keys.scatter.as_ref().map(|scatter| &scatter.kind) {
-            names.push(files.file.clone());
-            let sides = files.inner.iter().chain(&files.outer);
-            names.extend(sides.cloned().map(Some));
-        }
+        names.extend(of_scattering(keys.scatter.as_ref()));
         match keys.surface.as_ref().map(|surface| &surface.kind) {
             Some(SurfaceLaw::File(reflector)) => names.push(Some(reflector.file.clone())),
             Some(SurfaceLaw::Specular(metal)) => names.extend(of_metal(metal)),
@@ -80,6 +78,23 @@ fn of_solids(raw: &[Solid]) -> Vec<Option<String>> {
         }
     }
     names
+}
+
+/// Names of the files that films name, likewise.
+fn of_films(raw: &[Film]) -> Vec<Option<String>> {
+    let of_one = |film: &Film| {
+        let medium = vec![film.medium.material_file.clone()];
+        [medium, of_scattering(film.top.as_ref()), of_scattering(film.bottom.as_ref())].concat()
+    };
+    raw.iter().flat_map(of_one).collect()
+}
+
+fn of_scattering(scatter: Option<&SolidScatter>) -> Vec<Option<String>> {
+    let Some(ScatterLaw::File(files)) = scatter.map(|scatter| &scatter.kind) else {
+        return Vec::new();
+    };
+    let sides = files.inner.iter().chain(&files.outer).cloned();
+    [files.file.clone()].into_iter().chain(sides.map(Some)).collect()
 }
 
 /// Names of the files that the metal of a reflector and the layers on it name.

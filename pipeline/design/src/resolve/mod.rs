@@ -9,6 +9,7 @@ mod dome_mesh;
 mod elements;
 mod emitted_flux;
 mod files;
+mod film_stack;
 mod films;
 mod form;
 mod input_files;
@@ -36,6 +37,7 @@ use super::error::ConfigError;
 use super::resolved::dome::Dome;
 use super::resolved::files::Files;
 use super::resolved::incidence_grid::MAX_KX;
+use super::resolved::solids::MAX_SOLIDS;
 use super::resolved::{Design, Mirror, PATHS};
 use super::schema;
 use super::serde_arrays::List;
@@ -124,6 +126,12 @@ impl Design {
             films: films::resolve(raw, wavelength_nm, folder, &at)?,
             polarization: raw.light.polarization,
         };
+        let films = film_stack::resolve(&raw.films, &design, folder, &at)?;
+        design.solids.extend(films);
+        if design.solids.len() > MAX_SOLIDS {
+            let expected = format!("at most {MAX_SOLIDS} solids and films");
+            return Err(at.value("films", design.solids.len(), &expected));
+        }
         design.check_observation(&at)?;
         let scale = receivers::Scale::of(&design, source_file.as_ref());
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;

@@ -10,19 +10,21 @@ use std::sync::Arc;
 use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
 
 use files::formats::scattering::{self, Scattering};
+use files::provenance::FileRecord;
 use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
 
+use super::film_stack::{self, FACES};
 use super::{form, package};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
 use crate::resolved::form::Form;
-use crate::resolved::solids::{
-    CheckedSolid, CheckedSurface, FileReflector, MAX_SOLIDS, SolidOptics,
-};
+use crate::resolved::solids::{CheckedSolid, CheckedSurface, FileReflector, SolidOptics};
 use crate::schema::reflectors::Law;
-use crate::schema::solids::{Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid};
+use crate::schema::solids::{
+    Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid, SolidScatter,
+};
 
 /// Rounding of a sum of shares.
 const SHARES_ROUNDING: f64 = 1e-12;
@@ -51,34 +53,12 @@ pub(crate) fn resolve(
     folder: &Path,
     at: &Context,
 ) -> Result<Vec<CheckedSolid>, ConfigError> {
-    if raw.len() > MAX_SOLIDS {
-        let expected = format!("at most {MAX_SOLIDS} tables");
-        return Err(at.value("solids", raw.len(), &expected));
-    }
     let mut checked: Vec<CheckedSolid> = Vec::new();
     for (number, solid) in raw.iter().enumerate() {
         let table = format!("solids[{}]", number + 1);
-        let name = &solid.shared.name;
-        let refuse = |expected: &str| {
-            let got = format!("{name:?}");
-            Err(at.value(&format!("{table}.name"), got, expected))
-        };
-        let in_words = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-        let usable = !name.is_empty() && name.chars().all(in_words);
-        if !usable || checked.iter().any(|c| c.name() == name) {
-            return refuse(
-                "letters, digits, '-', '_' and '.' only, no name twice, and none that the scene has \
-                 for something else",
-            );
-        }
-        let in_ledger = |taken: &str| taken.replace(' ', "_");
-        if TAKEN.iter().any(|taken| in_ledger(taken) == *name) {
-            let taken = TAKEN.map(in_ledger).join(", ");
-            return refuse(&format!(
-                "a name that the ledger has not for something else, as it has {taken}"
-            ));
-        }
-        checked.push(one(solid, &table, wavelength_nm, folder, at)?);
+        let read = SolidTable { table: &table, wavelength_nm, folder, at };
+        read.check_name(&solid.shared.name, checked.iter().map(CheckedSolid::name))?;
+        checked.push(resolve_one(solid, [None, None], &read)?);
     }
     for (number, solid) in raw.iter().enumerate() {
         contacts(solid, number, raw, at)?;
@@ -107,13 +87,86 @@ fn contacts(solid: &Solid, number: usize, all: &[Solid], at: &Context) -> Result
     Err(at.value(&key, format!("{wrong:?}"), &expected))
 }
 
-fn one(
+/// The table of a solid or a film that is read.
+pub(super) struct SolidTable<'a> {
+    pub table: &'a str,
+    pub wavelength_nm: f64,
+    pub folder: &'a Path,
+    pub at: &'a Context<'a>,
+}
+
+impl SolidTable<'_> {
+    /// Refuses names that are `known` already or that the ledger has for something else.
+    pub(super) fn check_name<'b>(
+        &self,
+        name: &str,
+        mut known: impl Iterator<Item = &'b str>,
+    ) -> Result<(), ConfigError> {
+        let refuse = |expected: &str| {
+            let got = format!("{name:?}");
+            Err(self.at.value(&format!("{}.name", self.table), got, expected))
+        };
+        let in_words = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        let usable = !name.is_empty() && name.chars().all(in_words);
+        if !usable || known.any(|other| other == name) {
+            return refuse(
+                "letters, digits, '-', '_' and '.' only, no name twice, and none that the scene has \
+                 for something else",
+            );
+        }
+        let in_ledger = |taken: &str| taken.replace(' ', "_");
+        if TAKEN.iter().any(|taken| in_ledger(taken) == *name) {
+            let taken = TAKEN.map(in_ledger).join(", ");
+            return refuse(&format!(
+                "a name that the ledger has not for something else, as it has {taken}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// What a law of scattering does at a surface; the table of the law is `key`. Files are added
+    /// to `files`.
+    fn scattering(
+        &self,
+        law: &ScatterLaw,
+        key: &str,
+        files: &mut Vec<FileRecord>,
+    ) -> Result<SolidOptics, ConfigError> {
+        let at = self.at;
+        Ok(match law {
+            ScatterLaw::File(stated) => {
+                let sides = [&*stated.inner, &*stated.outer];
+                let file = stated.file.as_deref();
+                let loaded = Scattering::load(file, sides, stated.between, self.folder)
+                    .map_err(|error| at.of_files(&error.context(key.to_owned())))?;
+                files.extend(loaded.files.iter().cloned());
+                SolidOptics::Scattering(Box::new(loaded))
+            }
+            ScatterLaw::Lambertian(stated) => {
+                let shares = [stated.reflected, stated.transmitted];
+                diffusing(key, shares, [DiffuseLaw::Lambertian; 2], at)?
+            }
+            ScatterLaw::Gaussian(stated) => {
+                let shares = [stated.reflected, stated.transmitted];
+                diffusing(key, shares, gaussian(key, stated, at)?, at)?
+            }
+            ScatterLaw::Prisms(stated) => {
+                SolidOptics::Grooved(film_stack::prisms(stated, key, at)?)
+            }
+            ScatterLaw::Grooves(stated) => {
+                SolidOptics::Grooved(film_stack::grooves(stated, key, at)?)
+            }
+        })
+    }
+}
+
+/// A solid, or a film with laws of its upper and its lower face.
+pub(super) fn resolve_one(
     solid: &Solid,
-    table: &str,
-    wavelength_nm: f64,
-    folder: &Path,
-    at: &Context,
+    faces: [Option<SolidScatter>; 2],
+    read: &SolidTable,
 ) -> Result<CheckedSolid, ConfigError> {
+    let SolidTable { table, wavelength_nm, folder, at } = *read;
     let key = |name: &str| format!("{table}.{name}");
     let mut files = Vec::new();
     let form = form::resolve(solid, table, folder, &mut files, at)?;
@@ -125,27 +178,14 @@ fn one(
     let medium = keys.medium.as_ref();
     let medium = medium.map(|raw| package::medium(&key("medium"), raw, wavelength_nm, folder, at));
     let mut stack = Stack::new(table, &keys.coating, folder, at)?;
-    let of_files = |table: String, error: anyhow::Error| at.of_files(&error.context(table));
     let mut turns = true;
     let optics = match (&keys.scatter, &keys.surface) {
         (Some(scatter), _) => match &scatter.kind {
-            ScatterLaw::File(stated) => {
-                let sides = [&*stated.inner, &*stated.outer];
-                let file = stated.file.as_deref();
-                let loaded = Scattering::load(file, sides, stated.between, folder)
-                    .map_err(|error| of_files(key("scatter"), error))?;
-                turns = loaded.is_isotropic();
-                files.extend(loaded.files.iter().cloned());
-                SolidOptics::Scattering(Box::new(loaded))
+            ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) => {
+                let expected = "a face of [[films]] for prisms and grooves, which have a direction";
+                return Err(at.value(&key("scatter.kind"), "one of grooves", expected));
             }
-            ScatterLaw::Lambertian(stated) => {
-                let shares = [stated.reflected, stated.transmitted];
-                diffusing(&key("scatter"), shares, [DiffuseLaw::Lambertian; 2], at)?
-            }
-            ScatterLaw::Gaussian(stated) => {
-                let shares = [stated.reflected, stated.transmitted];
-                diffusing(&key("scatter"), shares, gaussian(&key, stated, at)?, at)?
-            }
+            law => read.scattering(law, &key("scatter"), &mut files)?,
         },
         (None, None) => SolidOptics::Refracting,
         (None, Some(surface)) => match surface.kind.law() {
@@ -153,7 +193,7 @@ fn one(
                 let opened = scattering::open(file, folder, &mut files);
                 let (table, isotropic) = opened
                     .and_then(|content| scattering::reflector(&content, file, *between))
-                    .map_err(|error| of_files(key("surface.file"), error))?;
+                    .map_err(|error| at.of_files(&error.context(key("surface.file"))))?;
                 turns = isotropic;
                 SolidOptics::File(FileReflector(table))
             }
@@ -165,27 +205,37 @@ fn one(
             }
         },
     };
-    let symmetry = if turns { form.symmetry(&solid.kind) } else { Symmetry::None };
+    let [top, bottom] = [0, 1].map(|k| {
+        let law = faces[k].as_ref().map(|face| &face.kind);
+        law.map(|law| read.scattering(law, &key(FACES[k]), &mut files)).transpose()
+    });
+    let face_optics = [top?, bottom?];
+    let mut symmetry = if turns { form.symmetry(&solid.kind) } else { Symmetry::None };
+    for optics in [&optics].into_iter().chain(face_optics.iter().flatten()) {
+        symmetry = symmetry.min(optics.symmetry());
+    }
     Ok(CheckedSolid {
+        table: table.to_owned(),
         stated: solid.clone(),
+        stated_faces: faces,
         medium: medium.transpose()?,
         coats: stack.at(wavelength_nm, at)?,
         files,
         form,
         symmetry,
-        surface: Arc::new(CheckedSurface { stack, optics }),
+        surface: Arc::new(CheckedSurface { stack, optics, faces: face_optics }),
     })
 }
 
 /// Lobes of what is reflected and of what is transmitted.
 fn gaussian(
-    key: &impl Fn(&str) -> String,
+    table: &str,
     stated: &GaussianShares,
     at: &Context,
 ) -> Result<[DiffuseLaw; 2], ConfigError> {
     let lobe = |name: &str, width_deg: f64| {
         let [least, most] = GaussianLobe::WIDTHS_DEG;
-        at.within(&key(&format!("scatter.{name}")), width_deg, least, most)?;
+        at.within(&format!("{table}.{name}"), width_deg, least, most)?;
         let lobe = GaussianLobe::new(width_deg);
         let lobe = lobe.map_err(|error| at.of_files(&anyhow::Error::new(error)))?;
         Ok(DiffuseLaw::Gaussian(lobe))

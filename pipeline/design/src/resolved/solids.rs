@@ -3,9 +3,12 @@
 
 use std::sync::Arc;
 
+use bsdf::direction::Frame;
+use bsdf::ray_optics::{Outline, UnitCell};
 use bsdf::{Bsdf, DiffuseLobe, Diffuser};
 use serde::Serialize;
-use tracer::{Region, SurfaceModel};
+use tracer::glam::DVec3;
+use tracer::{Region, Shape, SurfaceModel};
 
 use files::formats::scattering::Scattering;
 use files::provenance::FileRecord;
@@ -18,17 +21,26 @@ use super::reflector::Reflector;
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::schema::is_default;
-use crate::schema::solids::{Contacts, Per, Solid};
+use crate::schema::solids::{Contacts, Per, Solid, SolidScatter};
 
-/// Most solids: the tracer counts media of a body in eight bits, those of packages and those of the
+/// Patches of a box that are its upper and its lower face.
+const BOX_PATCHES: [usize; 2] = [1, 2];
+
+/// Most solids and films: the tracer counts media of a body in eight bits, those of packages and those of the
 /// array together.
 pub const MAX_SOLIDS: usize = 100;
 
 /// A solid or a sheet of a checked design.
 #[derive(Debug, Clone, Serialize)]
 pub struct CheckedSolid {
-    /// As written.
+    /// Its table in the design file: `solids[1]`, `films[2]`.
+    #[serde(skip)]
+    pub table: String,
+    /// As written; of a film the box that it is.
     pub stated: Solid,
+    /// Upper and lower face of a film as written.
+    #[serde(skip_serializing_if = "is_default")]
+    pub stated_faces: [Option<SolidScatter>; 2],
     /// Medium at the wavelength, if light enters it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub medium: Option<Medium>,
@@ -55,6 +67,8 @@ pub struct CheckedSolid {
 pub(crate) struct CheckedSurface {
     pub(crate) stack: Stack,
     pub(crate) optics: SolidOptics,
+    /// Upper and lower face, where they are not as the others.
+    pub(crate) faces: [Option<SolidOptics>; 2],
 }
 
 /// Optical surface of a solid.
@@ -71,6 +85,8 @@ pub(crate) enum SolidOptics {
         /// Transmitted part.
         transmission: DiffuseLobe,
     },
+    /// Grooves, by ray optics.
+    Grooved(GroovedFace),
     /// A reflector by a file.
     File(FileReflector),
     /// A law of reflection; with the metal under it where it is of metal.
@@ -86,10 +102,63 @@ impl std::fmt::Debug for FileReflector {
     }
 }
 
+/// Grooves of a face.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct GroovedFace {
+    /// One period, z away from the film.
+    pub(crate) line_um: Vec<[f64; 2]>,
+    /// Direction of the grooves, from the x axis.
+    pub(crate) direction_deg: f64,
+    /// True if the line is mirrored in its middle.
+    pub(crate) is_symmetric: bool,
+}
+
+impl GroovedFace {
+    /// The face with the normal `frame.n` between media of these indices, inner and outer.
+    fn optics(&self, frame: &Frame, indices: [f64; 2]) -> Result<SurfaceModel, bsdf::Error> {
+        let (sin, cos) = self.direction_deg.to_radians().sin_cos();
+        let across = DVec3::new(-sin, cos, 0.0);
+        let cell = UnitCell::new(&Outline::below(&self.line_um, indices))?;
+        let turn = across.dot(frame.b).atan2(across.dot(frame.t));
+        Ok(SurfaceModel::Scatter(Arc::new(cell.turned(turn))))
+    }
+}
+
+impl SolidOptics {
+    /// The symmetry that it leaves.
+    pub(crate) fn symmetry(&self) -> Symmetry {
+        match self {
+            Self::Grooved(face) if !face.is_symmetric || face.direction_deg % 90.0 != 0.0 => {
+                Symmetry::None
+            }
+            Self::Grooved(_) => Symmetry::Rectangle,
+            Self::Scattering(table) if !table.is_isotropic() => Symmetry::None,
+            _ => Symmetry::Square,
+        }
+    }
+}
+
 impl CheckedSolid {
     /// Name.
     pub fn name(&self) -> &str {
         &self.stated.shared.name
+    }
+
+    /// The key that says where it stands, and what stands there.
+    pub fn place(&self) -> (String, String) {
+        let key = if self.is_film() { "z_mm" } else { "position_mm" };
+        (format!("{}.{key}", self.table), self.stated.place())
+    }
+
+    /// The key that says how large it is, and what stands there.
+    pub fn size(&self) -> (String, String) {
+        let (key, got) = self.stated.size();
+        (format!("{}.{key}", self.table), got)
+    }
+
+    /// True for a film of `[[films]]`.
+    pub fn is_film(&self) -> bool {
+        self.table.starts_with("films")
     }
 
     /// Number of copies.
@@ -122,16 +191,47 @@ impl CheckedSolid {
 
     /// True if tables of files that are made for one pair of indices say what light meets on it.
     pub fn scatters(&self) -> bool {
-        matches!(self.surface.optics, SolidOptics::Scattering(_))
+        let faces = self.surface.faces.iter().flatten();
+        let mut all = faces.chain([&self.surface.optics]);
+        all.any(|optics| matches!(optics, SolidOptics::Scattering(_)))
     }
 
-    /// Optical surface between media of these indices, inner and outer.
+    /// Optical surfaces of the patches of its shape, between media of these indices, inner and
+    /// outer.
     ///
     /// # Errors
     /// Scattering that does not fit the media.
-    pub fn optics(&self, wavelength_nm: f64, indices: [f64; 2]) -> anyhow::Result<SurfaceModel> {
+    pub fn patches(
+        &self,
+        shape: &Shape,
+        wavelength_nm: f64,
+        indices: [f64; 2],
+    ) -> anyhow::Result<Vec<SurfaceModel>> {
+        let all = self.optics(&self.surface.optics, shape, DVec3::Z, wavelength_nm, indices)?;
+        let mut patches = vec![all; shape.patches()];
+        for ((face, patch), normal) in
+            self.surface.faces.iter().zip(BOX_PATCHES).zip([DVec3::Z, DVec3::NEG_Z])
+        {
+            if let Some(face) = face {
+                patches[patch] = self.optics(face, shape, normal, wavelength_nm, indices)?;
+            }
+        }
+        Ok(patches)
+    }
+
+    fn optics(
+        &self,
+        optics: &SolidOptics,
+        shape: &Shape,
+        normal: DVec3,
+        wavelength_nm: f64,
+        indices: [f64; 2],
+    ) -> anyhow::Result<SurfaceModel> {
         let metal = |reflectance| self.coats.mirror(wavelength_nm, reflectance);
-        Ok(match &self.surface.optics {
+        Ok(match optics {
+            SolidOptics::Grooved(face) => {
+                face.optics(&shape.frame(DVec3::ZERO, normal), indices)?
+            }
             SolidOptics::Refracting => {
                 let coated = self.coats.interface(wavelength_nm)?;
                 coated.unwrap_or(SurfaceModel::Interface)

@@ -216,9 +216,20 @@ fn source_fields(source: &CheckedSource) -> Value {
 }
 
 fn solid_fields(solid: &CheckedSolid) -> Value {
-    let CheckedSolid { stated, medium, coats, files, form, symmetry: _, surface: _ } = solid;
+    let CheckedSolid {
+        table: _,
+        stated,
+        stated_faces,
+        medium,
+        coats,
+        files,
+        form,
+        symmetry: _,
+        surface: _,
+    } = solid;
     json!({
         "stated": stated,
+        "faces": stated_faces,
         "medium": medium.as_ref().map(medium_fields),
         "coats": coats,
         "files": files.iter().map(hash).collect::<Vec<_>>(),

@@ -17,6 +17,7 @@ use super::tagged::TaggedTable;
 
 pub mod dome;
 pub mod files;
+pub mod film_stack;
 pub mod films;
 pub mod hybrid;
 pub mod light;
@@ -72,6 +73,9 @@ pub struct Design {
     /// Further solids and sheets.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub solids: Vec<solids::Solid>,
+    /// Plates and films over the array, the lowest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub films: Vec<film_stack::Film>,
     /// Wave/ray hybrid and its tables.
     #[serde(default)]
     pub hybrid: Hybrid,
@@ -84,7 +88,7 @@ pub struct Design {
 }
 
 /// The tables that are of one of several kinds, those within others first.
-pub(super) fn tagged_tables() -> [TaggedTable; 13] {
+pub(super) fn tagged_tables() -> [TaggedTable; 15] {
     use dome::{DomeKeys, ShapeKeys};
     use light::SpectrumKeys;
     use receivers::{ReceiverForm, ReceiverKeys};
@@ -104,6 +108,8 @@ pub(super) fn tagged_tables() -> [TaggedTable; 13] {
         TaggedTable::new::<NoKeys, SurfaceLaw>(&["solids", "surface"]),
         TaggedTable::new::<NoKeys, ScatterLaw>(&["solids", "scatter"]),
         TaggedTable::new::<SolidKeys, SolidForm>(&["solids"]),
+        TaggedTable::new::<NoKeys, ScatterLaw>(&["films", "top"]),
+        TaggedTable::new::<NoKeys, ScatterLaw>(&["films", "bottom"]),
         TaggedTable::new::<ReceiverKeys, ReceiverForm>(&["receivers"]),
     ]
 }

@@ -292,6 +292,10 @@ pub enum ScatterLaw {
     Lambertian(DiffuseShares),
     /// Gaussian lobes about the straight and the mirrored direction.
     Gaussian(GaussianShares),
+    /// Prisms side by side, of the film's material, by ray optics; a face of `[[films]]` only.
+    Prisms(Prisms),
+    /// Grooves of any profile, likewise.
+    Grooves(Grooves),
 }
 
 impl Kinds for ScatterLaw {
@@ -343,6 +347,45 @@ pub struct GaussianShares {
     /// Width of the reflected lobe, degrees; default `width_deg`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reflected_width_deg: Option<f64>,
+}
+
+/// Keys of prisms.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Prisms {
+    /// Angle at the tip, degrees; 10 to 170; default 90.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub apex_deg: Option<f64>,
+    /// Distance from tip to tip, µm; 1e-6 to 1e7; default 50. Without `tip_radius_um` it changes
+    /// nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch_um: Option<f64>,
+    /// Radius of the tip, µm; below half the pitch over the cosine of half the angle; default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tip_radius_um: Option<f64>,
+    /// Direction of the tips, from the x axis, degrees; -360 to 360; default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction_deg: Option<f64>,
+}
+
+impl Prisms {
+    /// Angle at the tip where none is stated, degrees.
+    pub const APEX_DEG: f64 = 90.0;
+    /// Distance of tips where none is stated, µm.
+    pub const PITCH_UM: f64 = 50.0;
+}
+
+/// Keys of grooves of any profile.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grooves {
+    /// One period of the face, points (x, z), µm, z away from the film; the last at the height of
+    /// the first.
+    pub profile_um: Vec<List<f64, 2>>,
+    /// Direction of the grooves, from the x axis, degrees; -360 to 360; default 0. The profile runs
+    /// along this direction turned by 90°.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction_deg: Option<f64>,
 }
 
 /// `[solids.surface]`: as of `[mirror]` and of `[files.mirror]`.

@@ -14,8 +14,8 @@ use design::ConfigError;
 use design::resolved::solids::CheckedSolid;
 use metrics::digits::shortest;
 
+use super::Placing;
 use super::nesting::{NestedObject, Nesting, lines};
-use super::{Placing, number};
 
 /// Distance of faces that count as touching, mm: far below the wavelength.
 const TOUCHING_MM: f64 = 1e-5;
@@ -122,7 +122,7 @@ fn apart(
     });
     ConfigError::Value {
         file: placing.design.provenance.file.clone(),
-        key: format!("solids[{}].optical_contact", number(placing.design, solid)),
+        key: format!("{}.optical_contact", solid.table),
         got: solid.stated.shared.optical_contact.shown(),
         expected: format!(
             "solids that {:?} touches or overlaps, and {gap}: let it reach into {:?}, which displaces it there",
@@ -204,8 +204,10 @@ pub(super) fn narrow_gaps(
         let outer = nest.places[k].outer;
         for other in 0..k {
             let nested = nest.holders[k].contains(&other) || nest.holders[other].contains(&k);
+            // The design says how far films are apart.
+            let is_stated = own[k].is_film() && own[other].is_film();
             let seen = entered(k) || entered(other);
-            if nested || !seen || objects[other].sheet || joined.join(k, other) {
+            if nested || is_stated || !seen || objects[other].sheet || joined.join(k, other) {
                 continue;
             }
             if let Some(width_mm) = between(&objects[k].shape, &objects[other].shape) {

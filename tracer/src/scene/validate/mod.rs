@@ -107,8 +107,8 @@ fn check_instance(
         for region in surface.regions.iter_mut().filter(|r| **r == Region::World) {
             *region = around;
         }
-        // A message names the first patch.
-        surface.patches.truncate(1);
+        // A message names the first patch where there are several members.
+        surface.patches.truncate(surface.shape.patches());
         surfaces.push(surface);
     }
     let space = Space { surfaces: &surfaces, media: &media };
