@@ -3,9 +3,10 @@
 """Shares a quick reproduction among two workers of Dask, kills one of them in the middle, and
 compares the merged results with those of one command.
 
-    dask_kill.py BATWING FOLDER
+    dask_kill.py BATWING FOLDER [WHOLE]
 
-Needs `distributed`. FOLDER is emptied.
+Needs `distributed`. FOLDER is emptied. WHOLE are results of `reproduce --quick` with their cache in
+`cache`, if there are such already.
 """
 
 import filecmp
@@ -57,15 +58,19 @@ def main():
     batwing, folder = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    command = ["reproduce", "--quick", "--seed", "9", "--out"]
-    at = ["whole/out", "--cache", "whole/cache", "--quiet"]
-    begin = time.monotonic()
-    subprocess.run([batwing, *command, *at], cwd=folder, check=True)
-    print(f"one command: {time.monotonic() - begin:.1f} s", flush=True)
+    command = ["reproduce", "--quick", "--out"]
+    if len(sys.argv) > 3:
+        whole = pathlib.Path(sys.argv[3])
+    else:
+        whole = folder / "whole"
+        at = [whole, "--cache", whole / "cache", "--quiet"]
+        begin = time.monotonic()
+        subprocess.run([batwing, *command, *at], cwd=folder, check=True)
+        print(f"one command: {time.monotonic() - begin:.1f} s", flush=True)
 
     begin = time.monotonic()
     guide = [sys.executable, GUIDE, "--batwing", batwing, "--shards", str(SHARDS), "--workers", "2"]
-    at = ["shared/out", "--cache", "shared/cache"]
+    at = ["shared", "--cache", "shared/cache"]
     dask = subprocess.Popen([*guide, "--", *command, *at], cwd=folder)
     worker = None
     while worker is None:
@@ -78,7 +83,7 @@ def main():
     assert dask.wait() == 0, dask.returncode
     print(f"{SHARDS} shards and their merge: {time.monotonic() - begin:.1f} s", flush=True)
 
-    whole, shared = folder / "whole", folder / "shared"
+    shared = folder / "shared"
     assert tree(whole) == tree(shared), tree(whole) ^ tree(shared)
     for path in tree(whole):
         assert filecmp.cmp(whole / path, shared / path, shallow=False), path

@@ -2,7 +2,8 @@
 # Starts a SLURM of this machine alone, shares a quick reproduction through it, kills one task, and
 # compares the merged results with those of one command. Exit code 77 where SLURM cannot be run.
 #   slurm.sh BATWING FOLDER [SHARDS]
-# Needs root, slurmctld, slurmd, munged and mungekey. FOLDER is emptied.
+# Needs root, slurmctld, slurmd, munged and mungekey. FOLDER is emptied. WHOLE names results of
+# `reproduce --quick` with their cache in `cache`, if there are such already.
 set -euo pipefail
 batwing=$(realpath "$1")
 folder=$(realpath -m "$2")
@@ -27,13 +28,16 @@ process_of() {
 
 cd "$folder"
 begin=$SECONDS
-"$batwing" reproduce --quick --seed 9 --threads "$cpus" --quiet --out whole/out --cache whole/cache
-echo "one command with $cpus threads: $((SECONDS - begin)) s"
+whole=$(realpath -m "${WHOLE:-whole}")
+if [ -z "${WHOLE:-}" ]; then
+    "$batwing" reproduce --quick --threads "$cpus" --quiet --out "$whole" --cache "$whole/cache"
+    echo "one command with $cpus threads: $((SECONDS - begin)) s"
+fi
 
 begin=$SECONDS
 # A requeued task would hide what the merge has to find.
 "$batwing" submit --slurm --shards "$shards" --sbatch=--no-requeue --go --json -- \
-    reproduce --quick --seed 9 --out shared/out --cache shared/cache >submitted.json
+    reproduce --quick --out shared --cache shared/cache >submitted.json
 array=$(python3 -c 'import json; print(json.load(open("submitted.json"))["array_and_merge"][0])')
 merge=$(python3 -c 'import json; print(json.load(open("submitted.json"))["array_and_merge"][1])')
 if [ "${KILL:-yes}" = yes ]; then
@@ -50,24 +54,24 @@ if [ "${KILL:-yes}" = yes ]; then
     kill -KILL "$pid"
     ended "$array"
     ended "$merge"
-    said=$(cat shared/out/slurm/merge_*.log)
+    said=$(cat shared/slurm/merge_*.log)
     echo "$said"
     case $said in
-    *"sbatch --array=$victim shared/out/slurm/shards.sh"*) ;;
+    *"sbatch --array=$victim shared/slurm/shards.sh"*) ;;
     *)
         echo "the merge does not name the dead shard" >&2
         exit 1
         ;;
     esac
-    again=$(sbatch --parsable --array="$victim" shared/out/slurm/shards.sh)
+    again=$(sbatch --parsable --array="$victim" shared/slurm/shards.sh)
     ended "$again"
-    "$batwing" merge shared/out --quiet
+    "$batwing" merge shared --quiet
 else
     ended "$array"
     echo "$shards shards: $((SECONDS - begin)) s"
     ended "$merge"
     echo "with the merge: $((SECONDS - begin)) s"
 fi
-rm -r shared/out/slurm
-diff -r whole shared
+rm -r shared/slurm
+diff -r "$whole" shared
 echo "$shards shards through SLURM leave the bytes of one command"

@@ -12,7 +12,7 @@ const DESIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs/d1.to
 
 fn compared(folder: &Path, out: &str, threads: &str) -> serde_json::Value {
     let rings = ["full-wave", DESIGN, "--rings", "2", "--ring-width-um", "2"];
-    let rest = ["--paths", "2e4", "--sources", "6", "--nodes", "6", "--threads", threads];
+    let rest = ["--paths", "2e4", "--sources", "4", "--nodes", "6", "--threads", threads];
     let arguments: Vec<&str> = rings.into_iter().chain(rest).chain(["--out", out]).collect();
     json(folder, &arguments)
 }

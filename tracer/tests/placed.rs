@@ -13,8 +13,8 @@ use bsdf::Side;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Clip, Closing, Element, Extent, Foot, Placement, Plane, Reach, Sides};
 use tracer::{
-    Dome, Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Patch, Prototype, Ray,
-    Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
+    Dome, Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Prototype, Ray, Region,
+    SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
 };
 
 const WHOLE: Reach = Reach { from: 0.0, to: f64::INFINITY };
@@ -172,7 +172,7 @@ impl Observer for Through {
 }
 
 fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &SurfaceModel) -> Surface {
-    Surface::zoned(shape, inner, outer, vec![Patch::new(name, optics.clone())])
+    Surface::new(name, shape, inner, outer, optics)
 }
 
 #[test]
@@ -371,8 +371,7 @@ fn clipped_surfaces_of_blocks_in_contact_are_closed() {
             vec![Clip { solid: solid.clone(), keeps: false, reaches_mm: vec![0.0, 1e-8, 1e-6] }]
         };
         let clear = |name: &str, shape: Shape, inner: Region, outer: Region| {
-            let patch = Patch::new(name, SurfaceModel::Interface);
-            Surface::zoned(shape, inner, outer, vec![patch])
+            Surface::new(name, shape, inner, outer, &SurfaceModel::Interface)
         };
         // The upper block displaces the lower one.
         let surfaces = vec![

@@ -7,12 +7,12 @@ use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Closing, Element};
 use tracer::{
-    Dome, Emission, Emitter, Error, Medium, Meridian, Patch, PlaneMap, Prototype, Region, Scene,
+    Dome, Emission, Emitter, Error, Medium, Meridian, PlaneMap, Prototype, Region, Scene,
     SceneBuilder, Shape, Source, Surface, SurfaceModel,
 };
 
 fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &SurfaceModel) -> Surface {
-    Surface::zoned(shape, inner, outer, vec![Patch::new(name, optics.clone())])
+    Surface::new(name, shape, inner, outer, optics)
 }
 
 fn lit(surfaces: Vec<Surface>, media: usize) -> Result<Scene, Error> {

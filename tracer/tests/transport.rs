@@ -392,12 +392,8 @@ fn a_beam_enters_and_leaves_every_package_on_its_way() {
 fn the_roulette_among_long_paths_is_unbiased_and_saves_most_of_the_work() {
     let (index, alpha, most) = (1.5, 1.1e-4, 10_000);
     let cube = placed::brick([0.5; 3], &placed::at([0.0, 0.0, 2.0], DMat3::IDENTITY, 0.0));
-    let surface = Surface::zoned(
-        cube,
-        Region::Body(0),
-        Region::World,
-        vec![Patch::new("cube", SurfaceModel::Interface)],
-    );
+    let surface =
+        Surface::new("cube", cube, Region::Body(0), Region::World, &SurfaceModel::Interface);
     let place = DVec3::new(0.11, -0.07, 2.03);
     let source = Source::new("lamp", place, Region::Body(0), Emitter::Point, Emission::Isotropic);
     let mut scene = SceneBuilder::new(Medium::air());

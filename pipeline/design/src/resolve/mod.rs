@@ -12,6 +12,7 @@ mod files;
 mod film_stack;
 mod films;
 mod form;
+mod grooves;
 mod input_files;
 mod led;
 mod light;

@@ -14,8 +14,7 @@ use files::provenance::FileRecord;
 use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
 
-use super::film_stack::{self, FACES};
-use super::{form, package};
+use super::{form, grooves, package};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
@@ -25,6 +24,9 @@ use crate::schema::reflectors::Law;
 use crate::schema::solids::{
     Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid, SolidScatter,
 };
+
+/// Faces of a film, the upper one first.
+const FACES: [&str; 2] = ["top", "bottom"];
 
 /// Rounding of a sum of shares.
 const SHARES_ROUNDING: f64 = 1e-12;
@@ -150,12 +152,8 @@ impl SolidTable<'_> {
                 let shares = [stated.reflected, stated.transmitted];
                 diffusing(key, shares, gaussian(key, stated, at)?, at)?
             }
-            ScatterLaw::Prisms(stated) => {
-                SolidOptics::Grooved(film_stack::prisms(stated, key, at)?)
-            }
-            ScatterLaw::Grooves(stated) => {
-                SolidOptics::Grooved(film_stack::grooves(stated, key, at)?)
-            }
+            ScatterLaw::Prisms(stated) => SolidOptics::Grooved(grooves::prisms(stated, key, at)?),
+            ScatterLaw::Grooves(stated) => SolidOptics::Grooved(grooves::any(stated, key, at)?),
         })
     }
 }

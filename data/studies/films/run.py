@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Uniformity of an endless backlight before and behind a diffusing plate and two crossed prism films.
+
+    python3 data/studies/films/run.py [FOLDER]
+
+From the root of the repository. One package stands between walls that mirror, so that the cell repeats
+without end. Prints a table and writes it as films.csv into FOLDER; some 30 minutes on two cores. The
+binary is target/release/batwing, or the one that BATWING names.
+"""
+
+import csv
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tomllib
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+BATWING = os.environ.get("BATWING", str(ROOT / "target/release/batwing"))
+DESIGNS = {
+    "bare-chip": None,
+    "bare-dome": "designs/bare-dome.toml",
+    "d1": "designs/d1.toml",
+    "d2": "designs/d2.toml",
+    "d3": "designs/d3.toml",
+    "d3-whole-cell": "gallery/d3-whole-cell/design.toml",
+    "half-distance": "gallery/half-distance/design.toml",
+}
+PITCHES_MM = (5.0, 8.3, 12.0)
+PLANES_MM = (1.5, 3.0)
+STACKS = ("none", "weak plate", "plate")
+# Reflected and transmitted share of the plate's upper face.
+PLATES = {"weak plate": (0.15, 0.85), "plate": (0.4, 0.6)}
+# Films smooth what needs fewer bins then.
+BINS = {"none": 24, "weak plate": 12, "plate": 12}
+PATHS = {"none": 2_097_152, "weak plate": 262_144, "plate": 262_144}
+
+
+def written(value):
+    """A value as TOML."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {written(v)}" for key, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(written, value)) + "]"
+    return json.dumps(value)
+
+
+def cell(name, pitch_mm, plane_mm, stack):
+    """The design of one cell."""
+    file = DESIGNS[name] or "designs/bare-dome.toml"
+    design = tomllib.loads((ROOT / "data" / file).read_text())
+    if DESIGNS[name] is None:
+        del design["dome"], design["silicone"]
+    for key in ("receivers", "far_field", "description"):
+        design.pop(key, None)
+    design["name"] = name
+    design["array"] = {"columns": 1, "rows": 1, "pitch_mm": pitch_mm}
+    above = 0.0
+    if stack != "none":
+        reflected, transmitted = PLATES[stack]
+        scatter = {"kind": "lambertian", "transmitted": transmitted, "reflected": reflected}
+        prisms = {"thickness_mm": 0.2, "medium": {"index": 1.586}}
+        design["films"] = [
+            {"name": "plate", "z_mm": plane_mm, "thickness_mm": 1.5, "medium": {"index": 1.49},
+             "top": scatter},
+            {"name": "lower", **prisms, "top": {"kind": "prisms"}},
+            {"name": "upper", **prisms, "top": {"kind": "prisms", "direction_deg": 90.0}},
+        ]
+        above = 2.0
+    design["housing"] = {
+        "kind": "specular", "reflectance": 1.0, "inner_size_mm": [pitch_mm, pitch_mm],
+        "height_mm": plane_mm + above + 1.0,
+    }
+    bin_mm = pitch_mm / BINS[stack]
+    design["receiver"] = {
+        "plane_height_mm": plane_mm + above, "bin_mm": bin_mm, "smoothing_sigma_mm": 0.0,
+        "area_mm": [pitch_mm, pitch_mm],
+    }
+    design["trace"] = {"paths": PATHS[stack], "sampling": "sobol", "max_interactions": 10_000}
+    return "\n".join(f"{key} = {written(value)}" for key, value in design.items()) + "\n"
+
+
+def figures(folder):
+    """Figures of the one model of a run: value and error, None where not resolved."""
+    run = json.loads((folder / "results.json").read_text())
+    (design,) = run["designs"].values()
+    (model,) = design.values()
+    found = {}
+    for key, entry in model["figures"].items():
+        found[key] = (entry["value"], entry["standard_error"], entry.get("interval"))
+    found["up"] = (model["power_ledger"]["escaped_up"]["value"], 0.0, None)
+    return found
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "films")
+    rows = []
+    for name in DESIGNS:
+        for pitch_mm in PITCHES_MM:
+            for plane_mm in PLANES_MM:
+                for stack in STACKS:
+                    at = folder / f"{name}-{pitch_mm}-{plane_mm}-{stack.replace(' ', '-')}"
+                    if not (at / "results.json").is_file():
+                        at.mkdir(parents=True, exist_ok=True)
+                        (at / "cell.toml").write_text(cell(name, pitch_mm, plane_mm, stack))
+                        command = [BATWING, "--quiet", "run", str(at / "cell.toml"), "--model", "geometric",
+                                   "--out", str(at)]
+                        subprocess.run(command, check=True)
+                    found = figures(at)
+                    row = {"design": name, "pitch_mm": pitch_mm, "plane_mm": plane_mm, "stack": stack}
+                    for key in ("area_valley_to_peak", "area_variation", "up"):
+                        value, error, _ = found[key]
+                        row |= {key: value, f"{key}_error": error}
+                    rows.append(row)
+                    print(*row.values(), flush=True)
+    with open(folder / "films.csv", "w", newline="") as out:
+        table = csv.DictWriter(out, rows[0].keys())
+        table.writeheader()
+        table.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
