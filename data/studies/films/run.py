@@ -83,15 +83,14 @@ def cell(name, pitch_mm, plane_mm, stack):
 
 
 def figures(folder):
-    """Figures of the one model of a run: value and error, None where not resolved."""
+    """Figures of the one model of a run: value, standard error, and the interval where that is all."""
     run = json.loads((folder / "results.json").read_text())
     (design,) = run["designs"].values()
     (model,) = design.values()
-    found = {}
-    for key, entry in model["figures"].items():
-        found[key] = (entry["value"], entry["standard_error"], entry.get("interval"))
-    found["up"] = (model["power_ledger"]["escaped_up"]["value"], 0.0, None)
-    return found
+    found = {key: model[key] for key in ("area_valley_to_peak", "area_variation")}
+    found["up"] = model["power_ledger"]["escaped_up"]
+    return {key: (entry["value"], entry["standard_error"], entry.get("interval"))
+            for key, entry in found.items()}
 
 
 def main():
@@ -111,8 +110,8 @@ def main():
                     found = figures(at)
                     row = {"design": name, "pitch_mm": pitch_mm, "plane_mm": plane_mm, "stack": stack}
                     for key in ("area_valley_to_peak", "area_variation", "up"):
-                        value, error, _ = found[key]
-                        row |= {key: value, f"{key}_error": error}
+                        value, error, interval = found[key]
+                        row |= {key: value, f"{key}_error": error, f"{key}_interval": interval or ""}
                     rows.append(row)
                     print(*row.values(), flush=True)
     with open(folder / "films.csv", "w", newline="") as out:
