@@ -16,9 +16,7 @@ use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
 use crate::scatter::{ScatterEvent, scatter};
-use crate::scene::{
-    Candidates, CompiledMedium, CompiledPatch, Hit, Location, PlacedSource, Scene,
-};
+use crate::scene::{Candidates, CompiledMedium, CompiledPatch, Hit, Location, PlacedSource, Scene};
 use crate::settings::{Sampling, Settings};
 use crate::surface::Region;
 
@@ -246,7 +244,7 @@ impl<'a> Tracer<'a> {
         let location = state.location;
         let medium = self.scene.medium(location);
         if medium.scattering.is_some() {
-            hit = self.wander(state, hit, medium, light, rng, tally, observer)?;
+            (*state, hit) = self.wander(*state, hit, medium, light, rng, tally, observer)?;
         }
         let ray = state.ray;
         let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
@@ -287,32 +285,38 @@ impl<'a> Tracer<'a> {
     }
 
     /// Follows a path through a medium that scatters up to its last flight before a surface;
-    /// returns what it meets there, `None` where the path has ended.
+    /// returns it with what it meets there, `None` where the path has ended. By value: where nothing
+    /// scatters, the path stays in registers.
     #[expect(clippy::too_many_arguments, reason = "those of `arrive`, with the medium")]
-    #[expect(clippy::option_option, reason = "the path may end, and may find a leak")]
     #[inline(never)]
     fn wander<L: Light>(
         &self,
-        state: &mut PathState,
+        mut state: PathState,
         mut hit: Option<Hit<'a>>,
         medium: &CompiledMedium,
         light: &mut L,
         rng: &mut impl Rng,
         tally: &mut Tally<'_>,
         observer: &mut impl Observer,
-    ) -> Option<Option<Hit<'a>>> {
+    ) -> Option<(PathState, Option<Hit<'a>>)> {
         let (scattering, location) = (medium.scattering.as_ref()?, state.location);
         loop {
             let Some(ahead) = hit.as_ref() else {
-                return Some(hit);
+                return Some((state, hit));
             };
             let ray = state.ray;
             let (weight, scatterings) = (&mut state.weight, &mut state.scatterings);
             let before = *weight;
-            let turned =
-                self.fly(medium, scattering, (&ray, ahead.distance), (weight, scatterings), rng, tally);
+            let turned = self.fly(
+                medium,
+                scattering,
+                (&ray, ahead.distance),
+                (weight, scatterings),
+                rng,
+                tally,
+            );
             match turned {
-                Flight::Free => return Some(hit),
+                Flight::Free => return Some((state, hit)),
                 Flight::Absorbed(length) => {
                     let fate = Fate::Medium(medium.line, length);
                     observer.ends(&self.in_world(&ray, location), fate, before);
@@ -328,7 +332,7 @@ impl<'a> Tracer<'a> {
                     // In the medium around instances it may meet again the one that it has left.
                     (state.ray, state.left) = (ray, None);
                     observer.scatters(&self.in_world(&ray, location), medium.line);
-                    hit = self.intersect(state);
+                    hit = self.intersect(&state);
                 }
             }
         }

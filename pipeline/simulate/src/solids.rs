@@ -25,8 +25,8 @@ pub use touching::NARROW_MM;
 use touching::{Displacement, NarrowGap, narrow_gaps};
 use tracer::glam::{DVec2, DVec3};
 use tracer::{
-    Containment, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface,
-    SurfaceModel, Surroundings,
+    Containment, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface, SurfaceModel,
+    Surroundings,
 };
 
 use design::resolved::dome::Dome;

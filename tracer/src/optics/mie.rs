@@ -92,9 +92,8 @@ impl Mie {
     /// Scattering cross section over π d²/4.
     pub fn scattering_efficiency(&self) -> f64 {
         let terms = (1..).zip(&self.terms);
-        let sum: f64 = terms
-            .map(|(n, [a, b])| f64::from(2 * n + 1) * (a.norm_sqr() + b.norm_sqr()))
-            .sum();
+        let sum: f64 =
+            terms.map(|(n, [a, b])| f64::from(2 * n + 1) * (a.norm_sqr() + b.norm_sqr())).sum();
         2.0 / (self.size * self.size) * sum
     }
 
@@ -137,22 +136,20 @@ mod tests {
     #[test]
     fn efficiencies_and_mean_cosines_are_those_published() {
         for (m, x, efficiency, g) in [
-            (0.75, 0.099, 7.418e-6, 1.448e-3),
             (0.75, 10.0, 2.232_265, 0.896_473),
-            (1.33, 1.0, 0.093_923, 0.184_517),
-            (1.33, 100.0, 2.101_321, 0.868_959),
+            (0.75, 1000.0, 1.997_908, 0.844_944),
             (1.5, 10.0, 2.881_999, 0.742_913),
             (1.5, 100.0, 2.094_388, 0.818_246),
             (1.5, 1000.0, 2.013_945, 0.827_882),
-            (1.55, 5.213, 3.105_43, f64::NAN),
         ] {
             let mie = Mie::of_size(x, m);
-            let found = mie.scattering_efficiency();
-            assert!((found / efficiency - 1.0).abs() < 1e-4 * efficiency.max(1.0), "{m} {x} {found}");
-            if g.is_finite() {
-                assert!((mie.mean_cosine() - g).abs() < 1e-6, "{m} {x} {}", mie.mean_cosine());
-            }
+            let found = [mie.scattering_efficiency(), mie.mean_cosine()];
+            let off = [found[0] - efficiency, found[1] - g].map(f64::abs);
+            assert!(off[0] < 1e-6 && off[1] < 1e-6, "{m} {x} {found:?}");
         }
+        let size = std::f64::consts::TAU * 0.525 / 0.6328;
+        let example = Mie::of_size(size, 1.55).scattering_efficiency();
+        assert!((example - 3.105_43).abs() < 1e-5, "{example}");
     }
 
     /// The table keeps the mean cosine, and the optical theorem holds: Q = 4 Re S(0)/x².
@@ -162,7 +159,7 @@ mod tests {
             let mie = Mie::of_size(x, m);
             let table = PhaseTable::of_sphere(&mie).expect("a table");
             let g = mie.mean_cosine();
-            assert!((table.mean_cosine() - g).abs() < 2e-4, "{m} {x}: {} {g}", table.mean_cosine());
+            assert!((table.mean_cosine() - g).abs() < 1e-4, "{m} {x}: {} {g}", table.mean_cosine());
             let forward: f64 =
                 (1..).zip(&mie.terms).map(|(n, [a, b])| f64::from(2 * n + 1) * (a + b).re).sum();
             let extinction = 2.0 / (x * x) * forward;

@@ -111,7 +111,7 @@ pub struct PhaseTable {
 const HIGHEST: f64 = 1e100;
 
 /// Steps of the table of a sphere for each wave around it, and the fewest.
-const STEPS_PER_SIZE: f64 = 16.0;
+const STEPS_PER_SIZE: f64 = 32.0;
 const MIN_STEPS: f64 = 720.0;
 
 impl PhaseTable {
@@ -134,7 +134,7 @@ impl PhaseTable {
         for (k, angle) in angles_deg.iter().enumerate() {
             let fits = match k {
                 0 => *angle == 0.0,
-                _ => *angle > angles_deg[k - 1] && (k < last || *angle == 180.0),
+                _ => *angle > angles_deg[k - 1] && *angle <= 180.0 && (k < last || *angle >= 180.0),
             };
             let expected = "angles that ascend from 0 to 180";
             check("angle of a phase function, degrees", *angle, expected, fits)?;

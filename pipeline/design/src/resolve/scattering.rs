@@ -34,8 +34,7 @@ pub(super) fn resolve(
             }
         }
         let of = |name: &str| key(&format!("particles.{name}"));
-        let diameter_um =
-            at.within(&of("diameter_um"), particles.diameter_um, 1e-3, 100.0)?;
+        let diameter_um = at.within(&of("diameter_um"), particles.diameter_um, 1e-3, 100.0)?;
         let index = Spectral::new(of("index"), &particles.index, INDICES, at)?;
         let volume_fraction =
             at.within(&of("volume_fraction"), particles.volume_fraction, 0.0, 1.0)?;
@@ -43,8 +42,7 @@ pub(super) fn resolve(
         return Ok(Some(StatedScattering::Spheres { key, diameter_um, index, volume_fraction }));
     }
     let Some(per_mm) = &raw.scattering_per_mm else {
-        for (name, is_given) in
-            [("g", raw.g.is_some()), ("phase_table", raw.phase_table.is_some())]
+        for (name, is_given) in [("g", raw.g.is_some()), ("phase_table", raw.phase_table.is_some())]
         {
             if is_given {
                 return given(name, "no such key without `scattering_per_mm`");

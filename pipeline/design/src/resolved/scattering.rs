@@ -40,6 +40,8 @@ pub enum Phase {
         relative_index: f64,
         /// Wavelength in the medium, nm.
         wavelength_nm: f64,
+        /// Share of the volume that they fill.
+        volume_fraction: f64,
     },
 }
 
@@ -89,15 +91,13 @@ impl Spectral {
         };
         let beyond = rows.partition_point(|row| row.0[0] < wavelength_nm);
         match rows.get(beyond).map(|row| row.0) {
-            Some([nm, value]) if nm == wavelength_nm => Ok(value),
+            Some([b, to]) if b <= wavelength_nm => Ok(to),
             Some([b, to]) if beyond > 0 => {
                 let [a, from] = rows[beyond - 1].0;
                 Ok(from + (wavelength_nm - a) / (b - a) * (to - from))
             }
             _ => {
-                let end = |row: Option<&List<f64, 2>>| {
-                    row.map_or(f64::NAN, |row| row.0[0])
-                };
+                let end = |row: Option<&List<f64, 2>>| row.map_or(f64::NAN, |row| row.0[0]);
                 let got = format!("rows from {} to {} nm", end(rows.first()), end(rows.last()));
                 let expected = format!("a value at {wavelength_nm} nm, of the design's light");
                 Err(at.value(&self.key, got, &expected))
@@ -156,7 +156,7 @@ impl StatedScattering {
                     let expected = format!(
                         "at most {} um: Mie's series is summed for diameters up to {} wavelengths \
                          in the medium over pi",
-                        shortest((most * 10.0).floor() * 0.1),
+                        shortest((most * 10.0).floor() / 10.0),
                         Mie::MAX_SIZE
                     );
                     at.value(&format!("{key}.diameter_um"), diameter_um, &expected)
@@ -165,6 +165,7 @@ impl StatedScattering {
                     diameter_um: *diameter_um,
                     relative_index: sphere.index / index,
                     wavelength_nm: wavelength_nm / index,
+                    volume_fraction: *volume_fraction,
                 };
                 Ok(MediumScattering { per_mm: optics.per_mm, phase, optics })
             }

@@ -395,8 +395,7 @@ fn alone(rule: &[Node]) -> bool {
 fn media(design: &Design) -> Vec<([f64; 2], Option<MediumScattering>)> {
     let solids = design.solids.iter().filter_map(|solid| solid.medium.as_ref());
     let media = [&design.silicone].into_iter().chain(solids);
-    let of = |medium: &Medium| {
-        ([medium.index, medium.absorption_per_mm], medium.scattering.clone())
-    };
+    let of =
+        |medium: &Medium| ([medium.index, medium.absorption_per_mm], medium.scattering.clone());
     media.map(of).collect()
 }
