@@ -304,7 +304,7 @@ fn milky(medium: Medium) -> Medium {
 }
 
 /// A ball of a medium.
-fn drop(radius: f64, medium: Medium) -> Prototype {
+fn droplet(radius: f64, medium: Medium) -> Prototype {
     let shape = Shape::sphere(0.3, radius).unwrap();
     let surface = Surface::new("drop", shape, BODY, Region::World, &SurfaceModel::Interface);
     Prototype { media: vec![medium], surfaces: vec![surface], sources: Vec::new() }
@@ -320,9 +320,9 @@ fn a_body_that_scatters_keeps_a_furnace_white() {
         (Polarisation::Carried, true),
     ] {
         let mut scene = SceneBuilder::new(Medium::air());
-        let milk = scene.prototype(drop(1.2, milky(Medium::clear("milk", 1.41))));
+        let milk = scene.prototype(droplet(1.2, milky(Medium::clear("milk", 1.41))));
         if has_bead {
-            let bead = scene.prototype(drop(0.5, Medium::clear("bead", 1.7)));
+            let bead = scene.prototype(droplet(0.5, Medium::clear("bead", 1.7)));
             scene.place(bead, DVec3::new(0.4, -0.2, 0.1)).array_solids(milk);
         } else {
             scene.place(milk, DVec3::new(0.4, -0.2, 0.5));

@@ -59,7 +59,8 @@ impl Mie {
     fn of_size(x: f64, m: f64) -> Self {
         let count = (x + 4.05 * x.cbrt() + 2.0).ceil() as usize;
         let y = m * x;
-        let begin = count.max(y.ceil() as usize) + 16;
+        // Well beyond y, below which the recurrence forgets nothing of how it began.
+        let begin = count.max((y + 8.0 * y.cbrt()).ceil() as usize) + 16;
         let mut derivative = vec![0.0; begin + 1];
         for n in (1..=begin).rev() {
             let ratio = n as f64 / y;
