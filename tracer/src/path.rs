@@ -285,7 +285,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Follows a path through a medium that scatters up to its last flight before a surface;
-    /// returns it with what it meets there, `None` where the path has ended. By value: where nothing
+    /// returns it with what it meets there, `None` where it has ended. By value: where nothing
     /// scatters, the path stays in registers.
     #[expect(clippy::too_many_arguments, reason = "those of `arrive`, with the medium")]
     #[inline(never)]

@@ -52,8 +52,8 @@ fn beam(cosine: f64) -> Emission {
 /// tolerance.
 type Known = (&'static str, Vec<(f64, Medium)>, Option<f64>, [f64; 3]);
 
-/// R and T of slabs, all light out of the lit and of the other face: \[van de Hulst 1980\], Table 35
-/// as quoted by L. Wang, S. L. Jacques, L. Zheng, *MCML*, Comput. Methods Programs Biomed. 47, 131
+/// R and T of slabs, all light out of the lit and of the other face: \[van de Hulst 1980\], Table
+/// 35 as quoted by L. Wang, S. L. Jacques, L. Zheng, *MCML*, Comput. Methods Programs Biomed. 47, 131
 /// (1995), and vol. 1, p. 256; the others by discrete ordinates, 2 x 40 Gauss nodes split at the
 /// critical angle, which give the former to all digits. Coefficients "QD" of a quantum-dot film are
 /// those of Sci. Rep. 7, 16663 (2017).
@@ -385,8 +385,8 @@ fn threads_change_nothing() {
     assert_eq!(on(1), on(3));
 }
 
-/// Spheres much smaller than the wavelength scatter as Rayleigh says: 2/3 π⁵ d⁶ (n/λ)⁴ ((m² - 1)/(m²
-/// + 2))² each, forwards as much as backwards.
+/// Spheres much smaller than the wavelength scatter as Rayleigh says: 2/3 π⁵ d⁶ (n/λ)⁴
+/// ((m² - 1)/(m² + 2))² each, forwards as much as backwards.
 #[test]
 fn small_spheres_scatter_as_rayleigh_says() {
     let (sphere, index, nm, share) = (Sphere { diameter_um: 0.01, index: 1.6 }, 1.4, 550.0, 0.02);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a design may say by mistake, for `check` and `run`: sources that hang over the edge of what
-//! they lie on, sources in one place, bodies that hold the light, and spheres too near each other to
-//! scatter independently.
+//! they lie on, sources in one place, bodies that hold the light, media that scatter it very often,
+//! and spheres too near each other to scatter independently.
 //!
 //! \[Tien, Drolen 1987\] C. L. Tien, B. L. Drolen, *Thermal radiation in particulate media with
 //! dependent and independent scattering*, Annu. Rev. Numer. Fluid Mech. Heat Transfer 1, 1.
@@ -54,8 +54,8 @@ pub fn warnings(design: &Design) -> Result<Vec<String>> {
     Ok(said)
 }
 
-/// Warnings on spheres whose neighbours are near: independent are those of a volume share below 0.006,
-/// or with half a wavelength of the medium between them \[Tien, Drolen 1987\].
+/// Warnings on spheres whose neighbours are near: independent are those of a volume share below
+/// 0.006, or with half a wavelength of the medium between them \[Tien, Drolen 1987\].
 fn of_spheres(design: &Design) -> Vec<String> {
     let solids = design.solids.iter().enumerate();
     let solids = solids.filter_map(|(k, solid)| {

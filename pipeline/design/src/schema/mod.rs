@@ -133,8 +133,8 @@ pub struct Silicone {
     /// Scattering coefficient, 1/mm: the reciprocal of the mean free path; 0 to 10⁵. Default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scattering_per_mm: Option<ByWavelength>,
-    /// Mean cosine of the scattering angle by Henyey and Greenstein's phase function, -1 to 1; default
-    /// 0, all directions alike.
+    /// Mean cosine of the scattering angle by Henyey and Greenstein's phase function, -1 to 1;
+    /// default 0, all directions alike.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub g: Option<ByWavelength>,
     /// Phase function in place of `g`: rows of angle in degrees, from 0 to 180, and value per
