@@ -40,6 +40,7 @@ mod rectangular_arrays;
 mod report;
 mod reproduce;
 mod resume;
+mod scattering;
 mod schema;
 mod shards;
 mod solids;

@@ -42,6 +42,7 @@
 //! - A [`Prototype`] holds media, surfaces and sources in its own frame. [`SceneBuilder`] places it
 //!   many times, checks that nothing overlaps or leaks, and compiles the [`Scene`]. [`Package`]
 //!   and [`housing::Housing`] build the usual ones.
+//! - A [`Medium`] absorbs along the way and scatters by a [`PhaseFunction`].
 //! - Rays carry power, so refraction brings no factor n². For every path, emitted = escaped +
 //!   absorbed + lost.
 //! - All random numbers come from (seed, group, path). The number of threads changes no bit.
@@ -81,6 +82,8 @@ pub use error::Error;
 pub use ledger::{Ledger, Loss};
 pub use observer::{Fate, Interaction, Observer};
 pub use optics::media::Medium;
+pub use optics::mie::{Mie, Sphere};
+pub use optics::phase::{PhaseFunction, PhaseTable, Scattering};
 pub use optics::polarisation::Polarisation;
 pub use optics::thin_film::{Film, Layer};
 pub use outcome::{Outcome, Totals};

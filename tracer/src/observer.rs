@@ -58,6 +58,11 @@ pub trait Observer {
     #[inline]
     fn meets(&mut self, _interaction: &Interaction) {}
 
+    /// The medium of this line of the ledger has scattered it; the ray with which it goes on is in
+    /// the frame of the world.
+    #[inline]
+    fn scatters(&mut self, _ray: &Ray, _line: usize) {}
+
     /// It ends, with what was left of its weight before; the ray is its last flight, in the frame
     /// of the world.
     #[inline]

@@ -10,20 +10,26 @@ use rand::Rng;
 
 use crate::ledger::{Booking, Loss};
 use crate::observer::{Fate, Interaction, Observer};
+use crate::optics::phase::Scattering;
 use crate::optics::polarisation::{Light, Polarisation, Unpolarised};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
 use crate::scatter::{ScatterEvent, scatter};
-use crate::scene::{Candidates, CompiledPatch, Hit, Location, PlacedSource, Scene};
+use crate::scene::{Candidates, CompiledMedium, CompiledPatch, Hit, Location, PlacedSource, Scene};
 use crate::settings::{Sampling, Settings};
 use crate::surface::Region;
+
+/// Times that media may scatter a path for each surface that it may meet.
+const SCATTERINGS_PER_BOUNCE: u32 = 100;
 
 /// Constants of all paths of a run.
 pub(crate) struct Tracer<'a> {
     pub scene: &'a Scene,
     pub receivers: Receivers<'a>,
     pub max_bounces: u32,
+    /// Times that media may scatter a path before it is given up.
+    pub max_scatterings: u32,
     roulette_below: f64,
     pub polarisation: Polarisation,
     pub sampling: Sampling,
@@ -39,7 +45,21 @@ pub(crate) struct PathState {
     /// The only instance that it can meet, where packages do not see each other.
     pub own: Option<u32>,
     pub weight: f64,
+    /// Times that media have scattered it.
+    pub scatterings: u32,
     pub history: PathHistory,
+}
+
+/// End of a flight in a medium that scatters.
+pub(crate) enum Flight {
+    /// It reaches the surface ahead.
+    Free,
+    /// The medium scatters the light.
+    Scattered(Ray),
+    /// The medium has absorbed it, on a flight of this length, mm.
+    Absorbed(f64),
+    /// It is given up.
+    Lost,
 }
 
 /// Point where a ray has met a surface.
@@ -74,6 +94,7 @@ impl<'a> Tracer<'a> {
             scene,
             receivers: Receivers::new(scene, receivers),
             max_bounces: settings.max_bounces,
+            max_scatterings: settings.max_bounces.saturating_mul(SCATTERINGS_PER_BOUNCE),
             roulette_below: settings.roulette_below,
             polarisation: settings.polarisation,
             sampling: settings.sampling,
@@ -98,6 +119,7 @@ impl<'a> Tracer<'a> {
             left: None,
             own: self.scene.only_candidate(placed.instance),
             weight: 1.0,
+            scatterings: 0,
             history: PathHistory::new(number as u32),
         }
     }
@@ -213,17 +235,21 @@ impl<'a> Tracer<'a> {
     pub fn arrive<L: Light>(
         &self,
         state: &mut PathState,
-        hit: Option<Hit<'a>>,
-        light: &L,
+        mut hit: Option<Hit<'a>>,
+        light: &mut L,
         rng: &mut impl Rng,
         tally: &mut Tally<'_>,
         observer: &mut impl Observer,
     ) -> Option<Impact<'a>> {
-        let (ray, location) = (state.ray, state.location);
+        let location = state.location;
+        let medium = self.scene.medium(location);
+        if medium.scattering.is_some() {
+            (*state, hit) = self.wander(*state, hit, medium, light, rng, tally, observer)?;
+        }
+        let ray = state.ray;
         let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
 
         // Transmittance exp(-α t) of the medium; the medium absorbs the rest.
-        let medium = self.scene.medium(location);
         if medium.absorption > 0.0 {
             let before = state.weight;
             let transmittance = (-medium.absorption * length).exp();
@@ -256,6 +282,93 @@ impl<'a> Tracer<'a> {
         let at = self.scene.in_frame(ray.at(hit.distance), location, hit.instance);
         let (point, normal) = hit.surface.shape.settle(at, hit.primitive);
         Some(Impact { hit, patch, point, normal })
+    }
+
+    /// Follows a path through a medium that scatters up to its last flight before a surface;
+    /// returns it with what it meets there, `None` where it has ended. By value: where nothing
+    /// scatters, the path stays in registers.
+    #[expect(clippy::too_many_arguments, reason = "those of `arrive`, with the medium")]
+    #[inline(never)]
+    fn wander<L: Light>(
+        &self,
+        mut state: PathState,
+        mut hit: Option<Hit<'a>>,
+        medium: &CompiledMedium,
+        light: &mut L,
+        rng: &mut impl Rng,
+        tally: &mut Tally<'_>,
+        observer: &mut impl Observer,
+    ) -> Option<(PathState, Option<Hit<'a>>)> {
+        let (scattering, location) = (medium.scattering.as_ref()?, state.location);
+        loop {
+            let Some(ahead) = hit.as_ref() else {
+                return Some((state, hit));
+            };
+            let ray = state.ray;
+            let (weight, scatterings) = (&mut state.weight, &mut state.scatterings);
+            let before = *weight;
+            let turned = self.fly(
+                medium,
+                scattering,
+                (&ray, ahead.distance),
+                (weight, scatterings),
+                rng,
+                tally,
+            );
+            match turned {
+                Flight::Free => return Some((state, hit)),
+                Flight::Absorbed(length) => {
+                    let fate = Fate::Medium(medium.line, length);
+                    observer.ends(&self.in_world(&ray, location), fate, before);
+                    return None;
+                }
+                Flight::Lost => {
+                    let fate = Fate::Lost(Loss::Bounces);
+                    observer.ends(&self.in_world(&ray, location), fate, state.weight);
+                    return None;
+                }
+                Flight::Scattered(ray) => {
+                    light.depolarise();
+                    // In the medium around instances it may meet again the one that it has left.
+                    (state.ray, state.left) = (ray, None);
+                    observer.scatters(&self.in_world(&ray, location), medium.line);
+                    hit = self.intersect(&state);
+                }
+            }
+        }
+    }
+
+    /// Takes a path in a medium that scatters through one flight, at most `length` long, and books
+    /// what ends there. The free path is exponential, so a flight that a surface ends needs no
+    /// memory of it.
+    #[inline]
+    pub fn fly(
+        &self,
+        medium: &CompiledMedium,
+        scattering: &Scattering,
+        (ray, length): (&Ray, f64),
+        (weight, scatterings): (&mut f64, &mut u32),
+        rng: &mut impl Rng,
+        tally: &mut Tally<'_>,
+    ) -> Flight {
+        let free = scattering.free_path(rng);
+        if free >= length {
+            return Flight::Free;
+        }
+        if medium.absorption > 0.0 {
+            let transmittance = (-medium.absorption * free).exp();
+            self.transmit(medium.line, transmittance, weight, rng, tally);
+            if *weight == 0.0 {
+                return Flight::Absorbed(free);
+            }
+        }
+        if *scatterings >= self.max_scatterings {
+            tally.lose(Loss::Bounces, *weight);
+            return Flight::Lost;
+        }
+        *scatterings += 1;
+        let direction = scattering.phase.sample(ray.direction, rng);
+        Flight::Scattered(Ray { origin: ray.at(free), direction })
     }
 
     /// Sends a path on from where it has met a surface; whether it goes on.

@@ -13,8 +13,8 @@ use tracer::housing::Housing;
 use tracer::run::{Control, run_rays};
 use tracer::shape::{Bend, Reach, Revolution, Sides};
 use tracer::{
-    Dome, Emission, FarField, Package, Patch, PlaneMap, Prototype, Ray, Region, Scene, Settings,
-    Shape, Surface, SurfaceModel, run,
+    Dome, Emission, FarField, Package, Patch, PhaseFunction, PlaneMap, Prototype, Ray, Region,
+    Scattering, Scene, Settings, Shape, Surface, SurfaceModel, run,
 };
 
 const GROUPS: usize = 6;
@@ -115,7 +115,10 @@ fn variants(dome: Dome) -> Vec<Package> {
     painted.bottom = SurfaceModel::Lambertian { reflectance: 0.8 };
     painted.led.top = SurfaceModel::Absorber;
     painted.side = SurfaceModel::Absorber;
-    vec![plain, painted]
+    let mut milky = painted.clone();
+    let phase = PhaseFunction::HenyeyGreenstein(0.7);
+    milky.silicone = milky.silicone.scattering(Some(Scattering { per_mm: 0.8, phase }));
+    vec![plain, painted, milky]
 }
 
 #[test]

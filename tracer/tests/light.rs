@@ -11,5 +11,6 @@ mod matrices;
 mod mixed;
 mod samplers;
 mod sampling;
+mod scattering;
 mod stokes;
 mod transport;

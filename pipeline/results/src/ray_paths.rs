@@ -63,7 +63,7 @@ impl PathEnd {
 pub struct Vertex {
     /// Place, mm.
     pub point_mm: [f64; 3],
-    /// The surface met there, or `source`, or the medium that absorbed it.
+    /// The surface met there, or `source`, or the medium that scattered or absorbed it.
     pub at: String,
 }
 

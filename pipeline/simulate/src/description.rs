@@ -5,8 +5,10 @@ use design::Design;
 use design::resolved::array::PackagePositions;
 use design::resolved::dome::Dome;
 use design::resolved::led::{BoxPlace, Led};
+use design::resolved::medium::Medium;
 use design::resolved::receivers::CheckedReceiver;
 use design::resolved::reflector::Reflector;
+use design::resolved::scattering::MediumScattering;
 use design::resolved::solids::CheckedSolid;
 use design::schema::Arrangement;
 use design::schema::receivers::ReceiverForm;
@@ -259,7 +261,7 @@ fn neighbours(design: &Design) -> Option<String> {
 /// A solid in words.
 fn solid(solid: &CheckedSolid) -> String {
     let made = match (&solid.medium, solid.stated.kind.is_sheet()) {
-        (Some(medium), _) => format!("index {}", shortest(medium.index)),
+        (Some(of), _) => medium(of),
         (None, true) => "sheet".to_owned(),
         (None, false) => "opaque".to_owned(),
     };
@@ -294,6 +296,16 @@ fn film(solid: &CheckedSolid, made: &str) -> String {
 /// A length without rounding of sums.
 fn about(length_mm: f64) -> String {
     shortest((length_mm * 1e9).round() * 1e-9)
+}
+
+/// Index and scattering of a medium in words.
+fn medium(medium: &Medium) -> String {
+    let index = format!("index {}", shortest(medium.index));
+    let Some(MediumScattering { per_mm, optics, .. }) = &medium.scattering else {
+        return index;
+    };
+    let [per_mm, g] = [*per_mm, optics.phase.mean_cosine()].map(|x| format!("{x:.4}"));
+    format!("{index}, scatters {per_mm} per mm with a mean cosine of {g}")
 }
 
 /// Effect of a surface on light from either side, in words.
@@ -338,22 +350,22 @@ fn scatters(law: &ScatterLaw) -> String {
 
 /// The dome in words.
 fn dome(design: &Design) -> String {
-    let index = shortest(design.silicone.index);
+    let silicone = medium(&design.silicone);
     let Some(dome) = &design.dome else {
         return "none".to_owned();
     };
     let [height, width] = [dome.height_mm(), 2.0 * dome.radius_mm()].map(shortest);
     match dome {
         Dome::Mesh(mesh) => format!(
-            "mesh of {}, {height} mm high, {width} mm wide, index {index}",
+            "mesh of {}, {height} mm high, {width} mm wide, {silicone}",
             count(mesh.triangles, "triangle"),
         ),
         Dome::Meridian(meridian) => format!(
-            "curve of {}, {height} mm high, {width} mm wide, index {index}",
+            "curve of {}, {height} mm high, {width} mm wide, {silicone}",
             count(meridian.pieces.len(), "piece"),
         ),
         Dome::Sphere(sphere) => format!(
-            "sphere of radius {} mm, {height} mm high, {width} mm wide, index {index}",
+            "sphere of radius {} mm, {height} mm high, {width} mm wide, {silicone}",
             shortest(sphere.sphere_radius_mm),
         ),
     }

@@ -62,7 +62,7 @@ pub struct Observation {
     pub powers: Grouped,
     /// Power in the bins of each receiver of `[[receivers]]`, W.
     pub receivers: Vec<Grouped>,
-    /// Names of surfaces that leave light unpolarised.
+    /// Names of surfaces and media that leave light unpolarised.
     pub depolarised_by: Vec<String>,
     /// X, Y and Z (CIE 1931) at the nine points of the cell, in any one unit, where several
     /// wavelengths were put together.

@@ -5,7 +5,7 @@
 //! counted from its axis. Rays start on the line where the plane
 //! cuts the emitting face. They keep the polar angle that the source drew, so every cone holds as
 //! many paths as in a full trace. Mirrors, interfaces and gratings keep them in the plane; diffuse
-//! surfaces do not. Absorption takes a whole path or nothing.
+//! surfaces and media that scatter do not. Absorption takes a whole path or nothing.
 
 use anyhow::Result;
 use tracer::glam::DVec3;
@@ -43,6 +43,11 @@ impl Observer for PathRecorder<'_> {
     fn meets(&mut self, meeting: &Interaction) {
         let lines = self.lines;
         self.add(meeting.point, &lines.surfaces[meeting.line]);
+    }
+
+    fn scatters(&mut self, ray: &Ray, line: usize) {
+        let lines = self.lines;
+        self.add(ray.origin, &lines.media[line]);
     }
 
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {

@@ -139,6 +139,15 @@ struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
+    fn bend(&mut self, point: DVec3) {
+        if (self.paths.len() as u64) < self.drawn
+            && self.path.points.len() < MAX_BENDS
+            && !self.path.is_elsewhere
+        {
+            self.path.points.push((point - self.axis).to_array());
+        }
+    }
+
     fn face(&mut self, line: usize) -> usize {
         let name = &self.lines.surfaces[line];
         let known = self.faces.iter().position(|face| face == name);
@@ -159,12 +168,7 @@ impl Observer for Recorder<'_> {
         let point = met.point;
         let package = met.instance.map(|number| number as usize);
         let package = package.filter(|number| *number < self.axes.len());
-        if (self.paths.len() as u64) < self.drawn
-            && self.path.points.len() < MAX_BENDS
-            && !self.path.is_elsewhere
-        {
-            self.path.points.push((point - self.axis).to_array());
-        }
+        self.bend(point);
         self.path.is_elsewhere |= package.is_some_and(|number| number != self.own);
         self.path.line = Some(met.line);
         let leaves = met.from == Side::Inner && met.to == Side::Outer && met.weight > 0.0;
@@ -175,6 +179,10 @@ impl Observer for Recorder<'_> {
             let [x, y] = self.axes[package];
             self.path.ring = self.rings.nearest([(point.x - x).hypot(point.y - y), point.z]);
         }
+    }
+
+    fn scatters(&mut self, ray: &Ray, _line: usize) {
+        self.bend(ray.origin);
     }
 
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {

@@ -307,8 +307,7 @@ fn package(
         side: box_optics.clone(),
         top: box_optics,
     };
-    let silicone = Medium::clear("silicone", design.silicone.index)
-        .absorbing(design.silicone.absorption_per_mm);
+    let silicone = design.silicone.to_tracer("silicone");
     let sphere = match dome {
         Dome::Sphere(sphere) => sphere,
         Dome::Meridian(_) | Dome::Mesh(_) => {

@@ -25,8 +25,8 @@ pub use touching::NARROW_MM;
 use touching::{Displacement, NarrowGap, narrow_gaps};
 use tracer::glam::{DVec2, DVec3};
 use tracer::{
-    Containment, Medium, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface,
-    SurfaceModel, Surroundings,
+    Containment, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface, SurfaceModel,
+    Surroundings,
 };
 
 use design::resolved::dome::Dome;
@@ -428,11 +428,7 @@ fn place_solids<'a>(
     };
 
     for (solid, _) in &regions {
-        let Some(medium) = &solid.medium else {
-            continue;
-        };
-        body.media
-            .push(Medium::clear(solid.name(), medium.index).absorbing(medium.absorption_per_mm));
+        body.media.extend(solid.medium.as_ref().map(|medium| medium.to_tracer(solid.name())));
     }
     nest.surround(body);
     for source in &mut body.sources {

@@ -84,6 +84,7 @@ impl TraceJob<'_> {
         let outcome = uninterrupted(outcome)?.merged(self.error_groups);
         let mut observation = Observation::new(self.design, outcome);
         observation.depolarised_by = scene.scattering_surfaces();
+        observation.depolarised_by.extend(scene.scattering_media());
         Ok(observation)
     }
 

@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a design may say by mistake, for `check` and `run`: sources that hang over the edge of what
-//! they lie on, sources in one place, and bodies that hold the light.
+//! they lie on, sources in one place, bodies that hold the light, media that scatter it very often,
+//! and spheres too near each other to scatter independently.
+//!
+//! \[Tien, Drolen 1987\] C. L. Tien, B. L. Drolen, *Thermal radiation in particulate media with
+//! dependent and independent scattering*, Annu. Rev. Numer. Fluid Mech. Heat Transfer 1, 1.
 
 use anyhow::Result;
 use tracer::glam::DVec3;
+use tracer::ledger::Lines;
 use tracer::shape::Bounds;
 use tracer::{
-    Emission, Emitter, Interaction, Observer, Sampling, Settings, Source, trace_observed,
+    Emission, Emitter, Interaction, Observer, Ray, Sampling, Settings, Source, trace_observed,
 };
 
 use design::Design;
 use design::resolved::led::BoxPlace;
+use design::resolved::medium::Medium;
+use design::resolved::scattering::Phase;
 use metrics::digits::shortest;
 
 use super::dome_surface::dome_surface;
@@ -33,46 +40,98 @@ const PROBED: u64 = 64;
 /// Mean surfaces of a path beyond which a trace is slow: the usual is some ten.
 const MANY: f64 = 300.0;
 
+/// Mean scatterings of a path beyond which a trace is slow.
+const MANY_SCATTERINGS: f64 = 3000.0;
+
 /// Warnings on `design`, in words.
 ///
 /// # Errors
 /// A scene that cannot be built.
 pub fn warnings(design: &Design) -> Result<Vec<String>> {
     let mut said = of_sources(design);
+    said.extend(of_spheres(design));
     said.extend(held_light(design)?);
     Ok(said)
 }
 
-/// Surfaces met by the paths of a probe, by ledger line.
-struct Counter(Vec<u64>);
+/// Warnings on spheres whose neighbours are near: independent are those of a volume share below
+/// 0.006, or with half a wavelength of the medium between them \[Tien, Drolen 1987\].
+fn of_spheres(design: &Design) -> Vec<String> {
+    let solids = design.solids.iter().enumerate();
+    let solids = solids.filter_map(|(k, solid)| {
+        Some((format!("solids[{}].medium", k + 1), solid.medium.as_ref()?))
+    });
+    let media = [("silicone".to_owned(), &design.silicone)].into_iter().chain(solids);
+    let warning = |(table, medium): (String, &Medium)| {
+        let Phase::Spheres { diameter_um, wavelength_nm, volume_fraction, .. } =
+            medium.scattering.as_ref()?.phase
+        else {
+            return None;
+        };
+        let gap_nm = 1e3 * diameter_um * (0.905 / volume_fraction.cbrt() - 1.0);
+        let is_dense = volume_fraction > 0.006 && gap_nm < 0.5 * wavelength_nm;
+        is_dense.then(|| {
+            format!(
+                "{}: {table}.particles: {:.0} nm between spheres of a volume share of {volume_fraction} are less than half a wavelength there, {:.0} nm: they do not scatter independently, as they are taken to, and real ones scatter less",
+                design.provenance.file,
+                gap_nm.max(0.0),
+                0.5 * wavelength_nm
+            )
+        })
+    };
+    media.filter_map(warning).collect()
+}
+
+/// Surfaces met by the paths of a probe, and scatterings in media, by ledger line.
+struct Counter {
+    met: Vec<u64>,
+    scattered: Vec<u64>,
+}
 
 impl Observer for Counter {
     fn meets(&mut self, met: &Interaction) {
-        self.0[met.line] += 1;
+        self.met[met.line] += 1;
+    }
+
+    fn scatters(&mut self, _ray: &Ray, line: usize) {
+        self.scattered[line] += 1;
     }
 }
 
-/// The body that holds the paths, where they meet many surfaces.
-fn held_light(design: &Design) -> Result<Option<String>> {
+/// The body that holds the paths, where they meet many surfaces, and the medium that scatters them
+/// many times.
+fn held_light(design: &Design) -> Result<Vec<String>> {
     let surface = dome_surface(design, Model::Geometric, None)?;
     let scene = scene::build(design, &surface)?;
-    let names = &scene.lines().surfaces;
-    let mut counter = Counter(vec![0; names.len()]);
+    let Lines { surfaces: names, media, .. } = scene.lines();
+    let mut counter = Counter { met: vec![0; names.len()], scattered: vec![0; media.len()] };
     let settings = Settings { sampling: Sampling::Random, ..scene::settings(design, PROBED, 1) };
     trace_observed(&scene, &settings, |ray| ray, &mut counter)?;
-    let all: u64 = counter.0.iter().sum();
+    let rounded = |mean: f64| shortest(format!("{mean:.1e}").parse().unwrap_or(mean));
+    let all: u64 = counter.met.iter().sum();
     let mean = all as f64 / PROBED as f64;
-    let most = counter.0.iter().zip(names).max_by_key(|(met, _)| **met);
+    let most = counter.met.iter().zip(names).max_by_key(|(met, _)| **met);
     let held = most.filter(|_| mean > MANY).map(|(met, name)| {
         format!(
             "{}: {name:?} holds the light: a path meets some {} surfaces, {:.0} % of them of {name:?}, so that a trace takes long; some ten are usual, and paths are given up after {} (trace.max_interactions)",
             design.provenance.file,
-            shortest(format!("{mean:.1e}").parse().unwrap_or(mean)),
+            rounded(mean),
             100.0 * *met as f64 / all as f64,
             design.trace.max_interactions,
         )
     });
-    Ok(held)
+    let turned = counter.scattered.iter().zip(media).filter_map(|(count, name)| {
+        let mean = *count as f64 / PROBED as f64;
+        (mean > MANY_SCATTERINGS).then(|| {
+            format!(
+                "{}: {name:?} scatters a path some {} times, so that a trace takes long; paths are given up after {} scatterings (100 trace.max_interactions)",
+                design.provenance.file,
+                rounded(mean),
+                100 * u64::from(design.trace.max_interactions),
+            )
+        })
+    });
+    Ok(held.into_iter().chain(turned).collect())
 }
 
 /// Warnings on the places of sources.

@@ -39,7 +39,8 @@ const DEFAULT_OPERATIONS: f64 = 1e13;
 
 /// Parts of a design that the comparison leaves out.
 const IDEAL: &str = "of the design: dome, index, wavelength, width and height of the LED; the mirror is \
-    perfect and endless, the LED has no body, and there are no losses, films, solids or neighbours";
+    perfect and endless, the LED has no body, the silicone does not scatter, and there are no \
+    losses, films, solids or neighbours";
 
 /// `batwing full-wave`.
 #[derive(Debug, Args)]

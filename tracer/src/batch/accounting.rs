@@ -246,6 +246,7 @@ impl BatchTracer<'_> {
             left: self.scene.convex_exit(instance),
             own: self.scene.only_candidate(instance),
             weight: batch.weight[lane],
+            scatterings: batch.scatterings[lane],
             history: batch.past(lane),
         };
         let met = state.history.bounces;
@@ -257,6 +258,7 @@ impl BatchTracer<'_> {
         };
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = state.weight;
+        batch.scatterings[lane] = state.scatterings;
         batch.history[lane] = state.history;
         batch.lanes.bounces[lane] = state.history.bounces.into();
         batch.lanes.put(lane, &state.ray);

@@ -209,8 +209,7 @@ impl<'a> BatchTracer<'a> {
             dome,
             primitives,
             flats: [bottom as f64 - FlatCode::BOTTOM.0, faces],
-            absorption: medium.absorption,
-            medium_line: medium.line,
+            medium,
             varied,
             tables,
             exit: Exit {

@@ -91,11 +91,19 @@ impl Mode {
     pub const OTHER: Self = Self(3.0);
     /// There is no surface ahead.
     pub const NOTHING: Self = Self(4.0);
+    /// The medium has taken the light, or has scattered it, before it reached a surface.
+    pub const TAKEN: Self = Self(5.0);
 
     /// True for interfaces and mirrors.
     #[inline(always)]
     pub fn is_specular(self) -> bool {
         self.0 <= Self::MIRROR.0
+    }
+
+    /// True of a flight that its medium has not ended.
+    #[inline(always)]
+    pub fn is_ahead(self) -> bool {
+        self.0 < Self::TAKEN.0
     }
 
     /// True where there is a surface ahead.

@@ -38,12 +38,13 @@ use bsdf::order_table::{Flag, OrderTable, OrderTableBatch};
 use pulp::Arch;
 
 use crate::ledger::Booking;
+use crate::optics::phase::Scattering;
 use crate::optics::polarisation::Unpolarised;
-use crate::path::Tracer;
+use crate::path::{Flight, Tracer};
 use crate::random::Streams;
-use crate::ray::{first_lanes, lanes, lanes_down};
+use crate::ray::{Ray, first_lanes, lanes, lanes_down};
 use crate::receiver::{PathHistory, Tally};
-use crate::scene::{CompiledPatch, CompiledSurface, Location, Scene};
+use crate::scene::{CompiledMedium, CompiledPatch, CompiledSurface, Location, Scene};
 use crate::shape::{Reach, Revolution};
 use crate::source::emission::EmittedRays;
 use crate::source_picker::SourcePicker;
@@ -88,8 +89,7 @@ pub(crate) struct BatchTracer<'a> {
     primitives: Vec<Primitive<'a>>,
     /// Number of a primitive less its flat code, for bottom and side and for the faces of the box.
     flats: [f64; 2],
-    absorption: f64,
-    medium_line: usize,
+    medium: &'a CompiledMedium,
     /// True if primitives of the dome differ in their modes.
     varied: bool,
     /// The tables of orders, by primitive, if there are any.
@@ -108,6 +108,10 @@ struct PathBatch {
     instance: [u32; LANES],
     /// Surfaces that paths have met outside of their packages.
     crossed: u64,
+    /// Times that the medium has scattered them.
+    scatterings: [u32; LANES],
+    /// Lanes that it scatters in this step, with the rays that go on.
+    scattered: Vec<(usize, Ray)>,
     history: [PathHistory; LANES],
     /// Weight and side before the interaction, where receivers observe interactions.
     arrived: [f64; LANES],
@@ -133,6 +137,8 @@ impl BatchTracer<'_> {
             weight: [0.0; LANES],
             instance: [0; LANES],
             crossed: 0,
+            scatterings: [0; LANES],
+            scattered: Vec::new(),
             history: [PathHistory::new(0); LANES],
             arrived: [0.0; LANES],
             came_inside: [Flag::NO; LANES],
@@ -222,9 +228,16 @@ impl BatchTracer<'_> {
                 tally.segment(&ray, length, weight, &batch.past(lane), &Unpolarised);
             }
         }
-        if self.absorption > 0.0 {
+        if let Some(scattering) = &self.medium.scattering {
             for lane in 0..active {
                 if batch.lanes.inside[lane].is_set() {
+                    self.scatter_on_the_way(tracer, scattering, batch, lane, tally);
+                }
+            }
+        }
+        if self.medium.absorption > 0.0 {
+            for lane in 0..active {
+                if batch.lanes.inside[lane].is_set() && batch.lanes.mode[lane].is_ahead() {
                     self.absorb(tracer, batch, lane, tally);
                 }
             }
@@ -242,7 +255,39 @@ impl BatchTracer<'_> {
             primitives: self.flats,
             lanes: &mut batch.lanes,
         });
-        events.of_first(active)
+        let mut events = events.of_first(active);
+        for (lane, ray) in batch.scattered.drain(..) {
+            batch.lanes.put(lane, &ray);
+            events.other &= !(1 << lane);
+        }
+        events
+    }
+
+    /// Lets the medium scatter a path before it reaches what is ahead of it.
+    fn scatter_on_the_way(
+        &self,
+        tracer: &Tracer<'_>,
+        scattering: &Scattering,
+        batch: &mut PathBatch,
+        lane: usize,
+        tally: &mut Tally<'_>,
+    ) {
+        let lanes = &mut batch.lanes;
+        if !lanes.mode[lane].is_met() {
+            // It has found a leak.
+            return;
+        }
+        let mut stream = lanes.stream(lane);
+        let flight = (&lanes.ray(lane), lanes.distance[lane]);
+        let path = (&mut batch.weight[lane], &mut batch.scatterings[lane]);
+        let end = tracer.fly(self.medium, scattering, flight, path, &mut stream, tally);
+        lanes.keep(lane, stream);
+        match end {
+            Flight::Free => return,
+            Flight::Scattered(ray) => batch.scattered.push((lane, ray)),
+            Flight::Absorbed(_) | Flight::Lost => batch.weight[lane] = 0.0,
+        }
+        lanes.mode[lane] = Mode::TAKEN;
     }
 
     /// Rays emitted ahead, if all sources are copies of one that can emit many at a time.
@@ -286,6 +331,7 @@ impl BatchTracer<'_> {
         batch.lanes.inside[lane] = Flag::YES;
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = 1.0;
+        batch.scatterings[lane] = 0;
         batch.lanes.bounces[lane] = 0.into();
         tally.book(Booking::Emission);
     }
@@ -321,12 +367,12 @@ impl BatchTracer<'_> {
         let lanes = &mut batch.lanes;
         let mut stream = lanes.stream(lane);
         let transmittance = if lanes.mode[lane].is_met() {
-            (-self.absorption * lanes.distance[lane]).exp()
+            (-self.medium.absorption * lanes.distance[lane]).exp()
         } else {
             0.0
         };
         let weight = &mut batch.weight[lane];
-        tracer.transmit(self.medium_line, transmittance, weight, &mut stream, tally);
+        tracer.transmit(self.medium.line, transmittance, weight, &mut stream, tally);
         lanes.keep(lane, stream);
         if batch.weight[lane] == 0.0 {
             lanes.mode[lane] = Mode::NOTHING;
@@ -344,6 +390,7 @@ impl PathBatch {
         self.lanes.keep(to, stream);
         self.lanes.bounces[to] = self.lanes.bounces[from];
         self.weight[to] = self.weight[from];
+        self.scatterings[to] = self.scatterings[from];
         self.instance[to] = self.instance[from];
         self.history[to] = self.history[from];
     }

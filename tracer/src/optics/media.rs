@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Homogeneous media: refractive index and absorption coefficient.
+//! Homogeneous media: refractive index, absorption and scattering.
 
+use super::phase::Scattering;
 use crate::error::{Error, check};
 
 /// A homogeneous medium at one wavelength.
@@ -12,12 +13,14 @@ pub struct Medium {
     pub index: f64,
     /// Absorption coefficient in 1/mm, 0 or more; power falls as exp(-a·length).
     pub absorption_per_mm: f64,
+    /// Scattering on the way, if any; of a body, not of the world.
+    pub scattering: Option<Scattering>,
 }
 
 impl Medium {
     /// A medium that absorbs nothing.
     pub fn clear(name: impl Into<String>, index: f64) -> Self {
-        Self { name: name.into(), index, absorption_per_mm: 0.0 }
+        Self { name: name.into(), index, absorption_per_mm: 0.0, scattering: None }
     }
 
     /// Air with index 1.
@@ -29,6 +32,13 @@ impl Medium {
     #[must_use]
     pub fn absorbing(mut self, absorption_per_mm: f64) -> Self {
         self.absorption_per_mm = absorption_per_mm;
+        self
+    }
+
+    /// The same medium, scattering; a coefficient of 0 is none.
+    #[must_use]
+    pub fn scattering(mut self, scattering: Option<Scattering>) -> Self {
+        self.scattering = scattering.filter(|scattering| scattering.per_mm != 0.0);
         self
     }
 
@@ -45,6 +55,6 @@ impl Medium {
             "a finite number, 0 or more",
             self.absorption_per_mm >= 0.0,
         )?;
-        Ok(())
+        self.scattering.as_ref().map_or(Ok(()), |scattering| scattering.validate(&self.name))
     }
 }

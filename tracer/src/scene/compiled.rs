@@ -6,6 +6,7 @@ use bsdf::Side;
 
 use super::lines::Lines;
 use crate::optics::media::Medium;
+use crate::optics::phase::Scattering;
 use crate::ray::Ray;
 use crate::shape::{Bounds, Intersection, PacketTraversal, Reach, Shape, Sides};
 use crate::surface::{Region, Surface, SurfaceModel};
@@ -15,6 +16,7 @@ use crate::surface::{Region, Surface, SurfaceModel};
 pub(crate) struct CompiledMedium {
     pub absorption: f64,
     pub line: usize,
+    pub scattering: Option<Scattering>,
 }
 
 /// A patch of a surface with its line in the ledger.
@@ -207,6 +209,7 @@ impl Body {
                 .map(|medium| CompiledMedium {
                     absorption: medium.absorption_per_mm,
                     line: lines.medium(&medium.name),
+                    scattering: medium.scattering.clone(),
                 })
                 .collect(),
             bounds,

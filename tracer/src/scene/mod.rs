@@ -35,8 +35,8 @@ use crate::ray::Ray;
 use crate::shape::{Bounds, PacketTraversal, RELATIVE_PAD, Reach};
 use crate::source::Source;
 pub(crate) use compiled::Body;
-use compiled::{BodyHit, CompiledMedium};
-pub(crate) use compiled::{CompiledPatch, CompiledSurface};
+use compiled::BodyHit;
+pub(crate) use compiled::{CompiledMedium, CompiledPatch, CompiledSurface};
 pub(crate) use instances::Instance;
 use instances::Instances;
 use nested::Nested;
@@ -146,6 +146,16 @@ impl Scene {
         lines.dedup();
         let name = |line: usize| self.lines.surfaces[line].clone();
         lines.into_iter().map(name).collect()
+    }
+
+    /// Names of the media that scatter, and so leave light unpolarised, in ledger order.
+    pub fn scattering_media(&self) -> Vec<String> {
+        let media = self.bodies.iter().flat_map(|body| &body.media);
+        let mut lines: Vec<usize> =
+            media.filter(|medium| medium.scattering.is_some()).map(|medium| medium.line).collect();
+        lines.sort_unstable();
+        lines.dedup();
+        lines.into_iter().map(|line| self.lines.media[line].clone()).collect()
     }
 
     /// Number of instances, without the array solids.

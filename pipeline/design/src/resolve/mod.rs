@@ -19,6 +19,7 @@ mod light;
 mod package;
 mod positions;
 mod receivers;
+mod scattering;
 mod solids;
 mod source_spectra;
 mod sources;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use geometry::profile::SphericalDome;
 
-use super::positions;
+use super::{positions, scattering};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Housing;
@@ -15,9 +15,10 @@ use crate::resolved::dome::Dome;
 use crate::resolved::led::Led;
 use crate::resolved::medium::{MaterialFile, Medium, StatedMedium, medium_at};
 use crate::resolved::reflector::Reflector;
+use crate::resolved::scattering::Spectral;
 use crate::schema::dome::SphereDome;
 use crate::schema::reflectors::{Law, Specular};
-use crate::schema::{Arrangement, Pitch};
+use crate::schema::{Arrangement, ByWavelength, Pitch};
 use crate::{material, schema};
 
 pub(crate) fn dome(raw: &SphereDome, at: &Context) -> Result<SphericalDome, ConfigError> {
@@ -58,10 +59,16 @@ pub(crate) fn inside(
         (false, None) => Ok(Medium {
             index: 1.0,
             absorption_per_mm: 0.0,
+            scattering: None,
             stated: Arc::new(StatedMedium {
                 table: "silicone".to_owned(),
                 index: 1.0,
-                absorption_per_mm: 0.0,
+                absorption_per_mm: Spectral {
+                    key: "silicone.absorption_per_mm".to_owned(),
+                    value: ByWavelength::default(),
+                },
+                scattering: None,
+                spectral: None,
                 material: None,
             }),
         }),
@@ -76,33 +83,28 @@ pub(crate) fn medium(
     folder: &Path,
     at: &Context,
 ) -> Result<Medium, ConfigError> {
-    let absorption_per_mm =
-        at.within(&format!("{table}.absorption_per_mm"), raw.absorption_per_mm, 0.0, 1e6)?;
-    let stated = match (raw.index, &raw.material_file) {
-        (Some(index), None) => {
-            StatedMedium { table: table.to_owned(), index, absorption_per_mm, material: None }
-        }
+    let key = format!("{table}.absorption_per_mm");
+    let absorption_per_mm = Spectral::new(key, &raw.absorption_per_mm, [0.0, 1e6], at)?;
+    let scattering = scattering::resolve(table, raw, at)?;
+    let (index, material) = match (raw.index, &raw.material_file) {
+        (Some(index), None) => (index, None),
         (None, Some(name)) => {
             let path = folder.join(name);
             let material = material::read(&path).map_err(|e| {
                 let expected = format!("a readable material: {e:#}");
                 at.value(&format!("{table}.material_file"), name, &expected)
             })?;
-            StatedMedium {
-                table: table.to_owned(),
-                index: f64::NAN,
-                absorption_per_mm,
-                material: Some(MaterialFile {
-                    file: name.clone(),
-                    path: path.display().to_string(),
-                    material,
-                }),
-            }
+            let (file, path) = (name.clone(), path.display().to_string());
+            (f64::NAN, Some(MaterialFile { file, path, material }))
         }
         _ => {
             return Err(at.value(table, "both or neither", "one of `index` and `material_file`"));
         }
     };
+    let table = table.to_owned();
+    let varies = matches!(raw.absorption_per_mm, ByWavelength::Rows(_));
+    let spectral = (varies || scattering.is_some()).then(|| raw.clone());
+    let stated = StatedMedium { table, index, absorption_per_mm, scattering, spectral, material };
     medium_at(&Arc::new(stated), wavelength_nm, at)
 }
 

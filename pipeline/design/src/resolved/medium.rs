@@ -6,9 +6,11 @@ use std::sync::Arc;
 use rcwa::material::Material;
 use serde::Serialize;
 
+use super::scattering::{MediumScattering, Spectral, StatedScattering};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::material;
+use crate::schema::Silicone;
 
 /// The material of the dome, or of a solid, at the wavelength.
 #[derive(Debug, Clone, Serialize)]
@@ -17,9 +19,22 @@ pub struct Medium {
     pub index: f64,
     /// Absorption coefficient for power, 1/mm.
     pub absorption_per_mm: f64,
-    /// From which both follow at other wavelengths.
+    /// Scattering on the way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scattering: Option<MediumScattering>,
+    /// From which all follow at other wavelengths.
     #[serde(skip)]
     pub(crate) stated: Arc<StatedMedium>,
+}
+
+impl Medium {
+    /// The medium as the tracer takes it, under its name in the ledger.
+    pub fn to_tracer(&self, name: &str) -> tracer::Medium {
+        let scattering = self.scattering.as_ref().map(|of| of.optics.clone());
+        tracer::Medium::clear(name, self.index)
+            .absorbing(self.absorption_per_mm)
+            .scattering(scattering)
+    }
 }
 
 /// Medium as stated, whatever the wavelength.
@@ -30,7 +45,11 @@ pub(crate) struct StatedMedium {
     /// Index, unless a material is given.
     pub(crate) index: f64,
     /// Absorption beside that of the material, 1/mm.
-    pub(crate) absorption_per_mm: f64,
+    pub(crate) absorption_per_mm: Spectral,
+    /// Scattering, if any.
+    pub(crate) scattering: Option<StatedScattering>,
+    /// The table as written, if values over the wavelength stand in it or it scatters.
+    pub(crate) spectral: Option<Silicone>,
     /// Index and absorption over the wavelength.
     pub(crate) material: Option<MaterialFile>,
 }
@@ -74,7 +93,10 @@ pub(crate) fn medium_at(
         return Err(at.value(&key, index, expected));
     }
     // α = 4πk/λ for power.
+    let beside = stated.absorption_per_mm.at(wavelength_nm, at)?;
     let absorption_per_mm =
-        stated.absorption_per_mm + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
-    Ok(Medium { index, absorption_per_mm, stated: Arc::clone(stated) })
+        beside + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
+    let scattering = stated.scattering.as_ref();
+    let scattering = scattering.map(|of| of.at(wavelength_nm, index, at)).transpose()?;
+    Ok(Medium { index, absorption_per_mm, scattering, stated: Arc::clone(stated) })
 }

@@ -13,6 +13,7 @@ pub mod led;
 pub mod medium;
 pub mod receivers;
 pub mod reflector;
+pub mod scattering;
 pub mod solids;
 pub mod sources;
 pub mod trace_key;

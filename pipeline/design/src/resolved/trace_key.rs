@@ -7,9 +7,9 @@
 //! holds beside its fields as written follows from them, and is left out:
 //!
 //! - `Medium::stated`, `Films::stated` and `CheckedSolid::surface` give indices and reflectors at
-//!   other wavelengths. Index and absorption at the wavelength of the trace are fields of their
-//!   own; a trace of many wavelengths depends on the tables as written and on the content of the
-//!   files that they name, whose hashes are listed.
+//!   other wavelengths. Index, absorption and scattering at the wavelength of the trace are fields
+//!   of their own; a trace of many wavelengths depends on the tables as written and on the content
+//!   of the files that they name, whose hashes are listed.
 //! - Forms, symmetries, detectors, emitters and lights follow from the tables as written and from
 //!   the same hashes. Only the weights of emitters are listed, which say what shines.
 
@@ -160,8 +160,17 @@ fn dome_fields(dome: &Dome) -> Value {
     }
 }
 
+/// A medium that does not scatter and whose absorption is one number has the fields of designs that
+/// cannot say otherwise.
 fn medium_fields(medium: &Medium) -> Value {
-    fields!(medium => Medium { index, absorption_per_mm; stated })
+    let mut fields = fields!(medium => Medium { index, absorption_per_mm; scattering, stated });
+    if let Some(scattering) = &medium.scattering {
+        fields["scattering"] = json!(scattering);
+    }
+    if let Some(stated) = &medium.stated.spectral {
+        fields["stated"] = json!(stated);
+    }
+    fields
 }
 
 /// Sharp relief has the fields of designs that cannot say otherwise.
@@ -264,6 +273,8 @@ fn films_fields(films: &Films) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     #[test]
@@ -278,7 +289,7 @@ mod tests {
         let base = of(|_| {}, all);
         let tolerance: Change = |d| d.hybrid.tolerance = 1e-3;
         let wavelength: Change = |d| d.wavelength_nm = 551.0;
-        let traced: [Change; 12] = [
+        let traced: [Change; 13] = [
             |d| d.led.height_mm = 0.3,
             |d| d.elements.rounding.tip_mm = 1e-3,
             |d| d.elements.rounding.valley_mm = 1e-3,
@@ -291,6 +302,7 @@ mod tests {
             tolerance,
             wavelength,
             |d| d.silicone.absorption_per_mm = 1e-3,
+            |d| d.silicone = milky("g = 0.5"),
         ];
         for change in traced {
             let changed = of(change, all);
@@ -304,6 +316,22 @@ mod tests {
         for change in [tolerance, wavelength] {
             assert_eq!(of(change, ReliefModel::Elements), rays);
         }
+    }
+
+    /// The medium of D2 with these keys of its table more.
+    fn milky(keys: &str) -> Medium {
+        let text = crate::EMBEDDED.iter().find(|(name, _)| *name == "d2.toml").expect("D2").1;
+        let more = format!("index = 1.41\nscattering_per_mm = 1.0\n{keys}");
+        let text = text.replacen("index = 1.41", &more, 1);
+        crate::parse("d2.toml", &text, Path::new("")).expect("valid").silicone
+    }
+
+    /// What a medium does at another wavelength counts too.
+    #[test]
+    fn traces_depend_on_scattering_at_all_wavelengths() {
+        let all = ["g = 0.5", "g = [[500, 0.5], [550, 0.5]]", "g = [[500, 0.1], [550, 0.5]]"];
+        let fields: Vec<Value> = all.iter().map(|keys| medium_fields(&milky(keys))).collect();
+        assert!(fields[0] != fields[1] && fields[1] != fields[2]);
     }
 
     #[test]

@@ -23,6 +23,7 @@ pub mod hybrid;
 pub mod light;
 pub mod receivers;
 pub mod reflectors;
+pub mod scattering;
 pub mod solids;
 pub mod sources;
 
@@ -30,6 +31,7 @@ pub use dome::{Dome, DomeForm, Elements, MeshUnit, Shape, ShapeForm};
 pub use hybrid::{Hybrid, Polarization, TableContent};
 pub use light::{Carrying, Light, Spectrum, SpectrumForm};
 pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
+pub use scattering::{ByWavelength, Particles};
 
 /// A whole design file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -130,9 +132,24 @@ pub struct Silicone {
     /// of the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
-    /// Absorption coefficient for power, 1/mm, added to that of the file; 0 to 10⁶.
+    /// Absorption coefficient for power, 1/mm, added to that of the file; 0 to 10⁶. Here and below
+    /// a list stands for one number: rows of wavelength in nm and value, straight lines between.
     #[serde(default)]
-    pub absorption_per_mm: f64,
+    pub absorption_per_mm: ByWavelength,
+    /// Scattering coefficient, 1/mm: the reciprocal of the mean free path; 0 to 10⁵. Default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scattering_per_mm: Option<ByWavelength>,
+    /// Mean cosine of the scattering angle by Henyey and Greenstein's phase function, -1 to 1;
+    /// default 0, all directions alike.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub g: Option<ByWavelength>,
+    /// Phase function in place of `g`: rows of angle in degrees, from 0 to 180, and value per
+    /// steradian in any unit, linear in the cosine of the angle between.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_table: Option<Vec<List<f64, 2>>>,
+    /// Spheres that scatter by Mie's theory, in place of the three keys before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particles: Option<Particles>,
 }
 
 /// Places of the rows of an array.
@@ -389,7 +406,8 @@ pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 pub struct Trace {
     /// Paths started by all sources together; 1000 to 10¹².
     pub paths: u64,
-    /// Number of surfaces after which a path counts as lost; 10 to 10 000 000.
+    /// Number of surfaces after which a path counts as lost, as it does after 100 times as many
+    /// scatterings in media; 10 to 10 000 000.
     pub max_interactions: u32,
     /// Start of the paths; Sobol' is best with `paths` = 64 · 2^m. Default `"random"`.
     #[serde(skip_serializing_if = "Sampling::is_random")]

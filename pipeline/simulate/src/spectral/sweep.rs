@@ -10,6 +10,8 @@ use serde_json::{Value, json};
 
 use design::Design;
 use design::resolved::PATHS;
+use design::resolved::medium::Medium;
+use design::resolved::scattering::MediumScattering;
 use design::resolved::solids::CheckedSolid;
 use design::schema::Zero;
 use design::spectrum::lights::{Colour, Lights};
@@ -98,7 +100,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// True if anything depends on the wavelength: tables and thin films always do, rays if the
-    /// silicone or a solid has dispersion over the wavelengths of the lights.
+    /// silicone or a solid is of a medium that changes over the wavelengths of the lights.
     pub(super) fn disperses(&self) -> Result<bool> {
         let coated = self.job.design.solids.iter().any(CheckedSolid::is_coated);
         if self.job.model == Model::Hybrid || self.job.design.films.is_some() || coated {
@@ -389,9 +391,11 @@ fn alone(rule: &[Node]) -> bool {
     matches!(rule, [node] if is_one(node.weight))
 }
 
-/// Index and absorption of the silicone and of all solids that light enters.
-fn media(design: &Design) -> Vec<[f64; 2]> {
+/// Index, absorption and scattering of the silicone and of all solids that light enters.
+fn media(design: &Design) -> Vec<([f64; 2], Option<MediumScattering>)> {
     let solids = design.solids.iter().filter_map(|solid| solid.medium.as_ref());
     let media = [&design.silicone].into_iter().chain(solids);
-    media.map(|medium| [medium.index, medium.absorption_per_mm]).collect()
+    let of =
+        |medium: &Medium| ([medium.index, medium.absorption_per_mm], medium.scattering.clone());
+    media.map(of).collect()
 }

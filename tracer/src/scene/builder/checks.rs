@@ -2,7 +2,7 @@
 //! Checks of media, surfaces and sources before a scene is compiled.
 
 use super::SceneBuilder;
-use crate::error::{Error, finite};
+use crate::error::{Error, check, finite};
 use crate::optics::media::Medium;
 use crate::surface::{Region, Surface};
 
@@ -11,6 +11,10 @@ impl SceneBuilder {
     /// instance stands in.
     pub(super) fn check<'a>(&'a self, outside: impl Fn(usize) -> &'a Medium) -> Result<(), Error> {
         self.world.validate()?;
+        if let Some(scattering) = &self.world.scattering {
+            // Light could not leave it.
+            check("scattering of the world per mm", scattering.per_mm, "none", false)?;
+        }
         for (number, prototype) in self.prototypes.iter().enumerate() {
             for medium in &prototype.media {
                 medium.validate()?;
