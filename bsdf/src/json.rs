@@ -93,7 +93,7 @@ impl<'de> Visitor<'de> for Unique {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Value, A::Error> {
         let mut values = Vec::new();
-        let item = |i: usize| Self { path: format!("{}[{i}]", self.path) };
+        let item = |i: usize| Self { path: format!("{}[{}]", self.path, i + 1) };
         while let Some(value) = list.next_element_seed(item(values.len()))? {
             values.push(value);
         }
@@ -137,7 +137,7 @@ mod tests {
             (r#"{"a": 1, "b": 2, "a": 1}"#, "a: "),
             (r#"{"a": {"b": 2, "b": 3}}"#, "a.b: "),
             (r#"{"a": [0, {"b": [], "c": 1, "b": []}]}"#, "a[1].b: "),
-            (r#"[{"x": 1, "\u0078": 2}]"#, "[0].x: "),
+            (r#"[{"x": 1, "\u0078": 2}]"#, "[1].x: "),
         ] {
             let error = parse(text.as_bytes()).unwrap_err();
             assert!(error.is_data(), "{text}");

@@ -27,6 +27,7 @@ use serde_json::Value;
 
 use design::serde_arrays::List;
 use design::tagged::names;
+use design::toml_errors::key_text;
 use files::control_characters::refusal;
 use files::serde_messages::plain;
 
@@ -156,7 +157,7 @@ impl Case {
         let layers = "layers_top_to_bottom";
         let (structure, key, thickness) = match (keys.layers_top_to_bottom, keys.relief) {
             (Some(all), None) => {
-                let all = (0..).zip(all).map(|(k, keys)| layer(keys, &format!("{layers}[{k}]")));
+                let all = (1..).zip(all).map(|(k, keys)| layer(keys, &format!("{layers}[{k}]")));
                 let mut all: Vec<Layer> = all.collect::<Result<_>>()?;
                 all.retain(|layer| layer.thickness > 0.0);
                 let thickness = all.iter().map(|layer| layer.thickness).sum();
@@ -222,8 +223,8 @@ fn read(value: &Value, path: &str) -> Result<CaseKeys> {
         let said = error.inner().to_string();
         let words = plain(&said, "a JSON object", None);
         let (missing, message) = words.map_or((None, said), |words| (words.missing, words.message));
-        let below = error.path().to_string();
-        let steps = [path, below.trim_matches('.'), missing.as_deref().unwrap_or_default()];
+        let below = key_text(error.path());
+        let steps = [path, &below, missing.as_deref().unwrap_or_default()];
         let steps: Vec<&str> = steps.into_iter().filter(|step| !step.is_empty()).collect();
         let key = if steps.is_empty() { "the file".to_owned() } else { steps.join(".") };
         anyhow!("{key}: {message}")
@@ -284,7 +285,7 @@ fn layer(keys: LayerKeys, path: &str) -> Result<Layer> {
         return Err(wrong(format!("{path}.thickness"), "a length from 0", keys.thickness));
     }
     let path = format!("{path}.segments");
-    let segments = (0..).zip(keys.segments).map(|(k, keys)| {
+    let segments = (1..).zip(keys.segments).map(|(k, keys)| {
         let index = index(format!("{path}[{k}].n"), keys.n)?;
         Ok(Segment { x0: keys.x0, x1: keys.x1, index })
     });
@@ -294,7 +295,7 @@ fn layer(keys: LayerKeys, path: &str) -> Result<Layer> {
 fn relief(keys: ReliefKeys, period: f64) -> Result<Relief> {
     let depth = length("relief.depth", keys.depth)?;
     let background = index("relief.background", keys.background)?;
-    let polygons = (0..).zip(keys.polygons).map(|(k, keys)| {
+    let polygons = (1..).zip(keys.polygons).map(|(k, keys)| {
         let index = index(format!("relief.polygons[{k}].n"), keys.n)?;
         Ok(Polygon { index, points: keys.points.into_iter().map(|List(point)| point).collect() })
     });

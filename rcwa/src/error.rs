@@ -72,7 +72,7 @@ pub enum Error {
         im: f64,
     },
     /// Segments of a layer do not cover one period.
-    #[error("layer {layer}: {problem}")]
+    #[error("layer {}: {problem}", layer + 1)]
     Segments {
         /// Layer counted from the top, from 0.
         layer: usize,
@@ -213,8 +213,9 @@ pub enum Error {
     /// Power is not conserved.
     #[error(
         "energy balance does not close: incident order {order} ({pol:?}) from the {side:?} at ky = {ky} gives \
-         R + T = 1 {residual:+.3e}, allowed {allowed:.0e}; the least accurate modes are those of layer {layer} \
-         (residual {mode_residual:.1e})"
+         R + T = 1 {residual:+.3e}, allowed {allowed:.0e}; the least accurate modes are those of layer {} \
+         (residual {mode_residual:.1e})",
+        layer + 1
     )]
     Energy {
         /// Layer with the worst mode residual, counted from the top.

@@ -83,7 +83,7 @@ pub enum ReliefError {
         got: Complex64,
     },
     /// Fewer than three different points.
-    #[error("polygon {polygon}: needs at least 3 different points, got {got}")]
+    #[error("polygon {}: needs at least 3 different points, got {got}", polygon + 1)]
     TooFewPoints {
         /// Position in the list of polygons, from 0.
         polygon: usize,
@@ -91,7 +91,10 @@ pub enum ReliefError {
         got: usize,
     },
     /// A coordinate is infinite or not a number.
-    #[error("polygon {polygon}, point {point}: coordinates must be finite, got [{}, {}]", got[0], got[1])]
+    #[error(
+        "polygon {}, point {}: coordinates must be finite, got [{}, {}]",
+        polygon + 1, point + 1, got[0], got[1]
+    )]
     Coordinate {
         /// Position in the list of polygons, from 0.
         polygon: usize,
@@ -101,7 +104,10 @@ pub enum ReliefError {
         got: [f64; 2],
     },
     /// A point above the top or below the bottom of the relief.
-    #[error("polygon {polygon}, point {point}: z must lie in 0 to the depth {depth}, got {z}")]
+    #[error(
+        "polygon {}, point {}: z must lie in 0 to the depth {depth}, got {z}",
+        polygon + 1, point + 1
+    )]
     OutsideDepth {
         /// Position in the list of polygons, from 0.
         polygon: usize,
@@ -113,7 +119,10 @@ pub enum ReliefError {
         z: f64,
     },
     /// A polygon that no wrapping makes sense of.
-    #[error("polygon {polygon}: may be at most {WIDEST} periods ({limit}) wide, got {got}")]
+    #[error(
+        "polygon {}: may be at most {WIDEST} periods ({limit}) wide, got {got}",
+        polygon + 1
+    )]
     TooWide {
         /// Position in the list of polygons, from 0.
         polygon: usize,
@@ -124,7 +133,8 @@ pub enum ReliefError {
     },
     /// Two sides of one polygon cross, touch or lie on one another.
     #[error(
-        "polygon {polygon}: must not cross or touch itself, but the side from point {first} meets the side from point {second}"
+        "polygon {}: must not cross or touch itself, but the side from point {} meets the side from point {}",
+        polygon + 1, first + 1, second + 1
     )]
     SelfCrossing {
         /// Position in the list of polygons, from 0.
@@ -136,7 +146,8 @@ pub enum ReliefError {
     },
     /// The segments of a layer leave a gap, overlap, or do not cover the period.
     #[error(
-        "segments must cover the period from 0 to 1 without gap or overlap: segment {segment} should begin at {expected}, begins at {got}"
+        "segments must cover the period from 0 to 1 without gap or overlap: segment {} should begin at {expected}, begins at {got}",
+        segment + 1
     )]
     Uncovered {
         /// Position in the list of segments, from 0.
@@ -153,7 +164,7 @@ pub enum ReliefError {
         got: f64,
     },
     /// A segment that ends where or before it begins.
-    #[error("segment {segment}: x1 must lie beyond x0, got x0 = {x0}, x1 = {x1}")]
+    #[error("segment {}: x1 must lie beyond x0, got x0 = {x0}, x1 = {x1}", segment + 1)]
     EmptySegment {
         /// Position in the list of segments, from 0.
         segment: usize,
@@ -319,7 +330,7 @@ fn valid_polygon(
     period: f64,
     depth: f64,
 ) -> Result<Polygon, ReliefError> {
-    check_index(|| format!("polygon {polygon}"), index)?;
+    check_index(|| format!("polygon {}", polygon + 1), index)?;
     for (point, p) in points.iter_mut().enumerate() {
         if !(p[0].is_finite() && p[1].is_finite()) {
             return Err(ReliefError::Coordinate { polygon, point, got: *p });

@@ -117,8 +117,8 @@ fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
         close(estimate(flux.expect("a flux")), row[3], row[0]);
     }
     let analysis = json(at, "mounted/tolerance.json");
-    for row in rows(&page, "| figure | nominal |") {
+    for row in rows(&page, "| figure | nominal (%) |") {
         let key = row[0].trim_matches('`');
-        close(estimate(&analysis["figures"][key]["nominal"]), row[1], key);
+        close(times(estimate(&analysis["figures"][key]["nominal"]), 100.0), row[1], key);
     }
 }

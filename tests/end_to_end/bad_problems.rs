@@ -143,8 +143,8 @@ const FRUITLESS: &[Case] = &[
         )],
         &[
             "constraints",
-            "nearest, extraction_efficiency is 0.99",
-            "expected at least 1.5 by 2 standard errors: missed by 0.5",
+            "nearest, extraction_efficiency is 99.",
+            "expected at least 150 % by 2 standard errors: missed by 5",
             "24 candidates",
         ],
     ),

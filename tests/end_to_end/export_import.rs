@@ -133,6 +133,8 @@ fn rays_pass_through_every_format_that_has_room_for_them() {
         ("colour.sdf", "speos-ray", "c.ray"),
         ("lumens.dat", "zemax-ray", "d.dat"),
         ("plain.ray", "tm25", "e.tm25ray"),
+        ("small.speos.ray", "tm25", "k.tm25ray"),
+        ("k.tm25ray", "zemax-ray", "k.sdf"),
         ("plain.ray", "zemax-ray", "e.dat"),
         ("e.dat", "ray", "f.ray"),
         ("small.speos.ray", "ray", "g.ray"),
@@ -155,12 +157,7 @@ fn rays_pass_through_every_format_that_has_room_for_them() {
         }
     }
     for (from, format, out, expected) in [
-        (
-            "small.speos.ray",
-            "tm25",
-            "x.tm25ray",
-            "got one for each, which is written into LightTools, LightTools text, Speos, Zemax and Zemax text ray files alone",
-        ),
+        ("small.speos.ray", "zemax-ray", "x.dat", "expected a file that ends in .sdf"),
         (
             "lumens.dat",
             "tm25",
@@ -361,4 +358,68 @@ fn geometry_of_a_design_holds_its_solids() {
     assert!(
         complaint(&at, &["export", "mesh.toml", "--out", "m.dxf"]).contains("generating curve")
     );
+}
+
+/// Flux at every wavelength, in nm, of rays as text for Zemax.
+fn flux_by_wavelength(text: &str) -> std::collections::BTreeMap<u32, f64> {
+    let mut flux = std::collections::BTreeMap::new();
+    for line in text.lines().skip(1) {
+        let row: Vec<f64> =
+            line.split_whitespace().map(|word| word.parse().expect("a number")).collect();
+        *flux.entry((1e3 * row[7]).round() as u32).or_default() += row[6];
+    }
+    flux
+}
+
+#[test]
+fn white_ray_sets_have_a_wavelength_for_each_ray_in_every_format() {
+    let (_keep, at) = folder();
+    let lines = "spectrum = { kind = \"lines\", wavelength_nm = [450.0, 600.0], power = [1.0, 3.0], weighting = \"photometric\" }";
+    let bare = bare("white");
+    let line = bare.lines().find(|l| l.starts_with("wavelength_nm")).expect("a wavelength");
+    write(&at, "white.toml", &bare.replace(line, lines));
+    let mut found = Vec::new();
+    for (format, out) in [
+        ("tm25", "a.tm25ray"),
+        ("ray", "b.ray"),
+        ("ray-text", "c.txt"),
+        ("zemax-ray", "d.sdf"),
+        ("speos-ray", "e.ray"),
+        ("zemax-ray-text", "f.txt"),
+    ] {
+        let export = ["export", "white.toml", "--format", format, "--paths", "60000", "--out", out];
+        let said = json(&at, &export);
+        let read = json(&at, &["import", out]);
+        assert_eq!(read["rays"], said["rays"], "{format}");
+        let [flux, written] = [&read["flux"], &said["flux_w"]].map(|v| v.as_f64().expect("W"));
+        let escaped = said["escaped_w"].as_f64().expect("W");
+        assert!((flux / written - 1.0).abs() < 1e-5, "{format}: {flux} {written}");
+        assert!((written / escaped - 1.0).abs() < 1e-5, "{format}: {written} {escaped}");
+        json(&at, &["import", out, "--format", "zemax-ray-text", "--out", "back.txt"]);
+        let back = std::fs::read_to_string(at.join("back.txt")).expect("rays");
+        found.push(flux_by_wavelength(&back));
+    }
+    // A watt of each line leaves alike, as nothing depends on the wavelength.
+    let [blue, red] = [450, 600].map(|nm| found[0][&nm]);
+    assert!((blue / (blue + red) - 0.25).abs() < 5e-3, "{blue} {red}");
+    for other in &found {
+        assert_eq!(other.len(), 2, "{other:?}");
+        for (nm, flux) in other {
+            assert!((flux / found[0][nm] - 1.0).abs() < 1e-5, "{other:?}");
+        }
+    }
+    let zemax = ["export", "white.toml", "--paths", "2000", "--format", "zemax-ray"];
+    let got = complaint(&at, &[&zemax[..], &["--out", "x.dat"]].concat());
+    assert!(got.contains("ends in .sdf") && !at.join("x.dat").exists(), "{got}");
+    let got = complaint(&at, &[&zemax[..], &["--out", "x.sdf", "--lumens", "100"]].concat());
+    assert!(got.starts_with("batwing: --lumens: expected none"), "{got}");
+    // What is written is the light of a design.
+    let source = "[[sources]]\nname = \"white\"\nfile = \"a.tm25ray\"\n";
+    write(
+        &at,
+        "lit.toml",
+        &format!("{bare}\n{source}").replace("\"white\"\ndesc", "\"lit\"\ndesc"),
+    );
+    let said = json(&at, &["check", "lit.toml"]);
+    assert!(said.to_string().contains("450"), "{said}");
 }

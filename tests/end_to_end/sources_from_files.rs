@@ -95,6 +95,7 @@ fn write_light(at: &Path, name: &str) {
         "tm25ray" => {
             let about = tm25::Tm25Metadata {
                 wavelength: 550.0,
+                per_ray: false,
                 lumens_per_watt: f32::NAN,
                 date: String::new(),
                 descriptions: Default::default(),

@@ -88,7 +88,7 @@ fn peaks_that_are_bins_are_between_their_edges_everywhere() {
     write(at, "study.toml", study);
     let text = succeeds(at, &["study", "study.toml", "--out", "study"]);
     assert!(text.contains(" to ") && !text.contains("± 0 "), "{text}");
-    assert!(text.contains("peak_angle_deg of D1 geometric_100um, near 20 by 1: not "), "{text}");
+    assert!(text.contains("peak_angle_deg of D1 geometric_100um, near 20 ° by 1 °: not "), "{text}");
     let found = json(&at.join("study/study.json"));
     let figure = |setup: usize| {
         let all = found["setups"][setup]["figures"].as_array().expect("figures").iter();
@@ -112,7 +112,7 @@ fn peaks_that_are_bins_are_between_their_edges_everywhere() {
     // In the digits of the terminal.
     let line = text.lines().find(|line| line.contains("peak_angle_deg of D1")).expect("a target");
     let words = line.trim().split("  ").next().unwrap_or_default();
-    assert!(page.contains(&format!("{words} °")) && !page.contains("± 0 "), "{words}");
+    assert!(page.contains(words) && !page.contains("± 0 "), "{words}");
 
     let tolerance = "name = \"t\"\ndesign = \"d1.toml\"\nsamples = 8\npaths = 1e5\n\
                      figures = [\"peak_angle_deg\", \"lost_too_many_bounces\"]\n\
@@ -130,7 +130,22 @@ fn peaks_that_are_bins_are_between_their_edges_everywhere() {
     assert!((bound * 16.0 * 1e5 / 3.0 - 1.0).abs() < 0.01, "{bound}");
     assert!(number(&lost["deviation_below"]) > 0.0 && number(&lost["noise_of_a_trace"]) < 1e-4);
     let noise = text.lines().find(|line| line.starts_with("lost_too_many_bounces"));
-    assert!(noise.is_some_and(|line| line.contains("1.0e-5")), "{text}");
+    assert!(noise.is_some_and(|line| line.contains("0.0010 points")), "{text}");
+    // The table of samples has the columns of a study.
+    let table = std::fs::read_to_string(at.join("tolerance/samples.csv")).expect("a table");
+    let rows: Vec<Vec<String>> = table.lines().map(fields).collect();
+    let number = |row: &[String], name: &str| {
+        let column = rows[0].iter().position(|head| head == name).expect("a column");
+        row[column].parse::<f64>().expect("a number")
+    };
+    for row in &rows[1..] {
+        let names = ["peak_angle_deg_low", "peak_angle_deg", "peak_angle_deg_high"];
+        let [low, value, high] = names.map(|name| number(row, name));
+        assert!(low < value && value < high && high - low > 2.0, "{row:?}");
+        let [low, high] = ["low", "high"].map(|end| format!("lost_too_many_bounces_{end}"));
+        let [low, high] = [low, high].map(|name| number(row, &name));
+        assert!(low == 0.0 && (high * 1e5 / 3.0 - 1.0).abs() < 0.01, "{row:?}");
+    }
 }
 
 /// The table says why the best candidate failed, the log which choice each was, and one design is one
@@ -214,6 +229,28 @@ fn warnings_of_an_analysis_name_the_sample() {
     let rows: Vec<Vec<String>> = table.lines().map(fields).collect();
     assert!(rows[0][..2] == ["led.size_mm[1]", "led.size_mm[1] led.size_mm[2]"], "{:?}", rows[0]);
     assert!(rows[1..].iter().all(|row| row[0] == row[1]), "{table}");
+}
+
+#[test]
+fn warnings_of_a_search_name_the_candidate_and_its_values() {
+    let folder = folder(&["tiny.toml"]);
+    let at = folder.path();
+    let problem = "name = \"p\"\ndesign = \"tiny.toml\"\n[[variables]]\n\
+                   key = \"mirror.reflectance\"\nchoices = [0.91, 0.93]\n\
+                   [[objective.terms]]\nfigure = \"extraction_efficiency\"\n\
+                   [[stages]]\nmethod = \"random\"\nevaluations = 6\npopulation = 6\n\
+                   paths = 2000\nmost_paths = 2000\n\
+                   set = { \"receiver.bin_mm\" = 0.1, \"trace.max_interactions\" = 10 }\n\
+                   [verification]\npaths = 2e4\n";
+    write(at, "problem.toml", problem);
+    let (done, text, said) = says(at, &["optimise", "problem.toml", "--out", "found"]);
+    assert!(done, "{said}");
+    for named in ["candidate 1 (mirror.reflectance = 0.9", "candidate 2 (mirror.reflectance = 0.9"] {
+        assert!(said.contains(&format!("warning: stage 1, generation 1, {named}")), "{said}");
+    }
+    // Figures and changes stand as a run prints them.
+    let line = text.lines().find(|line| line.starts_with("extraction_efficiency"));
+    assert!(line.is_some_and(|line| line.contains(" %") && line.contains(" points")), "{text}");
 }
 
 /// What `run` prints is accepted wherever a figure is asked for.

@@ -394,7 +394,7 @@ fn targets_of_studies_have_verdicts() {
     assert!(number(&angle["miss"]) > 0.0, "{angle}");
     assert_eq!(figure("uniformity")["target"], 0.5);
     assert!(
-        text.contains("extraction_efficiency of tiny geometric_100um, at least 0.5: met"),
+        text.contains("extraction_efficiency of tiny geometric_100um, at least 50 %: met"),
         "{text}"
     );
     let table = std::fs::read_to_string(at.join("out/study.csv")).expect("a table");

@@ -39,6 +39,7 @@ fn main() -> Result<(), RayFileError> {
     let begin = Instant::now();
     let about = tm25::Tm25Metadata {
         wavelength: 550.0,
+        per_ray: false,
         lumens_per_watt: f32::NAN,
         date: String::new(),
         descriptions: Default::default(),

@@ -36,6 +36,7 @@ fn about() -> tm25::Tm25Metadata {
     "dome µ".clone_into(&mut descriptions[0]);
     tm25::Tm25Metadata {
         wavelength: 550.0,
+        per_ray: false,
         lumens_per_watt: 680.0,
         date: "2020-01-02T03:04:05Z".to_owned(),
         descriptions,

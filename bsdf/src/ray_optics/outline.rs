@@ -102,9 +102,9 @@ impl Outline {
         Error::check_index("outer side of a unit cell", self.index_outer)?;
         Error::check_index("background of a unit cell", self.background)?;
         for (k, polygon) in self.polygons.iter().enumerate() {
-            Error::check_index(&format!("polygon {k} of a unit cell"), polygon.index)?;
+            Error::check_index(&format!("polygon {} of a unit cell", k + 1), polygon.index)?;
             self.validate_polygon(&vectors(&polygon.points))
-                .map_err(|text| Error::Cell(format!("polygon {k}: {text}")))?;
+                .map_err(|text| Error::Cell(format!("polygon {}: {text}", k + 1)))?;
         }
         Ok(())
     }

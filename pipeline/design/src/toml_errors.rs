@@ -120,6 +120,11 @@ fn at(text: &str, span: &Range<usize>) -> String {
     format!("line {line}, column {column}: ")
 }
 
+/// The key at `path`, entries of lists from 1; empty for the file itself.
+pub fn key_text(path: &Path) -> String {
+    key(path).0
+}
+
 /// The key that leads to the value at fault, entries of lists from 1, and the kind of table that it
 /// lies in.
 fn key(path: &Path) -> (String, Option<&str>) {

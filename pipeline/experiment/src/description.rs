@@ -10,7 +10,7 @@ use anyhow::Result;
 use files::provenance::FileRecord;
 use metrics::digits::thousands;
 use metrics::plural::count;
-use results::target::Target;
+use results::shown;
 
 use crate::checked_file::Texts;
 use crate::optimise::{cost, problem};
@@ -81,7 +81,7 @@ fn of_study(study: &Arc<Study>) -> Vec<(&'static str, String)> {
     let targets = all.figures.iter().flat_map(move |(design, models)| {
         models.iter().flat_map(move |(model, figures)| {
             figures.keys().filter_map(move |figure| {
-                let words = all.of(design, model, figure).map(Target::words)?;
+                let words = all.of(design, model, figure)?.words(shown::named(figure).1);
                 Some(format!("{figure} of {design} {model}, {words}"))
             })
         })
@@ -100,8 +100,10 @@ fn of_study(study: &Arc<Study>) -> Vec<(&'static str, String)> {
 fn of_tolerance(analysis: &ToleranceAnalysis) -> Result<Vec<(&'static str, String)>> {
     let traces = trace_count(analysis)?;
     let bounds: BTreeMap<_, _> =
-        analysis.constraints.iter().map(|c| (&c.figure, c.bounds.words())).collect();
-    let bounds = bounds.into_iter().map(|(figure, bounds)| format!("{figure} {bounds}"));
+        analysis.constraints.iter().map(|c| (&c.figure, c.bounds)).collect();
+    let bounds = bounds.into_iter().map(|(figure, bounds)| {
+        format!("{figure} {}", shown::bounds(bounds, shown::named(figure).1))
+    });
     let deviations = analysis.deviations.tolerances.iter().map(Tolerance::words);
     let paths = thousands(traces * analysis.paths);
     Ok(vec![

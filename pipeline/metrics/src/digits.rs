@@ -59,6 +59,12 @@ impl Digits {
     }
 }
 
+/// A number to two significant digits.
+pub fn significant(value: f64) -> String {
+    let Digits { error, power, .. } = Digits::new(value, value);
+    if power == 0 { error } else { format!("{error}e{power}") }
+}
+
 /// Decimal exponent of a positive number after rounding to `digits + 1` significant digits.
 fn exponent(number: f64, digits: usize) -> i32 {
     let text = format!("{number:.digits$e}");
@@ -138,6 +144,13 @@ mod tests {
     fn commas_stand_between_thousands() {
         for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1_234_567, "1,234,567")] {
             assert_eq!(thousands(number), text);
+        }
+    }
+
+    #[test]
+    fn small_numbers_keep_their_power_of_ten() {
+        for (value, text) in [(0.0123, "0.012"), (5e-6, "5.0e-6"), (1.24e8, "1.2e8"), (0.0, "0")] {
+            assert_eq!(significant(value), text);
         }
     }
 }

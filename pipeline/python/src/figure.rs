@@ -3,9 +3,9 @@
 
 use pyo3::prelude::*;
 
+use metrics::Estimate;
 use metrics::far_field::PeakPlace;
 use metrics::quantity::Unit;
-use metrics::{Estimate, figures};
 use results::figure_entry::FigureEntry;
 use results::shown;
 
@@ -40,10 +40,7 @@ pub fn shown_figure(
     };
     match unit {
         "W/W" | "lm/lm" => shown::text(&entry, Unit::Fraction),
-        "1" => {
-            let registered = figures::find(key).map(|figure| figure.unit);
-            shown::text(&entry, registered.unwrap_or(Unit::Relative))
-        }
+        "1" => shown::text(&entry, shown::named(key).1),
         _ => match Unit::from_name(unit) {
             Some(known) => shown::text(&entry, known),
             None => format!("{} {unit}", shown::number(&entry, Unit::Relative)),

@@ -137,6 +137,10 @@ def test_no_format_shows_an_error_as_0() -> None:
     assert f"{small:.5f}" == "0.50000 ± 0.00010"
     assert f"{small:.2f}" == str(small) and "± 0.00 " not in f"{small:.2f} "
     assert f"{simulate.Figure(0.5, 0.0):.2f}" == "0.50"
+    # One form in a column: a fraction beside fractions, an angle without its unit beside angles.
+    exact = simulate.Figure(0.5, 1e-4, key="uniformity")
+    assert str(exact) == "50.000 ± 0.010 %" and f"{exact:.2f}" == "0.50000 ± 0.00010"
+    assert f"{simulate.Figure(20.0, 1e-4, 'deg'):.2f}" == "20.00000 ± 0.00010"
 
 
 def test_the_error_of_a_figure_holds_that_of_the_wavelengths() -> None:

@@ -26,7 +26,8 @@ def solve(**arguments: Any) -> rcwa.Solution:
 
 CASES: list[tuple[str, Callable[[], object], str, str]] = [
     ("nan", lambda: solve(theta_deg=float("nan")), "theta_deg", "nan"),
-    ("nan in array", lambda: solve(theta_deg=[0.0, float("nan")]), "theta_deg", "nan at [1]"),
+    ("nan in array", lambda: solve(theta_deg=[0.0, float("nan")]), "theta_deg", "nan at [2]"),
+    ("nan in matrix", lambda: solve(theta_deg=[[0.0], [float("nan")]]), "theta_deg", "nan at [2, 1]"),
     ("infinity", lambda: solve(phi_deg=float("inf")), "phi_deg", "inf"),
     ("empty", lambda: solve(theta_deg=np.empty(0)), "theta_deg", "shape (0,)"),
     ("text", lambda: solve(theta_deg="steep"), "theta_deg", "steep"),
@@ -55,14 +56,14 @@ CASES: list[tuple[str, Callable[[], object], str, str]] = [
     ("model", lambda: simulate.run({}, model="hybird"), "model", "hybird"),  # type: ignore[arg-type]
     ("design nan", lambda: simulate.run({"led": {"x": float("nan")}}), "design.toml: led.x", "nan"),
     ("design none", lambda: simulate.run({"led": {"x": None}}), "design.toml: led.x", "None"),
-    ("design complex", lambda: simulate.run({"l": [0, {"x": 1j}]}), "design.toml: l.1.x", "1j"),
+    ("design complex", lambda: simulate.run({"l": [0, {"x": 1j}]}), "design.toml: l[2].x", "1j"),
     ("design key", lambda: simulate.run({"led": {3: 1}}), "design.toml: led.3", "int 3"),
-    ("case nan", lambda: rcwa.solve_case({"period": [1.0, float("nan")]}), "case: period.1", "nan"),
+    ("case nan", lambda: rcwa.solve_case({"period": [1.0, float("nan")]}), "case: period[2]", "nan"),
     ("case none", lambda: rcwa.solve_case({"period": None}), "case: period", "None"),
-    ("array nan", lambda: simulate.Design({"x": np.array([0, np.nan])}).to_toml(), "x.1", "nan"),
+    ("array nan", lambda: simulate.Design({"x": np.array([0, np.nan])}).to_toml(), "x[2]", "nan"),
     ("no entry", lambda: simulate.Design({"l": [1]}).with_values({"l.1": 2}), "l.1", "1"),
     ("base", lambda: rcwa.Relief.triangle(1.0, (0.5, 0.2), 1.5, 1.0, base="left"), "base", "left"),  # type: ignore[arg-type]
-    ("not a polygon", lambda: rcwa.Relief(1.0, 0.2, 1.0, [3]), "polygons[0]", "int 3"),  # type: ignore[list-item]
+    ("not a polygon", lambda: rcwa.Relief(1.0, 0.2, 1.0, [3]), "polygons[1]", "int 3"),  # type: ignore[list-item]
     ("two spellings", lambda: solve(polarisation="s", polarization="p"), "polarization", "s"),
     ("wavelength 0", lambda: solve(wavelength_um=[0.5, 0.0]), "wavelength_um", "0.0"),
     ("missing table", lambda: bsdf.read("no-such.bworders"), "no-such.bworders", ""),

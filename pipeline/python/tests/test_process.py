@@ -194,33 +194,17 @@ def test_the_command_is_a_function(capfd: pytest.CaptureFixture[str]) -> None:
     assert '"$schema"' in capfd.readouterr().out
 
 
-def test_import_takes_less_than_a_tenth_of_a_second_beyond_numpy() -> None:
+def test_import_takes_less_than_that_of_numpy() -> None:
     line = (
-        "import time, numpy\n"
-        "a = time.perf_counter(); import batwing; print(time.perf_counter() - a)"
+        "import time\n"
+        "a = time.perf_counter(); import numpy; b = time.perf_counter()\n"
+        "import batwing; print((time.perf_counter() - b) / (b - a))"
     )
-    runs = [
+    ratios = [
         float(subprocess.run([sys.executable, "-c", line], capture_output=True, check=True).stdout)
         for _ in range(3)
     ]
-    assert min(runs) < 0.1
-
-
-def test_a_call_for_a_small_grating_is_short() -> None:
-    """Beside the time of the solution itself, which a list of directions shares."""
-    lamellar = rcwa.Grating(rcwa.Relief.lamellar(0.5, 0.2, 0.5, 1.5, 1.0), 1.0, 1.5)
-
-    def best(theta: float | np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
-        times = []
-        for _ in range(20):
-            began = time.perf_counter()
-            for _ in range(20):
-                rcwa.solve(lamellar, 0.55, theta, orders=2, threads=1)
-            times.append((time.perf_counter() - began) / 20)
-        return min(times)
-
-    many = np.linspace(-60.0, 60.0, 201)
-    assert best(10.0) - best(many) / many.size < 200e-6
+    assert min(ratios) < 1.0
 
 
 def test_progress_goes_to_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:

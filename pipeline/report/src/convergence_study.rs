@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use serde::Deserialize;
 
+use design::toml_errors::key_text;
 use metrics::plural::count;
 
 use super::plots::{ErrorCurve, Heading, Picture, Refinement, convergence};
@@ -84,7 +85,7 @@ impl ConvergenceStudy {
         let json =
             bsdf::json::parse(&text).with_context(|| format!("`{shown}` is no usable JSON"))?;
         serde_path_to_error::deserialize(&json)
-            .map_err(|e| anyhow!("`{shown}`: {}: {}", e.path(), e.inner()))
+            .map_err(|e| anyhow!("`{shown}`: {}: {}", key_text(e.path()), e.inner()))
     }
 
     /// Caption of the picture.

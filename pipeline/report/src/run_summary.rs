@@ -184,11 +184,15 @@ fn receivers(text: &mut String, model: &ModelResult) {
     let figures = model.receivers.iter().flatten().flat_map(|(name, receiver)| {
         shown::of_receiver(receiver).map(move |(label, value)| (format!("{name}, {label}"), value))
     });
-    for (number, (name, value)) in figures.enumerate() {
+    let figures: Vec<(String, String)> = figures.collect();
+    let longest = figures.iter().map(|(name, _)| name.chars().count()).max();
+    let width = longest.unwrap_or(0).max(NAMES - 1);
+    for (number, (name, value)) in figures.iter().enumerate() {
         if number == 0 {
             text.push_str(" receivers\n");
         }
-        line(text, &name, &value);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {name:<width$} {value}");
     }
 }
 

@@ -7,7 +7,7 @@ use metrics::Estimate;
 use metrics::estimate::DISTINCT;
 use metrics::plural::count;
 use metrics::quantity::Unit;
-use results::shown::named;
+use results::shown::{named, unit_of_differences};
 use results::study::StudyFile;
 
 use super::plots::{Heading, MarkedLine, Picture, marked_lines};
@@ -64,6 +64,8 @@ pub fn figures(study: &StudyFile) -> Vec<&str> {
 /// # Errors
 /// No finite change.
 pub fn change_picture(study: &StudyFile, figure: &str) -> Result<Option<Picture>> {
+    let (words, unit) = named(figure);
+    let (factor, symbol) = unit_of_differences(unit);
     let lines = study.setups.iter().skip(1).map(|setup| MarkedLine {
         least: f64::NEG_INFINITY,
         label: setup.name.clone(),
@@ -78,7 +80,7 @@ pub fn change_picture(study: &StudyFile, figure: &str) -> Result<Option<Picture>
                 let drawn = change.ends().map_or(change.estimate(), |[low, high]| {
                     Estimate::new(f64::midpoint(low, high), 0.25 * (high - low))
                 });
-                Some((place, drawn))
+                Some((place, drawn.times(factor)))
             })
             .collect(),
     });
@@ -86,8 +88,12 @@ pub fn change_picture(study: &StudyFile, figure: &str) -> Result<Option<Picture>
     if lines.is_empty() {
         return Ok(None);
     }
-    let (words, unit) = named(figure);
     let heading =
         Heading::new(format!("{}: change of {words}", study.name), "each set-up against the base");
-    marked_lines(&heading, &format!("change of {words}"), unit, &lines).map(Some)
+    // Percentages differ by points.
+    let axis = match unit {
+        Unit::Fraction => (format!("change of {words} ({symbol})"), Unit::Relative),
+        other => (format!("change of {words}"), other),
+    };
+    marked_lines(&heading, &axis.0, axis.1, &lines).map(Some)
 }

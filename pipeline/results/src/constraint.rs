@@ -2,11 +2,9 @@
 //! Constraints of a search on figures in any state.
 
 use metrics::Bounds;
-use metrics::quantity::Unit;
 
 use crate::figure_entry::FigureEntry;
 use crate::shown;
-use crate::tolerance::significant;
 
 /// How far `figure` is from keeping `bounds` by so many standard errors, relative to the bound; 0
 /// where it keeps them. With a margin both ends keep them of a figure that is known between two.
@@ -24,11 +22,12 @@ pub fn missed(key: &str, bounds: Bounds, margin: f64, figure: &FigureEntry) -> O
     let ends = figure.ends().filter(|_| margin > 0.0);
     let [low, high] = ends.unwrap_or([figure.value - reach, figure.value + reach]);
     let below = bounds.at_least.map_or(0.0, |least| least - low);
-    let by = significant(below.max(bounds.at_most.map_or(0.0, |most| high - most)));
+    let (_, unit) = shown::named(key);
+    let by = shown::spread(below.max(bounds.at_most.map_or(0.0, |most| high - most)), unit);
     let with = if margin > 0.0 { format!(" by {margin} standard errors") } else { String::new() };
     (miss(bounds, margin, figure) > 0.0).then(|| {
-        let reached = shown::number(figure, Unit::Relative);
-        format!("{key} is {reached}, expected {}{with}: missed by {by}", bounds.words())
+        let (reached, expected) = (shown::text(figure, unit), shown::bounds(bounds, unit));
+        format!("{key} is {reached}, expected {expected}{with}: missed by {by}")
     })
 }
 
@@ -45,8 +44,8 @@ mod tests {
         let said = missed("flux.plate", bounds(0.73), 2.0, &plain).expect("missed");
         assert_eq!(
             said,
-            "flux.plate is 0.72940 ± 0.00090, expected at least 0.73 by 2 standard errors: missed by \
-             0.0024"
+            "flux.plate is 72.940 ± 0.090 %, expected at least 73 % by 2 standard errors: missed by \
+             0.24 points"
         );
         assert_eq!(missed("flux.plate", bounds(0.72), 2.0, &plain), None);
         // A bin of 20° that is known without an error keeps 19° by its value, not by its lower end.
@@ -55,7 +54,10 @@ mod tests {
             ..FigureEntry::new(Estimate::new(20.0, 0.0))
         };
         let said = missed("peak_angle_deg", bounds(19.0), 2.0, &bin).expect("missed");
-        assert!(said.contains("is 17.5 to 22.5, ") && said.ends_with("missed by 1.5"), "{said}");
+        assert!(
+            said.contains("is 17.5 to 22.5 °, ") && said.ends_with("missed by 1.5 °"),
+            "{said}"
+        );
         assert!(miss(bounds(19.0), 0.0, &bin) <= 0.0 && miss(bounds(17.0), 2.0, &bin) <= 0.0);
         // Three paths may lie in what none reached.
         let none = FigureEntry::new(Estimate::new(0.0, 1e-4));

@@ -9,6 +9,10 @@ use metrics::far_field::PeakPlace;
 use metrics::hits::upper_bound;
 use metrics::quantity::Unit;
 
+/// Headings of a figure in tables: value and error; the ends between which one lies that is not
+/// resolved, empty of others; and where the peak is whose angle it is, empty where it has one.
+pub const COLUMNS: [&str; 5] = ["value", "standard_error", "low", "high", "peak_place"];
+
 /// A figure of merit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FigureEntry {
@@ -72,6 +76,18 @@ impl FigureEntry {
     /// True of a peak that is a bin: it lies anywhere in it.
     pub fn is_bin(&self) -> bool {
         self.interval.is_some() && self.bias_bound.is_none()
+    }
+
+    /// Cells of a line of a table, under [`COLUMNS`].
+    pub fn columns(&self) -> [String; 5] {
+        let end = |k: usize| self.ends().map_or_else(String::new, |ends| ends[k].to_string());
+        let place = match self.peak_place {
+            PeakPlace::OffAxis => "",
+            PeakPlace::OnAxis => "on_axis",
+            PeakPlace::NotResolved => "not_resolved",
+        };
+        let [value, error] = [self.value, self.standard_error].map(|number| number.to_string());
+        [value, error, end(0), end(1), place.to_owned()]
     }
 
     /// Middle and third of the half width of [`Self::ends`], so that three errors reach both.

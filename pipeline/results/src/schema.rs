@@ -15,6 +15,7 @@ use serde_json::{Map, Value};
 use design::schema::Carrying;
 use design::schema::receivers::ReceiverKind;
 use design::spectrum::Weighting;
+use design::toml_errors::key_text;
 use files::provenance::FileRecord;
 use files::serde_messages::plain;
 use metrics::Estimate;
@@ -91,10 +92,8 @@ impl ResultsFile {
     /// Another schema version; key and value that do not fit the schema.
     pub fn from_json(json: &Value) -> Result<Self, String> {
         Self::check_version(json)?;
-        serde_path_to_error::deserialize(json).map_err(|e| {
-            let path = e.path().to_string();
-            complaint(path.trim_start_matches('.'), &e.inner().to_string())
-        })
+        serde_path_to_error::deserialize(json)
+            .map_err(|e| complaint(&key_text(e.path()), &e.inner().to_string()))
     }
 
     /// All models with the names of their designs: of the designs first, then of the references.

@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, ensure};
 use serde::de::DeserializeOwned;
 
+use design::toml_errors::key_text;
 use files::content_hash;
 
 /// Writer of a file, for messages.
@@ -46,6 +47,6 @@ pub(super) fn read<T: DeserializeOwned>(
         writer.work
     );
     let file = serde_path_to_error::deserialize(&json)
-        .map_err(|e| anyhow!("`{shown}`: {}: {}", e.path(), e.inner()))?;
+        .map_err(|e| anyhow!("`{shown}`: {}: {}", key_text(e.path()), e.inner()))?;
     Ok(Some(file))
 }

@@ -5,7 +5,7 @@
 //! everywhere: `75.31 ± 0.12`, `none (maximum on axis)`, `17.5 to 22.5`, `below 7.5e-7`.
 
 use design::spectrum::Weighting;
-use metrics::digits::{Digits, format_value_with_error, shortest};
+use metrics::digits::{Digits, format_value_with_error, shortest, significant};
 use metrics::figures::{self, OF_RECEIVER, Source};
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
@@ -20,8 +20,9 @@ const ROUNDING: f64 = 1e-11;
 /// where the light of the design decides.
 pub fn named(key: &str) -> (String, Unit) {
     let Some(figure) = figures::find(key) else {
-        // Probes of studies are shares.
-        let unit = if key.starts_with("share_") { Unit::Fraction } else { Unit::Relative };
+        // Probes of studies, and what a receiver has of the light, are shares.
+        let is_share = ["share_", "receiver."].into_iter().any(|start| key.starts_with(start));
+        let unit = if is_share { Unit::Fraction } else { Unit::Relative };
         return (key.replace('_', " "), unit);
     };
     let is_of_light = figure.is_absolute || figure.source == Source::Receiver;
@@ -126,14 +127,36 @@ pub fn difference_between(entry: &FigureEntry, unit: Unit) -> String {
     if has_words { number } else { format!("{number} {symbol}") }
 }
 
+/// A spread of a figure, or an amount by which it misses a bound, to two digits with its unit.
+pub fn spread(spread: f64, unit: Unit) -> String {
+    let (factor, symbol) = unit_of_differences(unit);
+    format!("{} {symbol}", significant(factor * spread)).trim_end().to_owned()
+}
+
 /// Bounds of a figure with their unit.
 pub fn bounds(bounds: Bounds, unit: Unit) -> String {
     let (factor, symbol) = shown_unit(unit);
-    // A stated number without the rounding of the factor.
-    let plain = |bound: f64| format!("{:.12e}", bound * factor).parse().unwrap_or(bound * factor);
     let Bounds { at_least, at_most } = bounds;
-    let shown = Bounds { at_least: at_least.map(plain), at_most: at_most.map(plain) };
-    format!("{} {symbol}", shown.words()).trim_end().to_owned()
+    let [at_least, at_most] = [at_least, at_most].map(|bound| Some(scaled(bound?, factor)));
+    format!("{} {symbol}", Bounds { at_least, at_most }.words()).trim_end().to_owned()
+}
+
+/// A sought value of a figure with its unit, and how far off it counts as met.
+pub fn near(value: f64, within: f64, unit: Unit) -> String {
+    let (factor, symbol) = unit_of_differences(unit);
+    let within = shortest(scaled(within, factor));
+    format!("near {} by {within} {symbol}", stated(value, unit)).trim_end().to_owned()
+}
+
+/// A stated value of a figure with its unit.
+pub fn stated(value: f64, unit: Unit) -> String {
+    let (factor, symbol) = shown_unit(unit);
+    format!("{} {symbol}", shortest(scaled(value, factor))).trim_end().to_owned()
+}
+
+/// A stated number in the unit shown, without the rounding of the factor.
+fn scaled(stated: f64, factor: f64) -> f64 {
+    format!("{:.12e}", stated * factor).parse().unwrap_or(stated * factor)
 }
 
 /// Digits of a figure that stands as value and error.
@@ -218,6 +241,9 @@ mod tests {
         let at_least = Bounds { at_least: Some(0.07), at_most: None };
         assert_eq!(bounds(at_least, Unit::Fraction), "at least 7 %");
         assert_eq!(bounds(at_least, Unit::Relative), "at least 0.07");
+        assert_eq!(near(0.29, 0.03, Unit::Fraction), "near 29 % by 3 points");
+        assert_eq!(near(20.0, 0.5, Unit::Degree), "near 20 ° by 0.5 °");
+        assert_eq!(spread(0.00237, Unit::Fraction), "0.24 points");
     }
 
     #[test]

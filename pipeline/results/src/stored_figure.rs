@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Figures of a stored model by their keys in the registry, wherever `results.json` holds them.
 
-use metrics::figures::{self, Definition, OF_RECEIVER};
+use metrics::figures::{self, OF_RECEIVER};
 use metrics::quantity::Unit;
 
 use crate::figure_entry::FigureEntry;
@@ -50,11 +50,12 @@ impl AbsoluteFigure {
 impl ReceiverEntry {
     /// A figure with its unit.
     pub fn figure(&self, key: &str) -> Option<(&FigureEntry, Unit)> {
-        let is_ratio = |known: &Definition| known.key == key && known.unit == Unit::Fraction;
         let unit = match key {
             "flux" => Unit::from_name(self.flux_unit.as_deref()?)?,
-            _ if OF_RECEIVER.iter().any(is_ratio) => Unit::Fraction,
-            _ => Unit::from_name(&self.unit)?,
+            _ => match OF_RECEIVER.into_iter().find(|known| known.key == key)?.unit {
+                Unit::Fraction => Unit::Fraction,
+                _ => Unit::from_name(&self.unit)?,
+            },
         };
         Some((self.figures.get(key)?, unit))
     }
@@ -84,8 +85,7 @@ mod tests {
             },
             "receivers": {"plate": {
                 "kind": "luminance", "quantity": "luminance", "unit": "cd/m²", "flux_unit": "lm",
-                "files": [], "flux": figure(70.0), "mean": figure(9000.0),
-                "nine_points": figure(0.8),
+                "files": [], "flux": figure(70.0), "mean": figure(9000.0), "nine_points": figure(0.8),
             }},
         }))
         .expect("a model");
@@ -95,8 +95,8 @@ mod tests {
             ("flux_up", Some("80.00 ± 0.80 lm")),
             ("flux.plate", Some("70.00 ± 0.70 %")),
             ("mean.plate", Some("9000 ± 90 cd/m²")),
-            ("min_to_max.plate", None),
             ("nine_points.plate", Some("80.00 ± 0.80 %")),
+            ("min_to_max.plate", None),
             ("flux.floor", None),
             ("field_angle_deg", None),
         ] {

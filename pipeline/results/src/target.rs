@@ -5,9 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use metrics::estimate::DISTINCT;
 use metrics::far_field::PeakPlace;
+use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
 
 use crate::figure_entry::FigureEntry;
+use crate::shown;
 
 /// Sought value of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,11 +93,11 @@ impl Target {
         }
     }
 
-    /// For people.
-    pub fn words(self) -> String {
+    /// For people, of a figure in `unit`.
+    pub fn words(self, unit: Unit) -> String {
         match self.sought {
-            Sought::Near(target) => format!("near {target} by {}", self.scale),
-            Sought::Within(bounds) => bounds.words(),
+            Sought::Near(target) => shown::near(target, self.scale, unit),
+            Sought::Within(bounds) => shown::bounds(bounds, unit),
         }
     }
 }

@@ -12,12 +12,14 @@ use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
 use metrics::Estimate;
-use metrics::digits::{Digits, format_value_with_error};
+use metrics::digits::significant;
 use metrics::plural::count;
+use metrics::quantity::Unit;
 
 use super::figure_entry::FigureEntry;
 use super::schema::Program;
 use super::sealed_file::{self, Writer};
+use super::shown;
 
 /// File under the directory of results.
 pub const FILE: &str = "tolerance.json";
@@ -88,6 +90,38 @@ pub struct ToleranceFigureEntry {
     /// Shares of the variance; none of a single tolerance, of too few packages, or where the
     /// deviation is not seen.
     pub contributions: Option<ContributionsEntry>,
+}
+
+/// Texts of a figure in a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FigureRow {
+    /// Without deviations.
+    pub nominal: String,
+    /// Mean shift.
+    pub shift: String,
+    /// Standard deviation; none where it is not resolved.
+    pub deviation: Option<String>,
+    /// Noise of a trace.
+    pub noise: String,
+    /// By level.
+    pub quantiles: Vec<(f64, String)>,
+}
+
+impl ToleranceFigureEntry {
+    /// The figure in a table, in `unit`.
+    pub fn row(&self, unit: Unit) -> FigureRow {
+        let quantile = |one: &QuantileEntry| {
+            let estimate = Estimate::new(one.value, one.standard_error);
+            (one.level, shown::estimate(estimate, unit))
+        };
+        FigureRow {
+            nominal: shown::text(&self.nominal, unit),
+            shift: shown::difference_between(&self.shift, unit),
+            deviation: self.deviation.map(|deviation| shown::difference(deviation, unit)),
+            noise: shown::spread(self.noise_of_a_trace, unit),
+            quantiles: self.quantiles.iter().map(quantile).collect(),
+        }
+    }
 }
 
 /// A quantile.
@@ -164,12 +198,6 @@ impl YieldEntry {
     }
 }
 
-/// A number to two significant digits, for people.
-pub fn significant(value: f64) -> String {
-    let Digits { error, power, .. } = Digits::new(value, value);
-    if power == 0 { error } else { format!("{error}e{power}") }
-}
-
 /// Sentence on figures whose scatter is not seen above the noise of a trace, by their names and the
 /// `bounds` of their deviations; `None` without such figures.
 pub fn unseen(bounds: &[String]) -> Option<String> {
@@ -186,9 +214,9 @@ pub fn unseen(bounds: &[String]) -> Option<String> {
 pub fn share_words(share: Estimate) -> String {
     let Estimate { value, standard_error, .. } = share;
     if value.abs() > SEEN * standard_error {
-        return format_value_with_error(value, standard_error);
+        return shown::estimate(share, Unit::Fraction);
     }
-    format!("not seen, < {}", significant(value.max(0.0) + SEEN * standard_error))
+    format!("not seen, < {} %", significant(100.0 * (value.max(0.0) + SEEN * standard_error)))
 }
 
 /// Distribution of a figure over the packages, without the noise of traces.
@@ -229,9 +257,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn small_numbers_keep_their_power_of_ten() {
-        for (value, text) in [(0.0123, "0.012"), (5e-6, "5.0e-6"), (1.24e8, "1.2e8"), (0.0, "0")] {
-            assert_eq!(significant(value), text);
-        }
+    fn shares_of_the_variance_stand_in_percent() {
+        assert_eq!(share_words(Estimate::new(0.83, 0.05)), "83.0 ± 5.0 %");
+        assert_eq!(share_words(Estimate::new(0.02, 0.05)), "not seen, < 12 %");
     }
 }

@@ -81,6 +81,18 @@ impl<'a> SpectralJob<'a> {
         sweep.plans(&rules)
     }
 
+    /// The traces at the wavelengths of lights weighted by radiant power, each with its share of it:
+    /// the stated number of wavelengths, or the largest of lights that are sampled to a tolerance.
+    ///
+    /// # Errors
+    /// Too many wavelengths.
+    pub fn shares(self) -> Result<Vec<(TracePlan<'static>, f64)>> {
+        let sweep = Sweep::new(self);
+        let rule = rule::rule(self.lights, COUNTS[COUNTS.len() - 1], false);
+        sweep.fits(&rule, false)?;
+        rule.iter().map(|node| Ok((sweep.plan(&rule, node)?, node.weight))).collect()
+    }
+
     /// Observation of all wavelengths together.
     ///
     /// # Errors

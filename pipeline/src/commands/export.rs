@@ -14,26 +14,29 @@ use design::Design;
 use design::resolved::solids::CheckedSolid;
 use design::spectrum::Spectrum;
 use files::atomic_file::{write_atomic, write_bytes};
-use files::cache::{EXTENSION, read_table};
+use files::cache::{Cache, EXTENSION, read_table};
 use files::formats::body::{Body, DOME};
 use files::formats::content::{self, Content};
 use files::formats::photometry::{self, Labels, Photometry};
+use files::formats::ray_files::RayFormat;
 use files::formats::tables::CellTable;
 use files::formats::{Holds, Writes, words};
 use files::run_context::RunContext;
 use metrics::digits::shortest;
 use metrics::plural::count;
 use results::far_field;
-use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
+use simulate::scene::DomeSurface;
+use simulate::spectral::SpectralJob;
 use simulate::tables::tables as solve;
 use simulate::trace::observe;
+use simulate::trace_plan::TracePlan;
 use simulate::{bodies, scene_check};
 
 use super::arguments::{cache, paths};
 use super::file_formats::{CellSteps, FileFormat, nanometres, not_over, print_written};
 use super::outputs::file_writable;
-use crate::ray_export::{ExportedRays, RayExport};
+use crate::ray_export::{ExportedRays, RayExport, common_wavelength};
 
 /// Models for traced rays and far fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -308,55 +311,83 @@ fn said_left_out(why: &str, names: &[&str]) -> Option<String> {
 
 /// Traces the design and writes its far field or its rays.
 fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result<()> {
-    let out = &arguments.out;
-    ensure!(
-        design.spectrum.as_ref().is_none_or(Spectrum::is_line),
-        "{}: light.spectrum: expected light.wavelength_nm; `batwing run` writes what a spectrum gives",
-        design.provenance.file
-    );
-    ensure!(
-        design.colours().is_none(),
-        "{}: sources: expected the light of [light] for all, got others; `batwing run` writes what lights of several kinds give",
-        design.provenance.file
-    );
     let model = match arguments.model {
         ExportModel::Geometric => Model::Geometric,
         ExportModel::Hybrid => Model::Hybrid,
     };
     let model = model.available(design)?;
-    let tables = if model == Model::Hybrid {
-        let cache = cache(arguments.cache.as_deref(), out);
-        Some(solve(&[design], Some(&cache), None, context)?.remove(0))
-    } else {
-        None
+    let mut design = design.clone();
+    design.trace.paths = arguments.paths.unwrap_or(design.trace.paths);
+    let cache = cache(arguments.cache.as_deref(), &arguments.out);
+    let surface = |plan: &TracePlan| {
+        let tables = match model {
+            Model::Hybrid => Some(solve(&[&*plan.design], Some(&cache), None, context)?.remove(0)),
+            _ => None,
+        };
+        plan.surface(tables.as_ref())
     };
-    let surface = dome_surface(design, model, tables.as_ref())?;
-    let paths = arguments.paths.unwrap_or(design.trace.paths);
-    let format = match arguments.format.writes {
-        Writes::Rays(format) => format,
+    match arguments.format.writes {
+        Writes::Rays(format) => {
+            rays(&design, (model, &cache), &surface, format, arguments, context)
+        }
         Writes::FarField(text) => {
-            let seen = observe(design, &surface, paths, &design.name, context)?;
+            ensure!(
+                design.spectrum.as_ref().is_none_or(Spectrum::is_line),
+                "{}: light.spectrum: expected light.wavelength_nm; `batwing run` writes what a spectrum gives",
+                design.provenance.file
+            );
+            ensure!(
+                design.colours().is_none(),
+                "{}: sources: expected the light of [light] for all, got others; `batwing run` writes what lights of several kinds give",
+                design.provenance.file
+            );
+            let plan = TracePlan::of_model(&design, model, context.seed);
+            let seen = observe(&design, &surface(&plan)?, plan.paths, &design.name, context)?;
             let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
-            let name = format!("{} {}", design.name, model.key(design));
-            return far_field(&name, &far, design.emitted_lm(), text, arguments, context);
+            let name = format!("{} {}", design.name, model.key(&design));
+            far_field(&name, &far, design.emitted_lm(), text, arguments, context)
         }
         _ => bail!("expected a format of far fields or rays, got {}", arguments.format.word),
+    }
+}
+
+/// Traces the design in all of its light and writes the rays that leave it, each with its wavelength
+/// where there are several.
+fn rays(
+    design: &Design,
+    (model, cache): (Model, &Cache),
+    surface: &dyn Fn(&TracePlan) -> Result<DomeSurface>,
+    format: &'static RayFormat,
+    arguments: &Export<'_>,
+    context: RunContext,
+) -> Result<()> {
+    let out = &arguments.out;
+    let lights = design.all_lights().map(|lights| lights.radiometric());
+    let traces = match &lights {
+        Some(lights) => {
+            SpectralJob { design, lights, model, cache: Some(cache), context }.shares()?
+        }
+        None => vec![(TracePlan::of_model(design, model, context.seed).into_owned(), 1.0)],
     };
-    let export = RayExport {
-        design,
-        surface: &surface,
-        paths,
-        format,
-        lumens_per_watt: arguments
-            .lumens
-            .or(design.emitted_lm())
-            .map(|lumens| lumens / design.emitted_w()),
-    };
+    let wavelength = common_wavelength(&traces);
+    ensure!(
+        wavelength.is_some() || arguments.lumens.is_none(),
+        "--lumens: expected none for rays of several wavelengths, whose watts say it, got {}",
+        arguments.lumens.unwrap_or_default()
+    );
+    // Of several wavelengths other lumens per watt leave than are emitted.
+    let lumens = arguments.lumens.or(design.emitted_lm()).filter(|_| wavelength.is_some());
+    let lumens_per_watt = lumens.map(|lumens| lumens / design.emitted_w());
+    let export = RayExport { design, traces: &traces, surface, format, lumens_per_watt };
     let ExportedRays { rays, flux_w, escaped_w } = export.write(out, context)?;
-    let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux_w, "escaped_w": escaped_w});
+    let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux_w, "escaped_w": escaped_w, "wavelengths": traces.len()});
     context.console.result(&json, || {
+        let coloured = match wavelength {
+            Some(_) => String::new(),
+            None => format!(" of {}", count(traces.len(), "wavelength")),
+        };
         format!(
-            "{}\n  {}, {flux_w:.9} W of {} W emitted; the ledger counts {escaped_w:.9} W escaped",
+            "{}\n  {}{coloured}, {flux_w:.9} W of {} W emitted; the ledger counts {escaped_w:.9} W escaped",
             out.display(),
             count(rays, "ray"),
             shortest(design.emitted_w())

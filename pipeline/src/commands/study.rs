@@ -20,9 +20,8 @@ use files::provenance::FileRecord;
 use files::run_context::RunContext;
 use metrics::Bounds;
 use metrics::plural::count;
-use metrics::quantity::Unit;
 use report::study as study_pictures;
-use results::figure_entry::FigureEntry;
+use results::figure_entry::COLUMNS;
 use results::shown;
 use results::study::{FILE, StudyFile};
 use results::target::{Sought, Verdict};
@@ -96,7 +95,8 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     let outcome = StudyResults { study: &study, found, seed: context.seed };
     let path = |name: &str| arguments.out.join(name);
     atomic_file::supersede(&path(FILE))?;
-    csv::write_text_csv(&path(TABLE), &HEADINGS, &rows(&outcome))?;
+    let headings: Vec<&str> = [&PLACE[..], &COLUMNS, &CHANGE, &TARGET].concat();
+    csv::write_text_csv(&path(TABLE), &headings, &rows(&outcome))?;
     if !study.short_runs.is_empty() {
         let rows = outcome.short_runs();
         csv::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
@@ -125,27 +125,10 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     })
 }
 
-const HEADINGS: [&str; 19] = [
-    "setup",
-    "levels",
-    "design",
-    "model",
-    "figure",
-    "value",
-    "standard_error",
-    "low",
-    "high",
-    "peak_place",
-    "change",
-    "change_standard_error",
-    "change_low",
-    "change_high",
-    "target",
-    "scale",
-    "at_least",
-    "at_most",
-    "verdict",
-];
+/// Headings before those of the figure, and after them; the change has the same without a place.
+const PLACE: [&str; 5] = ["setup", "levels", "design", "model", "figure"];
+const TARGET: [&str; 5] = ["target", "scale", "at_least", "at_most", "verdict"];
+const CHANGE: [&str; 4] = ["change", "change_standard_error", "change_low", "change_high"];
 
 const SHORT_HEADINGS: [&str; 7] = ["setup", "design", "model", "figure", "paths", "run", "value"];
 
@@ -158,37 +141,29 @@ fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
         let levels: Vec<String> = setup.levels.iter().map(|(f, l)| format!("{f}={l}")).collect();
         for line in outcome.lines(i) {
             let verdict = line.verdict();
-            let end = |of: Option<FigureEntry>, k: usize| {
-                number(of.and_then(|entry| entry.ends()).map(|ends| ends[k]))
-            };
-            let place = Some(line.value.peak_place).filter(|place| !place.is_off_axis());
-            let place = serde_json::to_value(place).unwrap_or_default();
             let (near, bounds) = match line.target.map(|target| target.sought) {
                 Some(Sought::Near(value)) => (Some(value), NO_BOUNDS),
                 Some(Sought::Within(bounds)) => (None, bounds),
                 None => (None, NO_BOUNDS),
             };
-            rows.push(vec![
+            let place = [
                 line.setup.to_owned(),
                 levels.join("; "),
                 line.place.design.clone(),
                 line.place.model.clone(),
                 line.figure.to_owned(),
-                number(Some(line.value.value)),
-                number(Some(line.value.standard_error)),
-                end(Some(line.value), 0),
-                end(Some(line.value), 1),
-                place.as_str().unwrap_or_default().to_owned(),
-                number(line.change.map(|c| c.value)),
-                number(line.change.map(|c| c.standard_error)),
-                end(line.change, 0),
-                end(line.change, 1),
+            ];
+            let change = line.change.map(|change| change.columns()).unwrap_or_default();
+            let target = [
                 number(near),
                 number(line.target.map(|target| target.scale)),
                 number(bounds.at_least),
                 number(bounds.at_most),
                 verdict.map_or_else(String::new, |verdict| verdict.words().to_owned()),
-            ]);
+            ];
+            rows.push(
+                [&place[..], &line.value.columns(), &change[..CHANGE.len()], &target].concat(),
+            );
         }
     }
     rows
@@ -210,7 +185,7 @@ fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
         let misfit = ranked.misfit;
         let number = shown::with_error(misfit);
         let name = &study.setups[ranked.setup].0.name;
-        let _ = writeln!(text, "{number:>16}  {name}: {}", verdicts(outcome, ranked.setup));
+        let _ = writeln!(text, "{number:>18}  {name}: {}", verdicts(outcome, ranked.setup));
     }
     if ranking.len() > study_pictures::SHOWN {
         let _ = writeln!(text, "and {} more", ranking.len() - study_pictures::SHOWN);
@@ -224,15 +199,16 @@ fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
         let Some(target) = line.target else {
             continue;
         };
-        let number = shown::number(&line.value, Unit::Relative);
         let (place, figure) = (line.place, line.figure);
+        let (_, unit) = shown::named(figure);
+        let reached = shown::text(&line.value, unit);
         let verdict = target.judge(&line.value).words();
         let _ = writeln!(
             text,
-            "{number:>16}  {figure} of {} {}, {}: {verdict}",
+            "{reached:>18}  {figure} of {} {}, {}: {verdict}",
             place.design,
             place.model,
-            target.words()
+            target.words(unit)
         );
     }
     text

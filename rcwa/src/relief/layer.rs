@@ -50,7 +50,7 @@ impl Layer {
         let mut end = 0.0;
         let mut joined: Vec<Segment> = Vec::with_capacity(segments.len());
         for (i, Segment { x0, x1, index }) in segments.into_iter().enumerate() {
-            check_index(|| format!("segment {i}"), index)?;
+            check_index(|| format!("segment {}", i + 1), index)?;
             if x0.is_nan() || (x0 - end).abs() > SAME_PLACE {
                 return Err(ReliefError::Uncovered { segment: i, expected: end, got: x0 });
             }

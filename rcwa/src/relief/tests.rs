@@ -297,7 +297,7 @@ fn impossible_lengths_and_indices_are_refused() {
         let background = Relief::new(1.0, 1.0, index, Vec::new());
         assert!(matches!(background, Err(ReliefError::Index { .. })));
         let inside = relief(vec![polygon(AIR, &triangle), polygon(index, &triangle)]).unwrap_err();
-        assert!(inside.to_string().starts_with("polygon 1: a refractive index"), "{inside}");
+        assert!(inside.to_string().starts_with("polygon 2: a refractive index"), "{inside}");
     }
 }
 
@@ -314,7 +314,7 @@ fn polygons_that_are_none_are_refused() {
         assert!(matches!(outside, Err(ReliefError::OutsideDepth { point: 2, .. })));
     }
     let wide = one(&[[0.0, 0.0], [160.1, 0.0], [5.0, 4.0]]).unwrap_err();
-    assert_eq!(wide.to_string(), "polygon 0: may be at most 16 periods (160) wide, got 160.1");
+    assert_eq!(wide.to_string(), "polygon 1: may be at most 16 periods (160) wide, got 160.1");
 }
 
 #[test]

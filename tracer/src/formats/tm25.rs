@@ -317,6 +317,8 @@ impl<R: Read> Tm25Reader<R> {
 pub struct Tm25Metadata {
     /// One wavelength for all rays, nm; NaN if it is not known.
     pub wavelength: f32,
+    /// True where each ray has its own.
+    pub per_ray: bool,
     /// Luminous flux of 1 W, lm.
     pub lumens_per_watt: f32,
     /// Date, as ISO 8601 has it, up to 27 characters; empty if unknown.
@@ -325,10 +327,11 @@ pub struct Tm25Metadata {
     pub descriptions: [String; 9],
 }
 
-/// Writes rays with radiant flux and one wavelength.
+/// Writes rays with radiant flux, of one wavelength or each of its own.
 pub struct Tm25Writer<W: Write + Seek> {
     sink: RaySink<W>,
     lumens_per_watt: f32,
+    per_ray: bool,
 }
 
 impl<W: Write + Seek> Tm25Writer<W> {
@@ -344,11 +347,12 @@ impl<W: Write + Seek> Tm25Writer<W> {
         for (k, byte) in about.date.bytes().take(27).enumerate() {
             put(28 + k, &[byte]);
         }
-        put(60, &u32::from(about.wavelength.is_finite()).to_le_bytes());
+        let kind = if about.per_ray { 2 } else { u32::from(about.wavelength.is_finite()) };
+        put(60, &kind.to_le_bytes());
         for at in [64, 68, 72] {
             put(at, &about.wavelength.to_le_bytes());
         }
-        for flag in [0, 1, 2] {
+        for flag in 0..if about.per_ray { 4 } else { 3 } {
             put(256 + 4 * flag, &1_u32.to_le_bytes());
         }
         for (k, text) in about.descriptions.iter().enumerate() {
@@ -357,16 +361,21 @@ impl<W: Write + Seek> Tm25Writer<W> {
                 put(at, &u32::from(character).to_le_bytes());
             }
         }
-        Ok(Self { sink: RaySink::new(sink, &header)?, lumens_per_watt: about.lumens_per_watt })
+        let &Tm25Metadata { per_ray, lumens_per_watt, .. } = about;
+        Ok(Self { sink: RaySink::new(sink, &header)?, lumens_per_watt, per_ray })
     }
 
-    /// Writes one ray; its wavelength is that of the file.
+    /// Writes one ray; its wavelength is that of the file where each has not its own.
     ///
     /// # Errors
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        Ok(self.sink.push(ray)?)
+        if !self.per_ray {
+            return Ok(self.sink.push(ray)?);
+        }
+        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
+        Ok(self.sink.push_row(&[x, y, z, l, m, n, ray.flux, ray.wavelength], ray.flux)?)
     }
 
     /// Writes what is left, fills in the header, and returns the number of rays and their flux in

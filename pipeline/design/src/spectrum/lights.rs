@@ -90,6 +90,19 @@ impl Lights {
         Self { lights, ..self.clone() }
     }
 
+    /// The same weighted by radiant power.
+    #[must_use]
+    pub fn radiometric(&self) -> Self {
+        let mut lights = self.lights.clone();
+        for light in &mut lights {
+            light.light = match &light.light {
+                Colour::Spectrum(spectrum) => Colour::Spectrum(spectrum.radiometric()),
+                Colour::Rays(rays) => Colour::Rays(rays.radiometric()),
+            };
+        }
+        Self { weighting: Weighting::Radiometric, lights, ..self.clone() }
+    }
+
     /// Luminous flux of all sources together, which emit 1 W, lm.
     pub fn emitted_lm(&self) -> f64 {
         self.lights.iter().map(|light| light.emitted_lm).sum()

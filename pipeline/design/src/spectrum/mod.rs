@@ -134,6 +134,20 @@ enum Shares {
     Lines(Vec<(f64, f64)>),
 }
 
+impl Shares {
+    fn new(source: &SpectralPower, photometric: bool) -> Self {
+        match source {
+            SpectralPower::Lines { wavelength_nm, power } => {
+                Self::Lines(lines(wavelength_nm, power, photometric))
+            }
+            _ => Self::Continuous {
+                power: Density::new(source, photometric),
+                wavelengths: Density::of_wavelengths(source, photometric),
+            },
+        }
+    }
+}
+
 /// Wavelengths of use, nm.
 pub const WAVELENGTHS_NM: [f64; 2] = [10.0, 100_000.0];
 /// Slices of equal power into which a spectrum is cut to be shared by wavelengths.
@@ -160,22 +174,13 @@ impl Spectrum {
         check_source(&source)?;
         check_sampled(&source, sampling)?;
         let photometric = weighting == Weighting::Photometric;
-        let shares = match &source {
-            SpectralPower::Lines { wavelength_nm, power } => {
-                Shares::Lines(lines(wavelength_nm, power, photometric))
-            }
-            _ => Shares::Continuous {
-                power: Density::new(&source, photometric),
-                wavelengths: Density::of_wavelengths(&source, photometric),
-            },
-        };
         let spectrum = Self {
             luminous_efficacy_lm_per_w: efficacy(&source),
             range_nm: range_nm(&source),
+            shares: Shares::new(&source, photometric),
             source,
             weighting,
             sampling,
-            shares,
         };
         let [low, high] = spectrum.range_nm;
         let [first, last] = metrics::photopic::range_nm();
@@ -196,6 +201,13 @@ impl Spectrum {
     pub fn line(wavelength_nm: f64, weighting: Weighting) -> Result<Self, SpectrumError> {
         let source = SpectralPower::Lines { wavelength_nm: vec![wavelength_nm], power: vec![1.0] };
         Self::new(source, weighting, None)
+    }
+
+    /// The same weighted by radiant power.
+    #[must_use]
+    pub fn radiometric(&self) -> Self {
+        let shares = Shares::new(&self.source, false);
+        Self { weighting: Weighting::Radiometric, shares, ..self.clone() }
     }
 
     /// True if all power has one wavelength.

@@ -94,6 +94,11 @@ impl ColouredRays {
         flux.map(|&(nm, w)| (nm, w * weight(nm))).collect()
     }
 
+    /// The same weighted by radiant flux.
+    pub(super) fn radiometric(&self) -> Self {
+        Self { weighting: Weighting::Radiometric, ..self.clone() }
+    }
+
     /// Weighting of the flux.
     pub(super) fn weighting(&self) -> Weighting {
         self.weighting

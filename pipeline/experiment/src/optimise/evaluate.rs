@@ -114,19 +114,26 @@ impl<'a> Evaluator<'a> {
         self.design(point).err()
     }
 
-    /// Judges the candidate at `point` by `paths` paths.
+    /// Judges the candidate at `point` by `paths` paths; warnings name it by `what` and its values.
     ///
     /// # Errors
     /// An interrupt, those of files. Other failures refuse the candidate.
-    pub fn evaluate(&mut self, point: &[f64], paths: u64, context: RunContext) -> Result<Outcome> {
+    pub fn evaluate(
+        &mut self,
+        point: &[f64],
+        paths: u64,
+        what: &str,
+        context: RunContext,
+    ) -> Result<Outcome> {
         let design = match self.design(point) {
             Ok(design) => design,
             Err(why) => return Ok(Outcome::Refused(why)),
         };
-        self.outcome(&design, paths, context)
+        let what = format!("{what} ({})", self.variables.listed(point).join(", "));
+        self.outcome(&design, paths, &what, context)
     }
 
-    /// Judges the design of `file` by `paths` paths.
+    /// Judges the design of `file` by `paths` paths; warnings name it by `what`.
     ///
     /// # Errors
     /// An interrupt, those of files. Other failures refuse the design.
@@ -134,9 +141,10 @@ impl<'a> Evaluator<'a> {
         &mut self,
         file: &DesignFile,
         paths: u64,
+        what: &str,
         context: RunContext,
     ) -> Result<Outcome> {
-        match self.judge(file, paths, context) {
+        match self.judge(file, paths, what, context) {
             Ok(judged) => Ok(Outcome::Evaluated(judged)),
             // A failure of files may pass: it says nothing of the candidate.
             Err(error) if error.is::<Interrupted>() || is_of_files(&error) => Err(error),
@@ -149,15 +157,22 @@ impl<'a> Evaluator<'a> {
     ///
     /// # Errors
     /// Errors of the solver and the tracer; figures that cannot be read; an interrupt.
-    fn judge(&mut self, file: &DesignFile, paths: u64, context: RunContext) -> Result<Evaluation> {
+    fn judge(
+        &mut self,
+        file: &DesignFile,
+        paths: u64,
+        what: &str,
+        context: RunContext,
+    ) -> Result<Evaluation> {
         let Some(robust) = self.robust else {
-            return self.judge_one(file, paths, context);
+            return self.judge_one(file, paths, what, context);
         };
         let packages = robust.packages(file, context.seed)?;
         let paths = (paths / robust.samples as u64).max(*PATHS.start());
         let judged = (0..).zip(&packages).map(|(number, package)| {
             let seed = mix(context.seed ^ mix(number));
-            self.judge_one(package, paths, RunContext { seed, ..context })
+            let what = format!("{what}, package {}", number + 1);
+            self.judge_one(package, paths, &what, RunContext { seed, ..context })
         });
         Ok(robust.combine(&judged.collect::<Result<Vec<_>>>()?, self.objective))
     }
@@ -166,9 +181,11 @@ impl<'a> Evaluator<'a> {
         &mut self,
         file: &DesignFile,
         paths: u64,
+        what: &str,
         context: RunContext,
     ) -> Result<Evaluation> {
         let mut design = file.with(&Settings::new())?;
+        what.clone_into(&mut design.name);
         design.trace.paths = paths;
         let context = RunContext {
             // An outcome is kept, if at all, not groups of paths.

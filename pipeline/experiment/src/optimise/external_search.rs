@@ -64,8 +64,9 @@ pub fn judge_lines(
             continue;
         }
         context.interrupt.check()?;
-        let answer = answer(&line, &mut evaluator, context);
-        let answer = answer.with_context(|| format!("standard input, line {number}"))?;
+        let what = format!("standard input, line {number}");
+        let answer = answer(&line, &mut evaluator, &what, context);
+        let answer = answer.with_context(|| what)?;
         writeln!(output, "{}", serde_json::to_string(&answer)?)?;
         output.flush()?;
     }
@@ -90,7 +91,12 @@ fn head(problem: &Problem, variables: &Variables) -> Result<Value> {
     }))
 }
 
-fn answer(line: &str, evaluator: &mut Evaluator, context: RunContext) -> Result<Answer> {
+fn answer(
+    line: &str,
+    evaluator: &mut Evaluator,
+    what: &str,
+    context: RunContext,
+) -> Result<Answer> {
     let request: Request = serde_json::from_str(line)
         .map_err(|error| anyhow::anyhow!("expected a candidate as JSON, got {error}"))?;
     let dimension = evaluator.variables.dimension();
@@ -104,7 +110,7 @@ fn answer(line: &str, evaluator: &mut Evaluator, context: RunContext) -> Result<
     check_paths("paths", paths)?;
     let seed = request.seed.unwrap_or(context.seed);
     let context = RunContext { seed, ..context };
-    let outcome = evaluator.evaluate(&request.point, paths, context)?;
+    let outcome = evaluator.evaluate(&request.point, paths, what, context)?;
     let candidate = Candidate::new(&request.point, evaluator.variables, &outcome);
     Ok(Answer { id: request.id, candidate })
 }

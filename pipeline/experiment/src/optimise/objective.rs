@@ -17,6 +17,7 @@ use metrics::{Bounds, Estimate, figures, spread};
 use results::constraint;
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
+use results::shown;
 use simulate::observation::{Observation, check_figure};
 
 use super::file::{ConstraintKeys, Goal, TermKeys};
@@ -80,7 +81,8 @@ impl Constraint {
 
     /// For people.
     pub fn words(&self) -> String {
-        format!("{} {} by {} standard errors", self.figure, self.bounds.words(), self.margin)
+        let bounds = shown::bounds(self.bounds, shown::named(&self.figure).1);
+        format!("{} {bounds} by {} standard errors", self.figure, self.margin)
     }
 
     /// For people: the bound that `figure` misses and by how much; `None` where it is met.
@@ -328,7 +330,10 @@ impl Objective {
         let words = |term: &Term| match term.goal {
             Goal::Maximise => format!("{}, larger", term.figure),
             Goal::Minimise => format!("{}, smaller", term.figure),
-            Goal::Target => format!("{}, near {}", term.figure, term.target),
+            Goal::Target => {
+                let target = shown::stated(term.target, shown::named(&term.figure).1);
+                format!("{}, near {target}", term.figure)
+            }
         };
         self.terms.iter().map(words).collect()
     }

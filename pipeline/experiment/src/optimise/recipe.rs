@@ -487,7 +487,7 @@ fn verification(
     };
     let outcomes = evaluator.outcomes(&batch, context, |evaluator, number| {
         let (file, paths) = designs[number];
-        evaluator.outcome(file, paths, context)
+        evaluator.outcome(file, paths, &format!("{name}, {}", file.name), context)
     });
     progress.finish_and_clear();
     outcomes

@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 use metrics::Estimate;
 use metrics::digits::thousands;
 use metrics::plural::count;
-use metrics::quantity::Unit;
 use results::constraint;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{
@@ -16,7 +15,7 @@ use results::optimisation::{
     StageEntry, Verdict,
 };
 use results::schema::Program;
-use results::shown::{self, with_error};
+use results::shown::{self, named, with_error};
 
 use super::front::FrontDesign;
 use super::log::{Candidate, GenerationEnd};
@@ -258,15 +257,17 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     text.push('\n');
     let mut row = |name: &str, [before, after, change]: [&str; 3], verdict: Option<Verdict>| {
         let verdict = verdict.map_or("", Verdict::words);
-        let line = format!("{name:<28} {before:>18} {after:>18} {change:>20}  {verdict}");
+        let line = format!("{name:<28} {before:>20} {after:>20} {change:>22}  {verdict}");
         let _ = writeln!(text, "{}", line.trim_end());
     };
     row("verified", [&file.design, &file.name, "change"], None);
-    let figure = |e: FigureEntry| shown::number(&e, Unit::Relative);
-    let words = |e: Option<FigureEntry>| e.map(figure).unwrap_or_default();
     let (listed, others) = file.listed();
     for (key, f) in listed {
-        row(key, [&words(f.before), &figure(f.after), &words(f.change)], f.verdict);
+        let (_, unit) = named(key);
+        let before = f.before.map(|before| shown::text(&before, unit)).unwrap_or_default();
+        let change = f.change.map(|change| shown::difference_between(&change, unit));
+        let change = change.unwrap_or_default();
+        row(key, [&before, &shown::text(&f.after, unit), &change], f.verdict);
     }
     let objective = &file.objective;
     let words = [objective.before, Some(objective.after), objective.change];
@@ -316,7 +317,7 @@ fn add_front(text: &mut String, front: &FrontEntry) {
     let [first, second] = &front.figures;
     let _ = writeln!(text, "\n{:<28} {first:>28} {second:>28}", "front, verified");
     for one in &front.designs {
-        let [a, b] = one.figures.map(with_error);
+        let [a, b] = [0, 1].map(|k| shown::estimate(one.figures[k], named(&front.figures[k]).1));
         let _ = writeln!(text, "{:<28} {a:>28} {b:>28}", one.design);
         for missed in &one.misses {
             let _ = writeln!(text, "  misses a constraint: {missed}");

@@ -53,7 +53,7 @@ pub(super) fn sensitivities(
         progress: &progress,
     };
     let outcomes = evaluator.outcomes(&batch, context, |evaluator, number| {
-        evaluator.evaluate(&moved[number], stage.most_paths, context)
+        evaluator.evaluate(&moved[number], stage.most_paths, what, context)
     });
     progress.finish_and_clear();
     let outcomes: Vec<_> = moved.iter().zip(outcomes?).collect();

@@ -40,8 +40,6 @@ use super::variables::Variables;
 const MAX_NOISE: f64 = 0.7;
 /// A search has converged when its standard deviations are below this share of the ranges.
 const MIN_STEP: f64 = 2e-3;
-/// Most variables of a candidate that are listed for people.
-const LISTED: usize = 8;
 
 /// One of the points among which a stage chooses.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,13 +88,9 @@ impl StageResult {
         let best = best.filter(|best| best.feasible).map(Candidate::value);
         let best = best.fold(f64::INFINITY, f64::min);
         let missed = self.missed.as_ref().filter(|one| one.objective.is_some_and(|o| o < best))?;
-        let mut words = variables.words(&missed.point);
-        let more = words.len().saturating_sub(LISTED);
-        words.truncate(LISTED);
-        words.extend((more > 0).then(|| format!("{more} more")));
         Some(MissedCandidate {
             objective: Estimate::new(missed.objective?, missed.standard_error?),
-            variables: words,
+            variables: variables.listed(&missed.point),
             misses: objective.missed(&missed.figures),
         })
     }
@@ -288,7 +282,8 @@ impl StageSearch<'_, '_> {
             progress: self.progress,
         };
         let traced = self.evaluator.outcomes(&batch, context, |evaluator, k| {
-            evaluator.evaluate(&distinct[k], paths, context)
+            let what = format!("{}, candidate {}", batch.name, k + 1);
+            evaluator.evaluate(&distinct[k], paths, &what, context)
         })?;
         self.progress.inc((points.len() - distinct.len()) as u64);
         let is_traced = |one: &&Outcome| matches!(one, Outcome::Evaluated(_));

@@ -24,6 +24,8 @@ use crate::ring_slopes::{RingSlopes, Side};
 /// Key of the shapes of rings.
 const SHAPES: &str = "elements.shapes";
 
+/// Most variables of a point that are listed for people.
+const LISTED: usize = 8;
 /// Distance from a bound below which a coefficient counts as at it, as a share of its range.
 const AT_BOUND: f64 = 1e-3;
 
@@ -213,13 +215,22 @@ impl Variables {
     }
 
     /// Names and values of the coefficients at `point`, for people.
-    pub fn words(&self, point: &[f64]) -> Vec<String> {
+    fn words(&self, point: &[f64]) -> Vec<String> {
         let all = self.labels().into_iter().zip(self.ranges()).zip(point);
         all.map(|((label, range), x)| match range {
             Range::Choices(_) => format!("{label} = {}", range.value(*x)),
             Range::Between { .. } => format!("{label} = {}", shortest(range.number(*x))),
         })
         .collect()
+    }
+
+    /// The first of [`Self::words`], and how many more there are.
+    pub fn listed(&self, point: &[f64]) -> Vec<String> {
+        let mut words = self.words(point);
+        let more = words.len().saturating_sub(LISTED);
+        words.truncate(LISTED);
+        words.extend((more > 0).then(|| format!("{more} more")));
+        words
     }
 
     /// Variables with their ranges, for people.

@@ -97,6 +97,7 @@ pub fn compute(
         for (key, added) in &reading_bias {
             if let Some(figure) = figures.get_mut(key) {
                 figure.value -= added.value;
+                figure.interval = figure.interval.map(|ends| ends.map(|end| end - added.value));
             }
         }
     }

@@ -26,6 +26,7 @@ pub struct Tolerance {
     place: Place,
     law: Law,
     common: bool,
+    relative: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -206,7 +207,8 @@ impl Deviations {
         for offset in offsets {
             match &self.tolerances[offset.tolerance].place {
                 Place::Keys(_, nominal) => {
-                    let key = &offset.place;
+                    let (key, is_share) =
+                        (&offset.place, self.tolerances[offset.tolerance].relative);
                     let before = match settings.get(key).or(dotted_keys::get(&source.table, key)) {
                         Some(value) => number(value).with_context(|| {
                             format!("{key}: expected a number in the design, got {value}")
@@ -215,7 +217,8 @@ impl Deviations {
                             format!("{key}: expected `nominal`, as the design does not state it")
                         })?,
                     };
-                    settings.insert(key.clone(), Value::Float(before + offset.value));
+                    let unit = if is_share { before } else { 1.0 };
+                    settings.insert(key.clone(), Value::Float(before + unit * offset.value));
                 }
                 Place::Slopes(side) => {
                     if slopes.is_none() {
@@ -247,7 +250,8 @@ impl Tolerance {
                 format!("deviation {deviation} within {half_width}")
             }
         };
-        format!("{}: {law}", self.name)
+        let of = if self.relative { ", relative" } else { "" };
+        format!("{}: {law}{of}", self.name)
     }
 
     /// Numbers that are drawn for so many `places`: a single one where they deviate alike.
@@ -325,8 +329,13 @@ fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
         "{}: expected no such key with this distribution",
         unused.unwrap_or_default()
     );
+    ensure!(
+        !keys.relative || first.is_some(),
+        "relative: expected `key` or `keys` beside it, got `profile`, whose slopes deviate in degrees"
+    );
     let common = keys.common || keys.keys.is_some();
-    Ok(Tolerance { name: keys.name.clone().unwrap_or(label), place, law, common })
+    let name = keys.name.clone().unwrap_or(label);
+    Ok(Tolerance { name, place, law, common, relative: keys.relative })
 }
 
 /// The lower triangle of the correlations of `tolerances`, for which `draws` numbers are drawn.
@@ -402,6 +411,7 @@ mod tests {
             place: Place::Keys(vec![bracketed(key)], None),
             law: Law::Normal(1.0),
             common: false,
+            relative: false,
         };
         let places = keys("led.offsets_mm.*.*").places(&source).expect("lists");
         assert_eq!(
@@ -451,6 +461,36 @@ mod tests {
         assert_eq!(drawn[0].value.to_bits(), drawn[3].value.to_bits());
         // A regression on copies of one column has no answer.
         assert_eq!(all.independent(&drawn), [&drawn[0], &drawn[4]]);
+    }
+
+    #[test]
+    fn a_relative_deviation_of_all_coordinates_scales_a_body() {
+        let rows = [[0.0, 1.5], [0.8, 1.0], [2.0, -0.5], [0.0, -0.5]];
+        let solid = format!("[[solids]]\nposition_mm = [0.0, 0.0, 3.0]\nmeridian_mm = {rows:?}");
+        let table: toml::Table = toml::from_str(&solid).expect("TOML");
+        let source = DesignFile::new("design.toml".into(), table);
+        let keys = "key = \"solids[1].meridian_mm[*][*]\"\ndeviation = 0.01\nrelative = true";
+        let of = |more: &str| {
+            let keys: ToleranceKeys = toml::from_str(&format!("{keys}\n{more}")).expect("TOML");
+            let tolerances = vec![tolerance(&keys).expect("keys")];
+            let all = Deviations { tolerances, factor: DMatrix::identity(1, 1) };
+            let drawn = all.draw(&source, &mut Deviations::random(1)).expect("drawn");
+            let moved = all.settings(&source, &drawn).expect("numbers");
+            let at = |i: usize, k: usize| {
+                let key = format!("solids[1].meridian_mm[{}][{}]", i + 1, k + 1);
+                moved[&key].as_float().expect("a number")
+            };
+            let factors = (1..3).flat_map(|i| [0, 1].map(|k| at(i, k) / rows[i][k]));
+            assert_eq!((at(0, 0), at(3, 0)), (0.0, 0.0));
+            (factors.collect::<Vec<f64>>(), 1.0 + drawn[0].value)
+        };
+        let (factors, scale) = of("common = true");
+        assert!((scale - 1.0).abs() > 1e-6 && factors.iter().all(|f| (f / scale - 1.0).abs() < 1e-14));
+        let (factors, _) = of("");
+        assert!(factors.windows(2).all(|pair| (pair[0] - pair[1]).abs() > 1e-6), "{factors:?}");
+        let slopes = "profile = \"inner_slope_deg\"\ndeviation = 1.0\nrelative = true";
+        let why = tolerance(&toml::from_str(slopes).expect("TOML")).expect_err("slopes");
+        assert!(why.to_string().starts_with("relative: expected `key` or `keys`"), "{why}");
     }
 
     /// Tolerances and correlations of design D3.

@@ -75,6 +75,10 @@ pub struct ToleranceKeys {
     /// True where all entries that the key or the profile stands for deviate alike.
     #[serde(default)]
     pub common: bool,
+    /// True where the deviation is a share of each value: keys that go together, of coordinates, then
+    /// scale a body about its own origin. Not of a `profile`.
+    #[serde(default)]
+    pub relative: bool,
 }
 
 /// Laws of deviations.

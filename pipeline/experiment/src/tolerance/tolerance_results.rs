@@ -4,15 +4,14 @@
 use std::fmt::Write as _;
 
 use metrics::plural::count;
-use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
-use results::figure_entry::FigureEntry;
+use results::figure_entry::{COLUMNS, FigureEntry};
 use results::schema::Program;
-use results::shown::{self, with_error};
+use results::shown::{self, named};
 use results::tolerance::{
     BoundEntry, ContributionEntry, ContributionsEntry, CumulativeShareEntry, DistributionEntry,
-    QuantileEntry, SCHEMA_VERSION, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
-    share_words, significant, unseen,
+    FigureRow, QuantileEntry, SCHEMA_VERSION, ToleranceFigureEntry, ToleranceResultsFile,
+    YieldEntry, share_words, unseen,
 };
 
 use super::compute::Sampled;
@@ -111,15 +110,19 @@ impl<'a> ToleranceResults<'a> {
             [at_least, at_most].into_iter().flatten().any(near)
         };
         let (scatter, near) = (&figure.scatter, values.iter().filter(is_near).count());
+        let (_, unit) = named(key);
         let exceeds = scatter.below.is_some() || scatter.noise > scatter.deviation.value;
         (exceeds && near > 0).then(|| {
             format!(
                 "the noise of a trace of {key}, {}, {}, and {near} of {} lie within {NEAR} \
                  standard errors of the bound; take more paths",
-                significant(scatter.noise),
+                shown::spread(scatter.noise, unit),
                 match scatter.below {
                     Some(_) => "hides its scatter".to_owned(),
-                    None => format!("exceeds its scatter, {}", with_error(scatter.deviation)),
+                    None => {
+                        let scatter = shown::difference(scatter.deviation, unit);
+                        format!("exceeds its scatter, {scatter}")
+                    }
                 },
                 count(values.len(), "package"),
             )
@@ -234,21 +237,22 @@ impl<'a> ToleranceResults<'a> {
             let name = names[offset.tolerance];
             if name == offset.place { name.to_owned() } else { format!("{name} {}", offset.place) }
         });
-        let figures = self.analysis.figures.iter();
-        let figures = figures.flat_map(|key| [key.clone(), format!("{key}_standard_error")]);
+        let figures = self.analysis.figures.iter().flat_map(|key| {
+            COLUMNS.map(|column| match column {
+                "value" => key.clone(),
+                other => format!("{key}_{other}"),
+            })
+        });
         offsets.chain(figures).collect()
     }
 
-    /// A line for each sample: offsets, then figures with their errors.
+    /// A line for each sample: offsets, then figures with their states.
     pub fn rows(&self) -> Vec<Vec<String>> {
         let row = |sample: &super::compute::SampledPackage| -> Vec<String> {
             let offsets = sample.offsets.iter().map(|offset| offset.value.to_string());
             let figures = self.analysis.figures.iter().flat_map(|key| {
                 let found = sample.figures.as_ref().ok().and_then(|f| f.get(key));
-                found.map_or_else(
-                    || [String::new(), String::new()],
-                    |e| [e.value.to_string(), e.standard_error.to_string()],
-                )
+                found.map(FigureEntry::columns).unwrap_or_default()
             });
             offsets.chain(figures).collect()
         };
@@ -257,32 +261,29 @@ impl<'a> ToleranceResults<'a> {
 
     /// Lines for people.
     pub fn plain_text(&self) -> String {
-        let mut text = format!(
-            "{:<28} {:>16} {:>16} {:>14} {:>10} {:>14} {:>14}\n",
-            "figure", "nominal", "mean shift", "deviation", "noise", "5 %", "95 %"
-        );
-        let figure = |entry: &FigureEntry| shown::number(entry, Unit::Relative);
-        // Writing to a string cannot fail.
-        for f in &self.figures {
-            let resolved = |e: Estimate| match f.scatter.below {
-                None => with_error(e),
-                Some(_) => "not resolved".to_owned(),
-            };
+        let mut text = String::new();
+        let mut row = |name: &str, cells: [&str; 6]| {
+            let [nominal, shift, deviation, noise, low, high] = cells;
+            // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
-                "{:<28} {:>16} {:>16} {:>14} {:>10} {:>14} {:>14}",
-                f.key,
-                figure(&f.nominal),
-                figure(&f.shift),
-                resolved(f.scatter.deviation),
-                significant(f.scatter.noise),
-                resolved(f.scatter.quantiles[0].1),
-                resolved(f.scatter.quantiles[2].1),
+                "{name:<28} {nominal:>18} {shift:>20} {deviation:>20} {noise:>14} {low:>16} \
+                 {high:>16}"
             );
+        };
+        row("figure", ["nominal", "mean shift", "deviation", "noise", "5 %", "95 %"]);
+        for f in &self.figures {
+            let FigureRow { nominal, shift, deviation, noise, quantiles } =
+                self.entry(f).row(named(&f.key).1);
+            let unresolved = "not resolved";
+            let ends = [quantiles.first(), quantiles.last()];
+            let [low, high] = ends.map(|end| end.map_or(unresolved, |(_, text)| text));
+            let deviation = deviation.as_deref().unwrap_or(unresolved);
+            row(&f.key, [&nominal, &shift, deviation, &noise, low, high]);
         }
-        let bounded = self.figures.iter();
-        let bounded =
-            bounded.filter_map(|f| Some(format!("{} {}", f.key, significant(f.scatter.below?))));
+        let bounded = self.figures.iter().filter_map(|f| {
+            Some(format!("{} {}", f.key, shown::spread(f.scatter.below?, named(&f.key).1)))
+        });
         if let Some(unseen) = unseen(&bounded.collect::<Vec<_>>()) {
             let _ = writeln!(text, "{unseen}");
         }

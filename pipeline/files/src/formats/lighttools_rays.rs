@@ -9,8 +9,7 @@ use tracer::formats::rays::RayColumns;
 use tracer::formats::{lighttools_rays as layout, text_rays};
 
 use super::ray_files::{
-    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn,
-    unit,
+    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, unit,
 };
 use super::sniff::Sniff;
 use super::{Reader, Reads, Writer, Writes, program};
@@ -20,7 +19,7 @@ static RAYS: RayFormat = RayFormat {
     name: "LightTools ray file",
     flux: FluxRule::OfHeader,
     has_lumens: true,
-    wavelengths: WavelengthColumn::Optional,
+    needs_column: true,
     scan,
     write,
 };

@@ -40,8 +40,9 @@ pub struct RayFormat {
     pub flux: FluxRule,
     /// True where flux in lm can be written.
     pub has_lumens: bool,
-    /// Wavelengths of single rays in a written file.
-    pub wavelengths: WavelengthColumn,
+    /// True where one wavelength of all rays stands in a column too, for want of a place in the
+    /// header.
+    pub needs_column: bool,
     /// Reads the header and hands every ray on; returns the sum of their flux too.
     pub scan: Scan,
     /// Writes a file for this path; returns the number of rays and their flux.
@@ -57,17 +58,6 @@ pub enum FluxRule {
     OfRays,
     /// The flux of all rays, whose powers are relative.
     OfHeader,
-}
-
-/// Column of wavelengths in a written file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WavelengthColumn {
-    /// No place for it.
-    Never,
-    /// A wavelength for each ray.
-    Always,
-    /// A column where rays have wavelengths.
-    Optional,
 }
 
 impl RayFormat {
@@ -363,13 +353,13 @@ pub struct RayMetadata {
 }
 
 impl RayMetadata {
-    /// Metadata of rays traced in light of one wavelength.
-    pub fn traced(design: &str, wavelength_nm: f64, lumens_per_watt: f64) -> Self {
+    /// Metadata of rays traced in light of one wavelength, or of one for each.
+    pub fn traced(design: &str, wavelength_nm: Option<f64>, lumens_per_watt: f64) -> Self {
         Self {
             name: design.to_owned(),
             operation: "rays that leave the package, traced".to_owned(),
-            wavelength_nm,
-            per_ray: false,
+            wavelength_nm: wavelength_nm.unwrap_or(f64::NAN),
+            per_ray: wavelength_nm.is_none(),
             lumens_per_watt,
             radiant: true,
         }
@@ -398,15 +388,9 @@ pub fn write(
         "expected rays with flux in W, got lm, which is written into {} ray files alone",
         RayFormat::names(|format| format.has_lumens)
     );
-    let has_column = |format: &RayFormat| format.wavelengths != WavelengthColumn::Never;
     ensure!(
         about.radiant || !about.per_ray,
         "expected rays with flux in W where each has its wavelength, got lm"
-    );
-    ensure!(
-        !about.per_ray || has_column(format),
-        "expected one wavelength for all rays, got one for each, which is written into {} ray files alone",
-        RayFormat::names(has_column)
     );
     let mut written = (0, 0.0);
     write_atomic(path, |file| {
@@ -466,8 +450,7 @@ pub fn convert(
         name: stem.into_owned(),
         operation: format!("converted from a {}", scanned.format.name),
         wavelength_nm: found.filter(|_| !several).map_or(f64::NAN, f64::from),
-        per_ray: several
-            || (radiant && found.is_some() && format.wavelengths == WavelengthColumn::Optional),
+        per_ray: several || (radiant && found.is_some() && format.needs_column),
         lumens_per_watt: f64::NAN,
         radiant,
     };

@@ -9,8 +9,7 @@ use metrics::photopic;
 use tracer::formats::speos_rays as layout;
 
 use super::ray_files::{
-    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn,
-    unit,
+    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, unit,
 };
 use super::sniff::Sniff;
 use super::{Reader, Reads, Writer, Writes};
@@ -20,7 +19,7 @@ static RAYS: RayFormat = RayFormat {
     name: "Speos ray file",
     flux: FluxRule::OfRays,
     has_lumens: false,
-    wavelengths: WavelengthColumn::Always,
+    needs_column: false,
     scan,
     write,
 };

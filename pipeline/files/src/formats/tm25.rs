@@ -8,8 +8,7 @@ use anyhow::Result;
 use tracer::formats::tm25 as layout;
 
 use super::ray_files::{
-    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn,
-    unit,
+    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, unit,
 };
 use super::sniff::Sniff;
 use super::{Reader, Reads, Writer, Writes, program};
@@ -19,7 +18,7 @@ static RAYS: RayFormat = RayFormat {
     name: "TM-25 ray file",
     flux: FluxRule::Checked,
     has_lumens: false,
-    wavelengths: WavelengthColumn::Never,
+    needs_column: false,
     scan,
     write,
 };
@@ -68,6 +67,7 @@ fn write(file: &mut dyn Sink, _: &Path, about: &RayMetadata, fill: Fill<'_>) -> 
     about.operation.clone_into(&mut descriptions[7]);
     let header = layout::Tm25Metadata {
         wavelength: about.wavelength_nm as f32,
+        per_ray: about.per_ray,
         lumens_per_watt: about.lumens_per_watt as f32,
         date: String::new(),
         descriptions,

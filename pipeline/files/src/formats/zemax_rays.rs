@@ -4,12 +4,11 @@
 use std::io::Read;
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use tracer::formats::{text_rays, zemax_rays as layout};
 
 use super::ray_files::{
-    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, WavelengthColumn,
-    unit,
+    Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, unit,
 };
 use super::sniff::Sniff;
 use super::{Reader, Reads, Writer, Writes, program};
@@ -19,7 +18,7 @@ static RAYS: RayFormat = RayFormat {
     name: "Zemax ray file",
     flux: FluxRule::OfRays,
     has_lumens: true,
-    wavelengths: WavelengthColumn::Optional,
+    needs_column: true,
     scan,
     write,
 };
@@ -90,6 +89,11 @@ fn write(
     fill: Fill<'_>,
 ) -> Result<(u64, f64)> {
     let spectral = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("sdf"));
+    ensure!(
+        spectral || !about.per_ray,
+        "expected a file that ends in .sdf, as each ray has its wavelength, got `{}`",
+        path.display()
+    );
     let known = spectral && about.radiant && about.wavelength_nm.is_finite();
     let header = layout::ZemaxMetadata {
         description: format!("{}, {}", about.name, program()),

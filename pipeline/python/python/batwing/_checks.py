@@ -72,9 +72,13 @@ def floats(key: str, value: Any) -> Floats:
         if result.ndim == 0:
             refuse(key, "a finite number", repr(float(result)))
         at = np.unravel_index(int(np.argmin(np.isfinite(result))), result.shape)
-        place = ", ".join(str(int(i)) for i in at)
-        refuse(key, "finite numbers", f"{float(result[at])} at [{place}]")
+        refuse(key, "finite numbers", f"{float(result[at])} at {entry(*at)}")
     return result
+
+
+def entry(*index: int | np.integer[Any]) -> str:
+    """Place of an entry of a list or an array in messages, which count from 1 as designs do."""
+    return f"[{', '.join(str(int(i) + 1) for i in index)}]"
 
 
 def number(key: str, value: Any) -> float:
@@ -145,7 +149,7 @@ def plain(name: str, value: Any, key: str = "") -> Any:
                 raise InputError(message, place(one), got, "text as a key")
         return {one: plain(name, inner, place(one)) for one, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(name, inner, place(number)) for number, inner in enumerate(value)]
+        return [plain(name, inner, key + entry(number)) for number, inner in enumerate(value)]
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if isinstance(value, float) and not np.isfinite(value):
@@ -167,7 +171,7 @@ def vectors(key: str, value: Any) -> Floats:
     lengths = np.sqrt(np.einsum("ij,ij->i", array, array))
     worst = int(np.argmax(np.abs(lengths - 1.0)))
     if abs(float(lengths[worst]) - 1.0) > 1e-6:
-        refuse(key, "unit vectors", f"a length of {float(lengths[worst]):.6g} at [{worst}]")
+        refuse(key, "unit vectors", f"a length of {float(lengths[worst]):.6g} at {entry(worst)}")
     return np.ascontiguousarray(array / lengths[:, np.newaxis])
 
 

@@ -105,8 +105,10 @@ class Figure:
             return f"below {self.upper_bound:{spec}}"
         error = format(self.standard_error, spec.replace("+", ""))
         if not error.strip("0.e+-% "):
+            if self.standard_error == 0.0:
+                return f"{self.value:{spec}}"
             # Digits that show an error as 0 would claim that there is none.
-            return f"{self.value:{spec}}" if self.standard_error == 0.0 else str(self)
+            return _native.shown_figure(self.value, self.standard_error, "", "1", None, None, None)
         return f"{self.value:{spec}} ± {error}"
 
     def __float__(self) -> float:

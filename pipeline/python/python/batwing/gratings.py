@@ -217,7 +217,7 @@ class Relief:
         put(self, "background", _material("background", background))
         for number, polygon in enumerate(polygons):
             if not isinstance(polygon, Polygon):
-                _checks.refuse(f"polygons[{number}]", "a Polygon", _checks.describe(polygon))
+                _checks.refuse(f"polygons{_checks.entry(number)}", "a Polygon", _checks.describe(polygon))
         put(self, "polygons", tuple(polygons))
 
     __repr__ = _show.brief

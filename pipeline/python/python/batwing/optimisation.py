@@ -247,7 +247,7 @@ def _front(
         FrontDesign(
             _design(folder / one["design"], keep),
             np.array(one["coefficients"], dtype=float),
-            dict(zip(entry["figures"], map(Figure.of, one["figures"]))),
+            {k: Figure.of(of, key=k) for k, of in zip(entry["figures"], one["figures"])},
             one["feasible"],
         )
         for one in entry["designs"]
@@ -275,7 +275,7 @@ def read_optimisation(folder: Path, keep: bool) -> Optimisation:
         bias_of_search=_figure(objective["bias_of_search"]),
         figures={key: _change(entry, key) for key, entry in raw["figures"].items()},
         constraints=tuple(
-            Constraint(value=_figure(one["value"]), **{key: one[key] for key in bounds})
+            Constraint(value=_figure(one["value"], one["figure"]), **{key: one[key] for key in bounds})
             for one in raw["constraints"]
         ),
         coefficients=tuple(

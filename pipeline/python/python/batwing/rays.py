@@ -81,7 +81,7 @@ class Rays:
             _checks.refuse("flux", "shape (n,)", _checks.describe(flux))
         if (flux < 0).any():
             first = int(np.argmax(flux < 0))
-            _checks.refuse("flux", "powers of at least 0", f"{float(flux[first])} at [{first}]")
+            _checks.refuse("flux", "powers of at least 0", f"{float(flux[first])} at {_checks.entry(first)}")
         rows[:, 6] = flux
         one: float | None = None
         if self.wavelength_nm is not None:

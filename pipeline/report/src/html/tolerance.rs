@@ -6,14 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use serde_json::{Value, json};
 
+use metrics::Bounds;
 use metrics::digits::thousands;
 use metrics::plural::count;
-use metrics::quantity::Unit;
-use metrics::{Bounds, Estimate};
-use results::shown::{self, named, unit_of_differences};
+use results::shown::{self, named};
 use results::tolerance::{
-    BoundEntry, FILE, QuantileEntry, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry,
-    share_words, significant, unseen,
+    BoundEntry, FILE, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry, share_words, unseen,
 };
 
 use super::folder::{checked_file, is_one_of};
@@ -80,10 +78,10 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
     let causes = causes.filter_map(|(key, figure)| contributions(key, figure));
     let levels = figures.iter().map(|(_, figure)| &figure.quantiles);
     let levels = levels.max_by_key(|quantiles| quantiles.len());
-    let levels = levels.into_iter().flatten().map(level);
+    let levels = levels.into_iter().flatten().map(|quantile| level(quantile.level));
     let bounded = figures.iter().filter_map(|(key, figure)| {
         let (name, unit) = named(key);
-        Some(format!("{name} {}", spread(figure.deviation_below?, unit)))
+        Some(format!("{name} {}", shown::spread(figure.deviation_below?, unit)))
     });
     let unseen = unseen(&bounded.collect::<Vec<_>>());
     Ok(json!({
@@ -112,29 +110,22 @@ fn in_order(file: &ToleranceResultsFile) -> Vec<(&String, &ToleranceFigureEntry)
     figures
 }
 
-fn level(quantile: &QuantileEntry) -> String {
-    format!("{} %", 100.0 * quantile.level)
-}
-
-/// A spread of a figure to two digits with its unit.
-fn spread(spread: f64, unit: Unit) -> String {
-    let (factor, symbol) = unit_of_differences(unit);
-    format!("{} {symbol}", significant(factor * spread)).trim_end().to_owned()
+fn level(level: f64) -> String {
+    format!("{} %", 100.0 * level)
 }
 
 fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
     let (name, unit) = named(key);
-    let quantile = |one: &QuantileEntry| {
-        let estimate = Estimate::new(one.value, one.standard_error);
-        json!({"level": level(one), "text": shown::estimate(estimate, unit)})
-    };
+    let row = figure.row(unit);
+    let quantiles = row.quantiles.into_iter();
+    let quantiles = quantiles.map(|(at, text)| json!({"level": level(at), "text": text}));
     json!({
         "name": name,
-        "nominal": shown::text(&figure.nominal, unit),
-        "shift": shown::difference_between(&figure.shift, unit),
-        "deviation": figure.deviation.map(|deviation| shown::difference(deviation, unit)),
-        "noise": spread(figure.noise_of_a_trace, unit),
-        "quantiles": figure.quantiles.iter().map(quantile).collect::<Vec<_>>(),
+        "nominal": row.nominal,
+        "shift": row.shift,
+        "deviation": row.deviation,
+        "noise": row.noise,
+        "quantiles": quantiles.collect::<Vec<_>>(),
     })
 }
 
