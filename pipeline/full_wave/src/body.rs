@@ -65,7 +65,9 @@ pub struct Cost {
     pub unknowns: usize,
     /// Matrices for one polarisation: 2 where the body is symmetric.
     pub matrices: usize,
-    /// Bytes of the matrices.
+    /// Matrices held at once: as many as the memory allows.
+    pub held: usize,
+    /// Bytes of these.
     pub bytes: f64,
     /// Pairs of points whose kernels are computed for one polarisation.
     pub kernels: f64,
@@ -80,6 +82,7 @@ pub struct Body {
     wavelength: f64,
     index: [f64; 2],
     mesh: Mesh,
+    max_bytes: f64,
 }
 
 impl Body {
@@ -109,7 +112,9 @@ impl Body {
         let scaled = outline.scaled(TAU / wavelength);
         let longest = NODES as f64 / resolution.nodes_per_wavelength * TAU / inside.max(outside);
         let mesh = Mesh::new(&scaled, longest);
-        let body = Self { outline: scaled, wavelength, index: [inside, outside], mesh };
+        let index = [inside, outside];
+        let max_bytes = resolution.max_bytes;
+        let body = Self { outline: scaled, wavelength, index, mesh, max_bytes };
         let cost = body.cost();
         if cost.bytes > resolution.max_bytes {
             return Err(FullWaveError::Memory {
@@ -127,14 +132,17 @@ impl Body {
         let unknowns = self.mesh.panels.len() * PER_PANEL;
         let n = unknowns as f64;
         let matrices = self.parities().len();
+        // Two numbers in single precision each, and what a factorisation needs beside them.
+        let each = 8.0 * n * n * 1.05;
+        let held = if each * matrices as f64 > self.max_bytes { 1 } else { matrices };
         let points = 0.5 * n;
         Cost {
             unknowns,
             matrices,
-            // Two numbers in single precision each, and what a factorisation needs beside them.
-            bytes: 8.0 * n * n * matrices as f64 * 1.05,
-            // Once for the matrices, once to refine.
-            kernels: 2.0 * points * points * self.mesh.images.len() as f64,
+            held,
+            bytes: each * held as f64,
+            // Once for the matrices held, once to refine.
+            kernels: 2.0 * points * points * (self.mesh.images.len() * matrices / held) as f64,
             operations: 8.0 / 3.0 * n * n * n * matrices as f64,
         }
     }
@@ -175,8 +183,13 @@ impl Body {
             .par_iter()
             .map(|&parity| self.right_hand_side(&media, parity, mirror, &scaled))
             .collect();
-        let system = System::new(&self.mesh, &media, parities, mirror, &self.blocks(&media));
-        let densities = system.solve(&right)?;
+        let blocks = self.blocks(&media);
+        let held = self.cost().held;
+        let mut densities = Vec::with_capacity(parities.len());
+        for (parities, right) in parities.chunks(held).zip(right.chunks(held)) {
+            let system = System::new(&self.mesh, &media, parities, mirror, &blocks);
+            densities.extend(system.solve(right)?);
+        }
         Ok(Field::new(self.mesh.clone(), media, mirror, scaled, parities, densities))
     }
 

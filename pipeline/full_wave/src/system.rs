@@ -67,28 +67,30 @@ impl<'a> System<'a> {
     pub fn solve(&self, right: &[CMat]) -> Result<Vec<CMat>, FullWaveError> {
         let factors = self.factorised();
         let mut found = factors.iter().zip(right).map(|(f, r)| f.solve(r)).collect::<Vec<_>>();
-        let mut last = 1.0;
-        loop {
+        // Size of the last correction of each parity that is not yet done.
+        let mut last = vec![Some(1.0); found.len()];
+        while last.iter().any(Option::is_some) {
             let images = self.images(&found);
             let corrections: Vec<CMat> = factors
                 .par_iter()
                 .zip(right.par_iter().zip(&images))
                 .map(|(factors, (right, image))| factors.solve(&(right - image)))
                 .collect();
-            let size = relative_size(&corrections, &found);
-            for (found, correction) in found.iter_mut().zip(&corrections) {
+            for ((found, correction), last) in found.iter_mut().zip(&corrections).zip(&mut last) {
+                let Some(before) = *last else {
+                    continue;
+                };
+                let size = relative_size(correction, found);
                 *found += correction;
+                let contraction = size / before;
+                *last = (size * contraction >= TARGET).then_some(size);
+                // Also where it is no number.
+                if last.is_some() && contraction >= CONTRACTION || !size.is_finite() {
+                    return Err(FullWaveError::Resonance { correction: size });
+                }
             }
-            let contraction = size / last;
-            if size * contraction < TARGET {
-                return Ok(self.densities(&found));
-            }
-            // Also where it is no number.
-            if !(contraction < CONTRACTION) {
-                return Err(FullWaveError::Resonance { correction: size });
-            }
-            last = size;
         }
+        Ok(self.densities(&found))
     }
 
     /// R ρ'.
@@ -244,13 +246,13 @@ fn multiply_rows(mut matrix: MatMut<Complex64>, panels: &[usize], block: &CMat) 
 }
 
 /// Largest norm of a source's correction over that of its solution.
-fn relative_size(corrections: &[CMat], found: &[CMat]) -> f64 {
-    let norm = |parts: &[CMat], source: usize| -> f64 {
-        parts.iter().map(|part| part.col(source).squared_norm_l2()).sum()
-    };
-    let sources = found.first().map_or(0, Mat::ncols);
-    let ratio = |source| norm(corrections, source) / norm(found, source);
-    (0..sources).map(ratio).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a }).sqrt()
+fn relative_size(correction: &CMat, found: &CMat) -> f64 {
+    let norm = |part: &CMat, source| part.col(source).norm_l2();
+    // A source on the axis has no odd part.
+    (0..found.ncols())
+        .filter(|&source| norm(found, source) != 0.0)
+        .map(|source| norm(correction, source) / norm(found, source))
+        .fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a })
 }
 
 /// Factors of a matrix in its own memory.

@@ -227,7 +227,7 @@ fn source_request(design: &Design, section: &Section, count: Option<usize>) -> S
 fn seconds(size: &Cost) -> f64 {
     let threads = rayon::current_num_threads();
     let kernels = size.kernels / (KERNELS_PER_SECOND * threads as f64);
-    let together = threads.min(size.matrices) as f64;
+    let together = threads.min(size.held) as f64;
     2.0 * (kernels + size.operations / (OPERATIONS_PER_SECOND * together))
 }
 
