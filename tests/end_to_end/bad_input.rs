@@ -274,7 +274,7 @@ const COMMANDS: [(&str, &[&str]); 80] = [
     ("full-wave smooth.toml", &["smooth.toml", "expected rings of relief, got a smooth dome"]),
     (
         "full-wave mesh.toml",
-        &["mesh.toml", "dome.file: expected a dome with a section, got a mesh"],
+        &["mesh.toml", "dome.mesh: expected a dome with a section, got a mesh"],
     ),
     (
         "full-wave d1.toml --rings 2 --nodes 3",
@@ -339,7 +339,7 @@ fn commands() -> TempDir {
     write("smooth.toml", &read("data/designs/bare-dome.toml"));
     let by_file = read("data/designs/bare-dome.toml").replace(
         "sphere_radius_mm = 2.0\nheight_mm = 1.0\nwidth_mm = 3.4\n",
-        "file = \"dome.stl\"\n",
+        "mesh = \"dome.stl\"\nmesh_unit = \"mm\"\n",
     );
     write("mesh.toml", &by_file);
     write_dome(at);

@@ -58,7 +58,7 @@ fn the_page_shows_the_comparison_where_there_is_one() {
     };
     let alone = page("one");
     assert!(!alone.contains("<script"));
-    let run = ["run", DESIGN, "--models", "geometric_100um", "--paths", "2000", "--out", "run"];
+    let run = ["run", DESIGN, "--model", "geometric", "--paths", "2000", "--out", "run"];
     json(folder.path(), &run);
     assert!(!page("run").contains("id=\"full-wave\""));
     assert_eq!(said["comparison"], compared(folder.path(), "run", "2")["comparison"]);

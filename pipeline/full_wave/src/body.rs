@@ -216,7 +216,7 @@ impl Body {
                 .iter()
                 .map(|p| (p[0] - at[0]).hypot(p[1] - at[1]))
                 .fold(f64::INFINITY, f64::min);
-            if !inside || !(distance >= least) {
+            if !inside || distance < least || distance.is_nan() {
                 let got =
                     if inside { format!("{:.4}", distance / scale) } else { "outside".to_owned() };
                 return Err(FullWaveError::Source {

@@ -25,7 +25,7 @@ pub enum FullWaveError {
     },
     /// Source that is outside or too close to the outline.
     #[error(
-        "source {number} at ({x}, {z}): expected a place inside the outline and at least {distance:.4} from it, got {got}"
+        "source {number} at ({x:.4}, {z:.4}): expected a place inside the outline and at least {distance:.4} from it, got {got}"
     )]
     Source {
         /// Number of the source from 1.

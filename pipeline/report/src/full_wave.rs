@@ -4,9 +4,18 @@
 use anyhow::{Context, Result};
 
 use metrics::quantity::{Curve, Quantity, Unit};
-use results::full_wave::{FILE, FarField, FullWaveFile, VERDICT_DEG};
+use results::full_wave::{FILE, FarField, FullWaveFile, Model, VERDICT_DEG};
 
 use super::plots::{self, Heading, LineColours, Picture, far_field_cartesian};
+
+/// Number of a model's colour: hybrid and rays as in runs.
+fn number(model: Model) -> usize {
+    match model {
+        Model::Rays => 0,
+        Model::FullWave => 2,
+        Model::Hybrid => 3,
+    }
+}
 
 /// Quantity of the curves.
 pub fn quantity() -> Quantity {
@@ -39,6 +48,7 @@ pub fn curves(file: &FullWaveFile) -> Result<Vec<Curve>> {
 /// # Errors
 /// Curves that cannot be drawn.
 pub fn far_field_picture(file: &FullWaveFile) -> Result<Picture> {
+    let models = file.comparison.far_fields.iter().map(|far| far.model);
     far_field_cartesian(&plots::FarField {
         heading: &Heading::new(
             format!("{}: section by three models", file.design),
@@ -47,7 +57,7 @@ pub fn far_field_picture(file: &FullWaveFile) -> Result<Picture> {
         quantity: &quantity(),
         curves: &curves(file)?,
         colours: LineColours::Models,
-        numbers: &[],
+        numbers: &models.map(number).collect::<Vec<_>>(),
         peaks: &[],
     })
 }

@@ -169,7 +169,7 @@ fn scaled_section(
     let base = match &design.dome {
         Some(Dome::Sphere(sphere)) => Base::Sphere(*sphere),
         Some(Dome::Meridian(curve)) => Base::Curve(curve.clone()),
-        Some(Dome::Mesh(_)) => bail!("dome.file: expected a dome with a section, got a mesh"),
+        Some(Dome::Mesh(_)) => bail!("dome.mesh: expected a dome with a section, got a mesh"),
         None => bail!("dome: expected a dome with rings of relief, got none"),
     };
     let designed_um = 1e3 * design.elements.width_mm;
