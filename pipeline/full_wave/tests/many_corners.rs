@@ -57,7 +57,7 @@ fn a_polygon_of_16_sides_keeps_the_laws() {
 /// that light does not resolve: what is left is of the second order in the slope, 1/N, over a depth
 /// of 1/N².
 #[test]
-#[ignore = "slow: polygons of 32 and 64 sides (20 s)"]
+#[ignore = "slow: polygons of 32 and 64 sides (30 s)"]
 fn polygons_approach_the_circle() {
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
         let [before, found] = [32, 64].map(|sides| difference(sides, polarisation));
