@@ -271,13 +271,33 @@ const COMMANDS: [(&str, &[&str]); 80] = [
     ("full-wave lamp.toml", &["lamp.toml", "dome: expected a dome with rings of relief, got none"]),
     ("full-wave none.toml", &["none.toml"]),
     ("full-wave d1.toml --rings 0", &["--rings", "from 1 to 2000"]),
-    ("full-wave d1.toml --rings 2 --nodes 3", &["--nodes: expected 5 to 40, got 3"]),
+    ("full-wave smooth.toml", &["smooth.toml", "expected rings of relief, got a smooth dome"]),
+    (
+        "full-wave mesh.toml",
+        &["mesh.toml", "dome.mesh: expected a dome with a section, got a mesh"],
+    ),
+    (
+        "full-wave d1.toml --rings 2 --nodes 3",
+        &["--nodes: expected 7.0, which a tolerance of 1e-5 needs, to 40, got 3"],
+    ),
+    (
+        "full-wave d1.toml --rings 2 --tolerance 1e-8 --nodes 8",
+        &["--nodes: expected 10.0, which a tolerance of 1e-8 needs, to 40, got 8"],
+    ),
+    ("full-wave d1.toml --tolerance 0", &["--tolerance: expected 1e-10 to 1e-3, got 0"]),
+    (
+        "full-wave d1.toml --rings 1 --ring-width-um 0.4",
+        &["d1.toml: led.size_mm", "source 1 at", "inside the outline and at least", "outside"],
+    ),
     (
         "full-wave d1.toml --rings 2 --ring-width-um -1",
         &["d1.toml", "ring width: expected above 0"],
     ),
     ("full-wave d1.toml --rings 2 --ring-width-um 2 --scale 1", &["--scale"]),
-    ("full-wave d1.toml --rings 4 --memory-gib 0.001", &["memory: expected at most", "unknowns"]),
+    (
+        "full-wave d1.toml --rings 4 --memory-gib 0.001",
+        &["d1.toml", "memory: expected at most 0.001 GiB", "unknowns"],
+    ),
     ("full-wave d1.toml --rings 2 --out file", &["cannot write into `file`", "got the file"]),
     ("import f.doc", &["f.doc: expected a table, a far field, rays or scattering, cannot open it"]),
     ("import file", &["expected a file ending in"]),
@@ -316,12 +336,29 @@ fn commands() -> TempDir {
     write("good.toml", &good(DESIGN));
     write("d1.toml", &read("data/designs/d1.toml"));
     write("lamp.toml", LAMP);
+    write("smooth.toml", &read("data/designs/bare-dome.toml"));
+    let by_file = read("data/designs/bare-dome.toml").replace(
+        "sphere_radius_mm = 2.0\nheight_mm = 1.0\nwidth_mm = 3.4\n",
+        "mesh = \"dome.stl\"\nmesh_unit = \"mm\"\n",
+    );
+    write("mesh.toml", &by_file);
+    write_dome(at);
     write("file", "");
     for made in ["taken", "old/results.json", "folder.ies"] {
         std::fs::create_dir_all(at.join(made)).expect("made");
     }
     write("taken/bad", "");
     folder
+}
+
+/// The bare dome as a mesh, `dome.stl`.
+fn write_dome(folder: &Path) {
+    let design = design::load(&workspace().join("data/designs/bare-dome.toml")).expect("valid");
+    let mut dome = bodies(&design, 0.05).expect("a mesh");
+    dome.truncate(1);
+    let mut bytes = Vec::new();
+    stl::write(&dome, "dome", &mut bytes).expect("written");
+    std::fs::write(folder.join("dome.stl"), bytes).expect("written");
 }
 
 #[test]

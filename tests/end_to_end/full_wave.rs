@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tests `batwing full-wave`: files, and the same bits on any number of threads.
+//! Tests `batwing full-wave`: files, the same bits on any number of threads, and its part of the page.
 
 use std::path::Path;
 
 use tempfile::tempdir;
 
-use crate::support::binary::json;
+use crate::support::binary::{batwing, json};
 use crate::support::runs::contents;
 
 const DESIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs/d1.toml");
 
 fn compared(folder: &Path, out: &str, threads: &str) -> serde_json::Value {
     let rings = ["full-wave", DESIGN, "--rings", "2", "--ring-width-um", "2"];
-    let rest = ["--paths", "2e4", "--sources", "4", "--nodes", "6", "--threads", threads];
+    let rest = ["--paths", "2e4", "--sources", "4", "--tolerance", "1e-4", "--threads", threads];
     let arguments: Vec<&str> = rings.into_iter().chain(rest).chain(["--out", out]).collect();
     json(folder, &arguments)
 }
@@ -36,4 +36,51 @@ fn three_models_of_one_section_are_written_alike_on_any_number_of_threads() {
     }
     let csv = std::fs::read_to_string(folder.path().join("one/far_field.csv")).expect("a table");
     assert_eq!(csv.lines().count(), 73);
+}
+
+/// The part of `page` with the comparison.
+fn section(page: &str) -> &str {
+    let begin = page.find("<section id=\"full-wave\"").expect("the section");
+    &page[begin..begin + page[begin..].find("</section>").expect("its end")]
+}
+
+/// The page of the comparison alone and beside a run: verdict, size, table, picture, what is left
+/// out; an altered file is refused.
+#[test]
+fn the_page_shows_the_comparison_where_there_is_one() {
+    let folder = tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let said = compared(folder.path(), "one", "2");
+    let verdict = said["verdict"].as_str().expect("a verdict");
+    let page = |directory: &str| {
+        json(folder.path(), &["report", directory]);
+        std::fs::read_to_string(at(directory).join("report.html")).expect("a page")
+    };
+    let alone = page("one");
+    assert!(!alone.contains("<script"));
+    let run = ["run", DESIGN, "--model", "geometric", "--paths", "2000", "--out", "run"];
+    json(folder.path(), &run);
+    assert!(!page("run").contains("id=\"full-wave\""));
+    assert_eq!(said["comparison"], compared(folder.path(), "run", "2")["comparison"]);
+    let both = page("run");
+    for part in [section(&alone), section(&both)] {
+        for words in [
+            &format!("<p class=\"outcome\">{verdict}.</p>"),
+            "2 rings of 2 µm, radius 4 µm, 550 nm; 6 line sources",
+            "no losses, films, solids or neighbours",
+            "<th scope=\"col\">r.m.s. beyond noise</th>",
+            "role=\"img\"",
+        ] {
+            assert!(part.contains(words), "no {words} in {part}");
+        }
+        assert_eq!(part.matches("<th scope=\"row\">").count(), 6);
+    }
+    assert!(both.contains("<a href=\"#full-wave\">"));
+    let table = at("one/far_field.csv");
+    let text = std::fs::read_to_string(&table).expect("readable");
+    std::fs::write(&table, text + "\n").expect("written");
+    let output = batwing(folder.path()).args(["report", "one"]).output().expect("it runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(stderr.contains("far_field.csv` was altered after the run"), "{stderr}");
 }

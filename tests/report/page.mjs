@@ -4,7 +4,7 @@
 //     node page.mjs CHROMIUM REPORT.html PICTURES [OTHER.html ...]
 //
 // CHROMIUM is the path of a Chromium; screenshots and the printed page go into the directory
-// PICTURES. Of OTHER pages (a study, a tolerance analysis, a search, a design without a dome) the
+// PICTURES. Of OTHER pages (a study, a tolerance analysis, a search, a design without a dome, full wave) the
 // layout alone is tested.
 // Prints one line for each claim and ends with code 1 if one of them fails. Needs playwright-core of
 // package.json.

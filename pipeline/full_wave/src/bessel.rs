@@ -78,31 +78,22 @@ impl Bessel {
         }
     }
 
-    /// H_ν = sqrt(2/πx) exp(i(x - νπ/2 - π/4)) Σ i^k a_k(ν)/x^k, a_k/a_{k-1} = (4ν² -
-    /// (2k-1)²)/(8k).
+    /// H_ν = sqrt(2/πx) exp(i(x - νπ/2 - π/4)) (P + iQ) by [`HANKEL`].
     fn asymptotic(x: f64) -> Self {
         let amplitude = (FRAC_2_PI / x).sqrt();
         let (sin, cos) = (x - FRAC_PI_4).sin_cos();
-        let of = |four_nu2: f64| {
-            let (mut p, mut q, mut term) = (1.0, 0.0, 1.0_f64);
-            for k in 1..60_u32 {
-                let index = f64::from(k);
-                term *= (four_nu2 - (2.0 * index - 1.0).powi(2)) / (8.0 * index * x);
-                // i^k: q +, p -, q -, p +.
-                match k % 4 {
-                    1 => q += term,
-                    2 => p -= term,
-                    3 => q -= term,
-                    _ => p += term,
-                }
-                if term.abs() < 1e-17 {
-                    break;
-                }
-            }
-            (amplitude * p, amplitude * q)
-        };
-        let (p0, q0) = of(0.0);
-        let (p1, q1) = of(4.0);
+        let inverse = 1.0 / x;
+        let square = inverse * inverse;
+        // Terms fall as k!/(2x)^k.
+        let count = if x < FEW_TERMS_FROM { TERMS } else { FEW_TERMS };
+        let [(p0, q0), (p1, q1)] = [&HANKEL[0], &HANKEL[1]].map(|terms| {
+            let start = (0.0, 0.0);
+            let (p, q) = terms[..count]
+                .iter()
+                .rev()
+                .fold(start, |(p, q), term| (p * square + term[0], q * square + term[1]));
+            (amplitude * p, amplitude * inverse * q)
+        });
         Self {
             j0: p0 * cos - q0 * sin,
             y0: p0 * sin + q0 * cos,
@@ -110,6 +101,32 @@ impl Bessel {
             y1: -p1 * cos + q1 * sin,
         }
     }
+}
+
+/// Pairs of terms of Hankel's series at every argument, and from [`FEW_TERMS_FROM`] on.
+const TERMS: usize = 13;
+const FEW_TERMS: usize = 7;
+const FEW_TERMS_FROM: f64 = 60.0;
+
+/// For ν = 0 and 1: factors of x^-2j in P and of x^-(2j+1) in Q, (-1)^j a_2j and (-1)^j a_2j+1 with
+/// a_k/a_{k-1} = (4ν² - (2k-1)²)/(8k).
+const HANKEL: [[[f64; 2]; TERMS]; 2] = [hankel(0.0), hankel(4.0)];
+
+const fn hankel(four_nu2: f64) -> [[f64; 2]; TERMS] {
+    let mut terms = [[0.0; 2]; TERMS];
+    let (mut a, mut sign) = (1.0, 1.0);
+    let mut j = 0;
+    while j < TERMS {
+        let odd = (4 * j + 1) as f64;
+        let even = (4 * j + 3) as f64;
+        terms[j][0] = sign * a;
+        a *= (four_nu2 - odd * odd) / (8 * (2 * j + 1)) as f64;
+        terms[j][1] = sign * a;
+        a *= (four_nu2 - even * even) / (8 * (2 * j + 2)) as f64;
+        sign = -sign;
+        j += 1;
+    }
+    terms
 }
 
 #[cfg(test)]

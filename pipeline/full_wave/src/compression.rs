@@ -5,20 +5,20 @@
 //! equations of the shrinking panels are solved once a kind of corner, from the smallest scale to
 //! the scale of the coarse panels, and leave one block R: with the densities ρ = R ρ' the equation
 //! (1 + K° R) ρ' = f needs the coarse panels alone, where K° is K without what joins two panels of
-//! one corner. In each step of the recursion the inverse of the last block stands for the four
-//! inner of six panels.
+//! one corner. In each step of the recursion the last block stands for the inverse of the four
+//! inner of six panels, which Schur's complement of the outer two completes.
 
 use crate::kernel::Media;
 use crate::mesh::{Corner, PER_SIDE};
 use crate::outline::Curve;
 use crate::panel::{Block, Panel, Reflection, add};
 use crate::quadrature::{NODES, rule};
+use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
-use faer::{Mat, MatRef};
 use num_complex::Complex64;
 
-/// Halvings from the coarse panels to the smallest: 2^-56 of a panel.
-const LEVELS: i32 = 56;
+/// Halvings from the coarse panels to the smallest: 2^-40 of a panel.
+const LEVELS: i32 = 40;
 /// Unknowns of a panel: field and derivative.
 pub(crate) const PER_PANEL: usize = 2 * NODES;
 /// Panels of a corner on the coarse and on the fine mesh.
@@ -40,46 +40,69 @@ pub(crate) fn compressed(media: &Media, corner: &Corner) -> CMat {
     let (prolong, restrict) = between_meshes();
     let mut block = CMat::identity(COARSE * PER_PANEL, COARSE * PER_PANEL);
     for level in (0..LEVELS).rev() {
-        let scale = corner.panel * 0.5_f64.powi(level);
-        let mut fine = fine_matrix(media, &curves, scale);
-        let inner = inverse(block.as_ref());
-        let at = PER_PANEL;
-        for column in 0..inner.ncols() {
-            for row in 0..inner.nrows() {
-                fine[(at + row, at + column)] = inner[(row, column)];
+        let fine = Fine::new(media, &curves, corner.panel * 0.5_f64.powi(level));
+        let (prolonged, restricted) = (&block * &prolong, &restrict * &block);
+        let complement = &fine.outer - &fine.to_outer * (&block * &fine.from_outer);
+        let outer = complement.partial_piv_lu().inverse();
+        let (into, out) = (&restricted * &fine.from_outer * &outer, &fine.to_outer * &prolonged);
+        let inner = &restrict * &prolonged + &into * &out;
+        let across = &outer * &out;
+        let place = |i: usize| {
+            let (panel, unknown) = (i / PER_PANEL, i % PER_PANEL);
+            match panel {
+                0 => (true, unknown),
+                1 | 2 => (false, (panel - 1) * PER_PANEL + unknown),
+                _ => (true, PER_PANEL + unknown),
             }
-        }
-        block = &restrict * inverse(fine.as_ref()) * &prolong;
+        };
+        block = CMat::from_fn(COARSE * PER_PANEL, COARSE * PER_PANEL, |i, j| {
+            match (place(i), place(j)) {
+                ((true, i), (true, j)) => outer[(i, j)],
+                ((true, i), (false, j)) => -across[(i, j)],
+                ((false, i), (true, j)) => -into[(i, j)],
+                ((false, i), (false, j)) => inner[(i, j)],
+            }
+        });
     }
     block
 }
 
-fn inverse(matrix: MatRef<Complex64>) -> CMat {
-    matrix.partial_piv_lu().inverse()
+/// Blocks of 1 + K on the fine mesh: of its outer two panels, from them to the inner four, and back.
+struct Fine {
+    outer: CMat,
+    from_outer: CMat,
+    to_outer: CMat,
 }
 
-/// 1 + K° on the fine mesh, without the square of its inner four panels.
-fn fine_matrix(media: &Media, curves: &[Curve; 2], scale: f64) -> CMat {
-    let ends = [-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0];
-    let panels: [Panel; FINE] = std::array::from_fn(|p| {
-        let side = usize::from(p >= FINE / 2);
-        Panel::new(side, curves[side], scale * ends[p], scale * ends[p + 1])
-    });
-    let mut matrix = CMat::identity(FINE * PER_PANEL, FINE * PER_PANEL);
-    for (s, source) in panels.iter().enumerate() {
-        for (t, target) in panels.iter().enumerate() {
-            let is_inner = |panel: usize| panel > 0 && panel < FINE - 1;
-            if is_inner(s) && is_inner(t) {
-                continue;
+impl Fine {
+    fn new(media: &Media, curves: &[Curve; 2], scale: f64) -> Self {
+        let ends = [-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0];
+        let panels: [Panel; FINE] = std::array::from_fn(|p| {
+            let side = usize::from(p >= FINE / 2);
+            Panel::new(side, curves[side], scale * ends[p], scale * ends[p + 1])
+        });
+        let between = |targets: &[usize], sources: &[usize]| {
+            let mut matrix = CMat::zeros(targets.len() * PER_PANEL, sources.len() * PER_PANEL);
+            for (t, &target) in targets.iter().enumerate() {
+                for (s, &source) in sources.iter().enumerate() {
+                    let mut block = Block::default();
+                    let (target, source) = (&panels[target], &panels[source]);
+                    add(media, target, source, Reflection::IDENTITY, 1.0, &mut block);
+                    for_each(&block, |row, column, value| {
+                        matrix[(t * PER_PANEL + row, s * PER_PANEL + column)] = value;
+                    });
+                }
             }
-            let mut block = Block::default();
-            add(media, target, source, Reflection::IDENTITY, 1.0, &mut block);
-            for_each(&block, |row, column, value| {
-                matrix[(t * PER_PANEL + row, s * PER_PANEL + column)] += value;
-            });
+            matrix
+        };
+        let (outer, inner) = ([0, FINE - 1], [1, 2, 3, 4]);
+        let size = outer.len() * PER_PANEL;
+        Self {
+            outer: CMat::identity(size, size) + between(&outer, &outer),
+            from_outer: between(&inner, &outer),
+            to_outer: between(&outer, &inner),
         }
     }
-    matrix
 }
 
 /// Visits the entries of a block by row and column of a pair of panels.
@@ -95,33 +118,23 @@ pub(crate) fn for_each(block: &Block, mut visit: impl FnMut(usize, usize, Comple
     }
 }
 
-/// The interpolation P from the coarse to the fine mesh and the transpose of W_fine P / W_coarse.
+/// The interpolation P from the inner two coarse panels to the inner four fine ones, and the
+/// transpose of W_fine P / W_coarse.
 fn between_meshes() -> (CMat, CMat) {
     let rule = rule();
-    let mut prolong = CMat::zeros(FINE * PER_PANEL, COARSE * PER_PANEL);
-    let mut restrict = CMat::zeros(COARSE * PER_PANEL, FINE * PER_PANEL);
-    // Coarse panel, fine panel and its half of the coarse one; the outer panels are the same.
-    let parts = [
-        (0, 0, None),
-        (1, 1, Some(0)),
-        (1, 2, Some(1)),
-        (2, 3, Some(0)),
-        (2, 4, Some(1)),
-        (3, 5, None),
-    ];
-    for (coarse, fine, half) in parts {
+    let (coarse, fine) = ((COARSE - 2) * PER_PANEL, (FINE - 2) * PER_PANEL);
+    let mut prolong = CMat::zeros(fine, coarse);
+    let mut restrict = CMat::zeros(coarse, fine);
+    for panel in 0..FINE - 2 {
+        let half = &rule.to_halves[panel % 2];
         for density in 0..2 {
             for i in 0..NODES {
                 for j in 0..NODES {
-                    let (value, size) = match half {
-                        None => (if i == j { 1.0 } else { 0.0 }, 1.0),
-                        Some(half) => (rule.to_halves[half][i][j], 0.5),
-                    };
-                    let row = fine * PER_PANEL + density * NODES + i;
-                    let column = coarse * PER_PANEL + density * NODES + j;
-                    prolong[(row, column)] = value.into();
-                    let weight = size * rule.weights[i] / rule.weights[j];
-                    restrict[(column, row)] = (value * weight).into();
+                    let row = panel * PER_PANEL + density * NODES + i;
+                    let column = panel / 2 * PER_PANEL + density * NODES + j;
+                    let weight = 0.5 * rule.weights[i] / rule.weights[j];
+                    prolong[(row, column)] = half[i][j].into();
+                    restrict[(column, row)] = (half[i][j] * weight).into();
                 }
             }
         }

@@ -25,7 +25,7 @@ pub enum FullWaveError {
     },
     /// Source that is outside or too close to the outline.
     #[error(
-        "source {number} at ({x}, {z}): expected a place inside the outline and at least {distance:.4} from it, got {got}"
+        "source {number} at ({x:.4}, {z:.4}): expected a place inside the outline and at least {distance:.4} from it, got {got}"
     )]
     Source {
         /// Number of the source from 1.
@@ -41,16 +41,24 @@ pub enum FullWaveError {
     },
     /// Matrix beyond the limit.
     #[error(
-        "memory: expected at most {limit:.3} GB, got {needed:.3} GB for {unknowns} unknowns ({width:.1} wavelengths of outline)"
+        "memory: expected at most {limit:.3} GiB, got {needed:.3} GiB for {unknowns} unknowns ({width:.1} wavelengths of outline)"
     )]
     Memory {
-        /// GB that may be used.
+        /// GiB that may be used.
         limit: f64,
-        /// GB needed.
+        /// GiB needed.
         needed: f64,
         /// Size of the largest matrix.
         unknowns: usize,
         /// Length of the outline in wavelengths inside.
         width: f64,
+    },
+    /// Resonance too sharp for single precision.
+    #[error(
+        "solution: expected refinement to converge, got a correction of {correction:.0e}; the wavelength meets a resonance, a change in its fifth digit leaves it"
+    )]
+    Resonance {
+        /// Norm of the last correction over that of the solution.
+        correction: f64,
     },
 }

@@ -115,14 +115,14 @@ impl Field {
             .par_chunks(64)
             .map(|angles| {
                 let mut sum = CMat::zeros(angles.len(), self.sources.len());
-                for (parity, columns) in &self.parts {
-                    let mut waves = CMat::zeros(angles.len(), nodes);
-                    for (row, angle) in angles.iter().enumerate() {
-                        let (x, z) = angle.sin_cos();
-                        self.plane_wave(k, [x, z], *parity, |column, value| {
-                            waves[(row, column)] = value;
-                        });
-                    }
+                let mut waves = vec![CMat::zeros(angles.len(), nodes); self.parts.len()];
+                for (row, angle) in angles.iter().enumerate() {
+                    let (x, z) = angle.sin_cos();
+                    self.plane_wave(k, [x, z], |part, column, value| {
+                        waves[part][(row, column)] = value;
+                    });
+                }
+                for ((_, columns), waves) in self.parts.iter().zip(waves) {
                     sum += waves * columns;
                 }
                 (0..angles.len())
@@ -133,28 +133,35 @@ impl Field {
         rows.into_iter().flatten().collect()
     }
 
-    /// Factors of the densities in the far field along a direction.
+    /// Factors of the densities in the far field along a direction, for each part.
     fn plane_wave(
         &self,
         k: f64,
         direction: [f64; 2],
-        parity: f64,
-        mut put: impl FnMut(usize, Complex64),
+        mut put: impl FnMut(usize, usize, Complex64),
     ) {
         for (p, panel) in self.mesh.panels.iter().enumerate() {
             for (i, node) in panel.nodes.iter().enumerate() {
-                let (mut field, mut derivative) = (Complex64::ZERO, Complex64::ZERO);
+                let [across, up] =
+                    [0, 1].map(|i| Complex64::cis(-k * direction[i] * node.point[i]));
+                // Sums over images on the same side of the axis, and on the other.
+                let mut sides = [[Complex64::ZERO; 2]; 2];
                 for &image in &self.mesh.images {
-                    let sign = image.sign(parity, self.mirror) * node.weight;
-                    let (point, normal) = (image.of(node.point), image.of(node.normal));
-                    let phase = -k * (direction[0] * point[0] + direction[1] * point[1]);
-                    let wave = Complex64::new(phase.cos(), phase.sin()) * sign;
+                    let sign = image.sign(1.0, self.mirror) * node.weight;
+                    let normal = image.of(node.normal);
+                    let across = if image.x { across.conj() } else { across };
+                    let up = if image.z { up.conj() } else { up };
+                    let wave = across * up * sign;
                     let along = direction[0] * normal[0] + direction[1] * normal[1];
-                    field += wave * Complex64::new(0.0, -k * along);
-                    derivative -= wave * self.media.weight[1];
+                    let [field, derivative] = &mut sides[usize::from(image.x)];
+                    *field += wave * Complex64::new(0.0, -k * along);
+                    *derivative -= wave * self.media.weight[1];
                 }
-                put(p * PER_PANEL + i, field);
-                put(p * PER_PANEL + NODES + i, derivative);
+                let [same, other] = sides;
+                for (part, (parity, _)) in self.parts.iter().enumerate() {
+                    put(part, p * PER_PANEL + i, same[0] + parity * other[0]);
+                    put(part, p * PER_PANEL + NODES + i, same[1] + parity * other[1]);
+                }
             }
         }
     }
@@ -199,5 +206,66 @@ impl Field {
     pub fn radiated(&self) -> Vec<f64> {
         let range = if self.mirror == 0.0 { PI } else { 0.5 * PI };
         self.bins(&[-range, range]).pop().unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Body, Outline, Polarisation, Resolution};
+
+    /// The field that the densities make at a place by Green's theorem for the outer medium.
+    fn outer(field: &Field, place: [f64; 2]) -> Complex64 {
+        let mut sum = Complex64::ZERO;
+        field.sum(0, |node, [u, q]| {
+            let pair = Pair::apart(place, [1.0, 0.0], node.point, node.normal);
+            let waves = radial(field.media.index[1] * pair.r).0;
+            let double = (waves.a - Complex64::new(0.0, FRAC_2_PI)) * pair.source;
+            sum += double * u - field.media.weight[1] * waves.h * q;
+        });
+        Complex64::new(0.0, 0.25) * sum
+    }
+
+    /// The same for the inner medium, with the source.
+    fn inner(field: &Field, place: [f64; 2]) -> Complex64 {
+        let [x, z] = field.sources[0];
+        let own = radial(field.media.index[0] * (place[0] - x).hypot(place[1] - z)).0.h;
+        Complex64::new(0.0, 0.25) * own + field.scattered(0, place)
+    }
+
+    /// Checks at places in units of the outline that the field of the inner medium vanishes outside
+    /// and that of the outer medium inside. The equations hold the sum of both alone, and densities
+    /// for which both vanish are the traces of one solution: nothing else is left to check.
+    fn check(outline: &Outline, source: [f64; 2], within: &[[f64; 2]], beyond: &[[f64; 2]]) {
+        let k = TAU / 0.55;
+        let scaled = |[x, z]: [f64; 2]| [x * k, z * k];
+        for polarisation in [Polarisation::Te, Polarisation::Tm] {
+            let resolution = Resolution { nodes_per_wavelength: 12.0, ..Resolution::default() };
+            let body = Body::new(outline, 0.55, [1.41, 1.0], resolution).unwrap();
+            let field = body.solve(polarisation, &[source]).unwrap();
+            let size = within.iter().map(|p| inner(&field, scaled(*p)).norm()).fold(0.0, f64::max);
+            let outside = beyond.iter().map(|p| inner(&field, scaled(*p)));
+            for rest in outside.chain(within.iter().map(|p| outer(&field, scaled(*p)))) {
+                assert!(rest.norm() < 1e-8 * size, "{polarisation:?}: {:e}", rest.norm() / size);
+            }
+        }
+    }
+
+    #[test]
+    fn either_field_vanishes_beyond_a_square() {
+        let corners = [[1.5, 2.5], [-0.5, 2.5], [-0.5, 0.5]];
+        let square = corners.into_iter().fold(Outline::closed([1.5, 0.5]), Outline::line_to);
+        let square = square.line_to([1.5, 0.5]);
+        let beyond = [[2.4, 1.0], [0.5, 3.4], [-1.4, -0.3], [9.0, -7.0]];
+        check(&square, [0.3, 1.3], &[[0.9, 1.8], [0.4, 1.2]], &beyond);
+    }
+
+    #[test]
+    fn either_field_vanishes_beyond_steps_on_a_mirror() {
+        let right = [[3.0, 0.0], [3.0, 1.6], [2.2, 1.5], [2.4, 2.4], [1.0, 2.4], [1.0, 3.0]];
+        let steps = right[1..].iter().fold(Outline::on_mirror(right[0]), |o, p| o.line_to(*p));
+        let steps = right.iter().rev().fold(steps, |o, [x, z]| o.line_to([-x, *z]));
+        let beyond = [[3.6, 0.2], [2.1, 3.4], [0.0, 3.8], [-4.0, 9.0]];
+        check(&steps, [0.4, 1.1], &[[-1.0, 0.4], [1.2, 1.4]], &beyond);
     }
 }

@@ -32,7 +32,8 @@
 //! | `kernel` | kernels between two points, without cancellation |
 //! | `panel` | kernels between two panels |
 //! | `compression` | compressed inverse of a corner |
-//! | `body` | the equations of a body and their solution |
+//! | `body` | a body, its sources and what its solution costs |
+//! | `system` | matrices in single precision, refinement in double |
 //! | `field` | emitted power and far field |
 //! | `quadrature`, `bessel` | rules of 16 nodes; Bessel functions |
 
@@ -46,6 +47,7 @@ mod mesh;
 mod outline;
 mod panel;
 mod quadrature;
+mod system;
 
 pub use body::{Body, Cost, Polarisation, Resolution};
 pub use error::FullWaveError;

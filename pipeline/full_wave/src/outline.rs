@@ -220,6 +220,18 @@ impl Outline {
         (top[0].abs() < 1e-9 * size).then(|| pieces[..half].to_vec())
     }
 
+    /// Returns a corner where the outline turns back by half a turn.
+    fn fold(&self) -> Option<[f64; 2]> {
+        let closed = self.surroundings == Surroundings::Free;
+        let next = self.segments.iter().skip(1).chain(self.segments.first().filter(|_| closed));
+        let turns_back = |(before, after): &(&Segment, &Segment)| {
+            let [ax, az] = before.curve.tangent(before.length);
+            let [bx, bz] = after.curve.tangent;
+            ax * bx + az * bz < -1.0 + 1e-9
+        };
+        self.segments.iter().zip(next).find(turns_back).map(|(_, after)| after.curve.origin)
+    }
+
     /// Checks that the outline is closed or ends on the mirror, runs counter-clockwise, does not
     /// cross or touch itself, and touches the mirror at its ends alone.
     pub(crate) fn check(&self) -> Result<(), FullWaveError> {
@@ -271,6 +283,10 @@ impl Outline {
                     format!("({x}, {z})"),
                 );
             }
+        }
+        if let Some([x, z]) = self.fold() {
+            let expected = "an outline that does not fold back on itself";
+            return refuse(expected, format!("at ({x}, {z})"));
         }
         if area(&points) <= 0.0 {
             return refuse("an outline that runs counter-clockwise", "clockwise".to_owned());
@@ -377,6 +393,12 @@ mod tests {
             .line_to([2.0, 3.0])
             .line_to([-3.0, 0.0]);
         assert!(message(&eight).contains("cross"));
+        let spike = Outline::on_mirror([3.0, 0.0])
+            .line_to([3.0, 2.0])
+            .line_to([4.0, 2.0])
+            .line_to([-3.0, 2.0])
+            .line_to([-3.0, 0.0]);
+        assert!(message(&spike).contains("fold back on itself, got at (4, 2)"));
         let touching = Outline::on_mirror([3.0, 0.0])
             .line_to([2.0, 1.0])
             .line_to([0.0, 0.0])

@@ -103,6 +103,21 @@ fn symmetry_changes_nothing() {
     close(&bins(&a), &bins(&b), 1e-7);
 }
 
+/// Where the memory holds one of the two matrices, they follow each other: the same bits.
+#[test]
+fn one_matrix_at_a_time_gives_the_same() {
+    let solved = |max_bytes| {
+        let resolution = Resolution { max_bytes, ..Resolution::within(1e-3) };
+        let body = Body::new(&steps(), WAVELENGTH, INDEX, resolution).unwrap();
+        (body.cost(), bins(&body.solve(Polarisation::Tm, &SOURCES).unwrap()))
+    };
+    let (all, together) = solved(1e12);
+    let (half, apart) = solved(0.6 * all.bytes);
+    assert_eq!((all.held, half.held), (2, 1));
+    assert!((half.bytes - 0.5 * all.bytes).abs() < 1.0);
+    assert_eq!(together, apart);
+}
+
 #[test]
 fn what_cannot_be_solved_is_refused() {
     let body = Body::new(&steps(), WAVELENGTH, INDEX, Resolution::default()).unwrap();

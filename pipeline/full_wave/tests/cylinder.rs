@@ -1,86 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A circular cylinder with a line source inside, and half of it on a mirror, against the series.
 
-use full_wave::bessel::Bessel;
+mod series;
+
 use full_wave::{Body, Outline, Polarisation, Resolution};
 use num_complex::Complex64;
+use series::{series, worst};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-
-/// J_m and H_m for m = 0..=count.
-fn cylinder_functions(z: f64, count: usize) -> Vec<(f64, Complex64)> {
-    // J downwards from far above, scaled by the sum; Y upwards.
-    let top = count + 40 + (z as usize) + 2 * (z.cbrt() as usize) * 10;
-    let mut j = vec![0.0; top + 2];
-    j[top] = 1e-290;
-    for m in (1..=top).rev() {
-        j[m - 1] = 2.0 * m as f64 / z * j[m] - j[m + 1];
-        if j[m - 1].abs() > 1e200 {
-            for value in &mut j[m - 1..] {
-                *value *= 1e-200;
-            }
-        }
-    }
-    let sum: f64 = j[0] + 2.0 * j.iter().skip(2).step_by(2).sum::<f64>();
-    let start = Bessel::at(z);
-    let (mut below, mut here) = (start.y0, start.y1);
-    (0..=count)
-        .map(|m| {
-            let y = match m {
-                0 => start.y0,
-                1 => start.y1,
-                _ => {
-                    let above = 2.0 * (m as f64 - 1.0) / z * here - below;
-                    (below, here) = (here, above);
-                    above
-                }
-            };
-            (j[m] / sum, Complex64::new(j[m] / sum, y))
-        })
-        .collect()
-}
-
-/// Far field amplitudes F by the series, for a line source at distance `rho` on the axis at
-/// `azimuth`; lengths times k0.
-fn series(
-    radius: f64,
-    index: [f64; 2],
-    te: bool,
-    (rho, azimuth): (f64, f64),
-    directions: &[f64],
-) -> Vec<Complex64> {
-    let [n1, n2] = index;
-    let count = (n1 * radius + 12.0 * (n1 * radius).cbrt() + 20.0) as usize;
-    let inside = cylinder_functions(n1 * radius, count + 1);
-    let outside = cylinder_functions(n2 * radius, count + 1);
-    let source = cylinder_functions(n1 * rho, count + 1);
-    let weight = if te { 1.0 } else { (n1 / n2).powi(2) };
-    let mut sums = vec![Complex64::ZERO; directions.len()];
-    for m in 0..=count {
-        let order = m as f64;
-        // f'(z) = m/z f - f_{m+1}.
-        let (j, h1) = inside[m];
-        let h2 = outside[m].1;
-        let largest = h1.norm() + h2.norm() + inside[m + 1].1.norm() + outside[m + 1].1.norm();
-        if largest > 1e140 || !largest.is_finite() || source[m].0 == 0.0 && m > 0 {
-            break;
-        }
-        let slope = |z: f64, here: Complex64, above: Complex64| order / z * here - above;
-        let dj = slope(n1 * radius, j.into(), inside[m + 1].0.into());
-        let dh1 = slope(n1 * radius, h1, inside[m + 1].1);
-        let dh2 = slope(n2 * radius, h2, outside[m + 1].1);
-        // J1 a + H1 s = H2 b; n1 (J1' a + H1' s) = weight n2 H2' b, with s = (i/4) J_m(k1 rho).
-        let s = Complex64::new(0.0, 0.25) * source[m].0;
-        let wronskian = n1 * (j * dh1 - dj * h1);
-        let b = s * wronskian / (j * weight * n2 * dh2 - n1 * dj * h2);
-        let phase = Complex64::new(0.0, -1.0).powu(m as u32 % 4);
-        for (sum, direction) in sums.iter_mut().zip(directions) {
-            let twice = if m == 0 { 1.0 } else { 2.0 * (order * (direction - azimuth)).cos() };
-            *sum += b * phase * twice;
-        }
-    }
-    // u = sqrt(2/πkr) e^(i(kr - π/4)) Σ = (i/4) ... F.
-    sums.into_iter().map(|sum| sum * Complex64::new(0.0, -4.0)).collect()
-}
 
 fn circle(radius: f64, arcs: usize, first: f64) -> Outline {
     let turn = TAU / arcs as f64;
@@ -89,13 +15,6 @@ fn circle(radius: f64, arcs: usize, first: f64) -> Outline {
         [radius * angle.cos(), radius * angle.sin()]
     };
     (1..=arcs).fold(Outline::closed(at(0)), |outline, i| outline.arc_to(at(i % arcs), turn))
-}
-
-/// Largest difference over the largest amplitude.
-fn worst(got: &[Vec<Complex64>], source: usize, expected: &[Complex64]) -> f64 {
-    let largest = expected.iter().map(|f| f.norm()).fold(0.0, f64::max);
-    let differences = got.iter().zip(expected).map(|(g, e)| (g[source] - e).norm());
-    differences.fold(0.0, f64::max) / largest
 }
 
 /// Angles from z of the crate, and azimuths of the series from x.
@@ -176,5 +95,31 @@ fn half_a_cylinder_on_a_mirror() {
         let balance = (field.emitted()[0] - field.radiated()[0]).abs();
         assert!(error < 1e-8, "{polarisation:?}: {error:e}");
         assert!(balance < 1e-8, "{polarisation:?}: {balance:e}");
+    }
+}
+
+/// A source as near to the outline as is allowed, with the nodes that a tolerance asks for.
+#[test]
+fn a_source_beside_the_outline() {
+    let (index, radius) = ([1.41, 1.0], 5.0);
+    let (angles, azimuths) = directions();
+    for tolerance in [1e-3, 1e-5, 1e-7] {
+        let outline = circle(radius, 4, -FRAC_PI_2);
+        let body = Body::new(&outline, 1.0, index, Resolution::within(tolerance)).unwrap();
+        let at = |clearances: f64| {
+            let rho = radius - clearances * body.clearance();
+            (rho, [rho * 0.4_f64.cos(), rho * 0.4_f64.sin()])
+        };
+        assert!(body.solve(Polarisation::Te, &[at(0.99).1]).is_err());
+        let (rho, source) = at(1.01);
+        for polarisation in [Polarisation::Te, Polarisation::Tm] {
+            let field = body.solve(polarisation, &[source]).unwrap();
+            let te = polarisation == Polarisation::Te;
+            let expected = series(TAU * radius, index, te, (TAU * rho, 0.4), &azimuths);
+            let error = worst(&field.amplitudes(&angles), 0, &expected);
+            let balance = (field.emitted()[0] / field.radiated()[0] - 1.0).abs();
+            assert!(error < tolerance, "{tolerance:e}, {polarisation:?}: {error:e}");
+            assert!(balance < tolerance, "{tolerance:e}, {polarisation:?}: {balance:e}");
+        }
     }
 }

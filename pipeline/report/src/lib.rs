@@ -27,9 +27,10 @@
 //! | [`path_picture`] | section of a package with paths of light |
 //! | [`summary`], [`run_summary`] | tables of figures as text |
 //! | [`html`] | the page |
-//! | [`optimisation`], [`tolerance`], [`study`], [`convergence_study`] | pictures of these files |
+//! | [`optimisation`], [`tolerance`], [`study`], [`convergence_study`], [`full_wave`] | pictures of these files |
 
 pub mod convergence_study;
+pub mod full_wave;
 pub mod html;
 pub mod optimisation;
 pub mod path_picture;

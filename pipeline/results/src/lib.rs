@@ -25,6 +25,7 @@
 //! | [`far_field`] | far field of a model, read back |
 //! | [`package`], [`ray_paths`] | drawing of the package, single paths |
 //! | [`optimisation`], [`tolerance`], [`study`] | `optimise.json`, `tolerance.json`, `study.json` |
+//! | [`full_wave`] | `full_wave.json` |
 //! | [`target`], [`constraint`] | what is asked of a figure, verdict on its value |
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
 //! | [`paired_figure`] | a figure with its replicates, for changes between paired traces |
@@ -35,6 +36,7 @@ pub mod constraint;
 pub mod earlier;
 pub mod far_field;
 pub mod figure_entry;
+pub mod full_wave;
 pub mod optimisation;
 pub mod package;
 pub mod paired_figure;

@@ -9,38 +9,42 @@ use clap::Args;
 use full_wave::{Cost, Resolution};
 use rcwa::guard::free_bytes;
 use section::compare::{
-    Comparison, Distance, FINE_DEG, FarField, Model, Request, SourceRequest, WIDTHS_DEG, compare,
-    cost,
+    Comparison, FINE_DEG, Request, SourceRequest, WIDTHS_DEG, body, compare, cost,
 };
 use section::dome::{Base, Section};
 use serde_json::{Value, json};
 
 use design::Design;
 use design::resolved::dome::Dome;
-use files::atomic_file::{write_bytes, write_json};
+use files::atomic_file::{supersede, write_bytes, write_json};
+use files::content_hash::sealed;
 use files::formats::csv;
+use files::provenance::FileRecord;
 use files::run_context::RunContext;
-use metrics::quantity::{Curve, Quantity, Unit};
-use report::plots::{self, Heading, LineColours, far_field_cartesian};
+use metrics::quantity::{Quantity, Unit};
+use report::full_wave::{curves, far_field_picture, quantity};
+use results::full_wave::{FILE, FullWaveFile, SCHEMA_VERSION};
 use simulate::scene::index_about_domes;
 use simulate::scene_check;
 
 use super::arguments::{finite, paths, whole};
 use super::outputs::writable;
 
-/// Bins of the verdict, degrees.
-const VERDICT_DEG: f64 = 2.5;
 /// Share of the free memory that is taken without `--memory-gib`.
 const MEMORY_SHARE: f64 = 0.6;
-/// Floating-point operations a second and core, for the time said beforehand.
-const OPERATIONS_PER_SECOND: f64 = 2e10;
-/// Operations beyond which fewer rings are taken by default: some ten minutes on two cores.
-const DEFAULT_OPERATIONS: f64 = 1e13;
+/// Kernels and floating-point operations a second and core, for the time said beforehand.
+const KERNELS_PER_SECOND: f64 = 6e6;
+const OPERATIONS_PER_SECOND: f64 = 5e10;
+/// Seconds beyond which fewer rings are taken by default.
+const DEFAULT_SECONDS: f64 = 600.0;
+/// Tables of the far fields and their picture, beside [`FILE`].
+const TABLE: &str = "far_field.csv";
+const PICTURE: &str = "far_field.png";
 
 /// Parts of a design that the comparison leaves out.
-const IDEAL: &str = "of the design: dome, index, wavelength, width and height of the LED; the mirror is \
-    perfect and endless, the LED has no body, the silicone does not scatter, and there are no \
-    losses, films, solids or neighbours";
+const IDEAL: &str = "Of the design: dome, index, wavelength, width and height of the LED; the mirror is \
+    perfect and endless, the LED has no body, the silicone does not scatter, and there are no losses, films,\
+    solids or neighbours.";
 
 /// `batwing full-wave`.
 #[derive(Debug, Args)]
@@ -75,9 +79,13 @@ pub struct FullWaveArgs {
     /// Paths of rays and of the hybrid, for each polarisation
     #[arg(long, value_name = "N", default_value = "2e6", value_parser = paths)]
     pub paths: u64,
-    /// Nodes of full wave to a wavelength in the dome, 5 to 40
-    #[arg(long, value_name = "N", default_value_t = 8.0, value_parser = finite)]
-    pub nodes: f64,
+    /// Error of full wave over the largest bin of a source, 1e-10 to 1e-3
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-5, value_parser = finite)]
+    pub tolerance: f64,
+    /// Nodes of full wave to a wavelength in the dome, up to 40 [default: those that the tolerance
+    /// needs, 7]
+    #[arg(long, value_name = "N", value_parser = finite)]
+    pub nodes: Option<f64>,
     /// Memory for full wave, GiB [default: 60 % of what is free]
     #[arg(long, value_name = "GIB", value_parser = finite)]
     pub memory_gib: Option<f64>,
@@ -93,24 +101,18 @@ pub fn run(arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
 }
 
 fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
-    ensure!(
-        (5.0..=40.0).contains(&arguments.nodes),
-        "--nodes: expected 5 to 40, got {}",
-        arguments.nodes
-    );
+    let resolution = resolution(arguments)?;
     writable(&arguments.out)?;
-    let resolution = Resolution {
-        nodes_per_wavelength: arguments.nodes,
-        max_bytes: arguments
-            .memory_gib
-            .map_or(MEMORY_SHARE * free_bytes().min(1e15), |gib| gib * f64::from(1 << 30)),
-    };
     let section = scaled_section(design, arguments, resolution)?;
-    let size = cost(&section, resolution)?;
-    context.console.say(&plan(&section, &size));
+    let sources = source_request(design, &section, arguments.sources);
+    let body = body(&section, resolution)?;
+    body.check_sources(&sources.places(&section)).context(
+        "led.size_mm, led.offset_mm, led.height_mm: sources over the LED, scaled with the dome",
+    )?;
+    context.console.say(&plan(&section, &body.cost()));
     context.console.say(IDEAL);
     let request = Request {
-        sources: source_request(design, &section, arguments.sources),
+        sources,
         resolution,
         paths: usize::try_from(arguments.paths)?,
         seed: context.seed,
@@ -120,33 +122,43 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         context.console.say(step);
         Ok(context.interrupt.check()?)
     })?;
-    let json = describe(design, &section, &request, &found);
-    let curves = curves(&found)?;
+    let path = |name: &str| arguments.out.join(name);
+    let describe = |files: &[FileRecord]| describe(design, &section, &request, &found, files);
+    let file: FullWaveFile = serde_json::from_value(describe(&[]))?;
+    supersede(&path(FILE))?;
     let theta = Quantity::new("theta", Unit::Degree);
-    let share = Quantity::new("share of the power per degree", Unit::Relative);
-    csv::write_curves_csv(&arguments.out.join("far_field.csv"), &theta, &share, &curves)?;
-    let heading = Heading::new(
-        format!("{}: section by three models", design.name),
-        format!(
-            "{} rings of {} µm, {} nm; bins of {VERDICT_DEG}°, mean of TE and TM",
-            section.rings(),
-            (1e6 * section.ring_width_um()).round() / 1e6,
-            design.wavelength_nm
-        ),
-    );
-    let picture = plots::FarField {
-        heading: &heading,
-        quantity: &share,
-        curves: &curves,
-        colours: LineColours::Models,
-        numbers: &[],
-        peaks: &[],
+    csv::write_curves_csv(&path(TABLE), &theta, &quantity(), &curves(&file)?)?;
+    write_bytes(&path(PICTURE), &far_field_picture(&file)?.png()?)?;
+    let record = |name: &str| -> Result<FileRecord> {
+        let bytes = std::fs::read(path(name))
+            .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
+        Ok(FileRecord::new(name, &bytes))
     };
-    write_bytes(&arguments.out.join("far_field.png"), &far_field_cartesian(&picture)?.png()?)?;
-    write_json(&arguments.out.join("full_wave.json"), &json)?;
-    context
-        .console
-        .result(&json, || format!("{}\nwritten to {}", table(&found), arguments.out.display()))
+    let mut json = describe(&[record(TABLE)?, record(PICTURE)?]);
+    json["verdict"] = file.verdict().into();
+    let json = sealed(json)?;
+    write_json(&path(FILE), &json)?;
+    context.console.result(&json, || {
+        format!("{}\nwritten to {}", table(&found, &file), arguments.out.display())
+    })
+}
+
+/// Nodes that the tolerance needs, or more, and the memory.
+fn resolution(arguments: &FullWaveArgs) -> Result<Resolution> {
+    let tolerance = arguments.tolerance;
+    ensure!(
+        (1e-10..=1e-3).contains(&tolerance),
+        "--tolerance: expected 1e-10 to 1e-3, got {tolerance:e}"
+    );
+    let needed = Resolution::within(tolerance).nodes_per_wavelength;
+    let nodes = arguments.nodes.unwrap_or(needed);
+    ensure!(
+        (needed..=40.0).contains(&nodes),
+        "--nodes: expected {needed:.1}, which a tolerance of {tolerance:e} needs, to 40, got {nodes}"
+    );
+    let free = || MEMORY_SHARE * free_bytes().min(1e15);
+    let max_bytes = arguments.memory_gib.map_or_else(free, |gib| gib * f64::from(1 << 30));
+    Ok(Resolution { nodes_per_wavelength: nodes, max_bytes })
 }
 
 /// The relief of the design at the size asked for, or at the largest that fits.
@@ -158,7 +170,7 @@ fn scaled_section(
     let base = match &design.dome {
         Some(Dome::Sphere(sphere)) => Base::Sphere(*sphere),
         Some(Dome::Meridian(curve)) => Base::Curve(curve.clone()),
-        Some(Dome::Mesh(_)) => bail!("dome.file: expected a dome with a section, got a mesh"),
+        Some(Dome::Mesh(_)) => bail!("dome.mesh: expected a dome with a section, got a mesh"),
         None => bail!("dome: expected a dome with rings of relief, got none"),
     };
     let designed_um = 1e3 * design.elements.width_mm;
@@ -181,7 +193,7 @@ fn scaled_section(
     let fits = |rings: usize| {
         let section = make(rings).ok()?;
         let size = cost(&section, resolution).ok()?;
-        (size.operations <= DEFAULT_OPERATIONS).then_some(section)
+        (seconds(&size) <= DEFAULT_SECONDS).then_some(section)
     };
     let (mut low, mut high) = (0, all + 1);
     let mut found = None;
@@ -212,63 +224,30 @@ fn source_request(design: &Design, section: &Section, count: Option<usize>) -> S
     SourceRequest { count: count.unwrap_or(resolved.clamp(24, 400)), ..chip }
 }
 
+/// Time of full wave in both polarisations.
+fn seconds(size: &Cost) -> f64 {
+    let threads = rayon::current_num_threads();
+    let kernels = size.kernels / (KERNELS_PER_SECOND * threads as f64);
+    let together = threads.min(size.held) as f64;
+    2.0 * (kernels + size.operations / (OPERATIONS_PER_SECOND * together))
+}
+
 fn plan(section: &Section, size: &Cost) -> String {
-    let cores = rayon::current_num_threads().min(size.matrices) as f64;
     format!(
-        "{} rings of {:.2} um, radius {:.1} um: {} unknowns, {:.2} GB, some {:.0} s",
+        "{} rings of {:.2} um, radius {:.1} um: {} unknowns, {:.2} GiB, some {:.0} s",
         section.rings(),
         section.ring_width_um(),
         section.radius_um(),
         size.unknowns,
-        size.bytes / 1e9,
-        2.0 * size.operations / (OPERATIONS_PER_SECOND * cores) + 5.0
+        size.bytes / f64::from(1 << 30),
+        seconds(size) + 5.0
     )
 }
 
-fn curves(found: &Comparison) -> Result<Vec<Curve>> {
-    let curve = |far: &FarField| {
-        let (bins, errors) = far.in_bins(VERDICT_DEG);
-        let middle = |i: usize| -90.0 + VERDICT_DEG * (i as f64 + 0.5);
-        let x = (0..bins.len()).map(middle).collect();
-        let per_degree = |values: Vec<f64>| values.iter().map(|v| v / VERDICT_DEG).collect();
-        Curve::new(name(far.model), x, per_degree(bins), per_degree(errors))
-    };
-    found.far_fields.iter().map(curve).collect()
-}
-
-fn name(model: Model) -> &'static str {
-    match model {
-        Model::FullWave => "full wave",
-        Model::Hybrid => "hybrid",
-        Model::Rays => "rays",
-    }
-}
-
-/// Distance without its noise, or that it is no more than noise.
-fn percent(distance: &Distance) -> String {
-    match distance.beyond_noise() {
-        Some(beyond) if distance.rms > 2.0 * distance.noise => format!("{:.1} %", 100.0 * beyond),
-        _ => format!("below {:.1} % (noise)", 200.0 * distance.noise),
-    }
-}
-
-fn verdict(found: &Comparison) -> String {
-    let at = |model| {
-        let mut all = found.distances.iter();
-        all.find(|d| d.model == model && (d.bin_deg - VERDICT_DEG).abs() < 1e-9)
-    };
-    let words = |model| at(model).map_or_else(String::new, percent);
-    format!(
-        "r.m.s. distance from full wave in bins of {VERDICT_DEG}°, over its largest bin: hybrid {}, rays {}",
-        words(Model::Hybrid),
-        words(Model::Rays)
-    )
-}
-
-fn table(found: &Comparison) -> String {
+fn table(found: &Comparison, file: &FullWaveFile) -> String {
     let mut text = String::new();
     let _ = writeln!(text, "{:<10} {:>18} {:>17} {:>9}", "model", "peak", "centre/peak", "missing");
-    for far in &found.far_fields {
+    for (far, own) in found.far_fields.iter().zip(&file.comparison.far_fields) {
         let figures = far.figures();
         let [low, high] = figures.peak_deg;
         let peak = if low < high { format!("{low}° to {high}°") } else { format!("{low}°") };
@@ -277,31 +256,47 @@ fn table(found: &Comparison) -> String {
             100.0 * figures.centre_to_peak,
             100.0 * figures.centre_to_peak_error
         );
-        let _ =
-            writeln!(text, "{:<10} {peak:>18} {centre:>17} {:>9.0e}", name(far.model), far.missing);
+        let _ = writeln!(
+            text,
+            "{:<10} {peak:>18} {centre:>17} {:>9.0e}",
+            own.model.name(),
+            far.missing
+        );
     }
     let _ = writeln!(
         text,
-        "\n{:<10} {:>6} {:>10} {:>10} {:>10} {:>10}",
-        "distance", "bins", "r.m.s.", "noise", "largest", "L1"
+        "\n{:<10} {:>6} {:>20} {:>8} {:>10} {:>10}",
+        "distance", "bins", "r.m.s. beyond noise", "noise", "largest", "L1"
     );
-    for d in &found.distances {
+    for d in &file.comparison.distances {
         let _ = writeln!(
             text,
-            "{:<10} {:>5}° {:>8.2} % {:>8.2} % {:>8.2} % {:>8.2} %",
-            name(d.model),
+            "{:<10} {:>5}° {:>20} {:>6.1} % {:>8.1} % {:>8.1} %",
+            d.model.name(),
             d.bin_deg,
-            100.0 * d.rms,
+            d.beyond_noise(),
             100.0 * d.noise,
             100.0 * d.largest,
             100.0 * d.l1
         );
     }
-    text + &verdict(found)
+    text + &file.verdict()
 }
 
-fn describe(design: &Design, section: &Section, request: &Request, found: &Comparison) -> Value {
+/// The content of `full_wave.json` without verdict and hash.
+fn describe(
+    design: &Design,
+    section: &Section,
+    request: &Request,
+    found: &Comparison,
+    files: &[FileRecord],
+) -> Value {
     json!({
+        "schema_version": SCHEMA_VERSION,
+        "version": env!("CARGO_PKG_VERSION"),
+        "seed": request.seed,
+        "inputs": design.provenance.inputs(),
+        "files": files,
         "design": design.name,
         "wavelength_nm": design.wavelength_nm,
         "index": section.index,
@@ -316,7 +311,6 @@ fn describe(design: &Design, section: &Section, request: &Request, found: &Compa
             "read": far.figures(),
         })).collect::<Vec<_>>(),
         "taken": IDEAL,
-        "verdict": verdict(found),
         "comparison": found,
     })
 }

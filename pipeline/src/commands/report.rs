@@ -12,10 +12,11 @@ use files::content_hash::sha256_hex;
 use files::run_context::RunContext;
 use metrics::plural::count;
 use report::html::folder::Folder;
+use report::html::full_wave::FullWaveFolder;
 use report::html::orders::Source;
 use report::html::study::StudyFolder;
 use report::html::tolerance::ToleranceFolder;
-use report::html::{Page, page, study_page, tolerance_page};
+use report::html::{Page, full_wave_page, page, study_page, tolerance_page};
 
 use super::outputs::writable;
 
@@ -25,7 +26,8 @@ const PAGE: &str = "report.html";
 /// `batwing report`.
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// Directory of results, written by `reproduce`, `run`, `optimise`, `study` or `tolerance`
+    /// Directory of results, written by `reproduce`, `run`, `optimise`, `study`, `tolerance` or
+    /// `full-wave`
     #[arg(value_name = "DIR")]
     pub results: PathBuf,
     /// The page [default: report.html in DIR]
@@ -45,6 +47,8 @@ enum Contents {
     Tolerance(ToleranceFolder),
     /// A study alone.
     Study(StudyFolder),
+    /// A comparison by full wave alone.
+    FullWave(FullWaveFolder),
 }
 
 impl Contents {
@@ -57,6 +61,9 @@ impl Contents {
             if let Some(folder) = StudyFolder::open(directory)? {
                 return Ok(Self::Study(folder));
             }
+            if let Some(folder) = FullWaveFolder::open(directory)? {
+                return Ok(Self::FullWave(folder));
+            }
         }
         Ok(Self::Results(Folder::open(directory)?))
     }
@@ -67,6 +74,7 @@ impl Contents {
             Self::Results(folder) => folder.holds(path),
             Self::Tolerance(folder) => folder.holds(path),
             Self::Study(folder) => folder.holds(path),
+            Self::FullWave(folder) => folder.holds(path),
         }
     }
 
@@ -75,6 +83,7 @@ impl Contents {
             Self::Results(folder) => page(folder, source),
             Self::Tolerance(folder) => tolerance_page(folder),
             Self::Study(folder) => study_page(folder),
+            Self::FullWave(folder) => full_wave_page(folder),
         }
     }
 }

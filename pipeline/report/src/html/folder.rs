@@ -35,7 +35,7 @@ impl Folder {
         let path = directory.join(FILE);
         let text = std::fs::read(&path).with_context(|| {
             format!(
-                "cannot read `{}`; expected a directory written by `reproduce`, `run`, `optimise`, `study` or `tolerance`",
+                "cannot read `{}`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance` or `full-wave`",
                 path.display()
             )
         })?;

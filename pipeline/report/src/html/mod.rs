@@ -8,6 +8,7 @@
 
 pub mod before_after;
 pub mod folder;
+pub mod full_wave;
 pub mod maps;
 pub mod models;
 pub mod optimisation;
@@ -25,6 +26,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use folder::Folder;
+use full_wave::FullWaveFolder;
 use maps::shared_range;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
@@ -44,19 +46,30 @@ pub const LIMIT: usize = 6_000_000;
 /// Letters that all maps together may take; beyond that neighbouring bins are merged.
 const MAPS_BUDGET: usize = 1_000_000;
 
-/// The page of results; those of a tolerance analysis and of a study. All begin with the macros.
+/// The page of results; those of a tolerance analysis, of a study and of a comparison by full wave.
+/// All begin with the macros.
 const TEMPLATE: &str = concat!(
     include_str!("assets/macros.html"),
     include_str!("assets/tolerance.html"),
+    include_str!("assets/full_wave.html"),
     include_str!("assets/page.html")
 );
 const TOLERANCE_TEMPLATE: &str = concat!(
     include_str!("assets/macros.html"),
     include_str!("assets/tolerance.html"),
+    include_str!("assets/full_wave.html"),
     include_str!("assets/tolerance_page.html")
 );
-const STUDY_TEMPLATE: &str =
-    concat!(include_str!("assets/macros.html"), include_str!("assets/study_page.html"));
+const STUDY_TEMPLATE: &str = concat!(
+    include_str!("assets/macros.html"),
+    include_str!("assets/full_wave.html"),
+    include_str!("assets/study_page.html")
+);
+const FULL_WAVE_TEMPLATE: &str = concat!(
+    include_str!("assets/macros.html"),
+    include_str!("assets/full_wave.html"),
+    include_str!("assets/full_wave_page.html")
+);
 const STYLES: [&str; 6] = [
     include_str!("assets/base.css"),
     include_str!("assets/first.css"),
@@ -179,6 +192,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "before_after": album.before_after(search.as_ref(), contents)?,
         "optimisation": optimisation::optimisation(&mut album, search.as_ref(), &models)?,
         "tolerance": tolerance.transpose()?,
+        "full_wave": full_wave::found(&mut album, folder.directory())?,
         "studies": album.studies(folder.directory())?,
         "table_errors": album.table_errors(&listed)?,
         "table_heads": tables::TABLE_HEADS,
@@ -197,12 +211,14 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
 /// A distribution that cannot be drawn, a page beyond [`LIMIT`].
 pub fn tolerance_page(folder: &ToleranceFolder) -> Result<Page> {
     let file = &folder.file;
+    let mut album = Album::default();
     let values = json!({
         "title": format!("batwing: {}", file.name),
         "style": style(),
         "version": file.program.version,
         "seed": file.seed,
-        "tolerance": tolerance::tolerance(&mut Album::default(), file)?,
+        "tolerance": tolerance::tolerance(&mut album, file)?,
+        "full_wave": full_wave::found(&mut album, folder.directory())?,
         "provenance": tolerance::provenance(file),
     });
     Ok(Page { html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
@@ -214,15 +230,34 @@ pub fn tolerance_page(folder: &ToleranceFolder) -> Result<Page> {
 /// Changes that cannot be drawn, a page beyond [`LIMIT`].
 pub fn study_page(folder: &StudyFolder) -> Result<Page> {
     let file = &folder.file;
+    let mut album = Album::default();
     let values = json!({
         "title": format!("batwing: {}", file.name),
         "style": style(),
         "version": file.version,
         "seed": file.seed,
-        "study": study::study(&mut Album::default(), file)?,
+        "study": study::study(&mut album, file)?,
+        "full_wave": full_wave::found(&mut album, folder.directory())?,
         "provenance": study::provenance(file),
     });
     Ok(Page { html: rendered(STUDY_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+}
+
+/// The page of a comparison by full wave in a folder without other results.
+///
+/// # Errors
+/// Far fields that cannot be drawn, a page beyond [`LIMIT`].
+pub fn full_wave_page(folder: &FullWaveFolder) -> Result<Page> {
+    let file = &folder.file;
+    let values = json!({
+        "title": format!("batwing: {}", file.design),
+        "style": style(),
+        "version": file.version,
+        "seed": file.seed,
+        "full_wave": full_wave::full_wave(&mut Album::default(), file)?,
+        "provenance": full_wave::provenance(file),
+    });
+    Ok(Page { html: rendered(FULL_WAVE_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
 }
 
 /// The note on a quick run as a sentence that does not begin with its own heading.

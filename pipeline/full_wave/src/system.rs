@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The linear equations of a body: their matrices in single precision, and the refinement of the
+//! solution by residuals in double precision, whose kernels are computed anew.
+
+use crate::FullWaveError;
+use crate::compression::{CMat, PER_PANEL, for_each};
+use crate::kernel::Media;
+use crate::mesh::Mesh;
+use crate::panel::{Block, add};
+use crate::quadrature::NODES;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_scratch};
+use faer::perm::Perm;
+use faer::prelude::ReborrowMut;
+use faer::{Mat, MatMut, MatRef, Par, Spec};
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+
+/// Error of the solution, relative to its norm, at which refinement ends.
+const TARGET: f64 = 1e-10;
+/// A correction must be less than this share of the last one.
+const CONTRACTION: f64 = 0.3;
+
+/// Equations (1 + K° R) ρ' = f of one polarisation, for light of each parity in x.
+pub(crate) struct System<'a> {
+    mesh: &'a Mesh,
+    media: &'a Media,
+    parities: &'static [f64],
+    mirror: f64,
+    groups: Vec<Group>,
+}
+
+/// Panels of one corner with its block R for each parity, or a panel of no corner.
+struct Group {
+    panels: Vec<usize>,
+    blocks: Vec<CMat>,
+}
+
+impl<'a> System<'a> {
+    /// `blocks` are the compressed blocks of the corners.
+    pub fn new(
+        mesh: &'a Mesh,
+        media: &'a Media,
+        parities: &'static [f64],
+        mirror: f64,
+        blocks: &[CMat],
+    ) -> Self {
+        let corners = blocks.iter().enumerate().map(|(corner, block)| Group {
+            panels: mesh.corners[corner].panels.into_iter().flatten().collect(),
+            blocks: parities.iter().map(|&p| folded(mesh, corner, block, p, mirror)).collect(),
+        });
+        let alone = (0..mesh.panels.len()).filter(|&panel| mesh.corner_of[panel].is_none());
+        let alone = alone.map(|panel| Group { panels: vec![panel], blocks: Vec::new() });
+        Self { mesh, media, parities, mirror, groups: corners.chain(alone).collect() }
+    }
+
+    fn size(&self) -> usize {
+        self.mesh.panels.len() * PER_PANEL
+    }
+
+    /// Densities ρ = R ρ' for the right-hand sides f of each parity, a column a source, weighted so
+    /// that a sum over the coarse nodes integrates them.
+    ///
+    /// # Errors
+    /// Corrections that do not shrink.
+    pub fn solve(&self, right: &[CMat]) -> Result<Vec<CMat>, FullWaveError> {
+        let factors = self.factorised();
+        let mut found = factors.iter().zip(right).map(|(f, r)| f.solve(r)).collect::<Vec<_>>();
+        // Size of the last correction of each parity that is not yet done.
+        let mut last = vec![Some(1.0); found.len()];
+        while last.iter().any(Option::is_some) {
+            let images = self.images(&found);
+            let corrections: Vec<CMat> = factors
+                .par_iter()
+                .zip(right.par_iter().zip(&images))
+                .map(|(factors, (right, image))| factors.solve(&(right - image)))
+                .collect();
+            for ((found, correction), last) in found.iter_mut().zip(&corrections).zip(&mut last) {
+                let Some(before) = *last else {
+                    continue;
+                };
+                let size = relative_size(correction, found);
+                *found += correction;
+                let contraction = size / before;
+                *last = (size * contraction >= TARGET).then_some(size);
+                // Also where it is no number.
+                if last.is_some() && contraction >= CONTRACTION || !size.is_finite() {
+                    return Err(FullWaveError::Resonance { correction: size });
+                }
+            }
+        }
+        Ok(self.densities(&found))
+    }
+
+    /// R ρ'.
+    fn densities(&self, found: &[CMat]) -> Vec<CMat> {
+        let mut densities = found.to_vec();
+        for (parity, densities) in densities.iter_mut().enumerate() {
+            for group in self.groups.iter().filter(|group| !group.blocks.is_empty()) {
+                multiply_rows(densities.as_mut(), &group.panels, &group.blocks[parity]);
+            }
+        }
+        densities
+    }
+
+    /// (1 + K° R) ρ'.
+    fn images(&self, found: &[CMat]) -> Vec<CMat> {
+        let densities = self.densities(found);
+        let count = self.mesh.panels.len();
+        let strips: Vec<Vec<CMat>> = (0..count)
+            .into_par_iter()
+            .map(|target| {
+                let mut strips = vec![CMat::zeros(PER_PANEL, self.size()); self.parities.len()];
+                for source in 0..count {
+                    self.visit(target, source, |parity, row, column, value| {
+                        strips[parity][(row, source * PER_PANEL + column)] = value;
+                    });
+                }
+                strips.into_iter().zip(&densities).map(|(strip, d)| strip * d).collect()
+            })
+            .collect();
+        let mut images = found.to_vec();
+        for (target, strips) in strips.iter().enumerate() {
+            for (image, strip) in images.iter_mut().zip(strips) {
+                let mut rows = image.as_mut().subrows_mut(target * PER_PANEL, PER_PANEL);
+                rows += strip;
+            }
+        }
+        images
+    }
+
+    /// The factors of 1 + K° R for each parity.
+    fn factorised(&self) -> Vec<Factors> {
+        let size = self.size();
+        let mut matrices = vec![vec![Complex32::ZERO; size * size]; self.parities.len()];
+        // The columns of each panel, handed out to the groups.
+        let mut columns: Vec<Vec<Option<Columns>>> = matrices
+            .iter_mut()
+            .map(|matrix| matrix.chunks_mut(size * PER_PANEL).map(Some).collect())
+            .collect();
+        let tasks: Vec<(&Group, Vec<Vec<Columns>>)> =
+            self.groups.iter().map(|group| (group, taken(&mut columns, group))).collect();
+        tasks.into_par_iter().for_each(|(group, columns)| self.fill(group, columns));
+        matrices.into_par_iter().map(|matrix| Factors::new(matrix, size)).collect()
+    }
+
+    /// Computes the columns of the panels of a group.
+    fn fill(&self, group: &Group, out: Vec<Vec<Columns>>) {
+        let width = group.panels.len() * PER_PANEL;
+        let mut columns = vec![CMat::zeros(self.size(), width); self.parities.len()];
+        for (place, &source) in group.panels.iter().enumerate() {
+            for target in 0..self.mesh.panels.len() {
+                self.visit(target, source, |parity, row, column, value| {
+                    columns[parity][(target * PER_PANEL + row, place * PER_PANEL + column)] = value;
+                });
+            }
+        }
+        for (parity, (mut columns, out)) in columns.into_iter().zip(out).enumerate() {
+            if let Some(block) = group.blocks.get(parity) {
+                columns = columns * block;
+            }
+            for (place, (&panel, out)) in group.panels.iter().zip(out).enumerate() {
+                for (j, out) in out.chunks_mut(self.size()).enumerate() {
+                    columns[(panel * PER_PANEL + j, place * PER_PANEL + j)] += 1.0;
+                    for (out, value) in
+                        out.iter_mut().zip(columns.col(place * PER_PANEL + j).iter())
+                    {
+                        *out = Complex32::new(value.re as f32, value.im as f32);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Visits the kernels K° between two panels, with all images, by parity, row and column.
+    fn visit(
+        &self,
+        target: usize,
+        source: usize,
+        mut visit: impl FnMut(usize, usize, usize, Complex64),
+    ) {
+        let panels = &self.mesh.panels;
+        // From images on the same side of the axis, and on the other.
+        let mut sides = [Block::default(), Block::default()];
+        for &image in &self.mesh.images {
+            if !self.mesh.is_one_corner(target, source, image) {
+                let sign = image.sign(1.0, self.mirror);
+                let side = &mut sides[usize::from(image.x)];
+                add(self.media, &panels[target], &panels[source], image, sign, side);
+            }
+        }
+        for (number, &parity) in self.parities.iter().enumerate() {
+            let [same, other] = &sides;
+            for_each(same, |row, column, value| {
+                let (density, place) = (row / NODES, column / NODES);
+                let reflected = other[density][place][row % NODES][column % NODES];
+                visit(number, row, column, value + parity * reflected);
+            });
+        }
+    }
+}
+
+/// Columns of a matrix that belong to one panel.
+type Columns<'a> = &'a mut [Complex32];
+
+/// Takes the columns of the panels of a group out of each matrix.
+fn taken<'a>(columns: &mut [Vec<Option<Columns<'a>>>], group: &Group) -> Vec<Vec<Columns<'a>>> {
+    let mut taken = Vec::with_capacity(columns.len());
+    for matrix in columns {
+        taken.push(group.panels.iter().filter_map(|&panel| matrix[panel].take()).collect());
+    }
+    taken
+}
+
+/// A corner's block for the panels that the mesh holds: images are added with their sign.
+fn folded(mesh: &Mesh, corner: usize, block: &CMat, parity: f64, mirror: f64) -> CMat {
+    let corner = &mesh.corners[corner];
+    let held: Vec<usize> =
+        (0..corner.panels.len()).filter(|&place| corner.panels[place].is_some()).collect();
+    let sign = corner.reflection.map_or(0.0, |image| image.sign(parity, mirror));
+    let size = held.len() * PER_PANEL;
+    CMat::from_fn(size, size, |i, j| {
+        let row = held[i / PER_PANEL] * PER_PANEL + i % PER_PANEL;
+        let (place, column) = (held[j / PER_PANEL], j % PER_PANEL);
+        let mut value = block[(row, place * PER_PANEL + column)];
+        if sign != 0.0 {
+            // An image is travelled the other way.
+            let (density, node) = (column / NODES, column % NODES);
+            let reversed = density * NODES + (NODES - 1 - node);
+            let opposite = corner.panels.len() - 1 - place;
+            value += sign * block[(row, opposite * PER_PANEL + reversed)];
+        }
+        value
+    })
+}
+
+/// M[panels, :] = R M[panels, :].
+fn multiply_rows(mut matrix: MatMut<Complex64>, panels: &[usize], block: &CMat) {
+    let rows: Vec<usize> = panels.iter().flat_map(|p| p * PER_PANEL..(p + 1) * PER_PANEL).collect();
+    let held = CMat::from_fn(rows.len(), matrix.ncols(), |i, j| matrix[(rows[i], j)]);
+    let product = block * held;
+    for (i, &row) in rows.iter().enumerate() {
+        matrix.rb_mut().row_mut(row).copy_from(product.row(i));
+    }
+}
+
+/// Largest norm of a source's correction over that of its solution.
+fn relative_size(correction: &CMat, found: &CMat) -> f64 {
+    let norm = |part: &CMat, source| part.col(source).norm_l2();
+    // A source on the axis has no odd part.
+    (0..found.ncols())
+        .filter(|&source| norm(found, source) != 0.0)
+        .map(|source| norm(correction, source) / norm(found, source))
+        .fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a })
+}
+
+/// Factors of a matrix in its own memory.
+struct Factors {
+    entries: Vec<Complex32>,
+    size: usize,
+    permutation: Perm<usize>,
+}
+
+impl Factors {
+    fn new(mut entries: Vec<Complex32>, size: usize) -> Self {
+        let matrix = MatMut::from_column_major_slice_mut(&mut entries, size, size);
+        let (mut forward, mut backward) = (vec![0_usize; size], vec![0_usize; size]);
+        let scratch =
+            lu_in_place_scratch::<usize, Complex32>(size, size, Par::Seq, Spec::default());
+        let mut memory = MemBuffer::new(scratch);
+        let stack = MemStack::new(&mut memory);
+        lu_in_place(matrix, &mut forward, &mut backward, Par::Seq, stack, Spec::default());
+        let permutation =
+            Perm::new_checked(forward.into_boxed_slice(), backward.into_boxed_slice(), size);
+        Self { entries, size, permutation }
+    }
+
+    fn solve(&self, right: &CMat) -> CMat {
+        let factors = MatRef::from_column_major_slice(&self.entries, self.size, self.size);
+        let single = |z: Complex64| Complex32::new(z.re as f32, z.im as f32);
+        let mut found = Mat::from_fn(self.size, right.ncols(), |i, j| single(right[(i, j)]));
+        let scratch =
+            solve_in_place_scratch::<usize, Complex32>(self.size, right.ncols(), Par::Seq);
+        let mut memory = MemBuffer::new(scratch);
+        let stack = MemStack::new(&mut memory);
+        let permutation = self.permutation.as_ref();
+        solve_in_place(factors, factors, permutation, found.as_mut(), Par::Seq, stack);
+        CMat::from_fn(self.size, right.ncols(), |i, j| {
+            let value = found[(i, j)];
+            Complex64::new(f64::from(value.re), f64::from(value.im))
+        })
+    }
+}

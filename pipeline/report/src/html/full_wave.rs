@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The part of the page on the section of a dome by full wave, where the folder holds one.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use metrics::digits::thousands;
+use results::full_wave::{Distance, FILE, FullWaveFile};
+
+use super::folder::{checked_file, is_one_of};
+use super::pictures::Album;
+use crate::full_wave::far_field_picture;
+
+/// A folder with a comparison by full wave, checked.
+#[derive(Debug)]
+pub struct FullWaveFolder {
+    directory: PathBuf,
+    /// `full_wave.json`.
+    pub file: FullWaveFile,
+}
+
+impl FullWaveFolder {
+    /// Reads `full_wave.json` in `directory` and checks every file that it lists; none where there
+    /// is no such file.
+    ///
+    /// # Errors
+    /// A file of another layout; one that is missing or altered.
+    pub fn open(directory: &Path) -> Result<Option<Self>> {
+        let Some(file) = FullWaveFile::read(directory)? else {
+            return Ok(None);
+        };
+        let path = directory.join(FILE);
+        for (i, entry) in file.files.iter().enumerate() {
+            let place = format!("`{}`: files[{}]", path.display(), i + 1);
+            checked_file(directory, entry, &place)?;
+        }
+        Ok(Some(Self { directory: directory.to_owned(), file }))
+    }
+
+    /// The directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// True if `path` is one of the files of the comparison.
+    pub fn holds(&self, path: &Path) -> bool {
+        is_one_of(&self.directory, &self.file.files, FILE, path)
+    }
+}
+
+/// The part of the page on the comparison in `directory`, where there is one.
+///
+/// # Errors
+/// A file that is missing or altered; far fields that cannot be drawn.
+pub(super) fn found(album: &mut Album, directory: &Path) -> Result<Option<Value>> {
+    let folder = FullWaveFolder::open(directory)?;
+    folder.map(|folder| full_wave(album, &folder.file)).transpose()
+}
+
+/// Verdict, table and picture of `file` for the template.
+///
+/// # Errors
+/// Far fields that cannot be drawn.
+pub fn full_wave(album: &mut Album, file: &FullWaveFile) -> Result<Value> {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let row = |d: &Distance| {
+        json!({
+            "model": d.model.name(),
+            "bins": format!("{}°", d.bin_deg),
+            "beyond": d.beyond_noise(),
+            "noise": percent(d.noise),
+            "largest": percent(d.largest),
+            "l1": percent(d.l1),
+        })
+    };
+    let caption = format!(
+        "Far field of the section of {} by full wave, hybrid and rays: {}. Bands are two standard errors wide to each side: of rays by their paths, of full wave by the scatter among its sources.",
+        file.design,
+        file.size()
+    );
+    Ok(json!({
+        "design": file.design,
+        "size": file.size(),
+        "sources": file.sources,
+        "paths": thousands(file.paths as u64),
+        "nodes": file.nodes_per_wavelength,
+        "balance": format!("{:.0e}", file.comparison.balance),
+        "taken": file.taken,
+        "verdict": file.verdict(),
+        "rows": file.comparison.distances.iter().map(row).collect::<Vec<_>>(),
+        "picture": album.fixed(&far_field_picture(file)?, &caption),
+    }))
+}
+
+/// Versions and hashes at the end of a page of a comparison alone.
+pub(super) fn provenance(file: &FullWaveFile) -> Value {
+    let lines = [
+        ("computed by", format!("batwing {}", file.version)),
+        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
+        ("seed", file.seed.to_string()),
+    ];
+    json!({"lines": lines, "inputs": file.inputs, "files": file.files})
+}

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `full_wave.json` as a file: the far field of a dome's section by three models, and how far two
+//! of them lie from full wave.
+
+use std::path::Path;
+
+use anyhow::Result;
+use serde::Deserialize;
+
+use files::provenance::FileRecord;
+
+use super::sealed_file::{self, Writer};
+
+/// File under the directory of results.
+pub const FILE: &str = "full_wave.json";
+/// Version of the layout.
+pub const SCHEMA_VERSION: u32 = 1;
+/// Bins of the verdict, degrees.
+pub const VERDICT_DEG: f64 = 2.5;
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct FullWaveFile {
+    /// Version of the program that wrote it.
+    pub version: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+    /// Files that came out.
+    pub files: Vec<FileRecord>,
+    /// Name of the design.
+    pub design: String,
+    /// Wavelength, nm.
+    pub wavelength_nm: f64,
+    /// Width of a ring, µm.
+    pub ring_width_um: f64,
+    /// Line sources.
+    pub sources: usize,
+    /// Paths of either ray model and polarisation.
+    pub paths: usize,
+    /// Nodes of full wave to a wavelength in the dome.
+    pub nodes_per_wavelength: f64,
+    /// Width of the bins of the far fields, degrees.
+    pub bin_deg: f64,
+    /// Parts of the design that are taken and left out, as a sentence.
+    pub taken: String,
+    /// Far fields and their distances.
+    pub comparison: Comparison,
+}
+
+/// Three far fields of one section.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Comparison {
+    /// Rings from axis to rim.
+    pub rings: usize,
+    /// Radius of the section, µm.
+    pub radius_um: f64,
+    /// Largest difference of emitted and radiated power of a source, over the emitted power.
+    pub balance: f64,
+    /// Far fields.
+    pub far_fields: Vec<FarField>,
+    /// Distances from full wave, by width of the bins.
+    pub distances: Vec<Distance>,
+}
+
+/// Treatment of the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Model {
+    /// Maxwell's equations.
+    FullWave,
+    /// Smooth surface with tables of orders.
+    Hybrid,
+    /// Rays on the relief.
+    Rays,
+}
+
+impl Model {
+    /// Name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::FullWave => "full wave",
+            Self::Hybrid => "hybrid",
+            Self::Rays => "rays",
+        }
+    }
+}
+
+/// Shares of the emitted power.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct FarField {
+    /// Model.
+    pub model: Model,
+    /// Share in each bin from -90 degrees.
+    pub bins: Vec<f64>,
+    /// Standard error of each.
+    pub errors: Vec<f64>,
+}
+
+/// Distance of a model from full wave in bins of one width, over full wave's largest bin.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct Distance {
+    /// Model.
+    pub model: Model,
+    /// Width of the bins, degrees.
+    pub bin_deg: f64,
+    /// Root mean square of the differences.
+    pub rms: f64,
+    /// Largest difference.
+    pub largest: f64,
+    /// Sum of all absolute differences, of shares that sum to 1.
+    pub l1: f64,
+    /// Root mean square of the standard errors of the differences.
+    pub noise: f64,
+}
+
+impl Distance {
+    /// Root mean square without the noise, or that it is no more than noise.
+    pub fn beyond_noise(&self) -> String {
+        if self.rms > 2.0 * self.noise {
+            let beyond = (self.rms.powi(2) - self.noise.powi(2)).sqrt();
+            format!("{:.1} %", 100.0 * beyond)
+        } else {
+            format!("below {:.1} %", 200.0 * self.noise)
+        }
+    }
+}
+
+impl FullWaveFile {
+    /// Reads the file in `directory`, if there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be read, was altered or is of another layout.
+    pub fn read(directory: &Path) -> Result<Option<Self>> {
+        let writer = Writer { work: "comparison", again: "run full-wave again" };
+        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+    }
+
+    /// How far hybrid and rays lie from full wave, as a sentence.
+    pub fn verdict(&self) -> String {
+        let words = |model| {
+            let mut all = self.comparison.distances.iter();
+            let found = all.find(|d| d.model == model && (d.bin_deg - VERDICT_DEG).abs() < 1e-9);
+            found.map_or_else(|| "not computed".to_owned(), Distance::beyond_noise)
+        };
+        format!(
+            "r.m.s. distance from full wave beyond noise, in bins of {VERDICT_DEG}° over its largest bin: hybrid {}, rays {}",
+            words(Model::Hybrid),
+            words(Model::Rays)
+        )
+    }
+
+    /// Size of the section, in words.
+    pub fn size(&self) -> String {
+        let rounded = |um: f64| (1e3 * um).round() / 1e3;
+        format!(
+            "{} rings of {} µm, radius {} µm, {} nm",
+            self.comparison.rings,
+            rounded(self.ring_width_um),
+            rounded(self.comparison.radius_um),
+            rounded(self.wavelength_nm)
+        )
+    }
+}
