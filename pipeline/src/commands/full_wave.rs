@@ -43,7 +43,7 @@ const PICTURE: &str = "far_field.png";
 
 /// Parts of a design that the comparison leaves out.
 const IDEAL: &str = "Of the design: dome, index, wavelength, width and height of the LED; the mirror is \
-    perfect and endless, the LED has no body, the silicone does not scatter, and there are no losses, films,\
+    perfect and endless, the LED has no body, the silicone does not scatter, and there are no losses, films, \
     solids or neighbours.";
 
 /// `batwing full-wave`.
