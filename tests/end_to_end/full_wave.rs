@@ -63,9 +63,10 @@ fn the_page_shows_the_comparison_where_there_is_one() {
     assert!(!page("run").contains("id=\"full-wave\""));
     assert_eq!(said["comparison"], compared(folder.path(), "run", "2")["comparison"]);
     let both = page("run");
+    let outcome = format!("<p class=\"outcome\">{verdict}.</p>");
     for part in [section(&alone), section(&both)] {
         for words in [
-            &format!("<p class=\"outcome\">{verdict}.</p>"),
+            outcome.as_str(),
             "2 rings of 2 µm, radius 4 µm, 550 nm; 6 line sources",
             "no losses, films, solids or neighbours",
             "<th scope=\"col\">r.m.s. beyond noise</th>",
