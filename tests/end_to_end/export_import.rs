@@ -414,7 +414,7 @@ fn white_ray_sets_have_a_wavelength_for_each_ray_in_every_format() {
     let got = complaint(&at, &[&zemax[..], &["--out", "x.sdf", "--lumens", "100"]].concat());
     assert!(got.starts_with("batwing: --lumens: expected none"), "{got}");
     // What is written is the light of a design.
-    let source = "[[sources]]\nname = \"white\"\nfile = \"a.tm25ray\"\n";
+    let source = "[[sources]]\nname = \"white\"\nkind = \"file\"\nfile = \"a.tm25ray\"\nposition_mm = [0.0, 0.0, 5.0]\n";
     write(
         &at,
         "lit.toml",

@@ -67,7 +67,7 @@ fn the_page_shows_the_comparison_where_there_is_one() {
     for part in [section(&alone), section(&both)] {
         for words in [
             outcome.as_str(),
-            "2 rings of 2 µm, radius 4 µm, 550 nm; 6 line sources",
+            "2 rings of 2 µm, radius 4 µm, 550 nm; 4 line sources",
             "no losses, films, solids or neighbours",
             "<th scope=\"col\">r.m.s. beyond noise</th>",
             "role=\"img\"",
