@@ -8,7 +8,7 @@ use crate::field::Field;
 use crate::kernel::Media;
 use crate::mesh::Mesh;
 use crate::outline::{Outline, Surroundings, winding};
-use crate::panel::{Block, Panel, Reflection, add};
+use crate::panel::{Block, Node, Panel, Reflection, add};
 use crate::quadrature::NODES;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
@@ -26,6 +26,25 @@ pub enum Polarisation {
     Te,
     /// The magnetic field is along y; a line source is a magnetic current.
     Tm,
+}
+
+/// Sign of what the mirror reflects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mirror {
+    /// A perfect conductor.
+    Electric,
+    /// The opposite sign. The mean power of both is that of the body and its image in free space,
+    /// lit from one half, with the far field below the plane added to that above: light by way of
+    /// the mirror adds as power.
+    Magnetic,
+}
+
+/// Light that a body meets.
+enum Light<'a> {
+    /// Places of line sources inside.
+    Lines(&'a [[f64; 2]]),
+    /// Angles of plane waves from outside.
+    Planes(&'a [f64]),
 }
 
 /// Fewer nodes per wavelength than this do not follow the field.
@@ -138,9 +157,33 @@ impl Body {
         polarisation: Polarisation,
         sources: &[[f64; 2]],
     ) -> Result<Field, FullWaveError> {
+        self.solve_above(Mirror::Electric, polarisation, sources)
+    }
+
+    /// As [`solve`](Self::solve), above a mirror of either kind.
+    ///
+    /// # Errors
+    /// Those of [`solve`](Self::solve).
+    pub fn solve_above(
+        &self,
+        mirror: Mirror,
+        polarisation: Polarisation,
+        sources: &[[f64; 2]],
+    ) -> Result<Field, FullWaveError> {
         let scale = TAU / self.wavelength;
         let scaled: Vec<[f64; 2]> = sources.iter().map(|s| [s[0] * scale, s[1] * scale]).collect();
         self.check_sources(&scaled)?;
+        Ok(self.lit(mirror, polarisation, &Light::Lines(&scaled)).from_sources(scaled))
+    }
+
+    /// Field of plane waves of unit amplitude from outside that travel at `angles` from z towards
+    /// x, and their reflection by a mirror. Amplitudes are those of the scattered field, the phase
+    /// is 0 at the origin.
+    pub fn scatter(&self, polarisation: Polarisation, angles: &[f64]) -> Field {
+        self.lit(Mirror::Electric, polarisation, &Light::Planes(angles))
+    }
+
+    fn lit(&self, mirror: Mirror, polarisation: Polarisation, light: &Light) -> Field {
         let index = self.index;
         let weight = match polarisation {
             Polarisation::Te => [1.0, 1.0],
@@ -148,18 +191,23 @@ impl Body {
         };
         let media = Media { index, weight };
         // The tangential electric field vanishes on the mirror.
-        let mirror = match (self.outline.surroundings, polarisation) {
-            (Surroundings::Free, _) => 0.0,
-            (_, Polarisation::Te) => -1.0,
-            (_, Polarisation::Tm) => 1.0,
+        let mirror = match (self.outline.surroundings, polarisation, mirror) {
+            (Surroundings::Free, ..) => 0.0,
+            (_, Polarisation::Te, Mirror::Electric) | (_, Polarisation::Tm, Mirror::Magnetic) => {
+                -1.0
+            }
+            (_, Polarisation::Tm, Mirror::Electric) | (_, Polarisation::Te, Mirror::Magnetic) => {
+                1.0
+            }
         };
         let blocks = self.blocks(&media);
         let densities: Vec<CMat> = self
             .parities()
             .par_iter()
-            .map(|&parity| self.densities(&media, &blocks, parity, mirror, &scaled))
+            .map(|&parity| self.densities(&media, &blocks, parity, mirror, light))
             .collect();
-        Ok(Field::new(self.mesh.clone(), media, mirror, scaled, self.parities(), densities))
+        let unit = TAU / self.wavelength;
+        Field::new(self.mesh.clone(), media, mirror, unit, self.parities(), densities)
     }
 
     fn check_sources(&self, sources: &[[f64; 2]]) -> Result<(), FullWaveError> {
@@ -217,7 +265,7 @@ impl Body {
         blocks: &[CMat],
         parity: f64,
         mirror: f64,
-        sources: &[[f64; 2]],
+        light: &Light,
     ) -> CMat {
         let characters: Vec<(Reflection, f64)> =
             self.mesh.images.iter().map(|&image| (image, image.sign(parity, mirror))).collect();
@@ -233,7 +281,7 @@ impl Body {
         for i in 0..count {
             matrix[(i, i)] += 1.0;
         }
-        let mut densities = self.right_hand_side(media, parity, mirror, sources);
+        let mut densities = self.right_hand_side(media, parity, mirror, light);
         solve_in_memory(matrix, densities.as_mut());
         drop(entries);
         for (panels, block) in &folded {
@@ -296,25 +344,37 @@ impl Body {
         entries
     }
 
-    /// Field of the sources at the nodes and its normal derivative, of one parity.
+    /// Field of the light at the nodes and its normal derivative, of one parity.
     fn right_hand_side(
         &self,
         media: &Media,
         parity: f64,
         mirror: f64,
-        sources: &[[f64; 2]],
+        light: &Light,
     ) -> CMat {
         let count = self.mesh.panels.len() * PER_PANEL;
         let share = 1.0 / self.parities().len() as f64;
-        let mut out = CMat::zeros(count, sources.len());
-        for (column, source) in sources.iter().enumerate() {
+        let columns = match light {
+            Light::Lines(places) => places.len(),
+            Light::Planes(angles) => angles.len(),
+        };
+        let at = |column: usize, image: Reflection, node: &Node| match light {
+            Light::Lines(places) => {
+                line_source(media.index[0], node.point, node.normal, image.of(places[column]))
+            }
+            Light::Planes(angles) => {
+                let (x, z) = angles[column].sin_cos();
+                plane_wave(media.index[1], node.point, node.normal, image.of([x, z]))
+            }
+        };
+        let mut out = CMat::zeros(count, columns);
+        for column in 0..columns {
             for (p, panel) in self.mesh.panels.iter().enumerate() {
                 for (i, node) in panel.nodes.iter().enumerate() {
                     let mut sum = [Complex64::ZERO; 2];
                     for &image in &self.mesh.images {
                         let sign = image.sign(parity, mirror) * share;
-                        let [field, derivative] =
-                            line_source(media.index[0], node.point, node.normal, image.of(*source));
+                        let [field, derivative] = at(column, image, node);
                         sum[0] += sign * field;
                         sum[1] += sign * derivative;
                     }
@@ -325,6 +385,13 @@ impl Body {
         }
         out
     }
+}
+
+/// exp(ik d·x) of unit direction d and its derivative along `normal` at x.
+fn plane_wave(k: f64, x: [f64; 2], normal: [f64; 2], d: [f64; 2]) -> [Complex64; 2] {
+    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+    let wave = Complex64::from_polar(1.0, k * dot(d, x));
+    [wave, Complex64::new(0.0, k * dot(d, normal)) * wave]
 }
 
 /// (i/4) H0(k|x - s|) and its derivative along `normal` at x.

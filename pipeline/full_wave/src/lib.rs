@@ -47,7 +47,7 @@ mod outline;
 mod panel;
 mod quadrature;
 
-pub use body::{Body, Cost, Polarisation, Resolution};
+pub use body::{Body, Cost, Mirror, Polarisation, Resolution};
 pub use error::FullWaveError;
 pub use field::Field;
 pub use outline::Outline;

@@ -13,6 +13,7 @@ use section::compare::{
     cost,
 };
 use section::dome::{Base, Section};
+use section::separate::{BIN_DEG as SEPARATE_DEG, Separated, Variant, separate};
 use serde_json::{Value, json};
 
 use design::Design;
@@ -80,6 +81,9 @@ pub struct FullWaveArgs {
     /// Memory for full wave, GiB [default: 60 % of what is free]
     #[arg(long, value_name = "GIB", value_parser = finite)]
     pub memory_gib: Option<f64>,
+    /// Also the assumptions of the hybrid one at a time
+    #[arg(long)]
+    pub separate: bool,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "full-wave")]
     pub out: PathBuf,
@@ -119,7 +123,17 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         context.console.say(step);
         Ok(context.interrupt.check()?)
     })?;
-    let json = describe(design, &section, &request, &found);
+    let separated = match arguments.separate {
+        true => separate(&section, &request, |step| {
+            context.console.say(step);
+            Ok(context.interrupt.check()?)
+        })?,
+        false => Vec::new(),
+    };
+    let mut json = describe(design, &section, &request, &found);
+    if arguments.separate {
+        json["separated"] = json!(separated);
+    }
     let curves = curves(&found)?;
     let theta = Quantity::new("theta", Unit::Degree);
     let share = Quantity::new("share of the power per degree", Unit::Relative);
@@ -145,7 +159,10 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     write_json(&arguments.out.join("full_wave.json"), &json)?;
     context
         .console
-        .result(&json, || format!("{}\nwritten to {}", table(&found), arguments.out.display()))
+        .result(&json, || {
+            let tables = table(&found) + &separated_table(&separated);
+            format!("{tables}\nwritten to {}", arguments.out.display())
+        })
 }
 
 /// The relief of the design at the size asked for, or at the largest that fits.
@@ -297,6 +314,46 @@ fn table(found: &Comparison) -> String {
         );
     }
     text + &verdict(found)
+}
+
+fn separated_table(rows: &[Separated]) -> String {
+    let mut text = String::new();
+    if rows.is_empty() {
+        return text;
+    }
+    let _ = write!(
+        text,
+        "\n\nr.m.s. in bins of {SEPARATE_DEG}°, noise included\n{:<44} {:>9} {:>13} {:>7} {:>9}",
+        "variant", "full wave", "mirror aside", "noise", "met again"
+    );
+    for row in rows {
+        let again = row.met_again.map_or(String::new(), |share| format!("{:.1} %", 100.0 * share));
+        let _ = write!(
+            text,
+            "\n{:<44} {:>7.2} % {:>11.2} % {:>5.2} % {again:>9}",
+            variant_name(row.variant),
+            100.0 * row.rms,
+            100.0 * row.rms_mirror_as_power,
+            100.0 * row.noise
+        );
+    }
+    text
+}
+
+fn variant_name(variant: Variant) -> &'static str {
+    match variant {
+        Variant::HalfOfTheSources => "full wave, every second source",
+        Variant::MirrorAsPower => "full wave, mirrored light added as power",
+        Variant::RingsAsPowers => "full wave, rings added as powers",
+        Variant::GroupsAsPowers => "full wave, groups added as powers",
+        Variant::Rays => "rays",
+        Variant::Hybrid => "hybrid",
+        Variant::Chords => "hybrid, chords for arcs",
+        Variant::RandomExit => "hybrid, exit anywhere on the ring",
+        Variant::RingAperture => "hybrid, spread of a ring's aperture",
+        Variant::GroupAperture => "hybrid, spread of a group's aperture",
+        Variant::ChordsGroupAperture => "hybrid, chords and spread of a group",
+    }
 }
 
 fn describe(design: &Design, section: &Section, request: &Request, found: &Comparison) -> Value {
