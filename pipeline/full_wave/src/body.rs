@@ -191,15 +191,14 @@ impl Body {
         };
         let media = Media { index, weight };
         // The tangential electric field vanishes on the mirror.
-        let mirror = match (self.outline.surroundings, polarisation, mirror) {
-            (Surroundings::Free, ..) => 0.0,
-            (_, Polarisation::Te, Mirror::Electric) | (_, Polarisation::Tm, Mirror::Magnetic) => {
-                -1.0
-            }
-            (_, Polarisation::Tm, Mirror::Electric) | (_, Polarisation::Te, Mirror::Magnetic) => {
-                1.0
-            }
-        };
+        let mirror =
+            match (self.outline.surroundings, polarisation, mirror) {
+                (Surroundings::Free, ..) => 0.0,
+                (_, Polarisation::Te, Mirror::Electric)
+                | (_, Polarisation::Tm, Mirror::Magnetic) => -1.0,
+                (_, Polarisation::Tm, Mirror::Electric)
+                | (_, Polarisation::Te, Mirror::Magnetic) => 1.0,
+            };
         let blocks = self.blocks(&media);
         let densities: Vec<CMat> = self
             .parities()
@@ -345,13 +344,7 @@ impl Body {
     }
 
     /// Field of the light at the nodes and its normal derivative, of one parity.
-    fn right_hand_side(
-        &self,
-        media: &Media,
-        parity: f64,
-        mirror: f64,
-        light: &Light,
-    ) -> CMat {
+    fn right_hand_side(&self, media: &Media, parity: f64, mirror: f64, light: &Light) -> CMat {
         let count = self.mesh.panels.len() * PER_PANEL;
         let share = 1.0 / self.parities().len() as f64;
         let columns = match light {

@@ -52,7 +52,7 @@ pub struct Separated {
     pub rms: f64,
     /// Distance from full wave whose light by way of the mirror adds as power.
     pub rms_mirror_as_power: f64,
-    /// Noise of either by sources and paths; 0 between variants of full wave, whose sources are
+    /// Noise of `rms` by sources and paths; 0 between variants of full wave, whose sources are
     /// the same.
     pub noise: f64,
     /// Share of the power that meets the surface more than once, of variants that are traced.

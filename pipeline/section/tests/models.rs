@@ -60,13 +60,8 @@ fn a_relief_far_below_the_wavelength_is_smooth() {
     let places = SourceRequest { count: 8, ..SourceRequest::default() }.places(&section);
     let at = |tables| {
         let polarisation = Polarisation::Tm;
-        let scene = Scene {
-            surfaces: &bands,
-            tables,
-            index: INDEX,
-            polarisation,
-            trial: Trial::default(),
-        };
+        let scene =
+            Scene { surfaces: &bands, tables, index: INDEX, polarisation, trial: Trial::default() };
         trace(scene, &places, &edges(36), 400_000, 3)
     };
     let (smooth, table) = (at(None), at(Some(&tables)));

@@ -157,12 +157,10 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     };
     write_bytes(&arguments.out.join("far_field.png"), &far_field_cartesian(&picture)?.png()?)?;
     write_json(&arguments.out.join("full_wave.json"), &json)?;
-    context
-        .console
-        .result(&json, || {
-            let tables = table(&found) + &separated_table(&separated);
-            format!("{tables}\nwritten to {}", arguments.out.display())
-        })
+    context.console.result(&json, || {
+        let tables = table(&found) + &separated_table(&separated);
+        format!("{tables}\nwritten to {}", arguments.out.display())
+    })
 }
 
 /// The relief of the design at the size asked for, or at the largest that fits.
