@@ -21,6 +21,14 @@ for width in (1.0, 2.5, 5.0):
 print()
 PY
 }
+# The assumptions of the hybrid one at a time, in two small domes.
+separate() { # design rings width
+    echo "$1, $2 rings of $3 um"
+    "$batwing" full-wave "data/designs/$1.toml" --rings "$2" --ring-width-um "$3" --sources 60 \
+        --nodes 6 --paths 2e5 --separate --out "$out/separate-$1" | sed -n '/^variant/,/^written/p'
+}
+separate d1 4 3
+separate d2 6 2
 echo "design rings um balance hybrid-1 rays-1 hybrid-2.5 rays-2.5 hybrid-5 rays-5"
 for design in d1 d2 d3; do
     for width in 2 3 5; do

@@ -8,7 +8,7 @@ use crate::field::Field;
 use crate::kernel::Media;
 use crate::mesh::Mesh;
 use crate::outline::{Outline, Surroundings, winding};
-use crate::panel::Panel;
+use crate::panel::{Node, Panel, Reflection};
 use crate::quadrature::NODES;
 use crate::system::System;
 use num_complex::Complex64;
@@ -26,6 +26,26 @@ pub enum Polarisation {
 
 /// Bytes of a GiB.
 const GIB: f64 = 1_073_741_824.0;
+
+/// Sign of what the mirror reflects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mirror {
+    /// A perfect conductor.
+    Electric,
+    /// The opposite sign. The mean power of both is that of the body and its image in free space,
+    /// lit from one half, with the far field below the plane added to that above: light by way of
+    /// the mirror adds as power.
+    Magnetic,
+}
+
+/// Light that a body meets.
+enum Light<'a> {
+    /// Places of line sources inside.
+    Lines(&'a [[f64; 2]]),
+    /// Angles of plane waves from outside.
+    Planes(&'a [f64]),
+}
+
 /// Fewer nodes per wavelength than this do not follow the field.
 const MIN_NODES: f64 = 4.0;
 /// Nodes per wavelength that keep the far field of a source within 1e-3 of its largest bin; each
@@ -163,9 +183,45 @@ impl Body {
         polarisation: Polarisation,
         sources: &[[f64; 2]],
     ) -> Result<Field, FullWaveError> {
+        self.solve_above(Mirror::Electric, polarisation, sources)
+    }
+
+    /// As [`solve`](Self::solve), above a mirror of either kind.
+    ///
+    /// # Errors
+    /// Those of [`solve`](Self::solve).
+    pub fn solve_above(
+        &self,
+        mirror: Mirror,
+        polarisation: Polarisation,
+        sources: &[[f64; 2]],
+    ) -> Result<Field, FullWaveError> {
         self.check_sources(sources)?;
         let scale = TAU / self.wavelength;
         let scaled: Vec<[f64; 2]> = sources.iter().map(|s| [s[0] * scale, s[1] * scale]).collect();
+        Ok(self.lit(mirror, polarisation, &Light::Lines(&scaled))?.from_sources(scaled))
+    }
+
+    /// Field of plane waves of unit amplitude from outside that travel at `angles` from z towards
+    /// x, and their reflection by a mirror. Amplitudes are those of the scattered field, the phase
+    /// is 0 at the origin.
+    ///
+    /// # Errors
+    /// A solution that does not settle.
+    pub fn scatter(
+        &self,
+        polarisation: Polarisation,
+        angles: &[f64],
+    ) -> Result<Field, FullWaveError> {
+        self.lit(Mirror::Electric, polarisation, &Light::Planes(angles))
+    }
+
+    fn lit(
+        &self,
+        mirror: Mirror,
+        polarisation: Polarisation,
+        light: &Light,
+    ) -> Result<Field, FullWaveError> {
         let index = self.index;
         let weight = match polarisation {
             Polarisation::Te => [1.0, 1.0],
@@ -173,15 +229,18 @@ impl Body {
         };
         let media = Media { index, weight };
         // The tangential electric field vanishes on the mirror.
-        let mirror = match (self.outline.surroundings, polarisation) {
-            (Surroundings::Free, _) => 0.0,
-            (_, Polarisation::Te) => -1.0,
-            (_, Polarisation::Tm) => 1.0,
-        };
+        let mirror =
+            match (self.outline.surroundings, polarisation, mirror) {
+                (Surroundings::Free, ..) => 0.0,
+                (_, Polarisation::Te, Mirror::Electric)
+                | (_, Polarisation::Tm, Mirror::Magnetic) => -1.0,
+                (_, Polarisation::Tm, Mirror::Electric)
+                | (_, Polarisation::Te, Mirror::Magnetic) => 1.0,
+            };
         let parities = self.parities();
         let right: Vec<CMat> = parities
             .par_iter()
-            .map(|&parity| self.right_hand_side(&media, parity, mirror, &scaled))
+            .map(|&parity| self.right_hand_side(&media, parity, mirror, light))
             .collect();
         let blocks = self.blocks(&media);
         let held = self.cost().held;
@@ -190,7 +249,8 @@ impl Body {
             let system = System::new(&self.mesh, &media, parities, mirror, &blocks);
             densities.extend(system.solve(right)?);
         }
-        Ok(Field::new(self.mesh.clone(), media, mirror, scaled, parities, densities))
+        let unit = TAU / self.wavelength;
+        Ok(Field::new(self.mesh.clone(), media, mirror, unit, parities, densities))
     }
 
     /// Least distance of a source from the outline, in the unit of the outline: three quarters of a
@@ -253,25 +313,31 @@ impl Body {
         kind_of.into_iter().map(|kind| made[kind].clone()).collect()
     }
 
-    /// Field of the sources at the nodes and its normal derivative, of one parity.
-    fn right_hand_side(
-        &self,
-        media: &Media,
-        parity: f64,
-        mirror: f64,
-        sources: &[[f64; 2]],
-    ) -> CMat {
+    /// Field of the light at the nodes and its normal derivative, of one parity.
+    fn right_hand_side(&self, media: &Media, parity: f64, mirror: f64, light: &Light) -> CMat {
         let count = self.mesh.panels.len() * PER_PANEL;
         let share = 1.0 / self.parities().len() as f64;
-        let mut out = CMat::zeros(count, sources.len());
-        for (column, source) in sources.iter().enumerate() {
+        let columns = match light {
+            Light::Lines(places) => places.len(),
+            Light::Planes(angles) => angles.len(),
+        };
+        let at = |column: usize, image: Reflection, node: &Node| match light {
+            Light::Lines(places) => {
+                line_source(media.index[0], node.point, node.normal, image.of(places[column]))
+            }
+            Light::Planes(angles) => {
+                let (x, z) = angles[column].sin_cos();
+                plane_wave(media.index[1], node.point, node.normal, image.of([x, z]))
+            }
+        };
+        let mut out = CMat::zeros(count, columns);
+        for column in 0..columns {
             for (p, panel) in self.mesh.panels.iter().enumerate() {
                 for (i, node) in panel.nodes.iter().enumerate() {
                     let mut sum = [Complex64::ZERO; 2];
                     for &image in &self.mesh.images {
                         let sign = image.sign(parity, mirror) * share;
-                        let [field, derivative] =
-                            line_source(media.index[0], node.point, node.normal, image.of(*source));
+                        let [field, derivative] = at(column, image, node);
                         sum[0] += sign * field;
                         sum[1] += sign * derivative;
                     }
@@ -282,6 +348,13 @@ impl Body {
         }
         out
     }
+}
+
+/// exp(ik d·x) of unit direction d and its derivative along `normal` at x.
+fn plane_wave(k: f64, x: [f64; 2], normal: [f64; 2], d: [f64; 2]) -> [Complex64; 2] {
+    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+    let wave = Complex64::from_polar(1.0, k * dot(d, x));
+    [wave, Complex64::new(0.0, k * dot(d, normal)) * wave]
 }
 
 /// (i/4) H0(k|x - s|) and its derivative along `normal` at x.

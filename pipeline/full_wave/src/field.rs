@@ -16,6 +16,9 @@ pub struct Field {
     mesh: Mesh,
     media: Media,
     mirror: f64,
+    /// The scale that multiplies lengths of the outline.
+    unit: f64,
+    /// Places of line sources; none for plane waves.
     sources: Vec<[f64; 2]>,
     /// Parity and densities, a column a source.
     parts: Vec<(f64, CMat)>,
@@ -26,12 +29,16 @@ impl Field {
         mesh: Mesh,
         media: Media,
         mirror: f64,
-        sources: Vec<[f64; 2]>,
+        unit: f64,
         parities: &[f64],
         densities: Vec<CMat>,
     ) -> Self {
         let parts = parities.iter().copied().zip(densities).collect();
-        Self { mesh, media, mirror, sources, parts }
+        Self { mesh, media, mirror, unit, sources: Vec::new(), parts }
+    }
+
+    pub(crate) fn from_sources(self, sources: Vec<[f64; 2]>) -> Self {
+        Self { sources, ..self }
     }
 
     /// Power that each source gives to the field around it, over that of the same source in the
@@ -109,24 +116,50 @@ impl Field {
 
     /// F with the far field (i/4) sqrt(2/(πkr)) exp(i(kr - π/4)) F, a row an angle.
     pub fn amplitudes(&self, angles: &[f64]) -> Vec<Vec<Complex64>> {
+        self.amplitudes_of(angles, &|_| true)
+    }
+
+    /// Share of the amplitudes that comes from the parts of the outline whose x is `kept`.
+    fn amplitudes_of(
+        &self,
+        angles: &[f64],
+        kept: &(impl Fn(f64) -> bool + Sync),
+    ) -> Vec<Vec<Complex64>> {
         let k = self.media.index[1];
-        let nodes = self.mesh.panels.len() * PER_PANEL;
+        let sides: &[f64] = if self.parts.len() > 1 { &[1.0, -1.0] } else { &[1.0] };
+        let panels: Vec<usize> = (0..self.mesh.panels.len())
+            .filter(|&p| {
+                let mut nodes = self.mesh.panels[p].nodes.iter();
+                nodes.any(|node| sides.iter().any(|side| kept(side * node.point[0])))
+            })
+            .collect();
+        let count = self.parts[0].1.ncols();
+        let chosen: Vec<CMat> = self
+            .parts
+            .iter()
+            .map(|(_, columns)| {
+                let row = |i: usize| panels[i / PER_PANEL] * PER_PANEL + i % PER_PANEL;
+                let size = panels.len() * PER_PANEL;
+                CMat::from_fn(size, count, |i, j| columns[(row(i), j)])
+            })
+            .collect();
         let rows: Vec<Vec<Vec<Complex64>>> = angles
             .par_chunks(64)
             .map(|angles| {
-                let mut sum = CMat::zeros(angles.len(), self.sources.len());
-                let mut waves = vec![CMat::zeros(angles.len(), nodes); self.parts.len()];
+                let mut sum = CMat::zeros(angles.len(), count);
+                let size = panels.len() * PER_PANEL;
+                let mut waves = vec![CMat::zeros(angles.len(), size); chosen.len()];
                 for (row, angle) in angles.iter().enumerate() {
                     let (x, z) = angle.sin_cos();
-                    self.plane_wave(k, [x, z], |part, column, value| {
+                    self.plane_wave(k, [x, z], &panels, kept, |part, column, value| {
                         waves[part][(row, column)] = value;
                     });
                 }
-                for ((_, columns), waves) in self.parts.iter().zip(waves) {
+                for (columns, waves) in chosen.iter().zip(waves) {
                     sum += waves * columns;
                 }
                 (0..angles.len())
-                    .map(|row| (0..self.sources.len()).map(|column| sum[(row, column)]).collect())
+                    .map(|row| (0..count).map(|column| sum[(row, column)]).collect())
                     .collect()
             })
             .collect();
@@ -138,15 +171,20 @@ impl Field {
         &self,
         k: f64,
         direction: [f64; 2],
+        panels: &[usize],
+        kept: &impl Fn(f64) -> bool,
         mut put: impl FnMut(usize, usize, Complex64),
     ) {
-        for (p, panel) in self.mesh.panels.iter().enumerate() {
-            for (i, node) in panel.nodes.iter().enumerate() {
+        for (p, &panel) in panels.iter().enumerate() {
+            for (i, node) in self.mesh.panels[panel].nodes.iter().enumerate() {
                 let [across, up] =
                     [0, 1].map(|i| Complex64::cis(-k * direction[i] * node.point[i]));
                 // Sums over images on the same side of the axis, and on the other.
                 let mut sides = [[Complex64::ZERO; 2]; 2];
                 for &image in &self.mesh.images {
+                    if !kept(image.of(node.point)[0]) {
+                        continue;
+                    }
                     let sign = image.sign(1.0, self.mirror) * node.weight;
                     let normal = image.of(node.normal);
                     let across = if image.x { across.conj() } else { across };
@@ -170,6 +208,33 @@ impl Field {
     /// in the endless inner medium: a row a bin, a column a source. The far field is integrated by
     /// Gauss-Legendre panels that follow its fringes.
     pub fn bins(&self, edges: &[f64]) -> Vec<Vec<f64>> {
+        self.integrated(edges, |angles| self.intensity(angles))
+    }
+
+    /// As [`bins`](Self::bins), with the waves from the parts of the outline between the `breaks`
+    /// (x, ascending) added as powers, as if they had no common phase. Parts beside each other
+    /// interfere, so that the total is not that of all.
+    pub fn bins_apart(&self, edges: &[f64], breaks: &[f64]) -> Vec<Vec<f64>> {
+        let breaks: Vec<f64> = breaks.iter().map(|x| x * self.unit).collect();
+        self.integrated(edges, |angles| {
+            let mut sum = vec![vec![0.0; self.parts[0].1.ncols()]; angles.len()];
+            for part in 0..=breaks.len() {
+                let kept = |x: f64| breaks.partition_point(|b| *b < x) == part;
+                for (row, amplitudes) in sum.iter_mut().zip(self.amplitudes_of(angles, &kept)) {
+                    for (power, f) in row.iter_mut().zip(amplitudes) {
+                        *power += f.norm_sqr() * self.per_amplitude();
+                    }
+                }
+            }
+            sum
+        })
+    }
+
+    fn integrated(
+        &self,
+        edges: &[f64],
+        intensity: impl Fn(&[f64]) -> Vec<Vec<f64>>,
+    ) -> Vec<Vec<f64>> {
         let rule = rule();
         let size = self
             .mesh
@@ -192,8 +257,8 @@ impl Field {
                 }
             }
         }
-        let mut bins = vec![vec![0.0; self.sources.len()]; edges.len().saturating_sub(1)];
-        for (row, (bin, weight)) in self.intensity(&angles).iter().zip(weights) {
+        let mut bins = vec![vec![0.0; self.parts[0].1.ncols()]; edges.len().saturating_sub(1)];
+        for (row, (bin, weight)) in intensity(&angles).iter().zip(weights) {
             for (sum, value) in bins[bin].iter_mut().zip(row) {
                 *sum += weight * value;
             }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Far fields of the three models, and the distances between them.
 
-use crate::dome::Section;
+use crate::dome::{Section, Surface};
 use crate::tables::{TableRequest, Tables};
-use crate::trace::{Scene, trace};
+use crate::trace::{Scene, Trial, trace};
 use anyhow::Result;
-use full_wave::{Body, Cost, Field, Polarisation, Resolution};
+use full_wave::{Body, Cost, Polarisation, Resolution};
 use serde::Serialize;
 
 /// Bins of the finest far field, degrees.
@@ -159,7 +159,7 @@ pub struct Comparison {
     pub distances: Vec<Distance>,
 }
 
-fn edges() -> Vec<f64> {
+pub(crate) fn edges() -> Vec<f64> {
     let count = (180.0 / FINE_DEG) as usize;
     (0..=count).map(|i| (-90.0 + FINE_DEG * i as f64).to_radians()).collect()
 }
@@ -195,7 +195,8 @@ pub fn compare(
     let mut solved = Vec::new();
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
         progress(&format!("full wave, {polarisation:?}"))?;
-        solved.push(full_wave(&body.solve(polarisation, &places)?));
+        let field = body.solve(polarisation, &places)?;
+        solved.push(shares(&field.bins(&edges()), &field.emitted(), &field.radiated()));
     }
     progress("tables of the rings")?;
     let tables = Tables::solve(section, request.tables)?;
@@ -205,15 +206,8 @@ pub fn compare(
     for (model, surfaces, tables) in
         [(Model::Hybrid, &bands, Some(&tables)), (Model::Rays, &relief, None)]
     {
-        let traced: Vec<Polarised> = [Polarisation::Te, Polarisation::Tm]
-            .into_iter()
-            .map(|polarisation| {
-                let scene = Scene { surfaces, tables, index: section.index, polarisation };
-                let traced = trace(scene, &places, &edges(), request.paths, request.seed);
-                Polarised { bins: traced.bins, errors: traced.errors, missing: traced.lost }
-            })
-            .collect();
-        far_fields.push(mean(model, &traced));
+        let trial = Trial::default();
+        far_fields.push(traced(model, section, request, (surfaces, tables), trial).0);
     }
     let distances = WIDTHS_DEG
         .into_iter()
@@ -231,38 +225,58 @@ pub fn compare(
 }
 
 /// Far field of one polarisation.
-struct Polarised {
-    bins: Vec<f64>,
-    errors: Vec<f64>,
-    missing: f64,
+pub(crate) struct Polarised {
+    pub bins: Vec<f64>,
+    pub errors: Vec<f64>,
+    pub missing: f64,
 }
 
-/// Shares of the power that all sources emit, with the scatter among them.
-fn full_wave(field: &Field) -> Polarised {
-    let emitted = field.emitted();
+/// Far field of rays, mean of TE and TM, and the share of power that meets surfaces again.
+pub(crate) fn traced(
+    model: Model,
+    section: &Section,
+    request: &Request,
+    (surfaces, tables): (&[Surface], Option<&Tables>),
+    trial: Trial,
+) -> (FarField, f64) {
+    let places = request.sources.places(section);
+    let mut again = 0.0;
+    let parts: Vec<Polarised> = [Polarisation::Te, Polarisation::Tm]
+        .into_iter()
+        .map(|polarisation| {
+            let scene = Scene { surfaces, tables, index: section.index, polarisation, trial };
+            let traced = trace(scene, &places, &edges(), request.paths, request.seed);
+            again += 0.5 * traced.met_again;
+            Polarised { bins: traced.bins, errors: traced.errors, missing: traced.lost }
+        })
+        .collect();
+    (mean(model, &parts), again)
+}
+
+/// Shares of the power that all sources emit, with the scatter among them, of powers by bin and
+/// source.
+pub(crate) fn shares(rows: &[Vec<f64>], emitted: &[f64], radiated: &[f64]) -> Polarised {
     let total: f64 = emitted.iter().sum();
     let n = emitted.len() as f64;
-    let rows = field.bins(&edges());
     let bins: Vec<f64> = rows.iter().map(|row| row.iter().sum::<f64>() / total).collect();
     let errors = rows
         .iter()
         .zip(&bins)
         .map(|(row, share)| {
             let squares: f64 =
-                row.iter().zip(&emitted).map(|(power, all)| (power - share * all).powi(2)).sum();
+                row.iter().zip(emitted).map(|(power, all)| (power - share * all).powi(2)).sum();
             (squares * n / (n - 1.0).max(1.0)).sqrt() / total
         })
         .collect();
-    let missing = field
-        .radiated()
+    let missing = radiated
         .iter()
-        .zip(&emitted)
+        .zip(emitted)
         .map(|(radiated, emitted)| (radiated / emitted - 1.0).abs())
         .fold(0.0, f64::max);
     Polarised { bins, errors, missing }
 }
 
-fn mean(model: Model, parts: &[Polarised]) -> FarField {
+pub(crate) fn mean(model: Model, parts: &[Polarised]) -> FarField {
     let n = parts.len() as f64;
     let count = parts[0].bins.len();
     FarField {
@@ -306,7 +320,7 @@ impl FarField {
     }
 }
 
-fn distance(reference: &FarField, other: &FarField, width_deg: f64) -> Distance {
+pub(crate) fn distance(reference: &FarField, other: &FarField, width_deg: f64) -> Distance {
     let (a, ea) = reference.in_bins(width_deg);
     let (b, eb) = other.in_bins(width_deg);
     let largest_bin = a.iter().copied().fold(0.0, f64::max);

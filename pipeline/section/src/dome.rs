@@ -4,7 +4,7 @@
 use anyhow::{Result, ensure};
 use full_wave::Outline;
 use geometry::profile::{Elements, SphericalDome};
-use geometry::{BaseSurface, Curve, Meridian, Piece, Role, ring_cell};
+use geometry::{BaseSurface, Chord, Curve, Meridian, Piece, Role, ring_cell};
 
 /// Smooth surface that carries the relief.
 #[derive(Clone, Debug)]
@@ -29,6 +29,10 @@ impl Base {
             Self::Sphere(sphere) => [sphere.height_mm, sphere.radius_mm],
             Self::Curve(curve) => [curve.top_mm(), curve.radius_mm()],
         }
+    }
+
+    fn chord_mm(&self, width_mm: f64, ring: usize) -> f64 {
+        Chord::of(self.surface(), width_mm, ring).length_mm()
     }
 
     fn scaled(&self, by: f64) -> Self {
@@ -190,6 +194,40 @@ impl Section {
         let ends: Vec<f64> =
             (1..=self.rings()).map(|ring| self.rings.width_mm * ring as f64).collect();
         surfaces(&Meridian::banded(self.base.surface(), &ends))
+    }
+
+    /// The bands as their chords.
+    pub fn chords(&self) -> Vec<Surface> {
+        self.bands().into_iter().map(|band| Surface { arc: None, ..band }).collect()
+    }
+
+    /// Outer radii of the rings, µm, of each or of those with the same shape as the next one out
+    /// together.
+    pub fn borders_um(&self, together: bool) -> Vec<f64> {
+        let shapes = &self.rings.shapes;
+        (1..=self.rings())
+            .filter(|&ring| !together || shapes.get(ring) != Some(&shapes[ring - 1]))
+            .map(|ring| self.ring_width_um() * ring as f64)
+            .collect()
+    }
+
+    /// Width of each ring's chord over the wavelength, or that of its neighbours of the same shape
+    /// together.
+    pub fn apertures(&self, together: bool) -> Vec<f64> {
+        let borders = self.borders_um(together);
+        let widths: Vec<f64> = (1..=self.rings())
+            .map(|ring| 1e3 * self.base.chord_mm(self.rings.width_mm, ring) / self.wavelength_um)
+            .collect();
+        let group = |ring: usize| {
+            let middle = self.ring_width_um() * (ring as f64 + 0.5);
+            borders.partition_point(|border| *border < middle)
+        };
+        (0..self.rings())
+            .map(|ring| {
+                let own = group(ring);
+                (0..self.rings()).filter(|&other| group(other) == own).map(|i| widths[i]).sum()
+            })
+            .collect()
     }
 }
 

@@ -6,7 +6,7 @@ use geometry::profile::{Elements, Rounding, Shape, SphericalDome};
 use section::compare::{Model, Request, SourceRequest, compare, cost};
 use section::dome::{Base, Section};
 use section::tables::{TableRequest, Tables};
-use section::trace::{Scene, trace};
+use section::trace::{Scene, Trial, trace};
 
 const INDEX: [f64; 2] = [1.41, 1.0];
 
@@ -34,7 +34,13 @@ fn light_from_the_centre_of_half_a_cylinder_is_uniform() {
     let section = Section::new(&Base::Sphere(half), &smooth, 5, 10.0, 0.55, INDEX).unwrap();
     let surfaces = section.bands();
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
-        let scene = Scene { surfaces: &surfaces, tables: None, index: INDEX, polarisation };
+        let scene = Scene {
+            surfaces: &surfaces,
+            tables: None,
+            index: INDEX,
+            polarisation,
+            trial: Trial::default(),
+        };
         let traced = trace(scene, &[[0.0, 1e-9]], &edges(18), 200_000, 1);
         assert!(traced.lost < 1e-4, "lost {}", traced.lost);
         for (share, error) in traced.bins.iter().zip(&traced.errors) {
@@ -54,7 +60,8 @@ fn a_relief_far_below_the_wavelength_is_smooth() {
     let places = SourceRequest { count: 8, ..SourceRequest::default() }.places(&section);
     let at = |tables| {
         let polarisation = Polarisation::Tm;
-        let scene = Scene { surfaces: &bands, tables, index: INDEX, polarisation };
+        let scene =
+            Scene { surfaces: &bands, tables, index: INDEX, polarisation, trial: Trial::default() };
         trace(scene, &places, &edges(36), 400_000, 3)
     };
     let (smooth, table) = (at(None), at(Some(&tables)));

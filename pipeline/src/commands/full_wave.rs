@@ -12,6 +12,7 @@ use section::compare::{
     Comparison, FINE_DEG, Request, SourceRequest, WIDTHS_DEG, body, compare, cost,
 };
 use section::dome::{Base, Section};
+use section::separate::{BIN_DEG as SEPARATE_DEG, Separated, Variant, separate};
 use serde_json::{Value, json};
 
 use design::Design;
@@ -89,6 +90,9 @@ pub struct FullWaveArgs {
     /// Memory for full wave, GiB [default: 60 % of what is free]
     #[arg(long, value_name = "GIB", value_parser = finite)]
     pub memory_gib: Option<f64>,
+    /// Also the assumptions of the hybrid one at a time
+    #[arg(long)]
+    pub separate: bool,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "full-wave")]
     pub out: PathBuf,
@@ -122,6 +126,13 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         context.console.say(step);
         Ok(context.interrupt.check()?)
     })?;
+    let separated = match arguments.separate {
+        true => separate(&section, &request, |step| {
+            context.console.say(step);
+            Ok(context.interrupt.check()?)
+        })?,
+        false => Vec::new(),
+    };
     let path = |name: &str| arguments.out.join(name);
     let describe = |files: &[FileRecord]| describe(design, &section, &request, &found, files);
     let file: FullWaveFile = serde_json::from_value(describe(&[]))?;
@@ -136,10 +147,14 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     };
     let mut json = describe(&[record(TABLE)?, record(PICTURE)?]);
     json["verdict"] = file.verdict().into();
+    if arguments.separate {
+        json["separated"] = json!(separated);
+    }
     let json = sealed(json)?;
     write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
-        format!("{}\nwritten to {}", table(&found, &file), arguments.out.display())
+        let tables = table(&found, &file) + &separated_table(&separated);
+        format!("{tables}\nwritten to {}", arguments.out.display())
     })
 }
 
@@ -281,6 +296,46 @@ fn table(found: &Comparison, file: &FullWaveFile) -> String {
         );
     }
     text + &file.verdict()
+}
+
+fn separated_table(rows: &[Separated]) -> String {
+    let mut text = String::new();
+    if rows.is_empty() {
+        return text;
+    }
+    let _ = write!(
+        text,
+        "\n\nr.m.s. in bins of {SEPARATE_DEG}°, noise included\n{:<44} {:>9} {:>13} {:>7} {:>9}",
+        "variant", "full wave", "mirror aside", "noise", "met again"
+    );
+    for row in rows {
+        let again = row.met_again.map_or(String::new(), |share| format!("{:.1} %", 100.0 * share));
+        let _ = write!(
+            text,
+            "\n{:<44} {:>7.2} % {:>11.2} % {:>5.2} % {again:>9}",
+            variant_name(row.variant),
+            100.0 * row.rms,
+            100.0 * row.rms_mirror_as_power,
+            100.0 * row.noise
+        );
+    }
+    text
+}
+
+fn variant_name(variant: Variant) -> &'static str {
+    match variant {
+        Variant::HalfOfTheSources => "full wave, every second source",
+        Variant::MirrorAsPower => "full wave, mirrored light added as power",
+        Variant::RingsAsPowers => "full wave, rings added as powers",
+        Variant::GroupsAsPowers => "full wave, groups added as powers",
+        Variant::Rays => "rays",
+        Variant::Hybrid => "hybrid",
+        Variant::Chords => "hybrid, chords for arcs",
+        Variant::RandomExit => "hybrid, exit anywhere on the ring",
+        Variant::RingAperture => "hybrid, spread of a ring's aperture",
+        Variant::GroupAperture => "hybrid, spread of a group's aperture",
+        Variant::ChordsGroupAperture => "hybrid, chords and spread of a group",
+    }
 }
 
 /// The content of `full_wave.json` without verdict and hash.
