@@ -88,7 +88,10 @@ fn peaks_that_are_bins_are_between_their_edges_everywhere() {
     write(at, "study.toml", study);
     let text = succeeds(at, &["study", "study.toml", "--out", "study"]);
     assert!(text.contains(" to ") && !text.contains("± 0 "), "{text}");
-    assert!(text.contains("peak_angle_deg of D1 geometric_100um, near 20 ° by 1 °: not "), "{text}");
+    assert!(
+        text.contains("peak_angle_deg of D1 geometric_100um, near 20 ° by 1 °: not "),
+        "{text}"
+    );
     let found = json(&at.join("study/study.json"));
     let figure = |setup: usize| {
         let all = found["setups"][setup]["figures"].as_array().expect("figures").iter();
@@ -245,7 +248,8 @@ fn warnings_of_a_search_name_the_candidate_and_its_values() {
     write(at, "problem.toml", problem);
     let (done, text, said) = says(at, &["optimise", "problem.toml", "--out", "found"]);
     assert!(done, "{said}");
-    for named in ["candidate 1 (mirror.reflectance = 0.9", "candidate 2 (mirror.reflectance = 0.9"] {
+    for named in ["candidate 1 (mirror.reflectance = 0.9", "candidate 2 (mirror.reflectance = 0.9"]
+    {
         assert!(said.contains(&format!("warning: stage 1, generation 1, {named}")), "{said}");
     }
     // Figures and changes stand as a run prints them.

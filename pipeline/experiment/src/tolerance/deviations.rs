@@ -485,7 +485,9 @@ mod tests {
             (factors.collect::<Vec<f64>>(), 1.0 + drawn[0].value)
         };
         let (factors, scale) = of("common = true");
-        assert!((scale - 1.0).abs() > 1e-6 && factors.iter().all(|f| (f / scale - 1.0).abs() < 1e-14));
+        assert!(
+            (scale - 1.0).abs() > 1e-6 && factors.iter().all(|f| (f / scale - 1.0).abs() < 1e-14)
+        );
         let (factors, _) = of("");
         assert!(factors.windows(2).all(|pair| (pair[0] - pair[1]).abs() > 1e-6), "{factors:?}");
         let slopes = "profile = \"inner_slope_deg\"\ndeviation = 1.0\nrelative = true";
