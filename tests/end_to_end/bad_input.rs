@@ -248,7 +248,7 @@ const COMMANDS: [(&str, &[&str]); 80] = [
         "import small.klems.xml --out x.xml",
         &["--format: expected klems or tensortree for a file ending in .xml, got none"],
     ),
-    ("import wavelengths.tm25ray --out x.tm25ray", &["expected one wavelength for all rays, got"]),
+    ("import wavelengths.tm25ray --out x.dat", &["expected a file that ends in .sdf"]),
     ("import columns.tm25ray --out x.tm25ray", &["expected rays with flux in W, got lm"]),
     ("converge d1.toml --ring 171", &["--ring 171", "1 to 170"]),
     ("converge d1.toml --ring 0", &["--ring 0", "1 to 170"]),
