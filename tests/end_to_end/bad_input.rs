@@ -146,7 +146,7 @@ trace = { paths = 64_000 }
 "#;
 
 /// Command lines and what is said of them, in the folder of [`commands`].
-const COMMANDS: [(&str, &[&str]); 84] = [
+const COMMANDS: [(&str, &[&str]); 85] = [
     ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
     ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
     ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
@@ -248,6 +248,7 @@ const COMMANDS: [(&str, &[&str]); 84] = [
         "import small.klems.xml --out x.xml",
         &["--format: expected klems or tensortree for a file ending in .xml, got none"],
     ),
+    ("import wavelengths.tm25ray --out x.dat", &["expected a file that ends in .sdf"]),
     ("import columns.tm25ray --out x.tm25ray", &["expected rays with flux in W, got lm"]),
     ("converge d1.toml --ring 171", &["--ring 171", "1 to 170"]),
     ("converge d1.toml --ring 0", &["--ring 0", "1 to 170"]),
