@@ -324,7 +324,8 @@ mod tests {
 
     #[test]
     fn a_design_that_is_no_file_keeps_the_name_it_is_given() {
-        let text = crate::commands::new::text("mine", Default::default()).expect("a good name");
+        let text = crate::commands::new::text("mine", crate::commands::new::Template::default())
+            .expect("a good name");
         let check = |text: &str, command: &str| {
             let line = ["batwing", command, "stated.toml", "--quiet"];
             let cli = Cli::try_parse_from(line).expect("valid");

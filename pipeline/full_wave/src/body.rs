@@ -199,7 +199,7 @@ impl Body {
         self.check_sources(sources)?;
         let scale = TAU / self.wavelength;
         let scaled: Vec<[f64; 2]> = sources.iter().map(|s| [s[0] * scale, s[1] * scale]).collect();
-        Ok(self.lit(mirror, polarisation, &Light::Lines(&scaled))?.from_sources(scaled))
+        Ok(self.lit(mirror, polarisation, &Light::Lines(&scaled))?.with_sources(scaled))
     }
 
     /// Field of plane waves of unit amplitude from outside that travel at `angles` from z towards

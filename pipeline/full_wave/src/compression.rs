@@ -128,13 +128,13 @@ fn between_meshes() -> (CMat, CMat) {
     for panel in 0..FINE - 2 {
         let half = &rule.to_halves[panel % 2];
         for density in 0..2 {
-            for i in 0..NODES {
-                for j in 0..NODES {
+            for (i, values) in half.iter().enumerate() {
+                for (j, value) in values.iter().enumerate() {
                     let row = panel * PER_PANEL + density * NODES + i;
                     let column = panel / 2 * PER_PANEL + density * NODES + j;
                     let weight = 0.5 * rule.weights[i] / rule.weights[j];
-                    prolong[(row, column)] = half[i][j].into();
-                    restrict[(column, row)] = (half[i][j] * weight).into();
+                    prolong[(row, column)] = (*value).into();
+                    restrict[(column, row)] = (value * weight).into();
                 }
             }
         }

@@ -37,7 +37,7 @@ impl Field {
         Self { mesh, media, mirror, unit, sources: Vec::new(), parts }
     }
 
-    pub(crate) fn from_sources(self, sources: Vec<[f64; 2]>) -> Self {
+    pub(crate) fn with_sources(self, sources: Vec<[f64; 2]>) -> Self {
         Self { sources, ..self }
     }
 

@@ -182,7 +182,7 @@ impl<'a> System<'a> {
     ) {
         let panels = &self.mesh.panels;
         // From images on the same side of the axis, and on the other.
-        let mut sides = [Block::default(), Block::default()];
+        let mut sides = vec![Block::default(); 2];
         for &image in &self.mesh.images {
             if !self.mesh.is_one_corner(target, source, image) {
                 let sign = image.sign(1.0, self.mirror);
@@ -191,8 +191,8 @@ impl<'a> System<'a> {
             }
         }
         for (number, &parity) in self.parities.iter().enumerate() {
-            let [same, other] = &sides;
-            for_each(same, |row, column, value| {
+            let other = &sides[1];
+            for_each(&sides[0], |row, column, value| {
                 let (density, place) = (row / NODES, column / NODES);
                 let reflected = other[density][place][row % NODES][column % NODES];
                 visit(number, row, column, value + parity * reflected);

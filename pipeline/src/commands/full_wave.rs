@@ -126,13 +126,13 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         context.console.say(step);
         Ok(context.interrupt.check()?)
     })?;
-    let separated = match arguments.separate {
-        true => separate(&section, &request, |step| {
+    let mut separated = Vec::new();
+    if arguments.separate {
+        separated = separate(&section, &request, |step| {
             context.console.say(step);
             Ok(context.interrupt.check()?)
-        })?,
-        false => Vec::new(),
-    };
+        })?;
+    }
     let path = |name: &str| arguments.out.join(name);
     let describe = |files: &[FileRecord]| describe(design, &section, &request, &found, files);
     let file: FullWaveFile = serde_json::from_value(describe(&[]))?;

@@ -70,7 +70,7 @@ impl Mie {
         let mut psi = [x.cos(), x.sin()];
         let mut chi = [-x.sin(), x.cos()];
         let mut terms = Vec::with_capacity(count);
-        for n in 1..=count {
+        for (n, derivative) in derivative.iter().enumerate().take(count + 1).skip(1) {
             let forward = (2 * n - 1) as f64 / x;
             psi = [psi[1], forward * psi[1] - psi[0]];
             chi = [chi[1], forward * chi[1] - chi[0]];
@@ -80,7 +80,7 @@ impl Mie {
                 let along = factor + ratio;
                 (along * psi[1] - psi[0]) / (along * xi[1] - xi[0])
             };
-            terms.push([term(derivative[n] / m), term(derivative[n] * m)]);
+            terms.push([term(derivative / m), term(derivative * m)]);
         }
         Self { size: x, terms }
     }

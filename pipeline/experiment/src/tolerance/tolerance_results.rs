@@ -117,12 +117,11 @@ impl<'a> ToleranceResults<'a> {
                 "the noise of a trace of {key}, {}, {}, and {near} of {} lie within {NEAR} \
                  standard errors of the bound; take more paths",
                 shown::spread(scatter.noise, unit),
-                match scatter.below {
-                    Some(_) => "hides its scatter".to_owned(),
-                    None => {
-                        let scatter = shown::difference(scatter.deviation, unit);
-                        format!("exceeds its scatter, {scatter}")
-                    }
+                if scatter.below.is_some() {
+                    "hides its scatter".to_owned()
+                } else {
+                    let scatter = shown::difference(scatter.deviation, unit);
+                    format!("exceeds its scatter, {scatter}")
                 },
                 count(values.len(), "package"),
             )
