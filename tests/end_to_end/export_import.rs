@@ -413,13 +413,4 @@ fn white_ray_sets_have_a_wavelength_for_each_ray_in_every_format() {
     assert!(got.contains("ends in .sdf") && !at.join("x.dat").exists(), "{got}");
     let got = complaint(&at, &[&zemax[..], &["--out", "x.sdf", "--lumens", "100"]].concat());
     assert!(got.starts_with("batwing: --lumens: expected none"), "{got}");
-    // What is written is the light of a design.
-    let source = "[[sources]]\nname = \"white\"\nkind = \"file\"\nfile = \"a.tm25ray\"\nposition_mm = [0.0, 0.0, 5.0]\n";
-    write(
-        &at,
-        "lit.toml",
-        &format!("{bare}\n{source}").replace("\"white\"\ndesc", "\"lit\"\ndesc"),
-    );
-    let said = json(&at, &["check", "lit.toml"]);
-    assert!(said.to_string().contains("450"), "{said}");
 }
