@@ -25,7 +25,7 @@ PY
 separate() { # design rings width
     echo "$1, $2 rings of $3 um"
     "$batwing" full-wave "data/designs/$1.toml" --rings "$2" --ring-width-um "$3" --sources 60 \
-        --nodes 6 --paths 2e5 --separate --out "$out/separate-$1" | sed -n '/^variant/,/^written/p'
+        --tolerance 1e-4 --paths 2e5 --separate --out "$out/separate-$1" | sed -n '/^variant/,/^written/p'
 }
 separate d1 4 3
 separate d2 6 2
