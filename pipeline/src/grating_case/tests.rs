@@ -144,7 +144,7 @@ fn wrong_lengths_and_indices_are_refused() {
         ("/n_top", json!([0, 2]), "n_top: expected [n, 0] with n > 0"),
         ("/n_bottom", json!([-1, 0]), "n_bottom: expected [n, k]"),
         ("/n_bottom", json!([1, -0.5]), "n_bottom: expected [n, k]"),
-        ("/n_bottom", json!([1, null]), "n_bottom[1]: expected a number, got null"),
+        ("/n_bottom", json!([1, null]), "n_bottom[2]: expected a number, got null"),
         ("/n_bottom", json!(1.5), "n_bottom: expected a list, got 1.5"),
         ("/n_bottom", json!([1]), "n_bottom: expected a list of 2 numbers, got 1"),
     ] {
