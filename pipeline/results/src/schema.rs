@@ -576,7 +576,7 @@ mod tests {
             (
                 &format!("{model}/spectrum/wavelengths/0"),
                 json!({"weight": 1.0}),
-                "designs.D1.rays.spectrum.wavelengths[0].wavelength_nm: expected a value, got none",
+                "designs.D1.rays.spectrum.wavelengths[1].wavelength_nm: expected a value, got none",
             ),
             (model, json!({}), "designs.D1.rays.power_ledger: expected a value, got none"),
         ] {

@@ -483,7 +483,7 @@ fn every_key_that_the_page_needs_is_missed() {
         });
         let named = if words == value {
             let below = place.replacen(&model, &of_model, 1).replace('/', ".");
-            let below = below.trim_start_matches('.').replace(".0", "[0]");
+            let below = below.trim_start_matches('.').replace(".0", "[1]");
             format!("results.json`: {below}{}{key}{words}", if below.is_empty() { "" } else { "." })
         } else {
             words
@@ -589,7 +589,7 @@ fn studies_of_convergence_are_taken_in() {
     let refusal = fixture.refusal();
     assert!(
         refusal.contains(
-            "D1-ring-075-convergence.json`: study.by_orders[0].errors: missing field `rms`"
+            "D1-ring-075-convergence.json`: study.by_orders[1].errors: missing field `rms`"
         ),
         "{refusal}"
     );
