@@ -522,10 +522,7 @@ fn optics(
     optics.map_err(|error| {
         ConfigError::Files {
             file: design.provenance.file.clone(),
-            message: format!(
-                "{}: scattering: {error:#}, at {} nm",
-                solid.table, design.wavelength_nm
-            ),
+            message: format!("{error:#}, at {} nm", design.wavelength_nm),
         }
         .into()
     })

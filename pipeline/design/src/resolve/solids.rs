@@ -19,14 +19,13 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
 use crate::resolved::form::Form;
-use crate::resolved::solids::{CheckedSolid, CheckedSurface, FileReflector, SolidOptics};
+use crate::resolved::solids::{
+    BOX_FACES, CheckedSolid, CheckedSurface, FileReflector, SolidOptics,
+};
 use crate::schema::reflectors::Law;
 use crate::schema::solids::{
     Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid, SolidScatter,
 };
-
-/// Faces of a film, the upper one first.
-const FACES: [&str; 2] = ["top", "bottom"];
 
 /// Rounding of a sum of shares.
 const SHARES_ROUNDING: f64 = 1e-12;
@@ -205,7 +204,7 @@ pub(super) fn resolve_one(
     };
     let [top, bottom] = [0, 1].map(|k| {
         let law = faces[k].as_ref().map(|face| &face.kind);
-        law.map(|law| read.scattering(law, &key(FACES[k]), &mut files)).transpose()
+        law.map(|law| read.scattering(law, &key(BOX_FACES[k].0), &mut files)).transpose()
     });
     let face_optics = [top?, bottom?];
     let mut symmetry = if turns { form.symmetry(&solid.kind) } else { Symmetry::None };

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use anyhow::Context as _;
 use bsdf::direction::Frame;
 use bsdf::ray_optics::{Outline, UnitCell};
 use bsdf::{Bsdf, DiffuseLobe, Diffuser};
@@ -23,8 +24,8 @@ use crate::error::ConfigError;
 use crate::schema::is_default;
 use crate::schema::solids::{Contacts, Per, Solid, SolidScatter};
 
-/// Patches of a box that are its upper and its lower face.
-const BOX_PATCHES: [usize; 2] = [1, 2];
+/// Faces of a film, with the patches of a box that they are.
+pub(crate) const BOX_FACES: [(&str, usize); 2] = [("top", 1), ("bottom", 2)];
 
 /// Most solids and films: the tracer counts media of a body in eight bits, those of packages and those of the
 /// array together.
@@ -207,13 +208,15 @@ impl CheckedSolid {
         wavelength_nm: f64,
         indices: [f64; 2],
     ) -> anyhow::Result<Vec<SurfaceModel>> {
-        let all = self.optics(&self.surface.optics, shape, DVec3::Z, wavelength_nm, indices)?;
+        let key = |name: &str| format!("{}.{name}", self.table);
+        let all = self.optics(&self.surface.optics, shape, DVec3::Z, wavelength_nm, indices);
+        let all = all.with_context(|| key("scatter"))?;
         let mut patches = vec![all; shape.patches()];
-        for ((face, patch), normal) in
-            self.surface.faces.iter().zip(BOX_PATCHES).zip([DVec3::Z, DVec3::NEG_Z])
-        {
-            if let Some(face) = face {
-                patches[patch] = self.optics(face, shape, normal, wavelength_nm, indices)?;
+        for (k, (name, patch)) in BOX_FACES.into_iter().enumerate() {
+            if let Some(face) = &self.surface.faces[k] {
+                let normal = [DVec3::Z, DVec3::NEG_Z][k];
+                let optics = self.optics(face, shape, normal, wavelength_nm, indices);
+                patches[patch] = optics.with_context(|| key(name))?;
             }
         }
         Ok(patches)
