@@ -5,7 +5,7 @@
     python3 data/studies/films/run.py [FOLDER]
 
 From the root of the repository. One package stands between walls that mirror, so that the cell repeats
-without end. Prints a table and writes it as films.csv into FOLDER; some 30 minutes on two cores. The
+without end. Prints a table and writes it into FOLDER as films.csv and films.svg; some 30 minutes on two cores. The
 binary is target/release/batwing, or the one that BATWING names.
 """
 
@@ -25,7 +25,6 @@ DESIGNS = {
     "d1": "designs/d1.toml",
     "d2": "designs/d2.toml",
     "d3": "designs/d3.toml",
-    "d3-whole-cell": "gallery/d3-whole-cell/design.toml",
     "half-distance": "gallery/half-distance/design.toml",
 }
 PITCHES_MM = (5.0, 8.3, 12.0)
@@ -93,6 +92,37 @@ def figures(folder):
             for key, entry in found.items()}
 
 
+def picture(rows, file):
+    """Uniformity behind the films over that before them, as SVG."""
+    colours = {"weak plate": "#d1495b", "plate": "#00798c"}
+    width, height, margin = 640, 520, 70
+    before = {(row["design"], row["pitch_mm"], row["plane_mm"]): row["area_valley_to_peak"]
+              for row in rows if row["stack"] == "none"}
+
+    def at(x, y):
+        return margin + x * (width - 2 * margin), height - margin - y * (height - 2 * margin)
+
+    marks = []
+    for k in range(6):
+        part = k / 5
+        (x, low), (left, y) = at(part, 0), at(0, part)
+        marks += [f'<text x="{x}" y="{low + 22}" text-anchor="middle">{part:.1f}</text>',
+                  f'<text x="{left - 10}" y="{y + 5}" text-anchor="end">{part:.1f}</text>',
+                  f'<path d="M{left} {y}H{at(1, 0)[0]}M{x} {low}V{at(0, 1)[1]}" stroke="#ddd"/>']
+    for row in rows:
+        if row["stack"] in colours:
+            x, y = at(before[row["design"], row["pitch_mm"], row["plane_mm"]], row["area_valley_to_peak"])
+            marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{colours[row["stack"]]}"/>')
+    for k, (name, colour) in enumerate(colours.items()):
+        marks += [f'<circle cx="{margin + 12}" cy="{20 + 20 * k}" r="5" fill="{colour}"/>',
+                  f'<text x="{margin + 24}" y="{25 + 20 * k}">{name} and crossed prism films</text>']
+    marks += [f'<text x="{width / 2}" y="{height - 18}" text-anchor="middle">min/max before the films</text>',
+              f'<text transform="translate(20 {height / 2}) rotate(-90)" text-anchor="middle">min/max behind them</text>']
+    file.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
+                    f'font-family="DejaVu Sans, sans-serif" font-size="14"><rect width="{width}" '
+                    f'height="{height}" fill="#fff"/>' + "".join(marks) + "</svg>\n")
+
+
 def main():
     folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "films")
     rows = []
@@ -118,6 +148,7 @@ def main():
         table = csv.DictWriter(out, rows[0].keys())
         table.writeheader()
         table.writerows(rows)
+    picture(rows, folder / "films.svg")
 
 
 if __name__ == "__main__":
