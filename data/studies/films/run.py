@@ -141,7 +141,8 @@ def main():
                     row = {"design": name, "pitch_mm": pitch_mm, "plane_mm": plane_mm, "stack": stack}
                     for key in ("area_valley_to_peak", "area_variation", "up"):
                         value, error, interval = found[key]
-                        row |= {key: value, f"{key}_error": error, f"{key}_interval": interval or ""}
+                        low, high = interval or ("", "")
+                        row |= {key: value, f"{key}_error": error, f"{key}_from": low, f"{key}_to": high}
                     rows.append(row)
                     print(*row.values(), flush=True)
     with open(folder / "films.csv", "w", newline="") as out:

@@ -123,13 +123,6 @@ pub struct Distance {
     pub noise: f64,
 }
 
-impl Distance {
-    /// Root mean square without the noise; none where noise is all of it.
-    pub fn beyond_noise(&self) -> Option<f64> {
-        (self.rms > self.noise).then(|| (self.rms.powi(2) - self.noise.powi(2)).sqrt())
-    }
-}
-
 /// Figures of one far field in bins of 5 degrees, both sides averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
@@ -196,13 +189,17 @@ pub fn compare(
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
         progress(&format!("full wave, {polarisation:?}"))?;
         let field = body.solve(polarisation, &places)?;
-        solved.push(shares(&field.bins(&edges()), &field.emitted(), &field.radiated()));
+        solved.push(BySource {
+            rows: field.bins(&edges()),
+            emitted: field.emitted(),
+            radiated: field.radiated(),
+        });
     }
     progress("tables of the rings")?;
     let tables = Tables::solve(section, request.tables)?;
     progress("rays")?;
     let (relief, bands) = (section.relief()?, section.bands());
-    let mut far_fields = vec![mean(Model::FullWave, &solved)];
+    let mut far_fields = vec![of_sources(&solved)];
     for (model, surfaces, tables) in
         [(Model::Hybrid, &bands, Some(&tables)), (Model::Rays, &relief, None)]
     {
@@ -224,11 +221,12 @@ pub fn compare(
     })
 }
 
-/// Far field of one polarisation.
-pub(crate) struct Polarised {
-    pub bins: Vec<f64>,
-    pub errors: Vec<f64>,
-    pub missing: f64,
+/// Powers of one polarisation by full wave.
+pub(crate) struct BySource {
+    /// A row a bin, a column a source.
+    pub rows: Vec<Vec<f64>>,
+    pub emitted: Vec<f64>,
+    pub radiated: Vec<f64>,
 }
 
 /// Far field of rays, mean of TE and TM, and the share of power that meets surfaces again.
@@ -240,52 +238,53 @@ pub(crate) fn traced(
     trial: Trial,
 ) -> (FarField, f64) {
     let places = request.sources.places(section);
-    let mut again = 0.0;
-    let parts: Vec<Polarised> = [Polarisation::Te, Polarisation::Tm]
-        .into_iter()
-        .map(|polarisation| {
-            let scene = Scene { surfaces, tables, index: section.index, polarisation, trial };
-            let traced = trace(scene, &places, &edges(), request.paths, request.seed);
-            again += 0.5 * traced.met_again;
-            Polarised { bins: traced.bins, errors: traced.errors, missing: traced.lost }
-        })
-        .collect();
-    (mean(model, &parts), again)
-}
-
-/// Shares of the power that all sources emit, with the scatter among them, of powers by bin and
-/// source.
-pub(crate) fn shares(rows: &[Vec<f64>], emitted: &[f64], radiated: &[f64]) -> Polarised {
-    let total: f64 = emitted.iter().sum();
-    let n = emitted.len() as f64;
-    let bins: Vec<f64> = rows.iter().map(|row| row.iter().sum::<f64>() / total).collect();
-    let errors = rows
-        .iter()
-        .zip(&bins)
-        .map(|(row, share)| {
-            let squares: f64 =
-                row.iter().zip(emitted).map(|(power, all)| (power - share * all).powi(2)).sum();
-            (squares * n / (n - 1.0).max(1.0)).sqrt() / total
-        })
-        .collect();
-    let missing = radiated
-        .iter()
-        .zip(emitted)
-        .map(|(radiated, emitted)| (radiated / emitted - 1.0).abs())
-        .fold(0.0, f64::max);
-    Polarised { bins, errors, missing }
-}
-
-pub(crate) fn mean(model: Model, parts: &[Polarised]) -> FarField {
-    let n = parts.len() as f64;
-    let count = parts[0].bins.len();
-    FarField {
+    // Seeds of their own: with equal ones the errors of both polarisations would not be independent.
+    let [te, tm] = [(Polarisation::Te, 0), (Polarisation::Tm, 1)].map(|(polarisation, number)| {
+        let scene = Scene { surfaces, tables, index: section.index, polarisation, trial };
+        let seed = request.seed.wrapping_mul(2).wrapping_add(number);
+        trace(scene, &places, &edges(), request.paths, seed)
+    });
+    let pairs = |a: &[f64], b: &[f64], mean: fn(f64, f64) -> f64| {
+        a.iter().zip(b).map(|(a, b)| mean(*a, *b)).collect()
+    };
+    let far = FarField {
         model,
-        bins: (0..count).map(|i| parts.iter().map(|p| p.bins[i]).sum::<f64>() / n).collect(),
-        errors: (0..count)
-            .map(|i| parts.iter().map(|p| p.errors[i].powi(2)).sum::<f64>().sqrt() / n)
-            .collect(),
-        missing: parts.iter().map(|p| p.missing).fold(0.0, f64::max),
+        bins: pairs(&te.bins, &tm.bins, |a, b| 0.5 * (a + b)),
+        errors: pairs(&te.errors, &tm.errors, |a, b| 0.5 * a.hypot(b)),
+        missing: te.lost.max(tm.lost),
+    };
+    (far, 0.5 * (te.met_again + tm.met_again))
+}
+
+/// Far field of full wave, with the scatter among its sources: polarisations of one source are
+/// added first, as their speckle is alike.
+pub(crate) fn of_sources(parts: &[BySource]) -> FarField {
+    let n = parts.len() as f64;
+    let totals: Vec<f64> = parts.iter().map(|part| n * part.emitted.iter().sum::<f64>()).collect();
+    let joined = |values: &dyn Fn(&BySource) -> &[f64]| {
+        let count = parts[0].emitted.len();
+        let sum = |source| parts.iter().zip(&totals).map(|(p, all)| values(p)[source] / all).sum();
+        (0..count).map(sum).collect::<Vec<f64>>()
+    };
+    let emitted = joined(&|part| &part.emitted);
+    let rows: Vec<Vec<f64>> =
+        (0..parts[0].rows.len()).map(|bin| joined(&|part| &part.rows[bin])).collect();
+    let bins: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
+    let count = emitted.len() as f64;
+    let error = |(row, share): (&Vec<f64>, &f64)| {
+        let squares: f64 =
+            row.iter().zip(&emitted).map(|(power, all)| (power - share * all).powi(2)).sum();
+        (squares * count / (count - 1.0).max(1.0)).sqrt()
+    };
+    let lacks = |part: &BySource| {
+        let sources = part.radiated.iter().zip(&part.emitted);
+        sources.map(|(radiated, emitted)| (radiated / emitted - 1.0).abs()).fold(0.0, f64::max)
+    };
+    FarField {
+        model: Model::FullWave,
+        errors: rows.iter().zip(&bins).map(error).collect(),
+        bins,
+        missing: parts.iter().map(lacks).fold(0.0, f64::max),
     }
 }
 

@@ -3,7 +3,7 @@
 //! variants of the hybrid that drop one, each against full wave.
 
 use crate::compare::{
-    FarField, Model, Polarised, Request, body, distance, edges, mean, shares, traced,
+    BySource, FarField, Model, Request, body, distance, edges, of_sources, traced,
 };
 use crate::dome::{Section, Surface};
 use crate::tables::Tables;
@@ -52,9 +52,9 @@ pub struct Separated {
     pub rms: f64,
     /// Distance from full wave whose light by way of the mirror adds as power.
     pub rms_mirror_as_power: f64,
-    /// Noise of `rms` by sources and paths; 0 between variants of full wave, whose sources are
-    /// the same.
-    pub noise: f64,
+    /// Noise of `rms` by sources and paths; none between variants of full wave, which have the same
+    /// sources: how far those would move with others is not known.
+    pub noise: Option<f64>,
     /// Share of the power that meets the surface more than once, of variants that are traced.
     pub met_again: Option<f64>,
 }
@@ -69,14 +69,14 @@ pub fn separate(
     progress: impl Fn(&str) -> Result<()>,
 ) -> Result<Vec<Separated>> {
     let body = body(section, request.resolution)?;
-    let mut waves: [Vec<Polarised>; 5] = Default::default();
+    let mut waves: [Vec<BySource>; 5] = Default::default();
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
         progress(&format!("full wave in parts, {polarisation:?}"))?;
         for (all, one) in waves.iter_mut().zip(in_parts(&body, section, request, polarisation)?) {
             all.push(one);
         }
     }
-    let waves = waves.map(|parts| mean(Model::FullWave, &parts));
+    let waves = waves.map(|parts| of_sources(&parts));
     let [full, without_mirror, ..] = &waves;
     let names = [
         Variant::MirrorAsPower,
@@ -88,7 +88,7 @@ pub fn separate(
         variant,
         rms: distance(full, far, BIN_DEG).rms,
         rms_mirror_as_power: distance(without_mirror, far, BIN_DEG).rms,
-        noise: 0.0,
+        noise: None,
         met_again: None,
     };
     let mut found: Vec<Separated> =
@@ -116,7 +116,7 @@ pub fn separate(
             variant,
             rms: apart.rms,
             rms_mirror_as_power: distance(without_mirror, &far, BIN_DEG).rms,
-            noise: apart.noise,
+            noise: Some(apart.noise),
             met_again: Some(again),
         });
     }
@@ -130,10 +130,12 @@ fn in_parts(
     section: &Section,
     request: &Request,
     polarisation: Polarisation,
-) -> Result<[Polarised; 5]> {
+) -> Result<[BySource; 5]> {
     let places = request.sources.places(section);
     let electric = body.solve(polarisation, &places)?;
     let (rows, emitted) = (electric.bins(&edges()), electric.emitted());
+    // What is compared is the pattern: the balance is judged elsewhere.
+    let alone = |rows, emitted: Vec<f64>| BySource { rows, radiated: emitted.clone(), emitted };
     // A riser at the border belongs to the ring inside it; the last ring holds what follows it.
     let apart = |together| {
         let mut borders = section.borders_um(together);
@@ -144,7 +146,7 @@ fn in_parts(
         let rows = electric.bins_apart(&edges(), &breaks);
         let total: Vec<f64> =
             (0..places.len()).map(|source| rows.iter().map(|row| row[source]).sum()).collect();
-        shares(&rows, &total, &total)
+        alone(rows, total)
     };
     let half = |values: &[f64]| values.iter().step_by(2).copied().collect::<Vec<f64>>();
     let half_rows: Vec<Vec<f64>> = rows.iter().map(|row| half(row)).collect();
@@ -157,10 +159,10 @@ fn in_parts(
     let both_emitted = sum(&emitted, &magnetic.emitted());
     let [rings, groups] = parts;
     Ok([
-        shares(&rows, &emitted, &emitted),
-        shares(&both, &both_emitted, &both_emitted),
+        alone(rows, emitted),
+        alone(both, both_emitted),
         rings,
         groups,
-        shares(&half_rows, &half_emitted, &half_emitted),
+        alone(half_rows, half_emitted),
     ])
 }

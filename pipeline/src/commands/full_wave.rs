@@ -305,18 +305,18 @@ fn separated_table(rows: &[Separated]) -> String {
     }
     let _ = write!(
         text,
-        "\n\nr.m.s. in bins of {SEPARATE_DEG}°, noise included\n{:<44} {:>9} {:>13} {:>7} {:>9}",
-        "variant", "full wave", "mirror aside", "noise", "met again"
+        "\n\nr.m.s. in bins of {SEPARATE_DEG}°, noise included\n{:<44} {:>9} {:>15} {:>7} {:>9}",
+        "variant", "full wave", "mirror as power", "noise", "met again"
     );
     for row in rows {
-        let again = row.met_again.map_or(String::new(), |share| format!("{:.1} %", 100.0 * share));
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let [noise, again] = [row.noise, row.met_again].map(|v| v.map_or(String::new(), percent));
         let _ = write!(
             text,
-            "\n{:<44} {:>7.2} % {:>11.2} % {:>5.2} % {again:>9}",
+            "\n{:<44} {:>7.2} % {:>13.2} % {noise:>7} {again:>9}",
             variant_name(row.variant),
             100.0 * row.rms,
-            100.0 * row.rms_mirror_as_power,
-            100.0 * row.noise
+            100.0 * row.rms_mirror_as_power
         );
     }
     text

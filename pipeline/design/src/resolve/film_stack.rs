@@ -4,7 +4,8 @@
 
 use std::path::Path;
 
-use super::solids::{SolidTable, resolve_one};
+use super::form::SolidTable;
+use super::solids::resolve_one;
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Design;
@@ -45,11 +46,11 @@ pub(crate) fn resolve(
             },
             kind: SolidForm::Box(Flat { size_mm: List([x, y, thickness_mm]), rotation_deg: None }),
         };
-        let read = SolidTable { table: &table, wavelength_nm: design.wavelength_nm, folder, at };
+        let read = SolidTable { name: &table, folder, at };
         let known = design.solids.iter().chain(&films).map(CheckedSolid::name);
         read.check_name(&film.name, known)?;
         let faces = [film.top.as_ref(), film.bottom.as_ref()].map(Option::<&SolidScatter>::cloned);
-        films.push(resolve_one(&stated, faces, &read)?);
+        films.push(resolve_one(&stated, faces, design.wavelength_nm, &read)?);
     }
     Ok(films)
 }
@@ -92,7 +93,6 @@ fn lengths_mm(
         }
         return Ok(stated);
     }
-    // The walls of the housing end at a height; a film above them may reach farther.
     if let Some(half) = design.housing_half_mm() {
         return Ok(half.map(|half| 2.0 * half));
     }

@@ -40,21 +40,19 @@ fn flattened(meridian: &Meridian) -> Vec<[f64; 2]> {
 /// Pieces and the outline of a form.
 type Pieces = (Vec<Shape>, Vec<[f64; 2]>);
 
-/// The table of a solid that is read.
-struct SolidTable<'a> {
-    name: &'a str,
-    folder: &'a Path,
-    at: &'a Context<'a>,
+/// The table of a solid or a film that is read.
+pub(super) struct SolidTable<'a> {
+    /// Its key: `solids[1]`, `films[2]`.
+    pub name: &'a str,
+    pub folder: &'a Path,
+    pub at: &'a Context<'a>,
 }
 
-pub(crate) fn resolve(
+pub(super) fn resolve(
     solid: &Solid,
-    table: &str,
-    folder: &Path,
+    read: &SolidTable,
     files: &mut Vec<FileRecord>,
-    at: &Context,
 ) -> Result<Form, ConfigError> {
-    let read = SolidTable { name: table, folder, at };
     let placement = read.placement(solid)?;
     let mut meridian = None;
     let (pieces, outline) = match &solid.kind {
@@ -88,7 +86,7 @@ fn on_circle(radius: f64, k: usize) -> [f64; 2] {
 }
 
 impl SolidTable<'_> {
-    fn key(&self, name: &str) -> String {
+    pub(super) fn key(&self, name: &str) -> String {
         format!("{}.{name}", self.name)
     }
 

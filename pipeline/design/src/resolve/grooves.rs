@@ -45,7 +45,8 @@ pub(crate) fn prisms(
         line.push([0.5 * pitch, height]);
     }
     line.push([pitch, 0.0]);
-    face(line, true, stated.direction_deg, table, at)
+    let face = GroovedFace { line_um: line, is_symmetric: true, direction_deg: 0.0 };
+    checked(face, stated.direction_deg, [table, "tip_radius_um"], at)
 }
 
 /// Grooves of any profile, in the table `table`.
@@ -62,22 +63,23 @@ pub(crate) fn any(stated: &Grooves, table: &str, at: &Context) -> Result<Grooved
         let got = format!("{first:?} to {last:?}");
         return Err(at.value(&key, got, "one period: both ends at one z, the last at a larger x"));
     }
-    face(line, false, stated.direction_deg, table, at)
+    let face = GroovedFace { line_um: line, is_symmetric: false, direction_deg: 0.0 };
+    checked(face, stated.direction_deg, [table, "profile_um"], at)
 }
 
-fn face(
-    line: Vec<[f64; 2]>,
-    is_symmetric: bool,
+/// The face in its direction; `key` of `table` is what is wrong with a line that meets itself.
+fn checked(
+    face: GroovedFace,
     direction_deg: Option<f64>,
-    table: &str,
+    [table, key]: [&str; 2],
     at: &Context,
 ) -> Result<GroovedFace, ConfigError> {
     let direction = direction_deg.unwrap_or_default();
     let direction_deg = at.within(&format!("{table}.direction_deg"), direction, -360.0, 360.0)?;
     // Whatever the indices, the outline is the same.
-    UnitCell::new(&Outline::below(&line, [1.5, 1.0])).map_err(|error| {
+    UnitCell::new(&Outline::below(&face.line_um, [1.5, 1.0])).map_err(|error| {
         let expected = format!("a line that does not meet itself: {error}");
-        at.value(&format!("{table}.profile_um"), "a bad profile", &expected)
+        at.value(&format!("{table}.{key}"), "a bad profile", &expected)
     })?;
-    Ok(GroovedFace { line_um: line, direction_deg, is_symmetric })
+    Ok(GroovedFace { direction_deg, ..face })
 }

@@ -128,12 +128,13 @@ impl Design {
             films: films::resolve(raw, wavelength_nm, folder, &at)?,
             polarization: raw.light.polarization,
         };
+        let max_films = MAX_SOLIDS - design.solids.len();
+        if raw.films.len() > max_films {
+            let expected = format!("at most {MAX_SOLIDS} tables of solids and films together");
+            return Err(at.value("films", raw.films.len(), &expected));
+        }
         let films = film_stack::resolve(&raw.films, &design, folder, &at)?;
         design.solids.extend(films);
-        if design.solids.len() > MAX_SOLIDS {
-            let expected = format!("at most {MAX_SOLIDS} solids and films");
-            return Err(at.value("films", design.solids.len(), &expected));
-        }
         design.check_observation(&at)?;
         let scale = receivers::Scale::of(&design, source_file.as_ref());
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;

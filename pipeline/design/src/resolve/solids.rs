@@ -14,13 +14,14 @@ use files::provenance::FileRecord;
 use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
 
-use super::{form, grooves, package};
+use super::form::{self, SolidTable};
+use super::{grooves, package};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
 use crate::resolved::form::Form;
 use crate::resolved::solids::{
-    BOX_FACES, CheckedSolid, CheckedSurface, FileReflector, SolidOptics,
+    BOX_FACES, CheckedSolid, CheckedSurface, FileReflector, MAX_SOLIDS, SolidOptics,
 };
 use crate::schema::reflectors::Law;
 use crate::schema::solids::{
@@ -54,12 +55,16 @@ pub(crate) fn resolve(
     folder: &Path,
     at: &Context,
 ) -> Result<Vec<CheckedSolid>, ConfigError> {
+    if raw.len() > MAX_SOLIDS {
+        let expected = format!("at most {MAX_SOLIDS} tables");
+        return Err(at.value("solids", raw.len(), &expected));
+    }
     let mut checked: Vec<CheckedSolid> = Vec::new();
     for (number, solid) in raw.iter().enumerate() {
         let table = format!("solids[{}]", number + 1);
-        let read = SolidTable { table: &table, wavelength_nm, folder, at };
+        let read = SolidTable { name: &table, folder, at };
         read.check_name(&solid.shared.name, checked.iter().map(CheckedSolid::name))?;
-        checked.push(resolve_one(solid, [None, None], &read)?);
+        checked.push(resolve_one(solid, [None, None], wavelength_nm, &read)?);
     }
     for (number, solid) in raw.iter().enumerate() {
         contacts(solid, number, raw, at)?;
@@ -88,14 +93,6 @@ fn contacts(solid: &Solid, number: usize, all: &[Solid], at: &Context) -> Result
     Err(at.value(&key, format!("{wrong:?}"), &expected))
 }
 
-/// The table of a solid or a film that is read.
-pub(super) struct SolidTable<'a> {
-    pub table: &'a str,
-    pub wavelength_nm: f64,
-    pub folder: &'a Path,
-    pub at: &'a Context<'a>,
-}
-
 impl SolidTable<'_> {
     /// Refuses names that are `known` already or that the ledger has for something else.
     pub(super) fn check_name<'b>(
@@ -105,7 +102,7 @@ impl SolidTable<'_> {
     ) -> Result<(), ConfigError> {
         let refuse = |expected: &str| {
             let got = format!("{name:?}");
-            Err(self.at.value(&format!("{}.name", self.table), got, expected))
+            Err(self.at.value(&self.key("name"), got, expected))
         };
         let in_words = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         let usable = !name.is_empty() && name.chars().all(in_words);
@@ -161,12 +158,13 @@ impl SolidTable<'_> {
 pub(super) fn resolve_one(
     solid: &Solid,
     faces: [Option<SolidScatter>; 2],
+    wavelength_nm: f64,
     read: &SolidTable,
 ) -> Result<CheckedSolid, ConfigError> {
-    let SolidTable { table, wavelength_nm, folder, at } = *read;
-    let key = |name: &str| format!("{table}.{name}");
+    let SolidTable { name: table, folder, at } = *read;
+    let key = |name: &str| read.key(name);
     let mut files = Vec::new();
-    let form = form::resolve(solid, table, folder, &mut files, at)?;
+    let form = form::resolve(solid, read, &mut files)?;
     substance(solid, &key, at)?;
     if solid.shared.optical_contact.names(Contacts::BOTTOM) && form.footprint().is_none() {
         return Err(no_foot(&form, &key("optical_contact"), at));
@@ -179,8 +177,9 @@ pub(super) fn resolve_one(
     let optics = match (&keys.scatter, &keys.surface) {
         (Some(scatter), _) => match &scatter.kind {
             ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) => {
-                let expected = "a face of [[films]] for prisms and grooves, which have a direction";
-                return Err(at.value(&key("scatter.kind"), "one of grooves", expected));
+                let expected =
+                    "file, lambertian or gaussian: prisms and grooves are of a face of [[films]]";
+                return Err(at.value(&key("scatter.kind"), scatter.kind.name(), expected));
             }
             law => read.scattering(law, &key("scatter"), &mut files)?,
         },

@@ -306,6 +306,19 @@ impl Kinds for ScatterLaw {
     }
 }
 
+impl ScatterLaw {
+    /// The name of the kind.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::File(_) => "file",
+            Self::Lambertian(_) => "lambertian",
+            Self::Gaussian(_) => "gaussian",
+            Self::Prisms(_) => "prisms",
+            Self::Grooves(_) => "grooves",
+        }
+    }
+}
+
 /// Keys of scattering by files, as of `[[files.bands]]`.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
