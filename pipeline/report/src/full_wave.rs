@@ -27,17 +27,13 @@ pub fn quantity() -> Quantity {
 /// # Errors
 /// Bins that are no whole number of those of the file.
 pub fn curves(file: &FullWaveFile) -> Result<Vec<Curve>> {
-    let each = (VERDICT_DEG / file.bin_deg).round().max(1.0) as usize;
     let curve = |far: &FarField| {
-        let sums = |parts: &[f64], power: i32| -> Vec<f64> {
-            let sum = |bins: &[f64]| bins.iter().map(|bin| bin.powi(power)).sum::<f64>();
-            let root = |sum: f64| sum.powf(1.0 / f64::from(power)) / VERDICT_DEG;
-            parts.chunks(each).map(sum).map(root).collect()
-        };
-        let bins = sums(&far.bins, 1);
+        let per_degree = |all: Vec<f64>| all.into_iter().map(|v| v / VERDICT_DEG).collect();
+        let (bins, errors) = far.in_bins(VERDICT_DEG);
+        let [bins, errors]: [Vec<f64>; 2] = [per_degree(bins), per_degree(errors)];
         let middle = |i: usize| -90.0 + VERDICT_DEG * (i as f64 + 0.5);
         let x = (0..bins.len()).map(middle).collect();
-        Curve::new(far.model.name(), x, bins, sums(&far.errors, 2))
+        Curve::new(far.model.name(), x, bins, errors)
     };
     let curves = file.comparison.far_fields.iter().map(curve).collect::<Result<Vec<_>>>();
     curves.with_context(|| format!("`{FILE}`: comparison.far_fields"))

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
 
@@ -50,12 +50,14 @@ pub struct FullWaveFile {
 }
 
 /// Three far fields of one section.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 pub struct Comparison {
     /// Rings from axis to rim.
     pub rings: usize,
     /// Radius of the section, µm.
     pub radius_um: f64,
+    /// Unknowns of a matrix of full wave.
+    pub unknowns: usize,
     /// Largest difference of emitted and radiated power of a source, over the emitted power.
     pub balance: f64,
     /// Far fields.
@@ -65,7 +67,7 @@ pub struct Comparison {
 }
 
 /// Treatment of the surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Model {
     /// Maxwell's equations.
@@ -87,19 +89,32 @@ impl Model {
     }
 }
 
-/// Shares of the emitted power.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// Shares of the emitted power, mean of TE and TM.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 pub struct FarField {
     /// Model.
     pub model: Model,
-    /// Share in each bin from -90 degrees.
+    /// Share in each of even bins from -90 to 90 degrees.
     pub bins: Vec<f64>,
-    /// Standard error of each.
+    /// Standard error of each: of rays by their number; of full wave by the number of sources,
+    /// whose speckle is averaged.
     pub errors: Vec<f64>,
+    /// Power that is not in the bins: lost paths, or what full wave's balance lacks.
+    pub missing: f64,
+}
+
+impl FarField {
+    /// Shares and errors in bins of `width_deg`, a multiple of the bins that divides 180.
+    pub fn in_bins(&self, width_deg: f64) -> (Vec<f64>, Vec<f64>) {
+        let each = (width_deg * self.bins.len() as f64 / 180.0).round().max(1.0) as usize;
+        let sum = |part: &[f64]| part.iter().sum();
+        let root = |part: &[f64]| part.iter().map(|e| e * e).sum::<f64>().sqrt();
+        (self.bins.chunks(each).map(sum).collect(), self.errors.chunks(each).map(root).collect())
+    }
 }
 
 /// Distance of a model from full wave in bins of one width, over full wave's largest bin.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 pub struct Distance {
     /// Model.
     pub model: Model,
@@ -111,7 +126,8 @@ pub struct Distance {
     pub largest: f64,
     /// Sum of all absolute differences, of shares that sum to 1.
     pub l1: f64,
-    /// Root mean square of the standard errors of the differences.
+    /// Root mean square of the standard errors of the differences: a distance of this size is
+    /// noise.
     pub noise: f64,
 }
 

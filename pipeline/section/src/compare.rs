@@ -6,6 +6,7 @@ use crate::tables::{TableRequest, Tables};
 use crate::trace::{Scene, Trial, trace};
 use anyhow::Result;
 use full_wave::{Body, Cost, Polarisation, Resolution};
+use results::full_wave::{Comparison, Distance, FarField, Model};
 use serde::Serialize;
 
 /// Bins of the finest far field, degrees.
@@ -79,50 +80,6 @@ impl Default for Request {
     }
 }
 
-/// Model of the surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Model {
-    /// Maxwell's equations.
-    FullWave,
-    /// Smooth surface with tables of orders.
-    Hybrid,
-    /// Rays on the relief.
-    Rays,
-}
-
-/// Shares of the emitted power, mean of TE and TM.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FarField {
-    /// Model.
-    pub model: Model,
-    /// Share in each bin of [`FINE_DEG`] from -90 degrees.
-    pub bins: Vec<f64>,
-    /// Standard error of each: of rays by their number; of full wave by the number of sources,
-    /// whose speckle is averaged.
-    pub errors: Vec<f64>,
-    /// Power that is not in the bins: lost paths, or what full wave's balance lacks.
-    pub missing: f64,
-}
-
-/// Distance of a model from full wave in bins of one width.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Distance {
-    /// Model.
-    pub model: Model,
-    /// Width of the bins, degrees.
-    pub bin_deg: f64,
-    /// Root mean square of the differences over the largest bin of full wave.
-    pub rms: f64,
-    /// Largest difference over the largest bin.
-    pub largest: f64,
-    /// Sum of all absolute differences, of shares that sum to 1.
-    pub l1: f64,
-    /// Root mean square of the standard errors of the differences over the largest bin: a distance
-    /// of this size is noise.
-    pub noise: f64,
-}
-
 /// Figures of one far field in bins of 5 degrees, both sides averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
@@ -133,23 +90,6 @@ pub struct Figures {
     pub centre_to_peak: f64,
     /// Standard error of that.
     pub centre_to_peak_error: f64,
-}
-
-/// Three far fields of one section.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
-    /// Rings from axis to rim.
-    pub rings: usize,
-    /// Radius of the section, µm.
-    pub radius_um: f64,
-    /// Unknowns of a matrix of full wave.
-    pub unknowns: usize,
-    /// Largest difference of emitted and radiated power of a source, over the emitted power.
-    pub balance: f64,
-    /// Far fields: full wave, hybrid, rays.
-    pub far_fields: Vec<FarField>,
-    /// Distances of hybrid and rays at each of [`WIDTHS_DEG`].
-    pub distances: Vec<Distance>,
 }
 
 pub(crate) fn edges() -> Vec<f64> {
@@ -288,34 +228,23 @@ pub(crate) fn of_sources(parts: &[BySource]) -> FarField {
     }
 }
 
-impl FarField {
-    /// Bins of `width_deg`, a multiple of [`FINE_DEG`] that divides 180, and their errors.
-    pub fn in_bins(&self, width_deg: f64) -> (Vec<f64>, Vec<f64>) {
-        let each = (width_deg / FINE_DEG).round() as usize;
-        let sum = |part: &[f64]| part.iter().sum();
-        let root = |part: &[f64]| part.iter().map(|e| e * e).sum::<f64>().sqrt();
-        (self.bins.chunks(each).map(sum).collect(), self.errors.chunks(each).map(root).collect())
-    }
-
-    /// Peak and centre in bins of 5 degrees.
-    pub fn figures(&self) -> Figures {
-        let (bins, errors) = self.in_bins(5.0);
-        let half = bins.len() / 2;
-        let folded: Vec<f64> = (0..half).map(|i| bins[half + i] + bins[half - 1 - i]).collect();
-        let error: Vec<f64> =
-            (0..half).map(|i| errors[half + i].hypot(errors[half - 1 - i])).collect();
-        let peak = (0..half).max_by(|&a, &b| folded[a].total_cmp(&folded[b])).unwrap_or(0);
-        let tied: Vec<usize> = (0..half)
-            .filter(|&i| folded[peak] - folded[i] <= 2.0 * error[peak].hypot(error[i]))
-            .collect();
-        let middle = |i: Option<&usize>| 5.0 * *i.unwrap_or(&peak) as f64 + 2.5;
-        let ratio = folded[0] / folded[peak];
-        let relative = (error[0] / folded[0]).hypot(error[peak] / folded[peak]);
-        Figures {
-            peak_deg: [middle(tied.first()), middle(tied.last())],
-            centre_to_peak: ratio,
-            centre_to_peak_error: ratio * relative,
-        }
+/// Peak and centre in bins of 5 degrees.
+pub fn figures(far: &FarField) -> Figures {
+    let (bins, errors) = far.in_bins(5.0);
+    let half = bins.len() / 2;
+    let folded: Vec<f64> = (0..half).map(|i| bins[half + i] + bins[half - 1 - i]).collect();
+    let error: Vec<f64> = (0..half).map(|i| errors[half + i].hypot(errors[half - 1 - i])).collect();
+    let peak = (0..half).max_by(|&a, &b| folded[a].total_cmp(&folded[b])).unwrap_or(0);
+    let tied: Vec<usize> = (0..half)
+        .filter(|&i| folded[peak] - folded[i] <= 2.0 * error[peak].hypot(error[i]))
+        .collect();
+    let middle = |i: Option<&usize>| 5.0 * *i.unwrap_or(&peak) as f64 + 2.5;
+    let ratio = folded[0] / folded[peak];
+    let relative = (error[0] / folded[0]).hypot(error[peak] / folded[peak]);
+    Figures {
+        peak_deg: [middle(tied.first()), middle(tied.last())],
+        centre_to_peak: ratio,
+        centre_to_peak_error: ratio * relative,
     }
 }
 

@@ -2,14 +2,13 @@
 //! The assumptions of the hybrid one at a time: variants of full wave that make one of them, and
 //! variants of the hybrid that drop one, each against full wave.
 
-use crate::compare::{
-    BySource, FarField, Model, Request, body, distance, edges, of_sources, traced,
-};
+use crate::compare::{BySource, Request, body, distance, edges, of_sources, traced};
 use crate::dome::{Section, Surface};
 use crate::tables::Tables;
 use crate::trace::Trial;
 use anyhow::Result;
 use full_wave::{Body, Mirror, Polarisation};
+use results::full_wave::{FarField, Model};
 use serde::Serialize;
 
 /// Bins of the distances, degrees.

@@ -3,7 +3,8 @@
 
 use full_wave::{Polarisation, Resolution};
 use geometry::profile::{Elements, Rounding, Shape, SphericalDome};
-use section::compare::{Model, Request, SourceRequest, compare, cost};
+use results::full_wave::Model;
+use section::compare::{Request, SourceRequest, compare, cost};
 use section::dome::{Base, Section};
 use section::tables::{TableRequest, Tables};
 use section::trace::{Scene, Trial, trace};

@@ -9,7 +9,7 @@ use clap::Args;
 use full_wave::{Cost, Resolution};
 use rcwa::guard::free_bytes;
 use section::compare::{
-    Comparison, FINE_DEG, Request, SourceRequest, WIDTHS_DEG, body, compare, cost,
+    FINE_DEG, Request, SourceRequest, WIDTHS_DEG, body, compare, cost, figures,
 };
 use section::dome::{Base, Section};
 use section::separate::{BIN_DEG as SEPARATE_DEG, Separated, Variant, separate};
@@ -24,7 +24,7 @@ use files::provenance::FileRecord;
 use files::run_context::RunContext;
 use metrics::quantity::{Quantity, Unit};
 use report::full_wave::{curves, far_field_picture, quantity};
-use results::full_wave::{FILE, FullWaveFile, SCHEMA_VERSION};
+use results::full_wave::{Comparison, FILE, FullWaveFile, SCHEMA_VERSION};
 use simulate::scene::index_about_domes;
 use simulate::scene_check;
 
@@ -153,7 +153,7 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     let json = sealed(json)?;
     write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
-        let tables = table(&found, &file) + &separated_table(&separated);
+        let tables = table(&file) + &separated_table(&separated);
         format!("{tables}\nwritten to {}", arguments.out.display())
     })
 }
@@ -259,11 +259,11 @@ fn plan(section: &Section, size: &Cost) -> String {
     )
 }
 
-fn table(found: &Comparison, file: &FullWaveFile) -> String {
+fn table(file: &FullWaveFile) -> String {
     let mut text = String::new();
     let _ = writeln!(text, "{:<10} {:>18} {:>17} {:>9}", "model", "peak", "centre/peak", "missing");
-    for (far, own) in found.far_fields.iter().zip(&file.comparison.far_fields) {
-        let figures = far.figures();
+    for far in &file.comparison.far_fields {
+        let figures = figures(far);
         let [low, high] = figures.peak_deg;
         let peak = if low < high { format!("{low}° to {high}°") } else { format!("{low}°") };
         let centre = format!(
@@ -274,7 +274,7 @@ fn table(found: &Comparison, file: &FullWaveFile) -> String {
         let _ = writeln!(
             text,
             "{:<10} {peak:>18} {centre:>17} {:>9.0e}",
-            own.model.name(),
+            far.model.name(),
             far.missing
         );
     }
@@ -363,7 +363,7 @@ fn describe(
         "widths_deg": WIDTHS_DEG,
         "figures": found.far_fields.iter().map(|far| json!({
             "model": far.model,
-            "read": far.figures(),
+            "read": figures(far),
         })).collect::<Vec<_>>(),
         "taken": IDEAL,
         "comparison": found,
