@@ -54,8 +54,14 @@ const FOR_SIMULATE: [&str; 8] = [
     "batwing-results",
 ];
 /// Three models of one section, of which full wave knows nothing of the others.
-const FOR_SECTION: [&str; 5] =
-    ["batwing-rcwa", "batwing-bsdf", "batwing-geometry", "batwing-simulate", "batwing-full-wave"];
+const FOR_SECTION: [&str; 6] = [
+    "batwing-rcwa",
+    "batwing-bsdf",
+    "batwing-geometry",
+    "batwing-results",
+    "batwing-simulate",
+    "batwing-full-wave",
+];
 /// Pictures are drawn from results: nothing is simulated for them.
 const FOR_REPORT: [&str; 5] =
     ["batwing-bsdf", "batwing-metrics", "batwing-files", "batwing-design", "batwing-results"];
