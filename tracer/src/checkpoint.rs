@@ -69,6 +69,9 @@ fn places(totals: &mut Totals) -> Vec<&mut f64> {
         places.extend([&mut line.absorbed, &mut line.outward, &mut line.inward]);
     }
     places.extend(&mut ledger.media);
+    for line in &mut ledger.luminophores {
+        places.extend([&mut line.absorbed, &mut line.quantum_loss, &mut line.stokes_loss]);
+    }
     places.extend(totals.readings.iter_mut().flatten());
     places
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Account of the power: emitted = escaped + absorbed + lost, to rounding, path by path.
+//! Account of the power: emitted = escaped + absorbed + lost, to rounding, path by path. What
+//! conversion to longer waves takes from the power counts as absorbed.
 
 use std::sync::Arc;
 
@@ -43,6 +44,17 @@ pub struct SurfaceLine {
     pub inward: f64,
 }
 
+/// Power at a luminescent substance, over all media and instances.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LuminophoreLine {
+    /// Absorbed power, W.
+    pub absorbed: f64,
+    /// The part of it whose photons are not emitted again, W.
+    pub quantum_loss: f64,
+    /// The part of it that emitted photons lack, W; negative where they have more.
+    pub stokes_loss: f64,
+}
+
 /// Power by fate, in watts for a run in which the sources emit the power of the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ledger {
@@ -58,6 +70,8 @@ pub struct Ledger {
     pub surfaces: Vec<SurfaceLine>,
     /// Power absorbed on the way through each of [`Lines::media`], W.
     pub media: Vec<f64>,
+    /// One line for each of [`Lines::luminophores`].
+    pub luminophores: Vec<LuminophoreLine>,
     /// The names.
     pub lines: Arc<Lines>,
 }
@@ -69,6 +83,8 @@ pub(crate) enum Booking {
     Emission,
     /// The medium of a line absorbs on the way.
     Transmission { line: usize, absorbed: f64 },
+    /// The luminophore of a line absorbs light and emits the rest at another wavelength.
+    Conversion { line: usize, absorbed: f64, quantum_loss: f64, stokes_loss: f64 },
     /// The surface of a line takes light from the first side, absorbs a part, and sends the rest on
     /// from the second side.
     Interaction { line: usize, sides: [Side; 2], absorbed: f64, weight: f64 },
@@ -86,6 +102,12 @@ impl Ledger {
         match event {
             Booking::Emission => self.emitted += 1.0,
             Booking::Transmission { line, absorbed } => self.media[line] += absorbed,
+            Booking::Conversion { line, absorbed, quantum_loss, stokes_loss } => {
+                let line = &mut self.luminophores[line];
+                line.absorbed += absorbed;
+                line.quantum_loss += quantum_loss;
+                line.stokes_loss += stokes_loss;
+            }
             Booking::Interaction { line, sides, absorbed, weight } => {
                 let line = &mut self.surfaces[line];
                 line.absorbed += absorbed;
@@ -109,6 +131,7 @@ impl Ledger {
             lost: [0.0; 3],
             surfaces: vec![SurfaceLine::default(); lines.surfaces.len()],
             media: vec![0.0; lines.media.len()],
+            luminophores: vec![LuminophoreLine::default(); lines.luminophores.len()],
             lines: Arc::clone(lines),
         }
     }
@@ -136,6 +159,11 @@ impl Ledger {
         for (x, &y) in self.media.iter_mut().zip(&other.media) {
             mix(x, y);
         }
+        for (x, y) in self.luminophores.iter_mut().zip(&other.luminophores) {
+            mix(&mut x.absorbed, y.absorbed);
+            mix(&mut x.quantum_loss, y.quantum_loss);
+            mix(&mut x.stokes_loss, y.stokes_loss);
+        }
     }
 
     /// The line of a named part.
@@ -154,14 +182,22 @@ impl Ledger {
         self.lines.media.iter().map(String::as_str).zip(self.media.iter().copied())
     }
 
+    /// Lines of all luminophores with their names.
+    pub fn named_luminophores(&self) -> impl Iterator<Item = (&str, &LuminophoreLine)> {
+        self.lines.luminophores.iter().map(String::as_str).zip(&self.luminophores)
+    }
+
     /// Power given up, with the cause in words, W.
     pub fn named_losses(&self) -> impl Iterator<Item = (&'static str, f64)> {
         Loss::ALL.into_iter().map(Loss::description).zip(self.lost)
     }
 
-    /// Power absorbed by surfaces and media, W.
+    /// Power absorbed by surfaces and media, and lost by conversion, W.
     pub fn absorbed(&self) -> f64 {
-        self.surfaces.iter().map(|line| line.absorbed).sum::<f64>() + self.media.iter().sum::<f64>()
+        let lost = |line: &LuminophoreLine| line.quantum_loss + line.stokes_loss;
+        self.surfaces.iter().map(|line| line.absorbed).sum::<f64>()
+            + self.media.iter().sum::<f64>()
+            + self.luminophores.iter().map(lost).sum::<f64>()
     }
 
     /// Power given up, all causes, W.

@@ -42,7 +42,8 @@
 //! - A [`Prototype`] holds media, surfaces and sources in its own frame. [`SceneBuilder`] places it
 //!   many times, checks that nothing overlaps or leaks, and compiles the [`Scene`]. [`Package`]
 //!   and [`housing::Housing`] build the usual ones.
-//! - A [`Medium`] absorbs along the way and scatters by a [`PhaseFunction`].
+//! - A [`Medium`] absorbs along the way, scatters by a [`PhaseFunction`], and converts light to
+//!   other wavelengths by [`Luminophore`]s; [`WavelengthRun`] follows light through all of them.
 //! - Rays carry power, so refraction brings no factor n². For every path, emitted = escaped +
 //!   absorbed + lost.
 //! - All random numbers come from (seed, group, path). The number of threads changes no bit.
@@ -81,6 +82,7 @@ pub use checkpoint::CheckpointStore;
 pub use error::Error;
 pub use ledger::{Ledger, Loss};
 pub use observer::{Fate, Interaction, Observer};
+pub use optics::luminescence::Luminophore;
 pub use optics::media::Medium;
 pub use optics::mie::{Mie, Sphere};
 pub use optics::phase::{PhaseFunction, PhaseTable, Scattering};
@@ -90,7 +92,7 @@ pub use outcome::{Outcome, Totals};
 pub use package::{Cap, Dome, Interior, LedBox, Package};
 pub use ray::Ray;
 pub use receiver::{Detector, FarField, Filter, Measurement, PlaneMap, Receiver};
-pub use run::{Control, run, run_groups, run_rays, run_with, trace_observed};
+pub use run::{Control, WavelengthRun, run, run_groups, run_rays, run_with, trace_observed};
 pub use scene::{Containment, Prototype, PrototypeId, Scene, SceneBuilder, Surroundings};
 pub use settings::{Sampling, Settings};
 pub use shape::{Meridian, Shape};

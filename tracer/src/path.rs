@@ -10,7 +10,8 @@ use rand::Rng;
 
 use crate::ledger::{Booking, Loss};
 use crate::observer::{Fate, Interaction, Observer};
-use crate::optics::phase::Scattering;
+use crate::optics::luminescence::{Collision, Collisions, Luminophore};
+use crate::optics::phase::PhaseFunction;
 use crate::optics::polarisation::{Light, Polarisation, Unpolarised};
 use crate::random;
 use crate::ray::Ray;
@@ -23,6 +24,9 @@ use crate::surface::Region;
 /// Times that media may scatter a path for each surface that it may meet.
 const SCATTERINGS_PER_BOUNCE: u32 = 100;
 
+/// Directions of light that is emitted in a medium.
+const ISOTROPIC: PhaseFunction = PhaseFunction::HenyeyGreenstein(0.0);
+
 /// Constants of all paths of a run.
 pub(crate) struct Tracer<'a> {
     pub scene: &'a Scene,
@@ -33,6 +37,10 @@ pub(crate) struct Tracer<'a> {
     roulette_below: f64,
     pub polarisation: Polarisation,
     pub sampling: Sampling,
+    /// Wavelengths of the run in nm, where light may go from one to another.
+    pub wavelengths: &'a [f64],
+    /// The number of its own among them.
+    pub wavelength: u16,
 }
 
 /// A ray in the middle of its path.
@@ -45,8 +53,10 @@ pub(crate) struct PathState {
     /// The only instance that it can meet, where packages do not see each other.
     pub own: Option<u32>,
     pub weight: f64,
-    /// Times that media have scattered it.
+    /// Times that media have scattered or converted it.
     pub scatterings: u32,
+    /// Number of its wavelength; another than that of the tracer where it ends by conversion.
+    pub wavelength: u16,
     pub history: PathHistory,
 }
 
@@ -56,10 +66,21 @@ pub(crate) enum Flight {
     Free,
     /// The medium scatters the light.
     Scattered(Ray),
+    /// The medium emits it anew at the wavelength of this number.
+    Converted(Ray, u16),
     /// The medium has absorbed it, on a flight of this length, mm.
     Absorbed(f64),
     /// It is given up.
     Lost,
+}
+
+/// End of the flights in a medium that scatters.
+enum Wandered<'a> {
+    /// The path comes to what is ahead.
+    On(PathState, Option<Hit<'a>>),
+    /// It goes on at another wavelength.
+    Elsewhere(PathState),
+    Ended,
 }
 
 /// Point where a ray has met a surface.
@@ -98,7 +119,14 @@ impl<'a> Tracer<'a> {
             roulette_below: settings.roulette_below,
             polarisation: settings.polarisation,
             sampling: settings.sampling,
+            wavelengths: &[],
+            wavelength: 0,
         }
+    }
+
+    /// The same at wavelength `number` of several, to which light may go.
+    pub fn at(self, wavelengths: &'a [f64], number: usize) -> Self {
+        Self { wavelengths, wavelength: number as u16, ..self }
     }
 
     /// A path of weight 1 that begins with `ray` at source `number`.
@@ -120,6 +148,7 @@ impl<'a> Tracer<'a> {
             own: self.scene.only_candidate(placed.instance),
             weight: 1.0,
             scatterings: 0,
+            wavelength: self.wavelength,
             history: PathHistory::new(number as u32),
         }
     }
@@ -243,8 +272,15 @@ impl<'a> Tracer<'a> {
     ) -> Option<Impact<'a>> {
         let location = state.location;
         let medium = self.scene.medium(location);
-        if medium.scattering.is_some() {
-            (*state, hit) = self.wander(*state, hit, medium, light, rng, tally, observer)?;
+        if medium.collisions.is_some() {
+            match self.wander(*state, hit, medium, light, rng, tally, observer) {
+                Wandered::On(path, ahead) => (*state, hit) = (path, ahead),
+                Wandered::Elsewhere(path) => {
+                    *state = path;
+                    return None;
+                }
+                Wandered::Ended => return None,
+            }
         }
         let ray = state.ray;
         let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
@@ -284,9 +320,8 @@ impl<'a> Tracer<'a> {
         Some(Impact { hit, patch, point, normal })
     }
 
-    /// Follows a path through a medium that scatters up to its last flight before a surface;
-    /// returns it with what it meets there, `None` where it has ended. By value: where nothing
-    /// scatters, the path stays in registers.
+    /// Follows a path through a medium that scatters up to its last flight before a surface, or to
+    /// another wavelength. By value: where nothing scatters, the path stays in registers.
     #[expect(clippy::too_many_arguments, reason = "those of `arrive`, with the medium")]
     #[inline(never)]
     fn wander<L: Light>(
@@ -298,40 +333,46 @@ impl<'a> Tracer<'a> {
         rng: &mut impl Rng,
         tally: &mut Tally<'_>,
         observer: &mut impl Observer,
-    ) -> Option<(PathState, Option<Hit<'a>>)> {
-        let (scattering, location) = (medium.scattering.as_ref()?, state.location);
+    ) -> Wandered<'a> {
+        let location = state.location;
         loop {
-            let Some(ahead) = hit.as_ref() else {
-                return Some((state, hit));
+            let (Some(collisions), Some(ahead)) = (&medium.collisions, hit.as_ref()) else {
+                return Wandered::On(state, hit);
             };
             let ray = state.ray;
             let (weight, scatterings) = (&mut state.weight, &mut state.scatterings);
             let before = *weight;
             let turned = self.fly(
                 medium,
-                scattering,
+                collisions,
                 (&ray, ahead.distance),
                 (weight, scatterings),
                 rng,
                 tally,
             );
             match turned {
-                Flight::Free => return Some((state, hit)),
+                Flight::Free => return Wandered::On(state, hit),
                 Flight::Absorbed(length) => {
                     let fate = Fate::Medium(medium.line, length);
                     observer.ends(&self.in_world(&ray, location), fate, before);
-                    return None;
+                    return Wandered::Ended;
                 }
                 Flight::Lost => {
                     let fate = Fate::Lost(Loss::Bounces);
                     observer.ends(&self.in_world(&ray, location), fate, state.weight);
-                    return None;
+                    return Wandered::Ended;
                 }
-                Flight::Scattered(ray) => {
+                Flight::Scattered(ray) | Flight::Converted(ray, _) => {
                     light.depolarise();
                     // In the medium around instances it may meet again the one that it has left.
                     (state.ray, state.left) = (ray, None);
                     observer.scatters(&self.in_world(&ray, location), medium.line);
+                    if let Flight::Converted(_, number) = turned
+                        && number != self.wavelength
+                    {
+                        state.wavelength = number;
+                        return Wandered::Elsewhere(state);
+                    }
                     hit = self.intersect(&state);
                 }
             }
@@ -345,13 +386,13 @@ impl<'a> Tracer<'a> {
     pub fn fly(
         &self,
         medium: &CompiledMedium,
-        scattering: &Scattering,
+        collisions: &Collisions,
         (ray, length): (&Ray, f64),
         (weight, scatterings): (&mut f64, &mut u32),
         rng: &mut impl Rng,
         tally: &mut Tally<'_>,
     ) -> Flight {
-        let free = scattering.free_path(rng);
+        let free = collisions.free_path(rng);
         if free >= length {
             return Flight::Free;
         }
@@ -367,8 +408,50 @@ impl<'a> Tracer<'a> {
             return Flight::Lost;
         }
         *scatterings += 1;
-        let direction = scattering.phase.sample(ray.direction, rng);
-        Flight::Scattered(Ray { origin: ray.at(free), direction })
+        let origin = ray.at(free);
+        match collisions.event(rng) {
+            Collision::Scatters(scattering) => {
+                let direction = scattering.phase.sample(ray.direction, rng);
+                Flight::Scattered(Ray { origin, direction })
+            }
+            Collision::Excites(luminophore, line) => {
+                match self.convert(luminophore, line, weight, rng, tally) {
+                    Some(number) => {
+                        let direction = ISOTROPIC.sample(ray.direction, rng);
+                        Flight::Converted(Ray { origin, direction }, number)
+                    }
+                    None => Flight::Absorbed(free),
+                }
+            }
+        }
+    }
+
+    /// Takes from a path what a luminophore does not emit again, and draws the number of the
+    /// wavelength of the rest; `None` where nothing is left. A run at one wavelength sees nothing of
+    /// what is emitted.
+    fn convert(
+        &self,
+        luminophore: &Luminophore,
+        line: usize,
+        weight: &mut f64,
+        rng: &mut impl Rng,
+        tally: &mut Tally<'_>,
+    ) -> Option<u16> {
+        let (absorbed, quantum_yield) = (*weight, luminophore.quantum_yield);
+        let number = luminophore.emit(rng);
+        let shift = match self.wavelengths.get(number) {
+            Some(emitted) => self.wavelengths[usize::from(self.wavelength)] / emitted,
+            None => 0.0,
+        };
+        let efficiency = quantum_yield * shift;
+        let lost = self.keep(weight, efficiency, rng);
+        // The roulette takes all of it or nothing: both losses have their share of that.
+        let expected = absorbed * (1.0 - efficiency);
+        let taken = if expected.abs() > 0.0 { lost / expected } else { 1.0 };
+        let quantum_loss = taken * (1.0 - quantum_yield) * absorbed;
+        let stokes_loss = lost - quantum_loss;
+        tally.book(Booking::Conversion { line, absorbed, quantum_loss, stokes_loss });
+        (*weight > 0.0).then_some(number as u16)
     }
 
     /// Sends a path on from where it has met a surface; whether it goes on.

@@ -9,23 +9,30 @@
 //! the same in scenes that differ elsewhere, and what two scenes have in common cancels in the
 //! difference of their results (common random numbers).
 
+mod control;
 mod long_paths;
 mod observed;
+mod one_by_one;
+mod walk;
+mod wavelengths;
 
+pub use control::Control;
 pub use observed::trace_observed;
+pub use wavelengths::WavelengthRun;
 
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
-use long_paths::{LONG, LongPaths};
+use one_by_one::{STRIDE, one_by_one};
+use walk::SceneWalk;
 
 use crate::batch::BatchTracer;
 use crate::batch::mesh_packets::MeshPackets;
-use crate::checkpoint::{self, CheckpointStore};
+use crate::checkpoint;
 use crate::error::Error;
 use crate::observer::{Fate, Observer};
-use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
+use crate::optics::polarisation::{Polarisation, Stokes, Unpolarised};
 use crate::outcome::{Outcome, Totals};
 use crate::path::Tracer;
 use crate::random::{self, Streams};
@@ -34,21 +41,6 @@ use crate::receiver::{Receiver, Tally};
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 use crate::source_picker::SourcePicker;
-
-/// Paths between two readings of the cancellation flag.
-const STRIDE: u64 = 4096;
-
-/// Callbacks of a running trace.
-#[derive(Clone, Copy, Default)]
-pub struct Control<'a> {
-    /// Called now and then, from any thread, with the number of paths done since its last call.
-    pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
-    /// Raise it to stop the run, which then returns [`Error::Cancelled`].
-    pub cancel: Option<&'a AtomicBool>,
-    /// Keeps finished groups and gives them back; asked by [`run_with`] and
-    /// [`run_groups`] only.
-    pub checkpoints: Option<&'a dyn CheckpointStore>,
-}
 
 /// Traces a scene.
 pub fn run(
@@ -262,14 +254,13 @@ fn trace_group(
             mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, &mut keep_going)
         }
         Strategy::PathByPath => {
-            let begun = (streams, picker);
-            let (tally, keep_going) = (&mut tally, &mut keep_going);
+            let mut walk = SceneWalk { tracer, picker, tally: &mut tally, observer };
             match tracer.polarisation {
                 Polarisation::Unpolarised => {
-                    one_by_one::<Unpolarised>(tracer, paths, begun, tally, observer, keep_going)
+                    one_by_one::<Unpolarised>(&mut walk, paths, streams, &mut keep_going)
                 }
                 Polarisation::Carried => {
-                    one_by_one::<Stokes>(tracer, paths, begun, tally, observer, keep_going)
+                    one_by_one::<Stokes>(&mut walk, paths, streams, &mut keep_going)
                 }
             }
         }
@@ -281,33 +272,4 @@ fn trace_group(
     let mut totals = tally.close();
     totals.scale(tracer.scene.power() / paths as f64);
     Ok((totals, hits))
-}
-
-/// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
-fn one_by_one<L: Light>(
-    tracer: &Tracer<'_>,
-    paths: u64,
-    (streams, mut picker): (Streams, SourcePicker<'_>),
-    tally: &mut Tally<'_>,
-    observer: &mut impl Observer,
-    mut keep_going: impl FnMut(u64) -> bool,
-) -> Option<u64> {
-    let mut hits = 0;
-    let mut long = LongPaths::default();
-    for done in 0..paths {
-        if done % STRIDE == 0 && !keep_going(done) {
-            return None;
-        }
-        let mut rng = streams.path(done);
-        let (number, placed) = picker.next();
-        let ray = picker.begin(done, placed, tracer.scene.offset(), &mut rng);
-        let mut path = tracer.begin(ray, (number, placed), tally, observer);
-        let mut light = L::default();
-        let is_over = tracer.walk_to(&mut path, &mut light, &mut rng, (tally, observer), LONG);
-        hits += u64::from(path.history.bounces);
-        if !is_over {
-            hits += long.take(tracer, (path, light, rng), tally, observer);
-        }
-    }
-    Some(hits + long.finish(tracer, tally, observer))
 }

@@ -38,6 +38,7 @@
 //! | [`snapshot`], [`stopping_rule`] | batches of paths until a figure is known |
 //! | [`trace_plan`], [`shard`], [`job`] | pieces of a computation that processes share |
 //! | [`spectral`] | the same at several wavelengths |
+//! | `conversion` | one trace through all wavelengths, where media convert light |
 //! | [`model_traces`] | traces of many designs without files |
 //! | [`paths`], [`paths_3d`], [`package_drawing`], [`description`], [`package`] | the package in lines, words and a few paths |
 //! | [`bodies`] | the package as triangle meshes |
@@ -46,6 +47,7 @@
 pub mod absolute;
 pub mod bodies;
 pub mod cells;
+mod conversion;
 pub mod description;
 pub mod dome_surface;
 pub mod job;

@@ -239,7 +239,7 @@ impl Observation {
             powers: sum(|o| &o.powers),
             receivers: receivers.collect(),
             depolarised_by: first.depolarised_by.clone(),
-            tristimulus: None,
+            tristimulus: tristimulus(parts),
         }
     }
 
@@ -265,6 +265,9 @@ impl Observation {
         self.powers.add(&other.powers);
         for (receiver, more) in self.receivers.iter_mut().zip(&other.receivers) {
             receiver.add(more);
+        }
+        if let (Some(colours), Some(more)) = (&mut self.tristimulus, &other.tristimulus) {
+            colours.add(more);
         }
     }
 
@@ -470,6 +473,12 @@ impl Observation {
     }
 }
 
+/// The weighted sum of the colours of observations that all have some.
+fn tristimulus(parts: &[(f64, &Observation)]) -> Option<Grouped> {
+    let colours = parts.iter().map(|(weight, seen)| Some((*weight, seen.tristimulus.as_ref()?)));
+    colours.collect::<Option<Vec<_>>>().map(|parts| Grouped::weighted(&parts))
+}
+
 /// The curve of `values` at `x` up to `last`.
 pub fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Result<Curve> {
     let count = x.iter().take_while(|&&x| x <= last).count();
@@ -490,6 +499,10 @@ fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
     map.iter().map(|l| l - least).collect()
 }
 
+/// Endings of the accounts of a luminophore: photons that it does not emit again, and energy that
+/// emitted photons lack.
+const CONVERSION_LOSSES: [&str; 2] = ["quantum_loss", "stokes_loss"];
+
 /// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through
 /// domes beside them.
 fn accounts(lines: &Lines) -> Vec<String> {
@@ -500,6 +513,8 @@ fn accounts(lines: &Lines) -> Vec<String> {
             .to_vec();
     names.extend(surface_names(lines).iter().map(|s| key("absorbed_by", s)));
     names.extend(lines.media.iter().map(|m| key("absorbed_in", m)));
+    let losses = lines.luminophores.iter().map(|name| key("absorbed_in", name));
+    names.extend(losses.flat_map(|key| CONVERSION_LOSSES.map(|loss| format!("{key}_{loss}"))));
     names.extend(Loss::ALL.iter().map(|l| key("lost", l.description())));
     names
 }
@@ -529,6 +544,8 @@ fn powers(outcome: &Outcome, flows: &Grouped) -> Grouped {
             lines.map(|(_, line)| line.absorbed * share).sum::<f64>()
         }));
         powers.extend(l.media.iter().map(|m| m * share));
+        let losses = l.luminophores.iter().flat_map(|of| [of.quantum_loss, of.stokes_loss]);
+        powers.extend(losses.map(|loss| loss * share));
         powers.extend(l.lost.iter().map(|p| p * share));
         powers
     });

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
+use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Scene, Settings};
 
 use design::Design;
 use design::resolved::trace_key::ReliefModel;
@@ -15,6 +15,7 @@ use files::run_context::RunContext;
 use files::store::{Entries, Store};
 use metrics::extraction::flow;
 
+use super::conversion::{self, ConvertingScenes};
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
 
@@ -71,6 +72,9 @@ impl TraceJob<'_> {
     }
 
     fn trace(&self, progress: &(dyn Fn(u64) + Sync), context: RunContext) -> Result<Observation> {
+        if self.design.converts() {
+            return self.trace_all_wavelengths(progress, context);
+        }
         let scene = scene::build(self.design, self.surface)?;
         context.interrupt.check()?;
         let groups = self.groups(context);
@@ -82,10 +86,29 @@ impl TraceJob<'_> {
         context.interrupt.check()?;
         context.checkpoints.map_or(Ok(()), Store::take_error)?;
         let outcome = uninterrupted(outcome)?.merged(self.error_groups);
-        let mut observation = Observation::new(self.design, outcome);
-        observation.depolarised_by = scene.scattering_surfaces();
-        observation.depolarised_by.extend(scene.scattering_media());
-        Ok(observation)
+        let observation = Observation::new(self.design, outcome);
+        Ok(Observation { depolarised_by: depolarised_by(&scene), ..observation })
+    }
+
+    fn trace_all_wavelengths(
+        &self,
+        progress: &(dyn Fn(u64) + Sync),
+        context: RunContext,
+    ) -> Result<Observation> {
+        let scenes = ConvertingScenes::new(self.design, self.surface)?;
+        context.interrupt.check()?;
+        let groups = self.groups(context);
+        let outcomes = self.with_receivers(|receivers| {
+            let settings = self.settings(context.seed);
+            let control = control(progress, groups.as_ref(), context);
+            scenes.with_run(|run| run.run(receivers, &settings, control))
+        })?;
+        context.interrupt.check()?;
+        context.checkpoints.map_or(Ok(()), Store::take_error)?;
+        let outcomes = uninterrupted(outcomes)?.into_iter();
+        let outcomes = outcomes.map(|outcome| outcome.merged(self.error_groups)).collect();
+        let observation = conversion::observation(self.design, outcomes);
+        Ok(Observation { depolarised_by: depolarised_by(scenes.first()), ..observation })
     }
 
     /// Traces the groups `wanted` for the checkpoints of `context` alone.
@@ -93,7 +116,6 @@ impl TraceJob<'_> {
     /// # Errors
     /// A scene that cannot be built, those of the tracer; a group that cannot be kept; an interrupt.
     pub fn keep_groups(&self, wanted: Range<u64>, context: RunContext) -> Result<()> {
-        let scene = scene::build(self.design, self.surface)?;
         let count = wanted.end - wanted.start;
         let bar = context.console.progress(count * self.paths.div_ceil(GROUPS as u64), self.what);
         let progress = |done| bar.inc(done);
@@ -101,8 +123,17 @@ impl TraceJob<'_> {
         let done = self.with_receivers(|receivers| {
             let settings = self.settings(context.seed);
             let control = control(&progress, groups.as_ref(), context);
-            tracer::run_groups(&scene, receivers, &settings, control, wanted)
+            if self.design.converts() {
+                let scenes = ConvertingScenes::new(self.design, self.surface)?;
+                let done =
+                    scenes.with_run(|run| run.run_groups(receivers, &settings, control, wanted));
+                return Ok(done);
+            }
+            let scene = scene::build(self.design, self.surface)?;
+            Ok(tracer::run_groups(&scene, receivers, &settings, control, wanted))
         })?;
+        let done: Result<_> = done;
+        let done = done?;
         bar.finish_and_clear();
         context.interrupt.check()?;
         uninterrupted(done)?;
@@ -146,6 +177,13 @@ impl TraceJob<'_> {
             "seed": seed,
         })
     }
+}
+
+/// Names of surfaces and media of a scene that leave light unpolarised.
+fn depolarised_by(scene: &Scene) -> Vec<String> {
+    let mut names = scene.scattering_surfaces();
+    names.extend(scene.scattering_media());
+    names
 }
 
 fn control<'a>(

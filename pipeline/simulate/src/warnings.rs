@@ -40,6 +40,9 @@ const PROBED: u64 = 64;
 /// Mean surfaces of a path beyond which a trace is slow: the usual is some ten.
 const MANY: f64 = 300.0;
 
+/// Share of emitted photons with more energy than any of the light that goes without a word.
+const MAX_ANTI_STOKES: f64 = 1e-3;
+
 /// Mean scatterings of a path beyond which a trace is slow.
 const MANY_SCATTERINGS: f64 = 3000.0;
 
@@ -50,8 +53,22 @@ const MANY_SCATTERINGS: f64 = 3000.0;
 pub fn warnings(design: &Design) -> Result<Vec<String>> {
     let mut said = of_sources(design);
     said.extend(of_spheres(design));
+    said.extend(of_luminophores(design));
     said.extend(held_light(design)?);
     Ok(said)
+}
+
+/// Warnings on substances that emit photons of more energy than those of the light.
+fn of_luminophores(design: &Design) -> Vec<String> {
+    let all = design.anti_stokes().into_iter().filter(|(_, share)| *share > MAX_ANTI_STOKES);
+    let warning = |(name, share): (&str, f64)| {
+        format!(
+            "luminophore {name:?}: {:.1} % of the photons that it emits have more energy than any of \
+             the light, which their surroundings must give; `stokes_only = true` leaves them out",
+            100.0 * share
+        )
+    };
+    all.map(warning).collect()
 }
 
 /// Warnings on spheres whose neighbours are near: independent are those of a volume share below

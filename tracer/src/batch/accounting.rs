@@ -247,6 +247,7 @@ impl BatchTracer<'_> {
             own: self.scene.only_candidate(instance),
             weight: batch.weight[lane],
             scatterings: batch.scatterings[lane],
+            wavelength: 0,
             history: batch.past(lane),
         };
         let met = state.history.bounces;

@@ -38,7 +38,7 @@ use bsdf::order_table::{Flag, OrderTable, OrderTableBatch};
 use pulp::Arch;
 
 use crate::ledger::Booking;
-use crate::optics::phase::Scattering;
+use crate::optics::luminescence::Collisions;
 use crate::optics::polarisation::Unpolarised;
 use crate::path::{Flight, Tracer};
 use crate::random::Streams;
@@ -228,10 +228,10 @@ impl BatchTracer<'_> {
                 tally.segment(&ray, length, weight, &batch.past(lane), &Unpolarised);
             }
         }
-        if let Some(scattering) = &self.medium.scattering {
+        if let Some(collisions) = &self.medium.collisions {
             for lane in 0..active {
                 if batch.lanes.inside[lane].is_set() {
-                    self.scatter_on_the_way(tracer, scattering, batch, lane, tally);
+                    self.scatter_on_the_way(tracer, collisions, batch, lane, tally);
                 }
             }
         }
@@ -267,7 +267,7 @@ impl BatchTracer<'_> {
     fn scatter_on_the_way(
         &self,
         tracer: &Tracer<'_>,
-        scattering: &Scattering,
+        collisions: &Collisions,
         batch: &mut PathBatch,
         lane: usize,
         tally: &mut Tally<'_>,
@@ -280,12 +280,12 @@ impl BatchTracer<'_> {
         let mut stream = lanes.stream(lane);
         let flight = (&lanes.ray(lane), lanes.distance[lane]);
         let path = (&mut batch.weight[lane], &mut batch.scatterings[lane]);
-        let end = tracer.fly(self.medium, scattering, flight, path, &mut stream, tally);
+        let end = tracer.fly(self.medium, collisions, flight, path, &mut stream, tally);
         lanes.keep(lane, stream);
         match end {
             Flight::Free => return,
             Flight::Scattered(ray) => batch.scattered.push((lane, ray)),
-            Flight::Absorbed(_) | Flight::Lost => batch.weight[lane] = 0.0,
+            Flight::Absorbed(_) | Flight::Lost | Flight::Converted(..) => batch.weight[lane] = 0.0,
         }
         lanes.mode[lane] = Mode::TAKEN;
     }

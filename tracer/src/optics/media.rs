@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Homogeneous media: refractive index, absorption and scattering.
 
+use super::luminescence::Luminophore;
 use super::phase::Scattering;
 use crate::error::{Error, check};
 
@@ -15,12 +16,20 @@ pub struct Medium {
     pub absorption_per_mm: f64,
     /// Scattering on the way, if any; of a body, not of the world.
     pub scattering: Option<Scattering>,
+    /// Substances that convert light, all for the same wavelengths; of a body, not of the world.
+    pub luminophores: Vec<Luminophore>,
 }
 
 impl Medium {
     /// A medium that absorbs nothing.
     pub fn clear(name: impl Into<String>, index: f64) -> Self {
-        Self { name: name.into(), index, absorption_per_mm: 0.0, scattering: None }
+        Self {
+            name: name.into(),
+            index,
+            absorption_per_mm: 0.0,
+            scattering: None,
+            luminophores: Vec::new(),
+        }
     }
 
     /// Air with index 1.
@@ -39,6 +48,13 @@ impl Medium {
     #[must_use]
     pub fn scattering(mut self, scattering: Option<Scattering>) -> Self {
         self.scattering = scattering.filter(|scattering| scattering.per_mm != 0.0);
+        self
+    }
+
+    /// The same medium with these luminescent substances.
+    #[must_use]
+    pub fn luminescent(mut self, luminophores: Vec<Luminophore>) -> Self {
+        self.luminophores = luminophores;
         self
     }
 

@@ -227,13 +227,6 @@ impl Scattering {
         })
     }
 
-    /// Draws the length of a flight, mm.
-    #[inline]
-    pub(crate) fn free_path(&self, rng: &mut impl Rng) -> f64 {
-        // 1 - u is never 0.
-        -(1.0 - random::unit(rng)).ln() / self.per_mm
-    }
-
     pub(crate) fn validate(&self, medium: &str) -> Result<(), Error> {
         check(
             &format!("scattering of '{medium}' per mm"),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Roulette among long paths: of two from one source in one body that have met as many surfaces, one
-//! goes on with the weight of both.
+//! Roulette among long paths: of two from one source in one body, at one wavelength, that have met as
+//! many surfaces, one goes on with the weight of both.
 //!
 //! Light that a body holds by total reflection keeps its weight and would be followed for thousands
 //! of surfaces. Where a path has met [`LONG`] surfaces, and again at every doubling, it waits for the
@@ -9,11 +9,10 @@
 //! group, the flux through every surface and the books of every source balance to rounding. Of n
 //! paths that stay for ever, n/2 go beyond `LONG`, n/4 beyond twice as many.
 
-use crate::observer::Observer;
+use super::walk::Walk;
 use crate::optics::polarisation::Light;
-use crate::path::{PathState, Tracer};
+use crate::path::PathState;
 use crate::random::{self, PathStream};
-use crate::receiver::Tally;
 
 /// Surfaces after which a path is long.
 pub(super) const LONG: u32 = 256;
@@ -34,13 +33,7 @@ impl<L> Default for LongPaths<L> {
 
 impl<L: Light> LongPaths<L> {
     /// Takes a path that has met [`LONG`] surfaces; returns how many surfaces were met since.
-    pub fn take(
-        &mut self,
-        tracer: &Tracer<'_>,
-        path: Waiting<L>,
-        tally: &mut Tally<'_>,
-        observer: &mut impl Observer,
-    ) -> u64 {
+    pub fn take(&mut self, walk: &mut impl Walk<L>, path: Waiting<L>) -> u64 {
         let (mut path, mut hits) = (path, 0);
         for level in 0.. {
             if self.waiting.len() <= level {
@@ -52,7 +45,7 @@ impl<L: Light> LongPaths<L> {
                 return hits;
             };
             path = one_of(path, waiting.swap_remove(other));
-            let (is_over, met) = walk_on(tracer, &mut path, level, tally, observer);
+            let (is_over, met) = walk_on(walk, &mut path, level);
             hits += met;
             if is_over {
                 return hits;
@@ -62,19 +55,14 @@ impl<L: Light> LongPaths<L> {
     }
 
     /// Follows those that wait to their ends; returns how many surfaces they met.
-    pub fn finish(
-        mut self,
-        tracer: &Tracer<'_>,
-        tally: &mut Tally<'_>,
-        observer: &mut impl Observer,
-    ) -> u64 {
+    pub fn finish(mut self, walk: &mut impl Walk<L>) -> u64 {
         let mut hits = 0;
         for level in 0.. {
             let Some(waiting) = self.waiting.get_mut(level).map(std::mem::take) else {
                 break;
             };
             for mut path in waiting {
-                let (is_over, met) = walk_on(tracer, &mut path, level, tally, observer);
+                let (is_over, met) = walk_on(walk, &mut path, level);
                 hits += met;
                 if !is_over {
                     // Among those that wait for the next level, which come last.
@@ -96,9 +84,11 @@ impl<L: Light> LongPaths<L> {
     }
 }
 
-/// True of paths from one source in one body.
+/// True of paths from one source in one body at one wavelength.
 fn are_alike(one: &PathState, other: &PathState) -> bool {
-    one.location == other.location && one.history.source == other.history.source
+    one.location == other.location
+        && one.history.source == other.history.source
+        && one.wavelength == other.wavelength
 }
 
 /// One of two paths, by their weights, with the weight of both.
@@ -114,14 +104,12 @@ fn one_of<L>(mut one: Waiting<L>, other: Waiting<L>) -> Waiting<L> {
 /// Follows a path to the surface at which the next level begins; true if it has ended, and how many
 /// it met.
 fn walk_on<L: Light>(
-    tracer: &Tracer<'_>,
+    walk: &mut impl Walk<L>,
     (state, light, stream): &mut Waiting<L>,
     level: usize,
-    tally: &mut Tally<'_>,
-    observer: &mut impl Observer,
 ) -> (bool, u64) {
     let before = state.history.bounces;
     let next = LONG.checked_shl(level as u32 + 1).unwrap_or(u32::MAX);
-    let is_over = tracer.walk_to(state, light, stream, (tally, observer), next.max(before + 1));
+    let is_over = walk.walk_to(state, light, stream, next.max(before + 1));
     (is_over, u64::from(state.history.bounces - before))
 }

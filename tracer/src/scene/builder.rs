@@ -142,7 +142,7 @@ impl SceneBuilder {
         let world = CompiledMedium {
             absorption: self.world.absorption_per_mm,
             line: lines.medium(&self.world.name),
-            scattering: None,
+            collisions: None,
         };
         let (bodies, list) = self.bodies(&containments, &mut lines);
         let around = Around { medium: &self.world, enclosed: false };

@@ -5,8 +5,8 @@
 use bsdf::Side;
 
 use super::lines::Lines;
+use crate::optics::luminescence::Collisions;
 use crate::optics::media::Medium;
-use crate::optics::phase::Scattering;
 use crate::ray::Ray;
 use crate::shape::{Bounds, Intersection, PacketTraversal, Reach, Shape, Sides};
 use crate::surface::{Region, Surface, SurfaceModel};
@@ -16,7 +16,19 @@ use crate::surface::{Region, Surface, SurfaceModel};
 pub(crate) struct CompiledMedium {
     pub absorption: f64,
     pub line: usize,
-    pub scattering: Option<Scattering>,
+    pub collisions: Option<Collisions>,
+}
+
+impl CompiledMedium {
+    fn new(medium: &Medium, lines: &mut Lines) -> Self {
+        let line = lines.medium(&medium.name);
+        let luminophores = medium.luminophores.iter().map(|luminophore| {
+            let line = lines.luminophore(&luminophore.name);
+            (luminophore.clone(), line)
+        });
+        let collisions = Collisions::new(medium.scattering.as_ref(), luminophores.collect());
+        Self { absorption: medium.absorption_per_mm, line, collisions }
+    }
 }
 
 /// A patch of a surface with its line in the ledger.
@@ -204,14 +216,7 @@ impl Body {
             from_media: (0..media.len())
                 .map(|number| bordering(Region::Body(number as u8)))
                 .collect(),
-            media: media
-                .iter()
-                .map(|medium| CompiledMedium {
-                    absorption: medium.absorption_per_mm,
-                    line: lines.medium(&medium.name),
-                    scattering: medium.scattering.clone(),
-                })
-                .collect(),
+            media: media.iter().map(|medium| CompiledMedium::new(medium, lines)).collect(),
             bounds,
             radius,
             round,

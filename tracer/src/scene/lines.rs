@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Names of the surfaces and media of a scene: one ledger line for each.
+//! Names of the surfaces, media and luminophores of a scene: one ledger line for each.
 
 /// Names of the lines of a ledger.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -10,6 +10,8 @@ pub struct Lines {
     pub(crate) skin: Vec<bool>,
     /// Media.
     pub media: Vec<String>,
+    /// Luminescent substances of the media.
+    pub luminophores: Vec<String>,
 }
 
 impl Lines {
@@ -25,9 +27,19 @@ impl Lines {
 
     /// The number of the line of a medium, added if it is new.
     pub(super) fn medium(&mut self, name: &str) -> usize {
-        self.media.iter().position(|known| known == name).unwrap_or_else(|| {
-            self.media.push(name.to_owned());
-            self.media.len() - 1
-        })
+        number_of(&mut self.media, name)
     }
+
+    /// The number of the line of a luminophore, added if it is new.
+    pub(super) fn luminophore(&mut self, name: &str) -> usize {
+        number_of(&mut self.luminophores, name)
+    }
+}
+
+/// The place of a name in a list, added if it is new.
+fn number_of(names: &mut Vec<String>, name: &str) -> usize {
+    names.iter().position(|known| known == name).unwrap_or_else(|| {
+        names.push(name.to_owned());
+        names.len() - 1
+    })
 }

@@ -31,6 +31,7 @@ use bsdf::Side;
 use glam::DVec3;
 use std::sync::Arc;
 
+use crate::optics::luminescence::{Collisions, Luminophore};
 use crate::ray::Ray;
 use crate::shape::{Bounds, PacketTraversal, RELATIVE_PAD, Reach};
 use crate::source::Source;
@@ -151,11 +152,24 @@ impl Scene {
     /// Names of the media that scatter, and so leave light unpolarised, in ledger order.
     pub fn scattering_media(&self) -> Vec<String> {
         let media = self.bodies.iter().flat_map(|body| &body.media);
-        let mut lines: Vec<usize> =
-            media.filter(|medium| medium.scattering.is_some()).map(|medium| medium.line).collect();
+        let scatters =
+            |medium: &&CompiledMedium| medium.collisions.as_ref().is_some_and(Collisions::scatter);
+        let mut lines: Vec<usize> = media.filter(scatters).map(|medium| medium.line).collect();
         lines.sort_unstable();
         lines.dedup();
         lines.into_iter().map(|line| self.lines.media[line].clone()).collect()
+    }
+
+    /// Luminophores of all media.
+    pub(crate) fn luminophores(&self) -> impl Iterator<Item = &Luminophore> {
+        let media = self.bodies.iter().flat_map(|body| &body.media);
+        let all = media.filter_map(|medium| medium.collisions.as_ref());
+        all.flat_map(Collisions::luminophores).map(|(luminophore, _)| luminophore)
+    }
+
+    /// Number of sources of all instances and of the world.
+    pub fn sources(&self) -> usize {
+        self.sources.len()
     }
 
     /// Number of instances, without the array solids.

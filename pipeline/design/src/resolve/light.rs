@@ -144,7 +144,7 @@ pub(crate) fn resolve_spectrum(
 }
 
 /// Wavelengths and powers from the design or from a file.
-fn rows(
+pub(super) fn rows(
     raw: &SpectrumRows,
     table: &str,
     folder: &Path,

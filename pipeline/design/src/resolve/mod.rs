@@ -16,6 +16,7 @@ mod grooves;
 mod input_files;
 mod led;
 mod light;
+mod luminescence;
 mod package;
 mod positions;
 mod receivers;
@@ -58,6 +59,9 @@ pub(crate) struct DesignText<'a> {
     /// Folder of the files that it names.
     pub(crate) folder: &'a Path,
 }
+
+/// Usual step of the wavelengths of a trace in which light is converted, nm.
+const STEP_NM: f64 = 5.0;
 
 impl Design {
     /// Checks `raw`, read from a text. Bands that cannot be made are refused where the design asks
@@ -126,6 +130,7 @@ impl Design {
             trace: raw.trace.clone(),
             files: Files::default(),
             films: films::resolve(raw, wavelength_nm, folder, &at)?,
+            step_nm: step_nm(&raw.light, &at)?,
             polarization: raw.light.polarization,
         };
         let max_films = MAX_SOLIDS - design.solids.len();
@@ -139,6 +144,7 @@ impl Design {
         let scale = receivers::Scale::of(&design, source_file.as_ref());
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
         design.check_relief(&at)?;
+        luminescence::check(&design, raw, &at)?;
         light::check_ends(&design, raw, Self::check_relief, &at)?;
         let tables = design
             .check_tables(&at)
@@ -304,4 +310,9 @@ impl Design {
             _ => Ok(()),
         }
     }
+}
+
+/// Step of the wavelengths of a trace in which light is converted, nm.
+fn step_nm(light: &schema::Light, at: &Context) -> Result<f64, ConfigError> {
+    at.within("light.step_nm", light.step_nm.unwrap_or(STEP_NM), 0.5, 50.0)
 }

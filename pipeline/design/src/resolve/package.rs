@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use geometry::profile::SphericalDome;
 
-use super::{positions, scattering};
+use super::{luminescence, positions, scattering};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Housing;
@@ -60,6 +60,7 @@ pub(crate) fn inside(
             index: 1.0,
             absorption_per_mm: 0.0,
             scattering: None,
+            luminophores: Vec::new(),
             stated: Arc::new(StatedMedium {
                 table: "silicone".to_owned(),
                 index: 1.0,
@@ -68,6 +69,7 @@ pub(crate) fn inside(
                     value: ByWavelength::default(),
                 },
                 scattering: None,
+                luminophores: Vec::new(),
                 spectral: None,
                 material: None,
             }),
@@ -86,6 +88,7 @@ pub(crate) fn medium(
     let key = format!("{table}.absorption_per_mm");
     let absorption_per_mm = Spectral::new(key, &raw.absorption_per_mm, [0.0, 1e6], at)?;
     let scattering = scattering::resolve(table, raw, at)?;
+    let luminophores = luminescence::resolve(table, &raw.luminophores, folder, at)?;
     let (index, material) = match (raw.index, &raw.material_file) {
         (Some(index), None) => (index, None),
         (None, Some(name)) => {
@@ -103,8 +106,17 @@ pub(crate) fn medium(
     };
     let table = table.to_owned();
     let varies = matches!(raw.absorption_per_mm, ByWavelength::Rows(_));
-    let spectral = (varies || scattering.is_some()).then(|| raw.clone());
-    let stated = StatedMedium { table, index, absorption_per_mm, scattering, spectral, material };
+    let keeps_table = varies || scattering.is_some() || !luminophores.is_empty();
+    let spectral = keeps_table.then(|| raw.clone());
+    let stated = StatedMedium {
+        table,
+        index,
+        absorption_per_mm,
+        scattering,
+        luminophores,
+        spectral,
+        material,
+    };
     medium_at(&Arc::new(stated), wavelength_nm, at)
 }
 

@@ -58,8 +58,12 @@ impl Design {
     }
 
     /// The lights of all sources where they are more than one wavelength of the design: a spectrum,
-    /// or what the sources state; or where every source is to have a ledger of its own.
+    /// or what the sources state; or where every source is to have a ledger of its own. None where
+    /// a medium converts light: all wavelengths are then one trace.
     pub fn all_lights(&self) -> Option<Cow<'_, Lights>> {
+        if self.converts() {
+            return None;
+        }
         let together = || self.spectrum.as_ref().map(Lights::together).map(Cow::Owned);
         self.lights.as_ref().map(Cow::Borrowed).or_else(together)
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rcwa::material::Material;
 use serde::Serialize;
 
+use super::luminescence::{MediumLuminophore, StatedLuminophore};
 use super::scattering::{MediumScattering, Spectral, StatedScattering};
 use crate::check::Context;
 use crate::error::ConfigError;
@@ -22,6 +23,9 @@ pub struct Medium {
     /// Scattering on the way.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scattering: Option<MediumScattering>,
+    /// Substances that convert light.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub luminophores: Vec<MediumLuminophore>,
     /// From which all follow at other wavelengths.
     #[serde(skip)]
     pub(crate) stated: Arc<StatedMedium>,
@@ -34,6 +38,17 @@ impl Medium {
         tracer::Medium::clear(name, self.index)
             .absorbing(self.absorption_per_mm)
             .scattering(scattering)
+            .luminescent(self.luminophores.iter().map(MediumLuminophore::to_tracer).collect())
+    }
+}
+
+impl Medium {
+    /// Sets what its substances emit at `nodes`, after absorption at one of them.
+    pub(super) fn luminesce(&mut self, nodes: &[f64], node: usize) {
+        let stated = self.stated.luminophores.iter();
+        for (luminophore, stated) in self.luminophores.iter_mut().zip(stated) {
+            luminophore.photons = stated.photons(nodes, node);
+        }
     }
 }
 
@@ -48,7 +63,10 @@ pub(crate) struct StatedMedium {
     pub(crate) absorption_per_mm: Spectral,
     /// Scattering, if any.
     pub(crate) scattering: Option<StatedScattering>,
-    /// The table as written, if values over the wavelength stand in it or it scatters.
+    /// Substances that convert light.
+    pub(crate) luminophores: Vec<StatedLuminophore>,
+    /// The table as written, if values over the wavelength stand in it or it scatters or converts
+    /// light.
     pub(crate) spectral: Option<Silicone>,
     /// Index and absorption over the wavelength.
     pub(crate) material: Option<MaterialFile>,
@@ -98,5 +116,6 @@ pub(crate) fn medium_at(
         beside + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
     let scattering = stated.scattering.as_ref();
     let scattering = scattering.map(|of| of.at(wavelength_nm, index, at)).transpose()?;
-    Ok(Medium { index, absorption_per_mm, scattering, stated: Arc::clone(stated) })
+    let luminophores = stated.luminophores.iter().map(|of| of.at(wavelength_nm)).collect();
+    Ok(Medium { index, absorption_per_mm, scattering, luminophores, stated: Arc::clone(stated) })
 }

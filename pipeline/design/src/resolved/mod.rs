@@ -3,6 +3,7 @@
 
 pub mod array;
 pub mod at_wavelength;
+mod conversion;
 pub mod dome;
 pub mod files;
 pub mod films;
@@ -10,6 +11,7 @@ pub mod footprint;
 pub mod form;
 pub mod incidence_grid;
 pub mod led;
+pub mod luminescence;
 pub mod medium;
 pub mod receivers;
 pub mod reflector;
@@ -123,6 +125,8 @@ pub struct Design {
     /// Thin films on dome and mirror.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub films: Option<Films>,
+    /// Step of the wavelengths of a trace in which a medium converts light, nm.
+    pub step_nm: f64,
     /// True if rays carry their polarisation.
     #[serde(skip_serializing_if = "schema::is_default")]
     pub polarization: schema::Carrying,

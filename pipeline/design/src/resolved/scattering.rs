@@ -85,24 +85,31 @@ impl Spectral {
 
     /// The value at a wavelength.
     pub(crate) fn at(&self, wavelength_nm: f64, at: &Context) -> Result<f64, ConfigError> {
+        self.found(wavelength_nm).ok_or_else(|| {
+            let rows = match &self.value {
+                ByWavelength::Constant(_) => &[][..],
+                ByWavelength::Rows(rows) => rows,
+            };
+            let end = |row: Option<&List<f64, 2>>| row.map_or(f64::NAN, |row| row.0[0]);
+            let got = format!("rows from {} to {} nm", end(rows.first()), end(rows.last()));
+            let expected = format!("a value at {wavelength_nm} nm, of the design's light");
+            at.value(&self.key, got, &expected)
+        })
+    }
+
+    /// The value at a wavelength; `None` beyond the ends of rows.
+    pub(crate) fn found(&self, wavelength_nm: f64) -> Option<f64> {
         let rows = match &self.value {
-            ByWavelength::Constant(value) => return Ok(*value),
+            ByWavelength::Constant(value) => return Some(*value),
             ByWavelength::Rows(rows) => rows,
         };
         let beyond = rows.partition_point(|row| row.0[0] < wavelength_nm);
-        match rows.get(beyond).map(|row| row.0) {
-            Some([b, to]) if b <= wavelength_nm => Ok(to),
-            Some([b, to]) if beyond > 0 => {
-                let [a, from] = rows[beyond - 1].0;
-                Ok(from + (wavelength_nm - a) / (b - a) * (to - from))
-            }
-            _ => {
-                let end = |row: Option<&List<f64, 2>>| row.map_or(f64::NAN, |row| row.0[0]);
-                let got = format!("rows from {} to {} nm", end(rows.first()), end(rows.last()));
-                let expected = format!("a value at {wavelength_nm} nm, of the design's light");
-                Err(at.value(&self.key, got, &expected))
-            }
+        let [b, to] = rows.get(beyond)?.0;
+        if b <= wavelength_nm {
+            return Some(to);
         }
+        let [a, from] = rows[beyond.checked_sub(1)?].0;
+        Some(from + (wavelength_nm - a) / (b - a) * (to - from))
     }
 }
 

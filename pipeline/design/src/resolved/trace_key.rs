@@ -84,12 +84,13 @@ impl Design {
             trace,
             files,
             films,
+            step_nm,
             polarization,
         } = self;
         let coated = films.is_some() || solids.iter().any(CheckedSolid::is_coated);
         // Rays depend on indices, which are listed, and not on the wavelength by itself.
         let by_wavelength = relief == ReliefModel::OrderTables || coated;
-        json!({
+        let mut fields = json!({
             "named_files": named_files(provenance),
             "dome": dome.as_ref().map(dome_fields),
             "elements": element_fields(elements),
@@ -119,7 +120,14 @@ impl Design {
             "files": files_fields(files),
             "films": films.as_ref().map(films_fields),
             "polarization": polarization,
-        })
+        });
+        // Other designs have the fields of those that cannot say otherwise.
+        if self.converts() {
+            let nodes = self.traced_nm();
+            let emitted = self.emitted_at(&nodes);
+            fields["converted"] = json!({"step_nm": step_nm, "nm": nodes, "emitted": emitted});
+        }
+        fields
     }
 
     /// Names and values of the fields that say how figures are read from a trace.
@@ -163,7 +171,9 @@ fn dome_fields(dome: &Dome) -> Value {
 /// A medium that does not scatter and whose absorption is one number has the fields of designs that
 /// cannot say otherwise.
 fn medium_fields(medium: &Medium) -> Value {
-    let mut fields = fields!(medium => Medium { index, absorption_per_mm; scattering, stated });
+    let mut fields = fields!(medium => Medium {
+        index, absorption_per_mm; scattering, luminophores, stated
+    });
     if let Some(scattering) = &medium.scattering {
         fields["scattering"] = json!(scattering);
     }

@@ -23,6 +23,10 @@ pub struct Light {
     /// `"photometric"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weighting: Option<Weighting>,
+    /// Step of the wavelengths at which light is traced where a medium converts it, nm; 0.5 to 50,
+    /// default 5.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_nm: Option<f64>,
     /// Polarisation of the light on its way; default `"unpolarised"`.
     #[serde(default, skip_serializing_if = "is_default", alias = "polarisation")]
     pub polarization: Carrying,

@@ -21,6 +21,7 @@ pub mod film_stack;
 pub mod films;
 pub mod hybrid;
 pub mod light;
+pub mod luminescence;
 pub mod receivers;
 pub mod reflectors;
 pub mod scattering;
@@ -30,6 +31,7 @@ pub mod sources;
 pub use dome::{Dome, DomeForm, Elements, MeshUnit, Shape, ShapeForm};
 pub use hybrid::{Hybrid, Polarization, TableContent};
 pub use light::{Carrying, Light, Spectrum, SpectrumForm};
+pub use luminescence::Luminophore;
 pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
 pub use scattering::{ByWavelength, Particles};
 
@@ -150,6 +152,9 @@ pub struct Silicone {
     /// Spheres that scatter by Mie's theory, in place of the three keys before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Particles>,
+    /// Substances that convert light, as phosphors and quantum dots do.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub luminophores: Vec<Luminophore>,
 }
 
 /// Places of the rows of an array.

@@ -133,6 +133,14 @@ impl Colour {
         }
     }
 
+    /// The spectrum of all places and directions, if there is one.
+    pub fn spectrum(&self) -> Option<&Spectrum> {
+        match self {
+            Self::Spectrum(spectrum) => Some(spectrum),
+            Self::Rays(_) => None,
+        }
+    }
+
     /// Sampling; `None` where every wavelength is computed.
     pub fn sampling(&self) -> Option<Sampling> {
         match self {

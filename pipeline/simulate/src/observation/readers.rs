@@ -225,9 +225,11 @@ pub fn of_one_path(design: &Design, account: &str, power: f64) -> f64 {
     let solids = solids.filter_map(|solid| Some((solid.name(), solid.medium.as_ref()?)));
     let mut media = solids.chain([("silicone", &design.silicone)]);
     let is_reachable = match account.strip_prefix("absorbed_in_") {
-        Some(medium) => media.any(|(name, of)| {
-            name.replace([' ', ','], "_") == medium && of.absorption_per_mm > 0.0
-        }),
+        Some(medium) => {
+            let key = |name: &str| name.replace([' ', ','], "_");
+            media.any(|(name, of)| key(name) == medium && of.absorption_per_mm > 0.0)
+                || design.luminophores().any(|of| medium.starts_with(&key(&of.name)))
+        }
         None if account == ESCAPED_DOWN.key => design.housing.is_some(),
         None => extraction::is_end(account),
     };

@@ -15,6 +15,10 @@ impl SceneBuilder {
             // Light could not leave it.
             check("scattering of the world per mm", scattering.per_mm, "none", false)?;
         }
+        if let Some(luminophore) = self.world.luminophores.first() {
+            let absorption = luminophore.absorption_per_mm;
+            check("luminescence of the world per mm", absorption, "none", false)?;
+        }
         for (number, prototype) in self.prototypes.iter().enumerate() {
             for medium in &prototype.media {
                 medium.validate()?;

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Designs in which a medium converts light: all wavelengths are one trace.
+//!
+//! Light is traced at whole multiples of `light.step_nm` over the ranges of all spectra, and at the
+//! lines of the sources. Power between two of these wavelengths belongs to both, by nearness, so
+//! that means over the wavelength are kept.
+
+use super::Design;
+use super::luminescence::{MediumLuminophore, StatedLuminophore};
+use super::medium::Medium;
+use crate::error::ConfigError;
+use crate::spectrum::lights::Lights;
+use crate::spectrum::{SpectralPower, Spectrum, Weighting};
+
+impl Design {
+    /// True if a medium converts light to other wavelengths.
+    pub fn converts(&self) -> bool {
+        self.luminophores().next().is_some()
+    }
+
+    /// Substances of all media, those of the silicone first.
+    pub fn luminophores(&self) -> impl Iterator<Item = &MediumLuminophore> {
+        self.media().flat_map(|medium| &medium.luminophores)
+    }
+
+    fn media(&self) -> impl Iterator<Item = &Medium> {
+        let of_solids = self.solids.iter().filter_map(|solid| solid.medium.as_ref());
+        std::iter::once(&self.silicone).chain(of_solids)
+    }
+
+    /// Spectra of the sources, by the numbers of the sources of a package; a single one for all.
+    fn source_spectra(&self) -> Vec<Spectrum> {
+        let own = || {
+            let line = || Spectrum::line(self.wavelength_nm, Weighting::Radiometric);
+            self.spectrum.clone().unwrap_or_else(|| line().expect("a checked wavelength"))
+        };
+        let Some(Lights { lights, .. }) = &self.lights else { return vec![own()] };
+        let count = lights.iter().map(|light| light.emitters.len()).sum();
+        let mut spectra: Vec<Option<Spectrum>> = vec![None; count];
+        for light in lights {
+            for number in &light.emitters {
+                spectra[*number] = light.light.spectrum().cloned();
+            }
+        }
+        spectra.into_iter().map(|spectrum| spectrum.unwrap_or_else(own)).collect()
+    }
+
+    /// Wavelengths of a trace of all light, nm, ascending.
+    pub fn traced_nm(&self) -> Vec<f64> {
+        let mut nodes = Vec::new();
+        let stated = self.media().flat_map(|medium| &medium.stated.luminophores);
+        let emissions = stated.map(|luminophore| luminophore.emission.clone());
+        for spectrum in self.source_spectra().into_iter().chain(emissions) {
+            if let SpectralPower::Lines { wavelength_nm, .. } = &spectrum.source {
+                nodes.extend_from_slice(wavelength_nm);
+                continue;
+            }
+            let [low, high] = spectrum.range_nm.map(|nm| nm / self.step_nm);
+            let steps = low.ceil() as u64..=high.floor() as u64;
+            let before = nodes.len();
+            nodes.extend(steps.map(|k| k as f64 * self.step_nm));
+            if nodes.len() == before {
+                nodes.push(spectrum.median_nm());
+            }
+        }
+        nodes.sort_by(f64::total_cmp);
+        nodes.dedup();
+        nodes
+    }
+
+    /// The design at one of `nodes`, the wavelengths of a trace of all light.
+    ///
+    /// # Errors
+    /// A wavelength at which a material has no data.
+    pub fn converting_at(&self, nodes: &[f64], node: usize) -> Result<Self, ConfigError> {
+        let mut design = self.tuned(nodes[node])?;
+        design.silicone.luminesce(nodes, node);
+        for solid in &mut design.solids {
+            if let Some(medium) = &mut solid.medium {
+                medium.luminesce(nodes, node);
+            }
+        }
+        Ok(design)
+    }
+
+    /// Shares of the power of each source of a package at `nodes`; a single row for all alike.
+    pub fn emitted_at(&self, nodes: &[f64]) -> Vec<Vec<f64>> {
+        let spectra = self.source_spectra().into_iter();
+        spectra.map(|spectrum| spectrum.weights(nodes, Weighting::Radiometric)).collect()
+    }
+
+    /// Share of the photons of each luminophore that have more energy than the light of the shortest
+    /// wavelength that it absorbs, with its name.
+    pub fn anti_stokes(&self) -> Vec<(&str, f64)> {
+        let nodes = self.traced_nm();
+        let shares = self.emitted_at(&nodes);
+        let shining = (0..nodes.len()).find(|k| shares.iter().any(|row| row[*k] > 0.0));
+        let stated = self.media().flat_map(|medium| &medium.stated.luminophores);
+        let share = |luminophore: &StatedLuminophore| {
+            let photons = luminophore.photons(&nodes, shining.unwrap_or(0));
+            let whole: f64 = photons.iter().sum();
+            photons[..shining.unwrap_or(0)].iter().sum::<f64>() / whole
+        };
+        stated.map(|luminophore| (luminophore.name.as_str(), share(luminophore))).collect()
+    }
+}

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Luminescence: substances of a medium that absorb light at one wavelength and emit it at others.
+//!
+//! A photon of wavelength λ that a [`Luminophore`] absorbs is emitted anew with the probability of
+//! its quantum yield Y, in any direction, unpolarised, at a wavelength λ' that the emission
+//! spectrum draws. The expected power of that is the share Y λ/λ' of the power absorbed: 1 - Y of it
+//! is lost with photons that are not emitted, Y (1 - λ/λ') is Stokes' loss.
+
+use rand::Rng;
+
+use super::phase::Scattering;
+use crate::error::{Error, check, fraction};
+use crate::random;
+
+/// A luminescent substance of a medium, at one wavelength of several.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Luminophore {
+    /// Name under which the ledger lists its losses.
+    pub name: String,
+    /// Absorption coefficient, 1/mm.
+    pub absorption_per_mm: f64,
+    /// Photons emitted for each that is absorbed, 0 to 1.
+    pub quantum_yield: f64,
+    /// Sums of the shares of the photons that are emitted at each of the wavelengths of a run, the
+    /// last of them 1.
+    cumulated: Vec<f64>,
+}
+
+impl Luminophore {
+    /// A substance that emits photons in proportion to `shares`, one for each wavelength of a run.
+    ///
+    /// # Errors
+    /// Numbers outside of their ranges, and shares without a positive sum.
+    pub fn new(
+        name: impl Into<String>,
+        absorption_per_mm: f64,
+        quantum_yield: f64,
+        shares: &[f64],
+    ) -> Result<Self, Error> {
+        let name = name.into();
+        let number = "a finite number, 0 or more";
+        let of = |what: &str| format!("{what} of '{name}'");
+        check(&of("absorption per mm"), absorption_per_mm, number, absorption_per_mm >= 0.0)?;
+        fraction(&of("quantum yield"), quantum_yield)?;
+        for share in shares {
+            check(&of("share of the emission"), *share, number, *share >= 0.0)?;
+        }
+        let whole: f64 = shares.iter().sum();
+        check(&of("sum of the emission"), whole, "a number above 0", whole > 0.0)?;
+        let mut sum = 0.0;
+        let add = |share: &f64| {
+            sum += share / whole;
+            sum
+        };
+        Ok(Self {
+            cumulated: shares.iter().map(add).collect(),
+            name,
+            absorption_per_mm,
+            quantum_yield,
+        })
+    }
+
+    /// Number of the wavelength of an emitted photon.
+    pub(crate) fn emit(&self, rng: &mut impl Rng) -> usize {
+        // Rounding leaves the last sum below 1: the last wavelength that has a share takes the rest.
+        let last = self.cumulated.len() - 1;
+        let end = self.cumulated[last];
+        let pick = random::unit(rng) * end;
+        self.cumulated.partition_point(|sum| *sum <= pick).min(last)
+    }
+
+    pub(crate) fn wavelengths(&self) -> usize {
+        self.cumulated.len()
+    }
+}
+
+/// Event that ends a flight in a medium.
+pub(crate) enum Collision<'a> {
+    /// The light is scattered.
+    Scatters(&'a Scattering),
+    /// The luminophore with this line in the ledger absorbs it.
+    Excites(&'a Luminophore, usize),
+}
+
+/// All that may happen to light on its way through a medium, beside absorption by the medium
+/// itself.
+#[derive(Debug, Clone)]
+pub(crate) struct Collisions {
+    /// Reciprocal of the mean free path, 1/mm.
+    per_mm: f64,
+    scattering: Option<Scattering>,
+    /// With their lines in the ledger.
+    luminophores: Vec<(Luminophore, usize)>,
+}
+
+impl Collisions {
+    /// `None` where nothing happens.
+    pub fn new(
+        scattering: Option<&Scattering>,
+        luminophores: Vec<(Luminophore, usize)>,
+    ) -> Option<Self> {
+        let absorption: f64 = luminophores.iter().map(|(one, _)| one.absorption_per_mm).sum();
+        let per_mm = scattering.map_or(0.0, |scattering| scattering.per_mm) + absorption;
+        (per_mm > 0.0).then(|| Self { per_mm, scattering: scattering.cloned(), luminophores })
+    }
+
+    /// True if the medium scatters light.
+    pub fn scatter(&self) -> bool {
+        self.scattering.is_some()
+    }
+
+    /// Luminophores with their lines in the ledger.
+    pub fn luminophores(&self) -> &[(Luminophore, usize)] {
+        &self.luminophores
+    }
+
+    /// Draws the length of a flight, mm.
+    #[inline]
+    pub fn free_path(&self, rng: &mut impl Rng) -> f64 {
+        // 1 - u is never 0.
+        -(1.0 - random::unit(rng)).ln() / self.per_mm
+    }
+
+    /// Draws the event that ends a flight.
+    #[inline]
+    pub fn event(&self, rng: &mut impl Rng) -> Collision<'_> {
+        match (&self.scattering, &self.luminophores[..]) {
+            (Some(scattering), []) => Collision::Scatters(scattering),
+            _ => self.one_of_many(rng),
+        }
+    }
+
+    fn one_of_many(&self, rng: &mut impl Rng) -> Collision<'_> {
+        let mut pick = random::unit(rng) * self.per_mm;
+        for (luminophore, line) in &self.luminophores {
+            pick -= luminophore.absorption_per_mm;
+            if pick < 0.0 {
+                return Collision::Excites(luminophore, *line);
+            }
+        }
+        match (&self.scattering, self.luminophores.last()) {
+            (Some(scattering), _) => Collision::Scatters(scattering),
+            // Rounding: the sum of the coefficients was not reached.
+            (None, Some((last, line))) => Collision::Excites(last, *line),
+            (None, None) => unreachable!("a collision needs a cause"),
+        }
+    }
+}

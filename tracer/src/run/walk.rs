@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Paths through one scene, or through the scenes of several wavelengths.
+
+use crate::observer::Observer;
+use crate::optics::polarisation::Light;
+use crate::path::{PathState, Tracer};
+use crate::random::{self, PathStream};
+use crate::receiver::Tally;
+use crate::source_picker::SourcePicker;
+
+/// Begins paths and follows them.
+pub(super) trait Walk<L: Light> {
+    /// Path `number`, at its source.
+    fn begin(&mut self, number: u64, rng: &mut PathStream) -> PathState;
+
+    /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
+    /// power is booked.
+    fn walk_to(
+        &mut self,
+        state: &mut PathState,
+        light: &mut L,
+        rng: &mut PathStream,
+        surfaces: u32,
+    ) -> bool;
+}
+
+/// Paths through one scene.
+pub(super) struct SceneWalk<'w, 'a, O> {
+    pub tracer: &'w Tracer<'a>,
+    pub picker: SourcePicker<'w>,
+    pub tally: &'w mut Tally<'a>,
+    pub observer: &'w mut O,
+}
+
+impl<L: Light, O: Observer> Walk<L> for SceneWalk<'_, '_, O> {
+    #[inline]
+    fn begin(&mut self, number: u64, rng: &mut PathStream) -> PathState {
+        let (source, placed) = self.picker.next();
+        let ray = self.picker.begin(number, placed, self.tracer.scene.offset(), rng);
+        self.tracer.begin(ray, (source, placed), self.tally, self.observer)
+    }
+
+    #[inline]
+    fn walk_to(
+        &mut self,
+        state: &mut PathState,
+        light: &mut L,
+        rng: &mut PathStream,
+        surfaces: u32,
+    ) -> bool {
+        self.tracer.walk_to(state, light, rng, (self.tally, self.observer), surfaces)
+    }
+}
+
+/// Paths through the scenes of several wavelengths, one tracer and one tally for each.
+pub(super) struct SpectralWalk<'w, 'a, O> {
+    pub tracers: &'w [Tracer<'a>],
+    pub picker: SourcePicker<'w>,
+    pub tallies: Vec<Tally<'w>>,
+    /// Sums of the shares of power that each source emits at the wavelengths.
+    pub emission: &'w [Vec<f64>],
+    pub observer: &'w mut O,
+}
+
+impl<L: Light, O: Observer> Walk<L> for SpectralWalk<'_, '_, O> {
+    fn begin(&mut self, number: u64, rng: &mut PathStream) -> PathState {
+        let (source, placed) = self.picker.next();
+        let ray = self.picker.begin(number, placed, self.tracers[0].scene.offset(), rng);
+        let cumulated = &self.emission[source];
+        let pick = random::unit(rng);
+        let wavelength = cumulated.partition_point(|sum| *sum <= pick).min(cumulated.len() - 1);
+        let tally = &mut self.tallies[wavelength];
+        self.tracers[wavelength].begin(ray, (source, placed), tally, self.observer)
+    }
+
+    fn walk_to(
+        &mut self,
+        state: &mut PathState,
+        light: &mut L,
+        rng: &mut PathStream,
+        surfaces: u32,
+    ) -> bool {
+        loop {
+            let number = state.wavelength;
+            let tally = &mut self.tallies[usize::from(number)];
+            let tracer = &self.tracers[usize::from(number)];
+            let is_over = tracer.walk_to(state, light, rng, (tally, self.observer), surfaces);
+            if state.wavelength == number {
+                return is_over;
+            }
+        }
+    }
+}

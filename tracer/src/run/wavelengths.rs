@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A run through the scenes of several wavelengths: a path carries its wavelength, and luminophores
+//! take it to another.
+//!
+//! Every wavelength has a scene of its own, of the same shapes, media and sources; indices,
+//! absorption, scattering and surfaces are those of the wavelength. A path that is converted goes on
+//! from where it is in the scene of its new wavelength. Readings of each wavelength are summed with
+//! stated weights into channels: power with weight 1 everywhere, X, Y and Z with those of the
+//! standard observer.
+
+use rayon::prelude::*;
+use std::sync::atomic::Ordering;
+
+use super::control::Control;
+use super::one_by_one::{STRIDE, one_by_one};
+use super::walk::SpectralWalk;
+use crate::checkpoint;
+use crate::error::{Error, check};
+use crate::optics::polarisation::{Polarisation, Stokes, Unpolarised};
+use crate::outcome::{Outcome, Totals};
+use crate::path::Tracer;
+use crate::random::{self, Streams};
+use crate::receiver::{Receiver, Tally};
+use crate::scene::Scene;
+use crate::settings::{Sampling, Settings};
+use crate::source_picker::SourcePicker;
+
+/// Scenes of several wavelengths, what sources emit at each, and the sums to read.
+///
+/// ```
+/// use tracer::{glam::DVec3, *};
+///
+/// # fn main() -> Result<(), Error> {
+/// // A blue source in a ball of phosphor of index 1 and yield 0.9, in air.
+/// let scene = |absorption: f64| {
+///     let phosphor = Luminophore::new("phosphor", absorption, 0.9, &[0.0, 1.0])?;
+///     let inside = Region::Body(0);
+///     let ball = Shape::ball(1.0)?;
+///     let mut scene = SceneBuilder::new(Medium::air());
+///     let package = scene.prototype(Prototype {
+///         media: vec![Medium::clear("binder", 1.0).luminescent(vec![phosphor])],
+///         surfaces: vec![Surface::new("ball", ball, inside, Region::World, &SurfaceModel::Interface)],
+///         sources: vec![Source::new("LED", DVec3::ZERO, inside, Emitter::Point, Emission::Isotropic)],
+///     });
+///     scene.place(package, DVec3::ZERO).build()
+/// };
+/// let (blue, red) = (scene(1.0)?, scene(0.0)?);
+/// let run = WavelengthRun {
+///     wavelengths_nm: &[450.0, 600.0],
+///     scenes: &[&blue, &red],
+///     emission: &[vec![1.0, 0.0]],
+///     channels: &[vec![1.0, 1.0], vec![1.0, 0.0]],
+/// };
+/// let sums = run.run(&[], &Settings::new(100_000, 1), Control::default())?;
+/// let escaped = |channel: usize| sums[channel].jackknife(|totals| totals.ledger.escaped());
+/// let unconverted = (-1.0f64).exp();
+/// assert!(escaped(1).deviations_from(unconverted) < 5.0);
+/// let converted = (1.0 - unconverted) * 0.9 * 450.0 / 600.0;
+/// assert!(escaped(0).deviations_from(unconverted + converted) < 5.0);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Copy)]
+pub struct WavelengthRun<'a> {
+    /// Wavelengths, nm.
+    pub wavelengths_nm: &'a [f64],
+    /// The scene of each, alike but for their optics.
+    pub scenes: &'a [&'a Scene],
+    /// For each source of the scene, its shares of power at the wavelengths.
+    pub emission: &'a [Vec<f64>],
+    /// For each sum that is read, the weights of the wavelengths.
+    pub channels: &'a [Vec<f64>],
+}
+
+impl WavelengthRun<'_> {
+    /// Traces all wavelengths together; one outcome for each channel.
+    ///
+    /// # Errors
+    /// Those of [`super::run_with`]; lists of other lengths than the number of wavelengths, scenes
+    /// that are not alike, and sources that emit nothing.
+    pub fn run(
+        &self,
+        receivers: &[&dyn Receiver],
+        settings: &Settings,
+        control: Control<'_>,
+    ) -> Result<Vec<Outcome>, Error> {
+        let all = 0..settings.groups as u64;
+        let groups = self.groups(receivers, settings, control, all)?;
+        let in_group = settings.paths.div_ceil(settings.groups as u64);
+        let paths = in_group * groups.len() as u64;
+        let hits = groups.iter().map(|(_, hits)| hits).sum();
+        let mut channels: Vec<Vec<Totals>> = self.channels.iter().map(|_| Vec::new()).collect();
+        for (totals, _) in groups {
+            channels.iter_mut().zip(totals).for_each(|(channel, of_group)| channel.push(of_group));
+        }
+        Ok(channels.into_iter().map(|groups| Outcome::new(paths, hits, groups)).collect())
+    }
+
+    /// Traces those of `groups` that the checkpoints of `control` lack, and hands them to the
+    /// checkpoints.
+    ///
+    /// # Errors
+    /// Those of [`Self::run`].
+    pub fn run_groups(
+        &self,
+        receivers: &[&dyn Receiver],
+        settings: &Settings,
+        control: Control<'_>,
+        groups: std::ops::Range<u64>,
+    ) -> Result<(), Error> {
+        let groups = groups.start..groups.end.min(settings.groups as u64);
+        self.groups(receivers, settings, control, groups).map(drop)
+    }
+
+    /// Totals of all channels and surfaces met, group by group.
+    fn groups(
+        &self,
+        receivers: &[&dyn Receiver],
+        settings: &Settings,
+        control: Control<'_>,
+        groups: std::ops::Range<u64>,
+    ) -> Result<Vec<(Vec<Totals>, u64)>, Error> {
+        settings.check()?;
+        let emission = self.check()?;
+        for scene in self.scenes {
+            receivers.iter().try_for_each(|receiver| scene.admits(*receiver))?;
+        }
+        let numbered = self.scenes.iter().enumerate();
+        let tracers: Vec<Tracer<'_>> = numbered
+            .map(|(number, scene)| {
+                Tracer::new(scene, receivers, settings).at(self.wavelengths_nm, number)
+            })
+            .collect();
+        let in_group = settings.paths.div_ceil(settings.groups as u64);
+        let one = |group: u64| {
+            if let Some(stored) = self.stored(&tracers[0], group, control) {
+                if let Some(progress) = control.progress {
+                    progress(in_group);
+                }
+                return Ok(stored);
+            }
+            let at = (settings.seed, group, in_group);
+            let done = self.group(&tracers, &emission, at, control)?;
+            if let Some(checkpoints) = control.checkpoints {
+                let bytes: Vec<u8> =
+                    done.0.iter().flat_map(|totals| checkpoint::to_bytes(totals, done.1)).collect();
+                checkpoints.keep(group, &bytes);
+            }
+            Ok(done)
+        };
+        groups.into_par_iter().map(one).collect()
+    }
+
+    /// A group from the checkpoints, the channels one after the other.
+    fn stored(
+        &self,
+        tracer: &Tracer<'_>,
+        group: u64,
+        control: Control<'_>,
+    ) -> Option<(Vec<Totals>, u64)> {
+        let bytes = control.checkpoints?.find(group)?;
+        let like = Tally::new(&tracer.receivers).totals;
+        let size = bytes.len() / self.channels.len();
+        let all: Option<Vec<(Totals, u64)>> = (0..self.channels.len())
+            .map(|k| checkpoint::from_bytes(bytes.get(k * size..(k + 1) * size)?, &like))
+            .collect();
+        let all = all?;
+        let hits = all.first()?.1;
+        Some((all.into_iter().map(|(totals, _)| totals).collect(), hits))
+    }
+
+    fn group(
+        &self,
+        tracers: &[Tracer<'_>],
+        emission: &[Vec<f64>],
+        (seed, group, paths): (u64, u64, u64),
+        control: Control<'_>,
+    ) -> Result<(Vec<Totals>, u64), Error> {
+        let first = &tracers[0];
+        let mut rng = random::stream(seed, group);
+        let mut picker = SourcePicker::new(&first.scene.sources, &mut rng);
+        let streams = Streams::new(&mut rng);
+        if first.sampling == Sampling::Sobol {
+            picker.scramble(&mut rng);
+        }
+        let mut walk = SpectralWalk {
+            tracers,
+            picker,
+            tallies: tracers.iter().map(|tracer| Tally::new(&tracer.receivers)).collect(),
+            emission,
+            observer: &mut (),
+        };
+        let mut reported = 0;
+        let keep_going = |done: u64| {
+            if let Some(progress) = control.progress.filter(|_| done >= reported + STRIDE) {
+                progress(done - reported);
+                reported = done;
+            }
+            !control.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
+        };
+        let hits = match first.polarisation {
+            Polarisation::Unpolarised => {
+                one_by_one::<Unpolarised>(&mut walk, paths, streams, keep_going)
+            }
+            Polarisation::Carried => one_by_one::<Stokes>(&mut walk, paths, streams, keep_going),
+        };
+        let hits = hits.ok_or(Error::Cancelled)?;
+        if let Some(progress) = control.progress {
+            progress(paths - reported);
+        }
+        let scale = first.scene.power() / paths as f64;
+        let of_wavelength: Vec<Totals> = walk.tallies.into_iter().map(Tally::close).collect();
+        let sum = |weights: &Vec<f64>| {
+            let mut sum = of_wavelength[0].clone();
+            sum.scale(weights[0] * scale);
+            for (totals, weight) in of_wavelength.iter().zip(weights).skip(1) {
+                sum.combine(1.0, totals, weight * scale);
+            }
+            sum
+        };
+        Ok((self.channels.iter().map(sum).collect(), hits))
+    }
+
+    /// Checks the lists, and adds up the shares of every source to 1.
+    fn check(&self) -> Result<Vec<Vec<f64>>, Error> {
+        let count = self.wavelengths_nm.len();
+        let scenes = self.scenes.len();
+        let is_long = |list: &Vec<f64>| list.len() == count;
+        let fits = (1..=usize::from(u16::MAX)).contains(&count)
+            && scenes == count
+            && self.channels.iter().chain(self.emission).all(is_long);
+        check("number of wavelengths", count as f64, "one scene and one weight for each", fits)?;
+        for nm in self.wavelengths_nm {
+            crate::error::positive("wavelength, nm", *nm)?;
+        }
+        let sources = self.scenes[0].sources.len();
+        let are_alike = self.emission.len() == sources
+            && self.scenes.iter().all(|scene| {
+                scene.lines() == self.scenes[0].lines() && scene.sources.len() == sources
+            });
+        check(
+            "number of sources",
+            sources as f64,
+            "the same surfaces, media and sources at all wavelengths",
+            are_alike,
+        )?;
+        for luminophore in self.scenes.iter().flat_map(|scene| scene.luminophores()) {
+            let emitted = luminophore.wavelengths();
+            let what = format!("wavelengths of the emission of '{}'", luminophore.name);
+            check(&what, emitted as f64, "those of the run", emitted == count)?;
+        }
+        self.emission
+            .iter()
+            .map(|shares| {
+                let whole: f64 = shares.iter().sum();
+                let is_sound = whole > 0.0 && shares.iter().all(|share| *share >= 0.0);
+                check("power of a source", whole, "a finite number above 0", is_sound)?;
+                let mut sum = 0.0;
+                Ok(shares
+                    .iter()
+                    .map(|share| {
+                        sum += share / whole;
+                        sum
+                    })
+                    .collect())
+            })
+            .collect()
+    }
+}
