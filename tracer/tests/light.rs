@@ -7,6 +7,7 @@ mod common;
 mod emitters;
 mod films;
 mod low_discrepancy;
+mod luminescence;
 mod matrices;
 mod mixed;
 mod samplers;

@@ -13,7 +13,9 @@ use crate::schema;
 use crate::schema::light::SpectrumRows;
 use crate::schema::luminescence::{Emission, Luminophore};
 use crate::spectrum::lights::Colour;
-use crate::spectrum::{SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting};
+use crate::spectrum::{
+    Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting,
+};
 
 /// Points of a Gaussian.
 const POINTS: usize = 121;
@@ -34,7 +36,8 @@ pub(super) fn resolve(
     let mut all: Vec<StatedLuminophore> = Vec::new();
     for (number, one) in raw.iter().enumerate() {
         let key = |name: &str| format!("{table}.luminophores[{}].{name}", number + 1);
-        if one.name.trim().is_empty() || all.iter().any(|known| known.name == one.name) {
+        at.file_name(&key("name"), &one.name)?;
+        if all.iter().any(|known| known.name == one.name) {
             let expected = "a name that no other luminophore of the medium has";
             return Err(at.value(&key("name"), format!("{:?}", one.name), expected));
         }
@@ -89,7 +92,9 @@ fn emission(
         }
     };
     let refuse = |error: SpectrumError| at.value(&key(error.key), error.got, &error.expected);
-    Spectrum::new(source, Weighting::Radiometric, None).map_err(refuse)
+    // It is shared among the wavelengths of the trace.
+    let sampling = Some(Sampling::Samples(1));
+    Spectrum::new(source, Weighting::Radiometric, sampling).map_err(refuse)
 }
 
 /// A design that converts light states a spectrum for all of its sources, has data for its media
