@@ -18,6 +18,7 @@ mod bodies;
 mod bsdf_command;
 mod coatings;
 mod converge_and_near_field;
+mod conversion;
 mod export_import;
 mod failed_runs;
 mod files_as_they_come;

@@ -5,6 +5,7 @@ use design::Design;
 use design::resolved::array::PackagePositions;
 use design::resolved::dome::Dome;
 use design::resolved::led::{BoxPlace, Led};
+use design::resolved::luminescence::MediumLuminophore;
 use design::resolved::medium::Medium;
 use design::resolved::receivers::CheckedReceiver;
 use design::resolved::reflector::Reflector;
@@ -55,6 +56,9 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     }
     if let Some(spectrum) = &design.spectrum {
         line("spectrum", spectrum.describe());
+    }
+    if design.converts() {
+        line("converted", converted(design));
     }
     line("array", array(design));
     if let Some(words) = neighbours(design) {
@@ -298,14 +302,36 @@ fn about(length_mm: f64) -> String {
     shortest((length_mm * 1e9).round() * 1e-9)
 }
 
-/// Index and scattering of a medium in words.
+/// Index, scattering and luminescence of a medium in words.
 fn medium(medium: &Medium) -> String {
     let index = format!("index {}", shortest(medium.index));
-    let Some(MediumScattering { per_mm, optics, .. }) = &medium.scattering else {
-        return index;
+    let scattering =
+        medium.scattering.as_ref().map(|MediumScattering { per_mm, optics, .. }| {
+            let [per_mm, g] = [*per_mm, optics.phase.mean_cosine()].map(|x| format!("{x:.4}"));
+            format!("scatters {per_mm} per mm with a mean cosine of {g}")
+        });
+    let of_luminophore = |of: &MediumLuminophore| {
+        let percent = shortest((of.quantum_yield * 1e4).round() / 100.0);
+        let MediumLuminophore { name, absorption_per_mm, .. } = of;
+        format!("{name} absorbs {absorption_per_mm:.4} per mm and emits {percent} % of the photons")
     };
-    let [per_mm, g] = [*per_mm, optics.phase.mean_cosine()].map(|x| format!("{x:.4}"));
-    format!("{index}, scatters {per_mm} per mm with a mean cosine of {g}")
+    let luminophores = medium.luminophores.iter().map(of_luminophore);
+    let words: Vec<String> = std::iter::once(index).chain(scattering).chain(luminophores).collect();
+    words.join(", ")
+}
+
+/// The wavelengths of a design that converts light, in words.
+fn converted(design: &Design) -> String {
+    let nm = design.traced_nm();
+    let names: Vec<&str> = design.luminophores().map(|of| of.name.as_str()).collect();
+    format!(
+        "by {}; {} from {} to {} nm in one trace, indices and coefficients here at {} nm",
+        names.join(", "),
+        count(nm.len(), "wavelength"),
+        shortest(nm[0]),
+        shortest(nm[nm.len() - 1]),
+        shortest(design.wavelength_nm)
+    )
 }
 
 /// Effect of a surface on light from either side, in words.

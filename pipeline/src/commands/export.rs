@@ -328,9 +328,11 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
     };
     match arguments.format.writes {
         Writes::Rays(format) => {
+            keeps_wavelengths(&design)?;
             rays(&design, (model, &cache), &surface, format, arguments, context)
         }
         Writes::FarField(text) => {
+            keeps_wavelengths(&design)?;
             ensure!(
                 design.spectrum.as_ref().is_none_or(Spectrum::is_line),
                 "{}: light.spectrum: expected light.wavelength_nm; `batwing run` writes what a spectrum gives",
@@ -349,6 +351,18 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
         }
         _ => bail!("expected a format of far fields or rays, got {}", arguments.format.word),
     }
+}
+
+/// Refuses a design whose light goes from one wavelength to others.
+fn keeps_wavelengths(design: &Design) -> Result<()> {
+    let first = design.luminophores().next();
+    first.map_or(Ok(()), |luminophore| {
+        bail!(
+            "{}: luminophores: expected media that keep the wavelength of light, got {:?}; `batwing run` writes what a design that converts light gives",
+            design.provenance.file,
+            luminophore.name
+        )
+    })
 }
 
 /// Traces the design in all of its light and writes the rays that leave it, each with its wavelength

@@ -152,7 +152,7 @@ pub struct Silicone {
     /// Spheres that scatter by Mie's theory, in place of the three keys before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Particles>,
-    /// Substances that convert light, as phosphors and quantum dots do.
+    /// Substances that convert light, as phosphors and quantum dots do: tables as below.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub luminophores: Vec<Luminophore>,
 }

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Media that convert light, through the design file: a plate in closed form, colours, the shipped
+//! designs, parts of a run, and what cannot be written.
+
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::support::binary::batwing;
+use crate::support::runs::{estimate, run_text};
+
+/// A beam of 450 nm upwards through a wide plate of index 1 over a black board. The plate absorbs
+/// the share 1 - exp(-0.5) of it and emits at 600 nm, to which it is clear.
+const PLATE: &str = r#"
+name = "plate"
+light = { wavelength_nm = 450.0 }
+mirror = { kind = "absorbing", reflectance = 0.0, extent = "package" }
+led = { size_mm = [1.0, 0.6], height_mm = 0.4, reflectance = 0.0, reflection = "absorbing" }
+array = { columns = 1, rows = 1, pitch_mm = 8.0 }
+receiver = { bin_mm = 0.5, plane_height_mm = 8.0 }
+
+[[sources]]
+name = "lamp"
+kind = "cosine"
+position_mm = [0.0, 0.0, 1.0]
+exponent = 1e6
+
+[[solids]]
+name = "plate"
+kind = "box"
+per = "array"
+position_mm = [0.0, 0.0, 5.0]
+size_mm = [5000.0, 5000.0, 0.1]
+
+[solids.medium]
+index = 1.0
+
+[[solids.medium.luminophores]]
+name = "dye"
+absorption_per_mm = [[440, 5.0], [460, 5.0]]
+quantum_yield = 0.8
+emission = { wavelength_nm = [599, 600, 601], power = [1, 1, 1] }
+"#;
+
+fn run(folder: &Path, text: &str, out: &str, more: &[&str]) -> Value {
+    let flags = [&["--paths", "50000"], more].concat();
+    let all = run_text(folder, "design", text, out, &flags).unwrap_or_else(|e| panic!("{e}"));
+    let design = all["designs"].as_object().expect("designs").values().next().cloned();
+    design.expect("a design")["geometric"].clone()
+}
+
+#[test]
+fn a_plate_converts_light_as_its_closed_form() {
+    let folder = tempdir().expect("a folder");
+    let found = run(folder.path(), PLATE, "out", &[]);
+    let ledger = found["power_ledger"].as_object().expect("a ledger");
+    let absorbed = 1.0 - (-0.5f64).exp();
+    let emitted = absorbed * 0.8 * 450.0 / 600.0;
+    for (account, expected) in [
+        ("escaped_up", 1.0 - absorbed + 0.5 * emitted),
+        ("absorbed_in_dye_quantum_loss", 0.2 * absorbed),
+        ("absorbed_in_dye_stokes_loss", 0.8 * 0.25 * absorbed),
+    ] {
+        let (value, error) = estimate(&ledger[account]);
+        assert!(
+            error > 0.0 && (value - expected).abs() < 4.0 * error,
+            "{account}: {value} ± {error}"
+        );
+    }
+    let is_end = |name: &str| ["escaped", "absorbed", "lost"].iter().any(|b| name.starts_with(b));
+    let ends: f64 =
+        ledger.iter().filter(|(name, _)| is_end(name)).map(|(_, v)| estimate(v).0).sum();
+    assert!((ends - 1.0).abs() < 1e-9, "{ends}");
+}
+
+#[test]
+fn a_converting_design_has_the_same_bits_on_any_threads_and_from_shards() {
+    let folder = tempdir().expect("a folder");
+    let one = run(folder.path(), PLATE, "one", &["--threads", "1"]);
+    let two = run(folder.path(), PLATE, "two", &["--threads", "2"]);
+    assert_eq!(one["power_ledger"], two["power_ledger"]);
+    let cache = ["--cache", "kept"];
+    for part in ["0/2", "1/2"] {
+        let flags = ["run", "design.toml", "--paths", "50000", "--out", "shared", "--shard", part];
+        batwing(folder.path()).args(flags).args(cache).assert().success();
+    }
+    let shared = run(folder.path(), PLATE, "shared", &cache);
+    assert_eq!(one["power_ledger"], shared["power_ledger"]);
+    assert_eq!(one["figures"], shared["figures"]);
+}
+
+#[test]
+fn shipped_designs_that_convert_light_keep_their_books() {
+    let folder = tempdir().expect("a folder");
+    for text in [
+        include_str!("../../data/designs/phosphor-dome.toml"),
+        include_str!("../../data/designs/converting-film.toml"),
+    ] {
+        let found = run(folder.path(), text, "out", &["--paths", "4000", "--force"]);
+        let ledger = found["power_ledger"].as_object().expect("a ledger");
+        let of = |what: &str| -> f64 {
+            let accounts = ledger.iter().filter(|(name, _)| name.ends_with(what));
+            accounts.map(|(_, value)| estimate(value).0).sum()
+        };
+        assert!(of("stokes_loss") > 0.05 && of("quantum_loss") > 0.01, "{ledger:?}");
+        assert!(of("escaped_up") > 0.3, "{ledger:?}");
+    }
+}
+
+#[test]
+fn files_of_one_wavelength_of_converted_light_are_refused() {
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("design.toml"), PLATE).expect("written");
+    for file in ["rays.tm25ray", "far.ies"] {
+        let done = batwing(folder.path()).args(["export", "design.toml", "--out", file]).output();
+        let done = done.expect("it runs");
+        let error = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(!done.status.success() && error.lines().count() == 1, "{error}");
+        assert!(error.contains("luminophores") && error.contains("design.toml"), "{error}");
+        assert!(!folder.path().join(file).exists());
+    }
+}
