@@ -19,6 +19,7 @@ mirror = { kind = "absorbing", reflectance = 0.0, extent = "package" }
 led = { size_mm = [1.0, 0.6], height_mm = 0.4, reflectance = 0.0, reflection = "absorbing" }
 array = { columns = 1, rows = 1, pitch_mm = 8.0 }
 receiver = { bin_mm = 0.5, plane_height_mm = 8.0 }
+trace = { paths = 50_000 }
 
 [[sources]]
 name = "lamp"
@@ -43,9 +44,8 @@ quantum_yield = 0.8
 emission = { wavelength_nm = [599, 600, 601], power = [1, 1, 1] }
 "#;
 
-fn run(folder: &Path, text: &str, out: &str, more: &[&str]) -> Value {
-    let flags = [&["--paths", "50000"], more].concat();
-    let all = run_text(folder, "design", text, out, &flags).unwrap_or_else(|e| panic!("{e}"));
+fn run(folder: &Path, text: &str, out: &str, flags: &[&str]) -> Value {
+    let all = run_text(folder, "design", text, out, flags).unwrap_or_else(|e| panic!("{e}"));
     let design = all["designs"].as_object().expect("designs").values().next().cloned();
     design.expect("a design")["geometric"].clone()
 }
@@ -82,7 +82,7 @@ fn a_converting_design_has_the_same_bits_on_any_threads_and_from_shards() {
     assert_eq!(one["power_ledger"], two["power_ledger"]);
     let cache = ["--cache", "kept"];
     for part in ["0/2", "1/2"] {
-        let flags = ["run", "design.toml", "--paths", "50000", "--out", "shared", "--shard", part];
+        let flags = ["run", "design.toml", "--out", "parts", "--shard", part];
         batwing(folder.path()).args(flags).args(cache).assert().success();
     }
     let shared = run(folder.path(), PLATE, "shared", &cache);
@@ -97,7 +97,8 @@ fn shipped_designs_that_convert_light_keep_their_books() {
         include_str!("../../data/designs/phosphor-dome.toml"),
         include_str!("../../data/designs/converting-film.toml"),
     ] {
-        let found = run(folder.path(), text, "out", &["--paths", "4000", "--force"]);
+        let text = text.replace("paths = 200_000", "paths = 4_000");
+        let found = run(folder.path(), &text, &format!("out {}", text.len()), &[]);
         let ledger = found["power_ledger"].as_object().expect("a ledger");
         let of = |what: &str| -> f64 {
             let accounts = ledger.iter().filter(|(name, _)| name.ends_with(what));
@@ -105,6 +106,25 @@ fn shipped_designs_that_convert_light_keep_their_books() {
         };
         assert!(of("stokes_loss") > 0.05 && of("quantum_loss") > 0.01, "{ledger:?}");
         assert!(of("escaped_up") > 0.3, "{ledger:?}");
+    }
+}
+
+#[test]
+fn keys_that_conversion_leaves_no_room_for_are_refused() {
+    let folder = tempdir().expect("a folder");
+    let line = "light = { wavelength_nm = 450.0 }";
+    let spectrum = "light = { spectrum = { kind = \"table\", weighting = \"radiometric\", \
+        wavelength_nm = [440, 460], power = [1, 1], KEY } }";
+    let trace = "trace = { paths = 50_000 }";
+    for (old, new, expected) in [
+        (line, spectrum.replace("KEY", "samples = 3"), "light.spectrum.samples = 3"),
+        (line, spectrum.replace("KEY", "tolerance = 0.01"), "light.spectrum.tolerance = 0.01"),
+        (trace, "trace = { ledger_by_source = true }".to_owned(), "trace.ledger_by_source = true"),
+    ] {
+        let text = PLATE.replacen(old, &new, 1);
+        let error = run_text(folder.path(), "design", &text, "out", &[]).expect_err("refused");
+        assert!(error.contains("converts light") && error.contains(expected), "{error}");
+        assert!(!folder.path().join("out").exists());
     }
 }
 
