@@ -24,7 +24,7 @@ use files::formats::{csv, exr};
 use files::run_context::RunContext;
 use metrics::Grouped;
 use metrics::extraction::ROUNDING;
-use metrics::figures::{self, Source};
+use metrics::figures;
 use metrics::illuminance::Symmetry;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use receivers::Shared;
@@ -122,8 +122,7 @@ fn take_receivers<'a>(
     result: &mut ModelResult,
     observation: &mut Cow<'a, Observation>,
 ) -> (Vec<Figure>, Vec<Cow<'a, Grouped>>) {
-    let is_of_receiver =
-        |key: &str| figures::find(key).is_some_and(|f| f.source == Source::Receiver);
+    let is_of_receiver = |key: &str| figures::find(key).is_some_and(|f| f.source.is_of_receiver());
     let of_receivers = observation.estimates(design, is_of_receiver);
     result.absolute = absolute(design, observation);
     let receivers = match &mut *observation {

@@ -69,7 +69,7 @@ pub(super) fn from_bytes(
             powers,
             receivers,
             depolarised_by,
-            tristimulus: None,
+            colours: None,
         });
     }
     from.0.is_empty().then_some((batches, sums))

@@ -19,7 +19,7 @@ use files::cache::Key;
 use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
 use metrics::far_field::PeakPlace;
-use metrics::figures::{self, COLOUR_DIFFERENCE, Source};
+use metrics::figures::{self, Source};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
@@ -108,7 +108,7 @@ impl ErrorTarget {
         let figure = self.figure.as_str();
         let at = || format!("--until-error: {}", design.provenance.file);
         ensure!(
-            figure != COLOUR_DIFFERENCE.key,
+            !figures::find(figure).is_some_and(|known| known.source.is_of_colours()),
             "{}: expected a figure of the batches of paths, got {figure}, which needs all wavelengths",
             at()
         );
