@@ -6,6 +6,7 @@
 
 pub mod array;
 mod by_wavelength;
+mod colours;
 pub mod in_memory;
 mod labels;
 mod map_pictures;
@@ -24,7 +25,7 @@ use files::formats::{csv, exr};
 use files::run_context::RunContext;
 use metrics::Grouped;
 use metrics::extraction::ROUNDING;
-use metrics::figures::{self, Source};
+use metrics::figures;
 use metrics::illuminance::Symmetry;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use receivers::Shared;
@@ -33,6 +34,7 @@ use results::earlier::Earlier;
 use results::{Figure, ModelResult};
 use simulate::absolute::absolute;
 use simulate::model_writer::{ModelWriter, Output};
+use simulate::observation::colours::ColourArrays;
 use simulate::observation::{Observation, curve};
 use simulate::symmetry::{cuts, symmetry};
 use simulate::units::Units;
@@ -78,13 +80,16 @@ impl ModelWriter for ModelFilesWriter {
             Some(earlier) => earlier.write(output.out)?,
             None => supersede(&output.out.join(results::FILE))?,
         }
-        for folder in [folder, &folder.join(receivers::FOLDER)] {
-            discard_abandoned(folder);
+        for inner in ["", receivers::FOLDER, colours::FOLDER, receivers::COLOURS] {
+            discard_abandoned(&folder.join(inner));
         }
         let (far_field, illuminance) = rayon::join(|| files.far_field(), || files.illuminance());
         far_field.and(illuminance)?;
         let provenance = files.provenance();
         let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
+        if let Some(arrays) = files.arrays() {
+            written.extend(files.colours(arrays)?);
+        }
         if !design.receivers.is_empty() {
             let shared = files.of_receivers(&of_receivers, &provenance);
             let (others, said) = receivers::write(design, receivers, &shared)?;
@@ -122,8 +127,7 @@ fn take_receivers<'a>(
     result: &mut ModelResult,
     observation: &mut Cow<'a, Observation>,
 ) -> (Vec<Figure>, Vec<Cow<'a, Grouped>>) {
-    let is_of_receiver =
-        |key: &str| figures::find(key).is_some_and(|f| f.source == Source::Receiver);
+    let is_of_receiver = |key: &str| figures::find(key).is_some_and(|f| f.source.is_of_receiver());
     let of_receivers = observation.estimates(design, is_of_receiver);
     result.absolute = absolute(design, observation);
     let receivers = match &mut *observation {
@@ -182,6 +186,11 @@ impl<'a> ModelFiles<'a> {
         Self { design, result, observation, units, folder, seed }
     }
 
+    /// Colours of all bins.
+    fn arrays(&self) -> Option<&'a ColourArrays> {
+        self.observation.colours.as_ref()?.arrays.as_ref()
+    }
+
     /// What the receivers share, whose figures these are.
     fn of_receivers<'b>(&'b self, figures: &'b [Figure], provenance: &'b Value) -> Shared<'b> {
         Shared {
@@ -191,6 +200,7 @@ impl<'a> ModelFiles<'a> {
             folder: self.folder,
             subtitle: format!("{}, {}", self.design.name, self.result.label),
             provenance,
+            colours: self.arrays().map(|arrays| &arrays.receivers[..]),
         }
     }
 

@@ -17,6 +17,7 @@ mod bad_problems;
 mod bodies;
 mod bsdf_command;
 mod coatings;
+mod colours;
 mod converge_and_near_field;
 mod conversion;
 mod export_import;

@@ -453,7 +453,8 @@ fn two_colours_differ_over_the_cell_as_lamberts_law_says() {
     let folder = tempdir().expect("a folder");
     let found = run_text(folder.path(), "two", TWO_COLOURS, "out", &[]);
     let found = found.unwrap_or_else(|e| panic!("{e}"));
-    let figure = &found["designs"]["two"]["geometric"]["cell_colour_difference"];
+    let model = &found["designs"]["two"]["geometric"];
+    let figure = &model["cell_colour_difference"];
     let row = |file: &str, nm: f64| -> f64 {
         let text = std::fs::read_to_string(
             batwing_tests::workspace().join(format!("data/spectra/{file}.csv")),
@@ -463,27 +464,39 @@ fn two_colours_differ_over_the_cell_as_lamberts_law_says() {
         let value = line.and_then(|line| line.split(',').next_back());
         value.expect("a row").parse().expect("a number")
     };
-    let at = [-8.0 / 3.0, 0.0, 8.0 / 3.0];
-    let points = at.iter().flat_map(|y| at.map(|x| [x, *y]));
-    let colours: Vec<[f64; 2]> = points
-        .map(|[x, y]| {
-            let mut xyz = [0.0; 3];
-            for (offset, power, nm) in [(-1.0, 3.0, 460.0), (1.0, 1.0, 620.0)] {
-                for axis in [[-4.0, -4.0], [4.0, -4.0], [-4.0, 4.0], [4.0, 4.0]] {
-                    let from: [f64; 2] = [x - axis[0] - offset, y - axis[1]];
-                    let square = 9.0 + from[0].powi(2) + from[1].powi(2);
-                    for (sum, file) in xyz.iter_mut().zip(["x_bar", "photopic", "z_bar"]) {
-                        *sum += power * row(file, nm) / square.powi(2);
-                    }
+    let colour = |[x, y]: [f64; 2]| -> [f64; 2] {
+        let mut xyz = [0.0; 3];
+        for (offset, power, nm) in [(-1.0, 3.0, 460.0), (1.0, 1.0, 620.0)] {
+            for axis in [[-4.0, -4.0], [4.0, -4.0], [-4.0, 4.0], [4.0, 4.0]] {
+                let from: [f64; 2] = [x - axis[0] - offset, y - axis[1]];
+                let square = 9.0 + from[0].powi(2) + from[1].powi(2);
+                for (sum, file) in xyz.iter_mut().zip(["x_bar", "photopic", "z_bar"]) {
+                    *sum += power * row(file, nm) / square.powi(2);
                 }
             }
-            let all = xyz[0] + 15.0 * xyz[1] + 3.0 * xyz[2];
-            [4.0 * xyz[0] / all, 9.0 * xyz[1] / all]
-        })
-        .collect();
-    let pairs = colours.iter().flat_map(|a| colours.iter().map(move |b| [a, b]));
-    let distances = pairs.map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]));
-    let expected = distances.fold(0.0, f64::max);
+        }
+        let all = xyz[0] + 15.0 * xyz[1] + 3.0 * xyz[2];
+        [4.0 * xyz[0] / all, 9.0 * xyz[1] / all]
+    };
+    let largest = |at: &[f64]| {
+        let colours: Vec<[f64; 2]> =
+            at.iter().flat_map(|y| at.iter().map(|x| colour([*x, *y]))).collect();
+        let pairs = colours.iter().flat_map(|a| colours.iter().map(move |b| [a, b]));
+        let distances = pairs.map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]));
+        distances.fold(0.0, f64::max)
+    };
+    // Middles of the parts of a cell 8 mm wide, twelve to the pitch.
+    let parts: Vec<f64> = (0..12).map(|k| 8.0 / 12.0 * (f64::from(k) - 5.5)).collect();
+    let (value, error) = estimate(&model["cell_colour_difference_parts"]);
+    let bias = number(&model["cell_colour_difference_parts"]["bias_bound"]);
+    let of_parts = largest(&parts);
+    let off = (value - of_parts).abs();
+    assert!(off <= 4.0 * error + bias + 2e-2 * of_parts, "{value} ± {error}, not {of_parts}");
+    // Both shine into all directions alike.
+    let (value, error) = estimate(&model["far_field_colour_difference"]);
+    let bias = number(&model["far_field_colour_difference"]["bias_bound"]);
+    assert!(value <= bias + 3.0 * error && value < 5e-3, "{value} ± {error}, {bias}");
+    let expected = largest(&[-8.0 / 3.0, 0.0, 8.0 / 3.0]);
     let (value, error) = estimate(figure);
     let bias = number(&figure["bias_bound"]);
     assert!(expected > 0.05 && error + bias < 0.05 * expected, "{figure}, {expected}");

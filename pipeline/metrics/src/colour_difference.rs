@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The colour difference over the cell: the largest distance between the chromaticities of any
-//! two of its nine points.
+//! The largest distance between the chromaticities of any two of some points, parts or directions.
 //!
-//! u' = 4 X / (X + 15 Y + 3 Z), v' = 9 Y / (X + 15 Y + 3 Z) (CIE 1976; CIE 015:2018), and
 //! Δu'v' = ((Δu')² + (Δv')²)^½, in which colour uniformity of displays is stated (IDMS 1.2, 8.1).
 //!
 //! Noise makes every distance larger, and the largest of them more so. The distance that one half of
@@ -10,6 +8,7 @@
 //! the true one. As with the extremes of maps ([`super::uniformity_forms`]) the reported value is the
 //! middle of both, half their distance bounds its bias, and the scatter is that of halves.
 
+use super::chromaticity::uv;
 use super::jackknife::picked;
 use super::{Estimate, Grouped};
 
@@ -42,19 +41,47 @@ pub fn estimate(values: &Grouped) -> Option<Estimate> {
 
 fn chromaticities(values: &Tristimulus) -> Option<Vec<[f64; 2]>> {
     let (points, _) = values.as_chunks::<3>();
-    let of = |[x, y, z]: &[f64; 3]| {
-        let sum = x + 15.0 * y + 3.0 * z;
-        (sum > 0.0).then(|| [4.0 * x / sum, 9.0 * y / sum])
-    };
-    points.iter().map(of).collect()
+    points.iter().map(|xyz| uv(*xyz)).collect()
 }
 
-/// The two points that lie farthest apart; `None` where all are one.
+/// The two points that lie farthest apart, corners of the convex hull; `None` where all are one.
 fn farthest(colours: &[[f64; 2]]) -> Option<[usize; 2]> {
-    let pairs = (0..colours.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
+    let corners = hull(colours);
+    let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
+    let pairs = pairs.map(|pair| pair.map(|k| corners[k]));
     let far =
         pairs.max_by(|a, b| length(between(colours, *a)).total_cmp(&length(between(colours, *b))));
     far.filter(|pair| length(between(colours, *pair)) > 0.0)
+}
+
+/// Corners of the convex hull (A. M. Andrew, Inf. Process. Lett. 9 (1979) 216).
+fn hull(points: &[[f64; 2]]) -> Vec<usize> {
+    let at = |k: usize| points[k];
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|a, b| {
+        at(*a)[0].total_cmp(&at(*b)[0]).then_with(|| at(*a)[1].total_cmp(&at(*b)[1]))
+    });
+    let turns_left = |a: usize, b: usize, c: usize| {
+        let [p, q] = [between(points, [b, a]), between(points, [c, a])];
+        p[0] * q[1] - p[1] * q[0] > 0.0
+    };
+    let chain = |order: &mut dyn Iterator<Item = usize>| {
+        let mut chain: Vec<usize> = Vec::new();
+        for k in order {
+            while let [.., a, b] = chain[..]
+                && !turns_left(a, b, k)
+            {
+                chain.pop();
+            }
+            chain.push(k);
+        }
+        chain
+    };
+    let mut corners = chain(&mut order.iter().copied());
+    corners.extend(chain(&mut order.iter().rev().copied()));
+    corners.sort_unstable();
+    corners.dedup();
+    corners
 }
 
 fn between(colours: &[[f64; 2]], [i, j]: [usize; 2]) -> [f64; 2] {
@@ -117,6 +144,20 @@ mod tests {
         let noisy = estimate(&grouped(&even, 1e-3)).expect("lit");
         let bound = noisy.bias_bound.unwrap_or(0.0);
         assert!(noisy.value <= bound + 2.0 * noisy.standard_error, "{noisy:?}");
+    }
+
+    #[test]
+    fn the_hull_holds_the_farthest_pair() {
+        let mut rng = tracer::random::stream(23, 0);
+        for count in [1, 2, 3, 60] {
+            let mut draw = || (8.0 * tracer::random::unit(&mut rng)).floor() / 8.0;
+            // Some points are one, many lie on lines.
+            let points: Vec<[f64; 2]> = (0..count).map(|_| [draw(), draw()]).collect();
+            let pairs = (0..count).flat_map(|i| (0..i).map(move |j| [i, j]));
+            let expected = pairs.map(|pair| length(between(&points, pair))).fold(0.0, f64::max);
+            let found = farthest(&points).map_or(0.0, |pair| length(between(&points, pair)));
+            assert!((found - expected).abs() < 1e-15, "{count}: {found} {expected}");
+        }
     }
 
     #[test]

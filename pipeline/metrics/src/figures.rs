@@ -22,7 +22,7 @@ pub enum Source {
     Map,
     /// Flows through the surfaces of the domes.
     Domes,
-    /// Tristimulus values at points of the cell.
+    /// Tristimulus values of cell, map and far field.
     Colours,
     /// Accounts of the power ledger.
     Ledger,
@@ -30,6 +30,20 @@ pub enum Source {
     Illuminance,
     /// Bins of a receiver of `[[receivers]]`.
     Receiver,
+    /// Tristimulus values of a receiver.
+    ReceiverColours,
+}
+
+impl Source {
+    /// True of figures of `[[receivers]]`.
+    pub fn is_of_receiver(self) -> bool {
+        matches!(self, Self::Receiver | Self::ReceiverColours)
+    }
+
+    /// True of figures of colours, which need light of several wavelengths.
+    pub fn is_of_colours(self) -> bool {
+        matches!(self, Self::Colours | Self::ReceiverColours)
+    }
 }
 
 /// The better of two values of a figure.
@@ -90,7 +104,7 @@ impl Definition {
     /// True if it stands among the figures of a model in `results.json`; others stand there in
     /// the ledger, with the receivers or with the absolute figures.
     pub fn is_main(&self) -> bool {
-        !self.is_absolute && !matches!(self.source, Source::Ledger | Source::Receiver)
+        !self.is_absolute && self.source != Source::Ledger && !self.source.is_of_receiver()
     }
 
     /// The figure of the receiver called `name`.
@@ -258,14 +272,45 @@ pub const EXTRACTION: Definition = papers(
     Better::Larger,
     SHARE_SCALE,
 );
+const fn colour(key: &'static str, label: &'static str) -> Definition {
+    figure(key, label, Unit::Relative, Source::Colours, Better::Neither)
+}
+
+const fn colour_difference(key: &'static str, label: &'static str) -> Definition {
+    Definition { better: Better::Smaller, ..colour(key, label) }
+}
+
+const fn temperature(key: &'static str, label: &'static str) -> Definition {
+    Definition { unit: Unit::Kelvin, ..colour(key, label) }
+}
+
 /// Largest distance between the chromaticities of two of the nine points of the cell.
-pub const COLOUR_DIFFERENCE: Definition = figure(
-    "cell_colour_difference",
-    "colour difference \u{394}u'v', cell",
-    Unit::Relative,
-    Source::Colours,
-    Better::Smaller,
+pub const COLOUR_DIFFERENCE: Definition =
+    colour_difference("cell_colour_difference", "colour difference Δu'v', cell");
+/// The same between two parts of the cell.
+pub const COLOUR_DIFFERENCE_PARTS: Definition =
+    colour_difference("cell_colour_difference_parts", "colour difference Δu'v', parts of cell");
+/// The same between two directions.
+pub const COLOUR_DIFFERENCE_ANGLES: Definition = colour_difference(
+    "far_field_colour_difference",
+    "colour difference Δu'v', directions of far field",
 );
+
+/// Figures of colours: differences, then u', v', colour temperature and Duv of the map and of the
+/// far field upwards, in the order in which they are read.
+pub const COLOURS: [Definition; 11] = [
+    COLOUR_DIFFERENCE,
+    COLOUR_DIFFERENCE_PARTS,
+    COLOUR_DIFFERENCE_ANGLES,
+    colour("plane_u_prime", "u', map"),
+    colour("plane_v_prime", "v', map"),
+    temperature("plane_cct_k", "correlated colour temperature, map"),
+    colour("plane_duv", "Duv, map"),
+    colour("far_field_u_prime", "u', far field"),
+    colour("far_field_v_prime", "v', far field"),
+    temperature("far_field_cct_k", "correlated colour temperature, far field"),
+    colour("far_field_duv", "Duv, far field"),
+];
 /// Power that leaves upwards, per power emitted.
 pub const ESCAPED_UP: Definition =
     figure("escaped_up", "escaped up", Unit::Fraction, Source::Ledger, Better::Larger)
@@ -332,6 +377,23 @@ pub const OF_RECEIVER: [Definition; 7] = [
     ratio_of_bins("thirteen_points", "thirteen points, min/max"),
 ];
 
+const fn of_receiver(colour: Definition) -> Definition {
+    Definition { source: Source::ReceiverColours, ..colour }
+}
+
+/// Colours of every receiver that has one flux, in the order in which they are read.
+pub const COLOURS_OF_RECEIVER: [Definition; 4] = [
+    of_receiver(colour("u_prime", "u'")),
+    of_receiver(colour("v_prime", "v'")),
+    of_receiver(temperature("cct_k", "correlated colour temperature")),
+    of_receiver(colour("duv", "Duv")),
+];
+
+/// All figures of receivers.
+pub fn of_receivers() -> impl Iterator<Item = Definition> {
+    OF_RECEIVER.into_iter().chain(COLOURS_OF_RECEIVER)
+}
+
 /// The figure of a form of uniformity.
 pub fn of_form(form: RegionForm) -> Definition {
     let better = match form.form {
@@ -342,18 +404,18 @@ pub fn of_form(form: RegionForm) -> Definition {
 }
 
 /// All figures whose key needs no name: those of the far field, of the map, extraction, the other
-/// forms of uniformity, the colour difference, and those of flux and illuminance.
+/// forms of uniformity, colours, and those of flux and illuminance.
 pub fn all() -> impl Iterator<Item = Definition> {
     let forms = FORMS.into_iter().map(of_form);
     let read = FAR_FIELD.into_iter().chain(PAPERS_MAP).chain([EXTRACTION]);
-    let flux = [COLOUR_DIFFERENCE, ESCAPED_UP, ESCAPED_DOWN, FLUX_UP, FLUX_DOWN];
-    read.chain(forms).chain(flux).chain(ILLUMINANCE)
+    let flux = [ESCAPED_UP, ESCAPED_DOWN, FLUX_UP, FLUX_DOWN];
+    read.chain(forms).chain(COLOURS).chain(flux).chain(ILLUMINANCE)
 }
 
 /// The figure under `key`, with the name of an account or of a receiver in it.
 pub fn find(key: &str) -> Option<Definition> {
     let named = key.split_once('.').filter(|(_, name)| !name.is_empty());
-    let of_receiver = |(figure, _)| OF_RECEIVER.into_iter().find(|known| known.key == figure);
+    let of_receiver = |(figure, _)| of_receivers().find(|known| known.key == figure);
     let whole = || all().find(|figure| figure.key == key);
     named.and_then(of_receiver).or_else(whole).or_else(|| ledger(key))
 }
@@ -367,7 +429,7 @@ fn ledger(account: &str) -> Option<Definition> {
 
 /// Keys of all figures, with placeholders for the names of receivers and accounts.
 pub fn keys() -> String {
-    let of_receiver = OF_RECEIVER.iter().map(|figure| format!("{}.RECEIVER", figure.key));
+    let of_receiver = of_receivers().map(|figure| format!("{}.RECEIVER", figure.key));
     let all = all().map(|figure| figure.key.to_owned()).chain(of_receiver);
     let accounts = ["absorbed_by_SURFACE", "absorbed_in_MEDIUM"].map(str::to_owned);
     all.chain(accounts).collect::<Vec<_>>().join(", ")

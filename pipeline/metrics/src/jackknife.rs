@@ -117,6 +117,31 @@ impl Grouped {
         Self::new(groups)
     }
 
+    /// [`Grouped::weighted`] of the first `bins` bins, in 1/`together` as many groups: each holds
+    /// neighbours of the parts. Where their number is no multiple of that, all groups stay.
+    ///
+    /// # Panics
+    /// As [`Grouped::weighted`].
+    #[must_use]
+    pub fn weighted_merged(parts: &[(f64, &Self)], bins: usize, together: usize) -> Self {
+        let count = parts.first().expect("at least one part").1.count();
+        let is_multiple = count.is_multiple_of(together) && count >= 2 * together;
+        let together = if is_multiple { together } else { 1 };
+        let of = |group: usize| {
+            let mut sums = vec![0.0; bins];
+            for (weight, part) in parts {
+                assert_eq!(part.count(), count, "parts of unequal groups");
+                for values in &part.groups[group * together..(group + 1) * together] {
+                    for (sum, value) in sums.iter_mut().zip(values) {
+                        *sum += weight * value;
+                    }
+                }
+            }
+            sums
+        };
+        Self::new((0..count / together).into_par_iter().map(of).collect())
+    }
+
     /// Adds `other` in place, group by group: the bits of [`Grouped::weighted`] of both with
     /// weights of 1.
     ///
@@ -307,6 +332,16 @@ mod tests {
         let copied = (mapped.total().to_vec(), mapped.standard_errors());
         assert_eq!(a.each(f), copied);
         assert_eq!(a.into_map(|bins| whole(&bins)), mapped);
+    }
+
+    #[test]
+    fn merged_groups_have_the_same_total_and_the_error_of_fewer() {
+        let a = Grouped::new((0..8).map(|k| vec![f64::from(k), 1.0]).collect());
+        let merged = Grouped::weighted_merged(&[(0.5, &a), (1.5, &a)], 1, 4);
+        assert_eq!((merged.count(), merged.total()), (2, &[56.0][..]));
+        assert_eq!([merged.group(0), merged.group(1)], [[12.0], [44.0]]);
+        // Four groups of three cannot be.
+        assert_eq!(Grouped::weighted_merged(&[(1.0, &a)], 2, 3), a);
     }
 
     #[test]

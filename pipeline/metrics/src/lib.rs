@@ -24,7 +24,8 @@
 //! | [`illuminance`], [`layout`] | maps on the plane, places of the LEDs |
 //! | [`uniformity`], [`uniformity_forms`], [`valley`] | uniformity in all forms, minimum of a noisy map |
 //! | [`extraction`] | extraction efficiency, power ledger |
-//! | [`colour_difference`], [`colour_matching`], [`photopic`] | colour over the cell, CIE tables |
+//! | [`chromaticity`], [`colour_matching`], [`photopic`] | u', v', colour temperature; CIE tables |
+//! | [`colour_difference`], [`colour_regions`], [`colour_map`] | colour over cell, angle and maps |
 //! | [`bins`] | mean and extremes over the bins of a receiver |
 //! | [`estimate`], [`hits`] | value with standard error, bound of a sum that no path reached |
 //! | [`quantity`] | maps, curves and axes with units |
@@ -33,8 +34,11 @@
 
 pub mod bins;
 mod bounds;
+pub mod chromaticity;
 pub mod colour_difference;
+pub mod colour_map;
 pub mod colour_matching;
+pub mod colour_regions;
 pub mod columns;
 pub mod digits;
 pub mod estimate;

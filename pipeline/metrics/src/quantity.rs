@@ -37,6 +37,8 @@ pub enum Unit {
     CandelaPerSquareMetre,
     /// Lumens (luminous flux).
     Lumen,
+    /// Kelvins (colour temperature).
+    Kelvin,
     /// A ratio, stored as a fraction of one; shown to people as a percentage in tables.
     Fraction,
     /// A number relative to a reference that the label names, for example the maximum of a curve.
@@ -45,7 +47,7 @@ pub enum Unit {
 
 impl Unit {
     /// Units that have a name.
-    const NAMED: [Self; 14] = [
+    const NAMED: [Self; 15] = [
         Self::Degree,
         Self::Millimetre,
         Self::Micrometre,
@@ -60,6 +62,7 @@ impl Unit {
         Self::WattPerSquareMetreSteradian,
         Self::CandelaPerSquareMetre,
         Self::Lumen,
+        Self::Kelvin,
     ];
 
     /// The unit that a file names by suffix or symbol.
@@ -84,6 +87,7 @@ impl Unit {
             Self::WattPerSquareMetreSteradian => "w_per_m2_sr",
             Self::CandelaPerSquareMetre => "cd_per_m2",
             Self::Lumen => "lm",
+            Self::Kelvin => "k",
             Self::Fraction | Self::Relative => "",
         }
     }
@@ -105,6 +109,7 @@ impl Unit {
             Self::WattPerSquareMetreSteradian => "W/(m² sr)",
             Self::CandelaPerSquareMetre => "cd/m²",
             Self::Lumen => "lm",
+            Self::Kelvin => "K",
             Self::Fraction | Self::Relative => "",
         }
     }

@@ -22,7 +22,7 @@
 
 mod cell;
 
-use self::cell::cell_on;
+pub(crate) use self::cell::cell_on;
 pub use self::cell::{Cell, PHASES, cell, nine_points, sees_one_phase};
 pub(crate) use self::cell::{POINTS, samples};
 use super::illuminance::largest;

@@ -54,6 +54,13 @@ def same_arrays(one: simulate.Model, other: simulate.Model) -> None:
     assert one.maps.keys() == other.maps.keys() == {"far_field", "illuminance"}
     assert one.receivers.keys() == other.receivers.keys()
     assert one.figures == other.figures and one.ledger == other.ledger
+    assert one.colours.keys() == other.colours.keys()
+    for name, xyz in one.colours.items():
+        np.testing.assert_array_equal(other.colours[name], xyz)
+    for name, receiver in one.receivers.items():
+        assert (receiver.xyz is None) == (other.receivers[name].xyz is None)
+        if receiver.xyz is not None:
+            np.testing.assert_array_equal(other.receivers[name].xyz, receiver.xyz)
     maps = [(one.maps[name], other.maps[name]) for name in one.maps]
     maps += [(one.receivers[name], other.receivers[name]) for name in one.receivers]
     for here, there in maps:
@@ -109,6 +116,31 @@ def test_a_spectrum_in_memory_is_that_of_files(tmp_path: Path) -> None:
     there = simulate.run(data, model="geometric", paths=16_384, out=tmp_path).model("geometric")
     same_arrays(there, here)
     assert here.raw["spectrum"] == there.raw["spectrum"]
+
+
+def test_colours_in_memory_are_those_of_files(tmp_path: Path) -> None:
+    """Two sources of two colours; Y is the illuminance."""
+    data = simulate.Design.template().data
+    data["light"] = {**data["light"], "weighting": "photometric"}
+    beam = {"kind": "cosine", "exponent": 1.0}
+    data["sources"] = [
+        {"name": "blue", "position_mm": [-0.3, 0, 0.6], "wavelength_nm": 460.0, **beam},
+        {"name": "red", "position_mm": [0.3, 0, 0.6], "wavelength_nm": 620.0, **beam},
+    ]
+    size = {"position_mm": [0, 0, 3.0], "size_mm": [4, 2], "bins": [4, 3]}
+    data["receivers"] = [{"name": "plane", "kind": "plane", **size}]
+    here = simulate.run(data, model="geometric", paths=16_384).model("geometric")
+    there = simulate.run(data, model="geometric", paths=16_384, out=tmp_path).model("geometric")
+    same_arrays(there, here)
+    assert here.colours.keys() == {"illuminance", "far_field"}
+    for name, xyz in here.colours.items():
+        assert xyz.shape == (9, *here.maps[name].values.shape)
+        np.testing.assert_allclose(xyz[1], here.maps[name].values, rtol=1e-9, atol=1e-9)
+    plane = here.receivers["plane"]
+    assert plane.xyz is not None and plane.xyz.shape == (9, 3, 4)
+    x, y, z = plane.xyz[:3].sum(axis=(1, 2))
+    assert plane.figures["u_prime"].value == pytest.approx(4 * x / (x + 15 * y + 3 * z))
+    assert plane.figures["u_prime"].unit == "1"
 
 
 def test_figures_have_errors_and_units(found: simulate.Results) -> None:

@@ -6,7 +6,7 @@
 
 use design::spectrum::Weighting;
 use metrics::digits::{Digits, format_value_with_error, shortest, significant};
-use metrics::figures::{self, OF_RECEIVER, Source};
+use metrics::figures::{self, COLOURS_OF_RECEIVER, OF_RECEIVER, Source};
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
 
@@ -32,7 +32,9 @@ pub fn named(key: &str) -> (String, Unit) {
         unit => unit,
     };
     let name = match (figure.source, key.split_once('.')) {
-        (Source::Receiver, Some((_, name))) => figure.of_receiver(name).label.into_owned(),
+        (source, Some((_, name))) if source.is_of_receiver() => {
+            figure.of_receiver(name).label.into_owned()
+        }
         (Source::Ledger, _) if !figure.is_absolute => key.replace('_', " "),
         _ => figure.heading.unwrap_or(figure.label).to_owned(),
     };
@@ -181,12 +183,12 @@ pub fn emitted(flux: &Emitted, spectrum: Option<&SpectrumEntry>) -> String {
     }
 }
 
-/// Labels and values of the figures of a receiver: flux, mean and extremes; of a dark one the bounds
-/// of flux and mean.
+/// Labels and values of the figures of a receiver: flux, mean and extremes, colours; of a dark one the
+/// bounds of flux and mean.
 pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static str, String)> {
     let is_dark = receiver.figures.get("mean").is_some_and(|mean| mean.upper_bound.is_some());
     let shown = OF_RECEIVER.into_iter().take(if is_dark { 2 } else { OF_RECEIVER.len() });
-    shown.filter_map(|figure| {
+    shown.chain(COLOURS_OF_RECEIVER).filter_map(|figure| {
         let (entry, unit) = receiver.figure(figure.key)?;
         Some((figure.label, text(entry, unit)))
     })
@@ -224,6 +226,7 @@ mod tests {
             // Lumens or watts, by the light.
             ("flux_up", "flux, up", Unit::Relative),
             ("mean.plate", "plate, mean", Unit::Relative),
+            ("cct_k.plate", "plate, correlated colour temperature", Unit::Kelvin),
         ] {
             assert_eq!(named(key), (name.to_owned(), unit), "{key}");
         }

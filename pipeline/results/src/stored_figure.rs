@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Figures of a stored model by their keys in the registry, wherever `results.json` holds them.
 
-use metrics::figures::{self, OF_RECEIVER};
+use metrics::figures;
 use metrics::quantity::Unit;
 
 use crate::figure_entry::FigureEntry;
@@ -52,9 +52,9 @@ impl ReceiverEntry {
     pub fn figure(&self, key: &str) -> Option<(&FigureEntry, Unit)> {
         let unit = match key {
             "flux" => Unit::from_name(self.flux_unit.as_deref()?)?,
-            _ => match OF_RECEIVER.into_iter().find(|known| known.key == key)?.unit {
-                Unit::Fraction => Unit::Fraction,
-                _ => Unit::from_name(&self.unit)?,
+            _ => match figures::of_receivers().find(|known| known.key == key)?.unit {
+                Unit::WattPerSquareMillimetre => Unit::from_name(&self.unit)?,
+                unit => unit,
             },
         };
         Some((self.figures.get(key)?, unit))

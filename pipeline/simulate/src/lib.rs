@@ -38,7 +38,7 @@
 //! | [`snapshot`], [`stopping_rule`] | batches of paths until a figure is known |
 //! | [`trace_plan`], [`shard`], [`job`] | pieces of a computation that processes share |
 //! | [`spectral`] | the same at several wavelengths |
-//! | `conversion` | one trace through all wavelengths, where media convert light |
+//! | `scenes` | one scene, or one for each wavelength where media convert light |
 //! | [`model_traces`] | traces of many designs without files |
 //! | [`paths`], [`paths_3d`], [`package_drawing`], [`description`], [`package`] | the package in lines, words and a few paths |
 //! | [`bodies`] | the package as triangle meshes |
@@ -47,7 +47,6 @@
 pub mod absolute;
 pub mod bodies;
 pub mod cells;
-mod conversion;
 pub mod description;
 pub mod dome_surface;
 pub mod job;
@@ -63,6 +62,7 @@ pub mod paths_3d;
 pub mod run;
 pub mod scene;
 pub mod scene_check;
+mod scenes;
 pub mod seeds;
 pub mod shard;
 pub mod snapshot;

@@ -2,6 +2,8 @@
 //! Observations: receiver sums of a trace, group by group, and the figures of merit that follow
 //! from them.
 
+mod colour_readers;
+pub mod colours;
 mod known;
 mod map_reader;
 mod missing;
@@ -24,12 +26,12 @@ use metrics::illuminance::{Grid, coarser, smoothed};
 use metrics::layout::Layout;
 use metrics::quantity::Curve;
 use metrics::uniformity::{ValleyReading, bin_by_bin};
-use metrics::uniformity_forms::nine_points;
 use metrics::{Estimate, Grouped, JackknifedFigure, changes};
 use results::Figure;
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
 
+use self::colours::Colours;
 pub use self::known::check_figure;
 use self::reader::{Column, Reader};
 pub(super) use self::readers::of_one_path;
@@ -64,9 +66,8 @@ pub struct Observation {
     pub receivers: Vec<Grouped>,
     /// Names of surfaces and media that leave light unpolarised.
     pub depolarised_by: Vec<String>,
-    /// X, Y and Z (CIE 1931) at the nine points of the cell, in any one unit, where several
-    /// wavelengths were put together.
-    pub tristimulus: Option<Grouped>,
+    /// Colours, where several wavelengths were put together.
+    pub colours: Option<Colours>,
 }
 
 /// Positions of the receivers in a trace.
@@ -206,7 +207,7 @@ impl Observation {
             powers: powers(&outcome, &flows),
             receivers,
             depolarised_by: Vec::new(),
-            tristimulus: None,
+            colours: None,
             flows,
         }
     }
@@ -239,7 +240,7 @@ impl Observation {
             powers: sum(|o| &o.powers),
             receivers: receivers.collect(),
             depolarised_by: first.depolarised_by.clone(),
-            tristimulus: tristimulus(parts),
+            colours: None,
         }
     }
 
@@ -265,9 +266,6 @@ impl Observation {
         self.powers.add(&other.powers);
         for (receiver, more) in self.receivers.iter_mut().zip(&other.receivers) {
             receiver.add(more);
-        }
-        if let (Some(colours), Some(more)) = (&mut self.tristimulus, &other.tristimulus) {
-            colours.add(more);
         }
     }
 
@@ -398,16 +396,6 @@ impl Observation {
         all
     }
 
-    /// The map at the nine points of the cell of `design`, W/mm²; `None` without a cell.
-    pub fn nine_points(&self, design: &Design) -> Option<Grouped> {
-        let layout = layout(design);
-        let spot_mm = design.receiver.spot_mm;
-        let read = |map: &[f64]| nine_points(self.grid, &layout, spot_mm, map);
-        read(self.illuminance.total())?;
-        let of_group = |map: &[f64]| read(map).unwrap_or_default();
-        Some(self.illuminance.map(of_group))
-    }
-
     /// Figures of short runs of about `paths` paths each, cut from this trace in whole groups and
     /// read bin by bin, by key.
     pub fn short_runs(&self, design: &Design, paths: u64) -> Vec<(&'static str, Vec<f64>)> {
@@ -471,12 +459,6 @@ impl Observation {
     pub fn counters(&self) -> Vec<(String, f64)> {
         vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
-}
-
-/// The weighted sum of the colours of observations that all have some.
-fn tristimulus(parts: &[(f64, &Observation)]) -> Option<Grouped> {
-    let colours = parts.iter().map(|(weight, seen)| Some((*weight, seen.tristimulus.as_ref()?)));
-    colours.collect::<Option<Vec<_>>>().map(|parts| Grouped::weighted(&parts))
 }
 
 /// The curve of `values` at `x` up to `last`.

@@ -26,10 +26,6 @@ pub(super) fn to_bytes(batches: u32, sums: &[Observation]) -> Vec<u8> {
         for receiver in &sum.receivers {
             out.grouped(receiver);
         }
-        out.number(sum.tristimulus.as_ref().map_or(0, |colours| colours.total().len() as u64));
-        if let Some(colours) = &sum.tristimulus {
-            out.grouped(colours);
-        }
     }
     out.0
 }
@@ -61,10 +57,6 @@ pub(super) fn from_bytes(
         let receivers = receivers
             .map(|receiver| from.grouped(receiver.detector.bins()))
             .collect::<Option<_>>()?;
-        let tristimulus = match usize::try_from(from.number()?).ok()? {
-            0 => None,
-            length => Some(from.grouped(length)?),
-        };
         sums.push(Observation {
             paths,
             surfaces_per_path: surfaces,
@@ -77,7 +69,7 @@ pub(super) fn from_bytes(
             powers,
             receivers,
             depolarised_by,
-            tristimulus,
+            colours: None,
         });
     }
     from.0.is_empty().then_some((batches, sums))

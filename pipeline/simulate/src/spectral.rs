@@ -101,7 +101,7 @@ impl<'a> SpectralJob<'a> {
     pub fn observe(self) -> Result<Observation> {
         let mut sweep = Sweep::new(self);
         let (rule, ..) = refine(&mut sweep)?;
-        Ok(sweep.combined(&rule).into_owned())
+        Ok(sweep.combined(&rule, false).into_owned())
     }
 
     /// Traces at as many wavelengths as the lights ask for. With `stopping_rule` these are the
@@ -129,9 +129,9 @@ pub struct SpectralTrace<'a> {
 }
 
 impl SpectralTrace<'_> {
-    /// The sum over all wavelengths.
+    /// The sum over all wavelengths, with the colours of all bins.
     pub fn observation(&self) -> Cow<'_, Observation> {
-        self.sweep.combined(&self.rule)
+        self.sweep.combined(&self.rule, true)
     }
 
     /// How much all figures, accounts of the ledger and figures of receivers of `observation`, which
@@ -141,7 +141,7 @@ impl SpectralTrace<'_> {
             return WavelengthErrors { by_key: BTreeMap::new(), of_others: Some(0.0) };
         }
         let changes = self.coarse.as_ref().map(|coarse| {
-            let coarse = self.sweep.combined(coarse);
+            let coarse = self.sweep.combined(coarse, false);
             observation.changes(&coarse, self.sweep.job.design, |_| true)
         });
         let by_key = changes.into_iter().flatten().map(|(key, change)| {
@@ -274,9 +274,9 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
         sweep.cover(&coarse)?;
         let (design, context) = (sweep.job.design, sweep.job.context);
         let (worst, stop) = {
-            let observation = sweep.combined(&rule);
-            let figures = observation.figures(design);
-            let changes = observation.changes(&sweep.combined(&coarse), design, adds_wavelengths);
+            let observation = sweep.sum(&rule);
+            let figures = observation.estimates(design, adds_wavelengths);
+            let changes = observation.changes(&sweep.sum(&coarse), design, adds_wavelengths);
             verdict(&figures, &changes, tolerance)
         };
         context.console.say(&format!(

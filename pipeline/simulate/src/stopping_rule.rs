@@ -19,13 +19,14 @@ use files::cache::Key;
 use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
 use metrics::far_field::PeakPlace;
-use metrics::figures::{self, COLOUR_DIFFERENCE, Source};
+use metrics::figures::{self, Source};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
 use results::schema::UntilError;
 
 use super::observation::{Observation, check_figure};
+use super::scenes::{channels, put_together};
 use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
@@ -108,7 +109,7 @@ impl ErrorTarget {
         let figure = self.figure.as_str();
         let at = || format!("--until-error: {}", design.provenance.file);
         ensure!(
-            figure != COLOUR_DIFFERENCE.key,
+            !figures::find(figure).is_some_and(|known| known.source.is_of_colours()),
             "{}: expected a figure of the batches of paths, got {figure}, which needs all wavelengths",
             at()
         );
@@ -132,7 +133,7 @@ pub(super) struct Batches<'a, T> {
     pub context: RunContext<'a>,
     /// All that a batch depends on.
     pub key_fields: Value,
-    /// Weights of the observations of a batch; they add up to 1.
+    /// Weights of the observations of a batch in the figure; they add up to 1.
     pub weights: Vec<f64>,
     /// Traces a batch.
     pub trace: T,
@@ -277,11 +278,11 @@ pub(super) fn observe_until(
         what: job.what,
         context,
         key_fields: job.key_fields(context.seed),
-        weights: vec![1.0],
-        trace: |context| Ok(vec![job.observe(context)?]),
+        weights: (0..channels(job.design)).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect(),
+        trace: |context| job.observe_channels(context),
     };
-    let (mut means, said) = batches.run(None)?;
-    Ok((means.remove(0), said))
+    let (means, said) = batches.run(None)?;
+    Ok((put_together(job.design, means), said))
 }
 
 #[cfg(test)]

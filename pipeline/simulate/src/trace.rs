@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Scene, Settings};
+use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
 
 use design::Design;
 use design::resolved::trace_key::ReliefModel;
@@ -15,12 +15,10 @@ use files::run_context::RunContext;
 use files::store::{Entries, Store};
 use metrics::extraction::flow;
 
-use super::conversion::{self, ConvertingScenes};
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
-
-/// Groups of paths, from whose scatter all errors come.
-pub const GROUPS: usize = 64;
+pub use super::scenes::GROUPS;
+use super::scenes::{self, Scenes};
 
 /// Share of the power that may be given up without a word.
 const NEGLIGIBLE: f64 = 1e-5;
@@ -56,11 +54,16 @@ pub fn observe(
 impl TraceJob<'_> {
     /// Builds the scene, traces it and reads its receivers; warns of power given up.
     pub fn observe(&self, context: RunContext) -> Result<Observation> {
+        Ok(scenes::put_together(self.design, self.observe_channels(context)?))
+    }
+
+    /// The same before [`scenes::put_together`].
+    pub fn observe_channels(&self, context: RunContext) -> Result<Vec<Observation>> {
         let bar = context.console.progress(self.paths, self.what);
         let observed = self.trace(&|done| bar.inc(done), context);
         bar.finish_and_clear();
-        let observation = observed?;
-        for (account, share) in given_up(&observation) {
+        let observations = observed?;
+        for (account, share) in given_up(&observations[0]) {
             // Traces of searches and studies have no name of their own.
             let of = if self.what.is_empty() { &self.design.name } else { self.what };
             let how = account.trim_start_matches("lost_").replace('_', " ");
@@ -68,47 +71,26 @@ impl TraceJob<'_> {
                 "{of}: {share:.1e} of the power is lost ({how}), and no figure holds it"
             ));
         }
-        Ok(observation)
+        Ok(observations)
     }
 
-    fn trace(&self, progress: &(dyn Fn(u64) + Sync), context: RunContext) -> Result<Observation> {
-        if self.design.converts() {
-            return self.trace_all_wavelengths(progress, context);
-        }
-        let scene = scene::build(self.design, self.surface)?;
-        context.interrupt.check()?;
-        let groups = self.groups(context);
-        let outcome = self.with_receivers(|receivers| {
-            let settings = self.settings(context.seed);
-            let control = control(progress, groups.as_ref(), context);
-            tracer::run_with(&scene, receivers, &settings, control)
-        })?;
-        context.interrupt.check()?;
-        context.checkpoints.map_or(Ok(()), Store::take_error)?;
-        let outcome = uninterrupted(outcome)?.merged(self.error_groups);
-        let observation = Observation::new(self.design, outcome);
-        Ok(Observation { depolarised_by: depolarised_by(&scene), ..observation })
-    }
-
-    fn trace_all_wavelengths(
+    fn trace(
         &self,
         progress: &(dyn Fn(u64) + Sync),
         context: RunContext,
-    ) -> Result<Observation> {
-        let scenes = ConvertingScenes::new(self.design, self.surface)?;
+    ) -> Result<Vec<Observation>> {
+        let scenes = Scenes::new(self.design, self.surface)?;
         context.interrupt.check()?;
         let groups = self.groups(context);
         let outcomes = self.with_receivers(|receivers| {
             let settings = self.settings(context.seed);
-            let control = control(progress, groups.as_ref(), context);
-            scenes.with_run(|run| run.run(receivers, &settings, control))
+            scenes.run(receivers, &settings, control(progress, groups.as_ref(), context))
         })?;
         context.interrupt.check()?;
         context.checkpoints.map_or(Ok(()), Store::take_error)?;
         let outcomes = uninterrupted(outcomes)?.into_iter();
         let outcomes = outcomes.map(|outcome| outcome.merged(self.error_groups)).collect();
-        let observation = conversion::observation(self.design, outcomes);
-        Ok(Observation { depolarised_by: depolarised_by(scenes.first()), ..observation })
+        Ok(scenes.observations(self.design, outcomes))
     }
 
     /// Traces the groups `wanted` for the checkpoints of `context` alone.
@@ -116,6 +98,7 @@ impl TraceJob<'_> {
     /// # Errors
     /// A scene that cannot be built, those of the tracer; a group that cannot be kept; an interrupt.
     pub fn keep_groups(&self, wanted: Range<u64>, context: RunContext) -> Result<()> {
+        let scenes = Scenes::new(self.design, self.surface)?;
         let count = wanted.end - wanted.start;
         let bar = context.console.progress(count * self.paths.div_ceil(GROUPS as u64), self.what);
         let progress = |done| bar.inc(done);
@@ -123,17 +106,8 @@ impl TraceJob<'_> {
         let done = self.with_receivers(|receivers| {
             let settings = self.settings(context.seed);
             let control = control(&progress, groups.as_ref(), context);
-            if self.design.converts() {
-                let scenes = ConvertingScenes::new(self.design, self.surface)?;
-                let done =
-                    scenes.with_run(|run| run.run_groups(receivers, &settings, control, wanted));
-                return Ok(done);
-            }
-            let scene = scene::build(self.design, self.surface)?;
-            Ok(tracer::run_groups(&scene, receivers, &settings, control, wanted))
+            scenes.run_groups(receivers, &settings, control, wanted)
         })?;
-        let done: Result<_> = done;
-        let done = done?;
         bar.finish_and_clear();
         context.interrupt.check()?;
         uninterrupted(done)?;
@@ -177,13 +151,6 @@ impl TraceJob<'_> {
             "seed": seed,
         })
     }
-}
-
-/// Names of surfaces and media of a scene that leave light unpolarised.
-fn depolarised_by(scene: &Scene) -> Vec<String> {
-    let mut names = scene.scattering_surfaces();
-    names.extend(scene.scattering_media());
-    names
 }
 
 fn control<'a>(

@@ -10,6 +10,7 @@
 use design::Design;
 use design::spectrum::Weighting;
 use design::spectrum::lights::Lights;
+use metrics::photopic::LUMENS_PER_WATT;
 use metrics::quantity::{Quantity, Unit};
 use results::schema::Emitted;
 
@@ -35,6 +36,16 @@ impl Units {
             weighting: photometric.map_or(Weighting::Radiometric, |lights| lights.weighting),
             emitted_w,
             emitted: emitted_w * photometric.map_or(1.0, Lights::emitted_lm),
+        }
+    }
+
+    /// Units of X, Y and Z, of which Y is the luminous quantity in any weighting.
+    #[must_use]
+    pub fn of_colours(&self) -> Self {
+        Self {
+            weighting: Weighting::Photometric,
+            emitted: self.emitted_w * LUMENS_PER_WATT,
+            ..*self
         }
     }
 

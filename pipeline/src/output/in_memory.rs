@@ -51,6 +51,9 @@ impl ModelWriter for MemoryWriter {
             Array::of_map("illuminance", &files.map()?),
             Array::of_curve("illuminance_cross_section", &files.section(&files.line())?),
         ];
+        if let Some(colours) = files.arrays() {
+            arrays.extend(files.colour_arrays(colours)?);
+        }
         if !output.design.receivers.is_empty() {
             let provenance = files.provenance();
             let shared = files.of_receivers(&of_receivers, &provenance);

@@ -259,15 +259,12 @@ impl ModelFiles<'_> {
         let marks = self.extremes().map_or(Vec::new(), |at| {
             vec![Mark::valley(at.valley_mm, &at.valley_to_peak), Mark::peak(at.peak_mm)]
         });
-        let size = self.design.led.size_mm;
-        let leds: Vec<_> =
-            self.leds().into_iter().map(|centre| LedOutline { centre, size }).collect();
         let name = capitalised(map.quantity().name());
         let title = format!("{name} at z = {} mm", self.design.receiver.plane_height_mm);
         let picture = IlluminanceMap {
             heading: &self.heading(&title),
             map,
-            leds: &leds,
+            leds: &self.led_outlines(),
             range: None,
             image: BinImage::Sharp,
             marks: &marks,
@@ -280,6 +277,12 @@ impl ModelFiles<'_> {
     /// Curves of this model.
     pub(super) fn colours(&self) -> LineColours {
         LineColours::OfModel(palette::model_number(&self.result.key).unwrap_or(0))
+    }
+
+    /// LEDs as maps show them.
+    pub(super) fn led_outlines(&self) -> Vec<LedOutline> {
+        let size = self.design.led.size_mm;
+        self.leds().into_iter().map(|centre| LedOutline { centre, size }).collect()
     }
 
     /// Centres of the LEDs.

@@ -4,7 +4,7 @@
 //! Every receiver writes `receivers/<name>.npy` (values, then standard errors, over its axes),
 //! `.csv` (a line for each bin) and `.json` (axes, units, provenance); those over two or four axes
 //! write an image `.exr` too, and rectangles a picture `.png` of their map. Stokes parameters are an axis before the others, and layers of the
-//! image.
+//! image. Colours stand in the table, and as an array and a picture in [`COLOURS`].
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -22,6 +22,7 @@ use files::atomic_file::{write_bytes, write_json};
 use files::formats::csv::{self, Column};
 use files::formats::exr;
 use files::formats::exr_layers::Layers;
+use metrics::chromaticity::Tristimulus;
 use metrics::hits::with_one_path;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
 use metrics::{Estimate, Grouped};
@@ -29,13 +30,17 @@ use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map, receiver
 use results::Figure;
 use results::figure_entry::FigureEntry;
 use results::schema::ReceiverEntry;
+use simulate::observation::colours::Tristimulus as Tristimuli;
 use simulate::units::Units;
 
 use super::array::Array;
 use super::capitalised;
+use super::colours::{self, draw_map, scaled};
 
 /// Folder of the files, in that of the model.
 pub(super) const FOLDER: &str = "receivers";
+/// Folder of their colours.
+pub(super) const COLOURS: &str = "colour/receivers";
 
 /// What all receivers of a model share.
 pub(super) struct Shared<'a> {
@@ -49,6 +54,8 @@ pub(super) struct Shared<'a> {
     /// Design and model, for people.
     pub subtitle: String,
     pub provenance: &'a Value,
+    /// X, Y and Z of each.
+    pub colours: Option<&'a [Tristimuli]>,
 }
 
 /// Writes the files of all receivers of `design`, and frees the bins of each. Returns the files,
@@ -59,8 +66,9 @@ pub(super) fn write(
     shared: &Shared,
 ) -> Result<(Vec<PathBuf>, BTreeMap<String, ReceiverEntry>)> {
     let (mut files, mut said) = (Vec::new(), BTreeMap::new());
-    for (receiver, powers) in design.receivers.iter().zip(seen) {
-        let output = ReceiverOutput::new(receiver, &powers, shared)?;
+    for (number, (receiver, powers)) in design.receivers.iter().zip(seen).enumerate() {
+        let colours = shared.colours.map(|all| &all[number]);
+        let output = ReceiverOutput::new(receiver, &powers, colours, shared)?;
         let sums = output.sums(&powers);
         // Files take memory too.
         drop(powers);
@@ -78,14 +86,26 @@ pub(super) fn keep(
     shared: &Shared,
 ) -> Result<(Vec<Array>, BTreeMap<String, ReceiverEntry>)> {
     let (mut arrays, mut said) = (Vec::new(), BTreeMap::new());
-    for (receiver, powers) in design.receivers.iter().zip(seen) {
-        let output = ReceiverOutput::new(receiver, &powers, shared)?;
+    for (number, (receiver, powers)) in design.receivers.iter().zip(seen).enumerate() {
+        let colours = shared.colours.map(|all| &all[number]);
+        let output = ReceiverOutput::new(receiver, &powers, colours, shared)?;
         let sums = output.sums(&powers);
         drop(powers);
         said.insert(receiver.name().to_owned(), output.describe(&sums, &[], shared));
+        arrays.extend(output.colour_array());
         arrays.push(output.array());
     }
     Ok((arrays, said))
+}
+
+/// Quantity of the bins, and the factor to it from power over their measures.
+fn scale(measurement: &Measurement, units: Units) -> (Quantity, f64) {
+    match measurement {
+        Measurement::Plane(_) => (units.irradiance(), units.per_irradiance()),
+        Measurement::FarField(_) => (units.intensity(), units.per_intensity()),
+        Measurement::Luminance(..) => (units.radiance(), units.per_radiance()),
+        Measurement::Flux(_) => (units.flux(), units.per_flux()),
+    }
 }
 
 /// One receiver, ready to be written.
@@ -99,17 +119,27 @@ struct ReceiverOutput<'a> {
     standard_error: Vec<f64>,
     /// By place, of a rectangle: of luminance the mean over directions.
     map: Option<Map>,
+    colours: Option<ReceiverColours>,
+}
+
+/// Colours of one receiver.
+struct ReceiverColours {
+    /// Unit of X, Y and Z.
+    unit: Unit,
+    bins: Vec<Tristimulus>,
+    /// Sums over the bins of each place of a rectangle.
+    places: Option<Tristimuli>,
 }
 
 impl<'a> ReceiverOutput<'a> {
-    fn new(receiver: &'a CheckedReceiver, powers: &Grouped, shared: &Shared) -> Result<Self> {
+    fn new(
+        receiver: &'a CheckedReceiver,
+        powers: &Grouped,
+        colours: Option<&Tristimuli>,
+        shared: &Shared,
+    ) -> Result<Self> {
         let (detector, units) = (&receiver.detector, shared.units);
-        let (quantity, factor) = match detector.measurement {
-            Measurement::Plane(_) => (units.irradiance(), units.per_irradiance()),
-            Measurement::FarField(_) => (units.intensity(), units.per_intensity()),
-            Measurement::Luminance(..) => (units.radiance(), units.per_radiance()),
-            Measurement::Flux(_) => (units.flux(), units.per_flux()),
-        };
+        let (quantity, factor) = scale(&detector.measurement, units);
         let measures = detector.measures();
         let (value, mut standard_error) = powers.each(|bin, power| factor * power / measures[bin]);
         // The power of a bin that no path reached is not known to be 0.
@@ -162,6 +192,18 @@ impl<'a> ReceiverOutput<'a> {
                 map = Some(Map::new(quantity.clone(), rows, columns, means, errors)?);
             }
         }
+        let colours = colours.map(|colours| {
+            let (quantity, factor) = scale(&detector.measurement, units.of_colours());
+            let places = map.as_ref().map(|map| {
+                let directions = detector.places() / map.value().len();
+                let sums = |bins: &[f64]| -> Vec<f64> {
+                    bins.chunks(directions).map(|bins| bins.iter().sum()).collect()
+                };
+                [0, 1, 2].map(|k| colours[k].map(sums))
+            });
+            let bins = scaled(colours, |bin| factor / measures[bin]);
+            ReceiverColours { unit: quantity.unit(), bins, places }
+        });
         Ok(Self {
             receiver,
             quantity,
@@ -171,6 +213,7 @@ impl<'a> ReceiverOutput<'a> {
             value,
             standard_error,
             map,
+            colours,
         })
     }
 
@@ -244,7 +287,36 @@ impl<'a> ReceiverOutput<'a> {
             files.push(file("png"));
             write_bytes(&folder.join(&files[files.len() - 1]), &picture.png()?)?;
         }
+        files.extend(self.write_colours(shared)?);
         Ok(files)
+    }
+
+    /// Writes the array of colours and their picture.
+    fn write_colours(&self, shared: &Shared) -> Result<Vec<PathBuf>> {
+        let (Some(array), Some(colours)) = (self.colour_array(), &self.colours) else {
+            return Ok(Vec::new());
+        };
+        let mut files = vec![PathBuf::from(format!("{}.npy", array.name))];
+        csv::write_npy(&shared.folder.join(&files[0]), &array.shape, &array.values)?;
+        if let (Some(places), Some(map)) = (&colours.places, &self.map) {
+            let file = PathBuf::from(format!("{}.png", array.name));
+            let title = format!("Colours of {}", self.receiver.name());
+            let heading = Heading::new(title, &shared.subtitle);
+            let path = shared.folder.join(&file);
+            let axes = [map.columns(), map.rows()];
+            files.extend(draw_map(&path, &heading, axes, places, &[])?.map(|()| file));
+        }
+        Ok(files)
+    }
+
+    /// X, Y and Z of its bins with their covariances.
+    fn colour_array(&self) -> Option<Array> {
+        let name = format!("{COLOURS}/{}", self.receiver.name());
+        let bins: Vec<usize> = match &self.axes[..] {
+            [] => vec![FLUX_BINS.len()],
+            axes => axes.iter().map(Axis::bins).collect(),
+        };
+        Some(colours::array(&name, &bins, &self.colours.as_ref()?.bins, self.axes.clone()))
     }
 
     /// Shape of its array: values and standard errors, Stokes parameters, bins along the axes.
@@ -304,6 +376,9 @@ impl<'a> ReceiverOutput<'a> {
             let quantity = Quantity::new(name, self.quantity.unit());
             columns.push(Column::new(&quantity, value));
             columns.push(Column::standard_error(&quantity, error));
+        }
+        if let Some(colours) = &self.colours {
+            columns.extend(colours::columns(colours.unit, &colours.bins));
         }
         csv::write_csv(path, &columns)
     }

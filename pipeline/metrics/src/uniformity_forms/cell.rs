@@ -37,7 +37,7 @@ pub fn cell(layout: &Layout) -> Option<Area> {
 }
 
 /// The cell, if it is at least two bins of `grid` wide.
-pub(super) fn cell_on(grid: Grid, layout: &Layout) -> Option<Area> {
+pub(crate) fn cell_on(grid: Grid, layout: &Layout) -> Option<Area> {
     cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
 }
 

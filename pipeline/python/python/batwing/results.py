@@ -133,10 +133,14 @@ class Receiver(Map):
         Flux, mean and extremes of the bins, their ratio; of a surface its six fluxes.
     about : dict
         Its entry in `results.json`.
+    xyz : ndarray or None
+        (9, ...): X, Y and Z (CIE 1931) of the bins, then the covariances XX, XY, XZ, YY, YZ and ZZ of
+        their errors; None in light of one wavelength.
     """
 
     figures: dict[str, Figure]
     about: dict[str, Any] = field(repr=False)
+    xyz: Array | None = field(default=None, repr=False)
 
     __repr__ = _show.brief
 
@@ -162,6 +166,9 @@ class Model:
         Receivers of the design by name.
     raw : dict
         The object of `results.json`.
+    colours : dict of ndarray
+        `illuminance` (9, y, x) and `far_field` (9, theta, phi): X, Y and Z (CIE 1931), then the
+        covariances XX, XY, XZ, YY, YZ and ZZ of their errors. Empty in light of one wavelength.
     """
 
     figures: dict[str, Figure]
@@ -171,6 +178,7 @@ class Model:
     arrays: dict[str, Array]
     receivers: dict[str, Receiver]
     raw: dict[str, Any] = field(repr=False)
+    colours: dict[str, Array] = field(default_factory=dict, repr=False)
 
     __repr__ = _show.brief
 
@@ -209,23 +217,33 @@ def _map(image: Path, both: Array) -> Map | None:
     return Map(both[0], both[1], axes, about["quantity"], unit)
 
 
-def _receiver(both: Array, axes: tuple[Axis, ...], about: dict[str, Any]) -> Receiver:
+def _receiver(
+    both: Array, axes: tuple[Axis, ...], about: dict[str, Any], xyz: Array | None
+) -> Receiver:
     of_bins = dict.fromkeys(("mean", "min", "max"), about["unit"])
     ratios = dict.fromkeys(("min_to_max", "nine_points", "thirteen_points"), "W/W")
-    units = {**of_bins, **ratios}
+    colours = {**dict.fromkeys(("u_prime", "v_prime", "duv"), "1"), "cct_k": "k"}
+    units = {**of_bins, **ratios, **colours}
     figures = _estimates(about, units, about.get("flux_unit", about["unit"]))
-    return Receiver(both[0], both[1], axes, about["quantity"], about["unit"], figures, about)
+    return Receiver(both[0], both[1], axes, about["quantity"], about["unit"], figures, about, xyz)
+
+
+#: Folder of the arrays of colours, in that of a model.
+_COLOUR = "colour"
 
 
 def _receiver_of_files(about: dict[str, Any], folder: Path, mode: Any) -> Receiver | None:
-    files = {Path(file).suffix: folder / file for file in about.get("files", [])}
+    listed = [Path(file) for file in about.get("files", [])]
+    files = {file.suffix: folder / file for file in listed if file.parts[0] != _COLOUR}
     if ".npy" not in files:
         return None
     both = np.load(files[".npy"], mmap_mode=mode)
     axes: tuple[Axis, ...] = ()
     if ".json" in files:
         axes = tuple(map(_axis, json.loads(_checks.text(files[".json"]))["axes"]))
-    return _receiver(both, axes, about)
+    of_colours = [file for file in listed if file.parts[0] == _COLOUR and file.suffix == ".npy"]
+    xyz = np.load(folder / of_colours[0], mmap_mode=mode) if of_colours else None
+    return _receiver(both, axes, about, xyz)
 
 
 def _model(
@@ -233,6 +251,7 @@ def _model(
     arrays: dict[str, Array],
     maps: Mapping[str, Map | None],
     receivers: Mapping[str, Receiver | None],
+    colours: dict[str, Array],
 ) -> Model:
     units = raw.get("units", {})
     return Model(
@@ -243,6 +262,7 @@ def _model(
         arrays=arrays,
         receivers={name: one for name, one in receivers.items() if one is not None},
         raw=raw,
+        colours=colours,
     )
 
 
@@ -252,10 +272,12 @@ def _model_of_files(raw: dict[str, Any], folder: Path, keep: bool) -> Model:
     maps = {name: _map(folder / f"{name}.exr", both) for name, both in arrays.items()}
     entries = raw.get("receivers", {}).items()
     receivers = {name: _receiver_of_files(about, folder, mode) for name, about in entries}
-    return _model(raw, arrays, maps, receivers)
+    of_colours = sorted((folder / _COLOUR).glob("*.npy"))
+    colours = {path.stem: np.load(path, mmap_mode=mode) for path in of_colours}
+    return _model(raw, arrays, maps, receivers, colours)
 
 
-#: Folder of the arrays of receivers, in that of a model.
+#: Folder of the arrays of receivers, in that of a model and in that of colours.
 _OF_RECEIVERS = "receivers/"
 
 
@@ -263,16 +285,23 @@ def _model_in_memory(raw: dict[str, Any], named: list[_native._NamedArray]) -> M
     arrays: dict[str, Array] = {}
     maps: dict[str, Map | None] = {}
     receivers: dict[str, Receiver | None] = {}
+    of_colours = f"{_COLOUR}/"
+    colours = {
+        name.removeprefix(of_colours): xyz for name, xyz, *_ in named if name.startswith(of_colours)
+    }
     for name, both, edges, about in named:
+        if name.startswith(of_colours):
+            continue
         axes = tuple(Axis(axis, unit, np.array(ends)) for axis, unit, ends in edges)
         if name.startswith(_OF_RECEIVERS):
             name = name.removeprefix(_OF_RECEIVERS)
-            receivers[name] = _receiver(both, axes, raw["receivers"][name])
+            xyz = colours.pop(_OF_RECEIVERS + name, None)
+            receivers[name] = _receiver(both, axes, raw["receivers"][name], xyz)
             continue
         arrays[name] = both
         if about is not None:
             maps[name] = Map(both[0], both[1], axes, *about)
-    return _model(raw, arrays, maps, receivers)
+    return _model(raw, arrays, maps, receivers, colours)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -145,7 +145,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         maps: &maps,
         packages: &packages,
     };
-    let mut album = Album::default();
+    let (mut album, mut pictures) = (Album::default(), models::Pictures::new(folder));
     let [far, far_polar] = album.far_fields(&models, &fields)?;
     let sections = album.sections(&models, &packages);
     let [map, profile] = album.maps(&models, &maps, &packages)?;
@@ -159,6 +159,10 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let search = optimisation::read(folder)?;
     let tolerance = ToleranceFolder::open(folder.directory())?;
     let tolerance = tolerance.map(|found| tolerance::tolerance(&mut album, &found.file));
+    let colours = json!({
+        "tables": tables::colours(&models),
+        "pictures": pictures.of_colours(&models)?,
+    });
     let values = json!({
         "title": format!("batwing: {}", designs(&models)),
         "style": style(),
@@ -180,7 +184,8 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "others": tables::others(&models),
         "uniformity": tables::uniformity(&models),
         "receivers": tables::receivers(&models),
-        "receiver_pictures": models::receiver_pictures(&models, folder)?,
+        "colours": colours,
+        "receiver_pictures": pictures.of_receivers(&models)?,
         "merit": album.merit(&models)?,
         "far": far,
         "far_polar": far_polar,

@@ -24,7 +24,7 @@ use crate::plots::{map_range, receiver_title};
 const ALWAYS: [&str; 2] = [PEAK_ANGLE.key, CENTRE_TO_PEAK.key];
 /// Counter that every model has.
 pub const SURFACES: &str = "surfaces_per_path";
-/// Letters that the pictures of all receivers may take.
+/// Letters that the pictures of colours and of all receivers may take.
 const PICTURES_BUDGET: usize = 1_500_000;
 /// Key of the power ledger.
 const LEDGER: &str = "power_ledger";
@@ -105,31 +105,78 @@ impl Model<'_> {
     }
 }
 
-/// Pictures of the maps of `[[receivers]]`, as many as the page has room for.
-///
-/// # Errors
-/// A picture that the results do not list, or that cannot be read.
-pub fn receiver_pictures(models: &[Model], folder: &Folder) -> Result<Vec<Value>> {
-    let (mut pictures, mut letters) = (Vec::new(), 0);
-    for (number, model) in models.iter().enumerate() {
-        for (name, receiver) in model.entry.receivers.iter().flatten() {
-            let is_picture = |file: &&PathBuf| file.extension().is_some_and(|e| e == "png");
-            let Some(file) = receiver.files.iter().find(is_picture) else { continue };
-            let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
-            let path = model.file(folder, &parts.join("/"))?;
-            let shown = path.display();
-            let png = std::fs::read(&path).with_context(|| format!("cannot read `{shown}`"))?;
-            let png = BASE64_STANDARD.encode(png);
-            letters += png.len();
-            if letters > PICTURES_BUDGET {
-                return Ok(pictures);
-            }
-            let title = receiver_title(&receiver.quantity, name);
-            let caption = format!("{}, {}: {title}.", model.design, model.label());
-            pictures.push(json!({"png": png, "caption": caption, "model": number}));
-        }
+/// Pictures within the page as they are, as many as it has room for.
+#[derive(Debug)]
+pub struct Pictures<'a> {
+    folder: &'a Folder,
+    /// Letters that pictures may still take.
+    room: usize,
+}
+
+impl<'a> Pictures<'a> {
+    /// No picture yet.
+    pub fn new(folder: &'a Folder) -> Self {
+        Self { folder, room: PICTURES_BUDGET }
     }
-    Ok(pictures)
+
+    /// Colours over map and angle, of models that have them.
+    ///
+    /// # Errors
+    /// A picture that cannot be read.
+    pub fn of_colours(&mut self, models: &[Model]) -> Result<Vec<Value>> {
+        let mut pictures = Vec::new();
+        for (number, model) in models.iter().enumerate() {
+            for (name, words) in [
+                ("colour/illuminance.png", "colours of the map"),
+                ("colour/far_field.png", "colours over the polar angle"),
+            ] {
+                let file = format!("{}/{}/{name}", model.design, model.key);
+                if self.folder.results().files.iter().any(|listed| listed.file == file) {
+                    pictures.extend(self.picture(model, number, name, words)?);
+                }
+            }
+        }
+        Ok(pictures)
+    }
+
+    /// Maps of `[[receivers]]` and their colours.
+    ///
+    /// # Errors
+    /// A picture that the results do not list, or that cannot be read.
+    pub fn of_receivers(&mut self, models: &[Model]) -> Result<Vec<Value>> {
+        let mut pictures = Vec::new();
+        for (number, model) in models.iter().enumerate() {
+            for (name, receiver) in model.entry.receivers.iter().flatten() {
+                let is_picture = |file: &&PathBuf| file.extension().is_some_and(|e| e == "png");
+                for file in receiver.files.iter().filter(is_picture) {
+                    let is_colour = file.starts_with("colour");
+                    let quantity = if is_colour { "colours" } else { &receiver.quantity };
+                    let title = receiver_title(quantity, name);
+                    let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
+                    pictures.extend(self.picture(model, number, &parts.join("/"), &title)?);
+                }
+            }
+        }
+        Ok(pictures)
+    }
+
+    /// The picture in a file of a model; `None` without room.
+    fn picture(
+        &mut self,
+        model: &Model,
+        number: usize,
+        name: &str,
+        title: &str,
+    ) -> Result<Option<Value>> {
+        let path = model.file(self.folder, name)?;
+        let shown = path.display();
+        let png = std::fs::read(&path).with_context(|| format!("cannot read `{shown}`"))?;
+        let png = BASE64_STANDARD.encode(png);
+        let Some(room) = self.room.checked_sub(png.len()) else { return Ok(None) };
+        self.room = room;
+        let caption = format!("{}, {}: {title}.", model.design, model.label());
+        Ok(Some(json!({"png": png, "caption": caption, "model": number})))
+    }
 }
 
 /// `hybrid, 10 µm` for `hybrid_10um`.

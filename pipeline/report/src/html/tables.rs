@@ -3,8 +3,7 @@
 //! orders, provenance. They go into the page's template as JSON.
 
 use metrics::figures::{
-    self as definitions, BEAM_ANGLE, COLOUR_DIFFERENCE, Definition, FIELD_ANGLE, PARABOLA,
-    PEAK_ANGLE,
+    self as definitions, BEAM_ANGLE, COLOURS, Definition, FIELD_ANGLE, PARABOLA, PEAK_ANGLE,
 };
 use serde_json::{Value, json};
 
@@ -234,12 +233,22 @@ enum Row {
     OfPackage(Definition),
 }
 
-/// Widths of the far field, difference of colour, and figures in absolute units, a table for each
-/// design that has any.
+/// Colours of map and far field, a table for each design that has any.
+pub fn colours(models: &[Model]) -> Vec<Value> {
+    let of_design = |design: &[Model]| {
+        let rows: Vec<_> = COLOURS.iter().map(|f| (f.label.to_owned(), *f)).collect();
+        by_model(design, &rows, |model, figure| {
+            Some(shown::text(model.entry.figures.get(figure.key)?, figure.unit))
+        })
+    };
+    by_design(models).filter_map(of_design).collect()
+}
+
+/// Widths of the far field and figures in absolute units, a table for each design that has any.
 pub fn others(models: &[Model]) -> Vec<Value> {
     let absolute = || definitions::all().filter(|figure| figure.is_absolute);
     let of_package = absolute().map(|f| (format!("{}, one package", f.label), Row::OfPackage(f)));
-    let rows = [BEAM_ANGLE, FIELD_ANGLE, COLOUR_DIFFERENCE].into_iter().chain(absolute());
+    let rows = [BEAM_ANGLE, FIELD_ANGLE].into_iter().chain(absolute());
     let rows = rows.map(|figure| (figure.label.to_owned(), Row::Figure(figure)));
     let emitted = [("flux, emitted".to_owned(), Row::Emitted)];
     let rows: Vec<_> = emitted.into_iter().chain(rows).chain(of_package).collect();

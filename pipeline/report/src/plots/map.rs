@@ -3,7 +3,7 @@
 
 use anyhow::{Result, ensure};
 
-use metrics::quantity::Map;
+use metrics::quantity::{Axis, Map};
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
@@ -151,7 +151,7 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
 
 /// Room below a map for the numbers and the name of its axis, and below the rest of a picture,
 /// pixels.
-const BELOW: f64 = 76.0;
+pub(super) const BELOW: f64 = 76.0;
 const MARGIN: f64 = 20.0;
 
 /// The line of the cross-section.
@@ -181,21 +181,7 @@ pub fn false_colours(
     levels: &PanelAxis,
     image: BinImage,
 ) -> Panel {
-    let room = room.inset(75.0, 34.0, 172.0, 65.0);
-    let [columns, rows] = [map.columns().range(), map.rows().range()];
-    let extent = [columns, rows].map(|[low, high]| high - low);
-    let scale = (room.width() / extent[0]).min(room.height() / extent[1]);
-    let [width, height] = extent.map(|e| e * scale);
-    let left = room.left + (room.width() - width) / 2.0;
-    let linear = |[low, high]: [f64; 2]| AxisScale::Linear { low, high };
-    // Equal steps on both axes.
-    let ticks = |extent: f64| (9.0 * extent / extent_of(map)).ceil() as usize;
-    let panel = Panel {
-        area: Rect::new(left, room.top, left + width, room.top + height),
-        x: PanelAxis::linear(map.columns().quantity(), linear(columns), ticks(extent[0])),
-        y: PanelAxis::linear(map.rows().quantity(), linear(rows), ticks(extent[1])),
-    };
-    panel.grid(&mut sheet.canvas);
+    let panel = map_panel(sheet, room, [map.columns(), map.rows()]);
     let bins = [map.columns().bins(), map.rows().bins()];
     if image != BinImage::Omitted {
         let smooth = image == BinImage::Smooth;
@@ -207,10 +193,24 @@ pub fn false_colours(
     panel
 }
 
-/// The longer side of a map.
-fn extent_of(map: &Map) -> f64 {
-    let sides = [map.columns().range(), map.rows().range()].map(|[low, high]| high - low);
-    sides[0].max(sides[1])
+/// The panel of a map over these axes, with its grid.
+pub fn map_panel(sheet: &mut Sheet, room: Rect, [x, y]: [&Axis; 2]) -> Panel {
+    let room = room.inset(75.0, 34.0, 172.0, 65.0);
+    let [columns, rows] = [x.range(), y.range()];
+    let extent = [columns, rows].map(|[low, high]| high - low);
+    let scale = (room.width() / extent[0]).min(room.height() / extent[1]);
+    let [width, height] = extent.map(|e| e * scale);
+    let left = room.left + (room.width() - width) / 2.0;
+    let linear = |[low, high]: [f64; 2]| AxisScale::Linear { low, high };
+    // Equal steps on both axes.
+    let ticks = |length: f64| (9.0 * length / extent[0].max(extent[1])).ceil() as usize;
+    let panel = Panel {
+        area: Rect::new(left, room.top, left + width, room.top + height),
+        x: PanelAxis::linear(x.quantity(), linear(columns), ticks(extent[0])),
+        y: PanelAxis::linear(y.quantity(), linear(rows), ticks(extent[1])),
+    };
+    panel.grid(&mut sheet.canvas);
+    panel
 }
 
 /// Pixels of an LED with its outline.
@@ -221,7 +221,7 @@ fn led_place(panel: &Panel, led: &LedOutline) -> Rect {
     Rect::new(low[0] - 4.0, high[1] - 4.0, high[0] + 4.0, low[1] + 4.0)
 }
 
-fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {
+pub(super) fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {
     let corner = |sx: f64, sy: f64| -> Point {
         panel.at(led.centre[0] + sx * led.size[0] / 2.0, led.centre[1] + sy * led.size[1] / 2.0)
     };
@@ -235,7 +235,7 @@ fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {
 mod tests {
     use super::super::draw::canvas::tests::decode;
     use super::*;
-    use metrics::quantity::{Axis, Quantity, Unit};
+    use metrics::quantity::{Quantity, Unit};
 
     fn map(value: Vec<f64>) -> Map {
         let axis =

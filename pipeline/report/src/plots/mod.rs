@@ -11,6 +11,7 @@
 //! other drawing.
 
 mod bars;
+mod colours;
 mod convergence;
 mod dots;
 pub(super) mod draw;
@@ -24,6 +25,7 @@ mod search_convergence;
 mod section;
 
 pub use bars::{ShareBar, share_bars};
+pub use colours::{AngleColours, ColourPlane, colour_map, colour_over_angle};
 pub use convergence::{ErrorCurve, Refinement, convergence};
 pub use dots::{MarkedLine, marked_lines, published_vs_computed};
 pub use draw::canvas::Picture;

@@ -8,7 +8,9 @@ use design::schema::receivers::ReceiverKind;
 use design::spectrum::lights::Colour;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
-use metrics::figures::{self, Definition, INTENSITY_PER_KILOLUMEN, PARABOLA, Source};
+use metrics::figures::{
+    self, COLOURS_OF_RECEIVER, Definition, INTENSITY_PER_KILOLUMEN, PARABOLA, Source,
+};
 use metrics::layout::Layout;
 use metrics::uniformity_forms::cell;
 use metrics::valley;
@@ -32,12 +34,14 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
         bail!("expected a figure that the design has, got {key}, {why}");
     }
     let known = match figure.source {
-        Source::Receiver => {
+        Source::Receiver | Source::ReceiverColours => {
             // The bins of a surface hold one another: they have no sum.
             let summed = design.receivers.iter().filter(|r| r.kind() != ReceiverKind::Surface);
+            let colours = has_wavelengths(design).then_some(COLOURS_OF_RECEIVER);
             let of = |r: &CheckedReceiver| {
                 let named = |figure: Definition| figure.of_receiver(r.name()).key.into_owned();
-                figures_of(r).map(named).collect::<Vec<_>>()
+                let all = figures_of(r).chain(colours.into_iter().flatten());
+                all.map(named).collect::<Vec<_>>()
             };
             summed.flat_map(of).collect()
         }
@@ -81,7 +85,7 @@ fn missing(design: &Design, figure: &Definition) -> Option<&'static str> {
             "and there is no cell between LEDs of several rows and columns"
         }
         Source::Domes if design.dome.is_none() => "and there is no dome",
-        Source::Colours if !has_wavelengths(design) => {
+        Source::Colours | Source::ReceiverColours if !has_wavelengths(design) => {
             "which needs light of several wavelengths ([light.spectrum] or sources of their own)"
         }
         _ if *figure == PARABOLA && design.far_field.peak != PeakMethod::Bin => {

@@ -11,17 +11,18 @@ use metrics::bins::{Bins, largest};
 use metrics::extraction::{self, flow};
 use metrics::far_field::{FarFieldReading, PeakPlace};
 use metrics::figures::{
-    COLOUR_DIFFERENCE, Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN,
-    FLUX_UP, ILLUMINANCE, NamedFigure, OF_RECEIVER, Source,
+    Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN, FLUX_UP, ILLUMINANCE,
+    NamedFigure, OF_RECEIVER, Source,
 };
 use metrics::illuminance::Grid;
 use metrics::layout::Layout;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::Cell;
-use metrics::{Estimate, Grouped, colour_difference};
+use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
 use tracer::Measurement;
 
+use super::colour_readers::{ColourReader, ReceiverColourReader};
 use super::map_reader::MapReader;
 use super::reader::{Column, Reader};
 use super::{Observation, far_field_reading, layout};
@@ -48,8 +49,10 @@ pub(super) fn readers<'a>(
     if any(Source::Domes) && design.dome.is_some() {
         all.push(Box::new(DomeReader));
     }
-    if any(Source::Colours) {
-        all.push(Box::new(ColourReader));
+    if any(Source::Colours)
+        && let Some(reader) = ColourReader::new(seen)
+    {
+        all.push(Box::new(reader));
     }
     if any(Source::Ledger) || seen.accounts.iter().any(|account| wanted(account)) {
         all.push(Box::new(LedgerReader { accounts: &seen.accounts, design, units }));
@@ -57,13 +60,16 @@ pub(super) fn readers<'a>(
     if any(Source::Illuminance) && design.emitted.is_some() {
         all.push(Box::new(IlluminanceReader::new(seen.grid, layout(design), units)));
     }
-    let receivers = design.receivers.iter().enumerate();
-    let receivers = receivers.filter_map(|(k, r)| ReceiverReader::new(k, r, design, units));
-    for reader in receivers {
-        if reader.columns().iter().any(|column| wanted(&column.figure.key)) {
-            all.push(Box::new(reader));
-        }
-    }
+    let receivers = || design.receivers.iter().enumerate();
+    let fluxes = receivers().filter_map(|(k, r)| ReceiverReader::new(k, r, design, units));
+    let fluxes = fluxes.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
+    let colours = receivers().filter_map(|(k, r)| ReceiverColourReader::new(k, r, seen));
+    let colours = colours.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
+    all.extend(
+        fluxes
+            .chain(colours)
+            .filter(|reader| reader.columns().iter().any(|column| wanted(&column.figure.key))),
+    );
     all
 }
 
@@ -151,26 +157,6 @@ impl Reader for DomeReader {
 
     fn values(&self, flows: &[f64]) -> Vec<f64> {
         vec![extraction::of_powers(flows)]
-    }
-}
-
-struct ColourReader;
-
-impl Reader for ColourReader {
-    fn columns(&self) -> Vec<Column> {
-        vec![Column::plain(COLOUR_DIFFERENCE)]
-    }
-
-    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
-        seen.tristimulus.as_ref().map(Cow::Borrowed)
-    }
-
-    fn values(&self, points: &[f64]) -> Vec<f64> {
-        vec![colour_difference::plain(points).unwrap_or(f64::NAN)]
-    }
-
-    fn entries(&self, points: &Grouped) -> Vec<FigureEntry> {
-        colour_difference::estimate(points).map(FigureEntry::new).into_iter().collect()
     }
 }
 

@@ -134,27 +134,17 @@ impl Sweep<'_> {
         parts.collect()
     }
 
-    /// X, Y and Z at the nine points of the cell, for 1 W of all lights, group by group; `None` of
-    /// one wavelength and without a cell.
-    pub(super) fn tristimulus(&self, rule: &Rule) -> Option<Grouped> {
-        if rule.len() < 2 {
-            return None;
-        }
+    /// The observations of `rule`, with weights that make X, Y and Z for 1 W of all lights; none of
+    /// one wavelength.
+    pub(super) fn tristimulus(&self, rule: &Rule) -> Vec<([f64; 3], &Observation)> {
         let mut parts = Vec::with_capacity(rule.len());
-        for nodes in rule.chunk_by(|a, b| a.light == b.light) {
+        for nodes in rule.chunk_by(|a, b| a.light == b.light).filter(|_| rule.len() > 1) {
             let light = &self.job.lights.lights[nodes[0].light];
             let nm: Vec<f64> = nodes.iter().map(|node| node.nm).collect();
-            for (node, xyz) in nodes.iter().zip(light.light.tristimulus(&nm)) {
-                let points = self.observation(node).nine_points(self.job.design)?;
-                let weights = xyz.map(|value| value * light.emitted_w);
-                let of_group = |points: &[f64]| {
-                    let values = points.iter().flat_map(|e| weights.map(|w| w * e));
-                    values.collect()
-                };
-                parts.push((1.0, points.map(of_group)));
-            }
+            let weights = light.light.tristimulus(&nm).into_iter();
+            let weights = weights.map(|xyz| xyz.map(|value| value * light.emitted_w));
+            parts.extend(weights.zip(nodes.iter().map(|node| self.observation(node))));
         }
-        let parts: Vec<(f64, &Grouped)> = parts.iter().map(|(w, part)| (*w, part)).collect();
-        Some(Grouped::weighted(&parts))
+        parts
     }
 }

@@ -24,6 +24,7 @@ use results::schema::{TableEntry, UntilError, WavelengthEntry};
 use super::rule::{Node, Rule};
 use crate::dome_surface::dome_surface;
 use crate::model::Model;
+use crate::observation::colours::{ColourArrays, Colours};
 use crate::observation::{Observation, is_one, plane_grid, sphere};
 use crate::paths_3d::WavelengthScene;
 use crate::scene::DomeSurface;
@@ -143,7 +144,8 @@ impl<'a> Sweep<'a> {
         } else {
             0
         };
-        let doubles = (bins * count + sum + judged + beside) * (GROUPS + 1);
+        let colours = if count > 1 { ColourArrays::count(self.job.design, GROUPS) } else { 0 };
+        let doubles = (bins * count + sum + judged + beside) * (GROUPS + 1) + colours;
         let bytes = 8.0 * doubles as f64;
         ensure!(
             bytes <= MAX_BYTES,
@@ -350,13 +352,20 @@ impl<'a> Sweep<'a> {
         seen.expect("lent out only while batches are added")
     }
 
-    /// The sum over the wavelengths of `rule`.
-    pub(super) fn combined(&self, rule: &Rule) -> Cow<'_, Observation> {
-        let mut sum = Observation::sum(&self.parts(rule));
-        if let Some(colours) = self.tristimulus(rule) {
-            sum.to_mut().tristimulus = Some(colours);
+    /// The sum over the wavelengths of `rule`, with colours where there are several: those of
+    /// figures, and with `arrays` of all bins.
+    pub(super) fn combined(&self, rule: &Rule, arrays: bool) -> Cow<'_, Observation> {
+        let mut sum = self.sum(rule);
+        let colours = Colours::new(self.job.design, &self.tristimulus(rule), arrays);
+        if colours.is_some() {
+            sum.to_mut().colours = colours;
         }
         sum
+    }
+
+    /// The sum over the wavelengths of `rule`, without colours.
+    pub(super) fn sum(&self, rule: &Rule) -> Cow<'_, Observation> {
+        Observation::sum(&self.parts(rule))
     }
 
     fn parts(&self, rule: &Rule) -> Vec<(f64, &Observation)> {

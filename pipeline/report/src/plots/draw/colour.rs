@@ -49,6 +49,30 @@ pub fn glow(share: f64) -> Colour {
     oklch(mix(0.14, 0.97), 0.035 + 0.145 * bump.powf(0.9), mix(-75.0, 102.0))
 }
 
+/// The sRGB colour of X, Y and Z that look so beside a white of D65 with Y = 1 (IEC 61966-2-1). A
+/// colour that no screen shows loses saturation at its Y, one that is too bright its brightness.
+pub fn real(xyz: [f64; 3]) -> Colour {
+    let channels = linear_srgb(xyz);
+    let grey = xyz[1].max(0.0);
+    let lowest = channels.iter().copied().fold(grey, f64::min);
+    let kept = if lowest < 0.0 { grey / (grey - lowest) } else { 1.0 };
+    let mixed = channels.map(|v| (grey + kept * (v - grey)).max(0.0));
+    let most = mixed.iter().copied().fold(1.0, f64::max);
+    let [r, g, b] = mixed.map(|v| (encode(v / most) * 255.0).round() as u8);
+    Colour::new(r, g, b)
+}
+
+/// The largest channel of [`real`] before it is limited.
+pub fn largest_channel(xyz: [f64; 3]) -> f64 {
+    linear_srgb(xyz).into_iter().fold(0.0, f64::max)
+}
+
+fn linear_srgb(xyz: [f64; 3]) -> [f64; 3] {
+    const ROWS: [[f64; 3]; 3] =
+        [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
+    ROWS.map(|row| row.iter().zip(xyz).map(|(a, b)| a * b).sum())
+}
+
 /// The sRGB colour of this lightness, chroma and hue, which must lie within what a screen shows.
 pub(super) fn oklch(lightness: f64, chroma: f64, hue_deg: f64) -> Colour {
     let linear = linear_rgb(lightness, chroma, hue_deg.to_radians());
@@ -120,6 +144,28 @@ mod tests {
         for i in 0..=1000u32 {
             glow(f64::from(i) / 1000.0);
         }
+    }
+
+    #[test]
+    fn real_colours_are_those_of_the_standard() {
+        // White of D65 and the primaries of IEC 61966-2-1: xyY of red is (0.64, 0.33, 0.2126).
+        let of = |x: f64, y: f64, luminance: f64| {
+            real([x / y, 1.0, (1.0 - x - y) / y].map(|v| v * luminance)).rgb
+        };
+        let off = |a: [u8; 3], b: [u8; 3]| (0..3).all(|k| a[k].abs_diff(b[k]) <= 1);
+        for (found, expected) in [
+            (of(0.3127, 0.3290, 1.0), [255, 255, 255]),
+            // A luminance of 0.2140 is the middle of the scale.
+            (of(0.3127, 0.3290, 0.2140), [127, 127, 127]),
+            (of(0.64, 0.33, 0.2126), [255, 0, 0]),
+            (of(0.15, 0.06, 0.0722), [0, 0, 255]),
+            (real([0.0; 3]).rgb, [0, 0, 0]),
+        ] {
+            assert!(off(found, expected), "{found:?} {expected:?}");
+        }
+        // Spectral green is no colour of a screen; it stays green.
+        let [r, g, b] = of(0.08, 0.83, 0.3);
+        assert!(g > 100 && r < 80 && b < 80, "{r} {g} {b}");
     }
 
     #[test]

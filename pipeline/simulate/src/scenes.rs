@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Scenes of one trace of a design: one, or where its media convert light one for each wavelength.
+//!
+//! A trace of several scenes gives an observation of the power, and one each of X, Y and Z.
+
+use std::ops::Range;
+
+use anyhow::{Result, ensure};
+use tracer::{Control, Error, Outcome, Receiver, Scene, Settings, WavelengthRun};
+
+use design::Design;
+use metrics::colour_matching;
+use metrics::plural::count;
+
+use super::observation::colours::{ColourArrays, Colours};
+use super::observation::{Observation, plane_grid, sphere};
+use super::scene::{self, DomeSurface};
+
+/// Groups of paths, from whose scatter all errors come.
+pub const GROUPS: usize = 64;
+
+/// Memory of the readings of all wavelengths on all threads and of the observations, bytes.
+const MAX_BYTES: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
+
+/// Scenes that a trace goes through.
+pub(super) enum Scenes {
+    /// Light keeps its wavelength.
+    One(Box<Scene>),
+    /// A scene for each wavelength.
+    Converting(ConvertingScenes),
+}
+
+/// Scenes at all wavelengths of a design, and what its sources emit at each.
+pub(super) struct ConvertingScenes {
+    wavelengths_nm: Vec<f64>,
+    scenes: Vec<Scene>,
+    emission: Vec<Vec<f64>>,
+    /// Power; X, Y and Z (CIE 1931) for a power of 1.
+    channels: [Vec<f64>; 4],
+}
+
+impl Scenes {
+    /// Scenes of `design` with `surface` on its domes.
+    ///
+    /// # Errors
+    /// A scene that cannot be built; more bins at all wavelengths than there is memory for.
+    pub fn new(design: &Design, surface: &DomeSurface) -> Result<Self> {
+        if design.converts() {
+            return ConvertingScenes::new(design, surface).map(Self::Converting);
+        }
+        Ok(Self::One(Box::new(scene::build(design, surface)?)))
+    }
+
+    /// Traces them; one outcome for each channel.
+    pub fn run(
+        &self,
+        receivers: &[&dyn Receiver],
+        settings: &Settings,
+        control: Control<'_>,
+    ) -> Result<Vec<Outcome>, Error> {
+        match self {
+            Self::One(scene) => Ok(vec![tracer::run_with(scene, receivers, settings, control)?]),
+            Self::Converting(all) => all.with_run(|run| run.run(receivers, settings, control)),
+        }
+    }
+
+    /// Traces some groups of paths for the checkpoints of `control`.
+    pub fn run_groups(
+        &self,
+        receivers: &[&dyn Receiver],
+        settings: &Settings,
+        control: Control<'_>,
+        groups: Range<u64>,
+    ) -> Result<(), Error> {
+        match self {
+            Self::One(scene) => tracer::run_groups(scene, receivers, settings, control, groups),
+            Self::Converting(all) => {
+                all.with_run(|run| run.run_groups(receivers, settings, control, groups))
+            }
+        }
+    }
+
+    /// Observations of the channels: power, and of several wavelengths X, Y and Z. These are of the
+    /// paths of the first, and have none of their own.
+    pub fn observations(&self, design: &Design, outcomes: Vec<Outcome>) -> Vec<Observation> {
+        let scene = match self {
+            Self::One(scene) => scene,
+            Self::Converting(all) => &all.scenes[0],
+        };
+        let mut depolarised_by = scene.scattering_surfaces();
+        depolarised_by.extend(scene.scattering_media());
+        let outcomes = outcomes.into_iter().enumerate();
+        let observation = |(channel, outcome)| {
+            let seen = Observation::new(design, outcome);
+            let paths = if channel == 0 { seen.paths } else { 0 };
+            Observation { paths, depolarised_by: depolarised_by.clone(), ..seen }
+        };
+        outcomes.map(observation).collect()
+    }
+}
+
+impl ConvertingScenes {
+    fn new(design: &Design, surface: &DomeSurface) -> Result<Self> {
+        let wavelengths_nm = design.traced_nm();
+        fits(design, wavelengths_nm.len())?;
+        let scene_at = |node| scene::build(&design.converting_at(&wavelengths_nm, node)?, surface);
+        let scenes: Vec<Scene> = (0..wavelengths_nm.len()).map(scene_at).collect::<Result<_>>()?;
+        let of_package = design.emitted_at(&wavelengths_nm);
+        let sources = 0..scenes[0].sources();
+        let emission =
+            sources.map(|number| of_package[number % of_package.len()].clone()).collect();
+        let matching = |k: usize| {
+            wavelengths_nm.iter().map(|nm| colour_matching::xyz(*nm)[k]).collect::<Vec<f64>>()
+        };
+        let channels = [vec![1.0; scenes.len()], matching(0), matching(1), matching(2)];
+        Ok(Self { wavelengths_nm, scenes, emission, channels })
+    }
+
+    fn with_run<T>(&self, use_run: impl FnOnce(WavelengthRun<'_>) -> T) -> T {
+        let scenes: Vec<&Scene> = self.scenes.iter().collect();
+        use_run(WavelengthRun {
+            wavelengths_nm: &self.wavelengths_nm,
+            scenes: &scenes,
+            emission: &self.emission,
+            channels: &self.channels,
+        })
+    }
+}
+
+/// Number of the channels of a trace of `design`.
+pub(super) fn channels(design: &Design) -> usize {
+    if design.converts() { 4 } else { 1 }
+}
+
+/// The observation that the channels of a trace make: the power, with the colours of the light
+/// where there are X, Y and Z.
+pub(super) fn put_together(design: &Design, mut channels: Vec<Observation>) -> Observation {
+    let power = channels.remove(0);
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let parts: Vec<([f64; 3], &Observation)> = axes.into_iter().zip(&channels).collect();
+    Observation { colours: Colours::new(design, &parts, true), ..power }
+}
+
+/// Refuses more bins than there is memory for.
+fn fits(design: &Design, wavelengths: usize) -> Result<()> {
+    let (grid, sphere) = (plane_grid(design), sphere(design));
+    let others = design.receivers.iter().map(|receiver| receiver.detector.bins());
+    let bins = grid.columns * grid.rows + sphere.polar * sphere.azimuths + others.sum::<usize>();
+    let on_threads = bins * wavelengths * rayon::current_num_threads();
+    // Four observations, and what is made of three of them.
+    let observed = 4 * bins * (GROUPS + 1) + ColourArrays::count(design, GROUPS);
+    let bytes = 8.0 * (on_threads + observed) as f64;
+    ensure!(
+        bytes <= MAX_BYTES,
+        "{}: {bins} bins at {}: expected at most 2 GiB for them, got {:.1} GiB; larger bins, a larger light.step_nm or fewer threads take less",
+        design.provenance.file,
+        count(wavelengths, "wavelength"),
+        bytes / MAX_BYTES * 2.0
+    );
+    Ok(())
+}
