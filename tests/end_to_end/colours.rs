@@ -53,7 +53,7 @@ const GLASS: &str =
 
 /// Value of a table of `data/spectra` at a wavelength, linear between rows.
 fn matching(table: &str, nm: f64) -> f64 {
-    let text = batwing_tests::read(&format!("data/spectra/{table}.csv"));
+    let text = batwing_tests::read(format!("data/spectra/{table}.csv"));
     let rows = text.lines().filter_map(|line| {
         let (nm, value) = line.split_once(',')?;
         Some([nm.parse::<f64>().ok()?, value.parse::<f64>().ok()?])

@@ -159,10 +159,8 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let search = optimisation::read(folder)?;
     let tolerance = ToleranceFolder::open(folder.directory())?;
     let tolerance = tolerance.map(|found| tolerance::tolerance(&mut album, &found.file));
-    let colours = json!({
-        "tables": tables::colours(&models),
-        "pictures": pictures.of_colours(&models)?,
-    });
+    let colours =
+        json!({"tables": tables::colours(&models), "pictures": pictures.of_colours(&models)?});
     let values = json!({
         "title": format!("batwing: {}", designs(&models)),
         "style": style(),
