@@ -25,6 +25,7 @@
 //! | [`uniformity`], [`uniformity_forms`], [`valley`] | uniformity in all forms, minimum of a noisy map |
 //! | [`extraction`] | extraction efficiency, power ledger |
 //! | [`colour_difference`], [`colour_matching`], [`photopic`] | colour over the cell, CIE tables |
+//! | [`dimming`] | panel before a backlight, spread of a zone's light |
 //! | [`bins`] | mean and extremes over the bins of a receiver |
 //! | [`estimate`], [`hits`] | value with standard error, bound of a sum that no path reached |
 //! | [`quantity`] | maps, curves and axes with units |
@@ -37,6 +38,7 @@ pub mod colour_difference;
 pub mod colour_matching;
 pub mod columns;
 pub mod digits;
+pub mod dimming;
 pub mod estimate;
 pub mod extraction;
 pub mod far_field;
