@@ -264,6 +264,15 @@ fn distance(traced: &[JackknifedFigure], summed: &[JackknifedFigure]) -> DirectT
     }
 }
 
+/// Light of zones of one kind.
+struct Shared {
+    block: Block,
+    /// First bin of the zone that it was summed for.
+    at: [usize; 2],
+    /// That zone.
+    first: [usize; 2],
+}
+
 /// Responses at the places of an array.
 struct Array<'a> {
     places: &'a Places,
@@ -275,10 +284,6 @@ struct Array<'a> {
 }
 
 impl Array<'_> {
-    fn groups(&self) -> usize {
-        GROUPS
-    }
-
     /// Columns and rows of packages in a zone.
     fn per_zone(&self) -> [usize; 2] {
         [0, 1].map(|k| self.places.whole[k] / self.zones[k])
@@ -331,28 +336,25 @@ impl Array<'_> {
             kinds.entry(self.stand_ins(*zone)).or_default().push(*zone);
         }
         let mut left = MAX_SHARED;
-        let mut shared: BTreeMap<[Vec<usize>; 2], (Block, [usize; 2], [usize; 2])> =
-            BTreeMap::new();
+        let mut shared: BTreeMap<[Vec<usize>; 2], Shared> = BTreeMap::new();
         for (kind, zones) in kinds {
             if zones.len() < 2 || self.per_zone() == [1, 1] {
                 continue;
             }
-            let (block, at) = sum_of(&self.zone_pieces(zones[0], 1.0), self.groups());
-            let bytes = 8 * self.groups() * block.bins[0] * block.bins[1];
+            let (block, at) = sum_of(&self.zone_pieces(zones[0], 1.0), GROUPS);
+            let bytes = 8 * GROUPS * block.bins[0] * block.bins[1];
             if bytes > left {
                 break;
             }
             left -= bytes;
-            shared.insert(kind, (block, at, zones[0]));
+            shared.insert(kind, Shared { block, at, first: zones[0] });
         }
         let (per, mut pieces) = (self.per_zone(), Vec::new());
         for (zone, weight) in lit {
             match shared.get(&self.stand_ins(zone)) {
-                Some((block, at, first)) => {
-                    let shift = |k: usize| {
-                        at[k] + zone[k] * per[k] * self.step[k] - first[k] * per[k] * self.step[k]
-                    };
-                    let at = [shift(0), shift(1)];
+                Some(Shared { block, at, first }) => {
+                    let begin = |k: usize, zone: [usize; 2]| zone[k] * per[k] * self.step[k];
+                    let at = [0, 1].map(|k| at[k] + begin(k, zone) - begin(k, *first));
                     pieces.push(Piece { block, turn: Turn::default(), at, weight });
                 }
                 None => pieces.extend(self.zone_pieces(zone, weight)),

@@ -183,14 +183,14 @@ impl<'a> MapReceiver<'a> {
     pub fn over(&self, places: &Places) -> Result<([usize; 2], Frame)> {
         let mut steps = [0; 2];
         let mut whole = self.frame;
-        for k in 0..2 {
+        for (k, step) in steps.iter_mut().enumerate() {
             if !places.is_extended(k) {
                 continue;
             }
             let (pitch, bin) = (places.pitch_mm[k], self.frame.bin_mm[k]);
-            steps[k] = (pitch / bin).round() as usize;
+            *step = (pitch / bin).round() as usize;
             ensure!(
-                steps[k] > 0 && (steps[k] as f64 * bin - pitch).abs() < 1e-6 * bin,
+                *step > 0 && (*step as f64 * bin - pitch).abs() < 1e-6 * bin,
                 "{}: expected bins that divide the pitch of {pitch} mm, got {bin} mm; then {} x {} packages stand for --packages {}x{}",
                 match self.receiver {
                     Some((_, receiver)) => format!("receivers: {:?}: bins", receiver.name()),
@@ -202,7 +202,7 @@ impl<'a> MapReceiver<'a> {
                 places.whole[1]
             );
             let more = places.whole[k] - places.traced[k];
-            whole.bins[k] += more * steps[k];
+            whole.bins[k] += more * *step;
             whole.low_mm[k] -= 0.5 * more as f64 * pitch;
         }
         Ok((steps, whole))

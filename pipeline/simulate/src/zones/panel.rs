@@ -277,7 +277,9 @@ impl Panel {
 
 /// The mean of sums over this number of bins, of which one path adds so much to one.
 pub(super) fn figure(mut sums: Readings, bins: f64, one_path: f64) -> JackknifedFigure {
-    sums.iter_mut().for_each(|sum| *sum /= bins);
+    for sum in &mut sums {
+        *sum /= bins;
+    }
     let value = sums.pop().unwrap_or_default();
     let figure = JackknifedFigure::new(value, sums);
     let known = with_one_path(figure.estimate(), one_path / bins);

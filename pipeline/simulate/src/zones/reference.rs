@@ -13,6 +13,7 @@ use metrics::{Estimate, Grouped, JackknifedFigure};
 use super::Array;
 use super::panel::{figure, inside};
 use super::superposition::{Block, Piece, RowOfGroups, rows};
+use crate::trace::GROUPS;
 
 /// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.
 const MAX_VALUES: usize = 20_000_000;
@@ -107,7 +108,7 @@ impl Array<'_> {
 
     /// Readings of the mean of the panel, figures of its map, and the groups of their errors.
     fn at_full_drive(&self) -> (Vec<f64>, Vec<(String, Estimate)>, usize) {
-        let groups = self.groups();
+        let groups = GROUPS;
         let parts = [0, 1].map(|axis| self.zone_cells(axis).parts(&self.frame, axis));
         // Bins of the map of extremes: those at least half on the panel.
         let within = parts.each_ref().map(|parts| {
@@ -183,7 +184,7 @@ impl Array<'_> {
             let [low, length] = self.places.area_mm(k);
             low + length * (zone[k] as f64 + 0.5) / self.zones[k] as f64
         });
-        let (block, at) = sum_of(&pieces, self.groups());
+        let (block, at) = sum_of(&pieces, GROUPS);
         let width = self.frame.bin_mm[0].max(self.frame.bin_mm[1]);
         let distance = |i: usize, j: usize| {
             let x = self.frame.middle_mm(0, at[0] + i) - centre_mm[0];
@@ -217,7 +218,7 @@ impl Array<'_> {
         let extended: Vec<usize> = (0..2).filter(|k| self.places.is_extended(*k)).collect();
         let reach = extended.iter().map(|k| self.places.reach(*k)).min()?;
         let inner = [0, 1].map(|k| self.places.stand_in(k, self.places.whole[k] / 2));
-        let (block, at) = sum_of(&[self.responses.at(inner)], self.groups());
+        let (block, at) = sum_of(&[self.responses.at(inner)], GROUPS);
         let traced = self.receiver.frame;
         // Shells of whole packages, along the axes on which the array is larger.
         let centre = [0, 1].map(|k| {

@@ -90,21 +90,16 @@ impl Responses {
             let seed = seeds::of_package(context.seed, number);
             let key = key(&lit, receiver, model, seed)?;
             let entries = store.entries(key.clone());
-            let kept = match entries.find_value::<Kept>(0).filter(|kept| fits(kept, receiver)) {
-                Some(kept) => kept,
-                None => {
-                    let what = format!(
-                        "{} {}, response {} of {}",
-                        design.name,
-                        model.key(design),
-                        count + 1,
-                        traced.len()
-                    );
-                    let at = RunContext { seed, ..context };
-                    let kept = trace(&mut traces, &lit, (receiver, model), &what, at)?;
-                    entries.keep_value(0, &kept)?;
-                    kept
-                }
+            let known = entries.find_value::<Kept>(0).filter(|kept| fits(kept, receiver));
+            let kept = if let Some(known) = known {
+                known
+            } else {
+                let (name, of) = (&design.name, traced.len());
+                let what = format!("{name} {}, response {} of {of}", model.key(design), count + 1);
+                let at = RunContext { seed, ..context };
+                let kept = trace(&mut traces, &lit, (receiver, model), &what, at)?;
+                entries.keep_value(0, &kept)?;
+                kept
             };
             blocks.push(Block::new(receiver.frame.bins, &kept.groups, kept.one_path));
             keys.push(key.hex().to_owned());

@@ -151,7 +151,9 @@ pub fn rows<T: Send>(
             values: vec![0.0; groups * bins[0]],
             one_path: vec![0.0; bins[0]],
         };
-        pieces.iter().for_each(|piece| piece.add_to(&mut sum, y));
+        for piece in pieces {
+            piece.add_to(&mut sum, y);
+        }
         read(y, &sum)
     };
     (0..bins[1]).into_par_iter().map(row).collect()
