@@ -54,3 +54,4 @@ mod tolerance;
 mod tutorial;
 mod unlit_receivers;
 mod verdicts;
+mod zones;
