@@ -34,6 +34,7 @@ use crate::commands::shardable::Shardable;
 use crate::commands::shards::{self, MergeArgs, PlanArgs, SubmitArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::commands::tolerance::{self, ToleranceArgs};
+use crate::commands::zones::{self, ZonesArgs};
 use crate::output::in_memory::ModelArrays;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
@@ -128,6 +129,11 @@ pub enum Command {
         after_help = "Example: batwing tolerance data/gallery/d3-by-rays/tolerance.toml --out tolerance"
     )]
     Tolerance(ToleranceArgs),
+    /// Add up dimming zones of a backlight, and show a picture on a panel before it
+    #[command(
+        after_help = "Example: batwing zones backlight.toml --zones 3x2 --pattern pattern.csv --out zones"
+    )]
+    Zones(ZonesArgs),
     /// Show the shards of a job, which several processes share, and what each costs
     #[command(after_help = "Example: batwing plan --shards 8 -- reproduce --quick --out results")]
     Plan(PlanArgs),
@@ -216,6 +222,7 @@ impl Cli {
             Command::Optimise(arguments) => optimise::run(arguments, context),
             Command::Tolerance(arguments) => tolerance::run(arguments, context),
             Command::Study(arguments) => study::run(arguments, context),
+            Command::Zones(arguments) => zones::run(arguments, context),
             Command::Plan(arguments) => shards::plan(arguments, context),
             Command::Submit(arguments) => shards::submit(arguments, context),
             Command::Merge(arguments) => shards::merge(arguments, context),

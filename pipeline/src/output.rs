@@ -160,7 +160,7 @@ fn both_sides(curves: &[Curve], symmetry: Symmetry) -> Result<Vec<Curve>> {
     }
 }
 
-fn capitalised(name: &str) -> String {
+pub(crate) fn capitalised(name: &str) -> String {
     let mut letters = name.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

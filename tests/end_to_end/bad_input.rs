@@ -19,6 +19,7 @@ use files::formats::stl;
 use simulate::bodies::bodies;
 
 use crate::support::binary::{PATH, batwing};
+use crate::zones::boxed;
 
 const DESIGN: &str = include_str!("../bad_input/design.toml");
 const BARE_DOME: &str = include_str!("../bad_input/bare_dome.toml");
@@ -299,6 +300,53 @@ const COMMANDS: [(&str, &[&str]); 85] = [
         &["d1.toml", "memory: expected at most 0.001 GiB", "unknowns"],
     ),
     ("full-wave d1.toml --rings 2 --out file", &["cannot write into `file`", "got the file"]),
+    (
+        "zones boxed.toml --pattern drives.csv --zones 2x2",
+        &["boxed.toml: --zones: expected columns and rows that divide 5 x 5 packages evenly, got 2 x 2"],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --zones 5x1",
+        &["`drives.csv`: --zones: expected 5 x 1 drives, got 5 x 5"],
+    ),
+    (
+        "zones boxed.toml --pattern bright.csv",
+        &["`bright.csv`: line 2, column 1: expected a number from 0 to 1, got \"1.5\""],
+    ),
+    (
+        "zones boxed.toml --pattern nan.csv",
+        &["`nan.csv`: line 1, column 2: expected a number from 0 to 1, got \"NaN\""],
+    ),
+    (
+        "zones boxed.toml --pattern colours.png",
+        &["`colours.png`: colour type: expected grey of 8 or 16 bits", "got Rgba of 8 bits"],
+    ),
+    (
+        "zones boxed.toml --pattern dark.csv --zones 1x1",
+        &["`dark.csv`: expected a drive above 0 in a zone, got none"],
+    ),
+    ("zones boxed.toml --pattern none.csv", &["none.csv"]),
+    ("zones boxed.toml --pattern drives.csv --picture colours.png", &["`colours.png`"]),
+    (
+        "zones boxed.toml --pattern drives.csv --contrast 0.5",
+        &["--contrast", "expected a number of at least 1", "0.5"],
+    ),
+    ("zones boxed.toml --pattern drives.csv --contrast nan", &["at least 1", "nan"]),
+    ("zones boxed.toml --pattern drives.csv --zones 5", &["--zones", "such as 48x27"]),
+    (
+        "zones boxed.toml --pattern drives.csv --packages 4x5",
+        &["boxed.toml: --packages: expected 5 columns as in the design or more, got 4"],
+    ),
+    (
+        "zones d1.toml --pattern drives.csv --packages 5x5",
+        &["d1.toml: --packages: expected 2 columns", "from 5 columns, got 5"],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --receiver back",
+        &["--receiver: expected a plane or luminance receiver that faces up (front), got \"back\""],
+    ),
+    ("zones boxed.toml --pattern drives.csv --model all", &["--model: expected one model"]),
+    ("zones boxed.toml --pattern drives.csv --direct --packages 9x9", &["--packages"]),
+    ("zones boxed.toml --pattern drives.csv --out file", &["cannot write into `file`"]),
     ("import f.doc", &["f.doc: expected a table, a far field, rays or scattering, cannot open it"]),
     ("import file", &["expected a file ending in"]),
     (
@@ -337,6 +385,13 @@ fn commands() -> TempDir {
     write("d1.toml", &read("data/designs/d1.toml"));
     write("lamp.toml", LAMP);
     write("smooth.toml", &read("data/designs/bare-dome.toml"));
+    write("boxed.toml", &boxed(5));
+    write("drives.csv", &"0,1,0,1,0\n".repeat(5));
+    write("bright.csv", "0,1\n1.5,0\n");
+    write("nan.csv", "0,NaN\n");
+    write("dark.csv", "0\n");
+    let colours = workspace().join("docs/images/illuminance-d1.png");
+    std::fs::copy(colours, at.join("colours.png")).expect("copied");
     let by_file = read("data/designs/bare-dome.toml").replace(
         "sphere_radius_mm = 2.0\nheight_mm = 1.0\nwidth_mm = 3.4\n",
         "mesh = \"dome.stl\"\nmesh_unit = \"mm\"\n",

@@ -56,3 +56,4 @@ mod tolerance;
 mod tutorial;
 mod unlit_receivers;
 mod verdicts;
+mod zones;

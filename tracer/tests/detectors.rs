@@ -412,6 +412,29 @@ fn dark_sources_keep_their_numbers_and_change_nothing() {
 }
 
 #[test]
+fn drives_scale_the_light_of_each_package() {
+    let detector = Detector::new("plane", measurements_of_each_kind()[1].clone());
+    let lit = |scene: Scene| {
+        let outcome = seen(&scene, std::slice::from_ref(&detector), 64_000, 6);
+        (scene.power(), outcome.total.readings[0].clone())
+    };
+    assert_eq!(lit(packages().driven(&[1.0, 1.0])), lit(packages()));
+    // One alone at half its power: the same paths as those of `lit_by`, of a quarter of the power.
+    let (power, half) = lit(packages().driven(&[0.5, 0.0]));
+    let (whole, one) = lit(packages().lit_by(0));
+    assert_eq!((power, whole), (0.25, 1.0));
+    assert!(half.iter().zip(&one).all(|(a, b)| (a - 0.25 * b).abs() <= 1e-15));
+    assert_eq!(lit(packages().driven(&[0.0, 0.0])).0, 0.0);
+    // Light adds up: that of both is that of each by its drive, within the noise of paths.
+    let (power, both) = lit(packages().driven(&[0.3, 0.9]));
+    let (_, other) = lit(packages().lit_by(1));
+    assert!((power - 0.6).abs() < 1e-15);
+    let sum = |bins: &[f64]| bins.iter().sum::<f64>();
+    let expected = 0.15 * sum(&one) + 0.45 * sum(&other);
+    assert!((sum(&both) / expected - 1.0).abs() < 0.02, "{} {expected}", sum(&both));
+}
+
+#[test]
 fn merged_groups_keep_the_totals_and_average_their_readings() {
     let scene = disc(1.0);
     let outcome = seen(&scene, &[], 64_000, 5);

@@ -26,6 +26,7 @@
 //! | [`cache`] | tables of orders under the hash of all they depend on |
 //! | [`store`] | kept figures and groups of paths, bit for bit |
 //! | [`bounded_text`], [`control_characters`] | text of others, read and on the terminal |
+//! | [`level_image`] | levels from 0 to 1 as text or PNG |
 //! | [`content_hash`], [`provenance`] | hashes, records of files |
 //! | [`interrupt`], [`progress`], [`run_context`] | Ctrl-C, console, and what a command hands to its steps |
 //! | [`program`] | the file that holds the program, for keys of kept results |
@@ -38,6 +39,7 @@ pub mod content_hash;
 pub mod control_characters;
 pub mod formats;
 pub mod interrupt;
+pub mod level_image;
 pub mod program;
 pub mod progress;
 pub mod provenance;

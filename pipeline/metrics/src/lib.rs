@@ -26,6 +26,7 @@
 //! | [`extraction`] | extraction efficiency, power ledger |
 //! | [`chromaticity`], [`colour_matching`], [`photopic`] | u', v', colour temperature; CIE tables |
 //! | [`colour_difference`], [`colour_regions`], [`colour_map`] | colour over cell, angle and maps |
+//! | [`dimming`] | panel before a backlight, spread of a zone's light |
 //! | [`bins`] | mean and extremes over the bins of a receiver |
 //! | [`estimate`], [`hits`] | value with standard error, bound of a sum that no path reached |
 //! | [`quantity`] | maps, curves and axes with units |
@@ -41,6 +42,7 @@ pub mod colour_matching;
 pub mod colour_regions;
 pub mod columns;
 pub mod digits;
+pub mod dimming;
 pub mod estimate;
 pub mod extraction;
 pub mod far_field;

@@ -25,7 +25,7 @@
 //! | [`far_field`] | far field of a model, read back |
 //! | [`package`], [`ray_paths`] | drawing of the package, single paths |
 //! | [`optimisation`], [`tolerance`], [`study`] | `optimise.json`, `tolerance.json`, `study.json` |
-//! | [`full_wave`] | `full_wave.json` |
+//! | [`full_wave`], [`zones`] | `full_wave.json`, `zones.json` |
 //! | [`target`], [`constraint`] | what is asked of a figure, verdict on its value |
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
 //! | [`paired_figure`] | a figure with its replicates, for changes between paired traces |
@@ -49,6 +49,7 @@ mod stored_figure;
 pub mod study;
 pub mod target;
 pub mod tolerance;
+pub mod zones;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

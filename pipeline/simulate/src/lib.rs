@@ -41,6 +41,7 @@
 //! | `scenes` | one scene, or one for each wavelength where media convert light |
 //! | [`model_traces`] | traces of many designs without files |
 //! | [`paths`], [`paths_3d`], [`package_drawing`], [`description`], [`package`] | the package in lines, words and a few paths |
+//! | [`zones`] | dimming zones: responses of packages and their superposition |
 //! | [`bodies`] | the package as triangle meshes |
 //! | [`run`], [`model_writer`], [`model_result`] | the recipe of a run, its writer of files, its results |
 
@@ -75,3 +76,4 @@ pub mod trace;
 pub mod trace_plan;
 pub mod units;
 pub mod warnings;
+pub mod zones;

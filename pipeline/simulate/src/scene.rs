@@ -247,7 +247,11 @@ fn coat(design: &Design, prototype: &mut Prototype) -> Result<()> {
 }
 
 fn built(scene: &SceneBuilder, design: &Design) -> Result<Scene> {
-    scene.build().with_context(|| format!("scene of {}", design.name))
+    let scene = scene.build().with_context(|| format!("scene of {}", design.name))?;
+    Ok(match &design.array.drives {
+        Some(drives) => scene.driven(drives),
+        None => scene,
+    })
 }
 
 /// Half lengths of the mirror under the whole array, mm.

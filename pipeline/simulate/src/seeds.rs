@@ -21,6 +21,11 @@ pub fn of_light(seed: u64, source: &str) -> u64 {
     source.bytes().fold(seed, |seed, byte| mix(seed ^ u64::from(byte)))
 }
 
+/// The seed of the response of a package.
+pub fn of_package(seed: u64, number: usize) -> u64 {
+    mix(mix(seed ^ 0x7061_636b_6167_6573) ^ number as u64)
+}
+
 /// The seed of a batch; batch 1 is the first after the initial one.
 pub fn of_batch(seed: u64, batch: u32) -> u64 {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -59,6 +59,7 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
     let mut parts = vec![
         ("an LED off its axis or tilted".to_owned(), led),
         ("the places of the packages".to_owned(), array(&design.array.axes_mm())),
+        ("packages of unequal drive".to_owned(), none_if(design.array.drives.is_some())),
         ("a dome by a mesh".to_owned(), none_if(mesh)),
         ("a file of [files]".to_owned(), design.files.symmetry()),
     ];

@@ -25,3 +25,4 @@ pub mod shards;
 pub mod study;
 pub mod submit;
 pub mod tolerance;
+pub mod zones;

@@ -108,24 +108,33 @@ impl Scene {
     /// The scene with the sources of instance `number` alone, in the order in which instances were
     /// placed. They emit the power of the whole scene. An instance without sources changes nothing.
     #[must_use]
-    pub fn lit_by(mut self, number: usize) -> Self {
-        let mut before = 0.0;
-        let mut lit: Vec<PlacedSource> = Vec::new();
-        for placed in &self.sources {
+    pub fn lit_by(self, number: usize) -> Self {
+        if !self.sources.iter().any(|placed| placed.instance == Some(number as u32)) {
+            return self;
+        }
+        let mut drives = vec![0.0; self.instances.list.len()];
+        drives[number] = 1.0;
+        let power = self.power;
+        Self { power, ..self.driven(&drives) }
+    }
+
+    /// The scene with the power of the sources of each instance times its drive, a number of at least
+    /// 0, in the order in which instances were placed. Sources keep their numbers; those of the world
+    /// and of instances beyond the last drive stay as they are.
+    #[must_use]
+    pub fn driven(mut self, drives: &[f64]) -> Self {
+        let (mut before, mut sum) = (0.0, 0.0);
+        for placed in &mut self.sources {
             let weight = placed.cumulated - before;
             before = placed.cumulated;
-            if placed.instance == Some(number as u32) {
-                let sum = lit.last().map_or(0.0, |last| last.cumulated);
-                lit.push(PlacedSource { cumulated: sum + weight, ..placed.clone() });
-            }
+            let drive = placed.instance.and_then(|number| drives.get(number as usize));
+            sum += weight * drive.copied().unwrap_or(1.0);
+            placed.cumulated = sum;
         }
-        let sum = lit.last().map_or(0.0, |last| last.cumulated);
         if sum > 0.0 {
-            for placed in &mut lit {
-                placed.cumulated /= sum;
-            }
-            self.sources = lit;
+            self.sources.iter_mut().for_each(|placed| placed.cumulated /= sum);
         }
+        self.power *= sum;
         self
     }
 

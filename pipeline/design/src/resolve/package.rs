@@ -228,5 +228,5 @@ pub(crate) fn array(
             arrangement: raw.arrangement,
         },
     };
-    Ok(Array { positions, pitch_mm: raw.pitch_mm, crossing: raw.crossing })
+    Ok(Array { positions, pitch_mm: raw.pitch_mm, crossing: raw.crossing, drives: None })
 }

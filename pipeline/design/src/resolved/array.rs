@@ -15,6 +15,10 @@ pub struct Array {
     pub pitch_mm: Pitch,
     /// True if light of one package meets the others.
     pub crossing: bool,
+    /// Power of each package over that of full drive, in the order of [`Self::axes_mm`]; `None`
+    /// where all are at 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drives: Option<Vec<f64>>,
 }
 
 /// Places of packages.

@@ -209,15 +209,20 @@ fn led_fields(led: &Led) -> Value {
     fields
 }
 
+/// Packages at full drive have the fields of designs that cannot say otherwise.
 fn array_fields(array: &Array) -> Value {
-    let Array { positions, pitch_mm, crossing } = array;
+    let Array { positions, pitch_mm, crossing, drives } = array;
     let positions = match positions {
         PackagePositions::Grid { columns, rows, arrangement } => {
             json!({"columns": columns, "rows": rows, "arrangement": arrangement})
         }
         PackagePositions::List { positions_mm, .. } => json!(positions_mm),
     };
-    json!({"positions": positions, "pitch_mm": pitch_mm, "crossing": crossing})
+    let mut fields = json!({"positions": positions, "pitch_mm": pitch_mm, "crossing": crossing});
+    if let Some(drives) = drives {
+        fields["drives"] = json!(drives);
+    }
+    fields
 }
 
 fn housing_fields(housing: &Housing) -> Value {
@@ -299,7 +304,7 @@ mod tests {
         let base = of(|_| {}, all);
         let tolerance: Change = |d| d.hybrid.tolerance = 1e-3;
         let wavelength: Change = |d| d.wavelength_nm = 551.0;
-        let traced: [Change; 13] = [
+        let traced: [Change; 14] = [
             |d| d.led.height_mm = 0.3,
             |d| d.elements.rounding.tip_mm = 1e-3,
             |d| d.elements.rounding.valley_mm = 1e-3,
@@ -309,6 +314,7 @@ mod tests {
             |d| d.led.tilts_deg = vec![[0.0; 2], [0.0, 1.0]],
             |d| d.receiver.bin_mm = 0.05,
             |d| d.array.positions = PackagePositions::SINGLE,
+            |d| d.array.drives = Some(vec![1.0, 0.5, 1.0, 0.0]),
             tolerance,
             wavelength,
             |d| d.silicone.absorption_per_mm = 1e-3,

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Local dimming: a panel before a backlight, the spread of a zone's light, and light that a small
+//! array does not show.
+//!
+//! | figure | formula |
+//! |---|---|
+//! | behind the panel | L = min(max(T W, B / C), B) ([`behind_panel`]) |
+//! | radius of a level | where the mean over rings first falls below the level beyond its largest ([`radius_at`]) |
+//! | light beyond the reach | Σ n_j d_R q^(j-R) over the shells j beyond the last, R ([`beyond`]) |
+
+/// Luminance behind a panel of contrast C = `contrast` (1 or more), before a backlight of luminance
+/// B = `backlight`, where T W = `wanted`: the liquid crystal passes T W / B, at least 1/C and at
+/// most 1.
+pub fn behind_panel(backlight: f64, wanted: f64, contrast: f64) -> f64 {
+    let backlight = backlight.max(0.0);
+    wanted.min(backlight).max(backlight / contrast)
+}
+
+/// The distance at which `values` at these distances first fall below `share` of the largest,
+/// beyond it; `None` where they do not.
+pub fn radius_at(distances: &[f64], values: &[f64], share: f64) -> Option<f64> {
+    let (largest, level) = values
+        .iter()
+        .copied()
+        .enumerate()
+        .fold((0, 0.0), |best, (k, value)| if value > best.1 { (k, value) } else { best });
+    crossing(distances, values, largest, share * level)
+}
+
+/// The distance at which `values` first fall below `level` beyond number `from`.
+fn crossing(distances: &[f64], values: &[f64], from: usize, level: f64) -> Option<f64> {
+    let next = (from + 1..values.len()).find(|&k| values[k] < level)?;
+    let ([a, b], [x, y]) =
+        ([values[next - 1], values[next]], [distances[next - 1], distances[next]]);
+    Some(x + (y - x) * (a - level) / (a - b))
+}
+
+/// Light beyond the last of the `shells` of packages about a lit one, in their unit: shell k holds
+/// `packages(k)`. Light for each package falls off by one factor a shell, which the outer half of
+/// the shells gives. `None` where it does not fall off, or of fewer than three shells.
+pub fn beyond(shells: &[f64], packages: impl Fn(usize) -> f64) -> Option<f64> {
+    /// Terms of the series; a factor that needs more is no fall.
+    const TERMS: usize = 100_000;
+    let last = shells.len().checked_sub(1).filter(|last| *last >= 2)?;
+    let from = last / 2;
+    let density = |shell: usize| shells[shell] / packages(shell);
+    let factor = (density(last) / density(from)).powf(1.0 / (last - from) as f64);
+    let (mut sum, mut each) = (0.0, density(last));
+    for shell in last + 1..last + TERMS {
+        each *= factor;
+        let term = packages(shell) * each;
+        sum += term;
+        if factor < 1.0 && term <= 1e-12 * sum {
+            return Some(sum);
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panel_passes_what_is_wanted_between_its_ends() {
+        // Bright enough, too dark, and black: 1/C of the backlight leaks.
+        assert_eq!(behind_panel(400.0, 100.0, 1000.0), 100.0);
+        assert_eq!(behind_panel(400.0, 500.0, 1000.0), 400.0);
+        assert_eq!(behind_panel(400.0, 0.0, 1000.0), 0.4);
+        assert_eq!(behind_panel(400.0, 0.0, 1.0), 400.0);
+        assert_eq!(behind_panel(-1e-18, 1.0, 2.0), 0.0);
+    }
+
+    #[test]
+    fn radii_of_a_gaussian_are_its_own() {
+        let distances: Vec<f64> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
+        let values: Vec<f64> = distances.iter().map(|r| (-r * r / 50.0).exp()).collect();
+        for share in [0.5, 0.1, 0.01f64] {
+            let exact = (-50.0 * share.ln()).sqrt();
+            let found = radius_at(&distances, &values, share).expect("a radius");
+            assert!((found - exact).abs() < 2e-3, "{share}: {found} {exact}");
+        }
+        assert_eq!(radius_at(&distances[..20], &values[..20], 0.1), None);
+        assert_eq!(radius_at(&distances, &vec![0.0; 400], 0.1), None);
+    }
+
+    #[test]
+    fn a_geometric_fall_is_summed_to_its_closed_form() {
+        let packages = |k: usize| if k == 0 { 1.0 } else { 8.0 * k as f64 };
+        let (q, last) = (0.4f64, 4);
+        let shells: Vec<f64> = (0..=last).map(|k| packages(k) * q.powi(k as i32)).collect();
+        // Σ 8 j q^j from R + 1 on = 8 q^(R+1) ((R + 1) - R q) / (1 - q)².
+        let r = last as f64;
+        let exact = 8.0 * q.powi(last as i32 + 1) * (r + 1.0 - r * q) / (1.0 - q).powi(2);
+        let found = beyond(&shells, packages).expect("it falls");
+        assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
+        assert_eq!(beyond(&[1.0, 8.0, 16.0], packages), None);
+        assert_eq!(beyond(&[1.0, 1.0], packages), None);
+    }
+}

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `zones.json` as a file: a backlight with dimming zones, and what a panel before it shows.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use files::provenance::FileRecord;
+
+use crate::figure_entry::FigureEntry;
+
+/// File under the directory of results.
+pub const FILE: &str = "zones.json";
+/// Version of the layout.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ZonesFile {
+    /// Version of the layout.
+    pub schema_version: u32,
+    /// Version of the program that wrote it.
+    pub version: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+    /// Files that came out.
+    pub files: Vec<FileRecord>,
+    /// Name of the design.
+    pub design: String,
+    /// Key of the model.
+    pub model: String,
+    /// Name of the receiver: `plane` or one of `[[receivers]]`.
+    pub receiver: String,
+    /// Quantity of all levels.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// Columns and rows of packages.
+    pub packages: [usize; 2],
+    /// Columns and rows of packages that were traced.
+    pub traced_packages: [usize; 2],
+    /// Columns and rows of zones.
+    pub zones: [usize; 2],
+    /// Paths of each response.
+    pub paths: u64,
+    /// Number of responses.
+    pub responses: usize,
+    /// Light of an inner package beyond the traced ones.
+    pub beyond_reach: Option<BeyondReach>,
+    /// Largest over smallest transmittance of the panel.
+    pub contrast: f64,
+    /// Mean of the backlight over the panel at full drive.
+    pub white: FigureEntry,
+    /// Figures of the backlight at full drive, by keys of receivers.
+    pub uniformity: BTreeMap<String, FigureEntry>,
+    /// Groups that the errors of extremes in `uniformity` come from.
+    pub groups_of_extremes: usize,
+    /// Black beside bright.
+    pub halo: Option<Halo>,
+    /// Light of one zone.
+    pub light_spread: LightSpread,
+    /// Comparison with a trace of the pattern itself.
+    pub direct: Option<Direct>,
+}
+
+/// Light of an inner package beyond the traced ones.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BeyondReach {
+    /// Packages from the inner one to the walls of the traced array.
+    pub packages: usize,
+    /// Share of its light; `None` where it does not fall off.
+    pub share: Option<FigureEntry>,
+}
+
+/// Black bins of the picture in or beside zones with its brightest bins, and these.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Halo {
+    /// Mean of black bins.
+    pub black: FigureEntry,
+    /// Mean of the brightest bins.
+    pub bright: FigureEntry,
+    /// The first over the second.
+    pub contrast: FigureEntry,
+}
+
+/// Light of the zone nearest to the middle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LightSpread {
+    /// Column from the left and row from the top, from 1.
+    pub zone: [usize; 2],
+    /// Its middle, mm.
+    pub centre_mm: [f64; 2],
+    /// Radii of shares of the largest ring.
+    pub radii: Vec<Radius>,
+}
+
+/// Where a zone's light has fallen to a share.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Radius {
+    /// Share of the largest ring.
+    pub share: f64,
+    /// Radius, mm; `None` where the rings do not tell.
+    pub radius_mm: Option<FigureEntry>,
+}
+
+/// Distance of a trace of the pattern itself from the superposition, in the means of the zones.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Direct {
+    /// Number of zones.
+    pub zones: usize,
+    /// Sum of squared differences in squared standard errors.
+    pub chi_square: f64,
+    /// Largest difference in standard errors.
+    pub largest: f64,
+}

@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Dimming zones of a backlight: the response of one package of each kind of place, traced once,
+//! and any pattern of drives by superposition.
+//!
+//! In: a design, columns and rows of zones and of packages, a pattern. Out: maps of the backlight
+//! and of what a panel before it shows, halo, spread of a zone's light, all with errors from the
+//! groups of paths of the responses.
+//!
+//! The light of a pattern is B(x) = Σ d_p r_p(x) over the packages p at drives d_p. Their responses
+//! r_p are those of the traced array, shifted by whole bins ([`places`]). Of a larger array the walls
+//! of the traced one send back light that lies farther out, a share ε of an inner package's
+//! ([`reference::Beyond`]). No place then lacks or has more than ε W max d_p, with W the mean at full
+//! drive: this bounds the bias of every value.
+
+pub mod map_receiver;
+mod panel;
+pub mod places;
+pub mod reference;
+mod responses;
+mod superposition;
+
+use std::collections::BTreeMap;
+
+use anyhow::{Result, ensure};
+use serde_json::json;
+
+use design::Design;
+use files::cache::{Cache, Key};
+use files::level_image::LevelImage;
+use files::run_context::RunContext;
+use files::store::Store;
+use metrics::{Estimate, JackknifedFigure};
+
+use self::map_receiver::{Frame, MapReceiver};
+use self::panel::{Cells, Panel};
+use self::places::Places;
+use self::reference::{Reference, sum_of};
+use self::responses::{Responses, direct};
+use self::superposition::{Block, Piece, Turn};
+use crate::model::Model;
+use crate::trace::GROUPS;
+
+/// Folder of kept references in the cache.
+const FOLDER: &str = "zones";
+/// Largest number of bins of a map.
+const MAX_BINS: usize = 16_000_000;
+/// Memory of the light of zones that occurs more than once, bytes.
+const MAX_SHARED: usize = 1 << 30;
+
+/// An array with its zones and the receiver that reads it.
+pub struct ZonedDesign<'a> {
+    design: &'a Design,
+    model: Model,
+    /// Places of the packages.
+    pub places: Places,
+    /// Columns and rows of zones.
+    pub zones: [usize; 2],
+    /// The receiver of the maps.
+    pub receiver: MapReceiver<'a>,
+    /// Bins from a package to the next, where the array is larger than the traced one.
+    step: [usize; 2],
+    /// Bins of the maps.
+    pub frame: Frame,
+}
+
+/// Choices of a command beside the design.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Request<'a> {
+    /// Columns and rows of zones; a zone for each package without.
+    pub zones: Option<[usize; 2]>,
+    /// Columns and rows of packages, where they are more than those of the design.
+    pub packages: Option<[usize; 2]>,
+    /// Name of the receiver; the plane of the design without.
+    pub receiver: Option<&'a str>,
+}
+
+/// Drives of zones and the picture on the panel.
+#[derive(Debug, Clone, Copy)]
+pub struct Pattern<'a> {
+    /// Drives of the zones.
+    pub drives: &'a LevelImage,
+    /// Levels of the picture.
+    pub picture: &'a LevelImage,
+    /// Largest over smallest transmittance of the panel.
+    pub contrast: f64,
+}
+
+/// Light of a pattern, in the quantity of the receiver.
+pub struct Dimmed {
+    /// Number of responses.
+    pub responses: usize,
+    /// Figures that do not depend on the pattern.
+    pub reference: Reference,
+    /// Backlight and light behind the panel by bins, with standard errors.
+    pub maps: [(Vec<f64>, Vec<f64>); 2],
+    /// The same by zones.
+    pub zones: [Vec<Estimate>; 2],
+    /// Mean of black beside bright, of bright, and of the first over the second.
+    pub halo: Option<[Estimate; 3]>,
+    /// The mean of the panel at full drive.
+    pub white: Estimate,
+    /// How far a direct trace lies from the superposition.
+    pub direct: Option<DirectTrace>,
+}
+
+/// Distance of a direct trace from the superposition.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectTrace {
+    /// Sum over zones of squared differences, in squared standard errors.
+    pub chi_square: f64,
+    /// Largest difference, in standard errors.
+    pub largest: f64,
+}
+
+impl<'a> ZonedDesign<'a> {
+    /// Checks `request` against `design`.
+    ///
+    /// # Errors
+    /// Packages, zones or a receiver that do not fit.
+    pub fn new(design: &'a Design, model: Model, request: Request) -> Result<Self> {
+        let places = Places::new(design, request.packages)?;
+        let zones = request.zones.unwrap_or(places.whole);
+        let [columns, rows] = places.whole;
+        ensure!(
+            (0..2).all(|k| zones[k] > 0 && places.whole[k].is_multiple_of(zones[k])),
+            "--zones: expected columns and rows that divide {columns} x {rows} packages evenly, got {} x {}",
+            zones[0],
+            zones[1]
+        );
+        let receiver = MapReceiver::new(design, request.receiver, &places)?;
+        let (step, frame) = receiver.over(&places)?;
+        ensure!(
+            frame.count() <= MAX_BINS,
+            "--packages: expected at most {MAX_BINS} bins over all of them, got {} x {}; larger bins take less",
+            frame.bins[0],
+            frame.bins[1]
+        );
+        Ok(Self { design, model, places, zones, receiver, step, frame })
+    }
+
+    /// Checks the drives of zones, read from `file`.
+    ///
+    /// # Errors
+    /// Drives of another number than there are zones; none that shines.
+    pub fn check_drives(&self, drives: &LevelImage, file: &str) -> Result<()> {
+        let [columns, rows] = self.zones;
+        ensure!(
+            [drives.columns, drives.rows] == self.zones,
+            "`{file}`: --zones: expected {columns} x {rows} drives, got {} x {}",
+            drives.columns,
+            drives.rows
+        );
+        ensure!(
+            drives.levels.iter().any(|drive| *drive > 0.0),
+            "`{file}`: expected a drive above 0 in a zone, got none"
+        );
+        Ok(())
+    }
+
+    /// Traces what is missing of the responses and adds them up.
+    ///
+    /// # Errors
+    /// Those of a trace; too many bins; an interrupt; a cache that cannot be written.
+    pub fn dim(
+        &self,
+        pattern: Pattern,
+        directly: bool,
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Dimmed> {
+        let responses =
+            Responses::new(self.design, &self.places, &self.receiver, self.model, cache, context)?;
+        let array = Array {
+            places: &self.places,
+            receiver: &self.receiver,
+            responses: &responses,
+            zones: self.zones,
+            step: self.step,
+            frame: self.frame,
+        };
+        let mut reference = array.kept_reference(cache, context)?;
+        let area = [0, 1].map(|axis| self.places.area_mm(axis));
+        let panel = Panel::new(self.frame, (self.zones, area), pattern.picture, pattern.contrast);
+        let drives = &pattern.drives.levels;
+        let shown = array.with_pieces(drives, |pieces| panel.show(pieces, &reference.white));
+        let direct = if directly {
+            let packages = array.drives_of_packages(drives);
+            let driven = (&self.places, &packages[..]);
+            let block = direct(self.design, driven, &self.receiver, self.model, cache, context)?;
+            let whole = Piece { block: &block, turn: Turn::default(), at: [0; 2], weight: 1.0 };
+            let traced = panel.show(&[whole], &reference.white);
+            Some(distance(&traced.zones[0], &shown.zones[0]))
+        } else {
+            None
+        };
+        let factor = self.receiver.factor();
+        let without = &reference.white[..GROUPS];
+        let white = JackknifedFigure::new(reference.white[GROUPS], without.to_vec()).estimate();
+        // The bound of the bias at full drive, and at that of the pattern.
+        let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
+        let bias = beyond * white.value * drives.iter().copied().fold(0.0, f64::max);
+        let biased = |estimate: Estimate, bias: f64| {
+            if bias > 0.0 { estimate.with_bias(bias) } else { estimate }
+        };
+        // What is no more than leaks has the bias of what leaks.
+        let leak = 1.0 / pattern.contrast;
+        let of_panel = |value: f64, backlight: f64| {
+            if value <= backlight * leak * (1.0 + 1e-9) { bias * leak } else { bias }
+        };
+        let zones = [0, 1].map(|k| {
+            let both = shown.zones[k].iter().zip(&shown.zones[0]);
+            let one = |(figure, backlight): (&JackknifedFigure, &JackknifedFigure)| {
+                let bias = if k == 0 { bias } else { of_panel(figure.value, backlight.value) };
+                biased(figure.estimate(), bias).times(factor)
+            };
+            both.map(one).collect()
+        });
+        let halo = shown.halo.map(|[black, bright]| {
+            let ratio = |black: f64, bright: f64| black / bright;
+            let without = black.without.iter().zip(&bright.without);
+            let contrast = JackknifedFigure::new(
+                ratio(black.value, bright.value),
+                without.map(|(black, bright)| ratio(*black, *bright)).collect(),
+            );
+            let of_ratio = bias * (leak + contrast.value) / bright.value;
+            [
+                biased(black.estimate(), bias * leak).times(factor),
+                biased(bright.estimate(), bias).times(factor),
+                biased(contrast.estimate(), of_ratio),
+            ]
+        });
+        let [mut backlight, mut behind] = shown.maps;
+        for (k, error) in backlight.1.iter_mut().enumerate() {
+            *error = factor * error.hypot(bias / 3f64.sqrt());
+            let bias = of_panel(behind.0[k], backlight.0[k]);
+            behind.1[k] = factor * behind.1[k].hypot(bias / 3f64.sqrt());
+        }
+        for value in backlight.0.iter_mut().chain(&mut behind.0) {
+            *value *= factor;
+        }
+        reference.scale(factor, beyond);
+        Ok(Dimmed {
+            responses: responses.count(),
+            maps: [backlight, behind],
+            zones,
+            halo,
+            white: biased(white, beyond * white.value).times(factor),
+            reference,
+            direct,
+        })
+    }
+}
+
+/// Chi-square and largest difference of two readings of the same zones.
+fn distance(traced: &[JackknifedFigure], summed: &[JackknifedFigure]) -> DirectTrace {
+    let differences = traced.iter().zip(summed).map(|(a, b)| {
+        let error = a.standard_error.hypot(b.standard_error);
+        if error > 0.0 { (a.value - b.value).abs() / error } else { 0.0 }
+    });
+    let differences: Vec<f64> = differences.collect();
+    DirectTrace {
+        chi_square: differences.iter().map(|d| d * d).sum(),
+        largest: differences.iter().copied().fold(0.0, f64::max),
+    }
+}
+
+/// Light of zones of one kind.
+struct Shared {
+    block: Block,
+    /// First bin of the zone that it was summed for.
+    at: [usize; 2],
+    /// That zone.
+    first: [usize; 2],
+}
+
+/// Responses at the places of an array.
+struct Array<'a> {
+    places: &'a Places,
+    receiver: &'a MapReceiver<'a>,
+    responses: &'a Responses,
+    zones: [usize; 2],
+    step: [usize; 2],
+    frame: Frame,
+}
+
+impl Array<'_> {
+    /// Columns and rows of packages in a zone.
+    fn per_zone(&self) -> [usize; 2] {
+        [0, 1].map(|k| self.places.whole[k] / self.zones[k])
+    }
+
+    fn zone_cells(&self, axis: usize) -> Cells {
+        let [low_mm, length_mm] = self.places.area_mm(axis);
+        Cells { low_mm, length_mm, count: self.zones[axis] }
+    }
+
+    /// Drives of packages in columns and rows.
+    fn drives_of_packages(&self, drives: &[f64]) -> Vec<f64> {
+        let (per, [columns, rows]) = (self.per_zone(), self.places.whole);
+        let drive = |i: usize, j: usize| drives[j / per[1] * self.zones[0] + i / per[0]];
+        (0..rows).flat_map(|j| (0..columns).map(move |i| drive(i, j))).collect()
+    }
+
+    /// Traced columns and rows that stand for those of a zone.
+    fn stand_ins(&self, zone: [usize; 2]) -> [Vec<usize>; 2] {
+        let per = self.per_zone();
+        [0, 1].map(|k| {
+            let packages = zone[k] * per[k]..(zone[k] + 1) * per[k];
+            packages.map(|i| self.places.stand_in(k, i)).collect()
+        })
+    }
+
+    /// Light of the packages of a zone.
+    fn zone_pieces(&self, zone: [usize; 2], weight: f64) -> Vec<Piece<'_>> {
+        let (per, [columns, rows]) = (self.per_zone(), self.stand_ins(zone));
+        let at =
+            |k: usize, n: usize, stand_in: usize| (zone[k] * per[k] + n - stand_in) * self.step[k];
+        let mut pieces = Vec::with_capacity(per[0] * per[1]);
+        for (n, row) in rows.iter().enumerate() {
+            for (m, column) in columns.iter().enumerate() {
+                let at = [at(0, m, *column), at(1, n, *row)];
+                pieces.push(Piece { at, weight, ..self.responses.at([*column, *row]) });
+            }
+        }
+        pieces
+    }
+
+    /// Hands the light of zones at these drives to `read`: zones of one kind, which differ by a shift
+    /// alone, are summed once.
+    fn with_pieces<T>(&self, drives: &[f64], read: impl FnOnce(&[Piece]) -> T) -> T {
+        let lit = drives.iter().enumerate().filter(|(_, drive)| **drive > 0.0);
+        let lit: Vec<([usize; 2], f64)> =
+            lit.map(|(k, drive)| ([k % self.zones[0], k / self.zones[0]], *drive)).collect();
+        let mut kinds: BTreeMap<[Vec<usize>; 2], Vec<[usize; 2]>> = BTreeMap::new();
+        for (zone, _) in &lit {
+            kinds.entry(self.stand_ins(*zone)).or_default().push(*zone);
+        }
+        let mut left = MAX_SHARED;
+        let mut shared: BTreeMap<[Vec<usize>; 2], Shared> = BTreeMap::new();
+        for (kind, zones) in kinds {
+            if zones.len() < 2 || self.per_zone() == [1, 1] {
+                continue;
+            }
+            let (block, at) = sum_of(&self.zone_pieces(zones[0], 1.0), GROUPS);
+            let bytes = 8 * GROUPS * block.bins[0] * block.bins[1];
+            if bytes > left {
+                break;
+            }
+            left -= bytes;
+            shared.insert(kind, Shared { block, at, first: zones[0] });
+        }
+        let (per, mut pieces) = (self.per_zone(), Vec::new());
+        for (zone, weight) in lit {
+            match shared.get(&self.stand_ins(zone)) {
+                Some(Shared { block, at, first }) => {
+                    let begin = |k: usize, zone: [usize; 2]| zone[k] * per[k] * self.step[k];
+                    let at = [0, 1].map(|k| at[k] + begin(k, zone) - begin(k, *first));
+                    pieces.push(Piece { block, turn: Turn::default(), at, weight });
+                }
+                None => pieces.extend(self.zone_pieces(zone, weight)),
+            }
+        }
+        read(&pieces)
+    }
+
+    /// The figures that do not depend on a pattern, from the cache or computed.
+    fn kept_reference(&self, cache: &Cache, context: RunContext) -> Result<Reference> {
+        let store = Store::lasting(cache.directory(), FOLDER, context.console);
+        let key = Key::of(&json!({
+            "responses": self.responses.key.hex(),
+            "packages": self.places.whole,
+            "zones": self.zones,
+            "bins": self.frame.bins,
+        }));
+        let entries = store.entries(key);
+        if let Some(known) = entries.find_value(0) {
+            return Ok(known);
+        }
+        let reference = self.reference();
+        entries.keep_value(0, &reference)?;
+        Ok(reference)
+    }
+}

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What responses say whatever the pattern: the backlight at full drive, the spread of one zone's
+//! light, and light beyond the traced array. It is kept beside the responses.
+
+use serde::{Deserialize, Serialize};
+
+use metrics::bins::Bins;
+use metrics::dimming::{beyond, radius_at};
+use metrics::figures::OF_RECEIVER;
+use metrics::layout::Layout;
+use metrics::{Estimate, Grouped, JackknifedFigure};
+
+use super::Array;
+use super::panel::{figure, inside};
+use super::superposition::{Block, Piece, RowOfGroups, rows};
+use crate::trace::GROUPS;
+
+/// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.
+const MAX_VALUES: usize = 20_000_000;
+/// Groups that are left then.
+const MERGED: usize = 16;
+/// Shares of the largest value whose radii are given.
+pub const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
+
+/// Figures that do not depend on the pattern, in the numbers of the responses.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Reference {
+    /// Mean of the panel at full drive without each group of paths, then with all.
+    pub white: Vec<f64>,
+    /// Figures of the registry of the panel at full drive, by key.
+    pub uniformity: Vec<(String, Estimate)>,
+    /// Groups that the errors of extremes come from.
+    pub groups_of_extremes: usize,
+    /// Light of one zone.
+    pub spread: Spread,
+    /// Light beyond the traced array over all light of an inner package; `None` where the whole
+    /// array is traced.
+    pub beyond: Option<Beyond>,
+}
+
+/// Mean over rings about a lit zone.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Spread {
+    /// Column and row of the zone.
+    pub zone: [usize; 2],
+    /// Its middle, mm.
+    pub centre_mm: [f64; 2],
+    /// Mean distance of the bins of each ring, mm.
+    pub distance_mm: Vec<f64>,
+    /// Mean of each ring.
+    pub rings: Vec<JackknifedFigure>,
+    /// Radii at which [`SHARES`] of the largest ring are reached; `None` where the rings do not
+    /// tell.
+    pub radii_mm: Vec<Option<Estimate>>,
+}
+
+/// Light that the traced array does not show.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Beyond {
+    /// Packages from the inner one to the walls.
+    pub reach: usize,
+    /// Share of its light; `None` where the light does not fall off towards the walls.
+    pub share: Option<Estimate>,
+}
+
+impl Beyond {
+    /// The largest share that it may be: two standard errors above its value, and all light where
+    /// it does not fall off.
+    pub fn bound(&self) -> f64 {
+        self.share.map_or(1.0, |share| (share.value + 2.0 * share.standard_error).min(1.0))
+    }
+}
+
+impl Reference {
+    /// Puts its figures into a quantity that is `factor` times as large; those at full drive may lack
+    /// a share `beyond` of their light.
+    pub(super) fn scale(&mut self, factor: f64, beyond: f64) {
+        for (key, estimate) in &mut self.uniformity {
+            let is_level = ["mean", "min", "max"].contains(&&key[..]);
+            // A ratio of two levels has the bias of both.
+            let (factor, share) = if is_level { (factor, beyond) } else { (1.0, 2.0 * beyond) };
+            if share > 0.0 {
+                *estimate = estimate.with_bias(share * estimate.value);
+            }
+            *estimate = estimate.times(factor);
+        }
+        for ring in &mut self.spread.rings {
+            let numbers = [&mut ring.value, &mut ring.standard_error].into_iter();
+            numbers.chain(&mut ring.without).for_each(|number| *number *= factor);
+        }
+        self.white.iter_mut().for_each(|number| *number *= factor);
+    }
+}
+
+impl Array<'_> {
+    /// The figures that do not depend on a pattern.
+    pub(super) fn reference(&self) -> Reference {
+        let (white, uniformity, groups_of_extremes) = self.at_full_drive();
+        let beyond = self.beyond();
+        // Light that the walls send back lies among the packages that are traced.
+        let bias = beyond.as_ref().map_or(0.0, |beyond| {
+            let of_zone = (self.per_zone()[0] * self.per_zone()[1]) as f64;
+            let traced = (self.places.traced[0] * self.places.traced[1]) as f64;
+            beyond.bound() * white[white.len() - 1] * of_zone / traced
+        });
+        Reference { spread: self.spread(bias), white, uniformity, groups_of_extremes, beyond }
+    }
+
+    /// Readings of the mean of the panel, figures of its map, and the groups of their errors.
+    fn at_full_drive(&self) -> (Vec<f64>, Vec<(String, Estimate)>, usize) {
+        let groups = GROUPS;
+        let parts = [0, 1].map(|axis| self.zone_cells(axis).parts(&self.frame, axis));
+        // Bins of the map of extremes: those at least half on the panel.
+        let within = parts.each_ref().map(|parts| {
+            let on: Vec<usize> =
+                (0..parts.len()).filter(|k| inside(&parts[*k]) > 0.5 - 1e-9).collect();
+            on.first().map_or(0..0, |first| *first..on[on.len() - 1] + 1)
+        });
+        let bins = within.clone().map(|range| range.len());
+        let all = bins[0] * bins[1] * groups;
+        let together = if all > MAX_VALUES { groups / MERGED } else { 1 };
+        let read = |y: usize, row: &RowOfGroups| {
+            let weight = inside(&parts[1][y]);
+            let sum = |group: usize| -> f64 {
+                let values = row.group(group).iter().zip(&parts[0]);
+                weight * values.map(|(value, part)| value * inside(part)).sum::<f64>()
+            };
+            let mut map = vec![vec![0.0; bins[0]]; groups / together];
+            if within[1].contains(&y) {
+                for group in 0..groups {
+                    let to = map[group / together].iter_mut();
+                    to.zip(&row.group(group)[within[0].clone()]).for_each(|(sum, v)| *sum += v);
+                }
+            }
+            ((0..groups).map(sum).collect::<Vec<f64>>(), within[1].contains(&y).then_some(map))
+        };
+        let full = vec![1.0; self.zones[0] * self.zones[1]];
+        let found = self.with_pieces(&full, |pieces| rows(self.frame.bins, groups, pieces, read));
+        let mut sums = vec![0.0; groups];
+        let mut maps = vec![Vec::with_capacity(bins[0] * bins[1]); groups / together];
+        for (of_row, map) in found {
+            sums.iter_mut().zip(of_row).for_each(|(sum, value)| *sum += value);
+            for (all, row) in maps.iter_mut().zip(map.into_iter().flatten()) {
+                all.extend(row);
+            }
+        }
+        let area: f64 = parts.iter().map(|parts| parts.iter().map(inside).sum::<f64>()).product();
+        let total: f64 = sums.iter().sum();
+        let rest = groups as f64 / (groups as f64 - 1.0);
+        let without = sums.iter().map(|sum| rest * (total - sum) / area);
+        let white = without.chain([total / area]).collect();
+        let low = [0, 1].map(|k| self.frame.middle_mm(k, within[k].start));
+        let high = [0, 1].map(|k| self.frame.middle_mm(k, within[k].end.max(1) - 1));
+        let middle = [0, 1].map(|k| 0.5 * (low[k] + high[k]));
+        (white, self.uniformity(&Grouped::new(maps), bins, middle), groups / together)
+    }
+
+    /// Mean and extremes of the map at full drive, and the points of a display.
+    fn uniformity(
+        &self,
+        map: &Grouped,
+        bins: [usize; 2],
+        middle: [f64; 2],
+    ) -> Vec<(String, Estimate)> {
+        let [columns, rows] = self.places.whole;
+        let pitch = [0, 1].map(|k| self.places.cell_mm(k));
+        let layout =
+            Layout::rectangular(self.places.axes_mm(), columns, rows, pitch[0].min(pitch[1]));
+        let mut read = Bins::new(&vec![1.0; bins[0] * bins[1]]);
+        if bins.iter().all(|count| *count >= 3) {
+            read = read.with_points(bins, &layout.seen_from(middle, self.frame.bin_mm), None);
+        }
+        let estimates = read.estimates(map).into_iter();
+        // The first is the sum over bins, which has no unit here.
+        let named = OF_RECEIVER.into_iter().zip(estimates).skip(1);
+        named.map(|(figure, estimate)| (figure.key.to_owned(), estimate)).collect()
+    }
+
+    /// The light of the zone nearest to the middle, of which a part `bias` may lie elsewhere.
+    fn spread(&self, bias: f64) -> Spread {
+        let zone = self.zones.map(|count| count / 2);
+        let pieces = self.zone_pieces(zone, 1.0);
+        let centre_mm = [0, 1].map(|k| {
+            let [low, length] = self.places.area_mm(k);
+            low + length * (zone[k] as f64 + 0.5) / self.zones[k] as f64
+        });
+        let (block, at) = sum_of(&pieces, GROUPS);
+        let width = self.frame.bin_mm[0].max(self.frame.bin_mm[1]);
+        let distance = |i: usize, j: usize| {
+            let x = self.frame.middle_mm(0, at[0] + i) - centre_mm[0];
+            let y = self.frame.middle_mm(1, at[1] + j) - centre_mm[1];
+            x.hypot(y)
+        };
+        let places = || (0..block.bins[1]).flat_map(|j| (0..block.bins[0]).map(move |i| [i, j]));
+        let ring = |[i, j]: [usize; 2]| (distance(i, j) / width) as usize;
+        let rings = places().map(ring).max().unwrap_or(0) + 1;
+        let (mut counts, mut distances) = (vec![0.0; rings], vec![0.0; rings]);
+        let mut sums = vec![vec![0.0; block.groups]; rings];
+        for [i, j] in places() {
+            let ring = ring([i, j]);
+            counts[ring] += 1.0;
+            distances[ring] += distance(i, j);
+            for (group, sum) in sums[ring].iter_mut().enumerate() {
+                *sum += block.row(group, j)[i];
+            }
+        }
+        let full = |k: &usize| counts[*k] > 0.0;
+        let there: Vec<usize> = (0..rings).filter(full).collect();
+        let ring = |k: &usize| figure(readings(&sums[*k]), counts[*k], block.one_path);
+        let distance_mm: Vec<f64> = there.iter().map(|k| distances[*k] / counts[*k]).collect();
+        let rings: Vec<JackknifedFigure> = there.iter().map(ring).collect();
+        let radii_mm = SHARES.map(|share| radius(&distance_mm, &rings, share, bias)).to_vec();
+        Spread { zone, centre_mm, distance_mm, rings, radii_mm }
+    }
+
+    /// Light of an inner package beyond the walls of the traced array, which send it back.
+    fn beyond(&self) -> Option<Beyond> {
+        let extended: Vec<usize> = (0..2).filter(|k| self.places.is_extended(*k)).collect();
+        let reach = extended.iter().map(|k| self.places.reach(*k)).min()?;
+        let inner = [0, 1].map(|k| self.places.stand_in(k, self.places.whole[k] / 2));
+        let (block, at) = sum_of(&[self.responses.at(inner)], GROUPS);
+        let traced = self.receiver.frame;
+        // Shells of whole packages, along the axes on which the array is larger.
+        let centre = [0, 1].map(|k| {
+            let shorter = (self.places.whole[k] - self.places.traced[k]) as f64;
+            let before = 0.5 * shorter + inner[k] as f64 + 0.5;
+            self.places.area_mm(k)[0] + before * self.places.cell_mm(k)
+        });
+        let shell = |i: usize, j: usize| {
+            let away = |k: usize, bin: usize| {
+                let mm = traced.middle_mm(k, at[k] + bin) - centre[k];
+                (mm.abs() / self.places.cell_mm(k)).round() as usize
+            };
+            extended.iter().map(|&k| away(k, [i, j][k])).max().unwrap_or(0)
+        };
+        let mut shells = vec![vec![0.0; block.groups]; reach + 1];
+        let mut all = vec![0.0; block.groups];
+        for j in 0..block.bins[1] {
+            for i in 0..block.bins[0] {
+                let shell = shell(i, j);
+                for (group, sum) in all.iter_mut().enumerate() {
+                    let value = block.row(group, j)[i];
+                    *sum += value;
+                    if let Some(shell) = shells.get_mut(shell) {
+                        shell[group] += value;
+                    }
+                }
+            }
+        }
+        let packages = |shell: usize| match (shell, extended.len()) {
+            (0, _) => 1.0,
+            (_, 1) => 2.0,
+            _ => 8.0 * shell as f64,
+        };
+        let shells: Vec<Vec<f64>> = shells.iter().map(|sums| readings(sums)).collect();
+        let all = readings(&all);
+        let share = |reading: usize| {
+            // A shell that no path reached holds less than one.
+            let of_shell = |sums: &Vec<f64>| sums[reading].max(block.one_path);
+            let shells: Vec<f64> = shells.iter().map(of_shell).collect();
+            Some(beyond(&shells, packages)? / all[reading])
+        };
+        let last = all.len() - 1;
+        let without: Option<Vec<f64>> = (0..last).map(share).collect();
+        let share = share(last).zip(without);
+        let share = share.map(|(value, all)| JackknifedFigure::new(value, all).estimate());
+        Some(Beyond { reach, share })
+    }
+}
+
+/// Sums without each group, scaled to all, then the sum of all.
+fn readings(groups: &[f64]) -> Vec<f64> {
+    let total: f64 = groups.iter().sum();
+    let rest = groups.len() as f64 / (groups.len() as f64 - 1.0);
+    groups.iter().map(|group| rest * (total - group)).chain([total]).collect()
+}
+
+/// The sum of pieces over the bins that they reach, and its first bin.
+pub(super) fn sum_of(pieces: &[Piece], groups: usize) -> (Block, [usize; 2]) {
+    let at = [0, 1].map(|k| pieces.iter().map(|piece| piece.at[k]).min().unwrap_or(0));
+    let end = [0, 1].map(|k| pieces.iter().map(|piece| piece.at[k] + piece.bins()[k]).max());
+    let bins = [0, 1].map(|k| end[k].unwrap_or(0) - at[k]);
+    let mut moved = pieces.to_vec();
+    for piece in &mut moved {
+        piece.at = [0, 1].map(|k| piece.at[k] - at[k]);
+    }
+    (Block::sum(bins, groups, &moved), at)
+}
+
+/// The radius of `share` of the largest ring, where each ring may hold `bias` more or less; `None`
+/// where any reading has none.
+fn radius(
+    distance_mm: &[f64],
+    rings: &[JackknifedFigure],
+    share: f64,
+    bias: f64,
+) -> Option<Estimate> {
+    let read = |value: &dyn Fn(&JackknifedFigure) -> f64| {
+        radius_at(distance_mm, &rings.iter().map(value).collect::<Vec<f64>>(), share)
+    };
+    let groups = rings.first()?.without.len();
+    let without: Option<Vec<f64>> = (0..groups).map(|g| read(&|ring| ring.without[g])).collect();
+    let figure = JackknifedFigure::new(read(&|ring| ring.value)?, without?);
+    if bias <= 0.0 {
+        return Some(figure.estimate());
+    }
+    let [low, high] = [-bias, bias].map(|more| read(&|ring| ring.value + more));
+    Some(figure.estimate().with_bias(0.5 * (high? - low?).abs()))
+}

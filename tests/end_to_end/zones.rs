@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing zones`: superposition against direct traces, energy, larger arrays, refusals.
+
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::tempdir;
+
+use batwing_tests::read;
+
+use crate::support::binary::batwing;
+use crate::support::runs::{contents, estimate, run_text};
+
+/// `count` x `count` LEDs in a white box under a plate that scatters; walls half a pitch beyond.
+pub fn boxed(count: usize) -> String {
+    let length = 6 * count;
+    format!(
+        r#"
+name = "boxed"
+mirror = {{ kind = "lambertian", reflectance = 0.8, extent = "array" }}
+led = {{ size_mm = [0.5, 0.5], height_mm = 0.15, reflectance = 0.8, reflection = "lambertian", power_lm = 8.0 }}
+array = {{ columns = {count}, rows = {count}, pitch_mm = 6.0 }}
+light = {{ wavelength_nm = 550.0 }}
+receiver = {{ plane_height_mm = 4.5, bin_mm = 1.0, smoothing_sigma_mm = 0.0 }}
+trace = {{ paths = 40_000 }}
+
+[housing]
+kind = "lambertian"
+reflectance = 0.8
+height_mm = 4.0
+inner_size_mm = [{length}.0, {length}.0]
+floor = {{ kind = "lambertian", reflectance = 0.8 }}
+
+[[solids]]
+name = "plate"
+kind = "box"
+per = "array"
+size_mm = [{length}.0e0, {length}.0e0, 1.0]
+position_mm = [0.0, 0.0, 3.5]
+medium = {{ index = 1.49 }}
+scatter = {{ kind = "lambertian", transmitted = 0.6, reflected = 0.38 }}
+
+[[receivers]]
+name = "front"
+kind = "luminance"
+position_mm = [0.0, 0.0, 4.5]
+size_mm = [{length}.0, {length}.0]
+bins = [{length}, {length}]
+theta_bin_deg = 30.0
+phi_bin_deg = 360.0
+"#
+    )
+    // A little smaller than the box.
+    .replace(&format!("{length}.0e0"), &format!("{}", length as f64 - 0.1))
+}
+
+/// Drives that differ from package to package.
+const DRIVES: &str =
+    "1,0.2,0,0.4,0.9\n0,0.7,0.1,0,0\n0.3,0,1,0.5,0\n0,0,0.6,0,0.8\n0.05,0,0,1,0\n";
+
+/// Runs `zones` with these arguments in `folder`; the results in `out`.
+fn zones(folder: &Path, line: &str, out: &str) -> Value {
+    let arguments = line.split_whitespace().chain(["--quiet", "--out", out, "--cache"]);
+    let cache = format!("cache-{out}");
+    batwing(folder).arg("zones").args(arguments).arg(&cache).assert().success();
+    serde_json::from_str(&read(folder.join(out).join("zones.json"))).expect("JSON")
+}
+
+/// Rows of a table without its heading.
+fn table(path: &Path) -> Vec<Vec<f64>> {
+    let text = read(path);
+    let rows = text.lines().skip(1);
+    rows.map(|row| row.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect()
+}
+
+#[test]
+fn a_pattern_is_what_a_trace_of_its_drives_gives() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("boxed.toml"), boxed(5)).expect("written");
+    std::fs::write(at.join("drives.csv"), DRIVES).expect("written");
+    for (receiver, out) in [("--receiver front", "front"), ("", "plane")] {
+        let line = format!("boxed.toml --pattern drives.csv --direct {receiver}");
+        let found = zones(at, &line, out);
+        // One response for each kind of place of a square array.
+        assert_eq!(found["responses"], 6);
+        let direct = &found["direct"];
+        let [square, largest] =
+            ["chi_square", "largest"].map(|key| direct[key].as_f64().expect("a number"));
+        // Of 25 degrees of freedom: between the quantiles of 0.1 and 99.9 %.
+        assert!((8.6..52.6).contains(&square) && largest < 3.5, "{out}: {direct}");
+        assert!(found["beyond_reach"].is_null());
+    }
+    // The first row of the pattern is the top, and lights the zones there.
+    let rows = table(&at.join("front/zones.csv"));
+    assert_eq!(rows[0][..5], [1.0, 1.0, -12.0, 12.0, 1.0]);
+    assert_eq!(rows[3][..5], [4.0, 1.0, 6.0, 12.0, 0.4]);
+    assert!(rows[0][5] > 1.5 * rows[3][5], "{rows:?}");
+    // Black zones leak a share of the backlight.
+    let black = &rows[5];
+    assert!(black[4] == 0.0 && (black[7] * 5000.0 / black[5] - 1.0).abs() < 1e-9, "{black:?}");
+    assert!(rows.iter().all(|row| row[6] > 0.0 && row[8] > 0.0));
+}
+
+#[test]
+fn full_drive_is_the_light_of_a_run() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let text = boxed(5);
+    let run = run_text(at, "boxed", &text, "out", &["--paths", "200000"]).expect("results");
+    std::fs::write(at.join("full.csv"), "1").expect("written");
+    let line = "boxed.toml --pattern full.csv --zones 1x1 --receiver front";
+    let found = zones(at, line, "zones");
+    let of_run = &run["designs"]["boxed"]["geometric"]["receivers"]["front"];
+    for (figure, of_zones) in [("mean", &found["white"]), ("mean", &found["uniformity"]["mean"])] {
+        let (expected, got) = (estimate(&of_run[figure]), estimate(of_zones));
+        let error = expected.1.hypot(got.1);
+        assert!((expected.0 - got.0).abs() < 3.5 * error, "{figure}: {expected:?} {got:?}");
+        assert!(error < 0.01 * got.0);
+    }
+    // White everywhere leaves no black.
+    assert!(found["halo"].is_null());
+}
+
+#[test]
+fn the_number_of_threads_and_kept_responses_change_no_bit() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("boxed.toml"), boxed(5)).expect("written");
+    std::fs::write(at.join("drives.csv"), DRIVES).expect("written");
+    let line = "boxed.toml --pattern drives.csv --paths 6400 --threads";
+    zones(at, &format!("{line} 1"), "one");
+    zones(at, &format!("{line} 2"), "two");
+    let one = contents(&at.join("one"));
+    assert_eq!(one.len(), 9);
+    assert!(one == contents(&at.join("two")));
+    // Again, from what was kept: traced with other results in the way, it would not be the same.
+    std::fs::rename(at.join("cache-two"), at.join("cache-three")).expect("moved");
+    zones(at, &format!("{line} 2"), "three");
+    assert!(one == contents(&at.join("three")));
+}
+
+#[test]
+fn a_small_array_stands_for_a_larger_one() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("seven.toml"), boxed(7)).expect("written");
+    std::fs::write(at.join("nine.toml"), boxed(9)).expect("written");
+    std::fs::write(at.join("drives.csv"), "0,0,0\n0.5,0,0\n0,1,0\n").expect("written");
+    let line = "--pattern drives.csv --zones 3x3 --receiver front";
+    let small = zones(at, &format!("seven.toml {line} --packages 9x9"), "small");
+    let whole = zones(at, &format!("nine.toml {line}"), "whole");
+    assert_eq!((&small["responses"], &whole["responses"]), (&10.into(), &15.into()));
+    let (share, error) = estimate(&small["beyond_reach"]["share"]);
+    assert!(share > 0.0 && share < 0.02 && error > 0.0, "{share} {error}");
+    let tables = ["small/zones.csv", "whole/zones.csv"].map(|name| table(&at.join(name)));
+    for (a, b) in tables[0].iter().zip(&tables[1]) {
+        assert_eq!(a[..5], b[..5]);
+        let off = (a[5] - b[5]).abs() / a[6].hypot(b[6]);
+        assert!(off < 4.0, "{a:?} {b:?}");
+    }
+    for radius in 0..2 {
+        let of = |found: &Value| estimate(&found["light_spread"]["radii"][radius]["radius_mm"]);
+        let (a, b) = (of(&small), of(&whole));
+        assert!((a.0 - b.0).abs() < 4.0 * a.1.hypot(b.1), "{a:?} {b:?}");
+    }
+    let contrast = |found: &Value| estimate(&found["halo"]["contrast"]);
+    let (a, b) = (contrast(&small), contrast(&whole));
+    assert!((a.0 - b.0).abs() < 4.0 * a.1.hypot(b.1) && a.0 < 2e-4, "{a:?} {b:?}");
+}
