@@ -13,7 +13,7 @@ mod diffuser;
 mod polariser;
 
 pub use diffuser::{DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe};
-pub use polariser::{AxisShares, Polariser};
+pub use polariser::{AxisShares, Polariser, linear};
 
 use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Transport};
 use crate::direction::Side;

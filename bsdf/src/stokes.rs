@@ -36,11 +36,13 @@ pub fn passed([q, u, v]: [f64; 3], [a, b]: [Complex64; 2]) -> ([f64; 3], f64) {
         return ([0.0; 3], 0.0);
     }
     let w = a * b.conj() / share;
-    let left = [(s - p) / share, w.re * u + w.im * v, w.re * v - w.im * u];
-    // Rounding may not make the light more than fully polarised.
-    let degree = (left[0] * left[0] + left[1] * left[1] + left[2] * left[2]).sqrt();
-    if degree <= 1.0 {
-        return (left, share);
-    }
-    (left.map(|parameter| parameter / degree), share)
+    (physical([(s - p) / share, w.re * u + w.im * v, w.re * v - w.im * u]), share)
+}
+
+/// Light that rounding has not made more than fully polarised.
+#[inline]
+#[must_use]
+pub fn physical([q, u, v]: [f64; 3]) -> [f64; 3] {
+    let degree = (q * q + u * u + v * v).sqrt();
+    if degree <= 1.0 { [q, u, v] } else { [q / degree, u / degree, v / degree] }
 }

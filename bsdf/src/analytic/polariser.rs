@@ -24,9 +24,7 @@ use num_complex::Complex64;
 use rand::RngExt;
 
 use super::{SmoothInterface, mirrored, specular};
-use crate::bsdf::{
-    Bsdf, BsdfSample, OutgoingLobe, Polarisation, PolarisedBsdf, Transport, s_axis,
-};
+use crate::bsdf::{Bsdf, BsdfSample, OutgoingLobe, Polarisation, PolarisedBsdf, Transport, s_axis};
 use crate::direction::Side;
 use crate::error::Error;
 use crate::stokes;
@@ -89,14 +87,17 @@ impl AxisShares {
     }
 }
 
-/// Value of rows (x, value) at x, constant beyond.
-fn linear(rows: &[[f64; 2]], x: f64) -> f64 {
+/// Value of rows (x, value), ascending, at x: straight lines between, constant beyond; of no rows 0.
+#[must_use]
+pub fn linear(rows: &[[f64; 2]], x: f64) -> f64 {
     interpolated(rows, x, |row| *row)
 }
 
 fn interpolated<T>(rows: &[T], x: f64, row: impl Fn(&T) -> [f64; 2]) -> f64 {
     let beyond = rows.partition_point(|at| row(at)[0] <= x);
-    let [a, from] = row(&rows[beyond.saturating_sub(1)]);
+    let Some([a, from]) = rows.get(beyond.saturating_sub(1)).map(&row) else {
+        return 0.0;
+    };
     if beyond == 0 || beyond == rows.len() {
         return from;
     }
@@ -198,9 +199,9 @@ impl Polariser {
         wi: DVec3,
         light: [f64; 3],
     ) -> ([f64; 3], [f64; 2]) {
-        let light = self.block.map_or(light, |block| {
-            stokes::turned(light, -wi, s_axis(wi), Self::pass(block, -wi))
-        });
+        let light = self
+            .block
+            .map_or(light, |block| stokes::turned(light, -wi, s_axis(wi), Self::pass(block, -wi)));
         let [pass, block] = incidence.shares;
         let q = if self.block.is_some() { light[0] } else { 0.0 };
         (light, [0, 1].map(|k| 0.5 * (pass[k] * (1.0 + q) + block[k] * (1.0 - q))))

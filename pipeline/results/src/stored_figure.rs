@@ -53,7 +53,7 @@ impl ReceiverEntry {
         let unit = match key {
             "flux" => Unit::from_name(self.flux_unit.as_deref()?)?,
             _ => match OF_RECEIVER.into_iter().find(|known| known.key == key)?.unit {
-                Unit::Fraction => Unit::Fraction,
+                unit @ (Unit::Fraction | Unit::Degree) => unit,
                 _ => Unit::from_name(&self.unit)?,
             },
         };

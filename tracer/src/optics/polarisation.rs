@@ -148,8 +148,9 @@ impl Light for Stokes {
         [light.q, light.u, light.v]
     }
 
-    fn become_light(&mut self, [q, u, v]: [f64; 3], s: DVec3) {
-        *self = Self { q, u, v, s }.physical();
+    fn become_light(&mut self, parameters: [f64; 3], s: DVec3) {
+        let [q, u, v] = stokes::physical(parameters);
+        *self = Self { q, u, v, s };
     }
 
     fn stokes(&self) -> Stokes {

@@ -11,6 +11,7 @@ pub mod form;
 pub mod incidence_grid;
 pub mod led;
 pub mod medium;
+pub(crate) mod polariser;
 pub mod receivers;
 pub mod reflector;
 pub mod scattering;
