@@ -119,8 +119,8 @@ fn by_angle(
                 return refuse(row, "an angle of incidence from 0 to 90 degrees");
             }
         }
-        if let Some(pair) = rows.windows(2).find(|pair| pair[0][0] >= pair[1][0]) {
-            return refuse(&pair[1], "angles of incidence that ascend");
+        if let Some(k) = (1..rows.len()).find(|k| rows[k - 1][0] >= rows[*k][0]) {
+            return refuse(&rows[k], "angles of incidence that ascend");
         }
     }
     Ok(SharesByAngle { key, curves })

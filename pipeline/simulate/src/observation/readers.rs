@@ -395,19 +395,19 @@ impl Reader for ReceiverReader<'_> {
     }
 }
 
-/// Least number of bins of the polar angle for figures by angle.
+/// Bins of the polar angle for figures by angle: their least number, and their largest width in
+/// degrees, within which there is still the axis.
 const MIN_BINS_OF_ANGLE: usize = 3;
+const MAX_BIN_OF_ANGLE_DEG: f64 = 10.0;
 
 /// Rectangle and directions of a receiver that has figures by angle.
 fn angles_of_profile(receiver: &CheckedReceiver) -> Option<Angles> {
-    match &receiver.detector.measurement {
-        Measurement::Luminance(_, angles)
-            if receiver.stated.kind.is_by_angle() && angles.thetas() >= MIN_BINS_OF_ANGLE =>
-        {
-            Some(*angles)
-        }
-        _ => None,
-    }
+    let Measurement::Luminance(_, angles) = &receiver.detector.measurement else {
+        return None;
+    };
+    let is_fine = angles.thetas() >= MIN_BINS_OF_ANGLE
+        && angles.theta_edges_deg()[1] <= MAX_BIN_OF_ANGLE_DEG * (1.0 + 1e-9);
+    (is_fine && receiver.stated.kind.is_by_angle()).then_some(*angles)
 }
 
 /// Figures of luminance by the angle to the normal, over the whole rectangle.
