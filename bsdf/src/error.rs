@@ -40,6 +40,21 @@ pub enum Error {
         /// Transmitted share.
         transmitted: f64,
     },
+    /// Angles of incidence of a polariser that do not ascend from 0 to 90 degrees.
+    #[error("angles of incidence of a polariser must ascend from 0 to 90 degrees")]
+    Angles,
+    /// Shares of an axis of a polariser that give more power than comes in.
+    #[error(
+        "transmittance and reflectance of an axis must add up to at most 1, got {transmitted} and {reflected} at {angle} degrees"
+    )]
+    AxisGain {
+        /// Angle of incidence, degrees.
+        angle: f64,
+        /// Transmittance.
+        transmitted: f64,
+        /// Reflectance.
+        reflected: f64,
+    },
     /// A Gaussian lobe that is too narrow or too wide.
     #[error(
         "full width at half maximum of a Gaussian lobe must lie between {min} and {max} degrees, got {value}"

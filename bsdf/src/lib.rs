@@ -14,6 +14,7 @@
 //! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
 //! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
+//! | [`Polariser`] | sheets with shares of two axes by the angle |
 //!
 //! [`formats`] reads and writes files, [`convert`] turns a BSDF into the tables of other programs,
 //! and [`validate`] checks energy, reciprocity and interpolation. Axes, sides, signs and units are
@@ -75,13 +76,15 @@ pub mod json;
 pub mod measured;
 pub mod order_table;
 pub mod ray_optics;
+pub mod stokes;
 pub mod tensor_tree;
 #[cfg(test)]
 mod tests;
 pub mod validate;
 
 pub use analytic::{
-    DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, Lambertian, Mirror, SmoothInterface,
+    AxisShares, DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, Lambertian, Mirror, Polariser,
+    SmoothInterface,
 };
 pub use bsdf::{
     Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, PolarisedBsdf, Transport,

@@ -6,9 +6,9 @@
 //! traces rays through the periodic cell. At each facet a ray reflects or refracts by Fresnel's
 //! formulas, until it leaves. The relief does not vary along b, so ky is conserved, and a ray in a
 //! medium of index n has the in-plane wavevector (kx, kz) with `kx² + kz² = n² - ky²`: the conical
-//! mount is a planar one with shorter vectors. There is neither interference nor diffraction. Each
-//! facet sees unpolarised light (the rotation of the polarisation from facet to facet is ignored),
-//! so lobes for s or p are those for unpolarised light.
+//! mount is a planar one with shorter vectors. There is neither interference nor diffraction.
+//! Polarised samples carry Stokes parameters from facet to facet; plain samples and lobes take the
+//! light at each facet as unpolarised, so lobes for s or p are those for unpolarised light.
 
 mod beams;
 mod outline;
@@ -16,13 +16,16 @@ mod ray;
 
 pub use outline::{Outline, Polygon};
 
-use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Transport};
+use crate::bsdf::{
+    Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, PolarisedBsdf, Transport, s_axis,
+};
 use crate::direction::{Side, Wavevector};
 use crate::error::Error;
+use crate::stokes;
 use glam::{DVec2, DVec3};
 use outline::Facet;
 use rand::RngExt;
-use ray::{Ray, Step};
+use ray::{FacetInteraction, Ray, Step};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Default power below which [`Bsdf::lobes`] no longer splits a beam.
@@ -117,19 +120,24 @@ impl UnitCell {
     /// Side, tangential wavevector and kz of light from `wi`, in the frame of the cell.
     fn incoming(&self, wi: DVec3) -> (Side, Wavevector, f64) {
         let side = Side::from_direction(wi);
-        let wi = DVec2::new(self.turn.x, -self.turn.y).rotate(wi.truncate()).extend(wi.z);
+        let wi = self.in_cell(wi);
         let n = self.index(side);
         (side, Wavevector::incoming(wi, n), -n * wi.z)
     }
-}
 
-/// Lobe of a ray that came from `from` and leaves along `wo`.
-fn facets_lobe(from: Side, wo: DVec3) -> Lobe {
-    Lobe { transport: Transport::between(from, Side::from_direction(wo)), kind: LobeKind::Facets }
-}
+    /// A vector of the frame of the surface in that of the cell.
+    fn in_cell(&self, v: DVec3) -> DVec3 {
+        DVec2::new(self.turn.x, -self.turn.y).rotate(v.truncate()).extend(v.z)
+    }
 
-impl Bsdf for UnitCell {
-    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
+    /// Traces one ray that enters from `wi` anywhere, until it leaves; `reflects` draws at each
+    /// facet from the ray that comes and what it meets. `None` of a ray that is lost.
+    fn followed(
+        &self,
+        wi: DVec3,
+        rng: &mut dyn rand::Rng,
+        mut reflects: impl FnMut(&Ray, &FacetInteraction, &mut dyn rand::Rng) -> bool,
+    ) -> Option<BsdfSample> {
         let (from, k, kz) = self.incoming(wi);
         if kz == 0.0 {
             return None;
@@ -139,8 +147,7 @@ impl Bsdf for UnitCell {
             match self.step(&ray) {
                 Step::Hit { facet, t } => {
                     let hit = self.interact(&ray, facet, t);
-                    let reflect = hit.reflectance >= 1.0 || rng.random::<f64>() < hit.reflectance;
-                    ray = if reflect { hit.reflected } else { hit.refracted };
+                    ray = if reflects(&ray, &hit, rng) { hit.reflected } else { hit.refracted };
                 }
                 Step::Wrap { t } => self.wrap(&mut ray, t),
                 Step::Leave => {
@@ -153,6 +160,19 @@ impl Bsdf for UnitCell {
         }
         self.lose();
         None
+    }
+}
+
+/// Lobe of a ray that came from `from` and leaves along `wo`.
+fn facets_lobe(from: Side, wo: DVec3) -> Lobe {
+    Lobe { transport: Transport::between(from, Side::from_direction(wo)), kind: LobeKind::Facets }
+}
+
+impl Bsdf for UnitCell {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
+        self.followed(wi, rng, |_, hit, rng| {
+            hit.reflectance >= 1.0 || rng.random::<f64>() < hit.reflectance
+        })
     }
 
     /// Unknown without tracing all rays.
@@ -179,6 +199,36 @@ impl Bsdf for UnitCell {
 
     fn index(&self, side: Side) -> f64 {
         self.index[side.index()]
+    }
+
+    fn as_polarised(&self) -> Option<&dyn PolarisedBsdf> {
+        Some(self)
+    }
+}
+
+impl PolarisedBsdf for UnitCell {
+    fn sample_polarised(
+        &self,
+        wi: DVec3,
+        mut light: [f64; 3],
+        rng: &mut dyn rand::Rng,
+    ) -> Option<(BsdfSample, [f64; 3])> {
+        let mut s = self.in_cell(s_axis(wi));
+        let sample = self.followed(wi, rng, |ray, hit, rng| {
+            let k = ray.direction();
+            let normal = DVec3::new(hit.normal.x, 0.0, hit.normal.y);
+            let across = k.cross(normal).try_normalize();
+            let across = across.unwrap_or_else(|| k.any_orthonormal_vector());
+            light = stokes::turned(light, k, s, across);
+            s = across;
+            let [reflected, refracted] = hit.amplitudes();
+            let (back, share) = stokes::passed(light, reflected);
+            let reflects = hit.reflectance >= 1.0 || rng.random::<f64>() < share;
+            light = if reflects { back } else { stokes::passed(light, refracted).0 };
+            reflects
+        })?;
+        let axis = self.in_cell(s_axis(sample.wo));
+        Some((sample, stokes::turned(light, self.in_cell(sample.wo), s, axis)))
     }
 }
 

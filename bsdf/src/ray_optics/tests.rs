@@ -393,3 +393,39 @@ fn a_line_of_prisms_is_a_retroreflector_and_turns_with_its_grooves() {
         assert!(cell(turn).lobes(wi, Polarisation::Unpolarised).iter().all(|l| l.wo.z < 0.999));
     }
 }
+
+/// Stokes parameters behind a level facet are Fresnel's, and two total reflections turn light that
+/// is linearly polarised at 45° by Born and Wolf's phase, tan δ/2 = cos θ √(sin² θ - n⁻²)/sin² θ.
+#[test]
+fn polarised_light_keeps_account_of_every_facet() {
+    let mut rng = Pcg64::seed_from_u64(12);
+    let flat = UnitCell::new(&Outline::below(&[[0.0, 0.0], [1.0, 0.0]], [N, 1.0])).unwrap();
+    let flat = flat.turned(0.7);
+    for (wi, from, to) in [(spherical(1.1, 0.4), 1.0, N), (spherical(PI - 0.6, 2.0), N, 1.0)] {
+        let r = fresnel(from, to, wi.z.abs());
+        let mut seen = [false; 2];
+        while seen != [true; 2] {
+            let (sample, [q, u, v]) = flat.sample_polarised(wi, [0.0; 3], &mut rng).unwrap();
+            let transport = sample.lobe.transport;
+            let [s, p] = match transport {
+                Transport::Reflection => [r.s, r.p],
+                Transport::Transmission => [1.0 - r.s, 1.0 - r.p],
+            };
+            seen[transport.index()] = true;
+            assert_abs_diff_eq!(q, (s - p) / (s + p), epsilon = 1e-12);
+            assert_abs_diff_eq!(u.hypot(v), 0.0, epsilon = 1e-12);
+        }
+    }
+    let n = 1.586_f64;
+    let ridges = Outline::below(&[[0.0, 0.0], [25.0, 25.0], [50.0, 0.0]], [n, 1.0]);
+    let prisms = UnitCell::new(&ridges).unwrap();
+    let phase = 2.0 * ((0.5 - 1.0 / (n * n)).sqrt() * FRAC_1_SQRT_2 / 0.5).atan();
+    for _ in 0..20 {
+        let (sample, [q, u, v]) =
+            prisms.sample_polarised(DVec3::NEG_Z, [0.0, 1.0, 0.0], &mut rng).unwrap();
+        assert_abs_diff_eq!(sample.wo.z, -1.0, epsilon = 1e-12);
+        assert_abs_diff_eq!(q, 0.0, epsilon = 1e-12);
+        assert_abs_diff_eq!(u.abs(), (2.0 * phase).cos().abs(), epsilon = 1e-12);
+        assert_abs_diff_eq!(v.abs(), (2.0 * phase).sin().abs(), epsilon = 1e-12);
+    }
+}

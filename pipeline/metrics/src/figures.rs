@@ -359,14 +359,18 @@ const fn of_bins(key: &'static str, label: &'static str, better: Better) -> Defi
     figure(key, label, Unit::WattPerSquareMillimetre, Source::Receiver, better)
 }
 
+const fn angle_of_bins(key: &'static str, label: &'static str) -> Definition {
+    Definition { unit: Unit::Degree, ..of_bins(key, label, Better::Neither) }.scaled(ANGLE_SCALE)
+}
+
 const fn ratio_of_bins(key: &'static str, label: &'static str) -> Definition {
     Definition { unit: Unit::Fraction, ..of_bins(key, label, Better::Larger) }.scaled(FORM_SCALE)
 }
 
 /// Figures of every receiver that has one flux, in the order in which they are read: its share of
 /// the emitted flux, then mean and extremes of its quantity; of rectangles with three bins along each
-/// side the points of a display.
-pub const OF_RECEIVER: [Definition; 7] = [
+/// side the points of a display; then [`BY_ANGLE`].
+pub const OF_RECEIVER: [Definition; 10] = [
     Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", Better::Larger) }
         .scaled(SHARE_SCALE),
     of_bins("mean", "mean", Better::Larger),
@@ -375,6 +379,17 @@ pub const OF_RECEIVER: [Definition; 7] = [
     ratio_of_bins("min_to_max", "min/max"),
     ratio_of_bins("nine_points", "nine points, min/max"),
     ratio_of_bins("thirteen_points", "thirteen points, min/max"),
+    BY_ANGLE[0],
+    BY_ANGLE[1],
+    BY_ANGLE[2],
+];
+
+/// Figures of luminance by the angle to the normal, over the whole rectangle: about the normal, and
+/// the angles between the directions in the planes of u and v at which it falls to half of its peak.
+pub const BY_ANGLE: [Definition; 3] = [
+    of_bins("axial", "axial", Better::Larger),
+    angle_of_bins("half_angle_u_deg", "angle of half luminance along u"),
+    angle_of_bins("half_angle_v_deg", "angle of half luminance along v"),
 ];
 
 const fn of_receiver(colour: Definition) -> Definition {

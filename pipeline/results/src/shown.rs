@@ -27,7 +27,7 @@ pub fn named(key: &str) -> (String, Unit) {
     };
     let is_of_light = figure.is_absolute || figure.source == Source::Receiver;
     let unit = match figure.unit {
-        Unit::Fraction => Unit::Fraction,
+        unit @ (Unit::Fraction | Unit::Degree) => unit,
         _ if is_of_light => Unit::Relative,
         unit => unit,
     };

@@ -358,6 +358,15 @@ fn scatters(law: &ScatterLaw) -> String {
                 stated.direction_deg.unwrap_or_default()
             )
         }
+        ScatterLaw::Polariser(stated) => match &stated.pass {
+            Some(_) => {
+                format!(
+                    "polariser with its pass axis along {}°",
+                    stated.axis_deg.unwrap_or_default()
+                )
+            }
+            None => "polariser, by its shares of unpolarised light".to_owned(),
+        },
         ScatterLaw::Lambertian(stated) => {
             format!("Lambertian diffuser: {}", shares(stated.transmitted, stated.reflected))
         }

@@ -20,9 +20,19 @@ const BAND: std::ops::Range<f64> = 0.55..1.65;
 /// 95 % less three binomial standard errors of 40 seeds.
 const COVERAGE: f64 = 0.84;
 
-/// Six bare boxes, a stated area, a receiver, lumens; two colours beside them.
+/// Six bare boxes, a stated area, receivers, lumens; two colours beside them.
 const BOXES: &str = include_str!("../../../tests/findings/sparse-array.toml");
 const AREA: &str = "average = \"none\"\narea_mm = [10.0, 5.0]";
+const GLOW: &str = "
+[[receivers]]
+name = \"glow\"
+kind = \"luminance\"
+position_mm = [0.7, -0.4, 6.3]
+size_mm = [30.0, 24.0]
+bins = [1, 1]
+theta_bin_deg = 5.0
+phi_bin_deg = 30.0
+";
 const COLOURS: &str = "[[sources]]
 name = \"red\"
 kind = \"rectangle\"
@@ -69,7 +79,7 @@ fn judge(
 #[test]
 #[ignore = "slow: 40 seeds of four scenes (60 s)"]
 fn errors_are_the_scatter_over_seeds_or_not_resolved() {
-    let boxes = parsed(&BOXES.replace("average = \"none\"", AREA));
+    let boxes = parsed(&(BOXES.replace("average = \"none\"", AREA) + GLOW));
     let chips = parsed(include_str!("../../../tests/findings/t01-lambert-array.toml"));
     let colours = parsed(&(BOXES.replace("power_w = 0.7\n", "") + COLOURS));
     let domes = design::embedded("d3.toml").expect("valid");

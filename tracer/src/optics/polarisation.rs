@@ -5,14 +5,9 @@
 //! size and costs nothing. [`Stokes`] holds Q/I, U/I and V/I and the direction of s that they refer
 //! to.
 //!
-//! With p = s × k and c = E_s E_p*: Q = |E_s|² - |E_p|², U = 2 Re c, V = -2 Im c \[Born, Wolf
-//! 1999\].
-//!
-//! A surface that multiplies E_s by a and E_p by b leaves I' = (|a|²(1 + Q) + |b|²(1 - Q))/2 of 1,
-//! and U' - iV' = a b* (U - iV). Turning s by α about the ray turns (Q, U) by 2α.
-//!
-//! \[Born, Wolf 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th ed., sections 1.4 and 1.5.
+//! The formulas are those of [`bsdf::stokes`].
 
+use bsdf::stokes;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -108,41 +103,15 @@ impl Stokes {
     /// `direction`.
     #[must_use]
     pub fn turned(&self, direction: DVec3, s: DVec3) -> Self {
-        let (cos, sin) = (self.s.dot(s), self.s.cross(direction).dot(s));
-        // Both directions are at right angles to the ray but for rounding.
-        let square = cos * cos + sin * sin;
-        if square == 0.0 {
-            return Self { s, ..*self };
-        }
-        let (cos2, sin2) = ((cos * cos - sin * sin) / square, 2.0 * cos * sin / square);
-        Self { q: self.q * cos2 + self.u * sin2, u: self.u * cos2 - self.q * sin2, v: self.v, s }
+        let [q, u, v] = stokes::turned([self.q, self.u, self.v], direction, self.s, s);
+        Self { q, u, v, s }
     }
 
     /// The light after E_s and E_p are multiplied, and its share of the power.
     #[must_use]
-    pub fn passed(&self, [a, b]: [Complex64; 2]) -> (Self, f64) {
-        let (s, p) = (0.5 * a.norm_sqr() * (1.0 + self.q), 0.5 * b.norm_sqr() * (1.0 - self.q));
-        let share = s + p;
-        if share <= 0.0 {
-            return (Self { s: self.s, ..Self::default() }, 0.0);
-        }
-        let w = a * b.conj() / share;
-        let left = Self {
-            q: (s - p) / share,
-            u: w.re * self.u + w.im * self.v,
-            v: w.re * self.v - w.im * self.u,
-            s: self.s,
-        };
-        (left.physical(), share)
-    }
-
-    /// Rounding may not make the light more than fully polarised.
-    fn physical(self) -> Self {
-        let degree = self.degree();
-        if degree <= 1.0 {
-            return self;
-        }
-        Self { q: self.q / degree, u: self.u / degree, v: self.v / degree, s: self.s }
+    pub fn passed(&self, amplitudes: [Complex64; 2]) -> (Self, f64) {
+        let ([q, u, v], share) = stokes::passed([self.q, self.u, self.v], amplitudes);
+        (Self { q, u, v, s: self.s }, share)
     }
 }
 
@@ -179,8 +148,9 @@ impl Light for Stokes {
         [light.q, light.u, light.v]
     }
 
-    fn become_light(&mut self, [q, u, v]: [f64; 3], s: DVec3) {
-        *self = Self { q, u, v, s }.physical();
+    fn become_light(&mut self, parameters: [f64; 3], s: DVec3) {
+        let [q, u, v] = stokes::physical(parameters);
+        *self = Self { q, u, v, s };
     }
 
     fn stokes(&self) -> Stokes {

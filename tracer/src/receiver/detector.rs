@@ -20,7 +20,7 @@ pub enum Measurement {
     /// Light that leaves the scene for good: intensity by direction, the polar axis along +z.
     FarField(Angles),
     /// Light that passes a rectangle in the air by place and direction: radiance. Polar angles are
-    /// those to the normal, azimuths go from u to v. Bin number = bin of the place · number of
+    /// those to the normal, azimuths go from u to v; or both about a view. Bin number = bin of the place · number of
     /// directions + bin of the direction.
     Luminance(DetectorRectangle, Angles),
     /// Light that meets the surfaces of this name in the ledger, in words or with underscores
@@ -113,7 +113,7 @@ impl Detector {
             Measurement::Plane(rectangle) => vec![rectangle.bin_mm2(); self.places()],
             Measurement::FarField(angles) => spread(angles.solid_angles(), angles.phis()),
             Measurement::Luminance(rectangle, angles) => {
-                let directions = spread(angles.projected_solid_angles(), angles.phis());
+                let directions = angles.projected_solid_angles();
                 let places = rectangle.bins().iter().product();
                 let scaled: Vec<f64> = directions.iter().map(|d| d * rectangle.bin_mm2()).collect();
                 scaled.repeat(places)

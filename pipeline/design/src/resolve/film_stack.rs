@@ -10,6 +10,7 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::solids::CheckedSolid;
+use crate::schema::Carrying;
 use crate::schema::film_stack::Film;
 use crate::schema::solids::{Contacts, Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
 use crate::serde_arrays::List;
@@ -46,7 +47,8 @@ pub(crate) fn resolve(
             },
             kind: SolidForm::Box(Flat { size_mm: List([x, y, thickness_mm]), rotation_deg: None }),
         };
-        let read = SolidTable { name: &table, folder, at };
+        let is_polarised = design.polarization == Carrying::Carried;
+        let read = SolidTable { name: &table, folder, is_polarised, at };
         let known = design.solids.iter().chain(&films).map(CheckedSolid::name);
         read.check_name(&film.name, known)?;
         let faces = [film.top.as_ref(), film.bottom.as_ref()].map(Option::<&SolidScatter>::cloned);

@@ -45,6 +45,8 @@ pub(super) struct SolidTable<'a> {
     /// Its key: `solids[1]`, `films[2]`.
     pub name: &'a str,
     pub folder: &'a Path,
+    /// True if light carries its polarisation.
+    pub is_polarised: bool,
     pub at: &'a Context<'a>,
 }
 

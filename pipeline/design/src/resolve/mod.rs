@@ -18,6 +18,7 @@ mod led;
 mod light;
 mod luminescence;
 mod package;
+mod polariser;
 mod positions;
 mod receivers;
 mod scattering;
@@ -89,7 +90,8 @@ impl Design {
         led::one_for_each(&led, array.count(), &at)?;
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
-        let solids = solids::resolve(&raw.solids, wavelength_nm, folder, &at)?;
+        let is_polarised = raw.light.polarization == schema::Carrying::Carried;
+        let solids = solids::resolve(&raw.solids, (wavelength_nm, is_polarised), folder, &at)?;
         let lit = (&led, dome.is_some(), &*solids);
         let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;
         let source_file = sources::of_files(raw, light.weighting(), folder, &at)?;

@@ -120,8 +120,14 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
             ReceiverForm::Luminance(stated) => {
                 let widths = [stated.theta_bin_deg, stated.phi_bin_deg];
                 let end_deg = stated.theta_max_deg.unwrap_or(90.0);
-                self.at.within(&(self.key)("theta_max_deg"), end_deg, MIN_BIN_DEG, 90.0)?;
-                let make = |theta, phi| Angles::cone(end_deg, theta, phi);
+                let view = stated.view_deg.map_or([0.0; 2], |List(view)| view);
+                for (angle, high) in view.into_iter().zip([90.0 - MIN_BIN_DEG, 360.0]) {
+                    let low = if high < 90.0 { 0.0 } else { -high };
+                    self.at.within(&(self.key)("view_deg"), angle, low, high)?;
+                }
+                let max_deg = 90.0 - view[0];
+                self.at.within(&(self.key)("theta_max_deg"), end_deg, MIN_BIN_DEG, max_deg)?;
+                let make = |theta, phi| Angles::cone(end_deg, theta, phi)?.about(view);
                 let angles = self.angles(widths, end_deg, make)?;
                 Measurement::Luminance(rectangle()?, angles)
             }

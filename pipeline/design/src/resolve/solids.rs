@@ -15,7 +15,7 @@ use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
 
 use super::form::{self, SolidTable};
-use super::{grooves, package};
+use super::{grooves, package, polariser};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
@@ -48,10 +48,11 @@ const TAKEN: [&str; 13] = [
     "wall",
 ];
 
-/// Checks the tables of a design with or without a dome; files lie in `folder`.
+/// Checks the tables of a design with or without a dome, in light of a wavelength that carries its
+/// polarisation or not; files lie in `folder`.
 pub(crate) fn resolve(
     raw: &[Solid],
-    wavelength_nm: f64,
+    (wavelength_nm, is_polarised): (f64, bool),
     folder: &Path,
     at: &Context,
 ) -> Result<Vec<CheckedSolid>, ConfigError> {
@@ -62,7 +63,7 @@ pub(crate) fn resolve(
     let mut checked: Vec<CheckedSolid> = Vec::new();
     for (number, solid) in raw.iter().enumerate() {
         let table = format!("solids[{}]", number + 1);
-        let read = SolidTable { name: &table, folder, at };
+        let read = SolidTable { name: &table, folder, is_polarised, at };
         read.check_name(&solid.shared.name, checked.iter().map(CheckedSolid::name))?;
         checked.push(resolve_one(solid, [None, None], wavelength_nm, &read)?);
     }
@@ -150,6 +151,9 @@ impl SolidTable<'_> {
             }
             ScatterLaw::Prisms(stated) => SolidOptics::Grooved(grooves::prisms(stated, key, at)?),
             ScatterLaw::Grooves(stated) => SolidOptics::Grooved(grooves::any(stated, key, at)?),
+            ScatterLaw::Polariser(stated) => {
+                SolidOptics::Polarising(polariser::resolve(stated, key, self)?)
+            }
         })
     }
 }
@@ -161,7 +165,7 @@ pub(super) fn resolve_one(
     wavelength_nm: f64,
     read: &SolidTable,
 ) -> Result<CheckedSolid, ConfigError> {
-    let SolidTable { name: table, folder, at } = *read;
+    let SolidTable { name: table, folder, at, .. } = *read;
     let key = |name: &str| read.key(name);
     let mut files = Vec::new();
     let form = form::resolve(solid, read, &mut files)?;
@@ -176,9 +180,9 @@ pub(super) fn resolve_one(
     let mut turns = true;
     let optics = match (&keys.scatter, &keys.surface) {
         (Some(scatter), _) => match &scatter.kind {
-            ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) => {
-                let expected =
-                    "file, lambertian or gaussian: prisms and grooves are of a face of [[films]]";
+            ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) | ScatterLaw::Polariser(_) => {
+                let expected = "file, lambertian or gaussian: prisms, grooves and polarisers are \
+                                of a face of [[films]]";
                 return Err(at.value(&key("scatter.kind"), scatter.kind.name(), expected));
             }
             law => read.scattering(law, &key("scatter"), &mut files)?,
@@ -206,6 +210,11 @@ pub(super) fn resolve_one(
         law.map(|law| read.scattering(law, &key(BOX_FACES[k].0), &mut files)).transpose()
     });
     let face_optics = [top?, bottom?];
+    for optics in face_optics.iter().flatten() {
+        if let SolidOptics::Polarising(face) = optics {
+            face.check(wavelength_nm, at)?;
+        }
+    }
     let mut symmetry = if turns { form.symmetry(&solid.kind) } else { Symmetry::None };
     for optics in [&optics].into_iter().chain(face_optics.iter().flatten()) {
         symmetry = symmetry.min(optics.symmetry());

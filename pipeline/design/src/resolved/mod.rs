@@ -13,6 +13,7 @@ pub mod incidence_grid;
 pub mod led;
 pub mod luminescence;
 pub mod medium;
+pub(crate) mod polariser;
 pub mod receivers;
 pub mod reflector;
 pub mod scattering;

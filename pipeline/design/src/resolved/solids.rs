@@ -18,6 +18,7 @@ use metrics::illuminance::Symmetry;
 use super::films::{Coats, Stack};
 use super::form::Form;
 use super::medium::{self, Medium};
+use super::polariser::PolarisingFace;
 use super::reflector::Reflector;
 use crate::check::Context;
 use crate::error::ConfigError;
@@ -88,6 +89,8 @@ pub(crate) enum SolidOptics {
     },
     /// Grooves, by ray optics.
     Grooved(GroovedFace),
+    /// A polarising sheet.
+    Polarising(PolarisingFace),
     /// A reflector by a file.
     File(FileReflector),
     /// A law of reflection; with the metal under it where it is of metal.
@@ -133,6 +136,13 @@ impl SolidOptics {
                 Symmetry::None
             }
             Self::Grooved(_) => Symmetry::Rectangle,
+            Self::Polarising(PolarisingFace::Axes { axis_deg, .. }) => {
+                if axis_deg % 90.0 == 0.0 {
+                    Symmetry::Rectangle
+                } else {
+                    Symmetry::None
+                }
+            }
             Self::Scattering(table) if !table.is_isotropic() => Symmetry::None,
             _ => Symmetry::Square,
         }
@@ -178,6 +188,7 @@ impl CheckedSolid {
     fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
         let medium = self.medium.as_ref();
         let medium = medium.map(|m| medium::medium_at(&m.stated, wavelength_nm, at));
+        self.polarising().try_for_each(|face| face.check(wavelength_nm, at))?;
         Ok(Self {
             medium: medium.transpose()?,
             coats: self.surface.stack.at(wavelength_nm, at)?,
@@ -187,7 +198,15 @@ impl CheckedSolid {
 
     /// True if what it does depends on the wavelength by itself, not only by the indices of media.
     pub fn is_coated(&self) -> bool {
-        self.coats != Coats::default()
+        self.coats != Coats::default() || self.polarising().any(PolarisingFace::is_spectral)
+    }
+
+    /// Faces that polarise.
+    fn polarising(&self) -> impl Iterator<Item = &PolarisingFace> {
+        self.surface.faces.iter().flatten().filter_map(|optics| match optics {
+            SolidOptics::Polarising(face) => Some(face),
+            _ => None,
+        })
     }
 
     /// True if tables of files that are made for one pair of indices say what light meets on it.
@@ -234,6 +253,12 @@ impl CheckedSolid {
         Ok(match optics {
             SolidOptics::Grooved(face) => {
                 face.optics(&shape.frame(DVec3::ZERO, normal), indices)?
+            }
+            SolidOptics::Polarising(face) => {
+                let frame = shape.frame(DVec3::ZERO, normal);
+                // Shares were checked with the name of the file.
+                let at = Context { file: "" };
+                SurfaceModel::Scatter(Arc::new(face.optics(&frame, wavelength_nm, indices, &at)?))
             }
             SolidOptics::Refracting => {
                 let coated = self.coats.interface(wavelength_nm)?;

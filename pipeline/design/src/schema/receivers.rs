@@ -99,6 +99,11 @@ pub struct LuminanceReceiver {
     pub theta_max_deg: Option<f64>,
     /// Bin of the azimuth, degrees: divides 360; of luminance from u to v.
     pub phi_bin_deg: f64,
+    /// Viewing direction [angle to the normal, azimuth from u to v], degrees, about which
+    /// `theta_bin_deg`, `theta_max_deg` and `phi_bin_deg` count then; with `theta_max_deg` up to 90.
+    /// Default the normal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view_deg: Option<List<f64, 2>>,
     /// True: Stokes parameters I, Q, U and V; needs `light.polarization = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes: bool,
@@ -158,6 +163,11 @@ impl ReceiverForm {
             }),
             Self::FarField(_) | Self::CGamma(_) | Self::Surface(_) => None,
         }
+    }
+
+    /// True of luminance by the angle to the normal.
+    pub fn is_by_angle(&self) -> bool {
+        matches!(self, Self::Luminance(luminance) if luminance.view_deg.is_none())
     }
 
     /// True if it reads the Stokes parameters.

@@ -296,6 +296,8 @@ pub enum ScatterLaw {
     Prisms(Prisms),
     /// Grooves of any profile, likewise.
     Grooves(Grooves),
+    /// A polarising sheet, which does not scatter; a face of `[[films]]` only.
+    Polariser(PolariserKeys),
 }
 
 impl Kinds for ScatterLaw {
@@ -315,6 +317,7 @@ impl ScatterLaw {
             Self::Gaussian(_) => "gaussian",
             Self::Prisms(_) => "prisms",
             Self::Grooves(_) => "grooves",
+            Self::Polariser(_) => "polariser",
         }
     }
 }
@@ -399,6 +402,56 @@ pub struct Grooves {
     /// along this direction turned by 90°.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub direction_deg: Option<f64>,
+}
+
+/// Keys of a polariser: `pass`, with or without `block`, or `transmittance`.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PolariserKeys {
+    /// Direction of the pass axis, from the x axis, degrees; -360 to 360; default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_deg: Option<f64>,
+    /// Light along the pass axis: a table of `transmittance` and `reflectance`, as below; needs
+    /// `light.polarization = "carried"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pass: Option<PolariserAxis>,
+    /// Light along the block axis, likewise; default all absorbed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub block: Option<PolariserAxis>,
+    /// In place of `pass` and `block`, for unpolarised light, which leaves so: a number from 0 to 1,
+    /// rows [angle in degrees, share], or rows [wavelength in nm, angle, share].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transmittance: Option<ByAngle>,
+    /// Beside it, likewise; with it at most 1; default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<ByAngle>,
+}
+
+/// Shares of one axis of a polariser; what they leave of 1 is absorbed.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PolariserAxis {
+    /// Transmitted share; default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transmittance: Option<ByAngle>,
+    /// Reflected share; default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<ByAngle>,
+}
+
+/// A share at every angle of incidence and wavelength.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "a number, rows [angle in degrees, share] or rows [wavelength in nm, angle, share]"
+)]
+pub enum ByAngle {
+    /// One at all.
+    Constant(f64),
+    /// Angle in degrees and share, ascending; straight lines between, constant beyond.
+    Angles(Vec<List<f64, 2>>),
+    /// Wavelength in nm, angle and share: such rows for each of ascending wavelengths.
+    Spectral(Vec<List<f64, 3>>),
 }
 
 /// `[solids.surface]`: as of `[mirror]` and of `[files.mirror]`.

@@ -109,13 +109,14 @@ fn fits(design: &Design, layout: &Layout) -> bool {
 }
 
 fn has_wavelengths(design: &Design) -> bool {
-    design.all_lights().is_some_and(|all| {
+    let is_coloured = design.all_lights().is_some_and(|all| {
         let is_line = |colour: &Colour| match colour {
             Colour::Spectrum(spectrum) => spectrum.is_line(),
             Colour::Rays(_) => false,
         };
         all.lights.len() > 1 || all.lights.iter().any(|light| !is_line(&light.light))
-    })
+    });
+    is_coloured || design.converts()
 }
 
 /// The ends of light of `design`, which all of its models share.

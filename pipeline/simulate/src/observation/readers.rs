@@ -9,18 +9,19 @@ use design::schema::receivers::{Normal, ReceiverKind, StatedRectangle};
 use design::spectrum::Weighting;
 use metrics::bins::{Bins, largest};
 use metrics::extraction::{self, flow};
-use metrics::far_field::{FarFieldReading, PeakPlace};
+use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakMethod, PeakPlace};
 use metrics::figures::{
-    Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN, FLUX_UP, ILLUMINANCE,
-    NamedFigure, OF_RECEIVER, Source,
+    BY_ANGLE, Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN, FLUX_UP,
+    ILLUMINANCE, NamedFigure, OF_RECEIVER, Source,
 };
-use metrics::illuminance::Grid;
+use metrics::illuminance::{Grid, Symmetry};
 use metrics::layout::Layout;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::Cell;
 use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
 use tracer::Measurement;
+use tracer::receiver::Angles;
 
 use super::colour_readers::{ColourReader, ReceiverColourReader};
 use super::map_reader::MapReader;
@@ -60,16 +61,19 @@ pub(super) fn readers<'a>(
     if any(Source::Illuminance) && design.emitted.is_some() {
         all.push(Box::new(IlluminanceReader::new(seen.grid, layout(design), units)));
     }
-    let receivers = || design.receivers.iter().enumerate();
-    let fluxes = receivers().filter_map(|(k, r)| ReceiverReader::new(k, r, design, units));
-    let fluxes = fluxes.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
-    let colours = receivers().filter_map(|(k, r)| ReceiverColourReader::new(k, r, seen));
-    let colours = colours.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
-    all.extend(
-        fluxes
-            .chain(colours)
-            .filter(|reader| reader.columns().iter().any(|column| wanted(&column.figure.key))),
-    );
+    for (k, receiver) in design.receivers.iter().enumerate() {
+        let of_bins = ReceiverReader::new(k, receiver, design, units);
+        let of_bins = of_bins.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
+        let by_angle = AngleReader::new(k, receiver, units);
+        let by_angle = by_angle.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
+        let colours = ReceiverColourReader::new(k, receiver, seen);
+        let colours = colours.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
+        let readers = [of_bins, by_angle, colours].into_iter().flatten();
+        all.extend(
+            readers
+                .filter(|reader| reader.columns().iter().any(|column| wanted(&column.figure.key))),
+        );
+    }
     all
 }
 
@@ -311,7 +315,14 @@ fn rectangle_of_points(receiver: &CheckedReceiver) -> Option<StatedRectangle> {
 
 /// The figures that a receiver has.
 pub(super) fn figures_of(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
-    let count = if rectangle_of_points(receiver).is_some() { OF_RECEIVER.len() } else { 5 };
+    let by_angle = angles_of_profile(receiver).map(|_| BY_ANGLE);
+    figures_of_bins(receiver).chain(by_angle.into_iter().flatten())
+}
+
+/// Those that are read from its bins.
+fn figures_of_bins(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
+    let points = OF_RECEIVER.len() - BY_ANGLE.len();
+    let count = if rectangle_of_points(receiver).is_some() { points } else { points - 2 };
     OF_RECEIVER.into_iter().take(count)
 }
 
@@ -346,7 +357,7 @@ impl Reader for ReceiverReader<'_> {
             };
             Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
         };
-        figures_of(self.receiver).map(of).collect()
+        figures_of_bins(self.receiver).map(of).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -368,5 +379,112 @@ impl Reader for ReceiverReader<'_> {
 
     fn one_path(&self, power: f64) -> Vec<f64> {
         self.bins.one_path(power)
+    }
+}
+
+/// Bins of the polar angle for figures by angle: their least number, and their largest width in
+/// degrees, within which there is still the axis.
+const MIN_BINS_OF_ANGLE: usize = 3;
+const MAX_BIN_OF_ANGLE_DEG: f64 = 10.0;
+
+/// Rectangle and directions of a receiver that has figures by angle.
+fn angles_of_profile(receiver: &CheckedReceiver) -> Option<Angles> {
+    let Measurement::Luminance(_, angles) = &receiver.detector.measurement else {
+        return None;
+    };
+    let is_fine = angles.thetas() >= MIN_BINS_OF_ANGLE
+        && angles.theta_edges_deg()[1] <= MAX_BIN_OF_ANGLE_DEG * (1.0 + 1e-9);
+    (is_fine && receiver.stated.kind.is_by_angle()).then_some(*angles)
+}
+
+/// Figures of luminance by the angle to the normal, over the whole rectangle.
+struct AngleReader<'a> {
+    number: usize,
+    receiver: &'a CheckedReceiver,
+    units: Units,
+    /// In the planes of u and v. What it takes for intensity is luminance.
+    readings: [FarFieldReading; 2],
+    /// Factor on the power in each direction that makes its intensity luminance.
+    per_intensity: Vec<f64>,
+}
+
+impl<'a> AngleReader<'a> {
+    fn new(number: usize, receiver: &'a CheckedReceiver, units: Units) -> Option<Self> {
+        let angles = angles_of_profile(receiver)?;
+        let (directions, edges) = (angles.bins(), angles.theta_edges_deg());
+        let measures = receiver.detector.measures();
+        let places = (receiver.detector.places() / directions) as f64;
+        let solid = angles.solid_angles();
+        let per_intensity = measures[..directions].iter().enumerate();
+        let per_intensity =
+            per_intensity.map(|(k, measure)| solid[k / angles.phis()] / (measure * places));
+        let reading = |azimuth_deg: f64| FarFieldReading {
+            recorded: AngularBins {
+                bin_deg: edges[1],
+                polar: angles.thetas(),
+                azimuths: angles.phis(),
+                bins: BinPlacement::Between,
+            },
+            read_bin_deg: edges[1],
+            read_bins: BinPlacement::Between,
+            centre_deg: edges[1],
+            peak: PeakMethod::Bin,
+            peak_fit_deg: 0.0,
+            cut_deg: Some(azimuth_deg),
+            symmetry: Symmetry::Rectangle,
+        };
+        Some(Self {
+            number,
+            receiver,
+            units,
+            readings: [0.0, 90.0].map(reading),
+            per_intensity: per_intensity.collect(),
+        })
+    }
+}
+
+impl Reader for AngleReader<'_> {
+    fn columns(&self) -> Vec<Column> {
+        let of = |figure: Definition| {
+            let unit = match figure.unit {
+                Unit::Degree => Unit::Degree,
+                _ => Unit::WattPerSquareMetreSteradian,
+            };
+            Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
+        };
+        BY_ANGLE.map(of).into()
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        let (powers, places) = (seen.receivers.get(self.number)?, self.receiver.detector.places());
+        let per_intensity = &self.per_intensity;
+        let directions = per_intensity.len();
+        Some(Cow::Owned(powers.map(|bins| {
+            let of = |k: usize| bins[..places].iter().skip(k).step_by(directions).sum::<f64>();
+            (0..directions).map(|k| per_intensity[k] * of(k)).collect()
+        })))
+    }
+
+    fn values(&self, powers: &[f64]) -> Vec<f64> {
+        let [u, v] = self.readings.map(|reading| reading.plain(powers));
+        vec![u[5], u[3], v[3]]
+    }
+
+    fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
+        let [u, v] = self.readings.map(|reading| reading.figures(powers));
+        // Nothing is read without light.
+        if u.peak_w_per_sr.value <= 0.0 {
+            return Vec::new();
+        }
+        let widths = [u, v].map(|read| {
+            let (width, interval) = read.widths_deg[0];
+            FigureEntry { interval, ..FigureEntry::new(width) }
+        });
+        [FigureEntry::new(u.centre_w_per_sr)].into_iter().chain(widths).collect()
+    }
+
+    fn one_path(&self, power: f64) -> Vec<f64> {
+        let rings = self.readings[0].recorded;
+        vec![power * self.per_intensity[0] / rings.ring_sr(0)]
     }
 }

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Polarising faces, checked: shares of two axes, or of unpolarised light.
+
+use super::form::SolidTable;
+use crate::check::Context;
+use crate::error::ConfigError;
+use crate::resolved::polariser::{PolarisingFace, SharesByAngle, StatedShares};
+use crate::schema::solids::{ByAngle, PolariserAxis, PolariserKeys};
+use crate::serde_arrays::List;
+
+/// The face that the table `table` states.
+pub(super) fn resolve(
+    stated: &PolariserKeys,
+    table: &str,
+    read: &SolidTable,
+) -> Result<PolarisingFace, ConfigError> {
+    let at = read.at;
+    let key = |name: &str| format!("{table}.{name}");
+    let PolariserKeys { axis_deg, pass, block, transmittance, reflectance } = stated;
+    let Some(pass) = pass else {
+        if transmittance.is_none() && reflectance.is_none() {
+            let expected = "this table, or `transmittance` and `reflectance` of unpolarised light";
+            return Err(at.value(&key("pass"), "missing", expected));
+        }
+        let axes = [("axis_deg", axis_deg.is_some()), ("block", block.is_some())];
+        if let Some((name, _)) = axes.into_iter().find(|(_, is_given)| *is_given) {
+            let expected = "no such key without `pass`: unpolarised light knows no axis";
+            return Err(at.value(&key(name), "given", expected));
+        }
+        let shares = [transmittance.as_ref(), reflectance.as_ref()];
+        return Ok(PolarisingFace::Unpolarised(shares_of(table, shares, at)?));
+    };
+    let sums = [("transmittance", transmittance), ("reflectance", reflectance)];
+    if let Some((name, _)) = sums.into_iter().find(|(_, stated)| stated.is_some()) {
+        let expected = "no such key beside `pass`, whose table has it";
+        return Err(at.value(&key(name), "given", expected));
+    }
+    if !read.is_polarised {
+        let expected = "light that carries polarisation (light.polarization = \"carried\"), or \
+            `transmittance` and `reflectance` of unpolarised light in place of this table";
+        return Err(at.value(&key("pass"), "given in unpolarised light", expected));
+    }
+    let axis_deg = at.within(&key("axis_deg"), axis_deg.unwrap_or_default(), -360.0, 360.0)?;
+    let axis = |name: &str, stated: Option<&PolariserAxis>| {
+        let shares = stated
+            .map_or([None; 2], |axis| [axis.transmittance.as_ref(), axis.reflectance.as_ref()]);
+        shares_of(&key(name), shares, at)
+    };
+    let shares = Box::new([axis("pass", Some(pass))?, axis("block", block.as_ref())?]);
+    Ok(PolarisingFace::Axes { shares, axis_deg })
+}
+
+/// Transmittance and reflectance of the table `table`; neither is more than the other leaves of 1.
+fn shares_of(
+    table: &str,
+    [transmittance, reflectance]: [Option<&ByAngle>; 2],
+    at: &Context,
+) -> Result<StatedShares, ConfigError> {
+    let of = |name: &str, stated: Option<&ByAngle>| by_angle(format!("{table}.{name}"), stated, at);
+    let shares = StatedShares {
+        transmittance: of("transmittance", transmittance)?,
+        reflectance: of("reflectance", reflectance)?,
+    };
+    // Between stated wavelengths sums are linear, and only within both ranges is there light.
+    let curves = [&shares.transmittance, &shares.reflectance];
+    let is_stated = |nm: f64| {
+        curves.iter().filter(|of| of.is_spectral()).all(|of| {
+            let ends = [of.curves.first(), of.curves.last()].map(|c| c.map_or(nm, |(nm, _)| *nm));
+            (ends[0]..=ends[1]).contains(&nm)
+        })
+    };
+    let mut all: Vec<f64> = shares.wavelengths_nm().filter(|nm| is_stated(*nm)).collect();
+    if !curves.iter().any(|of| of.is_spectral()) {
+        all.push(0.0);
+    }
+    all.into_iter().try_for_each(|nm| shares.at(nm, at).map(|_| ()))?;
+    Ok(shares)
+}
+
+/// A share over wavelength and angle.
+fn by_angle(
+    key: String,
+    stated: Option<&ByAngle>,
+    at: &Context,
+) -> Result<SharesByAngle, ConfigError> {
+    let refuse = |row: &[f64], expected: &str| Err(at.value(&key, format!("{row:?}"), expected));
+    let mut curves: Vec<(f64, Vec<[f64; 2]>)> = Vec::new();
+    match stated {
+        None => curves.push((0.0, vec![[0.0, 0.0]])),
+        Some(ByAngle::Constant(share)) => curves.push((0.0, vec![[0.0, *share]])),
+        Some(ByAngle::Angles(rows)) => {
+            curves.push((0.0, rows.iter().map(|List(row)| *row).collect()));
+        }
+        Some(ByAngle::Spectral(rows)) => {
+            for List([nm, angle, share]) in rows {
+                match curves.last_mut() {
+                    Some((last, curve)) if last.to_bits() == nm.to_bits() => {
+                        curve.push([*angle, *share]);
+                    }
+                    last => {
+                        let before = last.map_or(0.0, |(last, _)| *last);
+                        if !(*nm > before && nm.is_finite()) {
+                            let expected = "wavelengths in nm, above 0 and ascending";
+                            return refuse(&[*nm, *angle, *share], expected);
+                        }
+                        curves.push((*nm, vec![[*angle, *share]]));
+                    }
+                }
+            }
+        }
+    }
+    if curves.iter().all(|(_, rows)| rows.is_empty()) {
+        return refuse(&[], "a number or rows of angles and shares");
+    }
+    for (_, rows) in &curves {
+        for row in rows {
+            at.within(&key, row[1], 0.0, 1.0)?;
+            if !(0.0..=90.0).contains(&row[0]) {
+                return refuse(row, "an angle of incidence from 0 to 90 degrees");
+            }
+        }
+        if let Some(k) = (1..rows.len()).find(|k| rows[k - 1][0] >= rows[*k][0]) {
+            return refuse(&rows[k], "angles of incidence that ascend");
+        }
+    }
+    Ok(SharesByAngle { key, curves })
+}

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Luminance at viewing angles: a Lambertian plane has E/π at every angle, and a cosⁿ emitter half
+//! of its axial luminance where cosⁿ⁻¹ is a half.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use files::interrupt::Interrupt;
+use files::run_context::RunContext;
+use metrics::Estimate;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::scene_check;
+use simulate::trace::observe;
+
+const ROOM: &str = r#"
+name = "room"
+mirror = { kind = "absorbing", extent = "package" }
+led = { size_mm = [0.1, 0.1], height_mm = 0.1, reflectance = 0.0, reflection = "absorbing", power_w = 1.0 }
+array = { columns = 1, rows = 1, pitch_mm = 60.0 }
+receiver = { bin_mm = 1.0, plane_height_mm = 4.0 }
+light = { wavelength_nm = 550.0 }
+"#;
+
+/// Figures of receivers by key, with the interval of one that is not resolved.
+fn figures(text: &str, paths: u64) -> impl Fn(&str) -> (Estimate, Option<[f64; 2]>) {
+    let design = design::parse("room.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"));
+    scene_check::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
+    let interrupt = Interrupt::default();
+    let surface = dome_surface(&design, Model::Geometric, None).expect("a surface");
+    let env = RunContext::quiet(&interrupt, 7);
+    let seen = observe(&design, &surface, paths, "", env).expect("a trace");
+    let all = seen.estimates(&design, |key| key.contains('.'));
+    move |key| {
+        let found = all.iter().find(|figure| figure.key == key);
+        let entry = &found.unwrap_or_else(|| panic!("{key}")).entry;
+        (entry.estimate(), entry.interval)
+    }
+}
+
+fn receiver(name: &str, keys: &str) -> String {
+    format!(
+        "[[receivers]]\nname = \"{name}\"\nkind = \"luminance\"\nposition_mm = [0.0, 0.0, 1.01]\n\
+         size_mm = [20.0, 20.0]\nbins = [3, 3]\n{keys}\n"
+    )
+}
+
+#[test]
+fn a_lambertian_plane_has_one_luminance_at_every_angle() {
+    let mut text = format!(
+        "{ROOM}sources = [{{ name = \"plane\", kind = \"rectangle\", position_mm = [0.0, 0.0, 1.0], size_mm = [40.0, 40.0] }}]\n"
+    );
+    let views = [[0.0, 0.0], [30.0, 0.0], [45.0, 90.0], [60.0, 225.0], [75.0, -20.0]];
+    for (k, [theta, phi]) in views.into_iter().enumerate() {
+        text += &receiver(
+            &format!("view{k}"),
+            &format!(
+                "view_deg = [{theta:?}, {phi:?}]\ntheta_max_deg = 10.0\ntheta_bin_deg = 5.0\nphi_bin_deg = 90.0"
+            ),
+        );
+    }
+    text += &receiver("all", "theta_bin_deg = 10.0\nphi_bin_deg = 360.0");
+    let figure = figures(&text, 1_600_000);
+    let expected = 1e6 / 1600.0 / PI;
+    let keys = (0..views.len()).map(|k| format!("mean.view{k}"));
+    for key in keys.chain(["mean.all", "axial.all"].map(str::to_owned)) {
+        let (found, _) = figure(&key);
+        let off = (found.value - expected) / found.standard_error;
+        assert!(off.abs() < 3.0, "{key}: {found:?} for {expected}");
+        assert!(found.standard_error < 0.03 * expected, "{key}: {found:?}");
+    }
+    assert!(figure("nine_points.view1").0.value > 0.7);
+    // It never falls to a half.
+    assert!(!figure("half_angle_u_deg.all").0.value.is_finite());
+}
+
+#[test]
+fn half_of_the_axial_luminance_is_where_the_cosines_say() {
+    // Luminance over the rectangle: intensity cos⁵ over the cosine.
+    let text = format!(
+        "{ROOM}sources = [{{ name = \"point\", kind = \"cosine\", exponent = 5.0, position_mm = [0.0, 0.0, 1.0] }}]\n{}",
+        receiver("all", "theta_bin_deg = 2.0\nphi_bin_deg = 30.0")
+    );
+    let figure = figures(&text, 1_600_000);
+    let half = 2.0 * 0.5_f64.powf(0.25).acos().to_degrees();
+    for key in ["half_angle_u_deg.all", "half_angle_v_deg.all"] {
+        let (found, _) = figure(key);
+        assert!(found.standard_error > 0.0 && found.standard_error < 2.0, "{key}: {found:?}");
+        let allowed = 0.3 + 3.0 * found.standard_error;
+        assert!((found.value - half).abs() < allowed, "{key}: {found:?} for {half}");
+    }
+    // Few paths do not resolve it, and say so.
+    let few = figures(&text, 1000);
+    let (_, interval) = few("half_angle_u_deg.all");
+    let [low, high] = interval.expect("an interval");
+    assert!(low < half && half < high, "{low} {high}");
+}
