@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Text that `batwing run` prints of each model: ends of the light, then uniformity in the usual
-//! forms, the far field and the receivers.
+//! forms, the far field, the colours and the receivers.
 
 use std::fmt::Write as _;
 
 use metrics::Estimate;
 use metrics::digits::thousands;
 use metrics::extraction::{Ledger, is_end};
-use metrics::figures::{BEAM_ANGLE, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
+use metrics::figures::{BEAM_ANGLE, COLOURS, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
@@ -36,6 +36,7 @@ fn block(design: &str, model: &ModelResult) -> String {
     light(&mut text, &model.ledger);
     uniformity(&mut text, model);
     far_field(&mut text, model);
+    colours(&mut text, model);
     absolute(&mut text, model);
     receivers(&mut text, model);
     text
@@ -150,6 +151,16 @@ fn far_field(text: &mut String, model: &ModelResult) {
             }
             None => {}
         }
+    }
+}
+
+fn colours(text: &mut String, model: &ModelResult) {
+    let found = COLOURS.iter().filter_map(|definition| model.figure(definition.key));
+    for (number, figure) in found.enumerate() {
+        if number == 0 {
+            text.push_str(" colour\n");
+        }
+        line(text, &figure.label, &shown::text(&figure.entry, figure.unit));
     }
 }
 
