@@ -8,7 +8,7 @@ use serde_json::Value;
 use tempfile::tempdir;
 
 use crate::support::binary::batwing;
-use crate::support::runs::{estimate, run_text};
+use crate::support::runs::{estimate, run_text, small};
 
 /// A beam of 450 nm upwards through a wide plate of index 1 over a black board. The plate absorbs
 /// the share 1 - exp(-0.5) of it and emits at 600 nm, to which it is clear.
@@ -107,6 +107,34 @@ fn shipped_designs_that_convert_light_keep_their_books() {
         assert!(of("stokes_loss") > 0.05 && of("quantum_loss") > 0.01, "{ledger:?}");
         assert!(of("escaped_up") > 0.3, "{ledger:?}");
     }
+}
+
+/// The hybrid solves its rings at the light of the source and at that of the dye, and says what
+/// other tables would change.
+#[test]
+fn relief_has_tables_at_the_wavelengths_of_converted_light() {
+    let folder = small();
+    let file = folder.path().join("small.toml");
+    let text = std::fs::read_to_string(&file).expect("a design");
+    let dye = "luminophores = [{ name = \"dye\", absorption_per_mm = 0.5, quantum_yield = 0.9, \
+        emission = { peak_nm = 630, fwhm_nm = 20 } }]";
+    let text = text.replacen("index = 1.41", &format!("index = 1.41, {dye}"), 1);
+    let all = run_text(folder.path(), "small", &text, "out", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let models = all["designs"]["small"].as_object().expect("models");
+    let hybrid = models.iter().find(|(name, _)| name.starts_with("hybrid")).expect("a hybrid").1;
+    let tables = hybrid["tables"].as_array().expect("tables").iter();
+    let mut nm: Vec<f64> =
+        tables.map(|table| table["wavelength_nm"].as_f64().expect("nm").round()).collect();
+    nm.dedup();
+    assert_eq!(nm, [550.0, 630.0]);
+    let extraction = &hybrid["extraction_efficiency"];
+    let error = extraction["wavelength_error"]["value"].as_f64().expect("an error of the tables");
+    assert!((0.0..0.05).contains(&error), "{extraction}");
+    // Rays on the relief itself know no tables.
+    let rays = models.iter().find(|(name, _)| name.starts_with("geometric")).expect("rays").1;
+    assert!(rays["extraction_efficiency"].get("wavelength_error").is_none());
+    let difference = estimate(extraction).0 - estimate(&rays["extraction_efficiency"]).0;
+    assert!(difference.abs() < 0.1, "{difference}");
 }
 
 #[test]

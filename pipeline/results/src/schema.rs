@@ -188,6 +188,9 @@ pub struct TableEntry {
     pub band: usize,
     /// Ring that was solved, from 1.
     pub ring: usize,
+    /// Wavelength, nm, where a design has tables at several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wavelength_nm: Option<f64>,
     /// Period, µm.
     pub period_um: f64,
     /// Depth, µm.

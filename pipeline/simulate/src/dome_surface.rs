@@ -15,7 +15,7 @@ use geometry::{BaseSurface, Meridian};
 use super::cells::{band_cells, outline};
 use super::model::Model;
 use super::scene::DomeSurface;
-use super::tables::DesignTables;
+use super::tables::{BandTable, DesignTables};
 
 /// The surface of the dome in `model`; the hybrid needs `tables`.
 pub fn dome_surface(
@@ -53,11 +53,20 @@ pub fn dome_surface(
         Model::Hybrid => {
             let tables =
                 tables.ok_or_else(|| anyhow!("the hybrid of {} needs its tables", design.name))?;
-            let bsdfs = tables.bands.iter().enumerate().map(|(band, table)| {
-                let solved = || table.as_ref().map(|t| solved(design, &t.table)).transpose();
-                design.files.band_bsdf(band).map_or_else(solved, |bsdf| Ok(Some(bsdf)))
-            });
-            banded(design, base()?, bsdfs.collect::<Result<_>>()?)
+            let of_bands = |bands: &[Option<BandTable>]| -> Result<DomeSurface> {
+                let bsdfs = bands.iter().enumerate().map(|(band, table)| {
+                    let solved = || table.as_ref().map(|t| solved(design, &t.table)).transpose();
+                    design.files.band_bsdf(band).map_or_else(solved, |bsdf| Ok(Some(bsdf)))
+                });
+                Ok(banded(design, base()?, bsdfs.collect::<Result<_>>()?))
+            };
+            if !design.converts() {
+                return of_bands(&tables.bands);
+            }
+            let all = std::iter::once(&tables.bands).chain(&tables.others);
+            let all = design.tables_nm().into_iter().zip(all);
+            let all = all.map(|(nm, bands)| Ok((nm, of_bands(bands)?)));
+            DomeSurface::ByWavelength(all.collect::<Result<_>>()?, 0)
         }
     })
 }

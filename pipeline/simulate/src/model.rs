@@ -25,7 +25,7 @@ impl Model {
     /// The models that `design` has: all four for relief, rays alone for smooth and bare packages.
     /// Bands exist without thin films only, and the steps of rings where there are rings.
     pub fn all_of(design: &Design) -> Vec<Self> {
-        let mut models = if design.has_relief() && (design.is_coated() || design.converts()) {
+        let mut models = if design.has_relief() && design.is_coated() {
             vec![Self::Geometric, Self::Fine]
         } else if design.has_relief() && design.without_bands.is_none() {
             vec![Self::Geometric, Self::Fine, Self::Control, Self::Hybrid]
@@ -41,8 +41,6 @@ impl Model {
     pub fn left_out(design: &Design) -> Option<String> {
         let reason = if design.has_relief() && design.is_coated() {
             "bands take no thin films on the dome"
-        } else if design.has_relief() && design.converts() {
-            "bands hold for one wavelength, and a medium converts light to others"
         } else {
             design.without_bands.as_deref()?
         };
@@ -52,7 +50,7 @@ impl Model {
         let mut missing = vec![Self::Fine, Self::Control, Self::Hybrid];
         missing.retain(|model| !there.contains(model));
         missing.retain(|model| *model != Self::Fine || missing_fine);
-        let copies = if copies_um(design).is_none() && !design.is_coated() && !design.converts() {
+        let copies = if copies_um(design).is_none() && !design.is_coated() {
             "; rings are as wide as the elements, copies at a smaller width are asked for by hybrid.element_width_um"
         } else {
             ""

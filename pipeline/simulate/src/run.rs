@@ -13,10 +13,13 @@ use results::ModelResult;
 
 use super::model::Model;
 use super::model_writer::{Destination, Output};
+use super::observation::Observation;
 use super::paths_3d::WavelengthScene;
-use super::spectral::SpectralJob;
+use super::scene::DomeSurface;
+use super::spectral::{SpectralJob, WavelengthErrors};
 use super::stopping_rule::{self, StoppingRule};
 use super::tables::{DesignTables, tables};
+use super::trace::TraceJob;
 use super::trace_plan::TracePlan;
 use super::units::Units;
 use super::{model_result, package};
@@ -116,13 +119,14 @@ impl Run<'_> {
             }
         };
         let mut result = model_result::model_result(design, model, &observation);
+        let errors = errors_of_tables(&observation, &job, context)?;
         result.until_error = until_error;
         if let (Model::Hybrid, Some(tables)) = (model, tables) {
             result.tables = tables.describe();
         }
         let part = WavelengthScene { design, surface: &surface, share: 1.0 };
-        let output =
-            Output { design, units: Units::from_design(design, None), out: destination.out };
+        let units = Units::from_design(design, None);
+        let output = Output { design, units, out: destination.out };
         let surfaces = observation.surfaces_per_path;
         let mut observation = Cow::Owned(observation);
         let draws = destination.writer.draws_package();
@@ -132,6 +136,9 @@ impl Run<'_> {
             || destination.writer.write(output, &mut result, &mut observation, context),
         );
         written?;
+        if let Some(errors) = errors {
+            errors.add_to(&mut result, &units);
+        }
         if let Some(package) = package {
             package::write(package, output, &mut result, context)?;
         }
@@ -177,4 +184,25 @@ impl Run<'_> {
     ) -> SpectralJob<'a> {
         SpectralJob { design: self.design, lights, model, cache: self.cache, context }
     }
+}
+
+/// Errors of what `job` saw by tables that hold at few of the wavelengths of converted light: the
+/// change where every path takes those of the second nearest.
+fn errors_of_tables(
+    observation: &Observation,
+    job: &TraceJob<'_>,
+    context: RunContext,
+) -> Result<Option<WavelengthErrors>> {
+    let Some(surface) = job.surface.second_nearest() else {
+        if let DomeSurface::ByWavelength(..) = job.surface {
+            context.console.warn(&format!(
+                "{}: relief has tables at one wavelength, so that their error for light of others is not known; hybrid.tables_nm with two or more shows it",
+                job.what
+            ));
+        }
+        return Ok(None);
+    };
+    let what = format!("{}, tables of the second nearest wavelength", job.what);
+    let other = TraceJob { surface: &surface, what: &what, ..*job }.observe(context)?;
+    Ok(Some(WavelengthErrors::between(observation, &other, job.design)))
 }

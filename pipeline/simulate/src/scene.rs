@@ -43,6 +43,7 @@ pub fn is_skin(name: &str) -> bool {
 }
 
 /// The surface of the dome, element by element.
+#[derive(Clone)]
 pub enum DomeSurface {
     /// A smooth or stepped meridian that refracts everywhere.
     Refracting(Meridian),
@@ -50,6 +51,9 @@ pub enum DomeSurface {
     Only(Meridian, usize),
     /// The smooth dome in bands with a BSDF each; `None` refracts.
     Banded(Meridian, Vec<Option<Arc<dyn Bsdf>>>),
+    /// The dome in bands with BSDFs at several wavelengths in nm, of which light takes the one that is
+    /// the nearest but so many.
+    ByWavelength(Vec<(f64, Self)>, usize),
 }
 
 impl DomeSurface {
@@ -57,6 +61,25 @@ impl DomeSurface {
     pub fn meridian(&self) -> &Meridian {
         match self {
             Self::Refracting(m) | Self::Only(m, _) | Self::Banded(m, _) => m,
+            Self::ByWavelength(all, _) => all[0].1.meridian(),
+        }
+    }
+
+    /// The surface for light of a wavelength.
+    fn at(&self, wavelength_nm: f64) -> &Self {
+        let Self::ByWavelength(all, skipped) = self else { return self };
+        let mut order: Vec<&(f64, Self)> = all.iter().collect();
+        let distance = |at: &(f64, Self)| (at.0 - wavelength_nm).abs();
+        order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        &order[(*skipped).min(order.len() - 1)].1
+    }
+
+    /// The same with the BSDFs of the second nearest wavelength, where there are several: the change
+    /// of what is seen bounds the error of the choice.
+    pub fn second_nearest(&self) -> Option<Self> {
+        match self {
+            Self::ByWavelength(all, _) if all.len() > 1 => Some(Self::ByWavelength(all.clone(), 1)),
+            _ => None,
         }
     }
 
@@ -74,13 +97,14 @@ impl DomeSurface {
                 Some(bsdf) => Patch::new(DOME, SurfaceModel::Scatter(Arc::clone(bsdf))),
                 None => refracting(),
             },
-            (Self::Refracting(_) | Self::Banded(..), _) => refracting(),
+            (Self::Refracting(_) | Self::Banded(..) | Self::ByWavelength(..), _) => refracting(),
         }
     }
 }
 
 /// The scene of `design` with `surface` on its domes; a bare package ignores it.
 pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
+    let surface = surface.at(design.wavelength_nm);
     let mirror = mirror(design)?;
     let mut scene = SceneBuilder::new(Medium::air());
     let mut prototype = without_led(design, surface, &mirror)?;

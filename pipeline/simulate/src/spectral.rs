@@ -23,6 +23,7 @@ use std::collections::BTreeMap;
 use anyhow::{Result, ensure};
 use serde_json::json;
 
+use design::Design;
 use design::spectrum::Sampling;
 use design::spectrum::lights::{Colour, Lights};
 use design::spectrum::quadrature::COUNTS;
@@ -140,14 +141,13 @@ impl SpectralTrace<'_> {
         if self.stop == StoppedBy::NoDispersion {
             return WavelengthErrors { by_key: BTreeMap::new(), of_others: Some(0.0) };
         }
-        let changes = self.coarse.as_ref().map(|coarse| {
-            let coarse = self.sweep.combined(coarse, false);
-            observation.changes(&coarse, self.sweep.job.design, |_| true)
-        });
-        let by_key = changes.into_iter().flatten().map(|(key, change)| {
-            (key.into_owned(), Estimate::new(change.value.abs(), change.standard_error))
-        });
-        WavelengthErrors { by_key: by_key.collect(), of_others: None }
+        match &self.coarse {
+            Some(coarse) => {
+                let coarse = self.sweep.combined(coarse, false);
+                WavelengthErrors::between(observation, &coarse, self.sweep.job.design)
+            }
+            None => WavelengthErrors { by_key: BTreeMap::new(), of_others: None },
+        }
     }
 
     /// Entry of light and wavelengths in `results.json`.
@@ -195,6 +195,15 @@ pub struct WavelengthErrors {
 }
 
 impl WavelengthErrors {
+    /// Changes of all figures of `design` from `other` to `observation`.
+    pub fn between(observation: &Observation, other: &Observation, design: &Design) -> Self {
+        let changes = observation.changes(other, design, |_| true).into_iter();
+        let by_key = changes.map(|(key, change)| {
+            (key.into_owned(), Estimate::new(change.value.abs(), change.standard_error))
+        });
+        Self { by_key: by_key.collect(), of_others: None }
+    }
+
     fn of(&self, key: &str) -> Option<Estimate> {
         let others = || self.of_others.map(|value| Estimate::new(value, 0.0));
         self.by_key.get(key).copied().or_else(others)

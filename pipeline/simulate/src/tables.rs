@@ -47,16 +47,18 @@ pub struct BandTable {
 /// The tables of all bands of a design; `None` for a smooth band.
 #[derive(Debug, Clone)]
 pub struct DesignTables {
-    /// By band, from the axis.
+    /// By band, from the axis; where light is converted at the first of several wavelengths.
     pub bands: Vec<Option<BandTable>>,
+    /// The same at its other wavelengths.
+    pub others: Vec<Vec<Option<BandTable>>>,
 }
 
 impl DesignTables {
     /// Entries of the tables in `results.json`.
     pub fn describe(&self) -> Vec<TableEntry> {
-        self.bands
-            .iter()
-            .enumerate()
+        let wavelengths = std::iter::once(&self.bands).chain(&self.others);
+        wavelengths
+            .flat_map(|bands| bands.iter().enumerate())
             .filter_map(|(i, band)| band.as_ref().map(|b| (i, b)))
             .map(|(i, b)| {
                 let header = b.table.header();
@@ -64,6 +66,8 @@ impl DesignTables {
                 TableEntry {
                     band: i + 1,
                     ring: b.cell.ring,
+                    wavelength_nm: (!self.others.is_empty())
+                        .then(|| (b.table.grid().wavelength * 1e6).round() * 1e-3),
                     period_um: b.cell.period_um,
                     depth_um: b.cell.depth_um,
                     orders: header.truncation,
@@ -113,8 +117,11 @@ struct Solved {
 }
 
 impl<'a> RingProblem<'a> {
-    fn new(design: &'a Design, cell: Cell) -> Self {
-        let hybrid = &design.hybrid;
+    fn of_ring(ring: &'a Ring) -> Self {
+        Self::new(&ring.design, &ring.design.hybrid, ring.cell.clone())
+    }
+
+    fn new(design: &Design, hybrid: &'a Hybrid, cell: Cell) -> Self {
         let grid = grid(design, &cell, first_ky(hybrid.tolerance));
         let mut problem = Self {
             key: Key::of(&Value::Null),
@@ -379,21 +386,27 @@ pub struct Ring {
 impl Ring {
     /// The rings of all bands of `design`, or of the band `only` (from 1).
     pub fn of_design(design: &Design, only: Option<usize>) -> Vec<Self> {
-        let shared = Arc::new(design.clone());
-        let rings = problems(design, only).into_iter().flatten();
-        rings
-            .map(|ring| Self {
-                key: ring.key,
-                label: ring.label,
-                design: Arc::clone(&shared),
-                cell: ring.cell,
-            })
-            .collect()
+        let at_tables = design.at_tables().into_iter();
+        let rings = at_tables.flat_map(|at| {
+            let shared = Arc::new(at.into_owned());
+            let rings: Vec<Self> = bands(&shared, &design.hybrid, only)
+                .into_iter()
+                .flatten()
+                .map(|RingProblem { key, label, cell, .. }| Self {
+                    key,
+                    label,
+                    design: Arc::clone(&shared),
+                    cell,
+                })
+                .collect();
+            rings
+        });
+        rings.collect()
     }
 
     /// Complex multiply-adds of the table at the resolution that it may be expected to take.
     pub fn operations(&self) -> f64 {
-        let problem = RingProblem::new(&self.design, self.cell.clone());
+        let problem = RingProblem::of_ring(self);
         let counted = problem.interface().map(|interface| {
             let resolution = expected_resolution(&problem, &interface);
             let directions = directions(&problem.grid);
@@ -426,8 +439,7 @@ fn expected_resolution(problem: &RingProblem, interface: &Interface) -> Result<R
 /// Errors of the solver and of the cache; an interrupt.
 pub fn solve_rings(rings: &[&Ring], cache: &Cache, context: RunContext) -> Result<()> {
     let rings = rings.iter();
-    let problems: Vec<RingProblem> =
-        rings.map(|ring| RingProblem::new(&ring.design, ring.cell.clone())).collect();
+    let problems: Vec<RingProblem> = rings.map(|ring| RingProblem::of_ring(ring)).collect();
     let distinct = problems.iter().map(|ring| (&ring.key, ring)).collect();
     let (_, missing) = look_up(distinct, Some(cache), context);
     solve_missing(missing, Some(cache), context).map(drop)
@@ -435,7 +447,7 @@ pub fn solve_rings(rings: &[&Ring], cache: &Cache, context: RunContext) -> Resul
 
 /// Names in the cache of all tables that `design` needs, from the axis.
 pub fn keys(design: &Design) -> Vec<Key> {
-    let rings = problems(design, None).into_iter().flatten();
+    let rings = problems(design, None).into_iter().flatten().flatten();
     rings.map(|ring| ring.key).collect()
 }
 
@@ -451,18 +463,17 @@ pub fn tables(
     only: Option<usize>,
     context: RunContext,
 ) -> Result<Vec<DesignTables>> {
-    let designs: Vec<Vec<Option<RingProblem>>> =
-        designs.iter().map(|design| problems(design, only)).collect();
-    let all = designs.iter().flatten().flatten();
+    let designs: Vec<Problems<'_>> = designs.iter().map(|design| problems(design, only)).collect();
+    let all = designs.iter().flatten().flatten().flatten();
     let distinct: BTreeMap<&Key, &RingProblem> = all.map(|ring| (&ring.key, ring)).collect();
     let (mut ready, missing) = look_up(distinct, cache, context);
     ready.extend(solve_missing(missing, cache, context)?);
-    designs.into_iter().map(|bands| of_bands(bands, &ready)).collect()
+    designs.into_iter().map(|problems| of_problems(problems, &ready)).collect()
 }
 
-/// The tables of `bands` out of those that are ready.
-fn of_bands(
-    bands: Vec<Option<RingProblem>>,
+/// The tables of a design out of those that are ready.
+fn of_problems(
+    problems: Problems<'_>,
     ready: &BTreeMap<Key, Arc<OrderTable>>,
 ) -> Result<DesignTables> {
     let table = |ring: RingProblem| {
@@ -473,8 +484,12 @@ fn of_bands(
             cell: ring.cell,
         })
     };
-    let bands = bands.into_iter().map(|ring| ring.map(table).transpose());
-    Ok(DesignTables { bands: bands.collect::<Result<_>>()? })
+    let mut wavelengths = problems.into_iter().map(|bands| {
+        let bands = bands.into_iter().map(|ring| ring.map(table).transpose());
+        bands.collect::<Result<Vec<_>>>()
+    });
+    let bands = wavelengths.next().unwrap_or_else(|| Ok(Vec::new()))?;
+    Ok(DesignTables { bands, others: wavelengths.collect::<Result<_>>()? })
 }
 
 /// Tables held in memory for many designs that share rings.
@@ -503,8 +518,8 @@ impl HeldTables {
         cache: Option<&Cache>,
         context: RunContext,
     ) -> Result<DesignTables> {
-        let bands = problems(design, None);
-        let rings = bands.iter().flatten().map(|ring| (&ring.key, ring));
+        let problems = problems(design, None);
+        let rings = problems.iter().flatten().flatten().map(|ring| (&ring.key, ring));
         let needed: BTreeMap<&Key, &RingProblem> = rings.collect();
         if self.held.len() > self.max_held {
             self.held.retain(|key, _| needed.contains_key(key));
@@ -515,20 +530,31 @@ impl HeldTables {
         self.solved += missing.len();
         self.held.extend(ready);
         self.held.extend(solve_missing(missing, cache, context)?);
-        of_bands(bands, &self.held)
+        of_problems(problems, &self.held)
     }
 }
 
-/// The rings of a design's bands that are to be solved; `None` for a smooth band and one whose BSDF
-/// a file gives.
-fn problems(design: &Design, only: Option<usize>) -> Vec<Option<RingProblem<'_>>> {
+/// The rings of the bands of a design that are to be solved, by wavelength.
+type Problems<'a> = Vec<Vec<Option<RingProblem<'a>>>>;
+
+fn problems(design: &Design, only: Option<usize>) -> Problems<'_> {
+    let at_tables = design.at_tables().into_iter();
+    at_tables.map(|at| bands(&at, &design.hybrid, only)).collect()
+}
+
+/// The rings at one wavelength; `None` for a smooth band and one whose BSDF a file gives.
+fn bands<'a>(
+    design: &Design,
+    hybrid: &'a Hybrid,
+    only: Option<usize>,
+) -> Vec<Option<RingProblem<'a>>> {
     let cells = band_cells(design).into_iter().enumerate();
     let ring = |(band, cell): (usize, Option<Cell>)| {
         let wanted = match only {
             Some(only) => only == band + 1,
             None => !design.files.covers(band),
         };
-        cell.filter(|_| wanted).map(|c| RingProblem::new(design, c))
+        cell.filter(|_| wanted).map(|c| RingProblem::new(design, hybrid, c))
     };
     cells.map(ring).collect()
 }
@@ -660,7 +686,7 @@ mod tests {
             let keys: Vec<Key> = band_cells(&design)
                 .into_iter()
                 .flatten()
-                .map(|c| RingProblem::new(&design, c).key)
+                .map(|c| RingProblem::new(&design, &design.hybrid, c).key)
                 .collect();
             keys
         };

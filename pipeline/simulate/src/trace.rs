@@ -141,7 +141,7 @@ impl TraceJob<'_> {
         let (kind, open) = match self.surface {
             DomeSurface::Refracting(_) => ("refracting", None),
             DomeSurface::Only(_, open) => ("only", Some(*open)),
-            DomeSurface::Banded(..) => ("banded", None),
+            DomeSurface::Banded(..) | DomeSurface::ByWavelength(..) => ("banded", None),
         };
         json!({
             "what": self.what,

@@ -163,3 +163,34 @@ pub(super) fn check(
         Err(at.value(&key, "none where there is light", &expected))
     })
 }
+
+/// Rings of a design that converts light are solved at wavelengths of its light, for one index.
+pub(super) fn check_tables(design: &Design, at: &Context) -> Result<(), ConfigError> {
+    let stated = design.hybrid.tables_nm.as_deref();
+    if !design.converts() {
+        return stated.map_or(Ok(()), |_| {
+            let expected = "no such key but where a medium has luminophores";
+            Err(at.value("hybrid.tables_nm", "given", expected))
+        });
+    }
+    if let (true, Some(material)) = (design.has_relief(), &design.silicone.stated.material) {
+        let expected = "`index` for relief with tables where a medium converts light: a table holds \
+            for one index";
+        return Err(at.value("silicone.material_file", &material.file, expected));
+    }
+    let nodes = design.traced_nm();
+    let [first, last] = [nodes[0], nodes[nodes.len() - 1]];
+    let mut before = 0.0;
+    for nm in stated.unwrap_or_default() {
+        if !(first..=last).contains(nm) || *nm <= before {
+            let expected = format!("ascending wavelengths of the light, {first} to {last} nm");
+            return Err(at.value("hybrid.tables_nm", nm, &expected));
+        }
+        before = *nm;
+    }
+    if stated.is_some_and(<[f64]>::is_empty) {
+        return Err(at.value("hybrid.tables_nm", "[]", "at least one wavelength"));
+    }
+    let mut tables = design.tables_nm().into_iter();
+    tables.try_for_each(|nm| design.tuned(nm)?.check_tables(at))
+}

@@ -148,8 +148,8 @@ impl Design {
         design.check_relief(&at)?;
         luminescence::check(&design, raw, &at)?;
         light::check_ends(&design, raw, Self::check_relief, &at)?;
-        let tables = design
-            .check_tables(&at)
+        let tables = luminescence::check_tables(&design, &at)
+            .and_then(|()| design.check_tables(&at))
             .and_then(|()| light::check_ends(&design, raw, Self::check_tables, &at));
         match tables {
             Err(error) if !asks_for_bands => design.without_bands = Some(error.without_file()),

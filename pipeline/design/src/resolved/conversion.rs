@@ -5,6 +5,8 @@
 //! lines of the sources. Power between two of these wavelengths belongs to both, by nearness, so
 //! that means over the wavelength are kept.
 
+use std::borrow::Cow;
+
 use super::Design;
 use super::luminescence::{MediumLuminophore, StatedLuminophore};
 use super::medium::Medium;
@@ -81,6 +83,36 @@ impl Design {
             }
         }
         Ok(design)
+    }
+
+    /// Wavelengths at which rings are solved, nm: that of the design, or several where a medium
+    /// converts light.
+    pub fn tables_nm(&self) -> Vec<f64> {
+        if !self.converts() {
+            return vec![self.wavelength_nm];
+        }
+        if let Some(stated) = &self.hybrid.tables_nm {
+            return stated.clone();
+        }
+        let sources = self.source_spectra().into_iter().map(|spectrum| spectrum.median_nm());
+        let stated = self.media().flat_map(|medium| &medium.stated.luminophores);
+        let emissions = stated.map(|luminophore| luminophore.emission.median_nm());
+        let mut all: Vec<f64> = sources.chain(emissions).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    }
+
+    /// The design at each wavelength at which rings are solved.
+    ///
+    /// # Panics
+    /// Of a design that was not checked.
+    pub fn at_tables(&self) -> Vec<Cow<'_, Self>> {
+        if !self.converts() {
+            return vec![Cow::Borrowed(self)];
+        }
+        let tuned = |nm| Cow::Owned(self.tuned(nm).expect("a checked wavelength"));
+        self.tables_nm().into_iter().map(tuned).collect()
     }
 
     /// Shares of the power of each source of a package at `nodes`; a single row for all alike.

@@ -126,6 +126,9 @@ impl Design {
             let nodes = self.traced_nm();
             let emitted = self.emitted_at(&nodes);
             fields["converted"] = json!({"step_nm": step_nm, "nm": nodes, "emitted": emitted});
+            if relief == ReliefModel::OrderTables {
+                fields["converted"]["tables_nm"] = json!(self.tables_nm());
+            }
         }
         fields
     }
@@ -269,7 +272,7 @@ fn hybrid_fields(hybrid: &schema::Hybrid, relief: ReliefModel) -> Value {
         ReliefModel::RayTables | ReliefModel::OrderTables => fields!(hybrid => schema::Hybrid {
             element_width_um, rings_per_band, representative, kx_per_zone, ky_count, tolerance,
             orders, stairs_um, tables, polarization;
-            memory_gib
+            memory_gib, tables_nm
         }),
     }
 }

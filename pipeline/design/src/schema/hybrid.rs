@@ -19,6 +19,10 @@ pub struct Hybrid {
     pub rings_per_band: usize,
     /// Ring of a band that is solved, 1 to `rings_per_band`. Default the middle one: 5 of 10.
     pub representative: usize,
+    /// Wavelengths at which rings are solved where a medium converts light, nm, ascending; a path
+    /// takes the tables of the nearest. Default the medians of the light and of each emission.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tables_nm: Option<Vec<f64>>,
     /// Nodes of the Bloch wavevector in one Brillouin zone, 1 to 64. Default found for the
     /// tolerance; 2 with `ky_count`.
     pub kx_per_zone: Option<usize>,
@@ -75,6 +79,7 @@ impl Default for Hybrid {
             element_width_um: 10.0,
             rings_per_band: 10,
             representative: 5,
+            tables_nm: None,
             kx_per_zone: None,
             ky_count: None,
             tolerance: 2e-3,
