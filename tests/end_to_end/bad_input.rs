@@ -302,7 +302,9 @@ const COMMANDS: [(&str, &[&str]); 85] = [
     ("full-wave d1.toml --rings 2 --out file", &["cannot write into `file`", "got the file"]),
     (
         "zones boxed.toml --pattern drives.csv --zones 2x2",
-        &["boxed.toml: --zones: expected columns and rows that divide 5 x 5 packages evenly, got 2 x 2"],
+        &[
+            "boxed.toml: --zones: expected columns and rows that divide 5 x 5 packages evenly, got 2 x 2",
+        ],
     ),
     (
         "zones boxed.toml --pattern drives.csv --zones 5x1",

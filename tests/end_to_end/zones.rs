@@ -55,8 +55,7 @@ phi_bin_deg = 360.0
 }
 
 /// Drives that differ from package to package.
-const DRIVES: &str =
-    "1,0.2,0,0.4,0.9\n0,0.7,0.1,0,0\n0.3,0,1,0.5,0\n0,0,0.6,0,0.8\n0.05,0,0,1,0\n";
+const DRIVES: &str = "1,0.2,0,0.4,0.9\n0,0.7,0.1,0,0\n0.3,0,1,0.5,0\n0,0,0.6,0,0.8\n0.05,0,0,1,0\n";
 
 /// Runs `zones` with these arguments in `folder`; the results in `out`.
 fn zones(folder: &Path, line: &str, out: &str) -> Value {
