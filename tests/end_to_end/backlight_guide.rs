@@ -81,7 +81,7 @@ fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
         assert!(output.status.success() && (leaks || !said.contains("lost")), "{line}: {said}");
         ran += 1;
     }
-    assert_eq!(ran, 7);
+    assert_eq!(ran, 8);
 
     let model = &json(at, "out/results.json")["designs"]["backlight"]["geometric"];
     let absolute = |key: &str| estimate(&model["absolute"]["figures"][key]);
@@ -115,6 +115,19 @@ fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
         let figures = setup["figures"].as_array().expect("figures");
         let flux = figures.iter().find(|figure| figure["figure"] == "flux.luminance");
         close(estimate(flux.expect("a flux")), row[3], row[0]);
+    }
+    let dimmed = json(at, "zones/zones.json");
+    for row in rows(&page, "| figure | computed |") {
+        let found = match row[0].split(" (").next().unwrap_or_default() {
+            "luminance at full drive, mean" => &dimmed["white"],
+            "black beside bright" => &dimmed["halo"]["black"],
+            "bright" => &dimmed["halo"]["bright"],
+            "halo contrast" => &dimmed["halo"]["contrast"],
+            // In bins of half a pitch.
+            "light of one zone, 50 % at" => &dimmed["light_spread"]["radii"][0]["radius_mm"],
+            other => panic!("{other}"),
+        };
+        close(estimate(found), row[1], row[0]);
     }
     let analysis = json(at, "mounted/tolerance.json");
     for row in rows(&page, "| figure | nominal (%) |") {

@@ -151,7 +151,7 @@ fn a_small_array_stands_for_a_larger_one() {
     let whole = zones(at, &format!("nine.toml {line}"), "whole");
     assert_eq!((&small["responses"], &whole["responses"]), (&10.into(), &15.into()));
     let (share, error) = estimate(&small["beyond_reach"]["share"]);
-    assert!(share > 0.0 && share < 0.02 && error > 0.0, "{share} {error}");
+    assert!(share > 0.0 && share < 0.1 && error > 0.0, "{share} {error}");
     let tables = ["small/zones.csv", "whole/zones.csv"].map(|name| table(&at.join(name)));
     for (a, b) in tables[0].iter().zip(&tables[1]) {
         assert_eq!(a[..5], b[..5]);

@@ -129,6 +129,16 @@ impl<'a> ZonedDesign<'a> {
         );
         let receiver = MapReceiver::new(design, request.receiver, &places)?;
         let (step, frame) = receiver.over(&places)?;
+        for (k, name) in ["x", "y"].into_iter().enumerate() {
+            let ([low, length], bin) = (places.area_mm(k), frame.bin_mm[k]);
+            let (from, to) = (frame.low_mm[k], frame.low_mm[k] + frame.bins[k] as f64 * bin);
+            ensure!(
+                from < low + 1e-6 * bin && to > low + length - 1e-6 * bin,
+                "--receiver: expected one over all packages, {name} from {low} to {} mm, got {:?} from {from} to {to} mm",
+                low + length,
+                receiver.name()
+            );
+        }
         ensure!(
             frame.count() <= MAX_BINS,
             "--packages: expected at most {MAX_BINS} bins over all of them, got {} x {}; larger bins take less",

@@ -90,7 +90,7 @@ pub struct ZonesArgs {
 
 /// A parser of columns and rows: `48x27`.
 fn columns_and_rows(text: &str) -> Result<[usize; 2], String> {
-    let number = |text: &str| text.trim().parse().ok().filter(|n| (1..=10_000).contains(n));
+    let number = |text: &str| text.trim().parse().ok().filter(|n: &usize| (1..=10_000).contains(n));
     let both = text.split_once(['x', 'X', '×', ',']);
     let both = both.and_then(|(columns, rows)| Some([number(columns)?, number(rows)?]));
     both.ok_or_else(|| "expected columns and rows from 1 to 10000, such as 48x27".to_owned())

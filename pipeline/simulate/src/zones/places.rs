@@ -22,7 +22,7 @@ pub struct Places {
     pub traced: [usize; 2],
     /// Columns and rows of the whole array.
     pub whole: [usize; 2],
-    /// Distance of columns and of rows, mm; 0 of a single one.
+    /// Distance of columns and of rows, mm; of a single one that which the design states.
     pub pitch_mm: [f64; 2],
     /// (x, y) of the first package of the whole array, mm.
     first_mm: [f64; 2],
@@ -43,13 +43,11 @@ impl Places {
                 "array: expected packages in full, evenly spaced rows at right angles for zones, got others"
             );
         };
-        let (first_mm, pitch_mm) = ([left, low], [across, along]);
+        let (first_mm, stated) = ([left, low], design.array.pitch_mm.along());
+        let even = [across, along];
+        let pitch_mm = [0, 1].map(|k| if even[k] > 0.0 { even[k] } else { stated[k] });
         let place = |axis: &[f64; 2]| {
-            [0, 1].map(|k| {
-                let steps =
-                    if pitch_mm[k] > 0.0 { (axis[k] - first_mm[k]) / pitch_mm[k] } else { 0.0 };
-                steps.round() as usize
-            })
+            [0, 1].map(|k| ((axis[k] - first_mm[k]) / pitch_mm[k]).round() as usize)
         };
         let places: Vec<[usize; 2]> = axes.iter().map(place).collect();
         let traced = [0, 1].map(|k| places.iter().map(|at| at[k]).max().unwrap_or(0) + 1);
@@ -124,16 +122,10 @@ impl Places {
     }
 
     /// Lower end and length of the area of all packages along an axis, mm: half a pitch beyond the
-    /// outermost axes, and of a single column or row half of the other pitch.
+    /// outermost axes.
     pub fn area_mm(&self, axis: usize) -> [f64; 2] {
-        let pitch = self.cell_mm(axis);
-        [self.first_mm[axis] - 0.5 * pitch, self.whole[axis] as f64 * pitch]
-    }
-
-    /// Length of the area of one package along an axis, mm.
-    pub fn cell_mm(&self, axis: usize) -> f64 {
         let pitch = self.pitch_mm[axis];
-        if pitch > 0.0 { pitch } else { self.pitch_mm[1 - axis] }
+        [self.first_mm[axis] - 0.5 * pitch, self.whole[axis] as f64 * pitch]
     }
 }
 

@@ -119,11 +119,12 @@ impl Array<'_> {
         let bins = within.clone().map(|range| range.len());
         let all = bins[0] * bins[1] * groups;
         let together = if all > MAX_VALUES { groups / MERGED } else { 1 };
+        let [across, along] =
+            parts.each_ref().map(|parts| parts.iter().map(inside).collect::<Vec<f64>>());
         let read = |y: usize, row: &RowOfGroups| {
-            let weight = inside(&parts[1][y]);
             let sum = |group: usize| -> f64 {
-                let values = row.group(group).iter().zip(&parts[0]);
-                weight * values.map(|(value, part)| value * inside(part)).sum::<f64>()
+                let values = row.group(group).iter().zip(&across);
+                along[y] * values.map(|(value, part)| value * part).sum::<f64>()
             };
             let mut map = vec![vec![0.0; bins[0]]; groups / together];
             if within[1].contains(&y) {
@@ -144,7 +145,7 @@ impl Array<'_> {
                 all.extend(row);
             }
         }
-        let area: f64 = parts.iter().map(|parts| parts.iter().map(inside).sum::<f64>()).product();
+        let area = across.iter().sum::<f64>() * along.iter().sum::<f64>();
         let total: f64 = sums.iter().sum();
         let rest = groups as f64 / (groups as f64 - 1.0);
         let without = sums.iter().map(|sum| rest * (total - sum) / area);
@@ -163,7 +164,7 @@ impl Array<'_> {
         middle: [f64; 2],
     ) -> Vec<(String, Estimate)> {
         let [columns, rows] = self.places.whole;
-        let pitch = [0, 1].map(|k| self.places.cell_mm(k));
+        let pitch = self.places.pitch_mm;
         let layout =
             Layout::rectangular(self.places.axes_mm(), columns, rows, pitch[0].min(pitch[1]));
         let mut read = Bins::new(&vec![1.0; bins[0] * bins[1]]);
@@ -224,12 +225,12 @@ impl Array<'_> {
         let centre = [0, 1].map(|k| {
             let shorter = (self.places.whole[k] - self.places.traced[k]) as f64;
             let before = 0.5 * shorter + inner[k] as f64 + 0.5;
-            self.places.area_mm(k)[0] + before * self.places.cell_mm(k)
+            self.places.area_mm(k)[0] + before * self.places.pitch_mm[k]
         });
         let shell = |i: usize, j: usize| {
             let away = |k: usize, bin: usize| {
                 let mm = traced.middle_mm(k, at[k] + bin) - centre[k];
-                (mm.abs() / self.places.cell_mm(k)).round() as usize
+                (mm.abs() / self.places.pitch_mm[k]).round() as usize
             };
             extended.iter().map(|&k| away(k, [i, j][k])).max().unwrap_or(0)
         };
