@@ -119,7 +119,8 @@ fn relief_has_tables_at_the_wavelengths_of_converted_light() {
     let dye = "luminophores = [{ name = \"dye\", absorption_per_mm = 0.5, quantum_yield = 0.9, \
         emission = { peak_nm = 630, fwhm_nm = 20 } }]";
     let text = text.replacen("index = 1.41", &format!("index = 1.41, {dye}"), 1);
-    let all = run_text(folder.path(), "small", &text, "out", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let all = run_text(folder.path(), "small", &text, "out", &["--paths", "20000"])
+        .unwrap_or_else(|e| panic!("{e}"));
     let models = all["designs"]["small"].as_object().expect("models");
     let hybrid = models.iter().find(|(name, _)| name.starts_with("hybrid")).expect("a hybrid").1;
     let tables = hybrid["tables"].as_array().expect("tables").iter();
