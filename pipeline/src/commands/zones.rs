@@ -65,7 +65,13 @@ pub struct ZonesArgs {
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
     /// Largest over smallest transmittance of the panel
-    #[arg(long, value_name = "C", default_value_t = 5000.0, allow_negative_numbers = true, value_parser = contrast)]
+    #[arg(
+        long,
+        value_name = "C",
+        default_value_t = 5000.0,
+        allow_negative_numbers = true,
+        value_parser = contrast
+    )]
     pub contrast: f64,
     /// Picture that the panel shows, in a form of the pattern and of any size [default: the pattern]
     #[arg(long, value_name = "FILE")]

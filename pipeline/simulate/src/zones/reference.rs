@@ -192,7 +192,17 @@ impl Array<'_> {
             let y = self.frame.middle_mm(1, at[1] + j) - centre_mm[1];
             x.hypot(y)
         };
-        let places = || (0..block.bins[1]).flat_map(|j| (0..block.bins[0]).map(move |i| [i, j]));
+        let is_on_panel = |bin: &[usize; 2]| {
+            (0..2).all(|k| {
+                let [low, length] = self.places.area_mm(k);
+                let middle = self.frame.middle_mm(k, at[k] + bin[k]);
+                (low..=low + length).contains(&middle)
+            })
+        };
+        let places = || {
+            let all = (0..block.bins[1]).flat_map(|j| (0..block.bins[0]).map(move |i| [i, j]));
+            all.filter(is_on_panel)
+        };
         let ring = |[i, j]: [usize; 2]| (distance(i, j) / width) as usize;
         let rings = places().map(ring).max().unwrap_or(0) + 1;
         let (mut counts, mut distances) = (vec![0.0; rings], vec![0.0; rings]);

@@ -2,8 +2,8 @@
 //! Responses: the map of one package alone, lit among all its neighbours, for one place of each kind.
 
 use anyhow::{Result, ensure};
-use serde::{Deserialize, Serialize};
 use serde_json::json;
+use tracer::CheckpointStore;
 
 use design::Design;
 use design::resolved::trace_key::ReliefModel;
@@ -26,13 +26,32 @@ const FOLDER: &str = "responses";
 /// Memory of all responses, bytes.
 const MAX_BYTES: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 
-/// A traced response, as it is kept.
-#[derive(Serialize, Deserialize)]
-struct Kept {
+/// A traced response.
+struct Traced {
     /// Map of each group.
     groups: Vec<Vec<f64>>,
     /// What one path adds to a bin.
     one_path: f64,
+}
+
+impl Traced {
+    /// All numbers one after the other, as they are kept.
+    fn to_bytes(&self) -> Vec<u8> {
+        let all = std::iter::once(&self.one_path).chain(self.groups.iter().flatten());
+        all.flat_map(|number| number.to_le_bytes()).collect()
+    }
+
+    /// The response of so many bins that these bytes hold; `None` where they hold another.
+    fn from_bytes(bytes: &[u8], bins: usize) -> Option<Self> {
+        let (all, rest) = bytes.as_chunks();
+        let (one_path, values) = all.split_first()?;
+        if !rest.is_empty() || values.len() != GROUPS * bins {
+            return None;
+        }
+        let group = |bytes: &[[u8; 8]]| bytes.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        let groups = values.chunks(bins).map(group).collect();
+        Some(Self { groups, one_path: f64::from_le_bytes(*one_path) })
+    }
 }
 
 /// Responses of all places of the traced array.
@@ -90,7 +109,8 @@ impl Responses {
             let seed = seeds::of_package(context.seed, number);
             let key = key(&lit, receiver, model, seed)?;
             let entries = store.entries(key.clone());
-            let known = entries.find_value::<Kept>(0).filter(|kept| fits(kept, receiver));
+            let known = entries.find(0);
+            let known = known.and_then(|bytes| Traced::from_bytes(&bytes, receiver.frame.count()));
             let kept = if let Some(known) = known {
                 known
             } else {
@@ -98,7 +118,8 @@ impl Responses {
                 let what = format!("{name} {}, response {} of {of}", model.key(design), count + 1);
                 let at = RunContext { seed, ..context };
                 let kept = trace(&mut traces, &lit, (receiver, model), &what, at)?;
-                entries.keep_value(0, &kept)?;
+                entries.keep(0, &kept.to_bytes());
+                store.take_error()?;
                 kept
             };
             blocks.push(Block::new(receiver.frame.bins, &kept.groups, kept.one_path));
@@ -120,11 +141,6 @@ impl Responses {
     }
 }
 
-/// True of a map by groups of paths with the bins of this receiver.
-fn fits(kept: &Kept, receiver: &MapReceiver) -> bool {
-    kept.groups.len() == GROUPS && kept.groups.iter().all(|g| g.len() == receiver.frame.count())
-}
-
 /// `design` with one package lit.
 fn lit(design: &Design, number: usize) -> Design {
     let mut lit = design.clone();
@@ -141,11 +157,11 @@ fn trace(
     (receiver, model): (&MapReceiver, Model),
     what: &str,
     context: RunContext,
-) -> Result<Kept> {
+) -> Result<Traced> {
     let seen = traces.observe(design, DomeChoice::Model(model), what, context)?;
     let map = receiver.map(&seen);
     let groups = (0..map.count()).map(|g| map.group(g).to_vec()).collect();
-    Ok(Kept { groups, one_path: receiver.one_path(seen.path_power()) })
+    Ok(Traced { groups, one_path: receiver.one_path(seen.path_power()) })
 }
 
 /// The map of `design` with its packages at these `drives`, in columns and rows, traced as a whole.
@@ -202,6 +218,18 @@ fn image(place: [usize; 2], count: [usize; 2], symmetry: Symmetry) -> ([usize; 2
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn kept_responses_come_back_to_the_bit() {
+        let groups = (0..GROUPS).map(|g| vec![g as f64 / 3.0, -0.0, 1e-310]).collect();
+        let traced = Traced { groups, one_path: 0.1 };
+        let bytes = traced.to_bytes();
+        let back = Traced::from_bytes(&bytes, 3).expect("the same bins");
+        assert_eq!(back.to_bytes(), bytes);
+        assert_eq!((back.groups[2][0], back.one_path), (2.0 / 3.0, 0.1));
+        assert!(Traced::from_bytes(&bytes, 4).is_none());
+        assert!(Traced::from_bytes(&bytes[1..], 3).is_none());
+    }
 
     #[test]
     fn one_place_of_each_kind_is_traced() {
