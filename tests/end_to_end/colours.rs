@@ -128,7 +128,8 @@ fn colours_are_the_sum_over_the_spectrum() {
             let matching = xyz(nm);
             let after = nodes.partition_point(|node| *node < nm);
             let (low, high) = (after.saturating_sub(1), after.min(last));
-            let share = if low == high { 0.0 } else { (nm - nodes[low]) / (nodes[high] - nodes[low]) };
+            let share =
+                if low == high { 0.0 } else { (nm - nodes[low]) / (nodes[high] - nodes[low]) };
             for (node, share) in [(low, 1.0 - share), (high, share)] {
                 for k in 0..3 {
                     weights[node][k] += 0.5 * density(nm) * share * matching[k];
@@ -273,7 +274,8 @@ fn light_of_one_source_has_its_chromaticity() {
         sum
     };
     let folder = folder.path().join("out/beams/geometric");
-    for (name, sum) in [("left", lines(&[(620.0, 1.0)])), ("right", lines(&[(470.0, 1.0), (530.0, 3.0)]))]
+    for (name, sum) in
+        [("left", lines(&[(620.0, 1.0)])), ("right", lines(&[(470.0, 1.0), (530.0, 3.0)]))]
     {
         let receiver = &model["receivers"][name];
         let table = folder.join(format!("receivers/{name}.csv"));
@@ -340,7 +342,8 @@ fn files_and_page_of_a_run_show_its_colours() {
     let output = output.expect("it runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let page = std::fs::read_to_string(path.join("page.html")).expect("a page");
-    for words in ["id=\"colours\"", "colours of the map", "colours over the polar angle", "colours of plate"]
+    for words in
+        ["id=\"colours\"", "colours of the map", "colours over the polar angle", "colours of plate"]
     {
         assert!(page.contains(words), "no {words}");
     }

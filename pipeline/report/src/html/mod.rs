@@ -163,7 +163,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "tables": tables::colours(&models),
         "pictures": pictures.of_colours(&models)?,
     });
-    let values = json!({
+    let mut values = json!({
         "title": format!("batwing: {}", designs(&models)),
         "style": style(),
         "script": SCRIPTS.concat(),
@@ -184,7 +184,6 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "others": tables::others(&models),
         "uniformity": tables::uniformity(&models),
         "receivers": tables::receivers(&models),
-        "colours": colours,
         "receiver_pictures": pictures.of_receivers(&models)?,
         "merit": album.merit(&models)?,
         "far": far,
@@ -207,6 +206,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "single": single,
         "provenance": tables::provenance(folder, &models),
     });
+    values["colours"] = colours;
     Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: embedded.found })
 }
 
