@@ -88,7 +88,7 @@ impl ModelWriter for ModelFilesWriter {
         let provenance = files.provenance();
         let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
         if let Some(arrays) = files.arrays() {
-            written.extend(files.of_colours(arrays)?);
+            written.extend(files.colour_files(arrays)?);
         }
         if !design.receivers.is_empty() {
             let shared = files.of_receivers(&of_receivers, &provenance);

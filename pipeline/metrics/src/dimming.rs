@@ -64,11 +64,16 @@ mod tests {
     #[test]
     fn a_panel_passes_what_is_wanted_between_its_ends() {
         // Bright enough, too dark, and black: 1/C of the backlight leaks.
-        assert_eq!(behind_panel(400.0, 100.0, 1000.0), 100.0);
-        assert_eq!(behind_panel(400.0, 500.0, 1000.0), 400.0);
-        assert_eq!(behind_panel(400.0, 0.0, 1000.0), 0.4);
-        assert_eq!(behind_panel(400.0, 0.0, 1.0), 400.0);
-        assert_eq!(behind_panel(-1e-18, 1.0, 2.0), 0.0);
+        for (backlight, wanted, contrast, expected) in [
+            (400.0, 100.0, 1000.0, 100.0),
+            (400.0, 500.0, 1000.0, 400.0),
+            (400.0, 0.0, 1000.0, 0.4),
+            (400.0, 0.0, 1.0, 400.0),
+            (-1e-18, 1.0, 2.0, 0.0),
+        ] {
+            let found = behind_panel(backlight, wanted, contrast);
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
     }
 
     #[test]

@@ -28,7 +28,6 @@
 //! | [`summary`], [`run_summary`] | tables of figures as text |
 //! | [`html`] | the page |
 //! | [`optimisation`], [`tolerance`], [`study`], [`convergence_study`], [`full_wave`] | pictures of these files |
-#![recursion_limit = "256"] // The values of the page are one `json!`.
 
 pub mod convergence_study;
 pub mod full_wave;

@@ -115,7 +115,7 @@ impl ModelFiles<'_> {
     }
 
     /// Writes the files of map and far field, and lists them relative to the folder of the model.
-    pub(super) fn of_colours(&self, colours: &ColourArrays) -> Result<Vec<PathBuf>> {
+    pub(super) fn colour_files(&self, colours: &ColourArrays) -> Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         let mut file = |name: &str, ending: &str| {
             let file = PathBuf::from(format!("{name}.{ending}"));

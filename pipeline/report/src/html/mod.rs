@@ -159,9 +159,8 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let search = optimisation::read(folder)?;
     let tolerance = ToleranceFolder::open(folder.directory())?;
     let tolerance = tolerance.map(|found| tolerance::tolerance(&mut album, &found.file));
-    let colours =
-        json!({"tables": tables::colours(&models), "pictures": pictures.of_colours(&models)?});
-    let values = json!({
+    let pictures_of_colours = pictures.of_colours(&models)?;
+    let mut values = json!({
         "title": format!("batwing: {}", designs(&models)),
         "style": style(),
         "script": SCRIPTS.concat(),
@@ -182,7 +181,6 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "others": tables::others(&models),
         "uniformity": tables::uniformity(&models),
         "receivers": tables::receivers(&models),
-        "colours": colours,
         "receiver_pictures": pictures.of_receivers(&models)?,
         "merit": album.merit(&models)?,
         "far": far,
@@ -205,6 +203,8 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "single": single,
         "provenance": tables::provenance(folder, &models),
     });
+    values["colours"] =
+        json!({"tables": tables::colours(&models), "pictures": pictures_of_colours});
     Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: embedded.found })
 }
 
