@@ -161,7 +161,7 @@ fn colours_are_the_sum_over_the_spectrum() {
         // White of a glass that absorbs blue: cooler light than it lets out.
         let kelvin = figure(&all, "cct_k.plate");
         assert!((4000.0..9000.0).contains(&kelvin.value), "{kelvin:?}");
-        // Y is what V(λ) weighs.
+        // Y is what V(λ) weighs, by another quadrature.
         let seen = trace.observation();
         let colours = seen.colours.as_ref().and_then(|c| c.arrays.as_ref()).expect("arrays");
         let lumens = design.all_lights().expect("lights").emitted_lm();
@@ -172,7 +172,7 @@ fn colours_are_the_sum_over_the_spectrum() {
         ] {
             let largest = whole.total().iter().copied().fold(0.0, f64::max) * lumens;
             for (y, seen) in y.total().iter().zip(whole.total()) {
-                assert!((683.0 * y - lumens * seen).abs() < 1e-9 * largest, "{y} {seen}");
+                assert!((683.0 * y - lumens * seen).abs() < 1e-3 * largest, "{y} {seen}");
             }
         }
     });

@@ -260,13 +260,14 @@ impl Command<'_> {
         let [columns, rows] = self.zoned.zones;
         let subtitle = format!("{}, {columns} × {rows} zones", self.design.name);
         let maps = MAPS.iter().zip(self.quantities()).zip(&found.maps);
+        let of = capitalised(self.zoned.receiver.quantity.name());
         for ((name, quantity), (value, error)) in maps {
             let map = Map::new(quantity, y.clone(), x.clone(), value.clone(), error.clone())?;
             let path = |ending: &str| self.arguments.out.join(format!("{name}.{ending}"));
             exr::write_map(&path(ENDINGS[0]), &map, &provenance)?;
             csv::write_map_npy(&path(ENDINGS[1]), &map)?;
             let picture = illuminance_map(&IlluminanceMap {
-                heading: &Heading::new(capitalised(map.quantity().name()), &subtitle),
+                heading: &Heading::new(format!("{of}, {name}"), &subtitle),
                 map: &map,
                 leds: &[],
                 range: None,
@@ -308,7 +309,11 @@ impl Command<'_> {
             uniformity: reference
                 .uniformity
                 .iter()
-                .map(|(key, estimate)| (key.clone(), FigureEntry::new(*estimate)))
+                .map(|(key, estimate)| {
+                    let figure = OF_RECEIVER.into_iter().find(|figure| figure.key == key);
+                    let unit = figure.map_or(Unit::Relative, |figure| figure.unit);
+                    (key.clone(), FigureEntry::new(*estimate).in_range(unit))
+                })
                 .collect(),
             groups_of_extremes: reference.groups_of_extremes,
             halo: found.halo.map(|all| {
