@@ -150,7 +150,8 @@ fn an_interrupted_analysis_goes_on_to_the_same_bytes() {
     assert_eq!(code, Some(130), "{said}");
     assert!(said.contains("finished samples") && said.contains("--resume"), "{said}");
     let done = kept();
-    assert!(done > 20 && done < 76, "{done}");
+    // One of those seen may have been half written.
+    assert!(done >= 20 && done < 76, "{done}");
     let (resumed, _, said) = says(at, &with(&["again", "--resume"]));
     assert!(resumed, "{said}");
     assert!(!at.join("cache/checkpoints").exists());
