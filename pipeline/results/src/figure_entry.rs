@@ -114,7 +114,11 @@ impl FigureEntry {
     /// The same with an interval that ends where figures of this unit do: a fraction is at most 1.
     #[must_use]
     pub fn in_range(self, unit: Unit) -> Self {
-        let end = if unit == Unit::Fraction { 1.0 } else { f64::INFINITY };
+        let end = match unit {
+            Unit::Fraction => 1.0,
+            Unit::Degree => 180.0,
+            _ => f64::INFINITY,
+        };
         Self { interval: self.interval.map(|[low, high]| [low, high.min(end)]), ..self }
     }
 
