@@ -111,7 +111,8 @@ impl FigureEntry {
         }
     }
 
-    /// The same with an interval that ends where figures of this unit do: a fraction is at most 1.
+    /// The same with an interval that ends where figures of this unit do: a fraction is at most 1, an
+    /// angle at most 180°.
     #[must_use]
     pub fn in_range(self, unit: Unit) -> Self {
         let end = match unit {
