@@ -133,7 +133,7 @@ fn many_wavelengths_take_what_is_said() {
     // Three wavelengths and their sum, the figures of one, and the judged maps of both.
     let (map, far) = (178 * 178, 72 * 36);
     let bins = 4 * (800 * 800 + map + far) + map + far + 2 * map;
-    // X, Y and Z of every bin in 16 groups and their sum.
-    let colours = 3 * (16 + 1) * size_of::<f64>() * (800 * 800 + map + far);
+    // X, Y and Z of every bin in 16 groups and their sum, and the largest on its way into files.
+    let colours = (3 * (16 + 1) * (800 * 800 + map + far) + 90 * 800 * 800) * size_of::<f64>();
     fits(folder.path(), &text, bins * BIN + colours + BESIDES, "");
 }

@@ -119,7 +119,8 @@ impl Run<'_> {
             }
         };
         let mut result = model_result::model_result(design, model, &observation);
-        let errors = errors_of_tables(&observation, &job, context)?;
+        let batches = until_error.is_some();
+        let errors = errors_of_tables((!batches).then_some(&observation), &job, context)?;
         result.until_error = until_error;
         if let (Model::Hybrid, Some(tables)) = (model, tables) {
             result.tables = tables.describe();
@@ -187,9 +188,10 @@ impl Run<'_> {
 }
 
 /// Errors of what `job` saw by tables that hold at few of the wavelengths of converted light: the
-/// change where every path takes those of the second nearest.
+/// change where every path takes those of the second nearest. Batches saw other paths, so that the
+/// first of them is compared.
 fn errors_of_tables(
-    observation: &Observation,
+    observation: Option<&Observation>,
     job: &TraceJob<'_>,
     context: RunContext,
 ) -> Result<Option<WavelengthErrors>> {
@@ -204,5 +206,9 @@ fn errors_of_tables(
     };
     let what = format!("{}, tables of the second nearest wavelength", job.what);
     let other = TraceJob { surface: &surface, what: &what, ..*job }.observe(context)?;
-    Ok(Some(WavelengthErrors::between(observation, &other, job.design)))
+    let errors = |seen| WavelengthErrors::between(seen, &other, job.design);
+    Ok(Some(match observation {
+        Some(seen) => errors(seen),
+        None => errors(&job.observe(context)?),
+    }))
 }

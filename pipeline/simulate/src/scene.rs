@@ -75,7 +75,7 @@ impl DomeSurface {
     }
 
     /// The same with the BSDFs of the second nearest wavelength, where there are several: the change
-    /// of what is seen bounds the error of the choice.
+    /// of what is seen estimates the error of the choice.
     pub fn second_nearest(&self) -> Option<Self> {
         match self {
             Self::ByWavelength(all, _) if all.len() > 1 => Some(Self::ByWavelength(all.clone(), 1)),

@@ -141,7 +141,8 @@ impl TraceJob<'_> {
         let (kind, open) = match self.surface {
             DomeSurface::Refracting(_) => ("refracting", None),
             DomeSurface::Only(_, open) => ("only", Some(*open)),
-            DomeSurface::Banded(..) | DomeSurface::ByWavelength(..) => ("banded", None),
+            DomeSurface::Banded(..) | DomeSurface::ByWavelength(_, 0) => ("banded", None),
+            DomeSurface::ByWavelength(..) => ("banded, second nearest wavelength", None),
         };
         json!({
             "what": self.what,

@@ -44,6 +44,8 @@ use crate::trace::GROUPS;
 const FOLDER: &str = "zones";
 /// Largest number of bins of a map.
 const MAX_BINS: usize = 16_000_000;
+/// Memory of the light of zones, row by row of bins and in all, bytes.
+const MAX_HELD: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 /// Memory of the light of zones that occurs more than once, bytes.
 const MAX_SHARED: usize = 1 << 30;
 
@@ -144,6 +146,12 @@ impl<'a> ZonedDesign<'a> {
             "--packages: expected at most {MAX_BINS} bins over all of them, got {} x {}; larger bins take less",
             frame.bins[0],
             frame.bins[1]
+        );
+        let held = 2.0 * 8.0 * (GROUPS + 1) as f64 * (zones[0] * (frame.bins[1] + zones[1])) as f64;
+        ensure!(
+            held <= MAX_HELD,
+            "--zones: expected at most 2 GiB for the light of zones, got {:.1} GiB; fewer zones or larger bins take less",
+            held / MAX_HELD * 2.0
         );
         Ok(Self { design, model, places, zones, receiver, step, frame })
     }

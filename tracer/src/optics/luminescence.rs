@@ -46,7 +46,7 @@ impl Luminophore {
             check(&of("share of the emission"), *share, number, *share >= 0.0)?;
         }
         let whole: f64 = shares.iter().sum();
-        check(&of("sum of the emission"), whole, "a number above 0", whole > 0.0)?;
+        check(&of("sum of the emission"), whole, "a finite number above 0", whole > 0.0)?;
         let mut sum = 0.0;
         let add = |share: &f64| {
             sum += share / whole;
@@ -62,7 +62,7 @@ impl Luminophore {
 
     /// Number of the wavelength of an emitted photon.
     pub(crate) fn emit(&self, rng: &mut impl Rng) -> usize {
-        // Rounding leaves the last sum below 1: the last wavelength that has a share takes the rest.
+        // Rounding may leave the last sum below 1.
         let last = self.cumulated.len() - 1;
         let end = self.cumulated[last];
         let pick = random::unit(rng) * end;

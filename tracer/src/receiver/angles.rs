@@ -51,6 +51,11 @@ impl Angles {
         Self::new(Layout::Between, end_deg, theta_deg, phi_deg)
     }
 
+    /// True of directions about a view, not about the polar axis.
+    pub fn has_view(&self) -> bool {
+        self.view.is_some()
+    }
+
     /// The same cone about the direction at this polar angle and azimuth, degrees, and no longer
     /// about the polar axis; azimuth 0 leads away from that. The cone does not reach below it.
     pub fn about(self, [theta_deg, phi_deg]: [f64; 2]) -> Result<Self, Error> {

@@ -20,8 +20,8 @@ pub enum Measurement {
     /// Light that leaves the scene for good: intensity by direction, the polar axis along +z.
     FarField(Angles),
     /// Light that passes a rectangle in the air by place and direction: radiance. Polar angles are
-    /// those to the normal, azimuths go from u to v; or both about a view. Bin number = bin of the place · number of
-    /// directions + bin of the direction.
+    /// those to the normal, azimuths go from u to v; or both about a view. Bin number = bin of the
+    /// place · number of directions + bin of the direction.
     Luminance(DetectorRectangle, Angles),
     /// Light that meets the surfaces of this name in the ledger, in words or with underscores
     /// between them: bins as [`FLUX_BINS`] names them.

@@ -227,6 +227,7 @@ impl WavelengthRun<'_> {
         let scenes = self.scenes.len();
         let is_long = |list: &Vec<f64>| list.len() == count;
         let fits = (1..=usize::from(u16::MAX)).contains(&count)
+            && !self.channels.is_empty()
             && scenes == count
             && self.channels.iter().chain(self.emission).all(is_long);
         check("number of wavelengths", count as f64, "one scene and one weight for each", fits)?;
@@ -236,7 +237,13 @@ impl WavelengthRun<'_> {
         let sources = self.scenes[0].sources.len();
         let are_alike = self.emission.len() == sources
             && self.scenes.iter().all(|scene| {
-                scene.lines() == self.scenes[0].lines() && scene.sources.len() == sources
+                let first = self.scenes[0];
+                let media =
+                    |of: &Scene| of.bodies.iter().map(|b| b.media.len()).collect::<Vec<_>>();
+                scene.lines() == first.lines()
+                    && scene.sources.len() == sources
+                    && scene.instances.list.len() == first.instances.list.len()
+                    && media(scene) == media(first)
             });
         check(
             "number of sources",
@@ -253,7 +260,8 @@ impl WavelengthRun<'_> {
             .iter()
             .map(|shares| {
                 let whole: f64 = shares.iter().sum();
-                let is_sound = whole > 0.0 && shares.iter().all(|share| *share >= 0.0);
+                let is_sound =
+                    whole > 0.0 && whole.is_finite() && shares.iter().all(|share| *share >= 0.0);
                 check("power of a source", whole, "a finite number above 0", is_sound)?;
                 let mut sum = 0.0;
                 Ok(shares

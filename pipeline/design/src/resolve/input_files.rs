@@ -14,7 +14,7 @@ use crate::schema::film_stack::Film;
 use crate::schema::films::Layer;
 use crate::schema::reflectors::{Law, Metal};
 use crate::schema::solids::{ScatterLaw, Solid, SolidForm, SolidScatter, SurfaceLaw};
-use crate::schema::{self, DomeForm, Spectrum, SpectrumForm};
+use crate::schema::{self, DomeForm, Silicone, Spectrum, SpectrumForm};
 
 /// Each file that `raw` names, once, in the order of the design file.
 ///
@@ -36,7 +36,7 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
     let named = [
         vec![form],
         dome.map_or_else(Vec::new, |d| of_layers(&d.shared.coating)),
-        vec![raw.silicone.as_ref().and_then(|s| s.material_file.clone())],
+        raw.silicone.as_ref().map_or_else(Vec::new, of_medium),
         metal,
         vec![raw.array.positions_file.clone()],
         vec![raw.light.spectrum.as_ref().and_then(of_spectrum)],
@@ -68,7 +68,7 @@ fn of_solids(raw: &[Solid]) -> Vec<Option<String>> {
             _ => None,
         });
         let keys = &solid.shared;
-        names.push(keys.medium.as_ref().and_then(|m| m.material_file.clone()));
+        names.extend(keys.medium.iter().flat_map(of_medium));
         names.extend(of_layers(&keys.coating));
         names.extend(of_scattering(keys.scatter.as_ref()));
         match keys.surface.as_ref().map(|surface| &surface.kind) {
@@ -83,10 +83,20 @@ fn of_solids(raw: &[Solid]) -> Vec<Option<String>> {
 /// Names of the files that films name, likewise.
 fn of_films(raw: &[Film]) -> Vec<Option<String>> {
     let of_one = |film: &Film| {
-        let medium = vec![film.medium.material_file.clone()];
-        [medium, of_scattering(film.top.as_ref()), of_scattering(film.bottom.as_ref())].concat()
+        [
+            of_medium(&film.medium),
+            of_scattering(film.top.as_ref()),
+            of_scattering(film.bottom.as_ref()),
+        ]
+        .concat()
     };
     raw.iter().flat_map(of_one).collect()
+}
+
+/// Names of the files that a medium names.
+fn of_medium(raw: &Silicone) -> Vec<Option<String>> {
+    let emissions = raw.luminophores.iter().map(|of| of.emission.file.clone());
+    std::iter::once(raw.material_file.clone()).chain(emissions).collect()
 }
 
 fn of_scattering(scatter: Option<&SolidScatter>) -> Vec<Option<String>> {

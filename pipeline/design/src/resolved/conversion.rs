@@ -121,8 +121,8 @@ impl Design {
         spectra.map(|spectrum| spectrum.weights(nodes, Weighting::Radiometric)).collect()
     }
 
-    /// Share of the photons of each luminophore that have more energy than the light of the shortest
-    /// wavelength that it absorbs, with its name.
+    /// Share of the photons of each luminophore that have more energy than any of the light of the
+    /// sources, with its name.
     pub fn anti_stokes(&self) -> Vec<(&str, f64)> {
         let nodes = self.traced_nm();
         let shares = self.emitted_at(&nodes);

@@ -40,9 +40,7 @@ impl Medium {
             .scattering(scattering)
             .luminescent(self.luminophores.iter().map(MediumLuminophore::to_tracer).collect())
     }
-}
 
-impl Medium {
     /// Sets what its substances emit at `nodes`, after absorption at one of them.
     pub(super) fn luminesce(&mut self, nodes: &[f64], node: usize) {
         let stated = self.stated.luminophores.iter();

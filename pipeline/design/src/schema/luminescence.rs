@@ -22,8 +22,9 @@ pub struct Luminophore {
     pub quantum_yield: ByWavelength,
     /// Spectrum of the emitted light.
     pub emission: Emission,
-    /// True: no photon is emitted with more energy than was absorbed. Default false: the emission
-    /// spectrum is the same whatever is absorbed.
+    /// True: no photon is emitted with more energy than was absorbed, none at all where the whole
+    /// emission lies at shorter waves. Default false: the emission spectrum is the same whatever is
+    /// absorbed.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stokes_only: bool,
 }

@@ -17,6 +17,10 @@ use super::{Observation, layout, plane_grid, sphere};
 /// fifth.
 pub const GROUPS_TOGETHER: usize = 4;
 
+/// Numbers in memory for each bin of an array that is written: colours with covariances, columns,
+/// text.
+const WRITTEN: usize = 90;
+
 /// X, Y and Z of the bins of a receiver.
 pub type Tristimulus = [Grouped; 3];
 
@@ -119,13 +123,17 @@ impl ColourArrays {
         }
     }
 
-    /// Numbers that the arrays of `design` take in memory.
+    /// Numbers that the arrays of `design` take in memory, with those of the largest on its way into
+    /// files.
     pub fn count(design: &Design, groups: usize) -> usize {
         let (grid, sphere) = (plane_grid(design), sphere(design));
         let others = design.receivers.iter().map(|receiver| receiver.detector.places());
-        let bins =
-            grid.columns * grid.rows + sphere.polar * sphere.azimuths + others.sum::<usize>();
-        3 * bins * (groups / GROUPS_TOGETHER + 1)
+        let all: Vec<usize> = [grid.columns * grid.rows, sphere.polar * sphere.azimuths]
+            .into_iter()
+            .chain(others)
+            .collect();
+        let largest = all.iter().max().copied().unwrap_or_default();
+        3 * all.iter().sum::<usize>() * (groups / GROUPS_TOGETHER + 1) + WRITTEN * largest
     }
 }
 

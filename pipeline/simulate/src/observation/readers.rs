@@ -4,6 +4,8 @@
 use std::borrow::Cow;
 
 use design::Design;
+use design::resolved::luminescence::MediumLuminophore;
+use design::resolved::medium::Medium;
 use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::{Normal, ReceiverKind, StatedRectangle};
 use design::spectrum::Weighting;
@@ -26,7 +28,7 @@ use tracer::receiver::Angles;
 use super::colour_readers::{ColourReader, ReceiverColourReader};
 use super::map_reader::MapReader;
 use super::reader::{Column, Reader};
-use super::{Observation, far_field_reading, layout};
+use super::{CONVERSION_LOSSES, Observation, far_field_reading, layout};
 use crate::units::Units;
 
 /// The readers of `seen` that read a figure which is `wanted`.
@@ -217,8 +219,13 @@ pub fn of_one_path(design: &Design, account: &str, power: f64) -> f64 {
     let is_reachable = match account.strip_prefix("absorbed_in_") {
         Some(medium) => {
             let key = |name: &str| name.replace([' ', ','], "_");
-            media.any(|(name, of)| key(name) == medium && of.absorption_per_mm > 0.0)
-                || design.luminophores().any(|of| medium.starts_with(&key(&of.name)))
+            let is_loss = |of: &MediumLuminophore| {
+                CONVERSION_LOSSES.iter().any(|loss| medium == format!("{}_{loss}", of.name))
+            };
+            // Of converted light a medium may absorb other wavelengths than that of the design.
+            let absorbs = |of: &Medium| of.absorption_per_mm > 0.0 || design.converts();
+            media.any(|(name, of)| key(name) == medium && absorbs(of))
+                || design.luminophores().any(is_loss)
         }
         None if account == ESCAPED_DOWN.key => design.housing.is_some(),
         None => extraction::is_end(account),

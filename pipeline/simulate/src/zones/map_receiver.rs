@@ -168,7 +168,13 @@ impl<'a> MapReceiver<'a> {
         let square = bins[0] == bins[1]
             && (bin_mm[0] - bin_mm[1]).abs() < 1e-12 * bin_mm[0]
             && places.traced[0] == places.traced[1];
-        let of_frame = match (centred, square) {
+        // Seen from the side, an image of light is other light.
+        let is_level =
+            self.receiver.is_none_or(|(_, receiver)| match &receiver.detector.measurement {
+                Measurement::Luminance(_, angles) => !angles.has_view(),
+                _ => true,
+            });
+        let of_frame = match (centred && is_level, square) {
             (true, true) => Symmetry::Square,
             (true, false) => Symmetry::Rectangle,
             (false, _) => Symmetry::None,
