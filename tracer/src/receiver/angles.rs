@@ -227,7 +227,8 @@ mod tests {
         let axis = DVec3::from_array(direction(view[0], view[1]));
         assert_eq!(cone.bin(direction(35.0 + 12.0, 110.0)), Some(8));
         assert_eq!(cone.bin(direction(35.0 - 12.0, 110.0)), Some(12));
-        assert_eq!(cone.bin(direction(35.0, 170.0)), Some(2 * 8 + 2));
+        // 33.3° from the view.
+        assert_eq!(cone.bin(direction(35.0, 170.0)), Some(3 * 8 + 2));
         assert_eq!(cone.bin(direction(80.0, 110.0)), None);
         let mut sums = vec![0.0; cone.bins()];
         let steps = 900;
