@@ -57,6 +57,12 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     let model = model.context("--model: expected one model, got `all`")?;
     let model = model.available(&design)?;
     writable(&arguments.out)?;
+    if design.converts() {
+        context.console.warn(&format!(
+            "{}: paths are those of the light of the sources, and end where a medium converts it",
+            design.provenance.file
+        ));
+    }
     let cache = (model == Model::Hybrid).then(|| cache(arguments.cache.as_deref(), &arguments.out));
     let skin_of = |design: &Design| {
         let tables = match &cache {

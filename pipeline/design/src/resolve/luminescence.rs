@@ -9,6 +9,7 @@ use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::luminescence::StatedLuminophore;
 use crate::resolved::scattering::Spectral;
+use crate::resolved::solids::CheckedSolid;
 use crate::schema;
 use crate::schema::light::SpectrumRows;
 use crate::schema::luminescence::{Emission, Luminophore};
@@ -129,7 +130,9 @@ pub(super) fn check(
     if weighting == Weighting::Photometric {
         let expected = "\"radiometric\" where a medium converts light: lumens that leave are no \
             share of those of the source; X, Y and Z stand beside the watts";
-        return Err(at.value("light.weighting", "\"photometric\"", expected));
+        let in_lumens = raw.led.shared.power_lm.is_some();
+        let key = if in_lumens { "led.power_lm" } else { "light.weighting" };
+        return Err(at.value(key, "photometric", expected));
     }
     let lights = design.lights.iter().flat_map(|lights| &lights.lights);
     for light in lights {
@@ -145,23 +148,37 @@ pub(super) fn check(
         let got = format!("{} nm, {} wavelengths", design.step_nm, nodes.len());
         return Err(at.value("light.step_nm", got, &expected));
     }
-    let mut absorbed = vec![false; design.luminophores().count()];
     for number in 0..nodes.len() {
-        let of_node = design.converting_at(&nodes, number)?;
-        for (seen, luminophore) in absorbed.iter_mut().zip(of_node.luminophores()) {
-            *seen |= luminophore.absorption_per_mm > 0.0;
+        design.converting_at(&nodes, number)?;
+    }
+    let excited = design.excited(&nodes);
+    for (number, (luminophore, first)) in excited.iter().enumerate() {
+        let key = &luminophore.absorption_per_mm.key;
+        let Some(first) = *first else {
+            let [from, to] = [nodes[0], nodes[nodes.len() - 1]];
+            let expected = format!(
+                "absorption where there is light, of the sources or of other luminophores, within \
+                 {from} to {to} nm"
+            );
+            return Err(at.value(key, "none where there is light", &expected));
+        };
+        if luminophore.photons(&nodes, first).iter().all(|photons| *photons <= 0.0) {
+            let expected = "emission at waves longer than those absorbed, or no `stokes_only`";
+            return Err(at.value(key, "absorption at longer waves than its emission", expected));
+        }
+        let name = &luminophore.name;
+        if excited[..number].iter().any(|(other, _)| other.name == *name) {
+            let expected = "luminophores with a name of their own in the whole design";
+            return Err(at.value(key, format!("another luminophore {name:?}"), expected));
+        }
+        let mut solids = design.solids.iter().map(CheckedSolid::name);
+        if let Some(solid) = solids.find(|solid| solid.starts_with(&format!("{name}_"))) {
+            let expected = "a solid or film with another name, which does not begin with that of a \
+                luminophore: the ledger could not tell their accounts apart";
+            return Err(at.value("name", format!("{solid:?}"), expected));
         }
     }
-    let dark = design.luminophores().zip(absorbed).find(|(_, absorbed)| !absorbed);
-    dark.map_or(Ok(()), |(luminophore, _)| {
-        let expected = format!(
-            "absorption at a wavelength of the light, {} to {} nm",
-            nodes[0],
-            nodes[nodes.len() - 1]
-        );
-        let key = format!("luminophore {:?}", luminophore.name);
-        Err(at.value(&key, "none where there is light", &expected))
-    })
+    Ok(())
 }
 
 /// Rings of a design that converts light are solved at wavelengths of its light, for one index.

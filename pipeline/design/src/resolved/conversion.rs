@@ -121,18 +121,44 @@ impl Design {
         spectra.map(|spectrum| spectrum.weights(nodes, Weighting::Radiometric)).collect()
     }
 
-    /// Share of the photons of each luminophore that have more energy than any of the light of the
-    /// sources, with its name.
+    /// For each luminophore, those of the silicone first, the number of the shortest wavelength of
+    /// `nodes` at which it absorbs light, of the sources or of others that this excites; `None` of one
+    /// that no light reaches.
+    pub(crate) fn excited(&self, nodes: &[f64]) -> Vec<(&StatedLuminophore, Option<usize>)> {
+        let sources = self.emitted_at(nodes);
+        let is_lit = |node: usize| sources.iter().any(|shares| shares[node] > 0.0);
+        let mut lit: Vec<bool> = (0..nodes.len()).map(is_lit).collect();
+        let stated: Vec<&StatedLuminophore> =
+            self.media().flat_map(|medium| &medium.stated.luminophores).collect();
+        let mut seen = vec![false; stated.len()];
+        loop {
+            let absorbs = |of: &StatedLuminophore, lit: &[bool]| {
+                (0..nodes.len()).find(|&k| lit[k] && of.at(nodes[k]).absorption_per_mm > 0.0)
+            };
+            let found = stated.iter().map(|of| absorbs(of, &lit)).collect::<Vec<_>>();
+            let new = (0..stated.len()).find(|&number| found[number].is_some() && !seen[number]);
+            let Some(number) = new else {
+                return stated.into_iter().zip(found).collect();
+            };
+            seen[number] = true;
+            let emitted = stated[number].photons(nodes, found[number].unwrap_or_default());
+            lit.iter_mut().zip(emitted).for_each(|(lit, photons)| *lit |= photons > 0.0);
+        }
+    }
+
+    /// Share of the photons of each luminophore that have more energy than any that it absorbs, with
+    /// its name.
     pub fn anti_stokes(&self) -> Vec<(&str, f64)> {
+        if !self.converts() {
+            return Vec::new();
+        }
         let nodes = self.traced_nm();
-        let shares = self.emitted_at(&nodes);
-        let shining = (0..nodes.len()).find(|k| shares.iter().any(|row| row[*k] > 0.0));
-        let stated = self.media().flat_map(|medium| &medium.stated.luminophores);
-        let share = |luminophore: &StatedLuminophore| {
-            let photons = luminophore.photons(&nodes, shining.unwrap_or(0));
+        let share = |of: &StatedLuminophore, first: usize| {
+            let photons = of.photons(&nodes, first);
             let whole: f64 = photons.iter().sum();
-            photons[..shining.unwrap_or(0)].iter().sum::<f64>() / whole
+            photons[..first].iter().sum::<f64>() / whole.max(f64::MIN_POSITIVE)
         };
-        stated.map(|luminophore| (luminophore.name.as_str(), share(luminophore))).collect()
+        let all = self.excited(&nodes).into_iter();
+        all.filter_map(|(of, first)| Some((of.name.as_str(), share(of, first?)))).collect()
     }
 }
