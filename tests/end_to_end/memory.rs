@@ -119,7 +119,7 @@ fn many_wavelengths_take_what_is_said() {
     let folder = tempdir().expect("a folder");
     let glass = Path::new(FOLDER).join("materials/fused-silica.yml");
     std::fs::copy(glass, folder.path().join("glass.yml")).expect("copied");
-    let mut text = receiver(800);
+    let mut text = receiver(700);
     for (from, to) in [
         ("\nindex = 1.41 ", "\nmaterial_file = \"glass.yml\" "),
         (
@@ -132,8 +132,8 @@ fn many_wavelengths_take_what_is_said() {
     }
     // Three wavelengths and their sum, the figures of one, and the judged maps of both.
     let (map, far) = (178 * 178, 72 * 36);
-    let bins = 4 * (800 * 800 + map + far) + map + far + 2 * map;
+    let bins = 4 * (700 * 700 + map + far) + map + far + 2 * map;
     // X, Y and Z of every bin in 16 groups and their sum, and the largest on its way into files.
-    let colours = (3 * (16 + 1) * (800 * 800 + map + far) + 90 * 800 * 800) * size_of::<f64>();
+    let colours = (3 * (16 + 1) * (700 * 700 + map + far) + 90 * 700 * 700) * size_of::<f64>();
     fits(folder.path(), &text, bins * BIN + colours + BESIDES, "");
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Designs in which a medium converts light: all wavelengths are one trace.
 //!
-//! Light is traced at whole multiples of `light.step_nm` over the ranges of all spectra, and at the
-//! lines of the sources. Power between two of these wavelengths belongs to both, by nearness, so
+//! Light is traced at whole multiples of `light.step_nm` that hold the ranges of all spectra, and at
+//! the lines of the sources. Power between two of these wavelengths belongs to both, by nearness, so
 //! that means over the wavelength are kept.
 
 use std::borrow::Cow;
@@ -58,12 +58,9 @@ impl Design {
                 continue;
             }
             let [low, high] = spectrum.range_nm.map(|nm| nm / self.step_nm);
-            let steps = low.ceil() as u64..=high.floor() as u64;
-            let before = nodes.len();
+            // The ends hold the range between them: none of its power belongs to other light.
+            let steps = low.floor() as u64..=high.ceil() as u64;
             nodes.extend(steps.map(|k| k as f64 * self.step_nm));
-            if nodes.len() == before {
-                nodes.push(spectrum.median_nm());
-            }
         }
         nodes.sort_by(f64::total_cmp);
         nodes.dedup();
