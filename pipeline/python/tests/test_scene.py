@@ -30,7 +30,7 @@ def tables(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def keys(table: type[scene.Table]) -> set[str]:
-    spelled = {"polarisation": "polarization", "from_": "from"}
+    spelled = {"polarisation": "polarization", "from_": "from", "pass_": "pass"}
     names = {one.name for one in dataclasses.fields(table)}
     return {spelled.get(name, name) for name in names} | set(table._tag)
 

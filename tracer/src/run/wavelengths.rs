@@ -35,7 +35,7 @@ use crate::source_picker::SourcePicker;
 /// let scene = |absorption: f64| {
 ///     let phosphor = Luminophore::new("phosphor", absorption, 0.9, &[0.0, 1.0])?;
 ///     let inside = Region::Body(0);
-///     let ball = Shape::ball(1.0)?;
+///     let ball = Shape::sphere(0.0, 1.0)?;
 ///     let mut scene = SceneBuilder::new(Medium::air());
 ///     let package = scene.prototype(Prototype {
 ///         media: vec![Medium::clear("binder", 1.0).luminescent(vec![phosphor])],
