@@ -61,7 +61,7 @@ pub struct ZonesArgs {
     /// design]
     #[arg(long, value_name = "COLUMNSxROWS", value_parser = columns_and_rows)]
     pub packages: Option<[usize; 2]>,
-    /// Plane or luminance receiver of the design [default: the plane of [receiver]]
+    /// Plane or luminance receiver of the design [default: the plane of `[receiver]`]
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
     /// Largest over smallest transmittance of the panel

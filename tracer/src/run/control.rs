@@ -10,7 +10,7 @@ use crate::checkpoint::CheckpointStore;
 pub struct Control<'a> {
     /// Called now and then, from any thread, with the number of paths done since its last call.
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
-    /// Raise it to stop the run, which then returns [`Error::Cancelled`].
+    /// Raise it to stop the run, which then returns [`crate::Error::Cancelled`].
     pub cancel: Option<&'a AtomicBool>,
     /// Keeps finished groups and gives them back; asked by all runs
     /// but [`super::run_rays`].

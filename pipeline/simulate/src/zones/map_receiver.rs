@@ -135,7 +135,7 @@ impl<'a> MapReceiver<'a> {
         json!({"receiver": self.name(), "number": self.receiver.map(|(number, _)| number)})
     }
 
-    /// Factor from the numbers of [`Self::map`] to the quantity.
+    /// Factor from the numbers of the map to the quantity.
     pub fn factor(&self) -> f64 {
         self.factor
     }
