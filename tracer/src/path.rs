@@ -60,7 +60,7 @@ pub(crate) struct PathState {
     pub history: PathHistory,
 }
 
-/// End of a flight in a medium that scatters.
+/// End of a flight in a medium that scatters or converts light.
 pub(crate) enum Flight {
     /// It reaches the surface ahead.
     Free,
@@ -74,7 +74,7 @@ pub(crate) enum Flight {
     Lost,
 }
 
-/// End of the flights in a medium that scatters.
+/// End of the flights in a medium that scatters or converts light.
 enum Wandered<'a> {
     /// The path comes to what is ahead.
     On(PathState, Option<Hit<'a>>),
@@ -320,7 +320,7 @@ impl<'a> Tracer<'a> {
         Some(Impact { hit, patch, point, normal })
     }
 
-    /// Follows a path through a medium that scatters up to its last flight before a surface, or to
+    /// Follows a path through a medium that scatters or converts light up to its last flight before a surface, or to
     /// another wavelength. By value: where nothing scatters, the path stays in registers.
     #[expect(clippy::too_many_arguments, reason = "those of `arrive`, with the medium")]
     #[inline(never)]
