@@ -320,8 +320,9 @@ impl<'a> Tracer<'a> {
         Some(Impact { hit, patch, point, normal })
     }
 
-    /// Follows a path through a medium that scatters or converts light up to its last flight before a surface, or to
-    /// another wavelength. By value: where nothing scatters, the path stays in registers.
+    /// Follows a path through a medium that scatters or converts light, up to its last flight before
+    /// a surface, or to another wavelength. By value: where nothing scatters, the path stays in
+    /// registers.
     #[expect(clippy::too_many_arguments, reason = "those of `arrive`, with the medium")]
     #[inline(never)]
     fn wander<L: Light>(
