@@ -18,6 +18,7 @@ use crate::commands::arguments::whole;
 use crate::commands::bsdf::{self, BsdfArgs};
 use crate::commands::check::{self, CheckArgs};
 use crate::commands::converge::{self, ConvergeArgs};
+use crate::commands::explore::{self, ExploreArgs};
 use crate::commands::export::{self, ExportArgs};
 use crate::commands::full_wave::{self, FullWaveArgs};
 use crate::commands::grating::{self, GratingArgs};
@@ -35,7 +36,7 @@ use crate::commands::shards::{self, MergeArgs, PlanArgs, SubmitArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::commands::tolerance::{self, ToleranceArgs};
 use crate::commands::zones::{self, ZonesArgs};
-use crate::output::in_memory::ModelArrays;
+use output::in_memory::ModelArrays;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
 /// trace, metrics.
@@ -95,6 +96,9 @@ pub enum Command {
         after_help = "Example: batwing run data/designs/d1.toml --model geometric --out results-d1"
     )]
     Run(RunArgs),
+    /// Turn the numbers of a design in a page on this machine, and see its light at once
+    #[command(after_help = "Example: batwing explore data/designs/d1.toml")]
+    Explore(ExploreArgs),
     /// Compute the tables of diffraction orders of a design
     #[command(
         after_help = "Example: batwing bsdf data/designs/d2.toml --rings 5,75,165 --tolerance 1e-3 --out tables-d2"
@@ -227,6 +231,7 @@ impl Cli {
             Command::Submit(arguments) => shards::submit(arguments, context),
             Command::Merge(arguments) => shards::merge(arguments, context),
             Command::Grating(arguments) => grating::run(arguments, context),
+            Command::Explore(arguments) => explore::run(arguments, context),
             Command::Export(arguments) => export::run(arguments, context),
             Command::Import(arguments) => import::run(arguments, context),
             Command::Report(arguments) => report::run(arguments, context),
@@ -284,7 +289,7 @@ impl Cli {
 
     fn context<'a>(&self, interrupt: &'a Interrupt) -> RunContext<'a> {
         RunContext {
-            console: Console { quiet: self.common.quiet, json: self.common.json },
+            console: Console { quiet: self.common.quiet, json: self.common.json, warns: true },
             interrupt,
             seed: self.common.seed,
             checkpoints: None,

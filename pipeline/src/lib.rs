@@ -36,7 +36,6 @@ pub mod grating_case;
 #[cfg(test)]
 mod key_tables;
 pub mod near_field;
-pub mod output;
 pub mod paper_figures;
 pub mod ray_export;
 pub mod rings;

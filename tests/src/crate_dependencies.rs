@@ -11,7 +11,7 @@ use toml::{Table, Value};
 pub const PYTHON: &str = "pipeline/python";
 
 /// Packages of the workspace by folder, and the packages of ours that each may use.
-pub const ALLOWED: [(&str, &str, &[&str]); 17] = [
+pub const ALLOWED: [(&str, &str, &[&str]); 19] = [
     ("rcwa", "batwing-rcwa", &[]),
     ("bsdf", "batwing-bsdf", &[]),
     ("tracer", "batwing-tracer", &["batwing-bsdf"]),
@@ -25,7 +25,9 @@ pub const ALLOWED: [(&str, &str, &[&str]); 17] = [
     ("pipeline/results", "batwing-results", &FOR_RESULTS),
     ("pipeline/simulate", "batwing-simulate", &FOR_SIMULATE),
     ("pipeline/report", "batwing-report", &FOR_REPORT),
+    ("pipeline/output", "batwing-output", &FOR_OUTPUT),
     ("pipeline/experiment", "batwing-experiment", &FOR_EXPERIMENT),
+    ("pipeline/explore", "batwing-explore", &FOR_EXPLORE),
     ("pipeline", "batwing", &FOR_BINARY),
     (PYTHON, "batwing-python", &FOR_ALL),
     ("tests", "batwing-tests", &FOR_ALL),
@@ -75,23 +77,25 @@ const FOR_EXPERIMENT: [&str; 8] = [
     "batwing-results",
     "batwing-simulate",
 ];
-const FOR_BINARY: [&str; 14] = [
-    "batwing-rcwa",
-    "batwing-bsdf",
+const FOR_OUTPUT: [&str; 7] = [
     "batwing-tracer",
-    "batwing-full-wave",
-    "batwing-section",
-    "batwing-search",
     "batwing-metrics",
-    "batwing-geometry",
     "batwing-files",
     "batwing-design",
     "batwing-results",
     "batwing-simulate",
     "batwing-report",
-    "batwing-experiment",
 ];
-const FOR_ALL: [&str; 15] = [
+const FOR_EXPLORE: [&str; 7] = [
+    "batwing-metrics",
+    "batwing-files",
+    "batwing-design",
+    "batwing-results",
+    "batwing-simulate",
+    "batwing-report",
+    "batwing-output",
+];
+const FOR_BINARY: [&str; 16] = [
     "batwing-rcwa",
     "batwing-bsdf",
     "batwing-tracer",
@@ -105,7 +109,27 @@ const FOR_ALL: [&str; 15] = [
     "batwing-results",
     "batwing-simulate",
     "batwing-report",
+    "batwing-output",
     "batwing-experiment",
+    "batwing-explore",
+];
+const FOR_ALL: [&str; 17] = [
+    "batwing-rcwa",
+    "batwing-bsdf",
+    "batwing-tracer",
+    "batwing-full-wave",
+    "batwing-section",
+    "batwing-search",
+    "batwing-metrics",
+    "batwing-geometry",
+    "batwing-files",
+    "batwing-design",
+    "batwing-results",
+    "batwing-simulate",
+    "batwing-report",
+    "batwing-output",
+    "batwing-experiment",
+    "batwing-explore",
     "batwing",
 ];
 

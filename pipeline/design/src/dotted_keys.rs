@@ -13,7 +13,8 @@ const MAX_PARTS: usize = 16;
 
 /// One step of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Step<'a> {
+pub enum Step<'a> {
+    /// Key of a table.
     Key(&'a str),
     /// Entry of a list, from 1.
     Entry(usize),
@@ -37,7 +38,7 @@ pub fn bracketed(path: &str) -> String {
 }
 
 /// The steps of a path in [`bracketed`] form; `None` of what is no key.
-fn steps(path: &str) -> Option<Vec<Step<'_>>> {
+pub fn steps(path: &str) -> Option<Vec<Step<'_>>> {
     let mut steps = Vec::new();
     for part in path.split('.') {
         let (name, entries) = part.split_at(part.find('[').unwrap_or(part.len()));

@@ -44,7 +44,7 @@ pub enum ConfigError {
 
 impl ConfigError {
     /// Message without the name of the design's file.
-    pub(crate) fn without_file(&self) -> String {
+    pub fn without_file(&self) -> String {
         match self {
             Self::Value { key, got, expected, .. } => format!("{key} = {got}: expected {expected}"),
             Self::Syntax { message, .. } | Self::Files { message, .. } => message.clone(),

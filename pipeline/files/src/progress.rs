@@ -37,6 +37,8 @@ pub struct Console {
     pub quiet: bool,
     /// Results as JSON on standard output.
     pub json: bool,
+    /// Warnings, also when quiet.
+    pub warns: bool,
 }
 
 impl Console {
@@ -93,6 +95,9 @@ impl Console {
 
     /// Prints a warning on standard error, also when quiet: it may explain a result.
     pub fn warn(&self, line: &str) {
+        if !self.warns {
+            return;
+        }
         let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(line));
     }
 

@@ -40,7 +40,7 @@ impl<'a> RunContext<'a> {
 
     /// A context that prints nothing, for programs that call a stage themselves.
     pub fn quiet(interrupt: &'a Interrupt, seed: u64) -> Self {
-        let console = Console { quiet: true, json: false };
+        let console = Console { quiet: true, json: false, warns: true };
         Self { console, interrupt, seed, checkpoints: None }
     }
 }

@@ -380,7 +380,7 @@ mod tests {
 
     use super::*;
 
-    const QUIET: Console = Console { quiet: true, json: false };
+    const QUIET: Console = Console { quiet: true, json: false, warns: true };
 
     #[test]
     fn groups_come_back_whole_or_not_at_all_and_leave_nothing() {

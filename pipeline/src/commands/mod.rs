@@ -5,6 +5,7 @@ pub mod arguments;
 pub mod bsdf;
 pub mod check;
 pub mod converge;
+pub mod explore;
 pub mod export;
 pub mod file_formats;
 pub mod full_wave;

@@ -33,7 +33,7 @@ use simulate::model_writer::Destination;
 
 use super::outputs::{results_writable, writable};
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
-use crate::output::ModelFilesWriter;
+use output::ModelFilesWriter;
 
 /// `batwing optimise`.
 #[derive(Debug, Args)]

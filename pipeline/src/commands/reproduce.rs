@@ -26,8 +26,8 @@ use simulate::trace_plan::TracePlan;
 use super::arguments::cache;
 use super::outputs::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
 use super::shardable::{JobOptions, Shardable, Sharing};
-use crate::output::ModelFilesWriter;
 use crate::paper_figures;
+use output::ModelFilesWriter;
 
 /// Designs compared with the paper.
 const COMPARED: [&str; 3] = ["d1.toml", "d2.toml", "d3.toml"];

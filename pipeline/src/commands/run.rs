@@ -35,8 +35,8 @@ use simulate::{model_result, scene, scene_check};
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
-use crate::output::ModelFilesWriter;
-use crate::output::in_memory::{MemoryWriter, ModelArrays};
+use output::ModelFilesWriter;
+use output::in_memory::{MemoryWriter, ModelArrays};
 
 /// `batwing run`.
 #[derive(Debug, Args)]

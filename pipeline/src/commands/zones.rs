@@ -34,7 +34,7 @@ use simulate::zones::{Dimmed, Pattern, Request, ZonedDesign};
 
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::results_writable;
-use crate::output::capitalised;
+use output::capitalised;
 
 /// Table of the zones.
 const TABLE: &str = "zones.csv";

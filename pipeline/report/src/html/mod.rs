@@ -275,6 +275,12 @@ fn style() -> String {
     palette::style_sheet() + &STYLES.concat()
 }
 
+/// Style of tables and pictures, for other pages that hold them.
+pub fn style_of_pictures() -> String {
+    let [base, _, parts, pictures, ..] = STYLES;
+    palette::style_sheet() + base + parts + pictures
+}
+
 /// The page that `template` makes of `values`, of the results in `directory`.
 fn rendered(template: &str, values: &Value, directory: &Path) -> Result<String> {
     let mut environment = Environment::new();

@@ -53,16 +53,7 @@ impl Album {
         shown: bool,
     ) -> Value {
         self.count += 1;
-        let clip = format!("p{}clip", self.count);
-        let svg = picture
-            .svg()
-            .replace("<clipPath id=\"clip", &format!("<clipPath id=\"{clip}"))
-            .replace("url(#clip", &format!("url(#{clip}"))
-            .replacen(
-                "<svg ",
-                &format!("<svg role=\"img\" aria-label=\"{}\" ", HtmlEscape(caption)),
-                1,
-            );
+        let svg = within_page(picture, caption, &self.count.to_string());
         json!({"svg": svg, "caption": caption, "choice": choice, "hidden": !shown})
     }
 
@@ -337,6 +328,18 @@ fn account_colour(name: &str, accounts: &[String]) -> Colour {
     let before = accounts.iter().take_while(|other| *other != name);
     let same = before.filter(|other| fate(other) == fate(name)).count();
     palette::fate(fate(name)).with_opacity(0.75f64.powi(same as i32))
+}
+
+/// The picture as a part of a page: its parts have names of their own by `name`, and its caption
+/// describes it to those who cannot see it.
+pub fn within_page(picture: &Picture, caption: &str, name: &str) -> String {
+    let clip = format!("p{name}clip");
+    let described = format!("<svg role=\"img\" aria-label=\"{}\" ", HtmlEscape(caption));
+    picture
+        .svg()
+        .replace("<clipPath id=\"clip", &format!("<clipPath id=\"{clip}"))
+        .replace("url(#clip", &format!("url(#{clip}"))
+        .replacen("<svg ", &described, 1)
 }
 
 /// Names of the curves of far fields.

@@ -80,7 +80,7 @@ pub fn colour_map(picture: &ColourPlane) -> Result<Picture> {
         let length = (uv[0] - map.mean.uv[0]).hypot(uv[1] - map.mean.uv[1]);
         Some(glow(levels.scale.share(length)))
     });
-    let bar = colour_bar(&mut sheet.canvas, &panel, &levels);
+    let bar = colour_bar(&mut sheet.canvas, &panel, &levels, glow);
     sheet.canvas.cut((panel.area.bottom + BELOW).max(bar.bottom + 20.0));
     Ok(sheet.finish())
 }

@@ -7,9 +7,9 @@ use metrics::quantity::{Axis, Map};
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
-use super::draw::colour::{Colour, glow};
+use super::draw::colour::{Colour, diverging, glow};
 use super::draw::palette::LED;
-use super::draw::panel::{LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
+use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
 use super::draw::scale::{AxisScale, common_power, power_of_ten, rounded, significant};
 use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
 
@@ -29,6 +29,8 @@ pub enum MapScale {
     Linear,
     /// From the smallest positive value to the largest.
     Logarithmic,
+    /// Differences, from minus to plus the largest; within two errors they have the colour of 0.
+    Difference,
 }
 
 /// An illuminance map over a plane.
@@ -125,9 +127,18 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
             let words = format!("logarithmic, 1 : {ratio}, {ends}");
             (PanelAxis::log(map.quantity(), low, high, 6), words)
         }
+        MapScale::Difference => {
+            let scale = AxisScale::Linear { low: -high, high };
+            let words = format!("difference, within ±{}", significant(high, 2));
+            (PanelAxis::linear(map.quantity(), scale, 6), words)
+        }
     };
+    let tint = if scale == MapScale::Difference { diverging } else { glow };
     let symbol = map.quantity().unit().symbol();
-    let panel = false_colours(sheet, room, map, &levels, picture.image);
+    let panel = match scale {
+        MapScale::Difference => differences(sheet, room, map, &levels),
+        _ => false_colours(sheet, room, map, &levels, picture.image),
+    };
     let canvas = &mut sheet.canvas;
     let place = [panel.area.left, panel.area.top - 18.0];
     let letters = Letters::new(LABEL_SIZE, Align::Left).bold();
@@ -145,7 +156,7 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
     let boxes: Vec<Rect> = picture.leds.iter().map(|led| led_place(&panel, led)).collect();
     draw_marks(canvas, &panel, picture.marks, &boxes);
     panel.frame(canvas);
-    let bar = colour_bar(canvas, &panel, &levels);
+    let bar = colour_bar(canvas, &panel, &levels, tint);
     Ok((panel.area.bottom + BELOW).max(bar.bottom + MARGIN))
 }
 
@@ -190,6 +201,19 @@ pub fn false_colours(
             glow(levels.scale.share(map.value()[row * bins[0] + column]))
         });
     }
+    panel
+}
+
+/// Draws the differences that are more than two errors, as [`false_colours`] does values.
+fn differences(sheet: &mut Sheet, room: Rect, map: &Map, levels: &PanelAxis) -> Panel {
+    let panel = map_panel(sheet, room, [map.columns(), map.rows()]);
+    let bins = [map.columns().bins(), map.rows().bins()];
+    sheet.canvas.image(panel.area, bins, false, |column, row| {
+        let at = (bins[1] - 1 - row) * bins[0] + column;
+        let (value, error) = (map.value()[at], map.standard_error()[at]);
+        let is_seen = value.abs() > BAND_ERRORS * error;
+        diverging(if is_seen { levels.scale.share(value) } else { 0.5 })
+    });
     panel
 }
 

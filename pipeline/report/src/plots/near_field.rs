@@ -8,7 +8,7 @@ use metrics::quantity::Map;
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
-use super::draw::colour::Colour;
+use super::draw::colour::{Colour, glow};
 use super::draw::panel::{Panel, PanelAxis, TICK_SIZE, colour_bar};
 use super::draw::scale::AxisScale;
 use super::draw::sheet::Sheet;
@@ -81,7 +81,7 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Picture> {
         canvas.text(name, [left + 10.0, y], &letters);
     }
     panel.frame(canvas);
-    colour_bar(canvas, &panel, &levels);
+    colour_bar(canvas, &panel, &levels, glow);
     Ok(sheet.finish())
 }
 

@@ -49,6 +49,14 @@ pub fn glow(share: f64) -> Colour {
     oklch(mix(0.14, 0.97), 0.035 + 0.145 * bump.powf(0.9), mix(-75.0, 102.0))
 }
 
+/// Colour of a difference at `share` of the scale from minus to plus the largest: blue through pale
+/// grey to brown.
+pub fn diverging(share: f64) -> Colour {
+    let from_middle = 2.0 * share.clamp(0.0, 1.0) - 1.0;
+    let hue = if from_middle < 0.0 { 250.0 } else { 50.0 };
+    oklch(0.95 - 0.45 * from_middle.abs(), 0.105 * from_middle.abs(), hue)
+}
+
 /// The sRGB colour of X, Y and Z that look so beside a white of D65 with Y = 1 (IEC 61966-2-1). A
 /// colour that no screen shows loses saturation at its Y, one that is too bright its brightness.
 pub fn real(xyz: [f64; 3]) -> Colour {
@@ -143,6 +151,7 @@ mod tests {
         // The assertion within `oklch` judges.
         for i in 0..=1000u32 {
             glow(f64::from(i) / 1000.0);
+            diverging(f64::from(i) / 1000.0);
         }
     }
 

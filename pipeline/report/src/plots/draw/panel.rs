@@ -7,7 +7,7 @@ use results::figure_entry::FigureEntry;
 use results::shown;
 
 use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
-use super::colour::{Colour, glow};
+use super::colour::Colour;
 use super::scale::{AxisScale, DECADES_WITH_FACTORS, Tick, common_power, every, power_of_ten};
 use super::sheet::CURVE;
 
@@ -271,12 +271,17 @@ pub fn draw_curves(
 }
 
 /// Draws the colours of a scale right of a panel, with numbers and name; returns its place.
-pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) -> Rect {
+pub fn colour_bar(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    axis: &PanelAxis,
+    tint: fn(f64) -> Colour,
+) -> Rect {
     let beside = panel.area.right + 34.0;
     // Beside low panels there is room for numbers and name all the same.
     let bottom = panel.area.bottom.max(panel.area.top + MIN_BAR);
     let area = Rect::new(beside, panel.area.top, beside + 28.0, bottom);
-    canvas.image(area, [1, COLOURS], true, |_, row| glow(1.0 - row as f64 / (COLOURS - 1) as f64));
+    canvas.image(area, [1, COLOURS], true, |_, row| tint(1.0 - row as f64 / (COLOURS - 1) as f64));
     let pen = Pen::solid(Colour::MUTED, 1.4);
     canvas.outline(&area.corners(), &pen);
     let numbers = Letters::new(TICK_SIZE, Align::Left);

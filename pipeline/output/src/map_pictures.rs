@@ -7,14 +7,16 @@ use metrics::figures::VALLEY_TO_PEAK;
 
 use files::atomic_file::write_bytes;
 use files::formats::{csv, exr};
+use metrics::Grouped;
 use metrics::illuminance::Grid;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use report::plots::{
-    BinImage, IlluminanceMap, LedOutline, LineColours, Mark, Section, cross_section,
+    BinImage, IlluminanceMap, LedOutline, LineColours, Mark, Picture, Section, cross_section,
     illuminance_map, palette,
 };
 use results::figure_entry::FigureEntry;
 use simulate::observation::{curve, layout};
+use simulate::units::Units;
 
 use super::{ModelFiles, capitalised, scaled};
 
@@ -126,6 +128,20 @@ impl MapLine {
     }
 }
 
+/// The light of a map along `line`.
+pub(super) fn section(map: &Grouped, grid: Grid, units: &Units, line: &MapLine) -> Result<Curve> {
+    let factor = units.per_irradiance();
+    let values = map.map(|m| {
+        let m = scaled(m, factor);
+        let at = |s: &f64| {
+            let [x, y] = line.at(*s);
+            grid.at(&m, x, y)
+        };
+        line.positions.iter().map(at).collect()
+    });
+    curve("through LED axes", &values, &line.positions, f64::INFINITY)
+}
+
 impl ModelFiles<'_> {
     /// The map, its cross-section, and pictures of both.
     pub(super) fn illuminance(&self) -> Result<()> {
@@ -141,8 +157,10 @@ impl ModelFiles<'_> {
         csv::write_curves_csv(&path, &position, map.quantity(), curves)?;
         let path = self.folder.join("illuminance_cross_section.npy");
         csv::write_curve_npy(&path, &section)?;
-        self.draw_section(&line, &position, map.quantity(), section)?;
-        self.draw_map(&map, &line)
+        let section = self.section_picture(&line, &[section], self.colours())?;
+        write_bytes(&self.folder.join("illuminance_cross_section.png"), &section.png()?)?;
+        let map = self.map_picture(&map, &line, illuminance_map)?;
+        write_bytes(&self.folder.join("illuminance.png"), &map.png()?)
     }
 
     pub(super) fn map(&self) -> Result<Map> {
@@ -174,27 +192,17 @@ impl ModelFiles<'_> {
     }
 
     pub(super) fn section(&self, line: &MapLine) -> Result<Curve> {
-        let grid = self.observation.grid;
-        let factor = self.units.per_irradiance();
-        let values = self.observation.illuminance.map(|m| {
-            let m = scaled(m, factor);
-            let at = |s: &f64| {
-                let [x, y] = line.at(*s);
-                grid.at(&m, x, y)
-            };
-            line.positions.iter().map(at).collect()
-        });
-        curve("through LED axes", &values, &line.positions, f64::INFINITY)
+        section(&self.observation.illuminance, self.observation.grid, &self.units, line)
     }
 
-    fn draw_section(
+    /// The sections `curves` along `line`, with valley and peak of the first.
+    pub(super) fn section_picture(
         &self,
         line: &MapLine,
-        position: &Quantity,
-        quantity: &Quantity,
-        section: Curve,
-    ) -> Result<()> {
-        let (marks, level) = self.marks_on(line, &section);
+        curves: &[Curve],
+        colours: LineColours,
+    ) -> Result<Picture> {
+        let (marks, level) = self.marks_on(line, &curves[0]);
         let leds = self.leds().into_iter();
         let half = self.design.led.size_mm.map(|size| 0.5 * size);
         let leds: Vec<[f64; 2]> = leds.filter_map(|at| line.within(at, half)).collect();
@@ -204,19 +212,17 @@ impl ModelFiles<'_> {
             "y" => format!("Cross-section along y at x = {x} mm"),
             _ => format!("Cross-section from the LED at ({x}, {y}) mm"),
         };
-        let picture = Section {
+        cross_section(&Section {
             heading: &self.heading(&title.replace('-', "−").replace("Cross−", "Cross-")),
-            position,
-            quantity,
-            curves: &[section],
+            position: &Quantity::new(line.name, Unit::Millimetre),
+            quantity: &self.units.irradiance(),
+            curves,
             leds: &leds,
             marks: &marks,
             level: level.as_ref().map(|(value, name)| (*value, name.as_str())),
-            colours: self.colours(),
+            colours,
             range: None,
-        };
-        let path = self.folder.join("illuminance_cross_section.png");
-        write_bytes(&path, &cross_section(&picture)?.png()?)
+        })
     }
 
     /// Valley and peak on the section, and the level of a peak that lies beside it.
@@ -255,13 +261,19 @@ impl ModelFiles<'_> {
         on_line.or_else(|| places.find(near)).map(|at| line.position(at))
     }
 
-    fn draw_map(&self, map: &Map, line: &MapLine) -> Result<()> {
+    /// The map with LEDs, valley and peak, as `draw` draws it.
+    pub(super) fn map_picture(
+        &self,
+        map: &Map,
+        line: &MapLine,
+        draw: impl Fn(&IlluminanceMap) -> Result<Picture>,
+    ) -> Result<Picture> {
         let marks = self.extremes().map_or(Vec::new(), |at| {
             vec![Mark::valley(at.valley_mm, &at.valley_to_peak), Mark::peak(at.peak_mm)]
         });
         let name = capitalised(map.quantity().name());
         let title = format!("{name} at z = {} mm", self.design.receiver.plane_height_mm);
-        let picture = IlluminanceMap {
+        draw(&IlluminanceMap {
             heading: &self.heading(&title),
             map,
             leds: &self.led_outlines(),
@@ -269,9 +281,7 @@ impl ModelFiles<'_> {
             image: BinImage::Sharp,
             marks: &marks,
             section: Some(line.ends()),
-        };
-        let path = self.folder.join("illuminance.png");
-        write_bytes(&path, &illuminance_map(&picture)?.png()?)
+        })
     }
 
     /// Curves of this model.

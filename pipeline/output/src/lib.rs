@@ -1,14 +1,31 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The files of one model of one design: maps, sections, pictures, receivers.
+//! Files, arrays and pictures of one model of one design.
 //!
-//! Everything lies under `<out>/<design>/<model>/`. Powers are per watt emitted by all sources
-//! together.
+//! In: results and observation of a model, as `simulate` hands them to a
+//! [`ModelWriter`]. Out: files under `<out>/<design>/<model>/` ([`ModelFilesWriter`]), arrays in
+//! memory ([`in_memory`]) or pictures in memory ([`live`]). Powers are per watt emitted by all
+//! sources together.
+//!
+//! ```
+//! use output::{FILES, ModelFilesWriter};
+//!
+//! // A writer for a folder without results of other models.
+//! let writer = ModelFilesWriter::default();
+//! assert!(writer.earlier.is_none() && FILES.contains(&"illuminance.exr"));
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`array`], [`in_memory`] | arrays with axes and units |
+//! | [`live`] | pictures of a model, also beside another |
+//! | `map_pictures`, `by_wavelength`, `colours`, `receivers`, `labels` | one kind of file each |
 
 pub mod array;
 mod by_wavelength;
 mod colours;
 pub mod in_memory;
 mod labels;
+pub mod live;
 mod map_pictures;
 mod receivers;
 
@@ -29,7 +46,9 @@ use metrics::figures;
 use metrics::illuminance::Symmetry;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use receivers::Shared;
-use report::plots::{FarField, Heading, far_field_cartesian, far_field_polar};
+use report::plots::{
+    FarField, Heading, LineColours, Picture, far_field_cartesian, far_field_polar,
+};
 use results::earlier::Earlier;
 use results::{Figure, ModelResult};
 use simulate::absolute::absolute;
@@ -160,7 +179,8 @@ fn both_sides(curves: &[Curve], symmetry: Symmetry) -> Result<Vec<Curve>> {
     }
 }
 
-pub(crate) fn capitalised(name: &str) -> String {
+/// `name` with a capital at its beginning.
+pub fn capitalised(name: &str) -> String {
     let mut letters = name.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
@@ -226,9 +246,18 @@ impl<'a> ModelFiles<'a> {
         provenance
     }
 
-    /// Refuses a ledger that does not add up, a defect of the program; warns where no uniformity
-    /// is read.
+    /// Refuses a ledger that does not add up; warns where no uniformity is read.
     fn check(&self, context: RunContext) -> Result<()> {
+        self.check_ledger()?;
+        if let Some(why) = self.observation.without_uniformity(self.design) {
+            let file = &self.design.provenance.file;
+            context.console.warn(&format!("{file}: {why}"));
+        }
+        Ok(())
+    }
+
+    /// Refuses a ledger that does not add up, a defect of the program.
+    fn check_ledger(&self) -> Result<()> {
         let surplus = self.result.ledger.surplus();
         // NaN fails too.
         let good = surplus.abs() <= ROUNDING;
@@ -239,10 +268,6 @@ impl<'a> ModelFiles<'a> {
             self.result.label,
             1.0 + surplus
         );
-        if let Some(why) = self.observation.without_uniformity(self.design) {
-            let file = &self.design.provenance.file;
-            context.console.warn(&format!("{file}: {why}"));
-        }
         Ok(())
     }
 
@@ -280,24 +305,33 @@ impl<'a> ModelFiles<'a> {
         exr::write_map(&self.folder.join("far_field.exr"), &map, &self.provenance())?;
         csv::write_map_npy(&self.folder.join("far_field.npy"), &map)?;
 
-        let symmetry = symmetry(self.design);
-        let cuts = cuts(symmetry);
-        let all = self.far_field_curves(180.0, &cuts)?;
+        let all = self.far_field_curves(180.0, &cuts(symmetry(self.design)))?;
         let intensity = self.units.intensity();
         let theta = Quantity::new("theta", Unit::Degree);
         csv::write_curves_csv(&self.folder.join("far_field.csv"), &theta, &intensity, &all)?;
         csv::write_curve_npy(&self.folder.join("far_field_mean.npy"), &all[0])?;
-        let shown = both_sides(&self.far_field_curves(90.0, &cuts)?, symmetry)?;
-        let heading = self.heading("Far field");
+        let [straight, polar] =
+            self.far_field_pictures(&self.shown_far_field()?, self.colours())?;
+        write_bytes(&self.folder.join("far_field.png"), &straight.png()?)?;
+        write_bytes(&self.folder.join("far_field_polar.png"), &polar.png()?)
+    }
+
+    /// Curves of the far field in both half-planes.
+    fn shown_far_field(&self) -> Result<Vec<Curve>> {
+        let symmetry = symmetry(self.design);
+        both_sides(&self.far_field_curves(90.0, &cuts(symmetry))?, symmetry)
+    }
+
+    /// Far fields over a straight axis and over the angle.
+    fn far_field_pictures(&self, curves: &[Curve], colours: LineColours) -> Result<[Picture; 2]> {
         let picture = FarField {
-            heading: &heading,
-            quantity: &intensity,
-            curves: &shown,
-            colours: self.colours(),
+            heading: &self.heading("Far field"),
+            quantity: &self.units.intensity(),
+            curves,
+            colours,
             numbers: &[],
             peaks: &[],
         };
-        write_bytes(&self.folder.join("far_field.png"), &far_field_cartesian(&picture)?.png()?)?;
-        write_bytes(&self.folder.join("far_field_polar.png"), &far_field_polar(&picture)?.png()?)
+        Ok([far_field_cartesian(&picture)?, far_field_polar(&picture)?])
     }
 }

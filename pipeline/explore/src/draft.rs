@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Edits of the text of a design: values change, comments, order and all else stay.
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value as Json;
+use toml_edit::{Array, DocumentMut, Item, Table, Value, value};
+
+use design::dotted_keys::{Step, steps};
+use design::json_schema::{NumberKind, number_kind};
+
+/// The text with the key at `path` set to a number, or a list of them, with entries of lists from 1
+/// in brackets. A path with `[*]` sets the key in every entry that has it, in turn.
+///
+/// # Errors
+/// Text that is no TOML; a path through a plain value or beyond a list; a value that is no number.
+pub fn set(text: &str, path: &str, new: &Json) -> Result<String> {
+    let mut document: DocumentMut = text.parse()?;
+    match path.split_once("[*].") {
+        None => put(document.as_item_mut(), path, &number_or_list(path, new)?)?,
+        Some((list, key)) => {
+            let values = new.as_array().with_context(|| format!("{path}: expected a list"))?;
+            let mut values = values.iter();
+            let count = entries(document.as_item_mut(), list)?;
+            for entry in 1..=count {
+                let one = format!("{list}[{entry}].{key}");
+                if find(document.as_item_mut(), &one)?.is_some() {
+                    let value = values.next().context("expected a value for every entry")?;
+                    put(document.as_item_mut(), &one, &number_or_list(&one, value)?)?;
+                }
+            }
+            ensure!(
+                values.next().is_none(),
+                "{path}: expected one value for every entry, got more"
+            );
+        }
+    }
+    Ok(document.to_string())
+}
+
+/// The text without the key at `path`.
+///
+/// # Errors
+/// Text that is no TOML; an entry of a list.
+pub fn unset(text: &str, path: &str) -> Result<String> {
+    let mut document: DocumentMut = text.parse()?;
+    let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
+    let holder = match table {
+        "" => Some(document.as_item_mut()),
+        table => find(document.as_item_mut(), table)?,
+    };
+    if let Some(table) = holder.and_then(Item::as_table_like_mut) {
+        table.remove(key);
+    }
+    Ok(document.to_string())
+}
+
+/// Number of entries of the list at `path`.
+fn entries(root: &mut Item, path: &str) -> Result<usize> {
+    let list = find(root, path)?.with_context(|| format!("{path}: expected a list, got none"))?;
+    let tables = list.as_array_of_tables().map(toml_edit::ArrayOfTables::len);
+    tables
+        .or_else(|| list.as_array().map(Array::len))
+        .with_context(|| format!("{path}: expected a list"))
+}
+
+/// What stands at `path`.
+fn find<'a>(root: &'a mut Item, path: &str) -> Result<Option<&'a mut Item>> {
+    let mut at = root;
+    for step in parts(path)? {
+        let next = match step {
+            Step::Key(key) => at.get_mut(key),
+            Step::Entry(number) => at.get_mut(number.wrapping_sub(1)),
+        };
+        let Some(next) = next else { return Ok(None) };
+        at = next;
+    }
+    Ok(Some(at))
+}
+
+fn parts(path: &str) -> Result<Vec<Step<'_>>> {
+    steps(path).with_context(|| format!("expected a key such as led.reflectance, got {path:?}"))
+}
+
+/// Sets what stands at `path`; tables on the way are made where they are missing.
+fn put(root: &mut Item, path: &str, new: &Value) -> Result<()> {
+    let mut at = root;
+    for step in parts(path)? {
+        at = match step {
+            Step::Entry(number) => {
+                let entry = number.checked_sub(1).and_then(|k| at.get_mut(k));
+                entry.with_context(|| format!("{path}: expected an entry of the list"))?
+            }
+            Step::Key(key) => {
+                if at.is_none() {
+                    *at = Item::Table(Table::new());
+                }
+                let table = at.as_table_like_mut();
+                let table =
+                    table.with_context(|| format!("{path}: expected a table before {key}"))?;
+                table.entry(key).or_insert(Item::None)
+            }
+        };
+    }
+    match at {
+        Item::Value(old) => {
+            let decor = old.decor().clone();
+            *old = new.clone();
+            *old.decor_mut() = decor;
+        }
+        Item::None => *at = value(new.clone()),
+        _ => bail!("{path}: expected a number, got a table"),
+    }
+    Ok(())
+}
+
+/// A number, or a list of numbers or of points, as the key at `path` takes it.
+fn number_or_list(path: &str, new: &Json) -> Result<Value> {
+    if let Some(list) = new.as_array() {
+        let values = list.iter().map(|one| number_or_list(path, one));
+        return Ok(Value::Array(values.collect::<Result<Array>>()?));
+    }
+    let number = new.as_f64().filter(|number| number.is_finite());
+    let number = number.with_context(|| format!("{path}: expected a number, got {new}"))?;
+    let is_whole = number_kind(path) == Some(NumberKind::Whole);
+    // Below 2^53 every whole number is one of both kinds.
+    if is_whole && number.fract() == 0.0 && number.abs() < 9e15 {
+        return Ok((number as i64).into());
+    }
+    Ok(number.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    const TEXT: &str = "# Head\n[led] # box\nsize_mm = [0.6, 0.6] # both\nreflectance = 0.86   # open\n\n[array]\ncolumns = 2\n\n[[elements.shapes]]\nfrom = 1\napex_angle_deg = 90 # one\n[[elements.shapes]]\nfrom = 2\n[[elements.shapes]]\napex_angle_deg = 80.0\n";
+
+    #[test]
+    fn edits_change_one_value_and_nothing_else() {
+        let changed = |path: &str, new: Json| set(TEXT, path, &new).expect("set");
+        assert_eq!(
+            changed("led.reflectance", json!(0.5)),
+            TEXT.replace("0.86   # open", "0.5   # open")
+        );
+        assert_eq!(changed("led.size_mm[2]", json!(0.75)), TEXT.replace(", 0.6]", ", 0.75]"));
+        assert_eq!(
+            changed("array.columns", json!(3.0)),
+            TEXT.replace("columns = 2", "columns = 3")
+        );
+        let two = changed("elements.shapes[*].apex_angle_deg", json!([70, 60.5]));
+        assert_eq!(two, TEXT.replace("= 90 #", "= 70.0 #").replace("80.0", "60.5"));
+        let made = changed("far_field.bin_deg", json!(5));
+        assert!(made.starts_with(TEXT) && made.ends_with("[far_field]\nbin_deg = 5.0\n"), "{made}");
+        assert_eq!(
+            unset(&made, "far_field.bin_deg").expect("unset"),
+            format!("{TEXT}\n[far_field]\n")
+        );
+    }
+
+    #[test]
+    fn what_is_no_number_of_the_design_is_refused() {
+        for (path, new) in [
+            ("led", json!(1)),
+            ("led.reflectance.more", json!(1)),
+            ("led.size_mm[3]", json!(1)),
+            ("led.size_mm[0]", json!(1)),
+            ("..", json!(1)),
+            ("led.reflectance", json!("text")),
+            ("led.reflectance", json!(null)),
+            ("elements.shapes[*].apex_angle_deg", json!([1])),
+            ("elements.shapes[*].apex_angle_deg", json!([1, 2, 3])),
+        ] {
+            assert!(set(TEXT, path, &new).is_err(), "{path} {new}");
+        }
+        assert!(set("[a", "led.reflectance", &json!(1)).is_err());
+    }
+}

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Numbers of a design as fields and curves: label, unit, meaning, and the range of a slider.
+//!
+//! Numbers that the file states come in its order, then those of the schema that have a number as
+//! their default. Lists of numbers, lists of points, and one key of many tables are curves.
+
+use serde_json::{Value as Json, json};
+use toml::Value;
+
+use design::json_schema::{NumberKind, number_kind, of_designs};
+
+/// Keys that have a slider from the start, where the design has them.
+const PINNED: [&str; 12] = [
+    "array.pitch_mm",
+    "receiver.plane_height_mm",
+    "dome.sphere_radius_mm",
+    "dome.height_mm",
+    "dome.width_mm",
+    "silicone.index",
+    "led.size_mm[1]",
+    "led.size_mm[2]",
+    "led.height_mm",
+    "elements.width_um",
+    "elements.shapes[1].apex_angle_deg",
+    "mirror.reflectance",
+];
+/// Entries from which on a list is a curve.
+const CURVE: usize = 3;
+/// Endings of keys, and the units that they name.
+const UNITS: [(&str, &str); 12] = [
+    ("_per_mm", "1/mm"),
+    ("_mm", "mm"),
+    ("_um", "µm"),
+    ("_nm", "nm"),
+    ("_per_m2", "1/m²"),
+    ("_deg", "°"),
+    ("_lm", "lm"),
+    ("_w", "W"),
+    ("_k", "K"),
+    ("_kelvin", "K"),
+    ("_gib", "GiB"),
+    ("_percent", "%"),
+];
+/// Keys within 0 and 1.
+const SHARES: [&str; 6] =
+    ["reflectance", "transmittance", "absorptance", "specular_share", "yield", "fill"];
+
+/// Fields and curves of a design text, as the page reads them; both are empty of what is no TOML.
+pub fn fields(text: &str) -> (Vec<Json>, Vec<Json>) {
+    let Ok(table) = text.parse::<toml::Table>() else { return (Vec::new(), Vec::new()) };
+    let schema = of_designs();
+    let mut found = Found { schema: &schema, fields: Vec::new(), curves: Vec::new() };
+    found.table(&table, "");
+    found.defaults(&table);
+    (found.fields, found.curves)
+}
+
+struct Found<'a> {
+    schema: &'a Json,
+    fields: Vec<Json>,
+    curves: Vec<Json>,
+}
+
+impl Found<'_> {
+    fn table(&mut self, table: &toml::Table, before: &str) {
+        for (key, value) in table {
+            let path = if before.is_empty() { key.clone() } else { format!("{before}.{key}") };
+            self.value(value, &path);
+        }
+    }
+
+    fn value(&mut self, value: &Value, path: &str) {
+        match value {
+            Value::Integer(_) | Value::Float(_) => self.number(value, path, true),
+            Value::Table(table) => self.table(table, path),
+            Value::Array(list) => self.list(list, path),
+            _ => {}
+        }
+    }
+
+    fn list(&mut self, list: &[Value], path: &str) {
+        let numbers: Option<Vec<f64>> = list.iter().map(number).collect();
+        let points: Option<Vec<[f64; 2]>> = list.iter().map(point).collect();
+        match (numbers, points) {
+            (Some(numbers), _) if numbers.len() > CURVE => {
+                self.curve(path, "values", &json!(numbers));
+            }
+            (_, Some(points)) if points.len() >= CURVE => {
+                self.curve(path, "points", &json!(points));
+            }
+            _ => {
+                for (k, value) in list.iter().enumerate() {
+                    self.value(value, &format!("{path}[{}]", k + 1));
+                }
+                self.of_tables(list, path);
+            }
+        }
+    }
+
+    /// Curves of the numbers that many tables of a list have under one key.
+    fn of_tables(&mut self, list: &[Value], path: &str) {
+        let tables = || list.iter().filter_map(Value::as_table);
+        let Some(first) = tables().next() else { return };
+        for key in first.keys().filter(|key| !["from", "to"].contains(&&***key)) {
+            let values: Vec<f64> = tables().filter_map(|t| number(t.get(key)?)).collect();
+            if values.len() >= CURVE {
+                self.curve(&format!("{path}[*].{key}"), "values", &json!(values));
+            }
+        }
+    }
+
+    fn curve(&mut self, path: &str, kind: &str, values: &Json) {
+        let (label, unit) = label(path);
+        self.curves.push(json!({"path": path, "label": label, "unit": unit, kind: values}));
+    }
+
+    fn number(&mut self, value: &Value, path: &str, written: bool) {
+        let Some(kind) = number_kind(path) else { return };
+        let Some(value) = number(value) else { return };
+        let (label, unit) = label(path);
+        let whole = kind == NumberKind::Whole;
+        let [low, high] = range(path, value, whole);
+        self.fields.push(json!({
+            "path": path,
+            "table": path.split(['.', '[']).next(),
+            "label": label,
+            "unit": unit,
+            "value": value,
+            "whole": whole,
+            "doc": meaning(self.schema, path),
+            "written": written,
+            "low": low,
+            "high": high,
+            "pinned": written && PINNED.contains(&path),
+        }));
+    }
+
+    /// Numbers that the file leaves to their defaults, in tables that it has or may leave out.
+    fn defaults(&mut self, written: &toml::Table) {
+        let schema = self.schema;
+        for (table, of) in schema["properties"].as_object().into_iter().flatten() {
+            let stated = written.get(table).and_then(Value::as_table);
+            for (key, one) in of["properties"].as_object().into_iter().flatten() {
+                let default = &one["default"];
+                let default = if default.is_number() { default } else { &of["default"][key] };
+                let is_stated = stated.is_some_and(|table| table.contains_key(key));
+                if let (Some(default), false) = (default.as_f64(), is_stated) {
+                    self.number(&Value::Float(default), &format!("{table}.{key}"), false);
+                }
+            }
+        }
+    }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    design::dotted_keys::number(value)
+}
+
+fn point(value: &Value) -> Option<[f64; 2]> {
+    match &value.as_array()?[..] {
+        [x, y] => Some([number(x)?, number(y)?]),
+        _ => None,
+    }
+}
+
+/// Name and unit of a key: `pitch` in mm of `array.pitch_mm`.
+fn label(path: &str) -> (String, &'static str) {
+    let last = path.rsplit('.').next().unwrap_or(path);
+    let (key, entry) = last.split_at(last.find('[').unwrap_or(last.len()));
+    let known = UNITS.iter().find_map(|(end, unit)| Some((key.strip_suffix(end)?, *unit)));
+    let (name, unit) = known.unwrap_or((key, ""));
+    let entry = entry.trim_matches(['[', ']']).replace("][", " ");
+    (format!("{} {entry}", name.replace('_', " ")).trim_end().to_owned(), unit)
+}
+
+/// Range of a slider about `value`; what the design refuses is refused when it is set.
+fn range(path: &str, value: f64, whole: bool) -> [f64; 2] {
+    let last = path.rsplit('.').next().unwrap_or(path);
+    let share = SHARES.iter().any(|name| last.starts_with(name));
+    let [low, high] = match value {
+        _ if share => [0.0, 1.0],
+        _ if last.starts_with("index") => [1.0, 1.2 * value.max(1.25)],
+        _ if last.contains("_deg") => [value - 30.0, value + 30.0],
+        v if v > 0.0 => [0.5 * v, 2.0 * v],
+        v if v < 0.0 => [2.0 * v, -2.0 * v],
+        _ => [0.0, 1.0],
+    };
+    if whole { [low.floor().max(0.0), high.ceil()] } else { [low, high] }
+}
+
+/// What the schema says of the key at `path`, in one line.
+fn meaning(schema: &Json, path: &str) -> String {
+    let plain: String =
+        path.split('[').map(|part| part.split_once(']').map_or(part, |p| p.1)).collect();
+    let parts: Vec<&str> = plain.split('.').collect();
+    let words = described(schema, &parts).unwrap_or_default();
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn described<'a>(schema: &'a Json, parts: &[&str]) -> Option<&'a str> {
+    let Some((part, rest)) = parts.split_first() else { return schema["description"].as_str() };
+    let forms =
+        ["oneOf", "anyOf"].into_iter().flat_map(|of| schema[of].as_array().into_iter().flatten());
+    let items = schema.get("items").into_iter();
+    let own = schema["properties"].get(part).and_then(|below| described(below, rest));
+    own.or_else(|| forms.chain(items).find_map(|below| described(below, parts)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_label_unit_meaning_and_range() {
+        let text = design::NEW_DESIGN.replace("NAME", "own");
+        let (fields, curves) = fields(&text);
+        assert!(curves.is_empty());
+        let of = |path: &str| fields.iter().find(|field| field["path"] == path).expect(path);
+        let pitch = of("array.pitch_mm");
+        assert_eq!((&pitch["label"], &pitch["unit"]), (&json!("pitch"), &json!("mm")));
+        assert!(pitch["doc"].as_str().is_some_and(|doc| doc.contains("neighbours")), "{pitch}");
+        assert_eq!((&pitch["low"], &pitch["high"]), (&json!(2.5), &json!(10.0)));
+        assert_eq!(of("led.size_mm[2]")["label"], "size 2");
+        assert_eq!(of("array.columns")["whole"], true);
+        // A default, which the file does not state.
+        assert_eq!(
+            (&of("hybrid.tolerance")["value"], &of("hybrid.tolerance")["written"]),
+            (&json!(2e-3), &json!(false))
+        );
+        let pinned = fields.iter().filter(|field| field["pinned"] == true).count();
+        assert!((8..=12).contains(&pinned), "{pinned}");
+    }
+
+    #[test]
+    fn lists_and_keys_of_many_tables_are_curves() {
+        let text = "[dome]\nmeridian_mm = [[0.0, 1.0], [0.5, 0.9], [1.0, 0.4]]\n[[elements.shapes]]\nfrom = 1\napex_angle_deg = 80\n[[elements.shapes]]\nfrom = 2\napex_angle_deg = 81\n[[elements.shapes]]\nfrom = 3\napex_angle_deg = 82.5\n";
+        let (_, curves) = fields(text);
+        let paths: Vec<_> = curves.iter().map(|curve| curve["path"].as_str()).collect();
+        assert_eq!(paths, [Some("dome.meridian_mm"), Some("elements.shapes[*].apex_angle_deg")]);
+        assert_eq!(curves[1]["values"], json!([80.0, 81.0, 82.5]));
+        assert_eq!(fields("[a").0.len(), 0);
+    }
+}

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What one trace shows: figures, ledger and pictures, as the page reads them.
+
+use serde_json::{Value, json};
+
+use metrics::digits::thousands;
+use metrics::extraction::is_end;
+use metrics::figures::{
+    self, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, EXTRACTION, FLUX_UP, OF_RECEIVER, PEAK_ANGLE,
+    UNIFORMITY,
+};
+use metrics::quantity::Unit;
+use output::live::LivePicture;
+use report::html::pictures::within_page;
+use results::figure_entry::FigureEntry;
+use results::optimisation::Verdict;
+use results::{ModelResult, shown};
+
+/// Figures that stand large at the top.
+const MAIN: [&str; 6] = [
+    UNIFORMITY.key,
+    "cell_valley_to_peak",
+    EXTRACTION.key,
+    PEAK_ANGLE.key,
+    CENTRE_TO_PEAK.key,
+    FLUX_UP.key,
+];
+/// Shares of the ledger below this are left out.
+const NEGLIGIBLE: f64 = 5e-7;
+
+/// Rings that are solved, and what that means for the picture.
+#[derive(Debug, Clone)]
+pub struct WavesState {
+    /// Bands that have a table.
+    pub solved: usize,
+    /// Bands that need one.
+    pub rings: usize,
+    /// In words.
+    pub words: String,
+}
+
+/// The parts of a frame.
+#[derive(Debug)]
+pub struct Parts<'a> {
+    /// Result of the model.
+    pub result: &'a ModelResult,
+    /// The model, as `POST model` names it.
+    pub model: &'a str,
+    /// Result of what stands beside, and changes from it by key.
+    pub beside: Option<&'a ModelResult>,
+    /// Paired changes from it.
+    pub changes: &'a [(String, FigureEntry)],
+    /// Pictures of the light.
+    pub pictures: &'a [LivePicture],
+    /// Section of the package, as a part of a page.
+    pub package: Option<&'a str>,
+    /// Tables of the hybrid.
+    pub waves: Option<&'a WavesState>,
+    /// What the design may say by mistake.
+    pub warnings: &'a [String],
+    /// True where no more paths follow.
+    pub last: bool,
+}
+
+impl Parts<'_> {
+    /// As the page reads it, without the numbers of frame and state.
+    pub fn to_json(&self) -> Value {
+        let light = self.pictures.iter().map(|one| {
+            let svg = within_page(&one.picture, &one.caption, one.id);
+            json!({"id": one.id, "caption": one.caption, "svg": svg})
+        });
+        let package = self.package.map(|svg| {
+            json!({"id": "package", "svg": svg,
+                "caption": "Section of the package nearest to the middle, with a few paths; it alone shines."})
+        });
+        json!({
+            "paths": self.result.paths,
+            "paths_text": thousands(self.result.paths),
+            "last": self.last,
+            "model": self.model,
+            "label": self.result.label,
+            "waves": self.waves.map(|waves| {
+                json!({"solved": waves.solved, "rings": waves.rings, "words": waves.words})
+            }),
+            "figures": self.figures(),
+            "ledger": self.ledger(),
+            "warnings": self.warnings,
+            "pictures": package.into_iter().chain(light).collect::<Vec<_>>(),
+        })
+    }
+
+    fn figures(&self) -> Vec<Value> {
+        let before = self.beside.map(rows).unwrap_or_default();
+        let row = |row: Row| {
+            let Row { key, label, unit, entry } = row;
+            let kept = before.iter().find(|other| other.key == key);
+            let change = self.changes.iter().find(|(other, _)| *other == key).map(|(_, c)| c);
+            let change = change.filter(|_| kept.is_some());
+            let larger = figures::find(&key).and_then(|figure| figure.larger_is_better());
+            json!({
+                "key": key,
+                "label": label,
+                "text": shown::text(&entry, unit),
+                "main": MAIN.contains(&&*key),
+                "resolved": shown::in_words(&entry, unit).is_none(),
+                "beside": kept.map(|kept| shown::text(&kept.entry, kept.unit)),
+                "change": change.map(|change| shown::difference_between(change, unit)),
+                "verdict": change.map(|change| Verdict::new(change, larger).words()),
+            })
+        };
+        rows(self.result).into_iter().map(row).collect()
+    }
+
+    fn ledger(&self) -> Vec<Value> {
+        let ends = self.result.ledger.accounts.iter().filter(|(key, _)| is_end(key));
+        let seen = ends.filter(|(_, share)| share.value > NEGLIGIBLE);
+        let row = |(key, _): &(String, _)| {
+            let share = self.result.ledger.account(key)?;
+            let text = shown::estimate(share, Unit::Fraction);
+            Some(json!({"label": key.replace('_', " "), "text": text, "share": share.value}))
+        };
+        seen.filter_map(row).collect()
+    }
+}
+
+/// A figure with its name and unit.
+struct Row {
+    key: String,
+    label: String,
+    unit: Unit,
+    entry: FigureEntry,
+}
+
+/// Figures of merit, then those in the units of the light, then those of the receivers.
+fn rows(result: &ModelResult) -> Vec<Row> {
+    let main = result.figures.iter().map(|figure| {
+        let (label, _) = shown::named(&figure.key);
+        Row { key: figure.key.to_string(), label, unit: figure.unit, entry: figure.entry }
+    });
+    let absolute = result.absolute.iter().flat_map(|all| &all.figures);
+    let absolute = absolute.map(|(key, figure)| {
+        let (label, _) = shown::named(key);
+        Row { key: key.clone(), label, unit: figure.unit(), entry: figure.array }
+    });
+    let receivers = result.receivers.iter().flatten().flat_map(|(name, receiver)| {
+        OF_RECEIVER.into_iter().chain(COLOURS_OF_RECEIVER).filter_map(move |figure| {
+            let (entry, unit) = receiver.figure(figure.key)?;
+            let key = format!("{}.{name}", figure.key);
+            Some(Row { label: format!("{name}, {}", figure.label), key, unit, entry: *entry })
+        })
+    });
+    main.chain(absolute).chain(receivers).collect()
+}

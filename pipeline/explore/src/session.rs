@@ -1,0 +1,664 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The session of one design: draft of its text, history, kept states, choice of the model, and the
+//! newest frame. The file changes when it is saved, and not before.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use serde_json::{Value, json};
+
+use design::Design;
+use files::atomic_file::write_bytes;
+use files::formats::{WRITERS, Writes};
+use files::interrupt::Interrupt;
+use simulate::model::Model;
+use simulate::scene_check;
+
+use crate::draft;
+use crate::fault::Fault;
+use crate::fields::fields;
+use crate::search::Search;
+
+/// Entries of the history of undo.
+const MAX_HISTORY: usize = 200;
+/// States that are kept.
+const MAX_KEPT: usize = 50;
+
+/// A trace to be made.
+#[derive(Debug)]
+pub struct Job {
+    /// Number of the choice of design, model and what stands beside.
+    number: u64,
+    /// The design.
+    pub design: Design,
+    /// How it is traced.
+    pub model: Model,
+    /// What stands beside.
+    pub beside: Option<(Design, Model)>,
+    /// Raised where the choice is another, or nobody looks.
+    pub interrupt: Interrupt,
+}
+
+/// A state of the draft that was kept.
+#[derive(Debug)]
+struct Kept {
+    id: u64,
+    label: String,
+    text: String,
+    design: Design,
+    model: Model,
+}
+
+/// What lies under the name of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Disk {
+    /// What was last read or written.
+    Known,
+    /// What others wrote.
+    Changed,
+    /// Nothing.
+    Gone,
+}
+
+#[derive(Debug)]
+struct State {
+    /// Grows with every change that the page shows.
+    number: u64,
+    draft: String,
+    /// Content of the file as last read or written.
+    stored: String,
+    disk: Disk,
+    /// The newest text that is a design, and that design.
+    good: String,
+    design: Design,
+    fault: Option<Fault>,
+    model: Model,
+    undo: Vec<String>,
+    redo: Vec<String>,
+    /// True while a slider moves.
+    is_moving: bool,
+    kept: Vec<Kept>,
+    next_kept: u64,
+    beside: Option<u64>,
+    job: u64,
+    traced: u64,
+    running: Interrupt,
+    frame: Option<(u64, Value)>,
+    frames: u64,
+    viewers: usize,
+    has_ended: bool,
+    search: Search,
+}
+
+/// The session of one design.
+#[derive(Debug)]
+pub struct Session {
+    path: PathBuf,
+    file: String,
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+impl Session {
+    /// The session of the design file at `path`, by rays.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no design.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = path.display().to_string();
+        let text = design::read_text(path).with_context(|| format!("{file}: cannot be read"))?;
+        let design = scene_check::parse(&file, &text, folder(path))?;
+        let state = State {
+            number: 1,
+            draft: text.clone(),
+            stored: text.clone(),
+            disk: Disk::Known,
+            good: text,
+            design,
+            fault: None,
+            model: Model::Geometric,
+            undo: Vec::new(),
+            redo: Vec::new(),
+            is_moving: false,
+            kept: Vec::new(),
+            next_kept: 1,
+            beside: None,
+            job: 1,
+            traced: 0,
+            running: Interrupt::default(),
+            frame: None,
+            frames: 0,
+            viewers: 0,
+            has_ended: false,
+            search: Search::default(),
+        };
+        Ok(Self { path: path.to_owned(), file, state: Mutex::new(state), changed: Condvar::new() })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes the state, and tells all who wait for it.
+    fn change<T>(&self, change: impl FnOnce(&mut State) -> T) -> T {
+        let mut state = self.lock();
+        let outcome = change(&mut state);
+        state.number += 1;
+        drop(state);
+        self.changed.notify_all();
+        outcome
+    }
+
+    fn parse(&self, text: &str) -> Result<Design, Fault> {
+        scene_check::parse(&self.file, text, folder(&self.path))
+            .map_err(|error| Fault::of_design(&error, &self.file))
+    }
+
+    /// Sets the key at `path` of the draft, or removes it where there is no `value`; `part` while a
+    /// slider moves.
+    ///
+    /// # Errors
+    /// A key or a value that the design does not take: nothing changes.
+    pub fn set(&self, path: &str, value: Option<&Value>, part: bool) -> Result<(), Fault> {
+        let draft = self.lock().draft.clone();
+        let edited = match value {
+            Some(value) => draft::set(&draft, path, value),
+            None => draft::unset(&draft, path),
+        };
+        let edited = edited.map_err(|e| Fault::new(format!("{e:#}")).about(path))?;
+        let design = self.parse(&edited).map_err(|fault| fault.about(path))?;
+        self.change(|state| {
+            if !state.is_moving {
+                state.remember();
+            }
+            state.is_moving = part;
+            state.take(edited, Ok(design));
+        });
+        Ok(())
+    }
+
+    /// Takes a whole text as the draft, also one that is no design.
+    pub fn write(&self, text: String) {
+        let design = self.parse(&text);
+        self.change(|state| {
+            if state.draft != text {
+                state.remember();
+                state.take(text, design);
+            }
+        });
+    }
+
+    /// Goes back (or, with `forth`, forward) in the history.
+    pub fn step(&self, forth: bool) {
+        let next = {
+            let mut state = self.lock();
+            let State { undo, redo, draft, .. } = &mut *state;
+            let (from, to) = if forth { (redo, undo) } else { (undo, redo) };
+            let Some(next) = from.pop() else { return };
+            to.push(draft.clone());
+            next
+        };
+        let design = self.parse(&next);
+        self.change(|state| state.take(next, design));
+    }
+
+    /// Chooses the model called `word`.
+    ///
+    /// # Errors
+    /// A model that the design does not have.
+    pub fn choose(&self, word: &str) -> Result<(), Fault> {
+        let model = Model::all_of(&self.lock().design).into_iter().find(|m| m.word() == word);
+        let model =
+            model.ok_or_else(|| Fault::new(format!("this design has no model {word:?}")))?;
+        self.change(|state| {
+            state.model = model;
+            state.renew();
+        });
+        Ok(())
+    }
+
+    /// Writes the draft into the file; one that was changed by others only where `over`.
+    ///
+    /// # Errors
+    /// A file that was changed or cannot be written.
+    pub fn save(&self, over: bool) -> Result<(), Fault> {
+        let mut state = self.lock();
+        let now = std::fs::read_to_string(&self.path).ok();
+        if !over && now.is_some_and(|now| now != state.stored && now != state.draft) {
+            state.disk = Disk::Changed;
+            return Err(Fault::new(
+                "the file was changed by another program; save again to replace it",
+            ));
+        }
+        write_bytes(&self.path, state.draft.as_bytes())
+            .map_err(|error| Fault::new(format!("{error:#}")))?;
+        let State { stored, draft, disk, .. } = &mut *state;
+        stored.clone_from(draft);
+        *disk = Disk::Known;
+        drop(state);
+        self.change(|_| ());
+        Ok(())
+    }
+
+    /// Takes the content of the file as the draft.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn reload(&self) -> Result<(), Fault> {
+        let text = design::read_text(&self.path);
+        let text = text.map_err(|error| Fault::new(format!("{}: {error}", self.file)))?;
+        self.write(text.clone());
+        self.change(|state| (state.stored, state.disk) = (text, Disk::Known));
+        Ok(())
+    }
+
+    /// Looks at the file: what others wrote into it is the draft, unless that is unsaved.
+    pub fn watch(&self) {
+        let now = design::read_text(&self.path).ok();
+        let (found, known, is_saved) = {
+            let state = self.lock();
+            let found = match &now {
+                None => Disk::Gone,
+                Some(now) if *now == state.stored => Disk::Known,
+                Some(_) => Disk::Changed,
+            };
+            (found, state.disk, state.draft == state.stored)
+        };
+        if found == Disk::Changed && is_saved {
+            // What cannot be read is looked at again.
+            let _ = self.reload();
+        } else if found != known {
+            self.change(|state| state.disk = found);
+        }
+    }
+
+    /// Keeps the newest design, and puts it beside what follows.
+    pub fn keep(&self) {
+        self.change(|state| {
+            let id = state.next_kept;
+            state.next_kept += 1;
+            let before = state.kept.last().map_or(&state.stored, |kept| &kept.text);
+            let label = format!("{id}: {}", differences(before, &state.good));
+            state.kept.push(Kept {
+                id,
+                label,
+                text: state.good.clone(),
+                design: state.design.clone(),
+                model: state.model,
+            });
+            if state.kept.len() > MAX_KEPT {
+                state.kept.remove(0);
+            }
+            state.beside = Some(id);
+            state.renew();
+        });
+    }
+
+    /// Puts a kept state beside the present one, or none.
+    ///
+    /// # Errors
+    /// A state that is not there.
+    pub fn put_beside(&self, id: Option<u64>) -> Result<(), Fault> {
+        if let Some(id) = id {
+            self.kept(id)?;
+        }
+        self.change(|state| {
+            state.beside = id;
+            state.renew();
+        });
+        Ok(())
+    }
+
+    /// Takes a kept state as the draft.
+    ///
+    /// # Errors
+    /// A state that is not there.
+    pub fn restore(&self, id: u64) -> Result<(), Fault> {
+        let (text, model) = self.kept(id)?;
+        self.lock().model = model;
+        self.write(text);
+        self.change(State::renew);
+        Ok(())
+    }
+
+    /// Forgets a kept state.
+    pub fn forget(&self, id: u64) {
+        self.change(|state| {
+            state.kept.retain(|kept| kept.id != id);
+            if state.beside == Some(id) {
+                state.beside = None;
+                state.renew();
+            }
+        });
+    }
+
+    fn kept(&self, id: u64) -> Result<(String, Model), Fault> {
+        let state = self.lock();
+        let found = state.kept.iter().find(|kept| kept.id == id);
+        let found = found.map(|kept| (kept.text.clone(), kept.model));
+        found.ok_or_else(|| Fault::new("this kept state is no longer there"))
+    }
+
+    /// The newest design and the model, for commands on it.
+    ///
+    /// # Errors
+    /// A draft that is no design.
+    pub fn present(&self) -> Result<(Design, Model, String), Fault> {
+        let state = self.lock();
+        match &state.fault {
+            Some(fault) => Err(fault.clone()),
+            None => Ok((state.design.clone(), state.model, state.draft.clone())),
+        }
+    }
+
+    /// Works on the search.
+    pub(crate) fn search<T>(&self, work: impl FnOnce(&mut Search) -> T) -> T {
+        self.change(|state| work(&mut state.search))
+    }
+
+    /// Looks at the search.
+    pub(crate) fn peek<T>(&self, look: impl FnOnce(&Search) -> T) -> T {
+        look(&self.lock().search)
+    }
+
+    /// The file, as messages name it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Waits for the next trace; `None` at the end.
+    pub fn next_job(&self) -> Option<Job> {
+        let mut state = self.lock();
+        loop {
+            if state.has_ended {
+                return None;
+            }
+            if state.viewers > 0 && state.job != state.traced {
+                state.running = Interrupt::default();
+                let beside = state.kept.iter().find(|kept| Some(kept.id) == state.beside);
+                return Some(Job {
+                    number: state.job,
+                    design: state.design.clone(),
+                    model: state.model,
+                    beside: beside.map(|kept| (kept.design.clone(), kept.model)),
+                    interrupt: state.running.clone(),
+                });
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Notes that `job` was traced, unless it was stopped.
+    pub fn traced(&self, job: &Job) {
+        let mut state = self.lock();
+        if !job.interrupt.is_raised() {
+            state.traced = job.number;
+        }
+    }
+
+    /// Shows a frame of `job`, unless another has begun.
+    pub fn publish(&self, job: &Job, frame: Value) {
+        let mut state = self.lock();
+        if state.job == job.number {
+            state.frame = Some((job.number, frame));
+            state.frames += 1;
+            drop(state);
+            self.changed.notify_all();
+        }
+    }
+
+    /// Shows why `job` could not be traced.
+    pub fn fail(&self, job: &Job, fault: Fault) {
+        self.change(|state| {
+            if state.job == job.number {
+                state.fault = Some(fault);
+            }
+        });
+    }
+
+    /// Counts a viewer; without any the trace rests.
+    pub fn enter(&self) {
+        self.change(|state| state.viewers += 1);
+    }
+
+    /// Counts one viewer less.
+    pub fn leave(&self) {
+        self.change(|state| {
+            state.viewers -= 1;
+            if state.viewers == 0 {
+                state.stop();
+            }
+        });
+    }
+
+    /// Ends all that waits.
+    pub fn end(&self) {
+        self.change(|state| {
+            state.has_ended = true;
+            state.stop();
+            state.search.stop();
+        });
+    }
+
+    /// Numbers of state and frame once one differs from those `seen` or the time is over; `None` at
+    /// the end.
+    pub fn wait(&self, seen: [u64; 2], time: Duration) -> Option<[u64; 2]> {
+        let state = self.lock();
+        let same = |state: &mut State| !state.has_ended && [state.number, state.frames] == seen;
+        let waited = self.changed.wait_timeout_while(state, time, same);
+        let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        (!state.has_ended).then_some([state.number, state.frames])
+    }
+
+    /// The newest frame, as the page reads it.
+    pub fn frame(&self) -> Option<Value> {
+        let state = self.lock();
+        let (job, frame) = state.frame.as_ref()?;
+        let mut frame = frame.clone();
+        (frame["state"], frame["frame"]) = ((*job).into(), state.frames.into());
+        Some(frame)
+    }
+
+    /// The state, as the page reads it.
+    pub fn to_json(&self) -> Value {
+        let state = self.lock();
+        let (fields, curves) = fields(&state.good);
+        let model =
+            |model: Model| json!({"word": model.word(), "label": model.label(&state.design)});
+        let kept = |kept: &Kept| {
+            json!({"id": kept.id, "label": kept.label, "model": kept.model.word(),
+                "beside": Some(kept.id) == state.beside})
+        };
+        json!({
+            "state": state.job,
+            "file": self.path.file_name().map(|name| name.to_string_lossy()),
+            "name": state.design.name,
+            "text": state.draft,
+            "saved": state.draft == state.stored && state.disk != Disk::Gone,
+            "file_changed": state.disk == Disk::Changed,
+            "file_gone": state.disk == Disk::Gone,
+            "error": state.fault.as_ref().map(Fault::to_json),
+            "fields": fields,
+            "curves": curves,
+            "models": Model::all_of(&state.design).into_iter().map(model).collect::<Vec<_>>(),
+            "model": state.model.word(),
+            "can_undo": !state.undo.is_empty(),
+            "can_redo": !state.redo.is_empty(),
+            "kept": state.kept.iter().map(kept).collect::<Vec<_>>(),
+            "formats": formats(),
+            "search": state.search.to_json(),
+        })
+    }
+}
+
+impl State {
+    /// Puts the draft into the history.
+    fn remember(&mut self) {
+        self.undo.push(self.draft.clone());
+        if self.undo.len() > MAX_HISTORY {
+            self.undo.remove(0);
+        }
+        self.redo.clear();
+    }
+
+    fn take(&mut self, text: String, design: Result<Design, Fault>) {
+        self.draft = text;
+        match design {
+            Ok(design) => {
+                self.good.clone_from(&self.draft);
+                self.design = design;
+                self.fault = None;
+                let models = Model::all_of(&self.design);
+                if !models.contains(&self.model) {
+                    self.model = Model::Geometric;
+                }
+                self.renew();
+            }
+            Err(fault) => self.fault = Some(fault),
+        }
+    }
+
+    /// Asks for another trace.
+    fn renew(&mut self) {
+        self.job += 1;
+        self.stop();
+    }
+
+    fn stop(&self) {
+        self.running.flag().store(true, std::sync::atomic::Ordering::SeqCst);
+    }
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+/// Numbers that differ between two texts, in words.
+fn differences(before: &str, now: &str) -> String {
+    let (before, now) = (fields(before).0, fields(now).0);
+    let changed = now.iter().filter_map(|field| {
+        let old = before.iter().find(|old| old["path"] == field["path"])?;
+        let is_other = old["value"] != field["value"];
+        is_other.then(|| {
+            let name = field["path"].as_str().unwrap_or_default();
+            format!("{name} {} → {}", old["value"], field["value"])
+        })
+    });
+    let changed: Vec<String> = changed.collect();
+    match &changed[..] {
+        [] => "as it was".to_owned(),
+        [one] => one.clone(),
+        [one, more @ ..] => format!("{one} and {} more", more.len()),
+    }
+}
+
+/// Formats that a design can be written in.
+fn formats() -> Vec<Value> {
+    let of_designs = WRITERS.iter().filter(|writer| {
+        let is_of_table = matches!(writer.writes, Writes::Cells { .. } | Writes::Orders(_));
+        !is_of_table
+    });
+    let format = of_designs.map(
+        |writer| json!({"word": writer.word, "ending": writer.endings[0], "label": writer.help}),
+    );
+    format.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn session() -> (tempfile::TempDir, Session) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("own.toml");
+        std::fs::write(&path, design::NEW_DESIGN.replace("NAME", "own")).expect("written");
+        let session = Session::open(&path).expect("a session");
+        (folder, session)
+    }
+
+    #[test]
+    fn the_file_changes_when_it_is_saved_and_keeps_its_comments() {
+        let (_folder, session) = session();
+        let stored = || std::fs::read_to_string(session.path()).expect("read");
+        let before = stored();
+        session.set("array.pitch_mm", Some(&json!(6)), false).expect("set");
+        assert_eq!((stored(), &session.to_json()["saved"]), (before.clone(), &json!(false)));
+        session.save(false).expect("saved");
+        assert_eq!(stored(), before.replace("pitch_mm = 5.0", "pitch_mm = 6.0"));
+        assert_eq!(session.to_json()["saved"], true);
+        // What others write is never replaced without a word.
+        std::fs::write(session.path(), &before).expect("written");
+        session.set("array.pitch_mm", Some(&json!(7)), false).expect("set");
+        assert!(session.save(false).is_err() && stored() == before);
+        session.save(true).expect("saved");
+        assert!(stored().contains("pitch_mm = 7.0"));
+    }
+
+    #[test]
+    fn refused_values_change_nothing_and_refused_texts_are_kept() {
+        let (_folder, session) = session();
+        let before = session.to_json();
+        let fault = session.set("array.pitch_mm", Some(&json!(-1)), false).expect_err("refused");
+        assert_eq!(fault.to_json()["key"], "array.pitch_mm");
+        assert_eq!(session.to_json(), before);
+        session.write("[led".to_owned());
+        let broken = session.to_json();
+        assert_eq!((&broken["text"], &broken["error"]["line"]), (&json!("[led"), &json!(1)));
+        // The last good design stays.
+        assert_eq!((&broken["fields"], &broken["state"]), (&before["fields"], &before["state"]));
+        session.step(false);
+        assert_eq!(
+            (&session.to_json()["text"], &session.to_json()["error"]),
+            (&before["text"], &Value::Null)
+        );
+    }
+
+    #[test]
+    fn a_drag_is_one_step_of_the_history() {
+        let (_folder, session) = session();
+        let first = session.to_json()["text"].clone();
+        for pitch in [5.1, 5.2, 5.3] {
+            session.set("array.pitch_mm", Some(&json!(pitch)), true).expect("set");
+        }
+        session.set("array.pitch_mm", Some(&json!(5.4)), false).expect("set");
+        let last = session.to_json()["text"].clone();
+        session.step(false);
+        assert_eq!(session.to_json()["text"], first);
+        session.step(true);
+        assert_eq!(session.to_json()["text"], last);
+    }
+
+    #[test]
+    fn kept_states_say_what_differs_and_come_back() {
+        let (_folder, session) = session();
+        session.set("array.pitch_mm", Some(&json!(6)), false).expect("set");
+        session.keep();
+        session.set("array.pitch_mm", Some(&json!(8)), false).expect("set");
+        let state = session.to_json();
+        assert_eq!(state["kept"][0]["label"], "1: array.pitch_mm 5.0 → 6.0");
+        assert_eq!(state["kept"][0]["beside"], true);
+        session.restore(1).expect("there");
+        assert!(
+            session.to_json()["text"].as_str().is_some_and(|text| text.contains("pitch_mm = 6.0"))
+        );
+        session.forget(1);
+        assert!(session.restore(1).is_err() && session.put_beside(Some(1)).is_err());
+    }
+
+    #[test]
+    fn without_viewers_nothing_is_traced() {
+        let (_folder, session) = session();
+        session.enter();
+        let job = session.next_job().expect("a job");
+        session.leave();
+        assert!(job.interrupt.is_raised());
+        session.traced(&job);
+        session.enter();
+        // The same again, since it was stopped.
+        assert_eq!(session.next_job().expect("a job").number, job.number);
+        session.end();
+        assert!(session.next_job().is_none());
+    }
+}
