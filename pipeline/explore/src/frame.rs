@@ -100,6 +100,8 @@ impl Parts<'_> {
             json!({
                 "key": key,
                 "label": label,
+                "value": entry.value,
+                "standard_error": entry.standard_error,
                 "text": shown::text(&entry, unit),
                 "main": MAIN.contains(&&*key),
                 "resolved": shown::in_words(&entry, unit).is_none(),

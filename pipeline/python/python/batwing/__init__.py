@@ -7,7 +7,7 @@ Three levels:
 - `batwing.bsdf`: tables of diffraction orders and measured scattering, in the formats of other
   programs;
 - `batwing.simulate`: designs as files or dicts, traced, varied, optimised; `batwing.scene` builds
-  them of Python objects.
+  them of Python objects, `batwing.live` shows them in a page that follows every change.
 
 The package installs the command `batwing` too (`batwing.cli.main`).
 """
@@ -34,14 +34,14 @@ from .errors import (
 )
 
 if TYPE_CHECKING:
-    from . import bsdf, cli, rcwa, scene, simulate
+    from . import bsdf, cli, live, rcwa, scene, simulate
     from .simulate import optimise, reproduce, run, study, tolerance
 
 # Scripts of jobs start the package, not the interpreter alone.
 _native.set_program(_native.__file__, [sys.executable or "python3", "-m", "batwing"])
 
 #: Modules that are imported when they are first used.
-_MODULES = ("bsdf", "cli", "rcwa", "scene", "simulate", "tracer")
+_MODULES = ("bsdf", "cli", "live", "rcwa", "scene", "simulate", "tracer")
 #: Functions of `simulate` that are reached from here too.
 _FUNCTIONS = ("optimise", "reproduce", "run", "study", "tolerance")
 
@@ -58,6 +58,7 @@ __all__ = [
     "bsdf",
     "cli",
     "errors",
+    "live",
     "optimise",
     "rcwa",
     "reproduce",

@@ -10,13 +10,16 @@ import sys
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TypeAlias, Union, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, Union, runtime_checkable
 
 import numpy as np
 
 from . import _checks, _native, _show
 from .errors import FileError
 from .gratings import Grating, Material, Polygon, Relief
+
+if TYPE_CHECKING:
+    from .live import Explorer
 
 __all__ = [
     "NAME",
@@ -160,6 +163,12 @@ class Design:
             The first key that is wrong, with what was found and what was expected.
         """
         _native.call(["check", NAME, "--quiet"], {NAME: self.to_toml()}, self.folder)
+
+    def explore(self) -> Explorer:
+        """Shows the design in a page in which its numbers are turned: `batwing.live.explore`."""
+        from .live import explore
+
+        return explore(self)
 
 
 def _entry(key: str, part: str, entries: list[Any]) -> int:

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The live view: its figures are those of `run`, its file changes when it is saved, and nobody but
+//! its own page can reach it.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use crate::support::binary::{self, batwing};
+
+/// A running `batwing explore` on a design of its own folder.
+struct Live {
+    folder: TempDir,
+    child: Child,
+    /// `127.0.0.1:PORT`, and what every address begins with.
+    host: String,
+    secret: String,
+}
+
+impl Live {
+    fn start(text: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("own.toml"), text).expect("written");
+        let mut child = Command::new(binary::PATH)
+            .args(["explore", "own.toml", "--no-open", "--quiet"])
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("starts");
+        let mut line = String::new();
+        BufReader::new(child.stdout.as_mut().expect("piped")).read_line(&mut line).expect("a line");
+        let address = line.trim().strip_prefix("http://").expect("an address");
+        let (host, secret) = address.split_once('/').expect("a secret");
+        let (host, secret) = (host.to_owned(), format!("/{}", secret.trim_end_matches('/')));
+        Self { folder, child, host, secret }
+    }
+
+    fn file(&self) -> PathBuf {
+        self.folder.path().join("own.toml")
+    }
+
+    /// Status and body of a request with these lines of its head.
+    fn ask(&self, method: &str, path: &str, head: &[(&str, &str)], body: &str) -> (u16, String) {
+        let mut to = TcpStream::connect(&self.host).expect("connects");
+        to.set_read_timeout(Some(Duration::from_secs(60))).expect("a time limit");
+        let mut words = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
+        for (name, value) in head {
+            words += &format!("{name}: {value}\r\n");
+        }
+        words += &format!("Content-Length: {}\r\n\r\n{body}", body.len());
+        to.write_all(words.as_bytes()).expect("sent");
+        let mut answer = Vec::new();
+        to.read_to_end(&mut answer).expect("an answer");
+        let answer = String::from_utf8_lossy(&answer).into_owned();
+        let (head, body) = answer.split_once("\r\n\r\n").expect("a head");
+        let status = head.split(' ').nth(1).and_then(|code| code.parse().ok()).expect("a status");
+        (status, body.to_owned())
+    }
+
+    fn get(&self, address: &str) -> (u16, String) {
+        self.ask("GET", &format!("{}/{address}", self.secret), &[("Host", &self.host)], "")
+    }
+
+    fn post(&self, address: &str, body: &Value) -> (u16, Value) {
+        let origin = format!("http://{}", self.host);
+        let head = [("Host", &*self.host), ("Origin", &*origin)];
+        let path = format!("{}/{address}", self.secret);
+        let (status, text) = self.ask("POST", &path, &head, &body.to_string());
+        (status, serde_json::from_str(&text).expect("JSON"))
+    }
+
+    /// The stream of a page that looks on.
+    fn look(&self) -> TcpStream {
+        let mut to = TcpStream::connect(&self.host).expect("connects");
+        let words = format!("GET {}/events HTTP/1.1\r\nHost: {}\r\n\r\n", self.secret, self.host);
+        to.write_all(words.as_bytes()).expect("sent");
+        to
+    }
+
+    /// The last frame of what is shown now.
+    fn last_frame(&self) -> Value {
+        let (_, state) = self.get("state");
+        let state: Value = serde_json::from_str(&state).expect("JSON");
+        let until = Instant::now() + Duration::from_secs(120);
+        while Instant::now() < until {
+            let (status, text) = self.get("frame");
+            if status == 200 {
+                let frame: Value = serde_json::from_str(&text).expect("JSON");
+                if frame["state"] == state["state"] && frame["last"] == true {
+                    return frame;
+                }
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        panic!("no last frame: {state}");
+    }
+
+    fn end(mut self) -> bool {
+        let id = self.child.id().to_string();
+        Command::new("kill").args(["-INT", &id]).status().expect("signalled");
+        self.child.wait().expect("ends").success()
+    }
+}
+
+fn own() -> String {
+    design::NEW_DESIGN.replace("NAME", "own").replace("paths = 2_000_000", "paths = 20_480")
+}
+
+/// Figures of a model in `results.json`, by key.
+fn figures_of_run(at: &Path) -> Value {
+    let run = ["run", "own.toml", "--model", "geometric", "--out", "results"];
+    batwing(at).args(run).arg("--quiet").assert().success();
+    let text = std::fs::read_to_string(at.join("results/results.json")).expect("read");
+    let results: Value = serde_json::from_str(&text).expect("JSON");
+    let models = results["designs"]["own"].as_object().expect("models");
+    models.values().next().expect("a model").clone()
+}
+
+#[test]
+fn figures_are_those_of_a_run_to_the_bit() {
+    let live = Live::start(&own());
+    let _page = live.look();
+    live.last_frame();
+    let (status, _) = live.post("set", &json!({"path": "array.pitch_mm", "value": 5.5}));
+    assert_eq!(status, 200);
+    let frame = live.last_frame();
+    assert_eq!(frame["paths"], 20_480);
+    let (status, _) = live.post("save", &json!({}));
+    assert_eq!(status, 200);
+    let of_run = figures_of_run(live.folder.path());
+    let figures = frame["figures"].as_array().expect("figures");
+    let mut compared = 0;
+    for figure in figures {
+        let key = figure["key"].as_str().expect("a key");
+        if let Some(expected) = of_run["figures"].get(key) {
+            assert_eq!(figure["value"], expected["value"], "{key}");
+            assert_eq!(figure["standard_error"], expected["standard_error"], "{key}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 10, "{compared}");
+    let pictures = frame["pictures"].as_array().expect("pictures").iter();
+    let ids: Vec<&str> = pictures.filter_map(|picture| picture["id"].as_str()).collect();
+    assert_eq!(ids, ["package", "map", "map_log", "cross_section", "far_field", "far_field_polar"]);
+    assert!(live.end());
+}
+
+#[test]
+fn a_kept_state_stands_beside_with_paired_changes() {
+    let live = Live::start(&own());
+    let _page = live.look();
+    live.post("keep", &json!({}));
+    let frame = live.last_frame();
+    // The same design by the same random numbers: nothing changed.
+    let figure = |frame: &Value, key: &str| {
+        let mut all = frame["figures"].as_array().expect("figures").iter();
+        all.find(|figure| figure["key"] == key).expect("a figure").clone()
+    };
+    let same = figure(&frame, "extraction_efficiency");
+    assert_eq!((&same["beside"], &same["verdict"]), (&same["text"], &json!("unchanged")));
+    live.post("set", &json!({"path": "led.reflectance", "value": 0.4}));
+    let darker = figure(&live.last_frame(), "extraction_efficiency");
+    assert_eq!(darker["verdict"], "WORSE", "{darker}");
+    let frame = live.last_frame();
+    let pictures = frame["pictures"].as_array().expect("pictures");
+    assert!(pictures.iter().any(|picture| picture["id"] == "difference"));
+    assert!(live.end());
+}
+
+#[test]
+fn nobody_but_its_page_reaches_it() {
+    let live = Live::start(&own());
+    let (host, secret) = (&*live.host, &*live.secret);
+    let own_origin = format!("http://{host}");
+    let state = format!("{secret}/state");
+    let set = format!("{secret}/set");
+    let body = json!({"path": "array.pitch_mm", "value": 9}).to_string();
+    for (method, path, head, expected) in [
+        ("GET", "/state", vec![("Host", host)], 404),
+        ("GET", "/", vec![("Host", host)], 404),
+        ("GET", "/0123456789abcdef0123456789abcdef/state", vec![("Host", host)], 404),
+        ("GET", &state, vec![("Host", "evil.example")], 403),
+        ("GET", &state, vec![], 403),
+        ("GET", &state, vec![("Host", host), ("Origin", "http://evil.example")], 403),
+        ("GET", &state, vec![("Host", host), ("Sec-Fetch-Site", "cross-site")], 403),
+        ("POST", &set, vec![("Host", host)], 403),
+        ("POST", &set, vec![("Host", host), ("Origin", "null")], 403),
+        ("POST", &set, vec![("Host", host), ("Origin", "http://evil.example")], 403),
+        ("PUT", &set, vec![("Host", host), ("Origin", &*own_origin)], 405),
+        ("GET", &format!("{secret}/../../etc/passwd"), vec![("Host", host)], 404),
+        ("GET", &format!("{secret}/export?format=../x"), vec![("Host", host)], 400),
+        ("GET", &format!("{secret}/export"), vec![("Host", host)], 400),
+    ] {
+        let (status, _) = live.ask(method, path, &head, if method == "GET" { "" } else { &body });
+        assert_eq!(status, expected, "{method} {path} {head:?}");
+    }
+    let before = live.get("state").1;
+    let own_head = [("Host", host), ("Origin", &*own_origin)];
+    for (body, expected) in [
+        ("", 400),
+        ("[]", 400),
+        ("{\"path\": 3}", 400),
+        (&*json!({"path": "array.pitch_mm", "value": "far"}).to_string(), 400),
+        (&*json!({"path": "array.pitch_mm", "value": -3}).to_string(), 400),
+        (&*json!({"path": "no.such", "value": 3}).to_string(), 400),
+        (&*"x".repeat(5 << 20), 413),
+    ] {
+        let (status, said) = live.ask("POST", &set, &own_head, body);
+        assert_eq!(status, expected, "{said}");
+    }
+    assert_eq!(live.get("state").1, before);
+    assert!(live.get("").1.starts_with("<!doctype html>"));
+    assert_eq!(std::fs::read_to_string(live.file()).expect("read"), own());
+    assert!(live.end());
+}
+
+#[test]
+fn exports_and_reports_are_those_of_the_commands() {
+    let live = Live::start(&own());
+    let (status, ies) = live.get("export?format=ies");
+    assert_eq!((status, ies.starts_with("IESNA")), (200, true), "{ies}");
+    let at = live.folder.path();
+    batwing(at).args(["export", "own.toml", "--out", "own.ies", "-q"]).assert().success();
+    assert_eq!(ies, std::fs::read_to_string(at.join("own.ies")).expect("read"));
+    let (status, page) = live.get("report");
+    assert_eq!((status, page.contains("What was simulated")), (200, true));
+    // Nothing of it stays.
+    assert_eq!(std::fs::read_dir(at).expect("a folder").count(), 2);
+    assert!(live.end());
+}
+
+#[test]
+fn what_cannot_be_shown_is_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let explore = |arguments: &[&str]| {
+        let mut command = batwing(folder.path());
+        let output = command.arg("explore").args(arguments).arg("--no-open").output();
+        let output = output.expect("runs");
+        assert!(!output.status.success());
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let missing = explore(&["none.toml"]);
+    assert!(
+        missing.contains("none.toml: cannot be read") && missing.lines().count() == 1,
+        "{missing}"
+    );
+    std::fs::write(folder.path().join("bad.toml"), own().replace("= 5.0", "= -5.0"))
+        .expect("written");
+    let bad = explore(&["bad.toml"]);
+    assert!(bad.contains("bad.toml: array.pitch_mm = -5") && bad.lines().count() == 1, "{bad}");
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = taken.local_addr().expect("bound").port().to_string();
+    std::fs::write(folder.path().join("own.toml"), own()).expect("written");
+    let busy = explore(&["own.toml", "--port", &port]);
+    assert!(
+        busy.contains("--port: expected a port that is free") && busy.lines().count() == 1,
+        "{busy}"
+    );
+}
