@@ -71,7 +71,8 @@ fn find<'a>(root: &'a mut Item, path: &str) -> Result<Option<&'a mut Item>> {
             Step::Key(key) => at.get_mut(key),
             Step::Entry(number) => at.get_mut(number.wrapping_sub(1)),
         };
-        let Some(next) = next else { return Ok(None) };
+        // A key that is missing is there as nothing.
+        let Some(next) = next.filter(|next| !next.is_none()) else { return Ok(None) };
         at = next;
     }
     Ok(Some(at))

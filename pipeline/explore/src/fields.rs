@@ -4,6 +4,8 @@
 //! Numbers that the file states come in its order, then those of the schema that have a number as
 //! their default. Lists of numbers, lists of points, and one key of many tables are curves.
 
+use std::sync::OnceLock;
+
 use serde_json::{Value as Json, json};
 use toml::Value;
 
@@ -48,8 +50,9 @@ const SHARES: [&str; 6] =
 /// Fields and curves of a design text, as the page reads them; both are empty of what is no TOML.
 pub fn fields(text: &str) -> (Vec<Json>, Vec<Json>) {
     let Ok(table) = text.parse::<toml::Table>() else { return (Vec::new(), Vec::new()) };
-    let schema = of_designs();
-    let mut found = Found { schema: &schema, fields: Vec::new(), curves: Vec::new() };
+    static SCHEMA: OnceLock<Json> = OnceLock::new();
+    let schema = SCHEMA.get_or_init(of_designs);
+    let mut found = Found { schema, fields: Vec::new(), curves: Vec::new() };
     found.table(&table, "");
     found.defaults(&table);
     (found.fields, found.curves)
