@@ -7,7 +7,14 @@ use report::html::style_of_pictures;
 pub const HTML: &str = include_str!("page/page.html");
 
 /// Scripts, each of which builds on those before.
-const SCRIPTS: [&str; 0] = [];
+const SCRIPTS: [&str; 6] = [
+    include_str!("page/connection.js"),
+    include_str!("page/numbers.js"),
+    include_str!("page/curves.js"),
+    include_str!("page/light.js"),
+    include_str!("page/file.js"),
+    include_str!("page/search.js"),
+];
 
 /// All scripts.
 pub fn script() -> String {

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// A search from the present design, with the pinned numbers as its variables.
+
+byId("optimise").addEventListener("click", () => {
+  const pinned = state.fields.filter((field) => isPinned(field) && !field.whole);
+  const bound = (field, side) => el("input", { type: "number", step: "any", value: field[side], "data-path": field.path, "data-side": side, "aria-label": `${field.path} ${side === "low" ? "from" : "to"}` });
+  byId("search-ranges").replaceChildren(...pinned.map((field) => el("tr", {}, el("td", {}, field.path), el("td", {}, bound(field, "low")), el("td", {}, bound(field, "high")))));
+  const figures = frame ? frame.figures.map((figure) => [figure.key, figure.label]) : [];
+  options(byId("search-figure"), figures, figures.some(([key]) => key === "uniformity") ? "uniformity" : figures.length ? figures[0][0] : "");
+  byId("search-dialog").showModal();
+});
+byId("search-close").addEventListener("click", () => byId("search-dialog").close());
+const inSearch = (address, body) => send(address, body).catch((error) => { byId("search-error").textContent = error.message; });
+byId("search-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const ranges = {};
+  for (const input of byId("search-ranges").querySelectorAll("input")) {
+    ranges[input.dataset.path] = ranges[input.dataset.path] || [];
+    ranges[input.dataset.path].push(Number(input.value));
+  }
+  byId("search-error").textContent = "";
+  inSearch("optimise", { figure: byId("search-figure").value, paths: Object.keys(ranges), ranges, generations: Number(byId("search-generations").value) });
+});
+byId("search-stop").addEventListener("click", () => inSearch("optimise/stop"));
+byId("search-take").addEventListener("click", () => inSearch("optimise/take").then(() => byId("search-dialog").close()));
+onState(() => {
+  const search = state.search || { running: false, found: false, lines: [], error: null };
+  byId("search-start").disabled = search.running;
+  byId("search-stop").disabled = !search.running;
+  byId("search-take").disabled = !search.found;
+  const lines = search.running && search.lines.length === 0 ? ["the search has begun"] : search.lines;
+  byId("search-lines").replaceChildren(...[...lines, ...(search.found ? ["a design was found"] : [])].map((words) => el("li", {}, words)));
+  if (search.error) byId("search-error").textContent = search.error;
+  byId("optimise").textContent = search.running ? "Optimising …" : "Optimise from here";
+});

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// The page of `batwing explore` in a browser: opens, turns, refuses, compares, saves, exports, searches.
+//
+//     node explore.mjs CHROMIUM BATWING DESIGN.toml PICTURES
+//
+// CHROMIUM is the path of a Chromium, BATWING that of the program. Works on a copy of the design;
+// screenshots go into the directory PICTURES. Prints one line for each claim and ends with code 1 if
+// one of them fails. Needs playwright-core of package.json.
+
+import { spawn } from "node:child_process";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { createInterface } from "node:readline";
+import { chromium } from "playwright-core";
+import { texts } from "./texts.mjs";
+
+const [executablePath, batwing, design, pictures] = process.argv.slice(2);
+if (!pictures) {
+  console.error("usage: node explore.mjs CHROMIUM BATWING DESIGN.toml PICTURES");
+  process.exit(2);
+}
+mkdirSync(pictures, { recursive: true });
+const failures = [];
+function claim(holds, text) {
+  console.log(`${holds ? "ok    " : "FAILED"} ${text}`);
+  if (!holds) failures.push(text);
+}
+
+const folder = mkdtempSync(join(tmpdir(), "batwing-explore-"));
+const file = join(folder, "own.toml");
+// Few paths, so that every trace ends soon.
+const original = readFileSync(design, "utf8").replace(/^paths = [\d_]+/m, "paths = 65_536");
+writeFileSync(file, original);
+const server = spawn(resolve(batwing), ["explore", "own.toml", "--no-open", "--quiet"], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+const address = await new Promise((done) => { createInterface(server.stdout).once("line", done); });
+
+const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+const complaints = [];
+async function open(options) {
+  const context = await browser.newContext(options);
+  const page = await context.newPage();
+  page.on("console", (message) => { if (["error", "warning"].includes(message.type())) complaints.push(message.text()); });
+  page.on("pageerror", (error) => complaints.push(error.message));
+  page.on("request", (request) => { if (!/^(blob:|data:)/.test(request.url()) && !request.url().startsWith(address)) complaints.push(`asked for ${request.url()}`); });
+  await page.goto(address);
+  await page.locator("#map svg").waitFor();
+  return { context, page };
+}
+const progress = (page) => page.locator("#progress").innerText();
+const isDone = (page) => page.waitForFunction(() => /, done/.test(document.getElementById("progress").textContent), null, { timeout: 120000 });
+const slider = (page, path) => page.locator(`#sliders [data-path="${path}"]`);
+const number = (page, path) => slider(page, path).locator("input[type=number]");
+
+const { context, page } = await open({ viewport: { width: 1400, height: 900 }, acceptDownloads: true });
+claim((await page.locator("#sliders .slider").count()) >= 6, `${await page.locator("#sliders .slider").count()} sliders stand there at the start`);
+claim((await page.locator("#drawn figure:visible svg").count()) === 4, "section, map, cross-section and far field are drawn");
+await isDone(page);
+const first = await page.locator("#largest b").allInnerTexts();
+claim(first.length >= 4, `figures stand at the top: ${first.join(", ")}`);
+
+// Turned by the keyboard alone.
+await number(page, "array.pitch_mm").focus();
+const before = await number(page, "array.pitch_mm").inputValue();
+await page.keyboard.press("ArrowUp");
+await page.waitForFunction(() => document.getElementById("file").textContent.includes("•"));
+const after = await number(page, "array.pitch_mm").inputValue();
+claim(Number(after) > Number(before), `an arrow key takes the pitch from ${before} to ${after} mm`);
+await slider(page, "array.pitch_mm").locator("input[type=range]").focus();
+for (let i = 0; i < 40; i += 1) await page.keyboard.press("ArrowRight");
+await page.waitForTimeout(300);
+await isDone(page);
+const turned = await page.locator("#largest b").allInnerTexts();
+claim(turned.join() !== first.join(), `and the figures follow: ${turned.join(", ")}`);
+claim(readFileSync(file, "utf8") === original, "the file is as it was");
+
+// A refused value.
+await number(page, "array.pitch_mm").fill("-3");
+await number(page, "array.pitch_mm").press("Enter");
+await slider(page, "array.pitch_mm").locator(".fault:not(:empty)").waitFor();
+claim(/expected/.test(await slider(page, "array.pitch_mm").locator(".fault").innerText()), `a wrong value: ${await slider(page, "array.pitch_mm").locator(".fault").innerText()}`);
+claim((await page.locator("#map svg").count()) === 1, "and the picture stays");
+complaints.splice(0, complaints.length, ...complaints.filter((words) => !/400 \(Bad Request\)/.test(words)));
+await number(page, "array.pitch_mm").fill("9");
+await number(page, "array.pitch_mm").press("Enter");
+await page.waitForFunction(() => ![...document.querySelectorAll("#sliders .fault")].some((node) => node.textContent));
+
+// The history.
+await page.locator("#undo").click();
+await page.waitForFunction(() => !document.getElementById("redo").disabled);
+const undone = await number(page, "array.pitch_mm").inputValue();
+await page.locator("#redo").click();
+await page.waitForFunction(() => document.getElementById("redo").disabled);
+claim(undone !== "9" && (await number(page, "array.pitch_mm").inputValue()) === "9", `undone to ${undone} mm and done again`);
+
+// Compared with a kept state.
+await page.locator("#h-turned").click();
+await page.keyboard.press("k");
+await page.locator("#kept button").first().waitFor();
+await number(page, "receiver.plane_height_mm").fill("4");
+await number(page, "receiver.plane_height_mm").press("Enter");
+await page.waitForTimeout(300);
+await isDone(page);
+claim((await page.locator("#figures tr td[data-label=change]").count()) > 5, "figures have changes from the kept state");
+claim((await page.locator("#of-map button").allInnerTexts()).includes("now less kept"), "there is a map of the differences");
+await page.locator("#of-map button", { hasText: "now less kept" }).click();
+await page.screenshot({ path: join(pictures, "explore-compared.png") });
+
+// A text that is no design.
+await page.locator("#fold-text > summary").click();
+const good = await page.locator("#text").inputValue();
+await page.locator("#text").fill(good.replace("[array]", "[array"));
+await page.locator("#line.fault").waitFor();
+claim(/line \d+/.test(await page.locator("#line").innerText()), `a wrong text: ${(await page.locator("#line").innerText()).slice(0, 80)}`);
+claim(await page.locator("#pictures.stale").count() === 1 && (await page.locator("#map svg").count()) === 1, "the last good picture stays, greyed");
+await page.locator("#text").fill(good);
+await page.locator("#line:not(.fault)").waitFor({ state: "attached" });
+
+// Saved, exported.
+await page.locator("#save").click();
+await page.waitForFunction(() => !document.getElementById("file").textContent.includes("•"));
+const saved = readFileSync(file, "utf8");
+const comments = (text) => text.split("\n").filter((line) => line.includes("#")).length;
+claim(saved.includes("plane_height_mm = 4.0") && comments(saved) === comments(original), "saved, with every comment");
+const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#export").selectOption("ies")]);
+const exported = readFileSync(await download.path(), "utf8");
+claim(exported.startsWith("IESNA"), `exported: ${download.suggestedFilename()}, ${exported.length} bytes`);
+
+// Searched from here.
+await page.locator("#optimise").click();
+await page.locator("#search-generations").fill("1");
+await page.locator("#search-start").click();
+await page.waitForFunction(() => !document.getElementById("search-take").disabled, null, { timeout: 240000 });
+await page.locator("#search-take").click();
+await page.waitForFunction(() => document.getElementById("file").textContent.includes("•"));
+claim(true, "a search found a design, and the draft took it");
+await context.close();
+
+for (const [width, colorScheme] of [[400, "light"], [800, "dark"], [1400, "light"], [1400, "dark"], [2000, "light"]]) {
+  const shown = await open({ viewport: { width, height: 900 }, colorScheme });
+  await isDone(shown.page);
+  const name = `${width} px, ${colorScheme}`;
+  await shown.page.screenshot({ path: join(pictures, `explore-${width}-${colorScheme}.png`) });
+  await shown.page.evaluate(() => { for (const fold of document.querySelectorAll("details")) fold.open = true; });
+  const { count, cut, over } = await shown.page.evaluate(texts);
+  claim(count > 20 && cut.length === 0, `${name}: ${count} texts, none is cut${cut.length ? `: ${cut.slice(0, 5).join("; ")}` : ""}`);
+  claim(over.length === 0, `${name}: no text stands over another${over.length ? `: ${over.slice(0, 5).join("; ")}` : ""}`);
+  await shown.context.close();
+}
+const parts = await Promise.all(["", "page.js", "page.css"].map(async (part) => (await (await fetch(address + part)).text()).length));
+const bytes = parts.reduce((sum, part) => sum + part);
+claim(Math.min(...parts) > 1000 && bytes < 1e6, `the page has ${Math.round(bytes / 1000)} kB`);
+claim(complaints.length === 0, `no complaint of the browser${complaints.length ? `: ${complaints.join("; ")}` : ""}`);
+await browser.close();
+server.kill("SIGINT");
+const code = await new Promise((done) => { server.once("exit", done); });
+claim(code === 0, `the server ends with code ${code}`);
+rmSync(folder, { recursive: true });
+if (failures.length) {
+  console.error(`${failures.length} failed`);
+  process.exit(1);
+}
