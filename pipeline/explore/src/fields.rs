@@ -49,8 +49,8 @@ const SHARES: [&str; 6] =
 
 /// Fields and curves of a design text, as the page reads them; both are empty of what is no TOML.
 pub fn fields(text: &str) -> (Vec<Json>, Vec<Json>) {
-    let Ok(table) = text.parse::<toml::Table>() else { return (Vec::new(), Vec::new()) };
     static SCHEMA: OnceLock<Json> = OnceLock::new();
+    let Ok(table) = text.parse::<toml::Table>() else { return (Vec::new(), Vec::new()) };
     let schema = SCHEMA.get_or_init(of_designs);
     let mut found = Found { schema, fields: Vec::new(), curves: Vec::new() };
     found.table(&table, "");

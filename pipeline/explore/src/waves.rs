@@ -13,8 +13,8 @@ use simulate::tables::{DesignTables, keys, tables};
 
 use crate::frame::WavesState;
 
-/// Tolerance of tables while they are coarse.
-const COARSE: f64 = 2e-2;
+/// Tolerance of tables while they are coarse; their Bloch wavevectors have one node a zone.
+const COARSE: f64 = 5e-2;
 
 /// True where the cache holds every table of `design`.
 pub fn are_cached(design: &Design, cache: &Cache) -> bool {
@@ -38,6 +38,7 @@ impl CoarseTables {
         }
         let mut design = design.clone();
         design.hybrid.tolerance = design.hybrid.tolerance.max(COARSE);
+        design.hybrid.kx_per_zone = Some(1);
         let cells = simulate::cells::band_cells(&design);
         let needed = |(band, cell): (usize, &Option<_>)| {
             (cell.is_some() && !design.files.covers(band)).then_some(band)
