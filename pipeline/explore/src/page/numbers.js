@@ -71,13 +71,13 @@ function row(path, slides) {
   const pins = el("button", { type: "button", class: "pin", onclick: () => pin(field) }, slides ? "×" : "📌");
   const fault = el("p", { class: "fault", role: "alert" });
   const node = el("div", { class: "slider", "data-path": path },
-    el("label", { class: "name", for: id }, name, " ", unit, el("small", {}, path)), number, slides ? pins : el("span", {}, pins), range, more, doc, fault);
-  more.style.gridColumn = "1";
-  more.style.justifySelf = "start";
+    el("label", { class: "name", for: id }, name, " ", unit, el("small", {}, path)), number, more, pins, range, doc, fault);
   return {
     node,
     update(now) {
-      field = now;
+      // A slider keeps its range while the value lies within.
+      const keeps = field && now.value >= field.low && now.value <= field.high;
+      field = keeps ? { ...now, low: field.low, high: field.high } : now;
       name.textContent = field.label;
       unit.textContent = field.unit;
       doc.textContent = field.doc;
