@@ -83,7 +83,7 @@ impl Found<'_> {
 
     fn list(&mut self, list: &[Value], path: &str) {
         let numbers: Option<Vec<f64>> = list.iter().map(number).collect();
-        let points: Option<Vec<[f64; 2]>> = list.iter().map(point).collect();
+        let points: Option<Vec<Vec<f64>>> = list.iter().map(point).collect();
         match (numbers, points) {
             (Some(numbers), _) if numbers.len() > CURVE => {
                 self.curve(path, "values", &json!(numbers));
@@ -159,11 +159,10 @@ fn number(value: &Value) -> Option<f64> {
     design::dotted_keys::number(value)
 }
 
-fn point(value: &Value) -> Option<[f64; 2]> {
-    match &value.as_array()?[..] {
-        [x, y] => Some([number(x)?, number(y)?]),
-        _ => None,
-    }
+/// A point, with the bulge of the arc that ends there where it has one.
+fn point(value: &Value) -> Option<Vec<f64>> {
+    let numbers: Vec<f64> = value.as_array()?.iter().map(number).collect::<Option<_>>()?;
+    (2..=3).contains(&numbers.len()).then_some(numbers)
 }
 
 /// Name and unit of a key: `pitch` in mm of `array.pitch_mm`.
@@ -236,7 +235,7 @@ mod tests {
 
     #[test]
     fn lists_and_keys_of_many_tables_are_curves() {
-        let text = "[dome]\nmeridian_mm = [[0.0, 1.0], [0.5, 0.9], [1.0, 0.4]]\n[[elements.shapes]]\nfrom = 1\napex_angle_deg = 80\n[[elements.shapes]]\nfrom = 2\napex_angle_deg = 81\n[[elements.shapes]]\nfrom = 3\napex_angle_deg = 82.5\n";
+        let text = "[dome]\nmeridian_mm = [[0.0, 1.0], [0.5, 0.9, -0.01], [1.0, 0.4]]\n[[elements.shapes]]\nfrom = 1\napex_angle_deg = 80\n[[elements.shapes]]\nfrom = 2\napex_angle_deg = 81\n[[elements.shapes]]\nfrom = 3\napex_angle_deg = 82.5\n";
         let (_, curves) = fields(text);
         let paths: Vec<_> = curves.iter().map(|curve| curve["path"].as_str()).collect();
         assert_eq!(paths, [Some("dome.meridian_mm"), Some("elements.shapes[*].apex_angle_deg")]);

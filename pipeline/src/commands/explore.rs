@@ -48,6 +48,7 @@ pub fn run(arguments: &ExploreArgs, context: RunContext) -> Result<()> {
         cache: cache(arguments.cache.as_deref(), &arguments.out),
         out: arguments.out.clone(),
     };
+    context.interrupt.note(": the page is closed");
     let actions = Commands { cache: options.cache.directory().to_owned() };
     server::serve(&options, &actions, context, |address| {
         Console::print(address)?;
