@@ -314,7 +314,9 @@ fn bytes(status: u16, kind: &str, content: Vec<u8>) -> Answer {
 }
 
 fn with_policy(status: u16, kind: &str, content: Vec<u8>, policy: &str) -> Answer {
-    let answer = Response::from_data(content).with_status_code(status);
+    // The length of what is there is known.
+    let answer = Response::from_data(content).with_chunked_threshold(usize::MAX);
+    let answer = answer.with_status_code(status);
     [
         ("Content-Type", kind),
         ("Content-Security-Policy", policy),
