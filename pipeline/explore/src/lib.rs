@@ -25,7 +25,7 @@
 //! | `waves` | tables of the hybrid, ring by ring |
 //! | `tracer_thread` | progressive trace of the present design |
 //! | [`session`] | draft, history, kept states, choice of the model |
-//! | `search` | a search from the present design |
+//! | `search`, `search_thread` | a search from the present design, and its work |
 //! | `page` | the page, its style and scripts |
 //! | [`server`] | requests, and who may make them |
 
@@ -35,6 +35,7 @@ pub mod fields;
 mod frame;
 mod page;
 mod search;
+mod search_thread;
 pub mod server;
 pub mod session;
 mod tracer_thread;

@@ -1,65 +1,34 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A search from the present design, with the numbers that have sliders as its variables.
+//! How far a search from the present design is.
 
-use std::fmt::Write as _;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
-use anyhow::{Context, Result, ensure};
-use serde::Deserialize;
 use serde_json::{Value, json};
 
-use design::dotted_keys;
-use files::atomic_file::write_bytes;
 use files::interrupt::Interrupt;
-use files::run_context::RunContext;
-use simulate::model::Model;
-
-use crate::Actions;
-use crate::draft;
-use crate::fault::Fault;
-use crate::session::Session;
-
-/// Log of a search in its folder.
-const LOG: &str = "log.jsonl";
-/// Candidates of a generation, and most generations.
-const POPULATION: usize = 16;
-const MAX_GENERATIONS: usize = 1000;
-/// Paths of a candidate, and of the verification.
-const PATHS: u64 = 65_536;
-const VERIFIED: u64 = 1_048_576;
-/// Lines of progress that the page shows.
-const MAX_LINES: usize = 12;
-
-/// What the page asks for.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Request {
-    /// Figure that is to grow.
-    figure: String,
-    /// Keys that are varied.
-    paths: Vec<String>,
-    /// Bounds of each.
-    ranges: std::collections::BTreeMap<String, [f64; 2]>,
-    generations: usize,
-}
 
 /// A search and how far it is.
 #[derive(Debug, Default)]
 pub struct Search {
-    folder: Option<PathBuf>,
-    interrupt: Interrupt,
-    is_running: bool,
-    lines: Vec<String>,
+    /// Its folder; none before the first.
+    pub folder: Option<PathBuf>,
+    /// Raised to stop it.
+    pub interrupt: Interrupt,
+    /// True until it has ended.
+    pub is_running: bool,
+    /// How far it is, for people.
+    pub lines: Vec<String>,
     /// Values found, by key.
-    found: Option<Vec<(String, Value)>>,
-    error: Option<String>,
+    pub found: Option<Vec<(String, Value)>>,
+    /// Why it found nothing.
+    pub error: Option<String>,
 }
 
 impl Search {
     /// Stops it.
     pub fn stop(&self) {
-        self.interrupt.flag().store(true, std::sync::atomic::Ordering::SeqCst);
+        self.interrupt.flag().store(true, Ordering::SeqCst);
     }
 
     /// As the page reads it.
@@ -69,194 +38,5 @@ impl Search {
         }
         json!({"running": self.is_running, "lines": self.lines, "found": self.found.is_some(),
             "error": self.error})
-    }
-
-    /// Values found, by key.
-    pub fn found(&self) -> Option<&[(String, Value)]> {
-        self.found.as_deref()
-    }
-}
-
-/// Reads how far the search of `session` is.
-pub fn follow(session: &Session) {
-    let (folder, seen) = session
-        .peek(|search| (search.folder.clone().filter(|_| search.is_running), search.lines.clone()));
-    let Some(folder) = folder else { return };
-    let text = fs::read_to_string(folder.join(LOG)).unwrap_or_default();
-    let lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let mut best = f64::NEG_INFINITY;
-    let mut shown = Vec::new();
-    for line in lines {
-        if line["kind"] == "candidate" && line["feasible"] == true {
-            best = best.max(line["objective"].as_f64().unwrap_or(best));
-        }
-        if line["kind"] == "generation" {
-            shown.push(format!("generation {}: best so far {best:.4}", shown.len() + 1));
-        }
-    }
-    let from = shown.len().saturating_sub(MAX_LINES);
-    let shown = shown.split_off(from);
-    if shown != seen {
-        session.search(|search| search.lines = shown);
-    }
-}
-
-/// A search that has begun.
-#[derive(Debug)]
-pub struct Begun {
-    folder: PathBuf,
-    problem: PathBuf,
-    file: String,
-    text: String,
-    paths: Vec<String>,
-    interrupt: Interrupt,
-}
-
-/// Begins a search in a new folder under `out`.
-///
-/// # Errors
-/// What is asked for cannot be searched; a search that is running.
-pub fn begin(session: &Session, request: Request, out: &Path) -> Result<Begun, Fault> {
-    let (design, model, text) = session.present()?;
-    let refuse = |error: anyhow::Error| Fault::new(format!("{error:#}"));
-    let file = std::path::absolute(session.path()).map_err(|e| refuse(e.into()))?;
-    let file = file.display().to_string();
-    let words = problem_text(&request, &design.name, &file, model).map_err(refuse)?;
-    let is_free = session.search(|search| !std::mem::replace(&mut search.is_running, true));
-    if !is_free {
-        return Err(Fault::new("a search is running; stop it first"));
-    }
-    let begun = new_folder(out, &design.name).and_then(|folder| {
-        let problem = folder.join("problem.toml");
-        write_bytes(&problem, words.as_bytes())?;
-        Ok((folder, problem))
-    });
-    session.search(|search| search.is_running = begun.is_ok());
-    let (folder, problem) = begun.map_err(refuse)?;
-    let interrupt = Interrupt::default();
-    session.search(|search| {
-        let (folder, interrupt) = (Some(folder.clone()), interrupt.clone());
-        *search = Search { folder, interrupt, is_running: true, ..Search::default() };
-    });
-    Ok(Begun { folder, problem, file, text, paths: request.paths, interrupt })
-}
-
-impl Begun {
-    /// Searches, and leaves what was found or why not in `session`.
-    pub fn run(self, session: &Session, actions: &dyn Actions, context: RunContext) {
-        let mut console = context.console;
-        (console.quiet, console.warns) = (true, false);
-        let context = RunContext { console, interrupt: &self.interrupt, ..context };
-        let texts = (&*self.file, &*self.text);
-        let searched = actions.optimise(&self.problem, texts, &self.folder, context);
-        let searched = searched.and_then(|found| values(&found, &self.paths));
-        follow(session);
-        session.search(|search| {
-            search.is_running = false;
-            match searched {
-                Ok(found) => search.found = Some(found),
-                Err(_) if self.interrupt.is_raised() => search.error = Some("stopped".to_owned()),
-                Err(error) => search.error = Some(format!("{error:#}")),
-            }
-        });
-    }
-}
-
-/// Puts the values that were found into the draft.
-///
-/// # Errors
-/// Nothing found; a draft that no longer takes them.
-pub fn take(session: &Session) -> Result<(), Fault> {
-    let found = session.peek(|search| search.found().map(<[_]>::to_vec));
-    let found = found.ok_or_else(|| Fault::new("no search has found a design"))?;
-    let (_, _, text) = session.present()?;
-    let edit = |text: String, (path, value): &(String, Value)| draft::set(&text, path, value);
-    let edited = found.iter().try_fold(text, edit);
-    session.write(edited.map_err(|error| Fault::new(format!("{error:#}")))?);
-    Ok(())
-}
-
-/// Values of the keys in the text of a design.
-fn values(text: &str, paths: &[String]) -> Result<Vec<(String, Value)>> {
-    let table: toml::Table = text.parse()?;
-    let value = |path: &String| {
-        let value = dotted_keys::get(&table, path).and_then(dotted_keys::number);
-        let value =
-            value.with_context(|| format!("{path}: expected a number in the design found"))?;
-        Ok((path.clone(), json!(value)))
-    };
-    paths.iter().map(value).collect()
-}
-
-/// A folder under `out` that is not there yet.
-fn new_folder(out: &Path, name: &str) -> Result<PathBuf> {
-    let numbered = (1..10_000).map(|number| out.join(format!("{name}-search-{number}")));
-    for folder in numbered {
-        if !folder.exists() {
-            fs::create_dir_all(&folder)
-                .with_context(|| format!("`{}` cannot be made", folder.display()))?;
-            return Ok(folder);
-        }
-    }
-    anyhow::bail!("`{}`: expected fewer than 10 000 searches", out.display())
-}
-
-/// The problem file.
-fn problem_text(request: &Request, name: &str, file: &str, model: Model) -> Result<String> {
-    let Request { figure, paths, ranges, generations } = request;
-    ensure!(!paths.is_empty(), "expected at least one number to vary: give one a slider");
-    ensure!(
-        (1..=MAX_GENERATIONS).contains(generations),
-        "generations: expected 1 to {MAX_GENERATIONS}, got {generations}"
-    );
-    let quoted = |text: &str| toml::Value::from(text).to_string();
-    let mut words = format!(
-        "# A search that `batwing explore` began.\n\nname = {}\ndesign = {}\n",
-        quoted(&format!("{name}-found")),
-        quoted(file)
-    );
-    for path in paths {
-        let [from, to] = ranges.get(path).with_context(|| format!("{path}: expected a range"))?;
-        // Writing to a string cannot fail.
-        let _ = write!(
-            words,
-            "\n[[variables]]\nkey = {}\nfrom = {}\nto = {}\n",
-            quoted(path),
-            toml::Value::from(*from),
-            toml::Value::from(*to)
-        );
-    }
-    let _ = write!(
-        words,
-        "\n[objective]\nterms = [{{ figure = {} }}]\n\n[[stages]]\nmodel = {}\npopulation = {POPULATION}\nevaluations = {}\npaths = {PATHS}\n\n[verification]\npaths = {VERIFIED}\n",
-        quoted(figure),
-        quoted(model.word()),
-        POPULATION * generations
-    );
-    Ok(words)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn problem_files_hold_what_was_asked_for() {
-        let request: Request = serde_json::from_value(json!({
-            "figure": "uniformity", "paths": ["array.pitch_mm"],
-            "ranges": {"array.pitch_mm": [4, 6.5]}, "generations": 3,
-        }))
-        .expect("a request");
-        let text =
-            problem_text(&request, "own", "/a \"b\"/own.toml", Model::Geometric).expect("a text");
-        let table: toml::Table = text.parse().expect("TOML");
-        assert_eq!(table["design"].as_str(), Some("/a \"b\"/own.toml"));
-        assert_eq!(table["variables"][0]["to"].as_float(), Some(6.5));
-        assert_eq!(table["stages"][0]["evaluations"].as_integer(), Some(48));
-        assert!(
-            problem_text(&Request { paths: Vec::new(), ..request }, "", "", Model::Hybrid).is_err()
-        );
-        let found = values("[array]\npitch_mm = 5.5\n", &["array.pitch_mm".to_owned()]);
-        assert_eq!(found.expect("found"), [("array.pitch_mm".to_owned(), json!(5.5))]);
     }
 }

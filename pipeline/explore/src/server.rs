@@ -16,9 +16,10 @@ use tiny_http::{Header, Method, Request, Response, Server};
 use files::run_context::RunContext;
 
 use crate::fault::Fault;
+use crate::search::Search;
 use crate::session::Session;
 use crate::tracer_thread::trace_jobs;
-use crate::{Actions, Options, page, search};
+use crate::{Actions, Options, page, search_thread};
 
 /// Bytes that a body may have.
 const MAX_BODY: u64 = 4 << 20;
@@ -54,7 +55,7 @@ pub fn serve(
             while session.wait([u64::MAX; 2], Duration::ZERO).is_some() {
                 std::thread::sleep(BEAT);
                 session.watch();
-                search::follow(&session);
+                search_thread::follow(&session);
             }
         });
         while !context.interrupt.is_raised() {
@@ -172,7 +173,8 @@ impl Host<'_> {
         let session = self.session;
         let begun = body(&mut request).and_then(|body| {
             let asked = serde_json::from_value(body).map_err(|e| Fault::new(e.to_string()));
-            let begun = asked.and_then(|asked| search::begin(session, asked, &self.options.out));
+            let begun =
+                asked.and_then(|asked| search_thread::begin(session, asked, &self.options.out));
             begun.map_err(|fault| refused(400, &fault))
         });
         let (answer, begun) = match begun {
@@ -213,10 +215,10 @@ impl Host<'_> {
             "restore" => id().and_then(|id| session.restore(id)),
             "forget" => id().map(|id| session.forget(id)),
             "optimise/stop" => {
-                session.peek(search::Search::stop);
+                session.peek(Search::stop);
                 Ok(())
             }
-            "optimise/take" => search::take(session),
+            "optimise/take" => search_thread::take(session),
             _ => return None,
         })
     }
