@@ -13,9 +13,9 @@ use experiment::checked_file::Texts;
 use files::interrupt::Interrupt;
 use files::program::{self, Program};
 use metrics::quantity::Axis;
+use output::array::Array;
 use pipeline::cli::Cli;
 use pipeline::exit;
-use pipeline::output::array::Array;
 
 use crate::job::{self, Job};
 use crate::rcwa::array;
