@@ -10,16 +10,13 @@ import sys
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, Union, runtime_checkable
+from typing import Any, NamedTuple, Protocol, TypeAlias, Union, runtime_checkable
 
 import numpy as np
 
-from . import _checks, _native, _show
+from . import _checks, _native, _show, live
 from .errors import FileError
 from .gratings import Grating, Material, Polygon, Relief
-
-if TYPE_CHECKING:
-    from .live import Explorer
 
 __all__ = [
     "NAME",
@@ -164,11 +161,9 @@ class Design:
         """
         _native.call(["check", NAME, "--quiet"], {NAME: self.to_toml()}, self.folder)
 
-    def explore(self) -> Explorer:
+    def explore(self) -> live.Explorer:
         """Shows the design in a page in which its numbers are turned: `batwing.live.explore`."""
-        from .live import explore
-
-        return explore(self)
+        return live.explore(self)
 
 
 def _entry(key: str, part: str, entries: list[Any]) -> int:

@@ -11,7 +11,7 @@ import weakref
 from pathlib import Path
 from types import TracebackType
 
-from .design import Design, PathLike
+from . import design as designs
 from .errors import FileError, InputError
 
 __all__ = ["Explorer", "explore"]
@@ -63,9 +63,9 @@ class Explorer:
         address = escapes.escape(self.address)
         return f'<iframe src="{address}" style="width:100%;height:900px;border:0"></iframe>'
 
-    def design(self) -> Design:
+    def design(self) -> designs.Design:
         """The design as the page last saved it."""
-        return Design.read(self.file)
+        return designs.Design.read(self.file)
 
     def stop(self) -> None:
         """Ends the page."""
@@ -83,7 +83,7 @@ class Explorer:
         self.stop()
 
 
-def explore(design: PathLike | Design) -> Explorer:
+def explore(design: designs.PathLike | designs.Design) -> Explorer:
     """Shows a design in a page in which its numbers are turned and its light is seen at once.
 
     Parameters
@@ -102,7 +102,7 @@ def explore(design: PathLike | Design) -> Explorer:
     batwing.InputError
         A file that is no design.
     """
-    if not isinstance(design, Design):
+    if not isinstance(design, designs.Design):
         return Explorer(Path(design))
     design.check()
     try:
