@@ -88,7 +88,7 @@ function row(path, slides) {
       const said = numbers.faults.get(path);
       fault.textContent = said || "";
       number.setAttribute("aria-invalid", String(Boolean(said)));
-      if (document.activeElement !== number && !said) number.value = field.value;
+      if (document.activeElement !== number && !said) number.value = Number(field.value.toPrecision(7));
       if (range && numbers.moving !== path && document.activeElement !== range) {
         range.value = toSlider(field, field.value);
         range.setAttribute("aria-valuetext", `${field.value} ${field.unit}`);
