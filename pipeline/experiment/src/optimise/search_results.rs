@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use metrics::Estimate;
-use metrics::digits::thousands;
+use metrics::digits::{shortest, thousands};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use results::constraint;
@@ -304,8 +304,9 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
         let _ = writeln!(
             text,
-            "the search's own best value was {value:.4}, {} better than by fresh paths in the same \
+            "the search's own best value was {}, {} better than by fresh paths in the same \
              settings",
+            shortest(value),
             with_error(bias)
         );
     }
@@ -347,6 +348,6 @@ fn add_sensitivities(text: &mut String, file: &OptimisationFile) {
     }
     for (c, sensitivity) in strongest.into_iter().take(LISTED) {
         let slope = with_error(sensitivity);
-        let _ = writeln!(text, "  {:<26} {slope:>18}, at {:.4}", c.variable, c.found);
+        let _ = writeln!(text, "  {:<26} {slope:>18}, at {}", c.variable, shortest(c.found));
     }
 }
