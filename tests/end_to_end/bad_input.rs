@@ -95,6 +95,7 @@ fn bad_parts_of_the_bare_dome_are_refused() {
         std::fs::write(folder.path().join(name), bytes).expect("written");
     };
     write("flat.csv", b"r,z\n0,1\n1,x\n");
+    write("dark.csv", b"500,0\n600,0\n");
     write("bent.csv", b"0,1\n# up\n1 1\n0.5 1\n1 0\n");
     write(
         "glass.yml",
@@ -147,7 +148,7 @@ trace = { paths = 64_000 }
 "#;
 
 /// Command lines and what is said of them, in the folder of [`commands`].
-const COMMANDS: [(&str, &[&str]); 102] = [
+const COMMANDS: [(&str, &[&str]); 104] = [
     ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
     ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
     ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
@@ -308,7 +309,15 @@ const COMMANDS: [(&str, &[&str]); 102] = [
     ),
     (
         "zones boxed.toml --pattern drives.csv --zones 5x1",
-        &["`drives.csv`: --zones: expected 5 x 1 drives, got 5 x 5"],
+        &["`drives.csv`: --pattern: expected 5 x 1 drives, one for each zone (--zones), got 5 x 5"],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --zones -1x5",
+        &["--zones: expected columns and rows from 1 to 10000, such as 48x27, got \"-1x5\""],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --packages=-9x9",
+        &["--packages: expected columns and rows from 1 to 10000, such as 48x27, got \"-9x9\""],
     ),
     (
         "zones boxed.toml --pattern bright.csv",
@@ -324,7 +333,7 @@ const COMMANDS: [(&str, &[&str]); 102] = [
     ),
     (
         "zones boxed.toml --pattern dark.csv --zones 1x1",
-        &["`dark.csv`: expected a drive above 0 in a zone, got none"],
+        &["`dark.csv`: --pattern: expected a drive above 0 in a zone, got none"],
     ),
     ("zones boxed.toml --pattern none.csv", &["none.csv"]),
     ("zones boxed.toml --pattern drives.csv --picture colours.png", &["`colours.png`"]),

@@ -360,3 +360,71 @@ fn files_and_page_of_a_run_show_its_colours() {
     let page = std::fs::read_to_string(path.join("plain.html")).expect("a page");
     assert!(!page.contains("id=\"colours\""));
 }
+
+/// Light whose ways do not depend on the wavelength has the colour of its source everywhere, exactly.
+#[test]
+fn light_without_dispersion_has_the_colour_of_its_source() {
+    let folder = tempdir().expect("a folder");
+    let even = WHITE.replace("material_file = \"glass.yml\"", "index = 1.41");
+    let start = even.find("[light.spectrum]").expect("a spectrum");
+    let end = even.find("[[receivers]]").expect("a receiver");
+    let spectrum = even[start..end].replace("[light.spectrum]\n", "");
+    let keys: Vec<&str> = spectrum.lines().filter(|line| !line.starts_with("weighting")).collect();
+    let source = |name: &str, x: f64| {
+        format!(
+            "[[sources]]\nname = \"{name}\"\nkind = \"rectangle\"\nspectrum = {{ {} }}\nsize_mm = [0.4, 0.4]\nposition_mm = [{x}, 0.0, 0.35]\n",
+            keys.join(", ")
+        )
+    };
+    // Two lights of one spectrum, each traced by itself.
+    let pair = format!(
+        "{}[light]\nweighting = \"photometric\"\n{}{}{}",
+        even[..start].replace("paths = 60_000", "paths = 20_000, ledger_by_source = true"),
+        source("a", -0.25),
+        source("b", 0.25),
+        &even[end..],
+    );
+    let find = |text: &str, name: &str| {
+        let found = run_text(folder.path(), name, text, name, &["--model", "geometric"]);
+        found.unwrap_or_else(|e| panic!("{e}"))["designs"]["white"]["geometric"].take()
+    };
+    let gauss = |nm: f64, peak: f64, width: f64| {
+        let sigma = width / (2.0 * (2.0 * 2f64.ln()).sqrt());
+        let off = (nm - peak) / sigma;
+        if off.abs() > 3.0 { 0.0 } else { (-0.5 * off * off).exp() / sigma }
+    };
+    let mut sum = [0.0; 3];
+    for step in 0..4500 {
+        let nm = 380.05 + 0.1 * f64::from(step);
+        let power = 0.25 * gauss(nm, 450.0, 20.0) + 0.75 * gauss(nm, 560.0, 120.0);
+        let matching = xyz(nm);
+        for k in 0..3 {
+            sum[k] += power * matching[k];
+        }
+    }
+    let exact = uv(sum);
+    for (name, text) in [("one", &even), ("pair", &pair)] {
+        let found = find(text, name);
+        let of_plate = &found["receivers"]["plate"];
+        for [u, v] in [
+            [&found["plane_u_prime"], &found["plane_v_prime"]],
+            [&found["far_field_u_prime"], &found["far_field_v_prime"]],
+            [&of_plate["u_prime"], &of_plate["v_prime"]],
+        ] {
+            for (figure, exact) in [u, v].into_iter().zip(exact) {
+                let (value, error) = estimate(figure);
+                assert!((value - exact).abs() < 2e-4 && error == 0.0, "{name}: {figure} {exact}");
+                assert_eq!(estimate(&figure["wavelength_error"]), (0.0, 0.0), "{name}");
+            }
+        }
+        for key in [
+            "cell_colour_difference",
+            "cell_colour_difference_parts",
+            "far_field_colour_difference",
+        ] {
+            assert_eq!(estimate(&found[key]), (0.0, 0.0), "{name}: {key}");
+            assert!(found[key].get("interval").is_none(), "{name}: {key}");
+        }
+        assert!(estimate(&found["plane_cct_k"]).1 == 0.0, "{}", found["plane_cct_k"]);
+    }
+}

@@ -8,7 +8,7 @@ use serde_json::Value;
 use tempfile::tempdir;
 
 use crate::support::binary::batwing;
-use crate::support::runs::{estimate, run_text, small};
+use crate::support::runs::{estimate, results, run_text, small};
 
 /// A beam of 450 nm upwards through a wide plate of index 1 over a black board. The plate absorbs
 /// the share 1 - exp(-0.5) of it and emits at 600 nm, to which it is clear.
@@ -128,6 +128,16 @@ fn relief_has_tables_at_the_wavelengths_of_converted_light() {
         tables.map(|table| table["wavelength_nm"].as_f64().expect("nm").round()).collect();
     nm.dedup();
     assert_eq!(nm, [550.0, 630.0]);
+    // Tables at one wavelength say which, as those of light that keeps its own do.
+    let one = text.replacen("[hybrid]", "[hybrid]\ntables_nm = [600.0]", 1);
+    assert_ne!(one, text);
+    let all = run_text(folder.path(), "small", &one, "one", &["--paths", "2000"]);
+    let all = all.unwrap_or_else(|e| panic!("{e}"));
+    let models = all["designs"]["small"].as_object().expect("models");
+    let hybrid = models.iter().find(|(name, _)| name.starts_with("hybrid")).expect("a hybrid").1;
+    for table in hybrid["tables"].as_array().expect("tables") {
+        assert_eq!(table["wavelength_nm"], 600.0, "{table}");
+    }
     let extraction = &hybrid["extraction_efficiency"];
     let error = extraction["wavelength_error"]["value"].as_f64().expect("an error of the tables");
     assert!((0.0..0.05).contains(&error), "{extraction}");
@@ -169,4 +179,78 @@ fn files_of_one_wavelength_of_converted_light_are_refused() {
         assert!(error.contains("luminophores") && error.contains("design.toml"), "{error}");
         assert!(!folder.path().join(file).exists());
     }
+}
+
+/// A clear plate keeps what it converts beyond its critical angle. The message says which plate, how
+/// much, and what ends it; with scatter there is none.
+#[test]
+fn clear_plates_that_hold_converted_light_are_named_with_a_cure() {
+    let folder = tempdir().expect("a folder");
+    let design = r#"
+name = "clear"
+mirror = { kind = "lambertian", reflectance = 0.95, extent = "array" }
+led = { size_mm = [0.5, 0.5], height_mm = 0.15, reflectance = 0.85, reflection = "lambertian" }
+array = { columns = 2, rows = 2, pitch_mm = 6.0 }
+receiver = { plane_height_mm = 7.0, bin_mm = 0.25 }
+trace = { paths = 1000 }
+[housing]
+kind = "specular"
+reflectance = 1.0
+height_mm = 8.0
+inner_size_mm = [12.0, 12.0]
+[light.spectrum]
+kind = "table"
+weighting = "radiometric"
+wavelength_nm = [445, 450, 455]
+power = [0.0, 1.0, 0.0]
+[[films]]
+name = "cover"
+z_mm = 3.0
+thickness_mm = 0.5
+medium = { index = 1.5 }
+[[films]]
+name = "dots"
+thickness_mm = 0.5
+gap_mm = 0.5
+[films.medium]
+index = 1.5
+[[films.medium.luminophores]]
+name = "green"
+absorption_per_mm = [[400, 4.8], [450, 3.2], [490, 2.5], [520, 1.5], [550, 0.0]]
+quantum_yield = 0.9
+emission = { peak_nm = 535, fwhm_nm = 30 }
+"#;
+    let said = |name: &str, text: &str| {
+        std::fs::write(folder.path().join("clear.toml"), text).expect("written");
+        let output = batwing(folder.path()).args(["run", "clear.toml", "--out", name]).output();
+        let output = output.expect("it runs");
+        assert!(output.status.success(), "{output:?}");
+        let results = results(&folder.path().join(name));
+        let ledger = results["designs"]["clear"]["geometric"]["power_ledger"].clone();
+        let lost = estimate(&ledger["lost_too_many_bounces"]).0;
+        (String::from_utf8(output.stderr).expect("UTF-8"), lost)
+    };
+    let (words, lost) = said("clear", design);
+    // Isotropic light in a plate of index n: the share (1 - 1/n²)^½ is beyond the critical angle.
+    assert!(lost > 0.1, "{lost}");
+    let share = metrics::digits::significant(100.0 * lost);
+    let expected = format!(
+        "clear.toml, clear geometric: {share} % of the power is lost (too many bounces), and no figure holds \
+         it: light that films[2] \"dots\" converts stays between clear faces by total reflection; \
+         scattering_per_mm or absorption_per_mm of the medium, or a face that scatters, lets it out \
+         or ends it"
+    );
+    assert!(words.contains(&expected), "{words}");
+    let milky =
+        design.replace("index = 1.5\n[[films", "index = 1.5\nscattering_per_mm = 1.0\n[[films");
+    let (words, lost) = said("milky", &milky);
+    assert!(lost < 1e-5 && !words.contains("is lost"), "{lost} {words}");
+
+    // Photons with more energy than those of the light are said with file and key.
+    let blue = design.replace("peak_nm = 535", "peak_nm = 455");
+    std::fs::write(folder.path().join("blue.toml"), blue).expect("written");
+    let output = batwing(folder.path()).args(["check", "blue.toml"]).output().expect("it runs");
+    let words = String::from_utf8(output.stderr).expect("UTF-8");
+    let key = "blue.toml: films[2].medium.luminophores[1]: ";
+    assert!(words.contains(key) && words.contains("\"green\" emits have more energy"), "{words}");
 }

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use crate::support::binary::batwing;
-use crate::support::runs::{changed, contents, estimate, files, results};
+use crate::support::runs::{changed, contents, estimate, files, results, run_text};
 use batwing_tests::bad_input::good;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
@@ -425,4 +425,70 @@ fn light_through_a_dye_is_the_integral_over_the_spectrum() {
     }
     let absorbed = &model["power_ledger"]["absorbed_in_plate"];
     assert!(estimate(&absorbed["wavelength_error"]).0 > 0.0, "{absorbed}");
+}
+
+/// A plate over bare chips that absorbs blue more than its fewest wavelengths show. Its uniformity is
+/// noise at these paths.
+const PLATE: &str = r#"
+name = "plate"
+mirror = { kind = "lambertian", reflectance = 0.9, extent = "array" }
+led = { size_mm = [1.0, 1.0], height_mm = 0.3, reflectance = 0.5, reflection = "lambertian" }
+array = { columns = 2, rows = 2, pitch_mm = 6.0 }
+receiver = { plane_height_mm = 6.0, bin_mm = 0.25 }
+trace = { paths = 20_000 }
+films = [{ name = "plate", z_mm = 4.0, thickness_mm = 1.0, medium = { material_file = "glass.yml" } }]
+
+[[receivers]]
+name = "front"
+kind = "plane"
+position_mm = [0.0, 0.0, 6.0]
+size_mm = [8.0, 8.0]
+bins = [4, 4]
+"#;
+
+#[test]
+fn wavelengths_are_added_until_light_that_leaves_and_its_colour_stay() {
+    let folder = tempdir().expect("a folder");
+    let path = folder.path();
+    let rows = "0.38 1.6 2e-4\n        0.46 1.55 5e-5\n        0.52 1.5 1e-5\n        0.8 1.4 0\n";
+    let yaml = format!("DATA:\n  - type: tabulated nk\n    data: |\n        {rows}");
+    std::fs::write(path.join("glass.yml"), yaml).expect("written");
+    let run = |name: &str, sampling: &str| {
+        let text = format!("{PLATE}[light]\n{}\n", WHITE.trim_start_matches("light."));
+        let text = text.replace("samples = 3", sampling);
+        let found = run_text(path, "plate", &text, name, &[]);
+        found.unwrap_or_else(|e| panic!("{e}"))["designs"]["plate"]["geometric"].take()
+    };
+    let (three, found) = (run("three", "samples = 3"), run("found", "tolerance = 0.005"));
+    let fine = run("fine", "samples = 31");
+    assert!(wavelengths(&found).len() >= 7, "{} wavelengths", wavelengths(&found).len());
+    let read = |model: &Value, key: &str| match key.split_once('.') {
+        Some((figure, receiver)) => model["receivers"][receiver][figure].clone(),
+        None if key == "escaped_up" => model["power_ledger"][key].clone(),
+        None => model[key].clone(),
+    };
+    let mut is_far = false;
+    for key in [
+        "escaped_up",
+        "plane_u_prime",
+        "plane_v_prime",
+        "far_field_u_prime",
+        "far_field_v_prime",
+        "u_prime.front",
+        "v_prime.front",
+        "mean.front",
+    ] {
+        let exact = estimate(&read(&fine, key));
+        for model in [&three, &found] {
+            let figure = read(model, key);
+            let (value, noise) = estimate(&figure);
+            let error = estimate(&figure["wavelength_error"]);
+            let off = (value - exact.0).abs();
+            // The change that made it bounds what others make, within its noise.
+            assert!(off < error.0 + 5.0 * noise.hypot(error.1).hypot(exact.1), "{key}: {figure}");
+        }
+        let (coarse, noise) = estimate(&read(&three, key));
+        is_far |= (coarse - exact.0).abs() > 0.005 + 5.0 * noise.hypot(exact.1);
+    }
+    assert!(is_far, "three wavelengths are as good");
 }

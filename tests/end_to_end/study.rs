@@ -356,3 +356,76 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
         assert_eq!(first, again);
     }
 }
+
+/// A set-up in which a figure with a target cannot be read stands below the ranking with the reason,
+/// on terminal, in JSON, in CSV and on the page.
+#[test]
+fn set_ups_without_a_figure_with_a_target_stand_below_the_ranking() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let design = r#"
+name = "bare"
+led = { size_mm = [1.0, 1.0], height_mm = 0.35, reflectance = 0.5, reflection = "specular" }
+mirror = { kind = "specular", reflectance = 0.95, extent = "array" }
+array = { columns = 2, rows = 2, pitch_mm = 6.0 }
+light = { wavelength_nm = 550.0 }
+receiver = { plane_height_mm = 3.0, bin_mm = 0.25 }
+trace = { paths = 4096 }
+"#;
+    std::fs::write(at.join("bare.toml"), design).expect("written");
+    let study = r#"
+name = "bins"
+designs = ["bare.toml"]
+models = ["geometric"]
+[[factors]]
+name = "bin"
+key = "receiver.bin_mm"
+values = [0.25, 0.5]
+[[factors]]
+name = "height"
+key = "receiver.plane_height_mm"
+values = [0.2]
+[targets.bare.geometric]
+uniformity = 0.9
+escaped_up = 0.9
+"#;
+    std::fs::write(at.join("study.toml"), study).expect("written");
+    let output = batwing(at).args(["study", "study.toml", "--out", "study"]).output();
+    let output = output.expect("it runs");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(at.join("study/study.json")).expect("study.json");
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    let [ranked, unranked] =
+        ["ranking", "unranked"].map(|list| json[list].as_array().expect("a list").clone());
+    // The mirror lies below a plane at 0.2 mm, and the boxes stand through it: the map is dark.
+    let why = [
+        (
+            "bin = 0.5",
+            "no uniformity of bare geometric: the design does not have it, and receiver.bin_mm is too wide for a fit to the valley between neighbours",
+        ),
+        (
+            "height = 0.2",
+            "no uniformity of bare geometric: 4096 paths show too little light for it",
+        ),
+    ];
+    assert_eq!(ranked.len() + unranked.len(), json["setups"].as_array().expect("a list").len());
+    assert!(ranked.iter().all(|one| why.iter().all(|(name, _)| one["setup"] != *name)));
+    let table = std::fs::read_to_string(at.join("study/study.csv")).expect("study.csv");
+    batwing(at).args(["report", "study", "--out", "page.html"]).assert().success();
+    let page = std::fs::read_to_string(at.join("page.html")).expect("a page");
+    let page = page.replace("&#x27;", "'");
+    assert_eq!(unranked.len(), why.len(), "{unranked:?}");
+    for (entry, (name, why)) in unranked.iter().zip(why) {
+        assert_eq!((&entry["setup"], &entry["why"]), (&name.into(), &why.into()));
+        assert!(said.contains(&format!("not ranked: {name}: {why}")), "{said}");
+        assert!(page.contains(&format!("<dt>{name}</dt><dd>{why}</dd>")), "{name}");
+        let of = |row: &&str| row.starts_with(name) && row.contains(",uniformity,");
+        let row = table.lines().find(of).unwrap_or_else(|| panic!("{name}: {table}"));
+        let why = why.split_once(": ").expect("a reason").1;
+        assert!(
+            row.contains(",uniformity,,,") && row.contains(&format!("no figure: {why}")),
+            "{row}"
+        );
+    }
+}

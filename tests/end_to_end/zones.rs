@@ -99,6 +99,25 @@ fn a_pattern_is_what_a_trace_of_its_drives_gives() {
     let black = &rows[5];
     assert!(black[4] == 0.0 && (black[7] * 5000.0 / black[5] - 1.0).abs() < 1e-9, "{black:?}");
     assert!(rows.iter().all(|row| row[6] > 0.0 && row[8] > 0.0));
+    // Columns and rows are whole numbers.
+    assert!(
+        read(at.join("front/zones.csv")).lines().nth(4).is_some_and(|row| row.starts_with("4,1,"))
+    );
+}
+
+/// Drives as small as numbers are leave numbers that people can read.
+#[test]
+fn the_smallest_drives_give_no_rows_of_zeros() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("boxed.toml"), boxed(3)).expect("written");
+    std::fs::write(at.join("drives.csv"), "1e-300,0,0\n0,0,0\n0,0,0\n").expect("written");
+    let line = "zones boxed.toml --pattern drives.csv --paths 4096 --out out";
+    let output = batwing(at).args(line.split(' ')).output().expect("it runs");
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(output.status.success() && !said.is_empty(), "{output:?}");
+    assert!(said.lines().all(|line| line.chars().count() < 100), "{said}");
+    assert!(said.contains("e-29") || said.contains("e-30"), "{said}");
 }
 
 #[test]

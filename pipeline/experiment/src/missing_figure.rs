@@ -5,7 +5,7 @@ use anyhow::Error;
 
 use design::Design;
 use metrics::digits::thousands;
-use simulate::observation::Observation;
+use simulate::observation::{Observation, why_absent};
 
 /// Keys of the figures that `seen`, a trace of `design`, shows.
 pub fn shown(design: &Design, seen: &Observation) -> Vec<String> {
@@ -13,11 +13,13 @@ pub fn shown(design: &Design, seen: &Observation) -> Vec<String> {
     all.map(|(key, _)| key.to_string()).collect()
 }
 
-/// Complaint about `key`, which asks for a figure that is not among those `shown`.
-pub fn missing_figure(key: &str, figure: &str, shown: &[String], paths: u64) -> Error {
+/// Complaint about `key`, which asks for a figure that is not among those `shown` by the paths of
+/// `design`.
+pub fn missing_figure(key: &str, figure: &str, shown: &[String], design: &Design) -> Error {
     Error::msg(format!(
-        "{key}: expected a figure that the design has, {} (as {} paths show), got {figure:?}",
+        "{key}: expected a figure that the design has, {} (as {} paths show), got {figure:?}: {}",
         shown.join(", "),
-        thousands(paths),
+        thousands(design.trace.paths),
+        why_absent(design, figure),
     ))
 }

@@ -12,6 +12,9 @@ use super::chromaticity::uv;
 use super::jackknife::picked;
 use super::{Estimate, Grouped};
 
+/// Distances up to it are rounding of sums over bins, and the points of one chromaticity.
+const ROUNDING: f64 = 1e-12;
+
 /// X, Y and Z of every point, one point after the other.
 type Tristimulus = [f64];
 
@@ -44,14 +47,15 @@ fn chromaticities(values: &Tristimulus) -> Option<Vec<[f64; 2]>> {
     points.iter().map(|xyz| uv(*xyz)).collect()
 }
 
-/// The two points that lie farthest apart, corners of the convex hull; `None` where all are one.
+/// The two points that lie farthest apart, corners of the convex hull; `None` where all are of one
+/// chromaticity.
 fn farthest(colours: &[[f64; 2]]) -> Option<[usize; 2]> {
     let corners = hull(colours);
     let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
     let pairs = pairs.map(|pair| pair.map(|k| corners[k]));
     let far =
         pairs.max_by(|a, b| length(between(colours, *a)).total_cmp(&length(between(colours, *b))));
-    far.filter(|pair| length(between(colours, *pair)) > 0.0)
+    far.filter(|pair| length(between(colours, *pair)) > ROUNDING)
 }
 
 /// Corners of the convex hull (A. M. Andrew, Inf. Process. Lett. 9 (1979) 216).
@@ -114,6 +118,20 @@ mod tests {
             noisy.collect()
         };
         Grouped::new((0..64).map(group).collect())
+    }
+
+    #[test]
+    fn points_of_one_chromaticity_differ_by_nothing() {
+        let of = |group: usize| {
+            // The same light, in sums that round differently.
+            let scale = |point: usize| 0.1 + 1.0 / (3.0 + (group + 7 * point) as f64);
+            let point = |point: usize| xyz([0.21, 0.47]).map(|value| value * scale(point));
+            (0..9).flat_map(point).collect::<Vec<f64>>()
+        };
+        let grouped = Grouped::new((0..64).map(of).collect());
+        let found = estimate(&grouped).expect("no point is dark");
+        assert_eq!((found.value, found.standard_error), (0.0, 0.0));
+        assert_eq!(plain(grouped.total()), Some(0.0));
     }
 
     /// Illuminants A and D65 (u', v' of CIE 015:2018, table 3) lie 0.0818 apart.

@@ -38,8 +38,7 @@ impl Digits {
         }
         let size = value.abs().max(if error.is_finite() { error } else { 0.0 });
         let power = if size > 0.0 && !(1e-4..1e7).contains(&size) { exponent(size, 1) } else { 0 };
-        let scale = 10f64.powi(-power);
-        let (value, error) = (value * scale, error * scale);
+        let [value, error] = [value, error].map(|number| over_power(number, power));
         if error > 0.0 && error.is_finite() {
             let decimals = 1 - exponent(error, 1);
             return Self {
@@ -87,10 +86,21 @@ pub fn fixed(number: f64, decimals: i32) -> String {
     }
 }
 
-/// A number that is known without an error: six significant digits without trailing zeros.
+/// `number` over a power of ten, which may be beyond the range of numbers.
+fn over_power(number: f64, power: i32) -> f64 {
+    let half = power / 2;
+    number * 10f64.powi(-half) * 10f64.powi(half - power)
+}
+
+/// A number that is known without an error: six significant digits without trailing zeros; very
+/// large and very small ones with a power of ten, `1.5e-12`.
 pub fn shortest(number: f64) -> String {
     if number == 0.0 {
         return "0".into();
+    }
+    if number.is_finite() && !(1e-9..1e15).contains(&number.abs()) {
+        let power = exponent(number.abs(), 5);
+        return format!("{}e{power}", shortest(over_power(number, power)));
     }
     let text = fixed(number, 5 - exponent(number.abs(), 5));
     if text.contains('.') {
@@ -134,9 +144,24 @@ mod tests {
             ((20.125, f64::NAN), "20.125 ± ?"),
             ((f64::NAN, 0.1), "n/a"),
             ((0.0, 0.0), "0 ± 0"),
+            ((1.2345e-310, 1.2e-312), "(1.234 ± 0.012)e-310"),
+            ((1.5e300, 0.0), "(1.5 ± 0)e300"),
         ];
         for ((value, error), expected) in cases {
             assert_eq!(format_value_with_error(value, error), expected);
+        }
+    }
+
+    #[test]
+    fn numbers_beyond_reading_have_a_power_of_ten() {
+        for (number, text) in [
+            (1e-300, "1e-300"),
+            (-2.345_678_9e-12, "-2.34568e-12"),
+            (3.0e15, "3e15"),
+            (1.5e-9, "0.0000000015"),
+            (123_456_789.0, "123457000"),
+        ] {
+            assert_eq!(shortest(number), text);
         }
     }
 

@@ -5,8 +5,11 @@
 //! | figure | formula |
 //! |---|---|
 //! | behind the panel | L = min(max(T W, B / C), B) ([`behind_panel`]) |
+//! | bias of noise there | s exp(-d²/2) / √π at each of its two bends ([`panel_bias`]) |
 //! | radius of a level | where the mean over rings first falls below the level beyond its largest ([`radius_at`]) |
 //! | light beyond the reach | Σ n_j d_R q^(j-R) over the shells j beyond the last, R ([`beyond`]) |
+
+use super::Estimate;
 
 /// Luminance behind a panel of contrast C = `contrast` (1 or more), before a backlight of luminance
 /// B = `backlight`, where T W = `wanted`: the liquid crystal passes T W / B, at least 1/C and at
@@ -14,6 +17,24 @@
 pub fn behind_panel(backlight: f64, wanted: f64, contrast: f64) -> f64 {
     let backlight = backlight.max(0.0);
     wanted.min(backlight).max(backlight / contrast)
+}
+
+/// Bound of the bias that noise of `backlight`, normal with its standard error s, leaves in
+/// [`behind_panel`].
+///
+/// At the bend B = T W the mean lies s (φ(d) - d Φ(-d)) low, d = |B - T W| / s, which is at most
+/// s φ(d), 0.4 s where d = 0; at the bend B / C = T W it lies 1/C of the same high. With the d that
+/// noise gives, √2 φ(d) = exp(-d²/2) / √π is φ(d/√2) in the mean, which is at least φ(d).
+pub fn panel_bias(backlight: Estimate, wanted: f64, contrast: f64) -> f64 {
+    let Estimate { value, standard_error, .. } = backlight;
+    if standard_error <= 0.0 {
+        return 0.0;
+    }
+    let of_bend = |bend: f64| {
+        let d = (value - bend) / standard_error;
+        standard_error * (-0.5 * d * d).exp() / std::f64::consts::PI.sqrt()
+    };
+    of_bend(wanted) + of_bend(wanted * contrast) / contrast
 }
 
 /// The distance at which `values` at these distances first fall below `share` of the largest,
@@ -74,6 +95,34 @@ mod tests {
             let found = behind_panel(backlight, wanted, contrast);
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
         }
+    }
+
+    /// E[min(w, B)] of a normal B, by the mean over its law; bounds are means over the same law.
+    #[test]
+    fn the_bias_of_noise_before_a_panel_is_within_its_bound() {
+        let (wanted, noise) = (100.0, 3.0);
+        for d in [0.0, 0.3, 0.7, 1.0, 1.5, 2.0, 3.0, -0.5, -2.0] {
+            let backlight = wanted + d * noise;
+            let (mut weight, mut mean, mut bound) = (0.0, 0.0, 0.0);
+            for step in -8000..=8000 {
+                let z = f64::from(step) * 1e-3;
+                let density = (-0.5 * z * z).exp();
+                let seen = backlight + z * noise;
+                weight += density;
+                mean += density * behind_panel(seen, wanted, 5000.0);
+                bound += density * panel_bias(Estimate::new(seen, noise), wanted, 5000.0);
+            }
+            let bias = mean / weight - behind_panel(backlight, wanted, 5000.0);
+            assert!(bias <= 1e-9 && bound / weight >= -bias, "{d}: {bias} {bound}");
+            if d == 0.0 {
+                // φ(0) of the error, 0.4 of it.
+                assert!((bias + 0.398_942 * noise).abs() < 1e-4, "{bias}");
+                assert!((bound / weight - 0.398_942 * noise).abs() < 1e-3, "{bound}");
+            }
+        }
+        assert_eq!(panel_bias(Estimate::new(1.0, 0.0), 1.0, 10.0), 0.0);
+        // Black leaks in proportion to a backlight far from dark: nothing bends.
+        assert!(panel_bias(Estimate::new(100.0, 3.0), 0.0, 5000.0) < 1e-100);
     }
 
     #[test]

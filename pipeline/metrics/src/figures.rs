@@ -132,6 +132,10 @@ impl Definition {
     const fn absolute(self) -> Self {
         Self { is_absolute: true, ..self }
     }
+
+    const fn adding_wavelengths(self) -> Self {
+        Self { adds_wavelengths: true, ..self }
+    }
 }
 
 /// A figure of one design: of receivers and accounts each has a name of its own.
@@ -195,10 +199,10 @@ const fn papers(
     better: Better,
     scale: f64,
 ) -> Definition {
-    let adds_wavelengths = true;
     let heading = Some(heading);
-    Definition { heading, adds_wavelengths, ..figure(key, label, unit, source, better) }
+    Definition { heading, ..figure(key, label, unit, source, better) }
         .scaled(scale)
+        .adding_wavelengths()
 }
 
 /// Polar angle of the largest intensity.
@@ -302,19 +306,20 @@ pub const COLOURS: [Definition; 11] = [
     COLOUR_DIFFERENCE,
     COLOUR_DIFFERENCE_PARTS,
     COLOUR_DIFFERENCE_ANGLES,
-    colour("plane_u_prime", "u', map"),
-    colour("plane_v_prime", "v', map"),
+    colour("plane_u_prime", "u', map").adding_wavelengths(),
+    colour("plane_v_prime", "v', map").adding_wavelengths(),
     temperature("plane_cct_k", "correlated colour temperature, map"),
     colour("plane_duv", "Duv, map"),
-    colour("far_field_u_prime", "u', far field"),
-    colour("far_field_v_prime", "v', far field"),
+    colour("far_field_u_prime", "u', far field").adding_wavelengths(),
+    colour("far_field_v_prime", "v', far field").adding_wavelengths(),
     temperature("far_field_cct_k", "correlated colour temperature, far field"),
     colour("far_field_duv", "Duv, far field"),
 ];
 /// Power that leaves upwards, per power emitted.
 pub const ESCAPED_UP: Definition =
     figure("escaped_up", "escaped up", Unit::Fraction, Source::Ledger, Better::Larger)
-        .scaled(SHARE_SCALE);
+        .scaled(SHARE_SCALE)
+        .adding_wavelengths();
 /// Power that leaves downwards, per power emitted.
 pub const ESCAPED_DOWN: Definition =
     figure("escaped_down", "escaped down", Unit::Fraction, Source::Ledger, Better::Neither)
@@ -372,7 +377,8 @@ const fn ratio_of_bins(key: &'static str, label: &'static str) -> Definition {
 /// side the points of a display; then [`BY_ANGLE`].
 pub const OF_RECEIVER: [Definition; 10] = [
     Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", Better::Larger) }
-        .scaled(SHARE_SCALE),
+        .scaled(SHARE_SCALE)
+        .adding_wavelengths(),
     of_bins("mean", "mean", Better::Larger),
     of_bins("min", "min", Better::Neither),
     of_bins("max", "max", Better::Neither),
@@ -398,8 +404,8 @@ const fn of_receiver(colour: Definition) -> Definition {
 
 /// Colours of every receiver that has one flux, in the order in which they are read.
 pub const COLOURS_OF_RECEIVER: [Definition; 4] = [
-    of_receiver(colour("u_prime", "u'")),
-    of_receiver(colour("v_prime", "v'")),
+    of_receiver(colour("u_prime", "u'")).adding_wavelengths(),
+    of_receiver(colour("v_prime", "v'")).adding_wavelengths(),
     of_receiver(temperature("cct_k", "correlated colour temperature")),
     of_receiver(colour("duv", "Duv")),
 ];

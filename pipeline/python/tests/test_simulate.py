@@ -415,6 +415,8 @@ def test_a_search_gives_figures_before_and_after(root: Path, tmp_path: Path, bin
     assert before is not None and after.value < before.value and after.standard_error > 0
     change = found.figures["uniformity"].change
     assert change is not None and change.value > 2 * change.standard_error > 0
+    # Percentages differ by points, as on the terminal.
+    assert str(change).endswith(" points") and str(found.figures["uniformity"].after).endswith(" %")
     [constraint] = found.constraints
     assert constraint.met and constraint.value is not None and constraint.value.value > 0.5
     [pitch] = found.coefficients

@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use metrics::Estimate;
-use metrics::digits::thousands;
+use metrics::digits::{significant, thousands};
 use metrics::extraction::{Ledger, is_end};
 use metrics::figures::{BEAM_ANGLE, COLOURS, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
 use metrics::plural::count;
@@ -71,7 +71,8 @@ fn light(text: &mut String, ledger: &Ledger) {
             line(text, &key.replace('_', " "), &percent(share));
         }
     }
-    let lost = if lost == 0.0 { "0 %".to_owned() } else { format!("{:.1e} %", lost * 100.0) };
+    let lost =
+        if lost == 0.0 { "0 %".to_owned() } else { format!("{} %", significant(lost * 100.0)) };
     line(text, "lost", &lost);
 }
 
@@ -263,7 +264,7 @@ mod tests {
         assert!(text.starts_with("mine, rays: 1,234,560 paths\n"), "{text}");
         assert!(place("75.000 ± 0.020 %") < place("absorbed by bottom"));
         assert!(place("absorbed by bottom") < place("uniformity"));
-        assert!(place("1.0e-3 %") < place("uniformity"));
+        assert!(place("0.0010 %") < place("uniformity"));
         assert!(!text.contains("led top"), "{text}");
         assert!(text.contains("not resolved"), "{text}");
         assert!(

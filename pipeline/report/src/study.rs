@@ -8,7 +8,7 @@ use metrics::estimate::DISTINCT;
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use results::shown::{named, unit_of_differences};
-use results::study::StudyFile;
+use results::study::{StudyFigureEntry, StudyFile};
 
 use super::plots::{Heading, MarkedLine, Picture, marked_lines};
 
@@ -65,6 +65,8 @@ pub fn figures(study: &StudyFile) -> Vec<&str> {
 /// No finite change.
 pub fn change_picture(study: &StudyFile, figure: &str) -> Result<Option<Picture>> {
     let (words, unit) = named(figure);
+    let mut all = study.setups.iter().flat_map(|setup| &setup.figures);
+    let unit = all.find(|entry| entry.figure == figure).map_or(unit, StudyFigureEntry::unit);
     let (factor, symbol) = unit_of_differences(unit);
     let lines = study.setups.iter().skip(1).map(|setup| MarkedLine {
         least: f64::NEG_INFINITY,

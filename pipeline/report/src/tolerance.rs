@@ -36,7 +36,7 @@ pub fn distribution_picture(file: &ToleranceResultsFile) -> Result<Option<Pictur
     );
     sample_distribution(
         &Heading::new("Distribution over the tolerances", words),
-        &distribution.figure,
+        (&named(&distribution.figure).0, file.unit(&distribution.figure)),
         &shares.collect::<Vec<_>>(),
         &nominal,
         &bounds(file, &distribution.figure),
@@ -48,7 +48,7 @@ pub fn distribution_picture(file: &ToleranceResultsFile) -> Result<Option<Pictur
 fn bounds(file: &ToleranceResultsFile, key: &str) -> Vec<MarkedValue> {
     let constraints = file.constraints.iter();
     let of_figure = constraints.filter(|constraint| constraint.figure == key);
-    let (_, unit) = named(key);
+    let unit = file.unit(key);
     let bounds = of_figure.flat_map(|&BoundEntry { at_least, at_most, .. }| {
         let both = [Bounds { at_least, at_most: None }, Bounds { at_least: None, at_most }];
         both.into_iter().filter_map(|bounds| {

@@ -84,8 +84,11 @@ pub struct ObjectiveEntry {
 }
 
 /// A figure before and after.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ComparedFigure {
+    /// Symbol of the unit of a figure that depends on the light; empty where its key says it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
     /// At the beginning.
     pub before: Option<FigureEntry>,
     /// Of the design found.

@@ -188,7 +188,7 @@ pub struct TableEntry {
     pub band: usize,
     /// Ring that was solved, from 1.
     pub ring: usize,
-    /// Wavelength, nm, where a design has tables at several.
+    /// Wavelength, nm; not in files of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_nm: Option<f64>,
     /// Period, µm.

@@ -7,13 +7,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
+use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
 
 use super::figure_entry::FigureEntry;
 use super::sealed_file::{self, Writer};
+use super::shown;
 use super::target::{Sought, Verdict};
 
 /// File under the directory of results.
@@ -42,9 +44,12 @@ pub struct StudyFile {
     /// Set-ups, the base first.
     pub setups: Vec<SetupEntry>,
     /// Set-ups that make no design.
-    pub impossible: Vec<ImpossibleEntry>,
+    pub impossible: Vec<LeftOutEntry>,
     /// Set-ups by misfit, the smallest first; empty without targets.
     pub ranking: Vec<RankedEntry>,
+    /// Set-ups that are not ranked, for want of figures with targets.
+    #[serde(default)]
+    pub unranked: Vec<LeftOutEntry>,
     /// Slopes over factors that are numbers.
     pub sensitivities: Vec<SensitivityEntry>,
 }
@@ -67,6 +72,9 @@ pub struct StudyFigureEntry {
     pub model: String,
     /// Key of the figure.
     pub figure: String,
+    /// Symbol of the unit of a figure that depends on the light; empty where its key says it.
+    #[serde(default)]
+    pub unit: String,
     /// Value, standard error and state.
     #[serde(flatten)]
     pub value: FigureEntry,
@@ -87,9 +95,9 @@ pub struct StudyFigureEntry {
     pub verdict: Option<Verdict>,
 }
 
-/// A set-up that makes no design.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-pub struct ImpossibleEntry {
+/// A set-up that is left out.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LeftOutEntry {
     /// Name.
     pub setup: String,
     /// Reason.
@@ -134,6 +142,11 @@ impl StudyFile {
 }
 
 impl StudyFigureEntry {
+    /// Unit of the figure.
+    pub fn unit(&self) -> Unit {
+        Unit::from_name(&self.unit).unwrap_or(shown::named(&self.figure).1)
+    }
+
     /// Value or bounds sought.
     pub fn sought(&self) -> Option<Sought> {
         let bounds = Bounds { at_least: self.at_least, at_most: self.at_most };

@@ -65,6 +65,9 @@ pub struct ToleranceResultsFile {
     pub yielded: Option<YieldEntry>,
     /// Distribution of the first figure of the analysis; none where it has no scatter.
     pub distribution: Option<DistributionEntry>,
+    /// Figures that some packages lack, so that they have no statistics, with the reason.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub unread: BTreeMap<String, String>,
     /// Reasons of packages that make no design.
     pub without_design: Vec<String>,
 }
@@ -72,6 +75,9 @@ pub struct ToleranceResultsFile {
 /// Statistics of a figure over the packages.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ToleranceFigureEntry {
+    /// Symbol of the unit of a figure that depends on the light; empty where its key says it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
     /// Without deviations.
     pub nominal: FigureEntry,
     /// Of the packages.
@@ -92,6 +98,13 @@ pub struct ToleranceFigureEntry {
     pub contributions: Option<ContributionsEntry>,
 }
 
+impl ToleranceResultsFile {
+    /// Unit of the figure under `key`.
+    pub fn unit(&self, key: &str) -> Unit {
+        self.figures.get(key).map_or_else(|| shown::named(key).1, |figure| figure.unit(key))
+    }
+}
+
 /// Texts of a figure in a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FigureRow {
@@ -108,8 +121,14 @@ pub struct FigureRow {
 }
 
 impl ToleranceFigureEntry {
-    /// The figure in a table, in `unit`.
-    pub fn row(&self, unit: Unit) -> FigureRow {
+    /// Unit of the figure, whose key is `key`.
+    pub fn unit(&self, key: &str) -> Unit {
+        Unit::from_name(&self.unit).unwrap_or(shown::named(key).1)
+    }
+
+    /// The figure under `key` in a table.
+    pub fn row(&self, key: &str) -> FigureRow {
+        let unit = self.unit(key);
         let quantile = |one: &QuantileEntry| {
             let estimate = Estimate::new(one.value, one.standard_error);
             (one.level, shown::estimate(estimate, unit))

@@ -32,7 +32,7 @@ use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
 
 use self::colours::Colours;
-pub use self::known::check_figure;
+pub use self::known::{check_figure, unit_in_files, unit_of, why_absent};
 use self::reader::{Column, Reader};
 pub(super) use self::readers::of_one_path;
 use self::readers::readers;

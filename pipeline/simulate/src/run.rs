@@ -198,8 +198,8 @@ fn errors_of_tables(
     let Some(surface) = job.surface.second_nearest() else {
         if let DomeSurface::ByWavelength(..) = job.surface {
             context.console.warn(&format!(
-                "{}: relief has tables at one wavelength, so that their error for light of others is not known; hybrid.tables_nm with two or more shows it",
-                job.what
+                "{}: hybrid.tables_nm: relief of {} has tables at one wavelength, so that their error for light of others is not known; two or more show it",
+                job.design.provenance.file, job.what
             ));
         }
         return Ok(None);

@@ -28,7 +28,7 @@ use design::spectrum::Sampling;
 use design::spectrum::lights::{Colour, Lights};
 use design::spectrum::quadrature::COUNTS;
 use metrics::Estimate;
-use metrics::figures::{self, PEAK_ANGLE};
+use metrics::figures::{self, PEAK_ANGLE, Source};
 use metrics::plural::count;
 use results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
 use results::{Figure, ModelResult};
@@ -101,8 +101,12 @@ impl<'a> SpectralJob<'a> {
     /// tables; an interrupt.
     pub fn observe(self) -> Result<Observation> {
         let mut sweep = Sweep::new(self);
-        let (rule, ..) = refine(&mut sweep)?;
-        Ok(sweep.combined(&rule, false).into_owned())
+        let (rule, _, stop) = refine(&mut sweep)?;
+        let seen = match stop {
+            StoppedBy::NoDispersion => sweep.of_whole_light(&rule),
+            _ => sweep.combined(&rule, false),
+        };
+        Ok(seen.into_owned())
     }
 
     /// Traces at as many wavelengths as the lights ask for. With `stopping_rule` these are the
@@ -132,7 +136,13 @@ pub struct SpectralTrace<'a> {
 impl SpectralTrace<'_> {
     /// The sum over all wavelengths, with the colours of all bins.
     pub fn observation(&self) -> Cow<'_, Observation> {
-        self.sweep.combined(&self.rule, true)
+        match self.stop {
+            // All bins are of one colour, which figures state.
+            StoppedBy::NoDispersion if self.rule.len() == 1 => {
+                self.sweep.of_whole_light(&self.rule)
+            }
+            _ => self.sweep.combined(&self.rule, true),
+        }
     }
 
     /// How much all figures, accounts of the ledger and figures of receivers of `observation`, which
@@ -143,7 +153,7 @@ impl SpectralTrace<'_> {
         }
         match &self.coarse {
             Some(coarse) => {
-                let coarse = self.sweep.combined(coarse, false);
+                let coarse = self.sweep.of_whole_light(coarse);
                 WavelengthErrors::between(observation, &coarse, self.sweep.job.design)
             }
             None => WavelengthErrors { by_key: BTreeMap::new(), of_others: None },
@@ -283,9 +293,10 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
         sweep.cover(&coarse)?;
         let (design, context) = (sweep.job.design, sweep.job.context);
         let (worst, stop) = {
-            let observation = sweep.sum(&rule);
+            let observation = sweep.combined(&rule, false);
             let figures = observation.estimates(design, adds_wavelengths);
-            let changes = observation.changes(&sweep.sum(&coarse), design, adds_wavelengths);
+            let changes =
+                observation.changes(&sweep.of_whole_light(&coarse), design, adds_wavelengths);
             verdict(&figures, &changes, tolerance)
         };
         context.console.say(&format!(
@@ -299,11 +310,12 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
             larger.is_some_and(|&n| sweep.fits(&rule::rule(lights, n, false), true).is_ok());
         if stop.is_none() && !possible {
             context.console.warn(&format!(
-                "{}: {} = {tolerance} was not reached: with {} instead of {} figures change by up to {worst:.2e}",
-                design.name,
-                if lights.apart { "tolerance" } else { "light.spectrum.tolerance" },
+                "{}: {} = {tolerance} was not reached: with {} instead of {} figures of {} change by up to {worst:.2e}",
+                design.provenance.file,
+                if lights.apart { "spectrum.tolerance of [[sources]]" } else { "light.spectrum.tolerance" },
                 count(rule.len(), "wavelength"),
-                coarse.len()
+                coarse.len(),
+                sweep.job.model.key(design)
             ));
         }
         if let Some(stop) = stop.or((!possible).then_some(StoppedBy::Limit)) {
@@ -325,14 +337,21 @@ fn verdict(
     changes: &[(Cow<'static, str>, Estimate)],
     tolerance: f64,
 ) -> (f64, Option<StoppedBy>) {
-    let decisive = |key: &str| {
-        // An angle of noise decides nothing.
-        let is_noise = |f: &Figure| key == PEAK_ANGLE.key && !f.entry.peak_place.is_off_axis();
-        adds_wavelengths(key) && figures.iter().any(|f| f.key == key && !is_noise(f))
+    // What a change of the figure counts by; none of one that decides nothing.
+    let scale = |key: &str| {
+        let definition = figures::find(key).filter(|known| known.adds_wavelengths)?;
+        let entry = figures.iter().find(|figure| figure.key == key)?.entry;
+        match definition.source {
+            // An angle of noise decides nothing.
+            _ if key == PEAK_ANGLE.key => entry.peak_place.is_off_axis().then_some(DEGREES),
+            // A receiver may see little of the light.
+            Source::Receiver => (entry.value > 0.0).then_some(entry.value),
+            _ => Some(1.0),
+        }
     };
     let (mut worst, mut within, mut unseen) = (0.0f64, true, true);
-    for (key, change) in changes.iter().filter(|(key, _)| decisive(key)) {
-        let scale = if key.ends_with("_deg") { DEGREES } else { 1.0 };
+    for (key, change) in changes {
+        let Some(scale) = scale(key) else { continue };
         let size = change.value.abs() / scale;
         worst = worst.max(size);
         within &= size <= tolerance;

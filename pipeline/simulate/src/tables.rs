@@ -66,8 +66,7 @@ impl DesignTables {
                 TableEntry {
                     band: i + 1,
                     ring: b.cell.ring,
-                    wavelength_nm: (!self.others.is_empty())
-                        .then(|| (b.table.grid().wavelength * 1e6).round() * 1e-3),
+                    wavelength_nm: Some((b.table.grid().wavelength * 1e6).round() * 1e-3),
                     period_um: b.cell.period_um,
                     depth_um: b.cell.depth_um,
                     orders: header.truncation,

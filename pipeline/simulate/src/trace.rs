@@ -8,11 +8,13 @@ use serde_json::{Value, json};
 use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
 
 use design::Design;
+use design::resolved::medium::Medium;
 use design::resolved::trace_key::ReliefModel;
 use files::cache::Key;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
 use files::store::{Entries, Store};
+use metrics::digits::significant;
 use metrics::extraction::flow;
 
 use super::observation::{Observation, plane_grid};
@@ -20,6 +22,8 @@ use super::scene::{self, DomeSurface};
 pub use super::scenes::GROUPS;
 use super::scenes::{self, Scenes};
 
+/// Account of the paths that met too many surfaces.
+const TOO_MANY: &str = "lost_too_many_bounces";
 /// Share of the power that may be given up without a word.
 const NEGLIGIBLE: f64 = 1e-5;
 
@@ -67,8 +71,11 @@ impl TraceJob<'_> {
             // Traces of searches and studies have no name of their own.
             let of = if self.what.is_empty() { &self.design.name } else { self.what };
             let how = account.trim_start_matches("lost_").replace('_', " ");
+            let cure = if account == TOO_MANY { cure(self.design) } else { String::new() };
             context.console.warn(&format!(
-                "{of}: {share:.1e} of the power is lost ({how}), and no figure holds it"
+                "{}, {of}: {} % of the power is lost ({how}), and no figure holds it{cure}",
+                self.design.provenance.file,
+                significant(100.0 * share)
             ));
         }
         Ok(observations)
@@ -184,6 +191,28 @@ fn given_up(seen: &Observation) -> Vec<(&str, f64)> {
         .map(|(account, power)| (account.as_str(), power / emitted))
         .filter(|(_, share)| *share > NEGLIGIBLE)
         .collect()
+}
+
+/// What ends paths that meet too many surfaces, of a design with clear bodies that convert light:
+/// beyond the critical angle it is reflected from one clear face to the next.
+fn cure(design: &Design) -> String {
+    let films = design.solids.iter().filter(|solid| solid.stated_faces == [None, None]);
+    let named = films.filter_map(|solid| {
+        Some((format!("{} {:?}", solid.table, solid.name()), solid.medium.as_ref()?))
+    });
+    let media = [("silicone".to_owned(), &design.silicone)].into_iter().chain(named);
+    let holds = |of: &Medium| {
+        !of.luminophores.is_empty() && of.absorption_per_mm <= 0.0 && of.scattering.is_none()
+    };
+    let names: Vec<String> = media.filter(|(_, of)| holds(of)).map(|(name, _)| name).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(
+        ": light that {} converts stays between clear faces by total reflection; scattering_per_mm \
+         or absorption_per_mm of the medium, or a face that scatters, lets it out or ends it",
+        names.join(" and ")
+    )
 }
 
 /// The plane on which uniformity is judged.

@@ -61,10 +61,12 @@ pub fn warnings(design: &Design) -> Result<Vec<String>> {
 /// Warnings on substances that emit photons of more energy than those of the light.
 fn of_luminophores(design: &Design) -> Vec<String> {
     let all = design.anti_stokes().into_iter().filter(|(_, share)| *share > MAX_ANTI_STOKES);
-    let warning = |(name, share): (&str, f64)| {
+    let warning = |([table, name], share): ([&str; 2], f64)| {
         format!(
-            "luminophore {name:?}: {:.1} % of the photons that it emits have more energy than any of \
-             the light, which their surroundings must give; `stokes_only = true` leaves them out",
+            "{}: {table}: {:.1} % of the photons that {name:?} emits have more energy than \
+             any of the light, which their surroundings must give; `stokes_only = true` leaves \
+             them out",
+            design.provenance.file,
             100.0 * share
         )
     };
@@ -74,10 +76,9 @@ fn of_luminophores(design: &Design) -> Vec<String> {
 /// Warnings on spheres whose neighbours are near: independent are those of a volume share below
 /// 0.006, or with half a wavelength of the medium between them \[Tien, Drolen 1987\].
 fn of_spheres(design: &Design) -> Vec<String> {
-    let solids = design.solids.iter().enumerate();
-    let solids = solids.filter_map(|(k, solid)| {
-        Some((format!("solids[{}].medium", k + 1), solid.medium.as_ref()?))
-    });
+    let solids = design.solids.iter();
+    let solids = solids
+        .filter_map(|solid| Some((format!("{}.medium", solid.table), solid.medium.as_ref()?)));
     let media = [("silicone".to_owned(), &design.silicone)].into_iter().chain(solids);
     let warning = |(table, medium): (String, &Medium)| {
         let Phase::Spheres { diameter_um, wavelength_nm, volume_fraction, .. } =

@@ -164,13 +164,13 @@ impl<'a> ZonedDesign<'a> {
         let [columns, rows] = self.zones;
         ensure!(
             [drives.columns, drives.rows] == self.zones,
-            "`{file}`: --zones: expected {columns} x {rows} drives, got {} x {}",
+            "`{file}`: --pattern: expected {columns} x {rows} drives, one for each zone (--zones), got {} x {}",
             drives.columns,
             drives.rows
         );
         ensure!(
             drives.levels.iter().any(|drive| *drive > 0.0),
-            "`{file}`: expected a drive above 0 in a zone, got none"
+            "`{file}`: --pattern: expected a drive above 0 in a zone, got none"
         );
         Ok(())
     }
@@ -227,11 +227,13 @@ impl<'a> ZonedDesign<'a> {
         };
         let zones = [0, 1].map(|k| {
             let both = shown.zones[k].iter().zip(&shown.zones[0]);
-            let one = |(figure, backlight): (&JackknifedFigure, &JackknifedFigure)| {
-                let bias = if k == 0 { bias } else { of_panel(figure.value, backlight.value) };
-                biased(figure.estimate(), bias).times(factor)
-            };
-            both.map(one).collect()
+            let one =
+                |((figure, backlight), noise): ((&JackknifedFigure, &JackknifedFigure), &f64)| {
+                    let bias =
+                        if k == 0 { bias } else { of_panel(figure.value, backlight.value) + noise };
+                    biased(figure.estimate(), bias).times(factor)
+                };
+            both.zip(&shown.bias.zones).map(one).collect()
         });
         let halo = shown.halo.map(|[black, bright]| {
             let ratio = |black: f64, bright: f64| black / bright;
@@ -240,17 +242,19 @@ impl<'a> ZonedDesign<'a> {
                 ratio(black.value, bright.value),
                 without.map(|(black, bright)| ratio(*black, *bright)).collect(),
             );
-            let of_ratio = bias * (leak + contrast.value) / bright.value;
+            let [of_black, of_bright] = shown.bias.halo;
+            let (of_black, of_bright) = (bias * leak + of_black, bias + of_bright);
+            let of_ratio = (of_black + contrast.value * of_bright) / bright.value;
             [
-                biased(black.estimate(), bias * leak).times(factor),
-                biased(bright.estimate(), bias).times(factor),
+                biased(black.estimate(), of_black).times(factor),
+                biased(bright.estimate(), of_bright).times(factor),
                 biased(contrast.estimate(), of_ratio),
             ]
         });
         let [mut backlight, mut behind] = shown.maps;
         for (k, error) in backlight.1.iter_mut().enumerate() {
             *error = factor * error.hypot(bias / 3f64.sqrt());
-            let bias = of_panel(behind.0[k], backlight.0[k]);
+            let bias = of_panel(behind.0[k], backlight.0[k]) + shown.bias.bins[k];
             behind.1[k] = factor * behind.1[k].hypot(bias / 3f64.sqrt());
         }
         for value in backlight.0.iter_mut().chain(&mut behind.0) {

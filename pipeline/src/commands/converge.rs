@@ -135,13 +135,12 @@ fn describe(study: &ConvergenceSweep) -> String {
 }
 
 fn csv(path: &Path, points: &[SweepPoint]) -> Result<()> {
-    let column = |name: &str, value: &dyn Fn(&SweepPoint) -> f64| Column {
-        name: name.to_owned(),
-        values: points.iter().map(value).collect(),
+    let column = |name: &str, value: &dyn Fn(&SweepPoint) -> f64| {
+        Column::plain(name, points.iter().map(value).collect())
     };
     let columns = [
-        column("orders", &|p| p.orders as f64),
-        column("slices", &|p| p.slices as f64),
+        Column::whole("orders", points.iter().map(|p| p.orders as f64).collect()),
+        Column::whole("slices", points.iter().map(|p| p.slices as f64).collect()),
         column("error_flux_weighted_mean", &|p| p.errors.flux_weighted_mean),
         column("error_rms", &|p| p.errors.rms),
         column("error_percentile_99", &|p| p.errors.percentile_99),

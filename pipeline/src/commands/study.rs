@@ -13,6 +13,7 @@ use experiment::checked_file::Texts;
 use experiment::study;
 use experiment::study::compute::{compute, shared_traces};
 use experiment::study::study_results::{FigureRow, StudyResults};
+use experiment::study::trace_figures::TraceId;
 use files::atomic_file;
 use files::content_hash::sealed;
 use files::formats::csv;
@@ -24,7 +25,7 @@ use report::study as study_pictures;
 use results::figure_entry::COLUMNS;
 use results::shown;
 use results::study::{FILE, StudyFile};
-use results::target::{Sought, Verdict};
+use results::target::{Sought, Target, Verdict};
 use simulate::job::{Job, SharedWork, Task};
 
 use super::arguments::{cache, paths};
@@ -135,38 +136,51 @@ const SHORT_HEADINGS: [&str; 7] = ["setup", "design", "model", "figure", "paths"
 const NO_BOUNDS: Bounds = Bounds { at_least: None, at_most: None };
 
 fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
-    let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
     let mut rows = Vec::new();
     for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
         let levels: Vec<String> = setup.levels.iter().map(|(f, l)| format!("{f}={l}")).collect();
+        let place = |place: &TraceId, figure: &str| {
+            [&setup.name, &levels.join("; "), &place.design, &place.model, figure]
+                .map(str::to_owned)
+        };
         for line in outcome.lines(i) {
-            let verdict = line.verdict();
-            let (near, bounds) = match line.target.map(|target| target.sought) {
-                Some(Sought::Near(value)) => (Some(value), NO_BOUNDS),
-                Some(Sought::Within(bounds)) => (None, bounds),
-                None => (None, NO_BOUNDS),
-            };
-            let place = [
-                line.setup.to_owned(),
-                levels.join("; "),
-                line.place.design.clone(),
-                line.place.model.clone(),
-                line.figure.to_owned(),
-            ];
             let change = line.change.map(|change| change.columns()).unwrap_or_default();
-            let target = [
-                number(near),
-                number(line.target.map(|target| target.scale)),
-                number(bounds.at_least),
-                number(bounds.at_most),
-                verdict.map_or_else(String::new, |verdict| verdict.words().to_owned()),
-            ];
+            let verdict = line.verdict().map_or("", Verdict::words);
             rows.push(
-                [&place[..], &line.value.columns(), &change[..CHANGE.len()], &target].concat(),
+                [
+                    &place(line.place, line.figure)[..],
+                    &line.value.columns(),
+                    &change[..CHANGE.len()],
+                    &target_columns(line.target, verdict),
+                ]
+                .concat(),
             );
+        }
+        for absent in outcome.absent(i) {
+            let none = vec![String::new(); COLUMNS.len() + CHANGE.len()];
+            let verdict = format!("no figure: {}", absent.why);
+            let target = target_columns(Some(absent.target), &verdict);
+            rows.push([&place(absent.place, absent.figure)[..], &none, &target].concat());
         }
     }
     rows
+}
+
+/// Cells under [`TARGET`].
+fn target_columns(target: Option<Target>, verdict: &str) -> [String; 5] {
+    let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
+    let (near, bounds) = match target.map(|target| target.sought) {
+        Some(Sought::Near(value)) => (Some(value), NO_BOUNDS),
+        Some(Sought::Within(bounds)) => (None, bounds),
+        None => (None, NO_BOUNDS),
+    };
+    [
+        number(near),
+        number(target.map(|target| target.scale)),
+        number(bounds.at_least),
+        number(bounds.at_most),
+        verdict.to_owned(),
+    ]
 }
 
 fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
@@ -193,6 +207,9 @@ fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
     if ranking.len() > 1 {
         let _ = writeln!(text, "{}", study_pictures::tied(file));
     }
+    for left_out in &file.unranked {
+        let _ = writeln!(text, "not ranked: {}: {}", left_out.setup, left_out.why);
+    }
     let first = ranking[0].setup;
     let _ = writeln!(text, "targets of {}:", study.setups[first].0.name);
     for line in outcome.lines(first) {
@@ -200,7 +217,7 @@ fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
             continue;
         };
         let (place, figure) = (line.place, line.figure);
-        let (_, unit) = shown::named(figure);
+        let unit = line.unit;
         let reached = shown::text(&line.value, unit);
         let verdict = target.judge(&line.value).words();
         let _ = writeln!(

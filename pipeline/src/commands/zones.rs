@@ -55,11 +55,21 @@ pub struct ZonesArgs {
     #[arg(long, value_name = "FILE")]
     pub pattern: PathBuf,
     /// Zones, which divide the packages evenly [default: one for each package]
-    #[arg(long, value_name = "COLUMNSxROWS", value_parser = columns_and_rows)]
+    #[arg(
+        long,
+        value_name = "COLUMNSxROWS",
+        allow_hyphen_values = true,
+        value_parser = columns_and_rows
+    )]
     pub zones: Option<[usize; 2]>,
     /// Packages of a larger array, for which those of the design stand [default: those of the
     /// design]
-    #[arg(long, value_name = "COLUMNSxROWS", value_parser = columns_and_rows)]
+    #[arg(
+        long,
+        value_name = "COLUMNSxROWS",
+        allow_hyphen_values = true,
+        value_parser = columns_and_rows
+    )]
     pub packages: Option<[usize; 2]>,
     /// Plane or luminance receiver of the design [default: the plane of `[receiver]`]
     #[arg(long, value_name = "NAME")]
@@ -210,17 +220,19 @@ impl Command<'_> {
         let [columns, rows] = self.zoned.zones;
         // As in the pattern: from the top.
         let order = || (0..rows).rev().flat_map(|j| (0..columns).map(move |i| (i, j)));
-        let number = |name: &str, of: &dyn Fn(usize, usize) -> f64| Column {
-            name: name.to_owned(),
-            values: order().map(|(i, j)| of(i, j)).collect(),
+        let whole = |name: &str, of: &dyn Fn(usize, usize) -> usize| {
+            Column::whole(name, order().map(|(i, j)| of(i, j) as f64).collect())
+        };
+        let number = |name: &str, of: &dyn Fn(usize, usize) -> f64| {
+            Column::plain(name, order().map(|(i, j)| of(i, j)).collect())
         };
         let middle = |axis: usize, k: usize| {
             let [low, length] = self.zoned.places.area_mm(axis);
             low + length * (k as f64 + 0.5) / self.zoned.zones[axis] as f64
         };
         let mut table = vec![
-            number("column", &|i, _| (i + 1) as f64),
-            number("row", &|_, j| (rows - j) as f64),
+            whole("column", &|i, _| i + 1),
+            whole("row", &|_, j| rows - j),
             number("x_mm", &|i, _| middle(0, i)),
             number("y_mm", &|_, j| middle(1, j)),
             number("drive", &|i, j| pattern.drives.levels[j * columns + i]),

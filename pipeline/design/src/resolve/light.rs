@@ -100,7 +100,6 @@ pub(crate) fn resolve_spectrum(
     at: &Context,
 ) -> Result<Spectrum, ConfigError> {
     let named = |key: &str| format!("{table}.{key}");
-    let refuse = |error: SpectrumError| at.value(&named(error.key), error.got, &error.expected);
     let file = match &raw.kind {
         SpectrumForm::WhiteLed(_) => None,
         SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) => rows.file.as_ref(),
@@ -131,16 +130,24 @@ pub(crate) fn resolve_spectrum(
         (None, None) if matches!(raw.kind, SpectrumForm::Lines(_)) => None,
         (None, None) => Some(Sampling::Tolerance(USUAL_TOLERANCE)),
     };
-    let in_file = |error: SpectrumError| match (file, error.key) {
-        // What is wrong with rows from a file is said of the file.
+    let refuse = |error: SpectrumError| of_rows(error, (table, file), at);
+    Spectrum::new(source, weighting, sampling).map_err(refuse)
+}
+
+/// Complaint about a key of the table `table`, or about `file`, if its rows come from one.
+pub(super) fn of_rows(
+    error: SpectrumError,
+    (table, file): (&str, Option<&String>),
+    at: &Context,
+) -> ConfigError {
+    match (file, error.key) {
         (Some(file), "wavelength_nm" | "power") => at.value(
-            &named("file"),
+            &format!("{table}.file"),
             file,
             &format!("{} with {}, got {}", error.key, error.expected, error.got),
         ),
-        _ => refuse(error),
-    };
-    Spectrum::new(source, weighting, sampling).map_err(in_file)
+        _ => at.value(&format!("{table}.{}", error.key), error.got, &error.expected),
+    }
 }
 
 /// Wavelengths and powers from the design or from a file.

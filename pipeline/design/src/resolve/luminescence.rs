@@ -92,7 +92,7 @@ fn emission(
             return Err(at.value(table, "other keys", expected));
         }
     };
-    let refuse = |error: SpectrumError| at.value(&key(error.key), error.got, &error.expected);
+    let refuse = |error: SpectrumError| light::of_rows(error, (table, raw.file.as_ref()), at);
     // It is shared among the wavelengths of the trace.
     let sampling = Some(Sampling::Samples(1));
     Spectrum::new(source, Weighting::Radiometric, sampling).map_err(refuse)

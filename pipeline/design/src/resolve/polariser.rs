@@ -40,6 +40,10 @@ pub(super) fn resolve(
             `transmittance` and `reflectance` of unpolarised light in place of this table";
         return Err(at.value(&key("pass"), "given in unpolarised light", expected));
     }
+    if *pass == PolariserAxis::default() {
+        let expected = "`transmittance` or `reflectance`";
+        return Err(at.value(&key("pass"), "an empty table", expected));
+    }
     let axis_deg = at.within(&key("axis_deg"), axis_deg.unwrap_or_default(), -360.0, 360.0)?;
     let axis = |name: &str, stated: Option<&PolariserAxis>| {
         let shares = stated

@@ -144,8 +144,8 @@ impl Design {
     }
 
     /// Share of the photons of each luminophore that have more energy than any that it absorbs, with
-    /// its name.
-    pub fn anti_stokes(&self) -> Vec<(&str, f64)> {
+    /// its table in the design file and its name.
+    pub fn anti_stokes(&self) -> Vec<([&str; 2], f64)> {
         if !self.converts() {
             return Vec::new();
         }
@@ -156,6 +156,6 @@ impl Design {
             photons[..first].iter().sum::<f64>() / whole.max(f64::MIN_POSITIVE)
         };
         let all = self.excited(&nodes).into_iter();
-        all.filter_map(|(of, first)| Some((of.name.as_str(), share(of, first?)))).collect()
+        all.filter_map(|(of, first)| Some(([of.table(), &of.name], share(of, first?)))).collect()
     }
 }

@@ -33,6 +33,12 @@ pub struct MediumLuminophore {
 }
 
 impl StatedLuminophore {
+    /// Its table in the design file: `silicone.luminophores[1]`.
+    pub(crate) fn table(&self) -> &str {
+        let key = &self.absorption_per_mm.key;
+        key.rsplit_once('.').map_or(key, |(table, _)| table)
+    }
+
     /// The substance at a wavelength, alone.
     pub(crate) fn at(&self, wavelength_nm: f64) -> MediumLuminophore {
         MediumLuminophore {

@@ -428,7 +428,7 @@ pub struct PolariserKeys {
 }
 
 /// Shares of one axis of a polariser; what they leave of 1 is absorbed.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolariserAxis {
     /// Transmitted share; default 0.

@@ -77,6 +77,15 @@ impl Lights {
         }
     }
 
+    /// True if all light has one wavelength, or stands for others by a single one, so that it has no
+    /// colour.
+    pub fn is_one_wavelength(&self) -> bool {
+        let is_one = |spectrum: &Spectrum| {
+            spectrum.is_line() || spectrum.sampling == Some(Sampling::Samples(1))
+        };
+        matches!(&self.lights[..], [light] if light.light.spectrum().is_some_and(is_one))
+    }
+
     /// The same with one light for each colour.
     #[must_use]
     pub fn by_colour(&self) -> Self {

@@ -189,7 +189,7 @@ impl<'a> Recipe<'a> {
         let shown = shown(design, seen);
         for (key, figure) in objective.read_figures() {
             if !shown.iter().any(|known| known == figure) {
-                return Err(missing_figure(&key, figure, &shown, design.trace.paths));
+                return Err(missing_figure(&key, figure, &shown, design));
             }
         }
         let file = DesignFile::new(source.path.clone(), source.table_with(settings)?);

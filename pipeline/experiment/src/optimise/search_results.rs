@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use metrics::Estimate;
-use metrics::digits::thousands;
+use metrics::digits::{shortest, thousands};
 use metrics::plural::count;
+use metrics::quantity::Unit;
 use results::constraint;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{
@@ -16,6 +17,7 @@ use results::optimisation::{
 };
 use results::schema::Program;
 use results::shown::{self, named, with_error};
+use simulate::observation::unit_in_files;
 
 use super::front::FrontDesign;
 use super::log::{Candidate, GenerationEnd};
@@ -42,6 +44,7 @@ impl Optimised {
                 Verdict::new(&change, problem.objective.larger_is_better(key, values))
             });
             let entry = ComparedFigure {
+                unit: unit_in_files(&problem.design, key),
                 before: before.map(|before| before.entry),
                 after: after.entry,
                 change,
@@ -135,8 +138,10 @@ impl Optimised {
     pub fn missed_constraints(&self, problem: &Problem) -> Vec<String> {
         let missed = problem.objective.constraints.iter().filter_map(|constraint| {
             let figures = &self.after.figures;
-            let (_, figure) = figures.iter().find(|(key, _)| *key == constraint.figure)?;
-            let missed = constraint.missed(&figure.entry)?;
+            let missed = match figures.iter().find(|(key, _)| *key == constraint.figure) {
+                Some((_, figure)) => constraint.missed(&figure.entry)?,
+                None => format!("{} cannot be read", constraint.figure),
+            };
             Some(format!("constraints: when verified, {missed}"))
         });
         missed.collect()
@@ -263,7 +268,7 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     row("verified", [&file.design, &file.name, "change"], None);
     let (listed, others) = file.listed();
     for (key, f) in listed {
-        let (_, unit) = named(key);
+        let unit = Unit::from_name(&f.unit).unwrap_or(named(key).1);
         let before = f.before.map(|before| shown::text(&before, unit)).unwrap_or_default();
         let change = f.change.map(|change| shown::difference_between(&change, unit));
         let change = change.unwrap_or_default();
@@ -299,8 +304,9 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
         let _ = writeln!(
             text,
-            "the search's own best value was {value:.4}, {} better than by fresh paths in the same \
+            "the search's own best value was {}, {} better than by fresh paths in the same \
              settings",
+            shortest(value),
             with_error(bias)
         );
     }
@@ -342,6 +348,6 @@ fn add_sensitivities(text: &mut String, file: &OptimisationFile) {
     }
     for (c, sensitivity) in strongest.into_iter().take(LISTED) {
         let slope = with_error(sensitivity);
-        let _ = writeln!(text, "  {:<26} {slope:>18}, at {:.4}", c.variable, c.found);
+        let _ = writeln!(text, "  {:<26} {slope:>18}, at {}", c.variable, shortest(c.found));
     }
 }

@@ -336,9 +336,9 @@ impl TraceTask {
         let wanted = of_design.and_then(|of| of.get(model)).into_iter().flatten();
         let figures: Vec<String> = found.iter().map(|(key, _)| key.clone()).collect();
         let mut others = wanted.filter(|(figure, _)| !figures.contains(figure));
-        let paths = self.design(study).trace.paths;
+        let key = format!("targets.{design}.{model}");
         others.next().map_or(Ok(()), |(figure, _)| {
-            Err(missing_figure(&format!("targets.{design}.{model}"), figure, &figures, paths))
+            Err(missing_figure(&key, figure, &figures, self.design(study)))
                 .with_context(|| study.inputs[0].file.clone())
         })
     }

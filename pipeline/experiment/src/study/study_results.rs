@@ -12,11 +12,14 @@ use serde_json::{Value, json};
 
 use files::provenance::FileRecord;
 use metrics::estimate::DISTINCT;
+use metrics::quantity::Unit;
 use metrics::{Estimate, spread};
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
-use results::study::SCHEMA_VERSION;
+use results::shown::named;
+use results::study::{LeftOutEntry, SCHEMA_VERSION};
 use results::target::{Sought, Target, Verdict};
+use simulate::observation::{unit_of, why_absent};
 
 use super::definition::Study;
 use super::targets::Targets;
@@ -69,13 +72,12 @@ impl Ranked {
     }
 }
 
-/// Misfit of a set-up. `None` without targets, or with fewer figures than `base`.
+/// Misfit of a set-up. `None` without targets, or without one of the figures of `base`.
 pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> Option<Misfit> {
     let misses = misses(found, targets);
-    if misses.len() < self::misses(base, targets).len() {
+    if absent(found, base, targets).next().is_some() {
         return None;
     }
-
     let count = misses.len() as f64;
     let groups = misses.iter().map(|(f, _)| f.without.len()).min()?;
     let of = |value: &dyn Fn(usize, &PairedFigure) -> f64| {
@@ -101,6 +103,18 @@ pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> O
     })
 }
 
+/// Places and names of the figures with a target that `base` has and `found` has not.
+fn absent<'a>(
+    found: &'a SetupFigures,
+    base: &'a SetupFigures,
+    targets: &'a Targets,
+) -> impl Iterator<Item = (&'a TraceId, &'a str, Target)> {
+    let all = base.iter().flat_map(|(place, of)| of.figures.iter().map(move |(f, _)| (place, f)));
+    all.filter(|(place, name)| find(found, place, name).is_none()).filter_map(|(place, name)| {
+        Some((place, name.as_str(), targets.of(&place.design, &place.model, name)?))
+    })
+}
+
 /// Figures with a target, with their targets.
 fn misses<'a>(found: &'a SetupFigures, targets: &Targets) -> Vec<(&'a PairedFigure, Target)> {
     let of = |place: &TraceId, name: &str| targets.of(&place.design, &place.model, name);
@@ -120,6 +134,20 @@ pub struct StudyResults<'a> {
     pub seed: u64,
 }
 
+/// A figure with a target that a set-up has not.
+pub struct AbsentFigure<'a> {
+    /// Number of the set-up.
+    pub setup: usize,
+    /// Design and model.
+    pub place: &'a TraceId,
+    /// Name of the figure.
+    pub figure: &'a str,
+    /// Target.
+    pub target: Target,
+    /// Reason.
+    pub why: String,
+}
+
 /// One line of the tidy table.
 pub struct FigureRow<'a> {
     /// Set-up.
@@ -128,6 +156,8 @@ pub struct FigureRow<'a> {
     pub place: &'a TraceId,
     /// Name of the figure.
     pub figure: &'a str,
+    /// Unit.
+    pub unit: Unit,
     /// Value.
     pub value: FigureEntry,
     /// Difference from the base.
@@ -158,14 +188,43 @@ impl StudyResults<'_> {
         all.iter().map(ranked).collect()
     }
 
+    /// Figures with a target that set-up `index` has not; it is not ranked then.
+    pub fn absent(&self, index: usize) -> impl Iterator<Item = AbsentFigure<'_>> {
+        let all = absent(&self.found[index], &self.found[0], &self.study.targets);
+        all.map(move |(place, figure, target)| {
+            let designs = &self.study.setups[index].1;
+            let design = designs.iter().find(|design| design.name == place.design);
+            let why = design.map_or_else(String::new, |design| why_absent(design, figure));
+            AbsentFigure { setup: index, place, figure, target, why }
+        })
+    }
+
+    /// Set-ups that are not ranked, for want of figures with targets.
+    pub fn unranked(&self) -> Vec<LeftOutEntry> {
+        let one = |index: usize| {
+            let words = self.absent(index).map(|of| {
+                let TraceId { design, model } = of.place;
+                format!("no {} of {design} {model}: {}", of.figure, of.why)
+            });
+            let words: Vec<String> = words.collect();
+            let setup = self.study.setups[index].0.name.clone();
+            (!words.is_empty()).then(|| LeftOutEntry { setup, why: words.join("; ") })
+        };
+        (0..self.found.len()).filter_map(one).collect()
+    }
+
     /// Every figure of set-up `index`.
     pub fn lines(&self, index: usize) -> impl Iterator<Item = FigureRow<'_>> {
         let setup = self.study.setups[index].0.name.as_str();
+        let designs = &self.study.setups[index].1;
         self.found[index].iter().flat_map(move |(place, judged)| {
+            let design = designs.iter().find(|design| design.name == place.design);
+            let unit = move |key: &str| design.map_or(named(key).1, |design| unit_of(design, key));
             judged.figures.iter().map(move |(name, figure)| FigureRow {
                 setup,
                 place,
                 figure: name,
+                unit: unit(name),
                 value: figure.entry,
                 change: (index > 0)
                     .then(|| self.base(place, name))
@@ -301,6 +360,7 @@ impl StudyResults<'_> {
             "setups": setups.collect::<Vec<_>>(),
             "impossible": impossible.collect::<Vec<_>>(),
             "ranking": ranking.collect::<Vec<_>>(),
+            "unranked": self.unranked(),
             "sensitivities": self.slopes(),
         })
     }
@@ -317,6 +377,9 @@ impl FigureRow<'_> {
         line["design"] = json!(self.place.design);
         line["model"] = json!(self.place.model);
         line["figure"] = json!(self.figure);
+        if named(self.figure).1 != self.unit {
+            line["unit"] = json!(self.unit.symbol());
+        }
         if let Some(change) = self.change {
             line["change"] = json!(change);
         }

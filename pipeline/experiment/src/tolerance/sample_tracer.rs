@@ -119,7 +119,7 @@ impl<'a> SampleTracer<'a> {
         let context = RunContext { checkpoints: None, ..self.context.silent() };
         let model = DomeChoice::Model(analysis.model);
         let seen = self.traces.observe(&design, model, "", context)?;
-        Err(missing_figure(key, figure, &shown(&design, &seen), analysis.paths))
+        Err(missing_figure(key, figure, &shown(&design, &seen), &design))
             .with_context(|| analysis.inputs[0].file.clone())
     }
 }

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a tolerance analysis found: `tolerance.json`, a line for each sample, and lines for people.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use metrics::plural::count;
 use metrics::{Bounds, Estimate};
 use results::figure_entry::{COLUMNS, FigureEntry};
 use results::schema::Program;
-use results::shown::{self, named};
+use results::shown;
 use results::tolerance::{
     BoundEntry, ContributionEntry, ContributionsEntry, CumulativeShareEntry, DistributionEntry,
     FigureRow, QuantileEntry, SCHEMA_VERSION, ToleranceFigureEntry, ToleranceResultsFile,
     YieldEntry, share_words, unseen,
 };
+use simulate::observation::{unit_in_files, unit_of};
 
 use super::compute::Sampled;
 use super::definition::{Constraint, ToleranceAnalysis};
@@ -91,18 +93,29 @@ impl<'a> ToleranceResults<'a> {
         (!constraints.is_empty()).then_some(entry)
     }
 
+    /// Figures that some packages lack, with the reason; of those that the file does not ask for
+    /// such that any has.
+    fn unread(&self) -> BTreeMap<String, String> {
+        let samples = || self.sampled.samples.iter().filter_map(|s| s.figures.as_ref().ok());
+        let all = samples().count();
+        let asked = |key: &String| self.analysis.required.iter().any(|(_, figure)| figure == key);
+        let keys = self.analysis.figures.iter();
+        let keys = keys.filter(|key| self.figures.iter().all(|found| found.key != **key));
+        let one = |key: &String| {
+            let count = samples().filter(|figures| figures.contains_key(key)).count();
+            let why = format!("can be read from {count} of {all} packages");
+            (count > 0 || asked(key)).then(|| (key.clone(), why))
+        };
+        keys.filter_map(one).collect()
+    }
+
     /// Reason why noise decides which packages meet `constraint`, if it does.
     fn undecided(&self, constraint: &Constraint) -> Option<String> {
         let key = &constraint.figure;
         let samples = self.sampled.samples.iter().filter_map(|s| s.figures.as_ref().ok());
-        let (all, values): (Vec<_>, Vec<_>) = samples.map(|f| (f, f.get(key))).unzip();
-        let values: Vec<&FigureEntry> = values.into_iter().flatten().collect();
+        let values: Vec<&FigureEntry> = samples.filter_map(|figures| figures.get(key)).collect();
         let Some(figure) = self.figures.iter().find(|figure| figure.key == *key) else {
-            return Some(format!(
-                "{key} can be read from {} of {} packages",
-                values.len(),
-                all.len()
-            ));
+            return self.unread().get(key).map(|why| format!("{key} {why}"));
         };
         let Bounds { at_least, at_most } = constraint.bounds;
         let is_near = |e: &&&FigureEntry| {
@@ -110,7 +123,7 @@ impl<'a> ToleranceResults<'a> {
             [at_least, at_most].into_iter().flatten().any(near)
         };
         let (scatter, near) = (&figure.scatter, values.iter().filter(is_near).count());
-        let (_, unit) = named(key);
+        let unit = unit_of(&self.analysis.design, key);
         let exceeds = scatter.below.is_some() || scatter.noise > scatter.deviation.value;
         (exceeds && near > 0).then(|| {
             format!(
@@ -163,6 +176,7 @@ impl<'a> ToleranceResults<'a> {
             constraints: constraints.collect(),
             yielded: self.yielded(),
             distribution: self.distribution(),
+            unread: self.unread(),
             without_design: self.failed().into_iter().map(str::to_owned).collect(),
         }
     }
@@ -185,6 +199,7 @@ impl<'a> ToleranceResults<'a> {
             ContributionsEntry { by_tolerance: parts.collect(), unexplained: *rest }
         });
         ToleranceFigureEntry {
+            unit: unit_in_files(&self.analysis.design, &figure.key),
             nominal: figure.nominal,
             mean: figure.scatter.mean,
             shift: figure.shift,
@@ -273,7 +288,7 @@ impl<'a> ToleranceResults<'a> {
         row("figure", ["nominal", "mean shift", "deviation", "noise", "5 %", "95 %"]);
         for f in &self.figures {
             let FigureRow { nominal, shift, deviation, noise, quantiles } =
-                self.entry(f).row(named(&f.key).1);
+                self.entry(f).row(&f.key);
             let unresolved = "not resolved";
             let ends = [quantiles.first(), quantiles.last()];
             let [low, high] = ends.map(|end| end.map_or(unresolved, |(_, text)| text));
@@ -281,10 +296,14 @@ impl<'a> ToleranceResults<'a> {
             row(&f.key, [&nominal, &shift, deviation, &noise, low, high]);
         }
         let bounded = self.figures.iter().filter_map(|f| {
-            Some(format!("{} {}", f.key, shown::spread(f.scatter.below?, named(&f.key).1)))
+            let unit = unit_of(&self.analysis.design, &f.key);
+            Some(format!("{} {}", f.key, shown::spread(f.scatter.below?, unit)))
         });
         if let Some(unseen) = unseen(&bounded.collect::<Vec<_>>()) {
             let _ = writeln!(text, "{unseen}");
+        }
+        for (key, why) in self.unread() {
+            let _ = writeln!(text, "without statistics: {key} {why}");
         }
         if let Some(found) = self.yielded() {
             let _ = writeln!(text, "\nyield: {}", found.words());

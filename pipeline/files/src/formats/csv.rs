@@ -21,12 +21,24 @@ pub struct Column {
     pub name: String,
     /// One number a row. NaN stands for a missing value and leaves its field empty.
     pub values: Vec<f64>,
+    /// True of whole numbers, which stand there without a point.
+    pub is_whole: bool,
 }
 
 impl Column {
+    /// A column of plain numbers.
+    pub fn plain(name: impl Into<String>, values: Vec<f64>) -> Self {
+        Self { name: name.into(), values, is_whole: false }
+    }
+
+    /// A column of whole numbers.
+    pub fn whole(name: impl Into<String>, values: Vec<f64>) -> Self {
+        Self { is_whole: true, ..Self::plain(name, values) }
+    }
+
     /// A column headed by the quantity's name and unit.
     pub fn new(quantity: &Quantity, values: impl Into<Vec<f64>>) -> Self {
-        Self { name: quantity.key(), values: values.into() }
+        Self::plain(quantity.key(), values.into())
     }
 
     /// A column of standard errors of `quantity`: `intensity_standard_error_w_per_sr`.
@@ -68,7 +80,11 @@ pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
         let names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
         writeln!(file, "{}", names.join(","))?;
         for row in 0..first.values.len() {
-            let fields: Vec<String> = columns.iter().map(|c| shortest(c.values[row])).collect();
+            let field = |column: &Column| match (column.values[row], column.is_whole) {
+                (value, true) if value.is_finite() => format!("{value:.0}"),
+                (value, _) => shortest(value),
+            };
+            let fields: Vec<String> = columns.iter().map(field).collect();
             writeln!(file, "{}", fields.join(","))?;
         }
         Ok(())
@@ -249,11 +265,20 @@ mod tests {
     }
 
     #[test]
+    fn whole_numbers_have_no_point() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("whole.csv");
+        let values = vec![1.0, f64::NAN, 120.0];
+        let columns = [Column::whole("row", values.clone()), Column::plain("drive", values)];
+        write_csv(&path, &columns).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "row,drive\n1,1.0\n,\n120,120.0\n");
+    }
+
+    #[test]
     fn csv_refuses_ragged_doubled_and_infinite_columns() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("bad.csv");
-        let column =
-            |name: &str, values: &[f64]| Column { name: name.into(), values: values.to_vec() };
+        let column = |name: &str, values: &[f64]| Column::plain(name, values.to_vec());
         let a = column("a", &[1.0, 2.0]);
         assert!(write_csv(&path, &[]).is_err());
         assert!(write_csv(&path, &[a.clone(), column("b", &[1.0])]).is_err());

@@ -51,6 +51,8 @@ class Figure:
         The part of the standard error that sampling a spectrum adds; 0 of one wavelength.
     key : str
         Name in the results; empty for what was computed of figures.
+    is_difference : bool
+        True of a change of the figure, in which percentages differ by points.
 
     Examples
     --------
@@ -69,6 +71,7 @@ class Figure:
     upper_bound: float | None = None
     wavelength_error: float = 0.0
     key: str = ""
+    is_difference: bool = False
 
     @property
     def is_resolved(self) -> bool:
@@ -93,6 +96,7 @@ class Figure:
             self.interval,
             self.upper_bound,
             self.more.get("peak_place"),
+            self.is_difference,
         )
 
     def __format__(self, spec: str) -> str:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -216,7 +216,9 @@ def _figure(entry: Mapping[str, Any] | None, key: str = "") -> Figure | None:
 
 def _change(entry: Mapping[str, Any], key: str = "") -> Change:
     after = Figure.of(entry["after"], key=key)
-    return Change(_figure(entry["before"], key), after, _figure(entry.get("change"), key))
+    change = _figure(entry.get("change"), key)
+    change = None if change is None else replace(change, is_difference=True)
+    return Change(_figure(entry["before"], key), after, change)
 
 
 def _stage(entry: Mapping[str, Any]) -> Stage:

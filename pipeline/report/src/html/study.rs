@@ -7,7 +7,6 @@ use anyhow::Result;
 use serde_json::{Value, json};
 
 use metrics::plural::count;
-use metrics::quantity::Unit;
 use results::shown::{self, named, text};
 use results::study::{FILE, SetupEntry, StudyFigureEntry, StudyFile};
 use results::target::{Sought, Verdict};
@@ -115,7 +114,8 @@ pub fn study(album: &mut Album, file: &StudyFile) -> Result<Value> {
         "misfits": misfits,
         "changes": changes,
         "sensitivities": sensitivities(file),
-        "impossible": file.impossible.iter().map(|one| json!({"setup": one.setup, "why": one.why})).collect::<Vec<_>>(),
+        "impossible": file.impossible,
+        "unranked": file.unranked,
     }))
 }
 
@@ -152,17 +152,13 @@ fn place_of(file: &StudyFile, entry: &StudyFigureEntry) -> String {
     place(file, [&entry.design, &entry.model, &entry.figure])
 }
 
-fn unit(entry: &StudyFigureEntry) -> Unit {
-    named(&entry.figure).1
-}
-
 fn value(entry: &StudyFigureEntry) -> String {
-    text(&entry.value, unit(entry))
+    text(&entry.value, entry.unit())
 }
 
 /// A target of the first set-up with what it reached.
 fn asked(file: &StudyFile, entry: &StudyFigureEntry) -> Value {
-    let unit = unit(entry);
+    let unit = entry.unit();
     let asked = entry.sought().map(|sought| match sought {
         Sought::Within(bounds) => shown::bounds(bounds, unit),
         Sought::Near(near) => {
@@ -192,7 +188,10 @@ fn sensitivities(file: &StudyFile) -> Vec<Value> {
         let rows = file.sensitivities.iter().filter(|entry| entry.factor == factor);
         let rows = rows.map(|entry| {
             let name = place(file, [&entry.design, &entry.model, &entry.figure]);
-            let slope = shown::difference(entry.change_per_unit, named(&entry.figure).1);
+            let mut all = file.setups.iter().flat_map(|setup| &setup.figures);
+            let unit = all.find(|known| known.figure == entry.figure);
+            let unit = unit.map_or(named(&entry.figure).1, StudyFigureEntry::unit);
+            let slope = shown::difference(entry.change_per_unit, unit);
             json!({"name": name, "text": slope})
         });
         json!({"factor": factor, "rows": rows.collect::<Vec<_>>()})

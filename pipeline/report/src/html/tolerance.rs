@@ -80,8 +80,8 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
     let levels = levels.max_by_key(|quantiles| quantiles.len());
     let levels = levels.into_iter().flatten().map(|quantile| level(quantile.level));
     let bounded = figures.iter().filter_map(|(key, figure)| {
-        let (name, unit) = named(key);
-        Some(format!("{name} {}", shown::spread(figure.deviation_below?, unit)))
+        let below = shown::spread(figure.deviation_below?, figure.unit(key));
+        Some(format!("{} {below}", named(key).0))
     });
     let unseen = unseen(&bounded.collect::<Vec<_>>());
     Ok(json!({
@@ -93,9 +93,10 @@ pub fn tolerance(album: &mut Album, file: &ToleranceResultsFile) -> Result<Value
         "paths": thousands(file.paths),
         "levels": levels.collect::<Vec<_>>(),
         "rows": figures.iter().map(|(key, figure)| row(key, figure)).collect::<Vec<_>>(),
-        "constraints": file.constraints.iter().map(bound).collect::<Vec<_>>(),
+        "constraints": file.constraints.iter().map(|entry| bound(file, entry)).collect::<Vec<_>>(),
         "unseen": unseen,
         "yield": file.yielded.as_ref().map(YieldEntry::words),
+        "unread": file.unread.iter().map(|(key, why)| format!("{} {why}", named(key).0)).collect::<Vec<_>>(),
         "without_design": file.without_design.len(),
         "contributions": causes.collect::<Vec<_>>(),
         "picture": picture,
@@ -115,8 +116,7 @@ fn level(level: f64) -> String {
 }
 
 fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
-    let (name, unit) = named(key);
-    let row = figure.row(unit);
+    let (name, row) = (named(key).0, figure.row(key));
     let quantiles = row.quantiles.into_iter();
     let quantiles = quantiles.map(|(at, text)| json!({"level": level(at), "text": text}));
     json!({
@@ -129,10 +129,9 @@ fn row(key: &str, figure: &ToleranceFigureEntry) -> Value {
     })
 }
 
-fn bound(entry: &BoundEntry) -> String {
+fn bound(file: &ToleranceResultsFile, entry: &BoundEntry) -> String {
     let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
-    let (name, unit) = named(&entry.figure);
-    format!("{name} {}", shown::bounds(bounds, unit))
+    format!("{} {}", named(&entry.figure).0, shown::bounds(bounds, file.unit(&entry.figure)))
 }
 
 /// Contributors of a figure, the largest first.
@@ -141,7 +140,7 @@ fn contributions(key: &str, figure: &ToleranceFigureEntry) -> Option<Value> {
     let mut parts: Vec<_> = found.by_tolerance.iter().collect();
     parts.sort_by(|a, b| b.share.value.total_cmp(&a.share.value));
     let left_out = parts.len().saturating_sub(LISTED);
-    let (name, unit) = named(key);
+    let (name, unit) = (named(key).0, figure.unit(key));
     let parts = parts.into_iter().take(LISTED).map(|part| {
         json!({
             "tolerance": part.tolerance,

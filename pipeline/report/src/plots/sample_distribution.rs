@@ -5,7 +5,6 @@
 use anyhow::{Result, ensure};
 
 use metrics::quantity::{Quantity, Unit};
-use results::shown;
 
 use super::Heading;
 use super::draw::canvas::{Pen, Picture};
@@ -38,13 +37,13 @@ pub struct MarkedValue {
     pub value: f64,
 }
 
-/// Draws the distribution of the figure under `key`; `shares` ascend, `limits` are bounds.
+/// Draws the distribution of the figure of this name and unit; `shares` ascend, `limits` are bounds.
 ///
 /// # Errors
 /// Fewer than two packages.
 pub fn sample_distribution(
     heading: &Heading,
-    key: &str,
+    (name, unit): (&str, Unit),
     shares: &[CumulativeShare],
     nominal: &MarkedValue,
     limits: &[MarkedValue],
@@ -68,14 +67,13 @@ pub fn sample_distribution(
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.fold(start, |(low, high), v| (low.min(v), high.max(v)));
     let room = ROOM * (high - low).max(1e-9);
-    let (name, unit) = shown::named(key);
     let linear = |name: String, unit, low, high, count| {
         let scale = AxisScale::Linear { low, high };
         PanelAxis::linear(&Quantity::new(name, unit), scale, count)
     };
     let panel = Panel {
         area: sheet.body.inset(80.0, 12.0, 10.0, 65.0),
-        x: linear(name, unit, low - room, high + room, 8),
+        x: linear(name.to_owned(), unit, low - room, high + room, 8),
         y: linear("share of packages".to_owned(), Unit::Fraction, 0.0, 1.0, 6),
     };
     let canvas = &mut sheet.canvas;
@@ -115,7 +113,7 @@ mod tests {
         let mark = |label: &str, value| MarkedValue { label: label.to_owned(), value };
         let draw = |shares: &[CumulativeShare], limits: &[MarkedValue]| {
             let nominal = mark("without deviations", 0.62);
-            sample_distribution(&heading, "uniformity", shares, &nominal, limits)
+            sample_distribution(&heading, ("uniformity", Unit::Fraction), shares, &nominal, limits)
         };
         let plain = draw(&shares(0.0), &[]).expect("drawn");
         assert_eq!(plain, draw(&shares(0.0), &[]).expect("drawn"));

@@ -5,21 +5,24 @@ use anyhow::{Result, bail, ensure};
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::ReceiverKind;
-use design::spectrum::lights::Colour;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
 use metrics::figures::{
     self, COLOURS_OF_RECEIVER, Definition, INTENSITY_PER_KILOLUMEN, PARABOLA, Source,
 };
 use metrics::layout::Layout;
+use metrics::plural::count;
+use metrics::quantity::Unit;
 use metrics::uniformity_forms::cell;
 use metrics::valley;
+use results::shown;
 
-use super::readers::{figures_of, has_lumens};
+use super::readers::{figures_of, has_lumens, unit_of_receiver};
 use super::{accounts, layout, plane_grid};
 use crate::dome_surface::dome_surface;
 use crate::model::Model;
 use crate::scene;
+use crate::units::Units;
 
 /// The figure under `key`, if `design` has it.
 ///
@@ -54,6 +57,31 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
         if known.is_empty() { "the figures of [[receivers]]".to_owned() } else { known.join(", ") }
     );
     Ok(figure)
+}
+
+/// Why a trace of `design` does not show the figure under `key`: its design, or too little light.
+pub fn why_absent(design: &Design, key: &str) -> String {
+    let why = figures::find(key).and_then(|figure| missing(design, &figure));
+    let too_little =
+        || format!("{} show too little light for it", count(design.trace.paths, "path"));
+    why.map_or_else(too_little, |why| format!("the design does not have it, {why}"))
+}
+
+/// Unit of the figure under `key` in the light of `design`.
+pub fn unit_of(design: &Design, key: &str) -> Unit {
+    let Some(figure) = figures::find(key) else { return shown::named(key).1 };
+    let name = key.split_once('.').map(|(_, name)| name);
+    let receiver = design.receivers.iter().find(|receiver| Some(receiver.name()) == name);
+    let unit = receiver.map_or(figure.unit, |of| unit_of_receiver(figure, of.kind()));
+    Units::from_design(design, design.all_lights().as_deref()).of_unit(unit).0
+}
+
+/// Symbol of that unit for files, whose keys say others; empty where the key says it.
+pub fn unit_in_files(design: &Design, key: &str) -> String {
+    match (shown::named(key).1, unit_of(design, key)) {
+        (Unit::Relative, unit) if unit != Unit::Relative => unit.symbol().to_owned(),
+        _ => String::new(),
+    }
 }
 
 /// Why `design` has no such figure.
@@ -109,14 +137,7 @@ fn fits(design: &Design, layout: &Layout) -> bool {
 }
 
 fn has_wavelengths(design: &Design) -> bool {
-    let is_coloured = design.all_lights().is_some_and(|all| {
-        let is_line = |colour: &Colour| match colour {
-            Colour::Spectrum(spectrum) => spectrum.is_line(),
-            Colour::Rays(_) => false,
-        };
-        all.lights.len() > 1 || all.lights.iter().any(|light| !is_line(&light.light))
-    });
-    is_coloured || design.converts()
+    design.all_lights().is_some_and(|all| !all.is_one_wavelength()) || design.converts()
 }
 
 /// The ends of light of `design`, which all of its models share.

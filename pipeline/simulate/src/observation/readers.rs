@@ -277,6 +277,19 @@ impl Reader for IlluminanceReader {
     }
 }
 
+/// Radiometric unit of a figure of a receiver of this kind.
+pub(super) fn unit_of_receiver(figure: Definition, kind: ReceiverKind) -> Unit {
+    match (figure.unit, kind) {
+        (Unit::WattPerSquareMillimetre, ReceiverKind::FarField | ReceiverKind::CGamma) => {
+            Unit::WattPerSteradian
+        }
+        (Unit::WattPerSquareMillimetre, ReceiverKind::Luminance) => {
+            Unit::WattPerSquareMetreSteradian
+        }
+        (unit, _) => unit,
+    }
+}
+
 /// Figures of a receiver that has one flux. Of a luminance receiver mean and extremes are those
 /// over places, of the mean over its directions.
 struct ReceiverReader<'a> {
@@ -353,15 +366,7 @@ fn summed(bins: &[f64], count: usize) -> Vec<f64> {
 impl Reader for ReceiverReader<'_> {
     fn columns(&self) -> Vec<Column> {
         let of = |figure: Definition| {
-            let unit = match (figure.unit, self.receiver.kind()) {
-                (Unit::WattPerSquareMillimetre, ReceiverKind::FarField | ReceiverKind::CGamma) => {
-                    Unit::WattPerSteradian
-                }
-                (Unit::WattPerSquareMillimetre, ReceiverKind::Luminance) => {
-                    Unit::WattPerSquareMetreSteradian
-                }
-                (unit, _) => unit,
-            };
+            let unit = unit_of_receiver(figure, self.receiver.kind());
             Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
         };
         figures_of_bins(self.receiver).map(of).collect()
@@ -453,10 +458,7 @@ impl<'a> AngleReader<'a> {
 impl Reader for AngleReader<'_> {
     fn columns(&self) -> Vec<Column> {
         let of = |figure: Definition| {
-            let unit = match figure.unit {
-                Unit::Degree => Unit::Degree,
-                _ => Unit::WattPerSquareMetreSteradian,
-            };
+            let unit = unit_of_receiver(figure, ReceiverKind::Luminance);
             Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
         };
         BY_ANGLE.map(of).into()

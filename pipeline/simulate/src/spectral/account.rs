@@ -134,11 +134,10 @@ impl Sweep<'_> {
         parts.collect()
     }
 
-    /// The observations of `rule`, with weights that make X, Y and Z for 1 W of all lights; none of
-    /// one wavelength.
+    /// The observations of `rule`, with weights that make X, Y and Z for 1 W of all lights.
     pub(super) fn tristimulus(&self, rule: &Rule) -> Vec<([f64; 3], &Observation)> {
         let mut parts = Vec::with_capacity(rule.len());
-        for nodes in rule.chunk_by(|a, b| a.light == b.light).filter(|_| rule.len() > 1) {
+        for nodes in rule.chunk_by(|a, b| a.light == b.light) {
             let light = &self.job.lights.lights[nodes[0].light];
             let nm: Vec<f64> = nodes.iter().map(|node| node.nm).collect();
             let weights = light.light.tristimulus(&nm).into_iter();

@@ -355,17 +355,25 @@ impl<'a> Sweep<'a> {
     /// The sum over the wavelengths of `rule`, with colours where there are several: those of
     /// figures, and with `arrays` of all bins.
     pub(super) fn combined(&self, rule: &Rule, arrays: bool) -> Cow<'_, Observation> {
-        let mut sum = self.sum(rule);
-        let colours = Colours::new(self.job.design, &self.tristimulus(rule), arrays);
-        if colours.is_some() {
-            sum.to_mut().colours = colours;
+        match rule.len() {
+            1 => Observation::sum(&self.parts(rule)),
+            _ => self.coloured(rule, arrays),
         }
-        sum
     }
 
-    /// The sum over the wavelengths of `rule`, without colours.
-    pub(super) fn sum(&self, rule: &Rule) -> Cow<'_, Observation> {
-        Observation::sum(&self.parts(rule))
+    /// The same of light whose ways do not depend on the wavelength, or as what a larger rule is
+    /// compared with: a single wavelength then has the colours of the whole light.
+    pub(super) fn of_whole_light(&self, rule: &Rule) -> Cow<'_, Observation> {
+        if self.job.lights.is_one_wavelength() {
+            return self.combined(rule, false);
+        }
+        self.coloured(rule, false)
+    }
+
+    fn coloured(&self, rule: &Rule, arrays: bool) -> Cow<'_, Observation> {
+        let mut sum = Observation::sum(&self.parts(rule));
+        sum.to_mut().colours = Colours::new(self.job.design, &self.tristimulus(rule), arrays);
+        sum
     }
 
     fn parts(&self, rule: &Rule) -> Vec<(f64, &Observation)> {

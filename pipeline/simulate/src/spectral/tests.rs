@@ -46,3 +46,25 @@ fn a_peak_angle_of_noise_decides_nothing() {
     let figures = [figure("illuminance_valley_to_peak", PeakPlace::OffAxis)];
     assert_eq!(verdict(&figures, &aside, 0.01).1, Some(StoppedBy::Tolerance));
 }
+
+#[test]
+fn what_leaves_and_its_colour_decide_where_other_figures_are_noise() {
+    let keys = ["uniformity", "escaped_up", "plane_u_prime", "flux.screen", "u_prime.screen"];
+    let figures = keys.map(|key| figure(key, PeakPlace::OffAxis));
+    let of = |changed: &str, by: f64| {
+        let changes = keys.map(|key| {
+            // The uniformity is noise.
+            let noise = if key == "uniformity" { 0.2 } else { 1e-4 };
+            let value = if key == changed { by } else { 0.0 };
+            (key.into(), Estimate::new(value, noise))
+        });
+        verdict(&figures, &changes, 0.005)
+    };
+    assert_eq!(of("uniformity", 0.05).1, Some(StoppedBy::Statistics));
+    for key in &keys[1..] {
+        assert_eq!(of(key, 0.0065).1, None, "{key}");
+    }
+    // A receiver sees half of the light here: what counts is the part of its own.
+    assert_eq!(of("flux.screen", 0.0024), (0.0048, Some(StoppedBy::Tolerance)));
+    assert_eq!(of("flux.screen", 0.0026).1, None);
+}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The panel before the backlight: what it shows of a picture, zone by zone and bin by bin.
 
-use metrics::dimming::behind_panel;
+use metrics::dimming::{behind_panel, panel_bias};
 use metrics::hits::with_one_path;
 use metrics::{Estimate, JackknifedFigure};
 
@@ -97,12 +97,26 @@ pub(super) struct Shown {
     pub zones: [Vec<JackknifedFigure>; 2],
     /// Mean of black bins beside bright ones, and of bright ones; `None` without such bins.
     pub halo: Option<[JackknifedFigure; 2]>,
+    /// What noise leaves behind the panel.
+    pub bias: Bias,
+}
+
+/// Bounds of the bias that noise leaves where the backlight is about as bright as what is wanted.
+pub(super) struct Bias {
+    /// In each bin.
+    pub bins: Vec<f64>,
+    /// In the mean of each zone.
+    pub zones: Vec<f64>,
+    /// In the means of the halo's bins.
+    pub halo: [f64; 2],
 }
 
 /// One row of bins.
 struct ShownRow {
     values: [Vec<f64>; 2],
     errors: [Vec<f64>; 2],
+    /// Bounds of bias behind the panel.
+    bias: Vec<f64>,
     /// Sums over the bins of each column of zones.
     zones: [Vec<Readings>; 2],
     /// Sums over black and bright bins.
@@ -175,6 +189,7 @@ impl Panel {
         let mut areas = vec![0.0; count];
         let mut halo = [0, 1].map(|_| vec![0.0; groups + 1]);
         let mut maps = [0, 1].map(|_| (Vec::new(), Vec::new()));
+        let mut bias = Vec::with_capacity(self.levels.len());
         let across = self.areas_of_columns();
         let one_path = found.iter().map(|row| row.one_path).fold(0.0, f64::max);
         for (y, row) in found.into_iter().enumerate() {
@@ -195,7 +210,9 @@ impl Panel {
                 map.0.extend(values);
                 map.1.extend(errors);
             }
+            bias.extend(row.bias);
         }
+        let bias = self.bias(bias, &areas);
         let zones = sums.map(|sums| {
             let means = sums.into_iter().zip(&areas);
             means.map(|(sums, area)| figure(sums, *area, one_path)).collect()
@@ -207,7 +224,28 @@ impl Panel {
             (Some(black), Some(bright)) if bins.iter().all(|n| *n > 0) => Some([black, bright]),
             _ => None,
         };
-        Shown { maps, zones, halo }
+        Shown { maps, zones, halo, bias }
+    }
+
+    /// Means over zones and over the bins of the halo of `bins`.
+    fn bias(&self, bins: Vec<f64>, areas: &[f64]) -> Bias {
+        let (mut zones, mut halo) = (vec![0.0; areas.len()], [0.0; 2]);
+        let counts = self.halo_bins().map(|count| count.max(1) as f64);
+        for (k, bias) in bins.iter().enumerate() {
+            let [x, y] = [k % self.frame.bins[0], k / self.frame.bins[0]];
+            for (j, of_y) in &self.parts[1][y] {
+                for (i, of_x) in &self.parts[0][x] {
+                    let zone = j * self.zones[0] + i;
+                    zones[zone] += of_x * of_y * bias / areas[zone];
+                }
+            }
+            match self.roles[k] {
+                Role::Black => halo[0] += bias / counts[0],
+                Role::Bright => halo[1] += bias / counts[1],
+                Role::Other => {}
+            }
+        }
+        Bias { bins, zones, halo }
     }
 
     /// Bins in each column of zones, by their parts.
@@ -269,9 +307,15 @@ impl Panel {
             with_one_path(Estimate::new(values[k][x], scatter), share * row.one_path[x])
                 .standard_error
         };
-        let errors = [0, 1].map(|k| (0..bins).map(|x| error(k, x)).collect());
+        let errors: [Vec<f64>; 2] = [0, 1].map(|k| (0..bins).map(|x| error(k, x)).collect());
+        let of_bin = |x: usize| {
+            let backlight = Estimate::new(total[x], errors[0][x]);
+            let wanted = levels[x] * white[groups];
+            if wanted.is_nan() { 0.0 } else { panel_bias(backlight, wanted, self.contrast) }
+        };
+        let bias = (0..bins).map(of_bin).collect();
         let one_path = row.one_path.iter().copied().fold(0.0, f64::max);
-        ShownRow { values, errors, zones, halo, one_path }
+        ShownRow { values, errors, bias, zones, halo, one_path }
     }
 }
 
