@@ -148,7 +148,7 @@ trace = { paths = 64_000 }
 "#;
 
 /// Command lines and what is said of them, in the folder of [`commands`].
-const COMMANDS: [(&str, &[&str]); 104] = [
+const COMMANDS: [(&str, &[&str]); 105] = [
     ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
     ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
     ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
@@ -335,6 +335,10 @@ const COMMANDS: [(&str, &[&str]); 104] = [
         "zones boxed.toml --pattern dark.csv --zones 1x1",
         &["`dark.csv`: --pattern: expected a drive above 0 in a zone, got none"],
     ),
+    (
+        "zones boxed.toml --pattern tiny.csv",
+        &["`tiny.csv`: --pattern: expected drives of 0 or from 1e-12 to 1, got 1e-300"],
+    ),
     ("zones boxed.toml --pattern none.csv", &["none.csv"]),
     ("zones boxed.toml --pattern drives.csv --picture colours.png", &["`colours.png`"]),
     (
@@ -401,6 +405,7 @@ fn commands() -> TempDir {
     write("bright.csv", "0,1\n1.5,0\n");
     write("nan.csv", "0,NaN\n");
     write("dark.csv", "0\n");
+    write("tiny.csv", &"0,1,1e-300,1,0\n".repeat(5));
     let colours = workspace().join("docs/images/illuminance-d1.png");
     std::fs::copy(colours, at.join("colours.png")).expect("copied");
     let by_file = read("data/designs/bare-dome.toml").replace(

@@ -42,6 +42,8 @@ use crate::trace::GROUPS;
 
 /// Folder of kept references in the cache.
 const FOLDER: &str = "zones";
+/// Smallest drive of a zone that shines.
+const MIN_DRIVE: f64 = 1e-12;
 /// Largest number of bins of a map.
 const MAX_BINS: usize = 16_000_000;
 /// Memory of the light of zones, row by row of bins and in all, bytes.
@@ -159,7 +161,8 @@ impl<'a> ZonedDesign<'a> {
     /// Checks the drives of zones, read from `file`.
     ///
     /// # Errors
-    /// Drives of another number than there are zones; none that shines.
+    /// Drives of another number than there are zones; none that shines; one so small that the squares
+    /// of what it lights are lost.
     pub fn check_drives(&self, drives: &LevelImage, file: &str) -> Result<()> {
         let [columns, rows] = self.zones;
         ensure!(
@@ -171,6 +174,12 @@ impl<'a> ZonedDesign<'a> {
         ensure!(
             drives.levels.iter().any(|drive| *drive > 0.0),
             "`{file}`: --pattern: expected a drive above 0 in a zone, got none"
+        );
+        let tiny = drives.levels.iter().find(|drive| **drive > 0.0 && **drive < MIN_DRIVE);
+        ensure!(
+            tiny.is_none(),
+            "`{file}`: --pattern: expected drives of 0 or from {MIN_DRIVE:e} to 1, got {:e}",
+            tiny.copied().unwrap_or_default()
         );
         Ok(())
     }
