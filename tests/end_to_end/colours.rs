@@ -378,7 +378,7 @@ fn light_without_dispersion_has_the_colour_of_its_source() {
     };
     // Two lights of one spectrum, each traced by itself.
     let pair = format!(
-        "{}[light]\nweighting = \"photometric\"\n{}{}{}",
+        "{}[light]\nwavelength_nm = 550.0\nweighting = \"photometric\"\n{}{}{}",
         even[..start].replace("paths = 60_000", "paths = 20_000, ledger_by_source = true"),
         source("a", -0.25),
         source("b", 0.25),

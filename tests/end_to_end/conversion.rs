@@ -248,6 +248,7 @@ emission = { peak_nm = 535, fwhm_nm = 30 }
 
     // Photons with more energy than those of the light are said with file and key.
     let blue = design.replace("peak_nm = 535", "peak_nm = 455");
+    let blue = blue.replace("[400, 4.8]", "[400, 0.0], [440, 0.0]");
     std::fs::write(folder.path().join("blue.toml"), blue).expect("written");
     let output = batwing(folder.path()).args(["check", "blue.toml"]).output().expect("it runs");
     let words = String::from_utf8(output.stderr).expect("UTF-8");
