@@ -68,11 +68,30 @@ const after = await number(page, "array.pitch_mm").inputValue();
 claim(Number(after) > Number(before), `an arrow key takes the pitch from ${before} to ${after} mm`);
 await slider(page, "array.pitch_mm").locator("input[type=range]").focus();
 for (let i = 0; i < 40; i += 1) await page.keyboard.press("ArrowRight");
-await page.waitForTimeout(300);
 await isDone(page);
 const turned = await page.locator("#largest b").allInnerTexts();
 claim(turned.join() !== first.join(), `and the figures follow: ${turned.join(", ")}`);
 claim(readFileSync(file, "utf8") === original, "the file is as it was");
+
+// A drag is one step of the history, ends at its last value, and the slider follows what is undone.
+const thumb = slider(page, "dome.height_mm").locator("input[type=range]");
+const [rest, height] = [await thumb.inputValue(), await number(page, "dome.height_mm").inputValue()];
+const place = await thumb.boundingBox();
+const from = place.x + place.width * 0.34;
+await page.mouse.move(from, place.y + place.height / 2);
+await page.mouse.down();
+for (let i = 1; i <= 30; i += 1) await page.mouse.move(from - 2 * i, place.y + place.height / 2);
+const stale = await page.waitForFunction(() => document.querySelector("#pictures.stale")).then(() => true);
+claim(stale && /of the state before/.test(await progress(page)), `pictures of the state before say so: ${await progress(page)}`);
+await page.mouse.up();
+const released = await number(page, "dome.height_mm").inputValue();
+await isDone(page);
+const text = () => page.locator("#text").inputValue();
+claim(released !== height && (await text()).includes(`height_mm = ${Number(released)}`), `a drag takes the dome from ${height} to ${released} mm`);
+await page.keyboard.press("Control+z");
+await page.waitForFunction((value) => document.querySelector('#sliders [data-path="dome.height_mm"] input[type=range]').value === value, rest);
+claim((await number(page, "dome.height_mm").inputValue()) === height, "one step back undoes it, and the slider goes back");
+await isDone(page);
 
 // A refused value.
 await number(page, "array.pitch_mm").fill("-3");
@@ -113,8 +132,42 @@ await page.locator("#text").fill(good.replace("[array]", "[array"));
 await page.locator("#line.fault").waitFor();
 claim(/line \d+/.test(await page.locator("#line").innerText()), `a wrong text: ${(await page.locator("#line").innerText()).slice(0, 80)}`);
 claim(await page.locator("#pictures.stale").count() === 1 && (await page.locator("#map svg").count()) === 1, "the last good picture stays, greyed");
+const marked = await page.locator("#line-numbers b").innerText();
+claim((await page.locator("#line").innerText()).startsWith(`line ${marked.trim()}`), `line ${marked.trim()} is marked`);
+await page.screenshot({ path: join(pictures, "explore-text.png") });
 await page.locator("#text").fill(good);
 await page.locator("#line:not(.fault)").waitFor({ state: "attached" });
+// No letter is lost to answers that come while somebody writes.
+await page.locator("#text").press("Control+Home");
+await page.keyboard.type("# Slowly written while answers come\n", { delay: 60 });
+await page.keyboard.type("# and ", { delay: 420 });
+await page.keyboard.type("more\n", { delay: 30 });
+await isDone(page);
+claim((await text()).startsWith("# Slowly written while answers come\n# and more\n"), "text that is written slowly arrives whole");
+await page.locator("#text").fill(good);
+
+// A curve, dragged and moved by keys.
+const [head] = good.split("[[elements.shapes]]");
+const shapes = [[1, 5, 88], [6, 11, 86], [12, 17, 84]].map(([first, last, apex]) => `[[elements.shapes]]\nfrom = ${first}\nto = ${last}\ntype = "OS2"\napex_angle_deg = ${apex}\n\n`);
+await page.locator("#text").fill(head + shapes.join("") + good.slice(good.indexOf("[silicone]")));
+const curve = page.locator(".curve-editor");
+await curve.waitFor();
+await curve.scrollIntoViewIfNeeded();
+const dot = await curve.locator("circle").nth(1).boundingBox();
+await page.mouse.move(dot.x + dot.width / 2, dot.y + dot.height / 2);
+await page.mouse.down();
+await page.mouse.move(dot.x + dot.width / 2, dot.y - 10, { steps: 5 });
+await page.mouse.up();
+const apex = async () => [...(await text()).matchAll(/apex_angle_deg = ([\d.]+)/g)].map((found) => Number(found[1]));
+await page.waitForFunction(() => !/apex_angle_deg = 86\b/.test(document.getElementById("text").value));
+const dragged = await apex();
+claim(dragged[0] === 88 && dragged[1] > 86 && dragged[2] === 84, `a point of a curve is dragged: ${dragged.join(", ")}`);
+await page.keyboard.press("ArrowDown");
+await page.waitForFunction((value) => !document.getElementById("text").value.includes(`apex_angle_deg = ${value}\n`), dragged[1]);
+claim((await apex())[1] < dragged[1], `and moved by a key: ${(await apex()).join(", ")}`);
+await curve.screenshot({ path: join(pictures, "explore-curve.png") });
+await page.locator("#text").fill(good);
+await curve.waitFor({ state: "hidden" });
 
 // Saved, exported.
 await page.locator("#save").click();
@@ -122,7 +175,11 @@ await page.waitForFunction(() => !document.getElementById("file").textContent.in
 const saved = readFileSync(file, "utf8");
 const comments = (text) => text.split("\n").filter((line) => line.includes("#")).length;
 claim(saved.includes("plane_height_mm = 4.0") && comments(saved) === comments(original), "saved, with every comment");
-const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#export").selectOption("ies")]);
+const [download] = await Promise.all([page.waitForEvent("download"), (async () => {
+  await page.locator("#export summary").focus();
+  await page.keyboard.press("Enter");
+  await page.locator("#formats [data-format=ies]").press("Enter");
+})()]);
 const exported = readFileSync(await download.path(), "utf8");
 claim(exported.startsWith("IESNA"), `exported: ${download.suggestedFilename()}, ${exported.length} bytes`);
 
@@ -141,10 +198,33 @@ for (const [width, colorScheme] of [[400, "light"], [800, "dark"], [1400, "light
   await isDone(shown.page);
   const name = `${width} px, ${colorScheme}`;
   await shown.page.screenshot({ path: join(pictures, `explore-${width}-${colorScheme}.png`) });
+  const sideways = await shown.page.evaluate(() => document.documentElement.scrollWidth);
+  claim(sideways <= width, `${width} px, ${colorScheme}: it scrolls no way but down (${sideways} px)`);
   await shown.page.evaluate(() => { for (const fold of document.querySelectorAll("details")) fold.open = true; });
   const { count, cut, over } = await shown.page.evaluate(texts);
   claim(count > 20 && cut.length === 0, `${name}: ${count} texts, none is cut${cut.length ? `: ${cut.slice(0, 5).join("; ")}` : ""}`);
   claim(over.length === 0, `${name}: no text stands over another${over.length ? `: ${over.slice(0, 5).join("; ")}` : ""}`);
+  await shown.context.close();
+}
+{
+  const shown = await open({ viewport: { width: 1400, height: 700 } });
+  const first = await progress(shown.page);
+  await isDone(shown.page);
+  const paths = (words) => Number(words.match(/([\d,\u202f ]+) paths/)[1].replaceAll(/\D/g, ""));
+  claim(paths(await progress(shown.page)) >= paths(first), `from ${first} to ${await progress(shown.page)}`);
+  const scrolls = await shown.page.locator("#left").evaluate((left) => { left.scrollTop = 50; return left.scrollTop; });
+  claim(scrolls > 0 && (await shown.page.evaluate(() => scrollY)) === 0, "the numbers scroll by themselves");
+  const unnamed = await shown.page.locator("input, select, textarea").evaluateAll((fields) => fields.filter((f) => !(f.labels && f.labels.length) && !f.getAttribute("aria-label") && !f.getAttribute("aria-labelledby")).map((f) => f.id));
+  claim(unnamed.length === 0, `every control has a name${unnamed.length ? `: ${unnamed}` : ""}`);
+  await shown.page.locator("#fold-numbers > summary").click();
+  await shown.page.locator("#search").fill("reflect");
+  const found = await shown.page.locator("#numbers .slider:visible").evaluateAll((nodes) => nodes.map((node) => node.dataset.path));
+  claim(found.length > 1 && found.length < 20 && found.includes("led.reflectance"), `a search of the numbers finds ${found.join(", ")}`);
+  await shown.page.locator('#numbers [data-path="led.reflectance"] .pin').last().click();
+  claim(await slider(shown.page, "led.reflectance").isVisible(), "which gets a slider");
+  await shown.page.reload();
+  await shown.page.locator("#map svg").waitFor();
+  claim((await slider(shown.page, "led.reflectance").isVisible()) && (await shown.page.locator("#fold-numbers").evaluate((fold) => fold.open)), "sliders and folds stay as the user left them");
   await shown.context.close();
 }
 const parts = await Promise.all(["", "page.js", "page.css"].map(async (part) => (await (await fetch(address + part)).text()).length));

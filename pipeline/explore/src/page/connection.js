@@ -37,18 +37,29 @@ async function ask(address) {
   if (!answer.ok) throw new Error(body.error ? body.error.message : answer.statusText);
   return body;
 }
-// Sends a change; the error of a refusal has the key that it is about.
+// Refused values, by the path that was set.
+const faults = new Map();
+// Changes sent, and those not yet answered.
+const sent = { count: 0, underWay: 0 };
 async function send(address, body = {}) {
   let answer;
+  let said;
+  sent.count += 1;
+  sent.underWay += 1;
   try {
     answer = await fetch(address, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+    said = await answer.json();
   } catch {
-    say("The server has ended; start batwing explore again.");
-    throw Object.assign(new Error("The server has ended."), { isSaid: true });
+    say(ENDED);
+    throw Object.assign(new Error(ENDED), { isSaid: true });
+  } finally {
+    sent.underWay -= 1;
+    setTimeout(follow);
   }
-  const said = await answer.json();
-  if (!answer.ok) throw Object.assign(new Error(said.error.message), { key: said.error.key });
+  if (!answer.ok) throw new Error(said.error.message);
   say("");
+  // All but one number may be other than it was.
+  if (address !== "set") faults.clear();
   take(said);
   return said;
 }
@@ -66,19 +77,44 @@ const memory = {
   },
 };
 
+// Numbers of the newest state and frame as the server tells them, and of those that the page has.
+let told = { state: 0, frame: 0 };
 let seen = { state: 0, frame: 0 };
-let asking = Promise.resolve();
+let isFollowing = false;
+async function follow() {
+  if (isFollowing) return;
+  isFollowing = true;
+  try {
+    // While a change is under way, its answer is the next state.
+    while ((told.state > seen.state && sent.underWay === 0) || told.frame > seen.frame) {
+      const now = told;
+      if (now.frame > seen.frame) {
+        frame = (await ask("frame")) || frame;
+        seen.frame = now.frame;
+        if (frame) tell("frame");
+      }
+      if (now.state > seen.state && sent.underWay === 0) {
+        const { count } = sent;
+        const next = await ask("state");
+        if (count === sent.count) {
+          seen.state = now.state;
+          take(next);
+        }
+      }
+    }
+  } catch (error) {
+    say(error.message);
+  }
+  isFollowing = false;
+}
+const ENDED = "The server has ended; the pictures stay. Start batwing explore again.";
 const events = new EventSource("events");
 events.onmessage = (message) => {
-  const now = JSON.parse(message.data);
-  asking = asking.then(async () => {
-    if (now.state > seen.state) take(await ask("state"));
-    if (now.frame > seen.frame) {
-      const next = await ask("frame");
-      if (next) { frame = next; tell("frame"); }
-    }
-    seen = now;
-  }).catch((error) => say(error.message));
+  told = JSON.parse(message.data);
+  follow();
 };
-events.onopen = () => { seen = { state: 0, frame: 0 }; say(""); };
-events.onerror = () => say("The server has ended; the pictures stay. Start batwing explore again.");
+events.onopen = () => {
+  seen = { state: 0, frame: 0 };
+  if (byId("message").textContent === ENDED) say("");
+};
+events.onerror = () => say(ENDED);

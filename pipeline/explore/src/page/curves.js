@@ -1,93 +1,136 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // Lists of numbers and of points as curves that are drawn with the mouse or moved with the keys.
 
-const PLOT = { width: 340, height: 190, left: 42, right: 10, top: 10, bottom: 20 };
-const curves = { dragged: null };
-
-// Points [x, y] of a curve; of a list of numbers, x counts its entries.
-const pointsOf = (curve) => (curve.points || curve.values.map((value, i) => [i + 1, value])).map((point) => [...point]);
+const PLOT = { width: 340, height: 190, left: 46, right: 10, top: 12, bottom: 24 };
+const short = (x) => Number(x.toPrecision(5));
 function extent(list) {
   const [low, high] = [Math.min(...list), Math.max(...list)];
   const room = 0.12 * (high - low) || 0.1 * Math.max(1, Math.abs(high));
   return [low - room, high + room];
 }
 
-function editor(curve) {
-  const points = pointsOf(curve);
-  const isList = Boolean(curve.values);
-  const [x0, x1] = extent(points.map((p) => p[0]));
-  const [y0, y1] = extent(points.map((p) => p[1]));
-  const px = (x) => PLOT.left + ((x - x0) / (x1 - x0)) * (PLOT.width - PLOT.left - PLOT.right);
-  const py = (y) => PLOT.height - PLOT.bottom - ((y - y0) / (y1 - y0)) * (PLOT.height - PLOT.top - PLOT.bottom);
-  const line = svg("polyline", {});
-  const dots = points.map((_, i) => svg("circle", {
-    r: points.length > 30 ? 4 : 5, tabindex: 0, role: "slider", "aria-label": `${curve.label}, point ${i + 1}`,
-    onkeydown: (event) => {
-      const step = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowRight: [1, 0], ArrowLeft: [-1, 0] }[event.key];
-      if (!step || (isList && step[0])) return;
-      event.preventDefault();
-      points[i][0] += step[0] * 0.01 * (x1 - x0);
-      points[i][1] += step[1] * 0.01 * (y1 - y0);
-      draw();
-      change(false, i);
-    },
-  }));
-  const readout = el("span", { class: "unit" });
-  const image = svg("svg", { viewBox: `0 0 ${PLOT.width} ${PLOT.height}`, role: "group", "aria-label": curve.path },
-    [y0, 0.5 * (y0 + y1), y1].map((y) => svg("text", { x: PLOT.left - 4, y: py(y) + 4, "text-anchor": "end" }, String(Number(y.toPrecision(3))))),
-    line, dots);
+function editor({ path, label, unit, values }) {
+  const isList = Boolean(values);
+  let points = [];
+  let x = null;
+  let y = null;
+  let dots = [];
+  let dragged = -1;
+  const axis = ([low, high], from, to) => ({
+    low, high, place: (v) => from + ((v - low) / (high - low)) * (to - from), number: (p) => low + ((p - from) / (to - from)) * (high - low),
+  });
+  const line = svg("polyline");
+  const names = svg("g");
+  const circles = svg("g");
+  const image = svg("svg", { viewBox: `0 0 ${PLOT.width} ${PLOT.height}`, role: "group", "aria-label": path }, names, line, circles);
+  const readout = el("span", { role: "status" });
+  const fault = el("p", { class: "fault", role: "alert" });
+  const node = el("div", { class: "curve-editor", "data-path": path },
+    el("p", {}, label, el("span", { class: "unit" }, unit && ` ${unit}`), " ", readout, el("small", {}, path)), image, fault);
+
   function draw() {
-    line.setAttribute("points", points.map(([x, y]) => `${px(x)},${py(y)}`).join(" "));
+    line.setAttribute("points", points.map((p) => `${x.place(p[0])},${y.place(p[1])}`).join(" "));
     dots.forEach((dot, i) => {
-      dot.setAttribute("cx", px(points[i][0]));
-      dot.setAttribute("cy", py(points[i][1]));
-      dot.setAttribute("aria-valuenow", Number(points[i][1].toPrecision(4)));
+      dot.setAttribute("cx", x.place(points[i][0]));
+      dot.setAttribute("cy", y.place(points[i][1]));
+      dot.setAttribute("aria-valuenow", short(points[i][1]));
+      dot.setAttribute("aria-valuetext", (isList ? [points[i][1]] : points[i]).map(short).join(", "));
     });
   }
-  function change(part, i) {
-    const short = (x) => Number(x.toPrecision(5));
-    readout.textContent = `point ${i + 1}: ${isList ? "" : `${short(points[i][0])}, `}${short(points[i][1])} ${curve.unit}`;
-    turn(curve.path, isList ? points.map((p) => short(p[1])) : points.map((p) => p.map(short)), part);
-  }
-  const at = (event) => {
-    const box = image.getBoundingClientRect();
-    const [u, v] = [((event.clientX - box.left) / box.width) * PLOT.width, ((event.clientY - box.top) / box.height) * PLOT.height];
-    return [x0 + ((u - PLOT.left) / (PLOT.width - PLOT.left - PLOT.right)) * (x1 - x0), y0 + ((PLOT.height - PLOT.bottom - v) / (PLOT.height - PLOT.top - PLOT.bottom)) * (y1 - y0)];
-  };
-  const near = (x) => points.reduce((best, p, i) => (Math.abs(p[0] - x) < Math.abs(points[best][0] - x) ? i : best), 0);
-  let last = 0;
-  function follow(event, part) {
-    const [x, y] = at(event);
-    // A list is drawn over; a point is dragged.
-    if (isList) last = near(x);
-    else points[last][0] = x;
-    points[last][1] = y;
+  function rescale() {
+    x = axis(extent(points.map((p) => p[0])), PLOT.left, PLOT.width - PLOT.right);
+    y = axis(extent(points.map((p) => p[1])), PLOT.height - PLOT.bottom, PLOT.top);
+    const name = (at, anchor, words) => svg("text", { ...at, "text-anchor": anchor }, words);
+    const ends = (list) => [Math.min(...list), Math.max(...list)].filter((v, i, both) => i === 0 || v !== both[0]);
+    names.replaceChildren(
+      ...ends(points.map((p) => p[1])).map((v) => name({ x: PLOT.left - 6, y: y.place(v) + 4 }, "end", String(Number(v.toPrecision(3))))),
+      ...ends(points.map((p) => p[0])).map((v) => name({ x: x.place(v), y: PLOT.height - 7 }, "middle", String(Number(v.toPrecision(3))))));
+    for (const dot of dots) {
+      dot.setAttribute("aria-valuemin", short(y.low));
+      dot.setAttribute("aria-valuemax", short(y.high));
+    }
     draw();
-    change(part, last);
+  }
+  function change(i, part) {
+    draw();
+    readout.textContent = `${i + 1}: ${(isList ? [points[i][1]] : points[i]).map(short).join(", ")}`;
+    turn(path, isList ? points.map((p) => short(p[1])) : points.map((p) => p.map(short)), part);
+  }
+  function press(event, i) {
+    const step = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowRight: [1, 0], ArrowLeft: [-1, 0] }[event.key];
+    if (!step || (isList && step[0])) return;
+    event.preventDefault();
+    points[i][0] += step[0] * 0.01 * (x.high - x.low);
+    points[i][1] += step[1] * 0.01 * (y.high - y.low);
+    change(i, false);
+  }
+  const pointer = (event) => {
+    const box = image.getBoundingClientRect();
+    return [((event.clientX - box.left) / box.width) * PLOT.width, ((event.clientY - box.top) / box.height) * PLOT.height];
+  };
+  // The entry of a list below the pointer, or the point nearest to it.
+  const nearest = ([u, v]) => {
+    const away = points.map((p) => Math.hypot(x.place(p[0]) - u, isList ? 0 : y.place(p[1]) - v));
+    return away.indexOf(Math.min(...away));
+  };
+  function follow([u, v], part) {
+    if (isList) {
+      // A list is drawn over; entries that the pointer leapt over lie between.
+      const to = nearest([u, v]);
+      const [first, value] = [points[dragged][1], y.number(v)];
+      for (let k = dragged; k !== to;) {
+        k += Math.sign(to - dragged);
+        points[k][1] = first + ((value - first) * (k - dragged)) / (to - dragged);
+      }
+      points[to][1] = value;
+      dragged = to;
+    } else points[dragged] = [x.number(u), y.number(v)];
+    change(dragged, part);
   }
   image.addEventListener("pointerdown", (event) => {
-    event.preventDefault();
     image.setPointerCapture(event.pointerId);
-    curves.dragged = curve.path;
-    last = near(at(event)[0]);
-    follow(event, true);
+    dragged = nearest(pointer(event));
+    dots[dragged].focus();
+    follow(pointer(event), true);
   });
-  image.addEventListener("pointermove", (event) => { if (curves.dragged === curve.path) follow(event, true); });
-  image.addEventListener("pointerup", (event) => {
-    if (curves.dragged !== curve.path) return;
-    curves.dragged = null;
-    follow(event, false);
-  });
-  draw();
-  const fault = numbers.faults.get(curve.path);
-  return el("div", { class: "curve-editor" }, el("p", {}, `${curve.label} `, el("span", { class: "unit" }, curve.unit ? `(${curve.unit}) ` : "", curve.path), " ", readout), image, fault && el("p", { class: "fault", role: "alert" }, fault));
+  image.addEventListener("mousedown", (event) => event.preventDefault());
+  image.addEventListener("pointermove", (event) => { if (dragged >= 0) follow(pointer(event), true); });
+  for (const end of ["pointerup", "pointercancel"]) {
+    image.addEventListener(end, (event) => {
+      if (dragged < 0) return;
+      follow(end === "pointerup" ? pointer(event) : points[dragged].map((p, k) => [x, y][k].place(p)), false);
+      dragged = -1;
+      rescale();
+    });
+  }
+  node.addEventListener("focusout", () => { if (dragged < 0) rescale(); });
+  return {
+    node,
+    update(curve) {
+      const said = faults.get(path);
+      fault.textContent = said || "";
+      if (dragged >= 0 || isTurning(path) || said) return;
+      const next = (curve.points || curve.values.map((value, i) => [i + 1, value])).map((point) => [...point]);
+      if (next.every((p, i) => points[i] && short(p[0]) === short(points[i][0]) && short(p[1]) === short(points[i][1])) && next.length === points.length) return;
+      points = next;
+      if (dots.length !== points.length) {
+        dots = points.map((_, i) => svg("circle", {
+          r: points.length > 30 ? 3.5 : 5, tabindex: 0, role: "slider", "aria-label": `${label}, point ${i + 1}`, onkeydown: (event) => press(event, i),
+        }));
+        circles.replaceChildren(...dots);
+      }
+      rescale();
+    },
+  };
 }
 
+const editors = new Map();
 onState(() => {
   byId("fold-curves").hidden = state.curves.length === 0;
-  const shown = JSON.stringify(state.curves) + JSON.stringify([...numbers.faults]);
-  // What is being drawn or moved stays.
-  if (curves.dragged || curves.shown === shown || byId("curves").contains(document.activeElement)) return;
-  curves.shown = shown;
-  byId("curves").replaceChildren(...state.curves.map(editor));
+  const nodes = state.curves.map((curve) => {
+    if (!editors.has(curve.path)) editors.set(curve.path, editor(curve));
+    editors.get(curve.path).update(curve);
+    return editors.get(curve.path).node;
+  });
+  if (nodes.length !== byId("curves").childElementCount || nodes.some((node, i) => node !== byId("curves").children[i])) byId("curves").replaceChildren(...nodes);
 });

@@ -7,7 +7,6 @@ on("redo", () => sendOrSay("redo"));
 on("keep", () => sendOrSay("keep"));
 on("save", save);
 on("reload", () => sendOrSay("reload"));
-on("report", () => window.open("report", "_blank", "noopener"));
 byId("model").addEventListener("change", () => sendOrSay("model", { model: byId("model").value }));
 
 let saysOver = false;
@@ -20,10 +19,9 @@ async function save() {
     if (!error.isSaid) say(error.message);
   }
 }
-byId("export").addEventListener("change", async () => {
-  const [select, word] = [byId("export"), byId("export").value];
-  select.value = "";
-  if (!word) return;
+async function exportAs(word) {
+  byId("export").open = false;
+  byId("export").firstElementChild.focus();
   say(`Writing ${word} …`);
   const answer = await fetch(`export?format=${encodeURIComponent(word)}`);
   if (!answer.ok) {
@@ -35,10 +33,18 @@ byId("export").addEventListener("change", async () => {
   link.click();
   URL.revokeObjectURL(link.href);
   say("");
+}
+// The menu closes where something else is done.
+document.addEventListener("click", (event) => { if (!byId("export").contains(event.target)) byId("export").open = false; });
+byId("export").addEventListener("focusout", (event) => { if (event.relatedTarget && !byId("export").contains(event.relatedTarget)) byId("export").open = false; });
+byId("export").addEventListener("keydown", (event) => {
+  if (event.key !== "Escape") return;
+  byId("export").open = false;
+  byId("export").firstElementChild.focus();
 });
 
 document.addEventListener("keydown", (event) => {
-  const writes = event.target.matches("textarea, input[type=number], input[type=search]");
+  const writes = event.target.matches("textarea, select, input[type=number], input[type=search]");
   const key = event.key.toLowerCase();
   if ((event.ctrlKey || event.metaKey) && key === "s") { event.preventDefault(); save(); }
   else if (writes || byId("search-dialog").open) return;
@@ -46,12 +52,28 @@ document.addEventListener("keydown", (event) => {
   else if (key === "k" && !event.ctrlKey && !event.metaKey && !event.altKey) sendOrSay("keep");
 });
 
-// The text goes to the server a moment after the last key.
+// The text goes to the server a moment after the last key; until it is there, no other text takes its place.
 let typing = null;
 byId("text").addEventListener("input", () => {
   clearTimeout(typing);
-  typing = setTimeout(() => { typing = null; sendOrSay("text", { text: byId("text").value }); }, 400);
+  const timer = setTimeout(async () => {
+    await sendOrSay("text", { text: byId("text").value });
+    if (typing === timer) typing = null;
+  }, 400);
+  typing = timer;
+  showLines();
 });
+byId("text").addEventListener("scroll", () => { byId("line-numbers").scrollTop = byId("text").scrollTop; });
+// Numbers of the lines; the one of the error is marked.
+function showLines() {
+  const count = byId("text").value.split("\n").length;
+  const wrong = state && state.error && state.error.line;
+  const shown = `${count} ${wrong}`;
+  if (byId("line-numbers").dataset.shown === shown) return;
+  byId("line-numbers").dataset.shown = shown;
+  byId("line-numbers").replaceChildren(...Array.from({ length: count }, (_, i) => el(i + 1 === wrong ? "b" : "span", {}, `${i + 1}\n`)));
+  byId("line-numbers").scrollTop = byId("text").scrollTop;
+}
 
 function options(select, list, value) {
   const wanted = JSON.stringify(list);
@@ -65,9 +87,12 @@ function options(select, list, value) {
 onState(() => {
   byId("file").textContent = `${state.file}${state.saved ? "" : " •"}`;
   byId("file").title = state.saved ? "saved" : "not saved";
+  byId("file").setAttribute("aria-label", `${state.file}, ${byId("file").title}`);
   document.title = `${state.name}: batwing explore`;
   options(byId("model"), state.models.map((model) => [model.word, model.label]), state.model);
-  options(byId("export"), [["", "Export …"], ...state.formats.map((format) => [format.word, `${format.word}: ${format.label}`])], "");
+  if (!byId("formats").childElementCount) {
+    byId("formats").append(...state.formats.map((format) => el("button", { type: "button", "data-format": format.word, onclick: () => exportAs(format.word) }, el("b", {}, format.word), ` ${format.label}`)));
+  }
   byId("undo").disabled = !state.can_undo;
   byId("redo").disabled = !state.can_redo;
   byId("save").disabled = state.saved;
@@ -75,6 +100,7 @@ onState(() => {
   if (state.file_changed) say("Another program changed the file. Save replaces it; or read it again.");
   if (state.file_gone) say("The file is gone; Save writes it anew.");
   if (!typing && byId("text").value !== state.text) byId("text").value = state.text;
+  showLines();
   const { error } = state;
   byId("line").className = error ? "fault" : "";
   byId("line").textContent = error ? `${error.line ? `line ${error.line}: ${state.text.split("\n")[error.line - 1] || ""} — ` : ""}${error.message}` : "";
@@ -85,3 +111,6 @@ onState(() => {
       el("button", { type: "button", onclick: () => sendOrSay("forget", { id: one.id }) }, "forget")));
   byId("kept").replaceChildren(...(state.kept.length ? state.kept.map(kept) : [el("li", {}, "None yet: Keep puts the present state beside what follows.")]));
 });
+
+// The height of the bar, below which the columns stand.
+new ResizeObserver(() => document.documentElement.style.setProperty("--bar", `${byId("bar").offsetHeight}px`)).observe(byId("bar"));

@@ -4,14 +4,17 @@
 const choices = { map: "map", far: "far_field" };
 const NAMES = { map: "linear", map_log: "logarithmic", difference: "now less kept", far_field: "straight", far_field_polar: "polar" };
 
-function showPicture(place, picture) {
+const drawn = {};
+async function showPicture(place, picture) {
   const host = byId(place);
   host.hidden = !picture;
-  if (!picture) return;
-  const holder = host.querySelector("div") || host.appendChild(el("div"));
-  const caption = host.querySelector("figcaption") || host.appendChild(el("figcaption"));
-  holder.innerHTML = picture.svg;
-  caption.textContent = picture.caption;
+  if (!picture || drawn[place] === picture.svg) return;
+  drawn[place] = picture.svg;
+  const next = el("div");
+  next.innerHTML = picture.svg;
+  // Maps are decoded first: the picture before stays until then.
+  await Promise.all([...next.querySelectorAll("image")].map((one) => Object.assign(new Image(), { src: one.getAttribute("href") }).decode().catch(() => {})));
+  if (drawn[place] === picture.svg) host.replaceChildren(next, el("figcaption", {}, picture.caption));
 }
 function showChoices(host, place, ids) {
   if (!ids.includes(choices[place])) [choices[place]] = ids;
@@ -32,7 +35,8 @@ function showLight() {
 }
 function showFigures() {
   const main = frame.figures.filter((figure) => figure.main);
-  byId("largest").replaceChildren(...main.map((figure) => el("div", {}, figure.label, el("b", {}, figure.text), figure.change && el("span", {}, `${figure.change} (${figure.verdict})`))));
+  byId("largest").replaceChildren(...main.map((figure) => el("div", {}, figure.label, el("b", { class: figure.resolved ? null : "open" }, figure.text),
+    figure.change && el("span", {}, `${figure.change}, ${figure.verdict}`))));
   const compares = frame.figures.some((figure) => figure.beside !== null);
   for (const head of document.querySelectorAll(".compared")) head.hidden = !compares;
   const cell = (label, text) => el("td", { "data-label": label }, el("span", { class: "value" }, text ?? "–"));
@@ -50,10 +54,14 @@ function showProgress() {
   if (!state) return;
   const isOld = frame && (frame.state < state.state || state.error);
   byId("pictures").classList.toggle("stale", Boolean(isOld));
+  byId("pictures").classList.toggle("refused", Boolean(frame && state.error));
   byId("stale").hidden = !(frame && state.error);
   byId("stale").textContent = state.error ? `The pictures are those of the last good design. ${state.error.message}` : "";
-  const traced = frame ? `${frame.label}: ${frame.paths_text} paths, ${isOld ? "of another state" : frame.last ? "done" : "going on"}` : "tracing";
-  byId("progress").textContent = frame && frame.waves && !isOld ? `${traced}; ${frame.waves.words}` : traced;
+  const traced = frame ? `${frame.label}: ${frame.paths_text} paths, ${isOld ? "of the state before" : frame.last ? "done" : "going on"}` : "tracing";
+  const waves = frame && !isOld && frame.waves;
+  byId("progress").textContent = waves ? `${traced}; ${waves.words}` : traced;
+  byId("waves").hidden = !waves || waves.solved === waves.rings;
+  if (waves) [byId("waves").max, byId("waves").value] = [waves.rings, waves.solved];
 }
 onFrame(() => { showLight(); showFigures(); showProgress(); });
 onState(showProgress);

@@ -1,132 +1,186 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // Numbers of the design: sliders of pinned ones, fields of all.
 
-const numbers = { faults: new Map(), pins: null, moving: null };
+const numbers = { pins: null, moving: null };
 
 const isPinned = (field) => numbers.pins.includes(field.path);
 function pin(field) {
   numbers.pins = isPinned(field) ? numbers.pins.filter((path) => path !== field.path) : [...numbers.pins, field.path];
   memory.write("pins", numbers.pins);
-  showNumbers(true);
+  showNumbers();
 }
 
-// At most one request of a slider is under way; the newest value is sent when it is back.
-const turning = { busy: false, next: null };
+// One value at a time is under way; of those that wait, the newest of each path is sent.
+const turning = { path: null, next: new Map() };
+const isTurning = (path) => turning.path === path || turning.next.has(path);
 async function turn(path, value, part) {
-  if (turning.busy) {
-    turning.next = [path, value, part];
-    return;
+  turning.next.delete(path);
+  turning.next.set(path, { path, value, part });
+  if (turning.path !== null) return;
+  while (turning.next.size > 0) {
+    const [next] = turning.next.values();
+    turning.next.delete(next.path);
+    turning.path = next.path;
+    try {
+      await send("set", next);
+      faults.delete(next.path);
+    } catch (error) {
+      if (error.isSaid) turning.next.clear();
+      else faults.set(next.path, error.message);
+    }
   }
-  turning.busy = true;
-  try {
-    await send("set", { path, value, part });
-    numbers.faults.delete(path);
-  } catch (error) {
-    if (!error.isSaid) numbers.faults.set(path, error.message);
-    showNumbers(false);
-  }
-  turning.busy = false;
-  const next = turning.next;
-  turning.next = null;
-  if (next) turn(...next);
+  turning.path = null;
+  tell("state");
 }
 
-const isLogarithmic = (field) => field.low > 0 && field.high / field.low > 100;
-const STEPS = 1000;
-const toSlider = (field, value) => (isLogarithmic(field) ? Math.log(value / field.low) / Math.log(field.high / field.low) : (value - field.low) / (field.high - field.low)) * STEPS;
-function fromSlider(field, at) {
-  const value = isLogarithmic(field) ? field.low * (field.high / field.low) ** (at / STEPS) : field.low + ((field.high - field.low) * at) / STEPS;
-  return field.whole ? Math.round(value) : Number(value.toPrecision(4));
+// Positions of a slider: even steps of a round size or, over wide ranges, even ratios.
+const RATIOS = 1000;
+function scale(field) {
+  const { low, high, whole } = field;
+  if (low > 0 && high / low > 100 && !whole) {
+    return {
+      most: RATIOS,
+      at: (value) => (RATIOS * Math.log(value / low)) / Math.log(high / low),
+      value: (at) => Number((low * (high / low) ** (at / RATIOS)).toPrecision(3)),
+    };
+  }
+  const power = whole ? 0 : Math.floor(Math.log10((high - low) / 200));
+  const step = 10 ** power;
+  const first = Math.ceil(low / step - 1e-9);
+  return {
+    most: Math.floor(high / step + 1e-9) - first,
+    at: (value) => value / step - first,
+    value: (at) => Number(((first + Number(at)) * step).toFixed(Math.max(0, -power))),
+  };
 }
-const stepOf = (field) => (field.whole ? 1 : 10 ** Math.floor(Math.log10(Math.max(Math.abs(field.value), 1e-9)) - 1));
+// What an arrow key adds to a number.
+function stepOf(field) {
+  if (field.whole) return 1;
+  return 10 ** Math.floor(Math.log10(field.value === 0 ? (field.high - field.low) / 20 : Math.abs(field.value) / 10));
+}
 
 // The row of a number; its parts follow `update`.
 function row(path, slides) {
   let field = null;
+  let isTyping = false;
   const id = `${slides ? "slider" : "number"}-${path}`;
   const unit = el("span", { class: "unit" });
   const name = el("span");
-  const doc = el("p", { class: "doc", hidden: true });
-  const number = el("input", { type: "number", id, step: "any", onchange: () => { if (number.value !== "") turn(path, Number(number.value), false); } });
-  number.addEventListener("keydown", (event) => {
-    if (!["ArrowUp", "ArrowDown"].includes(event.key)) return;
-    event.preventDefault();
-    const value = Number((Number(number.value) + (event.key === "ArrowUp" ? 1 : -1) * stepOf(field)).toPrecision(10));
+  const words = el("span");
+  const unset = el("button", { type: "button", onclick: () => sendOrSay("unset", { path }) }, "Back to the default");
+  const doc = el("p", { class: "doc", id: `${id}-doc`, hidden: true }, words, " ", unset);
+  const fault = el("p", { class: "fault", role: "alert", id: `${id}-fault` });
+  const set = (value, part) => {
     number.value = value;
-    turn(path, value, false);
+    isTyping = false;
+    turn(path, value, part);
+  };
+  const number = el("input", {
+    type: "number", id, step: "any", "aria-describedby": `${id}-fault ${id}-doc`,
+    oninput: () => { isTyping = true; },
+    onchange: () => { if (number.value !== "") set(Number(number.value), false); },
+    onblur: () => { if (number.value === "") { isTyping = false; showNumbers(); } },
+    onkeydown: (event) => {
+      const sign = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+      if (!sign) return;
+      event.preventDefault();
+      set(Number((Number(number.value) + sign * stepOf(field)).toPrecision(10)), false);
+    },
   });
   const range = slides && el("input", {
-    type: "range", min: 0, max: STEPS, step: 1, "aria-label": path,
+    type: "range", min: 0, step: 1, "aria-labelledby": `${id}-name`,
     oninput: () => {
       numbers.moving = path;
-      number.value = fromSlider(field, range.value);
-      turn(path, Number(number.value), true);
+      set(scale(field).value(range.value), true);
+      range.setAttribute("aria-valuetext", `${number.value} ${field.unit}`);
     },
     onchange: () => {
       numbers.moving = null;
-      turn(path, Number(number.value), false);
+      set(scale(field).value(range.value), false);
     },
   });
-  const more = el("button", { type: "button", class: "pin", "aria-label": `What ${path} means`, title: "what it means", onclick: () => { doc.hidden = !doc.hidden; } }, "?");
-  const pins = el("button", { type: "button", class: "pin", onclick: () => pin(field) }, slides ? "×" : "📌");
-  const fault = el("p", { class: "fault", role: "alert" });
+  const more = el("button", { type: "button", class: "pin", "aria-label": `What ${path} means`, "aria-expanded": "false", title: "what it means", onclick: () => {
+    doc.hidden = !doc.hidden;
+    more.setAttribute("aria-expanded", String(!doc.hidden));
+  } }, "?");
+  const pins = el("button", { type: "button", class: "pin", onclick: () => pin(field) });
   const node = el("div", { class: "slider", "data-path": path },
-    el("label", { class: "name", for: id }, name, " ", unit, el("small", {}, path)), number, more, pins, range, doc, fault);
+    el("label", { class: "name", for: id, id: `${id}-name` }, name, " ", unit, el("small", {}, path)), number, more, pins, range, doc, fault);
   return {
     node,
     update(now) {
-      // A slider keeps its range while the value lies within.
-      const keeps = field && now.value >= field.low && now.value <= field.high;
+      // A slider keeps its range until its value reaches an end.
+      const keeps = field && (numbers.moving === path || (now.value > field.low && now.value < field.high));
       field = keeps ? { ...now, low: field.low, high: field.high } : now;
       name.textContent = field.label;
       unit.textContent = field.unit;
-      doc.textContent = field.doc;
+      words.textContent = `${field.doc}${field.written ? "" : " This is the default: the file does not state it."}`;
+      unset.hidden = !field.written || path.endsWith("]");
       node.title = field.doc;
       node.classList.toggle("default", !field.written);
-      pins.setAttribute("aria-label", `${isPinned(field) ? "Take the slider from" : "Give a slider to"} ${path}`);
-      pins.setAttribute("aria-pressed", String(isPinned(field)));
-      const said = numbers.faults.get(path);
+      pins.textContent = isPinned(field) ? "×" : "+";
+      pins.title = `${isPinned(field) ? "Take the slider from" : "Give a slider to"} ${path}`;
+      pins.setAttribute("aria-label", pins.title);
+      const said = faults.get(path);
       fault.textContent = said || "";
       number.setAttribute("aria-invalid", String(Boolean(said)));
-      if (document.activeElement !== number && !said) number.value = Number(field.value.toPrecision(7));
-      if (range && numbers.moving !== path && document.activeElement !== range) {
-        range.value = toSlider(field, field.value);
-        range.setAttribute("aria-valuetext", `${field.value} ${field.unit}`);
-      } else if (range) range.setAttribute("aria-valuetext", `${number.value} ${field.unit}`);
+      if (isTyping || isTurning(path) || said || numbers.moving === path) return;
+      number.value = Number(field.value.toPrecision(7));
+      if (!range) return;
+      range.max = scale(field).most;
+      range.value = scale(field).at(field.value);
+      range.setAttribute("aria-valuetext", `${number.value} ${field.unit}`);
     },
   };
 }
 
 const rows = { sliders: new Map(), numbers: new Map() };
-function showNumbers(isAnew) {
+// Puts the rows of `fields` into `host`; what has the focus keeps it.
+function place(host, known, fields, slides) {
+  const nodes = fields.map((field) => {
+    if (!known.has(field.path)) known.set(field.path, row(field.path, slides));
+    known.get(field.path).update(field);
+    return known.get(field.path).node;
+  });
+  if (nodes.length !== host.childElementCount || nodes.some((node, i) => node !== host.children[i])) {
+    const { activeElement } = document;
+    host.replaceChildren(...nodes);
+    if (host.contains(activeElement)) activeElement.focus();
+  }
+}
+function showNumbers() {
+  if (!state) return;
   if (!numbers.pins) numbers.pins = memory.read("pins", state.fields.filter((field) => field.pinned).map((field) => field.path));
-  for (const [place, slides] of [["sliders", true], ["numbers", false]]) {
-    const fields = state.fields.filter((field) => !slides || isPinned(field));
-    const known = rows[place];
-    const paths = fields.map((field) => field.path).join("\n");
-    if (isAnew || known.paths !== paths) {
-      const focused = document.activeElement && document.activeElement.id;
-      const nodes = [];
-      let table = null;
-      for (const field of fields) {
-        if (!known.has(field.path)) known.set(field.path, row(field.path, slides));
-        if (!slides && field.table !== table) nodes.push(el("h3", {}, field.table));
-        table = field.table;
-        nodes.push(known.get(field.path).node);
-      }
-      byId(place).replaceChildren(...nodes);
-      known.paths = paths;
-      if (focused && byId(focused)) byId(focused).focus();
-    }
-    fields.forEach((field) => known.get(field.path).update(field));
+  place(byId("sliders"), rows.sliders, state.fields.filter(isPinned), true);
+  const tables = [...new Set(state.fields.map((field) => field.table))];
+  const shown = [...byId("numbers").children].map((node) => node.dataset.table);
+  if (tables.join() !== shown.join()) {
+    byId("numbers").replaceChildren(...tables.map((table) => el("details", { "data-table": table }, el("summary", {}, table), el("div"))));
   }
-  find();
-}
-function find() {
-  const words = byId("search").value.toLowerCase();
-  for (const node of byId("numbers").querySelectorAll(".slider")) {
-    node.hidden = !`${node.dataset.path} ${node.title}`.toLowerCase().includes(words);
+  for (const node of byId("numbers").children) {
+    place(node.lastChild, rows.numbers, state.fields.filter((field) => field.table === node.dataset.table), false);
   }
 }
-byId("search").addEventListener("input", find);
-onState(() => showNumbers(false));
+byId("search").addEventListener("input", () => {
+  const words = byId("search").value.trim().toLowerCase();
+  for (const table of byId("numbers").children) {
+    const all = [...table.lastChild.children];
+    for (const node of all) node.hidden = !`${node.dataset.path} ${node.title}`.toLowerCase().includes(words);
+    table.hidden = all.every((node) => node.hidden);
+    table.open = words !== "" && !table.hidden;
+  }
+});
+onState(showNumbers);
+
+// Folds stay as the user left them.
+onState(() => {
+  if (numbers.folds) return;
+  numbers.folds = memory.read("folds", {});
+  for (const fold of document.querySelectorAll("details[id^=fold]")) {
+    fold.open = numbers.folds[fold.id] ?? fold.open;
+    fold.addEventListener("toggle", () => {
+      numbers.folds[fold.id] = fold.open;
+      memory.write("folds", numbers.folds);
+    });
+  }
+});
