@@ -225,8 +225,8 @@ fn warnings_of_an_analysis_name_the_sample() {
     write(at, "tolerance.toml", tolerance);
     let (done, _, said) = says(at, &["tolerance", "tolerance.toml", "--out", "out"]);
     assert!(done, "{said}");
-    assert!(said.contains("warning: t, sample 8: "), "{said}");
-    assert!(said.contains("warning: t, without deviations: "), "{said}");
+    assert!(said.contains("warning: tiny.toml, t, sample 8: "), "{said}");
+    assert!(said.contains("warning: tiny.toml, t, without deviations: "), "{said}");
     // Both sides of the LED moved by one amount, under the names that messages use.
     let table = std::fs::read_to_string(at.join("out/samples.csv")).expect("a table");
     let rows: Vec<Vec<String>> = table.lines().map(fields).collect();
@@ -250,7 +250,10 @@ fn warnings_of_a_search_name_the_candidate_and_its_values() {
     assert!(done, "{said}");
     for named in ["candidate 1 (mirror.reflectance = 0.9", "candidate 2 (mirror.reflectance = 0.9"]
     {
-        assert!(said.contains(&format!("warning: stage 1, generation 1, {named}")), "{said}");
+        assert!(
+            said.contains(&format!("warning: tiny.toml, stage 1, generation 1, {named}")),
+            "{said}"
+        );
     }
     // Figures and changes stand as a run prints them.
     let line = text.lines().find(|line| line.starts_with("extraction_efficiency"));
