@@ -128,6 +128,15 @@ fn relief_has_tables_at_the_wavelengths_of_converted_light() {
         tables.map(|table| table["wavelength_nm"].as_f64().expect("nm").round()).collect();
     nm.dedup();
     assert_eq!(nm, [550.0, 630.0]);
+    let extraction = &hybrid["extraction_efficiency"];
+    let error = extraction["wavelength_error"]["value"].as_f64().expect("an error of the tables");
+    assert!((0.0..0.05).contains(&error), "{extraction}");
+    // Rays on the relief itself know no tables.
+    let rays = models.iter().find(|(name, _)| name.starts_with("geometric")).expect("rays").1;
+    assert!(rays["extraction_efficiency"].get("wavelength_error").is_none());
+    let difference = estimate(extraction).0 - estimate(&rays["extraction_efficiency"]).0;
+    assert!(difference.abs() < 0.1, "{difference}");
+
     // Tables at one wavelength say which, as those of light that keeps its own do.
     let one = text.replacen("[hybrid]", "[hybrid]\ntables_nm = [600.0]", 1);
     assert_ne!(one, text);
@@ -138,14 +147,6 @@ fn relief_has_tables_at_the_wavelengths_of_converted_light() {
     for table in hybrid["tables"].as_array().expect("tables") {
         assert_eq!(table["wavelength_nm"], 600.0, "{table}");
     }
-    let extraction = &hybrid["extraction_efficiency"];
-    let error = extraction["wavelength_error"]["value"].as_f64().expect("an error of the tables");
-    assert!((0.0..0.05).contains(&error), "{extraction}");
-    // Rays on the relief itself know no tables.
-    let rays = models.iter().find(|(name, _)| name.starts_with("geometric")).expect("rays").1;
-    assert!(rays["extraction_efficiency"].get("wavelength_error").is_none());
-    let difference = estimate(extraction).0 - estimate(&rays["extraction_efficiency"]).0;
-    assert!(difference.abs() < 0.1, "{difference}");
 }
 
 #[test]
