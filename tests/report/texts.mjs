@@ -5,7 +5,7 @@
 export const texts = () => {
   const seen = (node) => {
     const style = getComputedStyle(node);
-    return style.visibility !== "hidden" && style.display !== "none" && Number(style.opacity) > 0;
+    return node.checkVisibility() && style.visibility !== "hidden" && style.display !== "none" && Number(style.opacity) > 0;
   };
   const found = [];
   const add = (words, owner, box, image) => {
