@@ -211,7 +211,7 @@ for (const [width, colorScheme] of [[400, "light"], [800, "dark"], [1400, "light
   const menu = await shown.page.locator("#formats").boundingBox();
   claim(menu.x >= 0 && menu.x + menu.width <= width, `${width} px, ${colorScheme}: the menu lies within the page`);
   await shown.page.keyboard.press("Escape");
-  await shown.page.evaluate(() => { for (const fold of document.querySelectorAll("details:not(#export)")) fold.open = true; });
+  await shown.page.evaluate(() => { for (const fold of document.querySelectorAll("details:not(#export)")) fold.open = true; document.getElementById("left").style.maxHeight = "none"; });
   const { count, cut, over } = await shown.page.evaluate(texts);
   claim(count > 20 && cut.length === 0, `${name}: ${count} texts, none is cut${cut.length ? `: ${cut.slice(0, 5).join("; ")}` : ""}`);
   claim(over.length === 0, `${name}: no text stands over another${over.length ? `: ${over.slice(0, 5).join("; ")}` : ""}`);
