@@ -166,7 +166,7 @@ await page.mouse.down();
 await page.mouse.move(dot.x + dot.width / 2, dot.y - 10, { steps: 5 });
 await page.mouse.up();
 const apex = async () => [...(await text()).matchAll(/apex_angle_deg = ([\d.]+)/g)].map((found) => Number(found[1]));
-await page.waitForFunction(() => !/apex_angle_deg = 60\b/.test(document.getElementById("text").value));
+await page.waitForFunction(() => !/apex_angle_deg = 60(\.0)?\n/.test(document.getElementById("text").value));
 const dragged = await apex();
 claim(dragged[0] === 62 && dragged[1] > 60 && dragged[2] === 58, `a point of a curve is dragged: ${dragged.join(", ")}`);
 await page.keyboard.press("ArrowDown");
