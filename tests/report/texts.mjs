@@ -5,7 +5,7 @@
 export const texts = () => {
   const seen = (node) => {
     const style = getComputedStyle(node);
-    return style.visibility !== "hidden" && style.display !== "none" && Number(style.opacity) > 0;
+    return node.checkVisibility() && style.visibility !== "hidden" && style.display !== "none" && Number(style.opacity) > 0;
   };
   const found = [];
   const add = (words, owner, box, image) => {
@@ -13,6 +13,15 @@ export const texts = () => {
     // Letters take the middle of their line.
     const inset = image ? 0.2 * Math.min(box.width, box.height) : 0.12 * box.height;
     found.push({ words: words.trim().slice(0, 40), owner, left: box.left, right: box.right, top: box.top, bottom: box.bottom, inset, image });
+  };
+  // What parts that scroll down leave of a box.
+  const scrolled = (owner, { left, right, width, top, bottom }) => {
+    for (let node = owner; node && node !== document.body; node = node.parentElement) {
+      if (getComputedStyle(node).overflowY === "visible") continue;
+      const frame = node.getBoundingClientRect();
+      [top, bottom] = [Math.max(top, frame.top), Math.min(bottom, frame.bottom)];
+    }
+    return { left, right, width, top, bottom, height: bottom - top };
   };
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   for (let node = walker.nextNode(); node; node = walker.nextNode()) {
@@ -25,7 +34,7 @@ export const texts = () => {
     }
     const range = document.createRange();
     range.selectNodeContents(node);
-    for (const box of range.getClientRects()) add(node.data, owner, box, null);
+    for (const box of range.getClientRects()) add(node.data, owner, scrolled(owner, box), null);
   }
   const cut = [];
   const wide = document.documentElement.clientWidth;

@@ -103,7 +103,7 @@ onState(() => {
   showLines();
   const { error } = state;
   byId("line").className = error ? "fault" : "";
-  byId("line").textContent = error ? `${error.line ? `line ${error.line}: ${state.text.split("\n")[error.line - 1] || ""} — ` : ""}${error.message}` : "";
+  byId("line").textContent = error ? error.message : "";
   const kept = (one) => el("li", {}, `${one.label} (${one.model}) `,
     el("span", { class: "buttons" },
       el("button", { type: "button", "aria-pressed": String(one.beside), onclick: () => sendOrSay("beside", { id: one.beside ? null : one.id }) }, "beside"),

@@ -36,7 +36,7 @@ function showLight() {
 function showFigures() {
   const main = frame.figures.filter((figure) => figure.main);
   byId("largest").replaceChildren(...main.map((figure) => el("div", {}, figure.label, el("b", { class: figure.resolved ? null : "open" }, figure.text),
-    figure.change && el("span", {}, `${figure.change}, ${figure.verdict}`))));
+    figure.change && el("span", {}, figure.change.startsWith(figure.verdict) ? figure.change : `${figure.change}, ${figure.verdict}`))));
   const compares = frame.figures.some((figure) => figure.beside !== null);
   for (const head of document.querySelectorAll(".compared")) head.hidden = !compares;
   const cell = (label, text) => el("td", { "data-label": label }, el("span", { class: "value" }, text ?? "–"));
