@@ -48,12 +48,13 @@ impl Live {
     /// Status and body of a request with these lines of its head.
     fn ask(&self, method: &str, path: &str, head: &[(&str, &str)], body: &str) -> (u16, String) {
         let mut to = TcpStream::connect(&self.host).expect("connects");
-        to.set_read_timeout(Some(Duration::from_secs(60))).expect("a time limit");
-        let mut words = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
-        for (name, value) in head {
-            words += &format!("{name}: {value}\r\n");
-        }
-        words += &format!("Content-Length: {}\r\n\r\n{body}", body.len());
+        to.set_read_timeout(Some(Duration::from_mins(1))).expect("a time limit");
+        let head: String =
+            head.iter().map(|(name, value)| format!("{name}: {value}\r\n")).collect();
+        let length = body.len();
+        let words = format!(
+            "{method} {path} HTTP/1.1\r\nConnection: close\r\n{head}Content-Length: {length}\r\n\r\n{body}"
+        );
         to.write_all(words.as_bytes()).expect("sent");
         let mut answer = Vec::new();
         to.read_to_end(&mut answer).expect("an answer");
@@ -87,7 +88,7 @@ impl Live {
     fn last_frame(&self) -> Value {
         let (_, state) = self.get("state");
         let state: Value = serde_json::from_str(&state).expect("JSON");
-        let until = Instant::now() + Duration::from_secs(120);
+        let until = Instant::now() + Duration::from_mins(2);
         while Instant::now() < until {
             let (status, text) = self.get("frame");
             if status == 200 {

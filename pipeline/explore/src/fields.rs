@@ -181,7 +181,7 @@ fn range(path: &str, value: f64, whole: bool) -> [f64; 2] {
     let share = SHARES.iter().any(|name| last.starts_with(name));
     let [low, high] = match value {
         _ if share => [0.0, 1.0],
-        _ if last.starts_with("index") => [1.0, 1.2 * value.max(1.25)],
+        _ if last.starts_with("index") => [1.05, 1.2 * value.max(1.25)],
         _ if last.contains("_deg") => [value - 30.0, value + 30.0],
         v if v > 0.0 => [0.5 * v, 2.0 * v],
         v if v < 0.0 => [2.0 * v, -2.0 * v],

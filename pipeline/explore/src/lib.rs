@@ -55,8 +55,8 @@ use simulate::model::Model;
 pub struct Options {
     /// The design file.
     pub design: PathBuf,
-    /// Port on 127.0.0.1; 0 for one that is free.
-    pub port: u16,
+    /// Port on 127.0.0.1, 0 for one that is free; without one [`server::PORT`] where that is free.
+    pub port: Option<u16>,
     /// Directory of tables of diffraction orders.
     pub cache: Cache,
     /// Directory of searches that the page starts.

@@ -13,6 +13,8 @@ use files::interrupt::Interrupt;
 pub struct Search {
     /// Its folder; none before the first.
     pub folder: Option<PathBuf>,
+    /// Figure that is to grow.
+    pub figure: String,
     /// Raised to stop it.
     pub interrupt: Interrupt,
     /// True until it has ended.

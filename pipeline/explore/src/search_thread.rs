@@ -13,6 +13,8 @@ use design::dotted_keys;
 use files::atomic_file::write_bytes;
 use files::interrupt::Interrupt;
 use files::run_context::RunContext;
+use results::figure_entry::FigureEntry;
+use results::shown;
 use simulate::model::Model;
 
 use crate::Actions;
@@ -47,26 +49,47 @@ pub struct Request {
 
 /// Reads how far the search of `session` is.
 pub fn follow(session: &Session) {
-    let (folder, seen) = session
-        .peek(|search| (search.folder.clone().filter(|_| search.is_running), search.lines.clone()));
+    let (folder, figure, seen) = session.peek(|search| {
+        let folder = search.folder.clone().filter(|_| search.is_running);
+        (folder, search.figure.clone(), search.lines.clone())
+    });
     let Some(folder) = folder else { return };
     let text = fs::read_to_string(folder.join(LOG)).unwrap_or_default();
-    let lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let mut best = f64::NEG_INFINITY;
-    let mut shown = Vec::new();
-    for line in lines {
-        if line["kind"] == "candidate" && line["feasible"] == true {
-            best = best.max(line["objective"].as_f64().unwrap_or(best));
-        }
-        if line["kind"] == "generation" {
-            shown.push(format!("generation {}: best so far {best:.4}", shown.len() + 1));
-        }
-    }
+    let mut shown = progress(&text, &figure);
     let from = shown.len().saturating_sub(MAX_LINES);
     let shown = shown.split_off(from);
     if shown != seen {
         session.search(|search| search.lines = shown);
     }
+}
+
+/// A line for each generation in the log of a search: its best candidate's `figure`, and why others
+/// were refused.
+fn progress(log: &str, figure: &str) -> Vec<String> {
+    let (mut shown, mut best) = (Vec::new(), None::<(f64, String)>);
+    let (mut refused, mut reason) = (0, String::new());
+    for line in log.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
+        if let Some(why) = line["refused"].as_str() {
+            refused += 1;
+            why.clone_into(&mut reason);
+        }
+        let entry = serde_json::from_value::<FigureEntry>(line["figures"][figure].clone());
+        if let (Some(value), Ok(entry)) = (line["value"].as_f64(), entry)
+            && best.as_ref().is_none_or(|(least, _)| value < *least)
+        {
+            best = Some((value, shown::text(&entry, shown::named(figure).1)));
+        }
+        if line["kind"] == "generation" {
+            let number = shown.len() + 1;
+            let found = best.as_ref().map_or("no design that can be built", |(_, text)| text);
+            let why = match refused {
+                0 => String::new(),
+                count => format!("; {count} refused so far, the last: {reason}"),
+            };
+            shown.push(format!("generation {number}: {found}{why}"));
+        }
+    }
+    shown
 }
 
 /// A search that has begun.
@@ -104,7 +127,8 @@ pub fn begin(session: &Session, request: Request, out: &Path) -> Result<Begun, F
     let interrupt = Interrupt::default();
     session.search(|search| {
         let (folder, interrupt) = (Some(folder.clone()), interrupt.clone());
-        *search = Search { folder, interrupt, is_running: true, ..Search::default() };
+        let figure = request.figure.clone();
+        *search = Search { folder, figure, interrupt, is_running: true, ..Search::default() };
     });
     Ok(Begun { folder, problem, file, text, paths: request.paths, interrupt })
 }
@@ -207,6 +231,22 @@ fn problem_text(request: &Request, name: &str, file: &str, model: Model) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn progress_is_told_in_the_figure_that_is_sought() {
+        let log = [
+            json!({"kind": "candidate", "refused": "dome.width_mm = 9: too wide"}),
+            json!({"kind": "generation"}),
+            json!({"kind": "candidate", "value": -0.8, "figures": {"uniformity": {"value": 0.8, "standard_error": 0.01}}}),
+            json!({"kind": "candidate", "value": -0.9, "figures": {"uniformity": {"value": 0.9, "standard_error": 0.01}}}),
+            json!({"kind": "generation"}),
+        ];
+        let log = log.map(|line| line.to_string()).join("\n");
+        let said = progress(&log, "uniformity");
+        let refused = "1 refused so far, the last: dome.width_mm = 9: too wide";
+        assert_eq!(said[0], format!("generation 1: no design that can be built; {refused}"));
+        assert_eq!(said[1], format!("generation 2: 90.0 ± 1.0 %; {refused}"));
+    }
 
     #[test]
     fn problem_files_hold_what_was_asked_for() {

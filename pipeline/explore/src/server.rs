@@ -21,6 +21,8 @@ use crate::session::Session;
 use crate::tracer_thread::trace_jobs;
 use crate::{Actions, Options, page, search_thread};
 
+/// Port where none is asked for.
+pub const PORT: u16 = 4747;
 /// Bytes that a body may have.
 const MAX_BODY: u64 = 4 << 20;
 /// Time between signs of life of a stream, and between looks at the file.
@@ -43,10 +45,16 @@ pub fn serve(
     ready: impl FnOnce(&str) -> Result<()>,
 ) -> Result<()> {
     let session = Session::open(&options.design)?;
-    let server = Server::http(("127.0.0.1", options.port)).map_err(|error| {
-        anyhow!("--port: expected a port that is free, or 0 for any, got {}: {error}", options.port)
-    })?;
-    let port = server.server_addr().to_ip().map_or(options.port, |address| address.port());
+    let open = |port: u16| Server::http(("127.0.0.1", port));
+    let server = match options.port {
+        // What a browser remembers of the page belongs to its port.
+        None => open(PORT).or_else(|_| open(0)).map_err(|error| anyhow!("no port: {error}"))?,
+        Some(port) => open(port).map_err(|error| {
+            anyhow!("--port: expected a port that is free, or 0 for any, got {port}: {error}")
+        })?,
+    };
+    let address = server.server_addr().to_ip().context("expected an address of this machine")?;
+    let port = address.port();
     let host = Host { port, token: token()?, session: &session, options, actions, context };
     ready(&format!("http://127.0.0.1:{port}/{}/", host.token))?;
     std::thread::scope(|scope| {

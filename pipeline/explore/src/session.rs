@@ -167,8 +167,13 @@ impl Session {
             Some(value) => draft::set(&draft, path, value),
             None => draft::unset(&draft, path),
         };
-        let edited = edited.map_err(|e| Fault::new(format!("{e:#}")).about(path))?;
-        let design = self.parse(&edited).map_err(|fault| fault.about(path))?;
+        let edited = edited.map_err(|e| Fault::new(format!("{e:#}")));
+        let parsed = edited.and_then(|edited| Ok((self.parse(&edited)?, edited)));
+        let (design, edited) = parsed.map_err(|fault| {
+            // A drag that ends in a refusal has ended.
+            self.lock().is_moving &= part;
+            fault.about(path)
+        })?;
         self.change(|state| {
             if !state.is_moving {
                 state.remember();
@@ -184,6 +189,7 @@ impl Session {
         let design = self.parse(&text);
         self.change(|state| {
             if state.draft != text {
+                state.is_moving = false;
                 state.remember();
                 state.take(text, design);
             }
@@ -194,6 +200,7 @@ impl Session {
     pub fn step(&self, forth: bool) {
         let next = {
             let mut state = self.lock();
+            state.is_moving = false;
             let State { undo, redo, draft, .. } = &mut *state;
             let (from, to) = if forth { (redo, undo) } else { (undo, redo) };
             let Some(next) = from.pop() else { return };
@@ -613,6 +620,17 @@ mod tests {
             (&session.to_json()["text"], &session.to_json()["error"]),
             (&before["text"], &Value::Null)
         );
+    }
+
+    #[test]
+    fn a_drag_that_ends_in_a_refusal_has_ended() {
+        let (_folder, session) = session();
+        session.set("array.pitch_mm", Some(&json!(5.1)), true).expect("set");
+        assert!(session.set("array.pitch_mm", Some(&json!(-1)), false).is_err());
+        let dragged = session.to_json()["text"].clone();
+        session.set("led.height_mm", Some(&json!(0.25)), false).expect("set");
+        session.step(false);
+        assert_eq!(session.to_json()["text"], dragged);
     }
 
     #[test]

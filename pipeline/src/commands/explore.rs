@@ -26,9 +26,9 @@ pub struct ExploreArgs {
     /// Design file, which the page edits and saves
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
-    /// Port on 127.0.0.1; 0 for one that is free
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub port: u16,
+    /// Port on 127.0.0.1, 0 for one that is free [default: 4747, or a free one]
+    #[arg(long, value_name = "N")]
+    pub port: Option<u16>,
     /// Print the address and open no browser
     #[arg(long)]
     pub no_open: bool,

@@ -12,6 +12,7 @@ function extent(list) {
 function editor({ path, label, unit, values }) {
   const isList = Boolean(values);
   let points = [];
+  let held = []; // by the design
   let x = null;
   let y = null;
   let dots = [];
@@ -54,7 +55,10 @@ function editor({ path, label, unit, values }) {
   function change(i, part) {
     draw();
     readout.textContent = `${i + 1}: ${(isList ? [points[i][1]] : points[i]).map(short).join(", ")}`;
-    turn(path, isList ? points.map((p) => short(p[1])) : points.map((p) => p.map(short)), part);
+    // What was not touched keeps its digits.
+    const same = (p, k) => held[k] && p.every((value, n) => value === held[k][n]);
+    const values = points.map((p, k) => (same(p, k) ? p : p.map(short)));
+    turn(path, isList ? values.map((p) => p[1]) : values, part);
   }
   function press(event, i) {
     const step = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowRight: [1, 0], ArrowLeft: [-1, 0] }[event.key];
@@ -84,7 +88,7 @@ function editor({ path, label, unit, values }) {
       }
       points[to][1] = value;
       dragged = to;
-    } else points[dragged] = [x.number(u), y.number(v)];
+    } else points[dragged] = [x.number(u), y.number(v), ...points[dragged].slice(2)];
     change(dragged, part);
   }
   image.addEventListener("pointerdown", (event) => {
@@ -98,7 +102,7 @@ function editor({ path, label, unit, values }) {
   for (const end of ["pointerup", "pointercancel"]) {
     image.addEventListener(end, (event) => {
       if (dragged < 0) return;
-      follow(end === "pointerup" ? pointer(event) : points[dragged].map((p, k) => [x, y][k].place(p)), false);
+      follow(end === "pointerup" ? pointer(event) : points[dragged].slice(0, 2).map((p, k) => [x, y][k].place(p)), false);
       dragged = -1;
       rescale();
     });
@@ -111,6 +115,7 @@ function editor({ path, label, unit, values }) {
       fault.textContent = said || "";
       if (dragged >= 0 || isTurning(path) || said) return;
       const next = (curve.points || curve.values.map((value, i) => [i + 1, value])).map((point) => [...point]);
+      held = next.map((point) => [...point]);
       if (next.every((p, i) => points[i] && short(p[0]) === short(points[i][0]) && short(p[1]) === short(points[i][1])) && next.length === points.length) return;
       points = next;
       if (dots.length !== points.length) {

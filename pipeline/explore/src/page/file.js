@@ -14,6 +14,7 @@ async function save() {
   try {
     await send("save", { over: saysOver });
     saysOver = false;
+    if (state.error) say("Saved, but the text is no design yet.");
   } catch (error) {
     saysOver = true;
     if (!error.isSaid) say(error.message);
@@ -97,7 +98,7 @@ onState(() => {
   byId("redo").disabled = !state.can_redo;
   byId("save").disabled = state.saved;
   byId("reload").hidden = !state.file_changed;
-  if (state.file_changed) say("Another program changed the file. Save replaces it; or read it again.");
+  if (state.file_changed) say("Another program changed the file. Read it again; or Save, which asks once more before it replaces it.");
   if (state.file_gone) say("The file is gone; Save writes it anew.");
   if (!typing && byId("text").value !== state.text) byId("text").value = state.text;
   showLines();

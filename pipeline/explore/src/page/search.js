@@ -3,8 +3,11 @@
 
 byId("optimise").addEventListener("click", () => {
   const pinned = state.fields.filter((field) => isPinned(field) && !field.whole);
+  // What the lens is made of; pitch, plane and light are seldom free.
+  const isLens = (field) => /^(dome|solids|elements\.shapes)\b/.test(field.path);
+  const box = (field) => el("input", { type: "checkbox", "data-varied": field.path, "aria-label": `vary ${field.path}`, checked: isLens(field) || !pinned.some(isLens) });
   const bound = (field, side) => el("input", { type: "number", step: "any", value: field[side], "data-path": field.path, "data-side": side, "aria-label": `${field.path} ${side === "low" ? "from" : "to"}` });
-  byId("search-ranges").replaceChildren(...pinned.map((field) => el("tr", {}, el("td", {}, field.path), el("td", {}, bound(field, "low")), el("td", {}, bound(field, "high")))));
+  byId("search-ranges").replaceChildren(...pinned.map((field) => el("tr", {}, el("td", {}, el("label", {}, box(field), " ", field.path)), el("td", {}, bound(field, "low")), el("td", {}, bound(field, "high")))));
   const figures = frame ? frame.figures.map((figure) => [figure.key, figure.label]) : [];
   options(byId("search-figure"), figures, figures.some(([key]) => key === "uniformity") ? "uniformity" : figures.length ? figures[0][0] : "");
   byId("search-dialog").showModal();
@@ -14,11 +17,16 @@ const inSearch = (address, body) => send(address, body).catch((error) => { byId(
 byId("search-form").addEventListener("submit", (event) => {
   event.preventDefault();
   const ranges = {};
-  for (const input of byId("search-ranges").querySelectorAll("input")) {
-    ranges[input.dataset.path] = ranges[input.dataset.path] || [];
-    ranges[input.dataset.path].push(Number(input.value));
-  }
   byId("search-error").textContent = "";
+  for (const varied of byId("search-ranges").querySelectorAll("input:checked")) {
+    const path = varied.dataset.varied;
+    const ends = [...varied.closest("tr").querySelectorAll("input[type=number]")];
+    if (ends.some((input) => input.value === "")) {
+      byId("search-error").textContent = `${path}: expected a number at both ends`;
+      return;
+    }
+    ranges[path] = ends.map((input) => Number(input.value));
+  }
   inSearch("optimise", { figure: byId("search-figure").value, paths: Object.keys(ranges), ranges, generations: Number(byId("search-generations").value) });
 });
 byId("search-stop").addEventListener("click", () => inSearch("optimise/stop"));
