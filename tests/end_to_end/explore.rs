@@ -49,8 +49,9 @@ impl Live {
     fn ask(&self, method: &str, path: &str, head: &[(&str, &str)], body: &str) -> (u16, String) {
         let mut to = TcpStream::connect(&self.host).expect("connects");
         to.set_read_timeout(Some(Duration::from_mins(1))).expect("a time limit");
-        let head: String =
+        let head: Vec<String> =
             head.iter().map(|(name, value)| format!("{name}: {value}\r\n")).collect();
+        let head = head.concat();
         let length = body.len();
         let words = format!(
             "{method} {path} HTTP/1.1\r\nConnection: close\r\n{head}Content-Length: {length}\r\n\r\n{body}"

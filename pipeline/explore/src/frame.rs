@@ -136,7 +136,11 @@ struct Row {
 /// Figures of merit, then those in the units of the light, then those of the receivers.
 fn rows(result: &ModelResult) -> Vec<Row> {
     let main = result.figures.iter().map(|figure| {
-        let (label, _) = shown::named(&figure.key);
+        let (mut label, _) = shown::named(&figure.key);
+        if label.starts_with(UNIFORMITY.label) {
+            // Beside ratios their scale has to be told.
+            label += ", logarithmic";
+        }
         Row { key: figure.key.to_string(), label, unit: figure.unit, entry: figure.entry }
     });
     let absolute = result.absolute.iter().flat_map(|all| &all.figures);
