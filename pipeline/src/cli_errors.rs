@@ -219,7 +219,7 @@ mod tests {
             ),
             (
                 "rum d.toml",
-                "expected one of the commands new, reproduce, run, bsdf, converge, near-field, full-wave, study, optimise, tolerance, zones, plan, submit, merge, grating, export, import, schema, report, rays or check, got \"rum\"; did you mean run?",
+                "expected one of the commands new, reproduce, run, explore, bsdf, converge, near-field, full-wave, study, optimise, tolerance, zones, plan, submit, merge, grating, export, import, schema, report, rays or check, got \"rum\"; did you mean run?",
             ),
         ] {
             assert_eq!(said(line), expected, "batwing {line}");

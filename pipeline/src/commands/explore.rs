@@ -14,7 +14,7 @@ use files::progress::Console;
 use files::run_context::RunContext;
 use simulate::model::Model;
 
-use super::arguments::cache;
+use super::arguments::{cache, whole};
 use super::export::{self, ExportArgs};
 use super::optimise::{self, OptimiseArgs};
 use super::report::{self, ReportArgs};
@@ -27,7 +27,12 @@ pub struct ExploreArgs {
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
     /// Port on 127.0.0.1, 0 for one that is free [default: 4747, or a free one]
-    #[arg(long, value_name = "N")]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = whole(0..=u16::MAX)
+    )]
     pub port: Option<u16>,
     /// Print the address and open no browser
     #[arg(long)]
