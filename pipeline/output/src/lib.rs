@@ -16,7 +16,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`array`], [`in_memory`] | arrays with axes and units |
+//! | [`mod@array`], [`in_memory`] | arrays with axes and units |
 //! | [`live`] | pictures of a model, also beside another |
 //! | `map_pictures`, `by_wavelength`, `colours`, `receivers`, `labels` | one kind of file each |
 
