@@ -84,8 +84,20 @@ impl Parts<'_> {
             }),
             "figures": self.figures(),
             "ledger": self.ledger(),
-            "warnings": self.warnings,
+            "warnings": self.warnings.iter().cloned().chain(self.other_units()).collect::<Vec<_>>(),
             "pictures": package.into_iter().chain(light).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Says that what stands beside is in other units.
+    fn other_units(&self) -> Option<String> {
+        let now = rows(self.result);
+        let before = self.beside.map(rows)?;
+        let differs = |row: &Row| before.iter().any(|old| old.key == row.key && old.unit != row.unit);
+        now.iter().any(differs).then(|| {
+            "the kept state is in other units (watts and lumens): its curves are left out, and \
+             figures in those units have no change"
+                .to_owned()
         })
     }
 
@@ -95,7 +107,7 @@ impl Parts<'_> {
             let Row { key, label, unit, entry } = row;
             let kept = before.iter().find(|other| other.key == key);
             let change = self.changes.iter().find(|(other, _)| *other == key).map(|(_, c)| c);
-            let change = change.filter(|_| kept.is_some());
+            let change = change.filter(|_| kept.is_some_and(|kept| kept.unit == unit));
             let larger = figures::find(&key).and_then(|figure| figure.larger_is_better());
             json!({
                 "key": key,

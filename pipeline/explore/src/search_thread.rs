@@ -136,9 +136,7 @@ pub fn begin(session: &Session, request: Request, out: &Path) -> Result<Begun, F
 impl Begun {
     /// Searches, and leaves what was found or why not in `session`.
     pub fn run(self, session: &Session, actions: &dyn Actions, context: RunContext) {
-        let mut console = context.console;
-        (console.quiet, console.warns) = (true, false);
-        let context = RunContext { console, interrupt: &self.interrupt, ..context };
+        let context = RunContext { interrupt: &self.interrupt, ..context.mute() };
         let texts = (&*self.file, &*self.text);
         let searched = actions.optimise(&self.problem, texts, &self.folder, context);
         let searched = searched.and_then(|found| values(&found, &self.paths));

@@ -38,7 +38,13 @@ impl<'a> RunContext<'a> {
         Self { console, ..self }
     }
 
-    /// A context that prints nothing, for programs that call a stage themselves.
+    /// The same without progress, messages, results and warnings on the console.
+    #[must_use]
+    pub fn mute(self) -> Self {
+        Self { console: Console { quiet: true, json: false, warns: false }, ..self }
+    }
+
+    /// A context that prints warnings alone, for programs that call a stage themselves.
     pub fn quiet(interrupt: &'a Interrupt, seed: u64) -> Self {
         let console = Console { quiet: true, json: false, warns: true };
         Self { console, interrupt, seed, checkpoints: None }

@@ -65,14 +65,4 @@ impl ModelWriter for MemoryWriter {
         kept.push((result.key.clone(), arrays));
         Ok(())
     }
-
-    fn write_by_wavelength(
-        &self,
-        _: Output,
-        _: &mut ModelResult,
-        _: &[(Option<&str>, f64, &Observation)],
-        _: &Observation,
-    ) -> Result<()> {
-        Ok(())
-    }
 }

@@ -61,6 +61,8 @@ pub struct LiveWriter<'a> {
     drawn: Mutex<Drawn>,
 }
 
+/// Beginning of the keys of fluxes of receivers, which traces have as shares.
+const FLUX_OF_RECEIVER: &str = "flux.";
 /// Name of the curves of what stands beside.
 const KEPT: &str = "kept";
 
@@ -101,8 +103,11 @@ impl ModelWriter for LiveWriter<'_> {
     ) -> Result<()> {
         let design = output.design;
         let is_paired = self.keeps || self.beside.is_some();
-        let replicates =
-            if is_paired { observation.estimated_replicates(design, |_| true) } else { Vec::new() };
+        let replicates = if is_paired {
+            in_units(observation.estimated_replicates(design, |_| true), &output.units)
+        } else {
+            Vec::new()
+        };
         let (of_receivers, seen) = take_receivers(design, result, observation);
         let files = ModelFiles::new(output, result, observation, Path::new(""), context.seed);
         files.check_ledger()?;
@@ -127,16 +132,20 @@ impl ModelWriter for LiveWriter<'_> {
         *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) = drawn;
         Ok(())
     }
+}
 
-    fn write_by_wavelength(
-        &self,
-        _: Output,
-        _: &mut ModelResult,
-        _: &[(Option<&str>, f64, &Observation)],
-        _: &Observation,
-    ) -> Result<()> {
-        Ok(())
+/// Replicates with the fluxes of receivers in the units in which results state them.
+fn in_units(
+    mut replicates: Vec<(String, PairedFigure)>,
+    units: &Units,
+) -> Vec<(String, PairedFigure)> {
+    let factor = units.per_flux();
+    let fluxes = replicates.iter_mut().filter(|(key, _)| key.starts_with(FLUX_OF_RECEIVER));
+    for (_, flux) in fluxes {
+        flux.entry = flux.entry.times(factor);
+        flux.without.iter_mut().for_each(|value| *value *= factor);
     }
+    replicates
 }
 
 impl ModelFiles<'_> {

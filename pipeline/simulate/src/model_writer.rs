@@ -45,17 +45,20 @@ pub trait ModelWriter: Sync {
     ) -> Result<()>;
 
     /// Writes the azimuthal means at every wavelength (source, nm, observation) and of their
-    /// `sum`, each per flux that the sources emit there, and lists the files in `result`.
+    /// `sum`, each per flux that the sources emit there, and lists the files in `result`. Writers
+    /// of no files leave them out.
     ///
     /// # Errors
     /// Files that cannot be written.
     fn write_by_wavelength(
         &self,
-        output: Output,
-        result: &mut ModelResult,
-        nodes: &[(Option<&str>, f64, &Observation)],
-        sum: &Observation,
-    ) -> Result<()>;
+        _output: Output,
+        _result: &mut ModelResult,
+        _nodes: &[(Option<&str>, f64, &Observation)],
+        _sum: &Observation,
+    ) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// Directory of results, and the writer of the files of each model there.

@@ -105,7 +105,10 @@ fn legend(picture: &IlluminanceMap) -> Vec<Entry> {
 /// Draws one map with its colour bar in this room; returns the lower end of both.
 fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale) -> Result<f64> {
     let map = picture.map;
-    let [low, high] = picture.range.unwrap_or_else(|| map_range(map.value()));
+    let [low, high] = match scale {
+        MapScale::Difference => [f64::MIN_POSITIVE, largest_difference(map).unwrap_or(1.0)],
+        _ => picture.range.unwrap_or_else(|| map_range(map.value())),
+    };
     ensure!(
         low > 0.0 && low < high && high.is_finite(),
         "expected a positive, ascending range of colours, got {low} to {high}"
@@ -129,7 +132,10 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
         }
         MapScale::Difference => {
             let scale = AxisScale::Linear { low: -high, high };
-            let words = format!("difference, within ±{}", significant(high, 2));
+            let words = match largest_difference(map) {
+                Some(high) => format!("difference, within ±{}", significant(high, 2)),
+                None => "no difference beyond two errors, of".to_owned(),
+            };
             (PanelAxis::linear(map.quantity(), scale, 6), words)
         }
     };
@@ -202,6 +208,13 @@ pub fn false_colours(
         });
     }
     panel
+}
+
+/// The largest difference, of either sign, that is more than two errors.
+fn largest_difference(map: &Map) -> Option<f64> {
+    let bins = map.value().iter().map(|value| value.abs()).zip(map.standard_error());
+    let seen = bins.filter(|(size, error)| *size > BAND_ERRORS * **error).map(|(size, _)| size);
+    seen.reduce(f64::max)
 }
 
 /// Draws the differences that are more than two errors, as [`false_colours`] does values.
@@ -299,6 +312,44 @@ mod tests {
         // On the linear scale a tenth is a tenth of the way.
         assert_eq!(colour(550, 640), at(1.0));
         assert_eq!(colour(250, 300), at(0.1));
+    }
+
+    #[test]
+    fn differences_of_either_sign_set_the_scale_and_noise_does_not() {
+        let with_errors = |value: Vec<f64>, error: Vec<f64>| {
+            let plain = map(value.clone());
+            let (rows, columns) = (plain.rows().clone(), plain.columns().clone());
+            Map::new(plain.quantity().clone(), rows, columns, value, error).unwrap()
+        };
+        let darker = with_errors(vec![-3.0, -1.0, 0.2, -9.0], vec![0.1, 0.1, 0.5, 8.0]);
+        assert_eq!(largest_difference(&darker), Some(3.0));
+        let noise = with_errors(vec![-3.0, 1.0, 0.2, 9.0], vec![9.0; 4]);
+        assert_eq!(largest_difference(&noise), None);
+        let drawn = |map: &Map| {
+            let heading = Heading::new("Map", "D1");
+            let picture = IlluminanceMap {
+                heading: &heading,
+                map,
+                leds: &[],
+                range: None,
+                image: BinImage::Sharp,
+                marks: &[],
+                section: None,
+            };
+            map_on_scale(&picture, MapScale::Difference).unwrap()
+        };
+        assert!(drawn(&darker).svg().contains("within ±3"));
+        assert!(drawn(&noise).svg().contains("no difference beyond two errors"));
+        let picture = decode(&drawn(&darker));
+        let colour = |x: u32, y: u32| {
+            let p = picture.pixel(x, y).unwrap();
+            [p.red(), p.green(), p.blue()]
+        };
+        // The upper row holds the third and fourth bins, which are noise.
+        let [left, right] = [200, 500];
+        assert_eq!(colour(left, 640), diverging(0.0).rgb);
+        assert_eq!(colour(left, 300), diverging(0.5).rgb);
+        assert_eq!(colour(right, 300), diverging(0.5).rgb);
     }
 
     #[test]
