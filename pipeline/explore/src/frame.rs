@@ -93,7 +93,8 @@ impl Parts<'_> {
     fn other_units(&self) -> Option<String> {
         let now = rows(self.result);
         let before = self.beside.map(rows)?;
-        let differs = |row: &Row| before.iter().any(|old| old.key == row.key && old.unit != row.unit);
+        let differs =
+            |row: &Row| before.iter().any(|old| old.key == row.key && old.unit != row.unit);
         now.iter().any(differs).then(|| {
             "the kept state is in other units (watts and lumens): its curves are left out, and \
              figures in those units have no change"
