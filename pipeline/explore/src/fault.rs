@@ -96,7 +96,8 @@ mod tests {
         let expected = text.lines().position(|line| line.contains("pitch_mm")).map(|k| k + 1);
         assert_eq!((syntax.key, syntax.line), (None, expected));
         // A word of another message.
-        let files = text.replace("[array]", "[files]\n\"line 3\" = \"no.csv\"\n[array]");
-        assert_eq!(of(&files).line, None);
+        let other =
+            Fault::of_design(&anyhow::anyhow!("line 3 of light.csv: no number"), "own.toml");
+        assert_eq!(other.line, None);
     }
 }

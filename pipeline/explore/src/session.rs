@@ -287,11 +287,18 @@ impl Session {
     /// A file that was changed or cannot be written.
     pub fn save(&self, over: bool) -> Result<(), Fault> {
         let _edit = self.edit();
-        let (draft, has_crlf) = {
+        let (draft, stored, mut has_crlf) = {
             let state = self.lock();
-            (state.draft.clone(), state.has_crlf)
+            (state.draft.clone(), state.stored.clone(), state.has_crlf)
         };
-        if !over && self.changed_by_others(&draft) {
+        let is_of_others = match read(&self.path) {
+            Ok((now, crlf)) => {
+                has_crlf = crlf;
+                now != stored && now != draft
+            }
+            Err(error) => error.kind() != ErrorKind::NotFound,
+        };
+        if is_of_others && !over {
             self.change(|state| state.disk = Disk::Changed);
             return Err(Fault::conflict(
                 "the file was changed by another program; save again to replace it",
@@ -302,14 +309,6 @@ impl Session {
             .map_err(|error| Fault::new(format!("{error:#}")))?;
         self.change(|state| (state.stored, state.disk) = (draft, Disk::Known));
         Ok(())
-    }
-
-    /// True where the file holds what is neither `draft` nor what was last read or written.
-    fn changed_by_others(&self, draft: &str) -> bool {
-        match read(&self.path) {
-            Ok((now, _)) => now != self.lock().stored && now != draft,
-            Err(error) => error.kind() != ErrorKind::NotFound,
-        }
     }
 
     /// Takes the content of the file as the draft.
