@@ -232,7 +232,7 @@ fn trace_group(
     let mut picker = SourcePicker::new(&tracer.scene.sources, &mut rng);
     let streams = Streams::new(&mut rng);
     if tracer.sampling == Sampling::Sobol {
-        picker.scramble(&mut rng);
+        picker.scramble(paths, &mut rng);
     }
     let mut tally = Tally::new(&tracer.receivers);
     let mut reported = 0;

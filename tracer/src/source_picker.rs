@@ -40,9 +40,9 @@ impl<'a> SourcePicker<'a> {
         }
     }
 
-    /// Takes the points of a Sobol' sequence, scrambled by `rng`.
-    pub fn scramble(&mut self, rng: &mut impl Rng) {
-        self.sobol = Some(SobolSequence::new(rng));
+    /// Takes the first `paths` points of a Sobol' sequence, scrambled by `rng`.
+    pub fn scramble(&mut self, paths: u64, rng: &mut impl Rng) {
+        self.sobol = Some(SobolSequence::new(paths, rng));
     }
 
     /// True if paths begin at Sobol' points.

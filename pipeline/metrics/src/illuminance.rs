@@ -125,21 +125,29 @@ pub fn smoothed(powers: Grouped, grid: Grid, symmetry: Symmetry, sigma_mm: f64) 
 
 /// Mean over the images of the map under its symmetries.
 pub fn symmetrised(map: &[f64], grid: Grid, symmetry: Symmetry) -> Vec<f64> {
+    if symmetry == Symmetry::None {
+        return map.to_vec();
+    }
     let (nx, ny) = (grid.columns, grid.rows);
-    let mirrored = |i: usize, j: usize| {
-        0.25 * (map[j * nx + i]
-            + map[j * nx + nx - 1 - i]
-            + map[(ny - 1 - j) * nx + i]
-            + map[(ny - 1 - j) * nx + nx - 1 - i])
+    let images = |i: usize, j: usize| {
+        let rows = [j * nx, (ny - 1 - j) * nx];
+        [rows[0] + i, rows[0] + nx - 1 - i, rows[1] + i, rows[1] + nx - 1 - i]
     };
-    let mut out = Vec::with_capacity(map.len());
-    for j in 0..ny {
-        for i in 0..nx {
-            out.push(match symmetry {
-                Symmetry::None => map[j * nx + i],
-                Symmetry::Rectangle => mirrored(i, j),
-                Symmetry::Square => 0.5 * (mirrored(i, j) + mirrored(j, i)),
-            });
+    let mean = |bins: [usize; 4]| 0.25 * bins.iter().map(|&bin| map[bin]).sum::<f64>();
+    let mut out = vec![0.0; map.len()];
+    let mut set = |bins: [usize; 4], value| bins.iter().for_each(|&bin| out[bin] = value);
+    for j in 0..ny.div_ceil(2) {
+        let first = if symmetry == Symmetry::Square { j } else { 0 };
+        for i in first..nx.div_ceil(2) {
+            let bins = images(i, j);
+            if symmetry == Symmetry::Square {
+                let turned = images(j, i);
+                let value = 0.5 * (mean(bins) + mean(turned));
+                set(bins, value);
+                set(turned, value);
+            } else {
+                set(bins, mean(bins));
+            }
         }
     }
     out

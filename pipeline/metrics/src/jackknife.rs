@@ -4,13 +4,7 @@
 use rayon::prelude::*;
 
 use super::Estimate;
-
-/// Ways to halve the groups that a mean over halvings takes.
-const HALVINGS: usize = 32;
-/// Splits whose halves are held together.
-pub(super) const SPLITS_TOGETHER: usize = 4;
-/// Bins whose groups fit the cache of a core.
-const BLOCK: usize = 512;
+use super::halves::Halves;
 
 /// Additive observations (powers in bins), one vector of equal length for each group of paths.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,42 +49,6 @@ impl Grouped {
     pub fn without(&self, g: usize) -> Vec<f64> {
         let scale = self.count() as f64 / (self.count() as f64 - 1.0);
         self.total.iter().zip(&self.groups[g]).map(|(t, v)| (t - v) * scale).collect()
-    }
-
-    /// Estimates of the total from each half of the groups, for several ways to halve them (from 1):
-    /// group g goes to a half by the parity of the common bits of g and the number of the way (a
-    /// Walsh code).
-    pub fn halves(&self, splits: &[usize]) -> Vec<[Vec<f64>; 2]> {
-        let bins = self.total.len();
-        let half = |g: usize, split: usize| ((g & split).count_ones() % 2) as usize;
-        let mut all = vec![[vec![0.0; bins], vec![0.0; bins]]; splits.len()];
-        // The groups of a block stay in the cache for all splits.
-        for start in (0..bins).step_by(BLOCK) {
-            let block = start..bins.min(start + BLOCK);
-            for (split, sums) in splits.iter().zip(&mut all) {
-                for (g, group) in self.groups.iter().enumerate() {
-                    let sums = &mut sums[half(g, *split)][block.clone()];
-                    for (sum, value) in sums.iter_mut().zip(&group[block.clone()]) {
-                        *sum += value;
-                    }
-                }
-            }
-        }
-        for (split, sums) in splits.iter().zip(&mut all) {
-            let second = (0..self.count()).filter(|g| half(*g, *split) == 1).count();
-            for (sum, count) in sums.iter_mut().zip([self.count() - second, second]) {
-                let scale = self.count() as f64 / count.max(1) as f64;
-                for value in sum {
-                    *value *= scale;
-                }
-            }
-        }
-        all
-    }
-
-    /// Numbers of the halvings to take a mean over ([`Grouped::halves`]).
-    pub(super) fn halvings(&self) -> std::ops::RangeInclusive<usize> {
-        1..=HALVINGS.min(self.count() - 1)
     }
 
     /// Estimates of the total from consecutive runs of `groups` groups each; remaining groups are
@@ -271,8 +229,8 @@ pub(super) fn picked<P>(
 ) -> Estimate {
     let plain = read(&pick(observed.total()), observed.total());
     let (mut crossed, mut own) = (0.0, Vec::new());
-    let splits: Vec<usize> = (1..observed.count()).collect();
-    for [a, b] in splits.chunks(SPLITS_TOGETHER).flat_map(|splits| observed.halves(splits)) {
+    let halves = Halves::new(observed);
+    for [a, b] in (1..observed.count()).map(|way| halves.of(way)) {
         let [of_a, of_b] = [pick(&a), pick(&b)];
         crossed += 0.5 * (read(&of_a, &b) + read(&of_b, &a));
         own.push([read(&of_a, &a), read(&of_b, &b)]);
@@ -300,14 +258,6 @@ mod tests {
         // Sum of squared deviations 21.2; sample variance 5.3; error of the sum √(5 · 5.3).
         assert!((estimate.standard_error - 26.5f64.sqrt()).abs() < 1e-12);
         assert!((grouped.standard_errors()[0] - estimate.standard_error).abs() < 1e-12);
-    }
-
-    #[test]
-    fn halves_are_equal_and_differ_from_split_to_split() {
-        let grouped = Grouped::new((0..8).map(|g| vec![f64::from(g)]).collect());
-        let [one, two, seven] =
-            [[24.0, 32.0], [20.0, 36.0], [28.0, 28.0]].map(|of| of.map(|v| vec![v]));
-        assert_eq!(grouped.halves(&[1, 2, 7]), [one, two, seven]);
     }
 
     #[test]

@@ -47,6 +47,7 @@ pub mod estimate;
 pub mod extraction;
 pub mod far_field;
 pub mod figures;
+mod halves;
 pub mod hits;
 pub mod illuminance;
 mod jackknife;

@@ -28,8 +28,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::halves::Halves;
 use super::illuminance::{Grid, largest, smallest};
-use super::jackknife::{SPLITS_TOGETHER, half_difference, spread};
+use super::jackknife::{half_difference, spread};
 use super::valley::{Lowest, Valley};
 use super::{Estimate, Grouped};
 
@@ -358,9 +359,6 @@ fn along(grid: Grid, segments: &[[[f64; 2]; 2]]) -> Vec<Sample> {
     samples
 }
 
-/// Bins up to which the memory of halves of several splits is small.
-const SMALL_MAP: usize = 1 << 17;
-
 /// Levels of regions of one map, as they are needed for estimates of functions of them.
 pub(crate) struct LevelEstimates {
     /// Extremes of all paths.
@@ -462,14 +460,12 @@ fn crossed(
         let peaks = [largest(&a).0, largest(&b).0];
         regions.iter().map(|region| region.cross([&a, &b], peaks)).collect::<Vec<_>>()
     };
-    let of_splits = |splits: &[usize]| map.halves(splits).into_iter().map(of_halves).collect();
-    let together = if map.total().len() <= SMALL_MAP { SPLITS_TOGETHER } else { 1 };
     let segments = regions.iter().filter_map(|r| r.valley.as_ref().map(Valley::segments));
     let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(MIN_HALVINGS);
-    let halvings: Vec<usize> = map.halvings().take(affordable).collect();
-    let of_splits: Vec<Vec<Vec<[Levels; 3]>>> =
-        halvings.par_chunks(together).map(of_splits).collect();
-    let of_splits = of_splits.concat();
+    let count = HALVINGS.min(map.count() - 1).min(affordable);
+    let halves = Halves::new(map);
+    let of_splits: Vec<Vec<[Levels; 3]>> =
+        (1..=count).into_par_iter().map(|way| of_halves(halves.of(way))).collect();
     let mean_of = |region: usize, level: fn(&Levels) -> f64| {
         of_splits.iter().map(|all| level(&all[region][0])).sum::<f64>() / of_splits.len() as f64
     };
@@ -484,6 +480,8 @@ fn crossed(
     (means, of_splits.iter().map(both).collect())
 }
 
+/// Ways to halve the paths that a mean takes.
+const HALVINGS: usize = 32;
 /// Most segments that are searched in halves of the paths, over all halvings.
 const MAX_SEGMENTS_READ: usize = 32_768;
 /// Fewest halvings that errors are told from.

@@ -11,8 +11,10 @@ mod reader;
 mod readers;
 
 use std::borrow::Cow;
+use std::iter::repeat;
 
 use anyhow::Result;
+use rayon::prelude::*;
 use tracer::Outcome;
 use tracer::ledger::{Lines, Loss};
 
@@ -346,12 +348,15 @@ impl Observation {
 
     /// The figures that are `wanted`, with their errors and states.
     pub fn estimates(&self, design: &Design, wanted: impl Fn(&str) -> bool) -> Vec<Figure> {
+        let readers = readers(self, design, &wanted);
+        let read = readers.par_iter().filter_map(|reader| {
+            let entries = reader.entries(&*reader.sums(self)?);
+            Some((reader, entries, reader.one_path(self.path_power())))
+        });
+        let read: Vec<_> = read.collect();
         let mut all = Vec::new();
-        for reader in readers(self, design, &wanted) {
-            let Some(sums) = reader.sums(self) else { continue };
-            let one_path = reader.one_path(self.path_power()).into_iter();
-            let entries = reader.entries(&sums).into_iter();
-            let entries = entries.zip(one_path.chain(std::iter::repeat(0.0)));
+        for (reader, entries, one_path) in read {
+            let entries = entries.into_iter().zip(one_path.into_iter().chain(repeat(0.0)));
             for (Column { figure, factor }, (entry, power)) in
                 reader.columns().into_iter().zip(entries)
             {

@@ -181,7 +181,7 @@ impl WavelengthRun<'_> {
         let mut picker = SourcePicker::new(&first.scene.sources, &mut rng);
         let streams = Streams::new(&mut rng);
         if first.sampling == Sampling::Sobol {
-            picker.scramble(&mut rng);
+            picker.scramble(paths, &mut rng);
         }
         let mut walk = SpectralWalk {
             tracers,

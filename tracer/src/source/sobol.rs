@@ -57,8 +57,8 @@ pub(crate) struct SobolPoint {
 /// The points of one group.
 #[derive(Debug, Clone)]
 pub(crate) struct SobolSequence {
-    /// Summand of bit j of the number of a point.
-    columns: [Words<u64>; BITS],
+    /// Summand of bit j of the number of a point, of those bits that numbers have.
+    columns: Vec<Words<u64>>,
     /// Sum over the lowest bits of the number, and the shift, for each dimension.
     low: Words<[u64; BLOCK]>,
     /// The higher bits of the last point, and what they add.
@@ -67,13 +67,14 @@ pub(crate) struct SobolSequence {
 }
 
 impl SobolSequence {
-    /// Scrambled by `rng`.
-    pub fn new(rng: &mut impl Rng) -> Self {
-        let mut columns = [[0; DIMENSIONS]; BITS];
+    /// So many points, scrambled by `rng`.
+    pub fn new(points: u64, rng: &mut impl Rng) -> Self {
+        let bits = (u64::BITS - points.leading_zeros()).max(LOW) as usize;
+        let mut columns = vec![[0; DIMENSIONS]; bits];
         let mut shift = [0; DIMENSIONS];
         for dimension in 0..DIMENSIONS {
             let plain = directions(dimension);
-            let mut scrambled = [0_u64; BITS];
+            let mut scrambled = vec![0_u64; bits];
             for row in 0..BITS {
                 // The digits before this one, the first ones being the highest bits, each by
                 // chance; this one always.
@@ -113,6 +114,9 @@ impl SobolSequence {
 
     /// Words of all points in the block of point `number`, and the words to add to each of them
     /// modulo 2.
+    ///
+    /// # Panics
+    /// If the block lies far beyond the last point.
     #[inline]
     pub fn block(&mut self, number: u64) -> (&Words<[u64; BLOCK]>, Words<u64>) {
         let block = number >> LOW;
@@ -123,7 +127,7 @@ impl SobolSequence {
         (&self.low, self.high)
     }
 
-    /// Point `number`, from 0; quick where the one before was asked for last.
+    /// Point `number`, from 0 and below the number of points; quick where the one before was asked for last.
     #[inline]
     pub fn point(&mut self, number: u64) -> SobolPoint {
         let (low, high) = self.block(number);
@@ -225,7 +229,7 @@ mod tests {
     fn every_scrambling_is_a_net() {
         const ALL: u32 = 10;
         for group in 0..20 {
-            let mut sequence = SobolSequence::new(&mut stream(1, group));
+            let mut sequence = SobolSequence::new(u64::MAX, &mut stream(1, group));
             // Any aligned run of points, not only the first.
             let first = group << ALL;
             let points: Vec<_> =
@@ -242,7 +246,7 @@ mod tests {
 
     #[test]
     fn points_do_not_depend_on_the_order_in_which_they_are_asked_for() {
-        let mut sequence = SobolSequence::new(&mut stream(2, 0));
+        let mut sequence = SobolSequence::new(u64::MAX, &mut stream(2, 0));
         let forwards: Vec<SobolPoint> = (0..3000).map(|k| sequence.point(k)).collect();
         for k in (0..3000).rev().step_by(7) {
             assert_eq!(sequence.point(k), forwards[k as usize]);
@@ -258,7 +262,7 @@ mod tests {
         const DRAWS: u64 = 8_000;
         let mut counts = [[0_f64; CELLS]; DIMENSIONS];
         for group in 0..DRAWS {
-            let point = SobolSequence::new(&mut stream(3, group)).point(11);
+            let point = SobolSequence::new(u64::MAX, &mut stream(3, group)).point(11);
             for (count, number) in counts.iter_mut().zip(numbers(&point)) {
                 count[(number * CELLS as f64) as usize] += 1.0;
             }
@@ -277,7 +281,7 @@ mod tests {
         // scrambling, and agree in none of the others but by chance.
         let mut agree = 0;
         for group in 0..4000 {
-            let mut sequence = SobolSequence::new(&mut stream(4, group));
+            let mut sequence = SobolSequence::new(u64::MAX, &mut stream(4, group));
             let [a, b] = [20, 21].map(|k| sequence.point(k).direction[0]);
             assert!((a < 0.5) != (b < 0.5));
             let second = |x: f64| (x * 4.0) as u32 % 2;
@@ -300,7 +304,7 @@ mod tests {
     fn the_map_to_the_disc_keeps_areas() {
         // Within the unit circle, continuous across the diagonals, and a square of a quarter of the
         // area becomes a disc of a quarter.
-        let mut sequence = SobolSequence::new(&mut stream(5, 0));
+        let mut sequence = SobolSequence::new(u64::MAX, &mut stream(5, 0));
         let mut inside = 0;
         for k in 0..1 << 12 {
             let at = sequence.point(k).direction;
