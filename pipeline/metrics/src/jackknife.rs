@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::Estimate;
-use super::halves::Halves;
+use super::halves::by_halves;
 
 /// Additive observations (powers in bins), one vector of equal length for each group of paths.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,8 +155,8 @@ impl Grouped {
 
     /// Applies a linear map to every group.
     #[must_use]
-    pub fn map(&self, f: impl Fn(&[f64]) -> Vec<f64>) -> Self {
-        Self::new(self.groups.iter().map(|g| f(g)).collect())
+    pub fn map(&self, f: impl Fn(&[f64]) -> Vec<f64> + Sync) -> Self {
+        Self::new(self.groups.par_iter().map(|g| f(g)).collect())
     }
 
     /// Standard error of the total in every bin: √(G/(G-1) Σ (x_g - x̄)²).
@@ -224,18 +224,18 @@ pub(super) fn half_difference(halves: impl Iterator<Item = [f64; 2]>) -> f64 {
 /// the jackknife error, if that is less: halves may choose far off where all paths do not.
 pub(super) fn picked<P>(
     observed: &Grouped,
-    pick: impl Fn(&[f64]) -> P,
-    read: impl Fn(&P, &[f64]) -> f64,
+    pick: impl Fn(&[f64]) -> P + Sync,
+    read: impl Fn(&P, &[f64]) -> f64 + Sync,
 ) -> Estimate {
     let plain = read(&pick(observed.total()), observed.total());
-    let (mut crossed, mut own) = (0.0, Vec::new());
-    let halves = Halves::new(observed);
-    for [a, b] in (1..observed.count()).map(|way| halves.of(way)) {
+    let of_halves = |[a, b]: [Vec<f64>; 2]| {
         let [of_a, of_b] = [pick(&a), pick(&b)];
-        crossed += 0.5 * (read(&of_a, &b) + read(&of_b, &a));
-        own.push([read(&of_a, &a), read(&of_b, &b)]);
-    }
-    let crossed = crossed / own.len() as f64;
+        let crossed = 0.5 * (read(&of_a, &b) + read(&of_b, &a));
+        (crossed, [read(&of_a, &a), read(&of_b, &b)])
+    };
+    let halves = by_halves(observed, observed.count() - 1, of_halves);
+    let (crossed, own): (Vec<f64>, Vec<[f64; 2]>) = halves.into_iter().unzip();
+    let crossed = crossed.iter().sum::<f64>() / own.len() as f64;
     let held = jackknife(observed, |sums| read(&pick(sums), sums)).standard_error;
     Estimate::between(plain, crossed, half_difference(own.into_iter()).min(held))
 }

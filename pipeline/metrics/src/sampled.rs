@@ -28,7 +28,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::halves::Halves;
+use super::halves::by_halves;
 use super::illuminance::{Grid, largest, smallest};
 use super::jackknife::{half_difference, spread};
 use super::valley::{Lowest, Valley};
@@ -463,9 +463,7 @@ fn crossed(
     let segments = regions.iter().filter_map(|r| r.valley.as_ref().map(Valley::segments));
     let affordable = (MAX_SEGMENTS_READ / segments.max().unwrap_or(1)).max(MIN_HALVINGS);
     let count = HALVINGS.min(map.count() - 1).min(affordable);
-    let halves = Halves::new(map);
-    let of_splits: Vec<Vec<[Levels; 3]>> =
-        (1..=count).into_par_iter().map(|way| of_halves(halves.of(way))).collect();
+    let of_splits: Vec<Vec<[Levels; 3]>> = by_halves(map, count, of_halves);
     let mean_of = |region: usize, level: fn(&Levels) -> f64| {
         of_splits.iter().map(|all| level(&all[region][0])).sum::<f64>() / of_splits.len() as f64
     };
@@ -495,11 +493,12 @@ pub(crate) fn event(map: &Grouped) -> f64 {
     let step = (map.total().len() / 65_536).clamp(1, 16);
     let n = map.count() as f64;
     let (mut squares, mut sum) = (0.0, 0.0);
-    for bin in (0..map.total().len()).step_by(step) {
-        let mean = map.total()[bin] / n;
-        let deviations = (0..map.count()).map(|g| (map.group(g)[bin] - mean).powi(2));
-        squares += deviations.sum::<f64>() * n / (n - 1.0);
-        sum += map.total()[bin];
+    let total = map.total();
+    for g in 0..map.count() {
+        let powers = map.group(g).iter().zip(total).step_by(step);
+        squares += powers.map(|(power, total)| (power - total / n).powi(2)).sum::<f64>();
     }
+    squares *= n / (n - 1.0);
+    sum += total.iter().step_by(step).sum::<f64>();
     if sum > 0.0 { squares / sum } else { 0.0 }
 }

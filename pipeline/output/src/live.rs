@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
+use rayon::prelude::*;
 
 use files::run_context::RunContext;
 use metrics::Grouped;
@@ -183,16 +184,19 @@ impl ModelFiles<'_> {
 
     fn plane_pictures(&self, beside: Option<&Beside>) -> Result<Vec<LivePicture>> {
         let (map, line) = (self.map()?, self.line());
-        let mut pictures = Vec::new();
-        let mut add = |id, caption: &str, picture| {
-            pictures.push(LivePicture { id, caption: caption.to_owned(), picture });
+        let live =
+            |id, caption: &str, picture| LivePicture { id, caption: caption.to_owned(), picture };
+        let drawn = |(id, scale, caption)| -> Result<LivePicture> {
+            let picture = self.map_picture(&map, &line, |map| map_on_scale(map, scale))?;
+            Ok(live(id, caption, picture))
         };
-        for (id, scale, caption) in [
+        let scales = [
             ("map", MapScale::Linear, "Light on the receiver plane, linear."),
             ("map_log", MapScale::Logarithmic, "Light on the receiver plane, logarithmic."),
-        ] {
-            add(id, caption, self.map_picture(&map, &line, |map| map_on_scale(map, scale))?);
-        }
+        ];
+        let mut pictures: Vec<LivePicture> =
+            scales.into_par_iter().map(drawn).collect::<Result<_>>()?;
+        let mut add = |id, caption: &str, picture| pictures.push(live(id, caption, picture));
         let now = self.section(&line)?;
         let (curves, colours) = match beside {
             None => (vec![now], self.colours()),

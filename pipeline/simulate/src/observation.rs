@@ -163,7 +163,7 @@ impl Observation {
         let count = outcome.total.readings.len();
         outcome.total.readings.clear();
         let mut take = |which: usize| {
-            let groups = outcome.groups.iter_mut().map(|group| {
+            let groups = outcome.groups.par_iter_mut().map(|group| {
                 let mut reading = std::mem::take(&mut group.readings[which]);
                 for power in &mut reading {
                     *power *= share;

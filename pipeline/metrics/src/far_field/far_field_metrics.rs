@@ -351,7 +351,7 @@ impl FarFieldReading {
     }
 
     /// A function of what was seen and of the intensity at its peak.
-    fn at_peak(&self, seen: &Grouped, figure: impl Fn(&[f64], f64) -> f64) -> Estimate {
+    fn at_peak(&self, seen: &Grouped, figure: impl Fn(&[f64], f64) -> f64 + Sync) -> Estimate {
         let sphere = self.sphere();
         picked(seen, |s| self.peak(s).place, |place, s| figure(s, place.read(&s[1..], &sphere)))
     }
