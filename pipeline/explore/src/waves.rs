@@ -13,8 +13,10 @@ use simulate::tables::{DesignTables, keys, tables};
 
 use crate::frame::WavesState;
 
-/// Tolerance of tables while they are coarse; their Bloch wavevectors have one node a zone.
+/// Tolerance of tables while they are coarse, and their nodes of the wavevector along the grooves;
+/// Bloch wavevectors have one node a zone.
 const COARSE: f64 = 5e-2;
+const COARSE_KY: usize = 10;
 
 /// True where the cache holds every table of `design`.
 pub fn are_cached(design: &Design, cache: &Cache) -> bool {
@@ -39,6 +41,8 @@ impl CoarseTables {
         let mut design = design.clone();
         design.hybrid.tolerance = design.hybrid.tolerance.max(COARSE);
         design.hybrid.kx_per_zone = Some(1);
+        let ky = design.hybrid.ky_count;
+        design.hybrid.ky_count = Some(ky.map_or(COARSE_KY, |count| count.min(COARSE_KY)));
         let cells = simulate::cells::band_cells(&design);
         let needed = |(band, cell): (usize, &Option<_>)| {
             (cell.is_some() && !design.files.covers(band)).then_some(band)
