@@ -11,10 +11,9 @@ use rayon::prelude::*;
 
 use super::jackknife::Grouped;
 
-/// Ways that are summed together, a power of two.
+/// Most ways that are summed together, a power of two, and most bins of all of them.
 const TOGETHER: usize = 8;
-/// Bins up to which the memory of the halves of as many ways is small.
-const SMALL: usize = 1 << 16;
+const MOST_BINS: usize = 1 << 21;
 /// Bins whose sums by all these ways fit the cache of a core.
 const BLOCK: usize = 512;
 
@@ -25,7 +24,9 @@ pub(super) fn by_halves<T: Send>(
     last: usize,
     read: impl Fn([Vec<f64>; 2]) -> T + Sync,
 ) -> Vec<T> {
-    let together = if observed.total().len() <= SMALL { TOGETHER } else { 1 };
+    let affordable = (MOST_BINS / observed.total().len().max(1)).clamp(1, TOGETHER);
+    // The power of two that is no larger.
+    let together = 1 << affordable.ilog2();
     let starts = (0..last + 1).into_par_iter().step_by(together);
     let of_run = |start: usize| {
         let halves = halves(observed, start, together).into_par_iter().enumerate();
