@@ -13,8 +13,11 @@ byId("optimise").addEventListener("click", () => {
   byId("search-dialog").showModal();
 });
 byId("search-close").addEventListener("click", () => byId("search-dialog").close());
-const inSearch = (address, body) => send(address, body).catch((error) => { byId("search-error").textContent = error.message; });
-byId("search-form").addEventListener("submit", (event) => {
+const inSearch = (address, body) => send(address, body).then(() => true, (error) => {
+  byId("search-error").textContent = error.message;
+  return false;
+});
+byId("search-form").addEventListener("submit", async (event) => {
   event.preventDefault();
   const ranges = {};
   byId("search-error").textContent = "";
@@ -27,10 +30,14 @@ byId("search-form").addEventListener("submit", (event) => {
     }
     ranges[path] = ends.map((input) => Number(input.value));
   }
+  if (!(await isReady())) {
+    byId("search-error").textContent = byId("message").textContent;
+    return;
+  }
   inSearch("optimise", { figure: byId("search-figure").value, paths: Object.keys(ranges), ranges, generations: Number(byId("search-generations").value) });
 });
 byId("search-stop").addEventListener("click", () => inSearch("optimise/stop"));
-byId("search-take").addEventListener("click", () => inSearch("optimise/take").then(() => byId("search-dialog").close()));
+byId("search-take").addEventListener("click", async () => { if (await inSearch("optimise/take")) byId("search-dialog").close(); });
 onState(() => {
   const search = state.search || { running: false, found: false, lines: [], error: null };
   byId("search-start").disabled = search.running;
