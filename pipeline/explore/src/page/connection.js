@@ -1,19 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// Elements, requests, and the newest state and frame. Every other script builds on this one.
-
-"use strict";
-const byId = (id) => document.getElementById(id);
-function fill(node, attributes, children) {
-  for (const [name, value] of Object.entries(attributes || {})) {
-    if (value === undefined || value === null || value === false) continue;
-    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
-    else node.setAttribute(name, value === true ? "" : value);
-  }
-  node.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
-  return node;
-}
-const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
-const svg = (tag, attributes, ...children) => fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+// Requests, and the newest state and frame. Every script of this page builds on this one.
 
 let state = null;
 let frame = null;

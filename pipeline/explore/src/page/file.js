@@ -140,7 +140,7 @@ function options(select, list, value) {
   const wanted = JSON.stringify(list);
   if (select.dataset.list !== wanted) {
     select.dataset.list = wanted;
-    select.replaceChildren(...list.map(([word, label]) => el("option", { value: word }, label)));
+    select.replaceChildren(...list.map(([word, label, title]) => el("option", { value: word, title }, label)));
   }
   select.value = value;
 }
@@ -150,7 +150,8 @@ onState(() => {
   byId("file").title = state.saved ? "saved" : "not saved";
   byId("file").setAttribute("aria-label", `${state.file}, ${byId("file").title}`);
   document.title = `${state.name}: batwing explore`;
-  options(byId("model"), state.models.map((model) => [model.word, model.label]), state.model);
+  options(byId("model"), state.models.map((model) => [model.word, model.label, model.meaning]), state.model);
+  byId("model").title = state.models.find((model) => model.word === state.model).meaning;
   if (!byId("formats").childElementCount) {
     byId("formats").append(...state.formats.map((format) => el("button", { type: "button", "data-format": format.word, onclick: () => exportAs(format.word) }, el("b", {}, format.word), ` ${format.label}`)));
   }

@@ -39,16 +39,31 @@ const signed = (text) => {
   const words = text.replace(/(^|[\s(])-(?=\d)/g, "$1\u2212");
   return /^\(?\d/.test(words) && !/ to |^0(?![.\d])/.test(words) ? words.replace(/^\(?/, "$&+") : words;
 };
+// Figures whose meaning stands beside them, by place and key.
+const explained = new Set();
+// The name of a figure with what it means, which a button shows.
+function named(figure, place) {
+  const id = `${place} ${figure.key}`;
+  const isShown = explained.has(id);
+  const toggle = () => {
+    if (!explained.delete(id)) explained.add(id);
+    showFigures();
+  };
+  const more = el("button", { type: "button", class: "what", "data-what": id, "aria-label": `What ${figure.label} means`, "aria-expanded": String(isShown), title: figure.meaning, onclick: toggle }, "?");
+  return [el("span", { title: figure.meaning }, figure.label), " ", figure.meaning && more, isShown && el("span", { class: "doc" }, figure.meaning)];
+}
 function showFigures() {
+  const what = document.activeElement?.dataset.what;
   const main = frame.figures.filter((figure) => figure.main);
-  byId("largest").replaceChildren(...main.map((figure) => el("div", {}, figure.label, el("b", { class: figure.resolved ? null : "open" }, figure.text),
+  byId("largest").replaceChildren(...main.map((figure) => el("div", {}, named(figure, "largest"), el("b", { class: figure.resolved ? null : "open" }, figure.text),
     figure.change && el("span", {}, figure.change.startsWith(figure.verdict) ? figure.change : `${signed(figure.change)}, ${figure.verdict}`))));
   const compares = frame.figures.some((figure) => figure.beside !== null);
   for (const head of document.querySelectorAll(".compared")) head.hidden = !compares;
   const cell = (label, text) => el("td", { "data-label": label }, el("span", { class: "value" }, text ?? "–"));
-  const row = (figure) => el("tr", {}, el("th", { scope: "row" }, figure.label), cell("now", figure.text),
+  const row = (figure) => el("tr", {}, el("th", { scope: "row" }, named(figure, "table")), cell("now", figure.text),
     compares && [cell("kept", figure.beside), cell("change", figure.change && signed(figure.change)), cell("beyond errors", figure.verdict)]);
   byId("figures").replaceChildren(...frame.figures.map(row));
+  if (what) document.querySelector(`[data-what="${CSS.escape(what)}"]`)?.focus();
   byId("ledger").replaceChildren(...frame.ledger.flatMap((one) => {
     const bar = el("dd", {}, one.text);
     bar.style.setProperty("--share", `${100 * one.share}%`);

@@ -109,11 +109,11 @@ function row(path, slides) {
     el("label", { class: "name", for: id, id: `${id}-name` }, name, " ", unit, el("small", {}, path)), number, more, pins, range, doc, fault);
   return {
     node,
-    update(now) {
+    update(now, label) {
       // A slider keeps its range until its value reaches an end.
       const keeps = field && (numbers.moving === path || (now.value > field.low && now.value < field.high));
       field = keeps ? { ...now, low: field.low, high: field.high } : now;
-      name.textContent = field.label;
+      name.textContent = label;
       unit.textContent = field.unit;
       words.textContent = `${field.doc}${field.written ? "" : " This is the default: the file does not state it."}`;
       unset.hidden = !field.written || path.endsWith("]");
@@ -136,11 +136,17 @@ function row(path, slides) {
 }
 
 const rows = { sliders: new Map(), numbers: new Map() };
+// The label of a field; beside others of the same name with the table before it.
+function labelAmong(fields, field) {
+  if (fields.every((other) => other === field || other.label !== field.label)) return field.label;
+  const table = field.path.slice(0, field.path.lastIndexOf(".")).replace(/[.[\]_]+/g, " ").trim();
+  return `${table} ${field.label}`;
+}
 // Puts the rows of `fields` into `host`; what has the focus keeps it.
 function place(host, known, fields, slides) {
   const nodes = fields.map((field) => {
     if (!known.has(field.path)) known.set(field.path, row(field.path, slides));
-    known.get(field.path).update(field);
+    known.get(field.path).update(field, labelAmong(fields, field));
     return known.get(field.path).node;
   });
   if (nodes.length !== host.childElementCount || nodes.some((node, i) => node !== host.children[i])) {
