@@ -44,6 +44,8 @@ async function open(options) {
 // Another page of the same browser; `prepare` is given it before it goes anywhere.
 async function openIn(context, prepare = () => {}) {
   const page = await context.newPage();
+  // Other work may hold a machine up.
+  page.setDefaultTimeout(90_000);
   page.on("console", (message) => { if (["error", "warning"].includes(message.type())) complaints.push(message.text()); });
   page.on("pageerror", (error) => complaints.push(error.message));
   page.on("request", (request) => { if (!/^(blob:|data:)/.test(request.url()) && !request.url().startsWith(address)) complaints.push(`asked for ${request.url()}`); });
