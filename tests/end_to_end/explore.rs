@@ -30,7 +30,7 @@ impl Live {
             .args(["explore", "own.toml", "--no-open", "--quiet"])
             .current_dir(folder.path())
             .stdout(Stdio::piped())
-            .stderr(Stdio::null())
+            .stderr(Stdio::piped())
             .spawn()
             .expect("starts");
         let mut line = String::new();
@@ -103,10 +103,21 @@ impl Live {
         panic!("no last frame: {state}");
     }
 
-    fn end(mut self) -> bool {
+    /// Ends it; true where that went well, with what it said.
+    fn end(mut self) -> (bool, String) {
         let id = self.child.id().to_string();
         Command::new("kill").args(["-INT", &id]).status().expect("signalled");
-        self.child.wait().expect("ends").success()
+        let mut said = String::new();
+        let mut messages = self.child.stderr.take().expect("piped");
+        messages.read_to_string(&mut said).expect("read");
+        (self.child.wait().expect("ends").success(), said)
+    }
+
+    /// Ends it, in silence.
+    fn ends(self) -> bool {
+        let (ended, said) = self.end();
+        assert_eq!(said, "");
+        ended
     }
 }
 
@@ -150,7 +161,7 @@ fn figures_are_those_of_a_run_to_the_bit() {
     let pictures = frame["pictures"].as_array().expect("pictures").iter();
     let ids: Vec<&str> = pictures.filter_map(|picture| picture["id"].as_str()).collect();
     assert_eq!(ids, ["package", "map", "map_log", "cross_section", "far_field", "far_field_polar"]);
-    assert!(live.end());
+    assert!(live.ends());
 }
 
 #[test]
@@ -172,7 +183,8 @@ fn a_kept_state_stands_beside_with_paired_changes() {
     let frame = live.last_frame();
     let pictures = frame["pictures"].as_array().expect("pictures");
     assert!(pictures.iter().any(|picture| picture["id"] == "difference"));
-    assert!(live.end());
+    let (ended, said) = live.end();
+    assert!(ended && said.contains("own.toml: the draft was not saved"), "{said}");
 }
 
 #[test]
@@ -219,7 +231,7 @@ fn nobody_but_its_page_reaches_it() {
     assert_eq!(live.get("state").1, before);
     assert!(live.get("").1.starts_with("<!doctype html>"));
     assert_eq!(std::fs::read_to_string(live.file()).expect("read"), own());
-    assert!(live.end());
+    assert!(live.ends());
 }
 
 #[test]
@@ -232,9 +244,66 @@ fn exports_and_reports_are_those_of_the_commands() {
     assert_eq!(ies, std::fs::read_to_string(at.join("own.ies")).expect("read"));
     let (status, page) = live.get("report");
     assert_eq!((status, page.contains("What was simulated")), (200, true));
+    // Light is not traced in another model than the page shows.
+    live.post("model", &json!({"model": "control"}));
+    let (status, said) = live.get("export?format=ies");
+    assert!(status == 400 && said.contains("not in control"), "{said}");
+    let (status, _) = live.get("export?format=stl");
+    assert_eq!(status, 200);
+    live.post("text", &json!({"text": "[led"}));
+    let (status, said) = live.get("report");
+    assert!(status == 400 && said.starts_with("line 1"), "{said}");
+    live.post("undo", &json!({}));
     // Nothing of it stays.
     assert_eq!(std::fs::read_dir(at).expect("a folder").count(), 2);
-    assert!(live.end());
+    assert!(live.ends());
+}
+
+#[test]
+fn two_pages_do_not_write_over_each_other() {
+    let live = Live::start(&own());
+    let state = || serde_json::from_str::<Value>(&live.get("state").1).expect("JSON");
+    let seen = state();
+    let mut text = seen["text"].as_str().expect("a text").to_owned();
+    text.push_str("# more\n");
+    live.post("set", &json!({"path": "array.pitch_mm", "value": 6}));
+    let mine = json!({"text": text, "edition": seen["edition"]});
+    assert_eq!(live.post("text", &mine).0, 409);
+    assert!(state()["text"].as_str().is_some_and(|text| text.contains("pitch_mm = 6.0")));
+    let mine = json!({"text": text, "edition": state()["edition"]});
+    assert_eq!(live.post("text", &mine), (200, state()));
+    live.post("save", &json!({}));
+    assert_eq!(std::fs::read_to_string(live.file()).expect("read"), text);
+    assert!(live.ends());
+}
+
+/// Resident memory of a process, MB.
+#[cfg(target_os = "linux")]
+fn memory_mb(process: u32) -> f64 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("read");
+    let line = status.lines().find(|line| line.starts_with("VmRSS:")).expect("a size");
+    let size = line.split_whitespace().nth(1).and_then(|size| size.parse::<f64>().ok());
+    size.expect("a number") * 1e-3
+}
+
+#[test]
+#[ignore = "1000 changes: about a minute"]
+#[cfg(target_os = "linux")]
+fn a_thousand_changes_leave_the_memory_as_it_was() {
+    let live = Live::start(&own());
+    let _page = live.look();
+    live.last_frame();
+    for change in 0..1000_u32 {
+        let pitch = 5.0 + 0.002 * f64::from(change % 500);
+        live.post("set", &json!({"path": "array.pitch_mm", "value": pitch}));
+        if change % 50 == 0 {
+            live.last_frame();
+        }
+    }
+    live.last_frame();
+    let used = memory_mb(live.child.id());
+    assert!(used < 500.0, "{used} MB");
+    live.end();
 }
 
 #[test]

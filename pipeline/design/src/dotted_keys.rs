@@ -9,7 +9,7 @@ use anyhow::{Result, bail, ensure};
 pub type Settings = BTreeMap<String, toml::Value>;
 
 /// Most parts of a dotted key; designs nest no deeper than a few.
-const MAX_PARTS: usize = 16;
+pub const MAX_PARTS: usize = 16;
 
 /// One step of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]

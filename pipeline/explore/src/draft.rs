@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value as Json;
 use toml_edit::{Array, DocumentMut, Item, Table, Value, value};
 
-use design::dotted_keys::{Step, steps};
+use design::dotted_keys::{MAX_PARTS, Step, steps};
 use design::json_schema::{NumberKind, number_kind};
 
 /// The text with the key at `path` set to a number, or a list of them, with entries of lists from 1
@@ -79,7 +79,11 @@ fn find<'a>(root: &'a mut Item, path: &str) -> Result<Option<&'a mut Item>> {
 }
 
 fn parts(path: &str) -> Result<Vec<Step<'_>>> {
-    steps(path).with_context(|| format!("expected a key such as led.reflectance, got {path:?}"))
+    let steps = steps(path)
+        .with_context(|| format!("expected a key such as led.reflectance, got {path:?}"))?;
+    let count = steps.len();
+    ensure!(count <= MAX_PARTS, "expected a key of at most {MAX_PARTS} parts, got {count}");
+    Ok(steps)
 }
 
 /// Sets what stands at `path`; tables on the way are made where they are missing.
@@ -103,15 +107,28 @@ fn put(root: &mut Item, path: &str, new: &Value) -> Result<()> {
         };
     }
     match at {
-        Item::Value(old) => {
-            let decor = old.decor().clone();
-            *old = new.clone();
-            *old.decor_mut() = decor;
-        }
+        Item::Value(old) => replace(old, new),
         Item::None => *at = value(new.clone()),
         _ => bail!("{path}: expected a number, got a table"),
     }
     Ok(())
+}
+
+/// Puts `new` in place of `old`. A number that stays keeps how it is written, and lists of as many
+/// entries keep their comments and lines.
+fn replace(old: &mut Value, new: &Value) {
+    let float = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
+    match (&mut *old, new) {
+        (Value::Array(old), Value::Array(new)) if old.len() == new.len() => {
+            old.iter_mut().zip(new.iter()).for_each(|(old, new)| replace(old, new));
+        }
+        (same, new) if float(new).is_some() && float(same) == float(new) => {}
+        _ => {
+            let decor = old.decor().clone();
+            *old = new.clone();
+            *old.decor_mut() = decor;
+        }
+    }
 }
 
 /// A number, or a list of numbers or of points, as the key at `path` takes it.
@@ -152,6 +169,12 @@ mod tests {
         );
         let two = changed("elements.shapes[*].apex_angle_deg", json!([70, 60.5]));
         assert_eq!(two, TEXT.replace("= 90 #", "= 70.0 #").replace("80.0", "60.5"));
+        // What stays is written as it was.
+        let one = changed("elements.shapes[*].apex_angle_deg", json!([90, 60.5]));
+        assert_eq!(one, TEXT.replace("80.0", "60.5"));
+        let points = "[dome]\nmeridian_mm = [\n  [0, 1.00], # top\n  [1.0, 0.5, -1e-2],\n]\n";
+        let moved = set(points, "dome.meridian_mm", &json!([[0.0, 1.0], [1.25, 0.5, -0.01]]));
+        assert_eq!(moved.expect("set"), points.replace("[1.0", "[1.25"));
         let made = changed("far_field.bin_deg", json!(5));
         assert!(made.starts_with(TEXT) && made.ends_with("[far_field]\nbin_deg = 5.0\n"), "{made}");
         assert_eq!(
@@ -168,6 +191,8 @@ mod tests {
             ("led.size_mm[3]", json!(1)),
             ("led.size_mm[0]", json!(1)),
             ("..", json!(1)),
+            (&*"a.".repeat(100_000), json!(1)),
+            (&*format!("a{}", ".a".repeat(16)), json!(1)),
             ("led.reflectance", json!("text")),
             ("led.reflectance", json!(null)),
             ("elements.shapes[*].apex_angle_deg", json!([1])),

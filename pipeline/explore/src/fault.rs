@@ -14,6 +14,8 @@ pub struct Fault {
     /// Line of the text, from 1.
     line: Option<usize>,
     message: String,
+    /// True where what was asked for meets something that changed meanwhile.
+    is_conflict: bool,
 }
 
 impl Fault {
@@ -29,14 +31,31 @@ impl Fault {
             }
             None => (None, format!("{error:#}")),
         };
+        let is_of_text = matches!(error.downcast_ref(), Some(ConfigError::Syntax { .. }));
         let message =
             message.strip_prefix(&format!("{file}: ")).map_or(message.clone(), str::to_owned);
-        Self { key, line: line(&message), message }
+        let line = line(&message).filter(|_| is_of_text);
+        Self { key, line, message, is_conflict: false }
     }
 
     /// A refusal that is about no key.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { key: None, line: None, message: message.into() }
+        Self { key: None, line: None, message: message.into(), is_conflict: false }
+    }
+
+    /// A refusal since something changed meanwhile.
+    pub fn conflict(message: impl Into<String>) -> Self {
+        Self { is_conflict: true, ..Self::new(message) }
+    }
+
+    /// Status of the answer.
+    pub fn status(&self) -> u16 {
+        if self.is_conflict { 409 } else { 400 }
+    }
+
+    /// The message.
+    pub fn message(&self) -> &str {
+        &self.message
     }
 
     /// The same about the key that was to be set, where it names none.
@@ -52,7 +71,7 @@ impl Fault {
 
 /// The line that a message of the TOML reader names.
 fn line(message: &str) -> Option<usize> {
-    let (_, after) = message.split_once("line ")?;
+    let after = message.strip_prefix("line ")?;
     let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
     digits.parse().ok()
 }
@@ -76,5 +95,9 @@ mod tests {
         let syntax = of(&text.replace("pitch_mm = 5.0", "pitch_mm = = 5.0"));
         let expected = text.lines().position(|line| line.contains("pitch_mm")).map(|k| k + 1);
         assert_eq!((syntax.key, syntax.line), (None, expected));
+        // A word of another message.
+        let other =
+            Fault::of_design(&anyhow::anyhow!("line 3 of light.csv: no number"), "own.toml");
+        assert_eq!(other.line, None);
     }
 }

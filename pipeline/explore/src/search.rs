@@ -35,7 +35,7 @@ impl Search {
 
     /// As the page reads it.
     pub fn to_json(&self) -> Value {
-        if self.folder.is_none() {
+        if self.folder.is_none() && !self.is_running {
             return Value::Null;
         }
         json!({"running": self.is_running, "lines": self.lines, "found": self.found.is_some(),

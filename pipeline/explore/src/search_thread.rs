@@ -114,23 +114,23 @@ pub fn begin(session: &Session, request: Request, out: &Path) -> Result<Begun, F
     let file = std::path::absolute(session.path()).map_err(|e| refuse(e.into()))?;
     let file = file.display().to_string();
     let words = problem_text(&request, &design.name, &file, model).map_err(refuse)?;
-    let is_free = session.search(|search| !std::mem::replace(&mut search.is_running, true));
-    if !is_free {
-        return Err(Fault::new("a search is running; stop it first"));
-    }
+    let interrupt = Interrupt::default();
+    let before = session.search(|search| {
+        let (figure, interrupt) = (request.figure.clone(), interrupt.clone());
+        let next = Search { figure, interrupt, is_running: true, ..Search::default() };
+        (!search.is_running).then(|| std::mem::replace(search, next))
+    });
+    let before = before.ok_or_else(|| Fault::new("a search is running; stop it first"))?;
     let begun = new_folder(out, &design.name).and_then(|folder| {
         let problem = folder.join("problem.toml");
         write_bytes(&problem, words.as_bytes())?;
         Ok((folder, problem))
     });
-    session.search(|search| search.is_running = begun.is_ok());
-    let (folder, problem) = begun.map_err(refuse)?;
-    let interrupt = Interrupt::default();
-    session.search(|search| {
-        let (folder, interrupt) = (Some(folder.clone()), interrupt.clone());
-        let figure = request.figure.clone();
-        *search = Search { folder, figure, interrupt, is_running: true, ..Search::default() };
+    session.search(|search| match &begun {
+        Ok((folder, _)) => search.folder = Some(folder.clone()),
+        Err(_) => *search = before,
     });
+    let (folder, problem) = begun.map_err(refuse)?;
     Ok(Begun { folder, problem, file, text, paths: request.paths, interrupt })
 }
 
@@ -160,11 +160,8 @@ impl Begun {
 pub fn take(session: &Session) -> Result<(), Fault> {
     let found = session.peek(|search| search.found.clone());
     let found = found.ok_or_else(|| Fault::new("no search has found a design"))?;
-    let (_, _, text) = session.present()?;
     let edit = |text: String, (path, value): &(String, Value)| draft::set(&text, path, value);
-    let edited = found.iter().try_fold(text, edit);
-    session.write(edited.map_err(|error| Fault::new(format!("{error:#}")))?);
-    Ok(())
+    session.rewrite(|text| found.iter().try_fold(text, edit))
 }
 
 /// Values of the keys in the text of a design.

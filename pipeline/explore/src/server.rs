@@ -66,18 +66,24 @@ pub fn serve(
                 search_thread::follow(&session);
             }
         });
-        while !context.interrupt.is_raised() {
-            match server.recv_timeout(BEAT / 2) {
-                Ok(Some(request)) => {
+        let mut heard = Ok(());
+        while heard.is_ok() && !context.interrupt.is_raised() {
+            heard = server.recv_timeout(BEAT / 2).map(|request| {
+                if let Some(request) = request {
                     let host = &host;
                     scope.spawn(move || host.answer(request));
                 }
-                Ok(None) => {}
-                Err(error) => context.console.warn(&format!("a request was lost: {error}")),
-            }
+            });
         }
         session.end();
-    });
+        heard.context("no more requests can be heard")
+    })?;
+    if session.is_unsaved() {
+        let file = options.design.display();
+        context
+            .console
+            .warn(&format!("{file}: the draft was not saved; its page still shows the text"));
+    }
     Ok(())
 }
 
@@ -157,8 +163,10 @@ impl Host<'_> {
                 Some(frame) => of_json(200, &frame),
                 None => bytes(204, "application/json", Vec::new()),
             },
-            "export" => self.export(query).unwrap_or_else(|fault| refused(400, &fault)),
-            "report" => self.report().unwrap_or_else(|fault| refused(400, &fault)),
+            "export" => self.export(query).unwrap_or_else(|fault| refused(&fault)),
+            "report" => {
+                self.report().unwrap_or_else(|fault| plain(fault.status(), fault.message()))
+            }
             _ => plain(404, "nothing is here"),
         }
     }
@@ -170,8 +178,7 @@ impl Host<'_> {
         };
         match self.change(address, &body) {
             Some(Ok(())) => of_json(200, &self.session.to_json()),
-            Some(Err(fault)) if address == "save" => refused(409, &fault),
-            Some(Err(fault)) => refused(400, &fault),
+            Some(Err(fault)) => refused(&fault),
             None => plain(404, "nothing is here"),
         }
     }
@@ -183,7 +190,7 @@ impl Host<'_> {
             let asked = serde_json::from_value(body).map_err(|e| Fault::new(e.to_string()));
             let begun =
                 asked.and_then(|asked| search_thread::begin(session, asked, &self.options.out));
-            begun.map_err(|fault| refused(400, &fault))
+            begun.map_err(|fault| refused(&fault))
         });
         let (answer, begun) = match begun {
             Ok(begun) => (of_json(200, &session.to_json()), Some(begun)),
@@ -207,7 +214,7 @@ impl Host<'_> {
             "set" => text("path")
                 .and_then(|path| session.set(path, Some(&body["value"]), body["part"] == true)),
             "unset" => text("path").and_then(|path| session.set(path, None, false)),
-            "text" => text("text").map(|text| session.write(text.to_owned())),
+            "text" => text("text").and_then(|text| session.write(text, body["edition"].as_u64())),
             "undo" | "redo" => {
                 session.step(address == "redo");
                 Ok(())
@@ -215,10 +222,7 @@ impl Host<'_> {
             "model" => text("model").and_then(|word| session.choose(word)),
             "save" => session.save(body["over"] == true),
             "reload" => session.reload(),
-            "keep" => {
-                session.keep();
-                Ok(())
-            }
+            "keep" => session.keep(),
             "beside" => session.put_beside(body["id"].as_u64()),
             "restore" => id().and_then(|id| session.restore(id)),
             "forget" => id().map(|id| session.forget(id)),
@@ -254,14 +258,13 @@ impl Host<'_> {
         Ok(with_policy(200, "text/html; charset=utf-8", page.into(), REPORT_POLICY))
     }
 
-    /// What `work` makes in a folder that goes afterwards.
+    /// What `work` makes in a folder that goes afterwards, unless its page goes first.
     fn in_scratch<T>(
         &self,
         work: impl FnOnce(&std::path::Path, RunContext) -> Result<T>,
     ) -> Result<T, Fault> {
-        let mut console = self.context.console;
-        (console.quiet, console.warns) = (true, false);
-        let context = RunContext { console, ..self.context };
+        let command = self.session.begin_command()?;
+        let context = RunContext { interrupt: &command.interrupt, ..self.context.mute() };
         let made = tempfile::tempdir().context("no scratch folder");
         let done = made.and_then(|folder| work(folder.path(), context));
         done.map_err(|error| Fault::new(format!("{error:#}")))
@@ -270,7 +273,7 @@ impl Host<'_> {
     /// Tells a page of new states and frames until it goes.
     fn stream(&self, request: Request) {
         let mut to = request.into_writer();
-        self.session.enter();
+        let _viewer = self.session.enter();
         let head = "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n";
         let mut told = to.write_all(head.as_bytes()).and_then(|()| to.flush());
         let mut seen = [0; 2];
@@ -284,7 +287,6 @@ impl Host<'_> {
             seen = now;
             told = to.write_all(words.as_bytes()).and_then(|()| to.flush());
         }
-        self.session.leave();
     }
 }
 
@@ -293,11 +295,12 @@ fn body(request: &mut Request) -> Result<Value, Answer> {
     let mut body = Vec::new();
     let read = request.as_reader().take(MAX_BODY + 1).read_to_end(&mut body);
     if read.is_err() || body.len() as u64 > MAX_BODY {
-        return Err(refused(413, &Fault::new(format!("expected at most {MAX_BODY} bytes"))));
+        let fault = Fault::new(format!("expected at most {MAX_BODY} bytes"));
+        return Err(with_status(413, &fault));
     }
     match serde_json::from_slice(&body) {
         Ok(body @ Value::Object(_)) => Ok(body),
-        _ => Err(refused(400, &Fault::new("expected an object of JSON"))),
+        _ => Err(refused(&Fault::new("expected an object of JSON"))),
     }
 }
 
@@ -311,7 +314,11 @@ fn of_json(status: u16, value: &Value) -> Answer {
     bytes(status, "application/json", value.to_string().into())
 }
 
-fn refused(status: u16, fault: &Fault) -> Answer {
+fn refused(fault: &Fault) -> Answer {
+    with_status(fault.status(), fault)
+}
+
+fn with_status(status: u16, fault: &Fault) -> Answer {
     of_json(status, &json!({"error": fault.to_json()}))
 }
 

@@ -2,7 +2,9 @@
 //! The session of one design: draft of its text, history, kept states, choice of the model, and the
 //! newest frame. The file changes when it is saved, and not before.
 
+use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -67,13 +69,20 @@ struct State {
     /// Grows with every change that the page shows.
     number: u64,
     draft: String,
+    /// Grows with every change of the draft.
+    edition: u64,
     /// Content of the file as last read or written.
     stored: String,
+    /// True of a file whose lines end as on Windows; texts here end them by `\n` alone.
+    has_crlf: bool,
     disk: Disk,
     /// The newest text that is a design, and that design.
     good: String,
     design: Design,
+    /// Why the draft is no design.
     fault: Option<Fault>,
+    /// Why the design could not be traced.
+    failed: Option<Fault>,
     model: Model,
     undo: Vec<String>,
     redo: Vec<String>,
@@ -90,6 +99,8 @@ struct State {
     viewers: usize,
     has_ended: bool,
     search: Search,
+    /// Stops the export or report under way.
+    command: Option<Interrupt>,
 }
 
 /// The session of one design.
@@ -97,6 +108,8 @@ struct State {
 pub struct Session {
     path: PathBuf,
     file: String,
+    /// Held while something reads the draft or the file to change one of them.
+    edits: Mutex<()>,
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -108,16 +121,19 @@ impl Session {
     /// A file that cannot be read or is no design.
     pub fn open(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
-        let text = design::read_text(path).with_context(|| format!("{file}: cannot be read"))?;
+        let (text, has_crlf) = read(path).with_context(|| format!("{file}: cannot be read"))?;
         let design = scene_check::parse(&file, &text, folder(path))?;
         let state = State {
             number: 1,
             draft: text.clone(),
+            edition: 1,
             stored: text.clone(),
+            has_crlf,
             disk: Disk::Known,
             good: text,
             design,
             fault: None,
+            failed: None,
             model: Model::Geometric,
             undo: Vec::new(),
             redo: Vec::new(),
@@ -133,8 +149,14 @@ impl Session {
             viewers: 0,
             has_ended: false,
             search: Search::default(),
+            command: None,
         };
-        Ok(Self { path: path.to_owned(), file, state: Mutex::new(state), changed: Condvar::new() })
+        let (edits, state, changed) = (Mutex::default(), Mutex::new(state), Condvar::new());
+        Ok(Self { path: path.to_owned(), file, edits, state, changed })
+    }
+
+    fn edit(&self) -> MutexGuard<'_, ()> {
+        self.edits.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -162,6 +184,7 @@ impl Session {
     /// # Errors
     /// A key or a value that the design does not take: nothing changes.
     pub fn set(&self, path: &str, value: Option<&Value>, part: bool) -> Result<(), Fault> {
+        let _edit = self.edit();
         let draft = self.lock().draft.clone();
         let edited = match value {
             Some(value) => draft::set(&draft, path, value),
@@ -175,29 +198,58 @@ impl Session {
             fault.about(path)
         })?;
         self.change(|state| {
-            if !state.is_moving {
-                state.remember();
+            if edited != state.draft {
+                if !state.is_moving {
+                    state.remember();
+                }
+                state.take(edited, Ok(design));
             }
             state.is_moving = part;
-            state.take(edited, Ok(design));
         });
         Ok(())
     }
 
-    /// Takes a whole text as the draft, also one that is no design.
-    pub fn write(&self, text: String) {
+    /// Takes a whole text as the draft, also one that is no design. A text with an `edition` is an
+    /// edit of the draft that had it.
+    ///
+    /// # Errors
+    /// A draft that changed meanwhile.
+    pub fn write(&self, text: &str, edition: Option<u64>) -> Result<(), Fault> {
+        let _edit = self.edit();
+        if edition.is_some_and(|edition| edition != self.lock().edition) {
+            return Err(Fault::conflict("the design was changed elsewhere while this was written"));
+        }
+        self.take_text(text.replace("\r\n", "\n"));
+        Ok(())
+    }
+
+    /// Takes what `edit` makes of the draft.
+    ///
+    /// # Errors
+    /// Those of `edit`, and a draft that is no design.
+    pub(crate) fn rewrite(&self, edit: impl FnOnce(String) -> Result<String>) -> Result<(), Fault> {
+        let _edit = self.edit();
+        let (.., draft) = self.present()?;
+        self.take_text(edit(draft).map_err(|error| Fault::new(format!("{error:#}")))?);
+        Ok(())
+    }
+
+    /// Takes a text as the draft, while edits wait.
+    fn take_text(&self, text: String) {
+        if self.lock().draft == text {
+            return;
+        }
         let design = self.parse(&text);
         self.change(|state| {
-            if state.draft != text {
-                state.is_moving = false;
-                state.remember();
-                state.take(text, design);
-            }
+            state.is_moving = false;
+            state.remember();
+            state.take(text, design);
         });
     }
 
     /// Goes back (or, with `forth`, forward) in the history.
     pub fn step(&self, forth: bool) {
+        let _edit = self.edit();
         let next = {
             let mut state = self.lock();
             state.is_moving = false;
@@ -216,12 +268,15 @@ impl Session {
     /// # Errors
     /// A model that the design does not have.
     pub fn choose(&self, word: &str) -> Result<(), Fault> {
+        let _edit = self.edit();
         let model = Model::all_of(&self.lock().design).into_iter().find(|m| m.word() == word);
         let model =
             model.ok_or_else(|| Fault::new(format!("this design has no model {word:?}")))?;
         self.change(|state| {
-            state.model = model;
-            state.renew();
+            if state.model != model {
+                state.model = model;
+                state.renew();
+            }
         });
         Ok(())
     }
@@ -231,21 +286,28 @@ impl Session {
     /// # Errors
     /// A file that was changed or cannot be written.
     pub fn save(&self, over: bool) -> Result<(), Fault> {
-        let mut state = self.lock();
-        let now = std::fs::read_to_string(&self.path).ok();
-        if !over && now.is_some_and(|now| now != state.stored && now != state.draft) {
-            state.disk = Disk::Changed;
-            return Err(Fault::new(
+        let _edit = self.edit();
+        let (draft, stored, mut has_crlf) = {
+            let state = self.lock();
+            (state.draft.clone(), state.stored.clone(), state.has_crlf)
+        };
+        let is_of_others = match read(&self.path) {
+            Ok((now, crlf)) => {
+                has_crlf = crlf;
+                now != stored && now != draft
+            }
+            Err(error) => error.kind() != ErrorKind::NotFound,
+        };
+        if is_of_others && !over {
+            self.change(|state| state.disk = Disk::Changed);
+            return Err(Fault::conflict(
                 "the file was changed by another program; save again to replace it",
             ));
         }
-        write_bytes(&self.path, state.draft.as_bytes())
+        let lines = if has_crlf { draft.replace('\n', "\r\n") } else { draft.clone() };
+        write_bytes(&self.path, lines.as_bytes())
             .map_err(|error| Fault::new(format!("{error:#}")))?;
-        let State { stored, draft, disk, .. } = &mut *state;
-        stored.clone_from(draft);
-        *disk = Disk::Known;
-        drop(state);
-        self.change(|_| ());
+        self.change(|state| (state.stored, state.disk) = (draft, Disk::Known));
         Ok(())
     }
 
@@ -254,35 +316,56 @@ impl Session {
     /// # Errors
     /// A file that cannot be read.
     pub fn reload(&self) -> Result<(), Fault> {
-        let text = design::read_text(&self.path);
-        let text = text.map_err(|error| Fault::new(format!("{}: {error}", self.file)))?;
-        self.write(text.clone());
-        self.change(|state| (state.stored, state.disk) = (text, Disk::Known));
+        let _edit = self.edit();
+        let file = read(&self.path);
+        let file = file.map_err(|error| Fault::new(format!("{}: {error}", self.file)))?;
+        self.take_file(file);
         Ok(())
+    }
+
+    fn take_file(&self, (text, has_crlf): (String, bool)) {
+        self.take_text(text.clone());
+        self.change(|state| {
+            (state.stored, state.has_crlf, state.disk) = (text, has_crlf, Disk::Known);
+        });
     }
 
     /// Looks at the file: what others wrote into it is the draft, unless that is unsaved.
     pub fn watch(&self) {
-        let now = design::read_text(&self.path).ok();
+        let _edit = self.edit();
+        let file = read(&self.path);
         let (found, known, is_saved) = {
             let state = self.lock();
-            let found = match &now {
-                None => Disk::Gone,
-                Some(now) if *now == state.stored => Disk::Known,
-                Some(_) => Disk::Changed,
+            let found = match &file {
+                Ok((now, _)) if *now == state.stored => Disk::Known,
+                Err(error) if error.kind() == ErrorKind::NotFound => Disk::Gone,
+                _ => Disk::Changed,
             };
             (found, state.disk, state.draft == state.stored)
         };
-        if found == Disk::Changed && is_saved {
-            // What cannot be read is looked at again.
-            let _ = self.reload();
-        } else if found != known {
-            self.change(|state| state.disk = found);
+        match file {
+            Ok(file) if found == Disk::Changed && is_saved => self.take_file(file),
+            _ if found != known => self.change(|state| state.disk = found),
+            _ => {}
         }
     }
 
+    /// True where the draft is other than the file.
+    pub fn is_unsaved(&self) -> bool {
+        let state = self.lock();
+        state.draft != state.stored
+    }
+
     /// Keeps the newest design, and puts it beside what follows.
-    pub fn keep(&self) {
+    ///
+    /// # Errors
+    /// As many states as are kept at most.
+    pub fn keep(&self) -> Result<(), Fault> {
+        let _edit = self.edit();
+        if self.lock().kept.len() >= MAX_KEPT {
+            let words = format!("expected at most {MAX_KEPT} kept states: forget one first");
+            return Err(Fault::new(words));
+        }
         self.change(|state| {
             let id = state.next_kept;
             state.next_kept += 1;
@@ -295,12 +378,10 @@ impl Session {
                 design: state.design.clone(),
                 model: state.model,
             });
-            if state.kept.len() > MAX_KEPT {
-                state.kept.remove(0);
-            }
             state.beside = Some(id);
             state.renew();
         });
+        Ok(())
     }
 
     /// Puts a kept state beside the present one, or none.
@@ -308,9 +389,8 @@ impl Session {
     /// # Errors
     /// A state that is not there.
     pub fn put_beside(&self, id: Option<u64>) -> Result<(), Fault> {
-        if let Some(id) = id {
-            self.kept(id)?;
-        }
+        let _edit = self.edit();
+        id.map_or(Ok(()), |id| self.is_kept(id))?;
         self.change(|state| {
             state.beside = id;
             state.renew();
@@ -323,15 +403,24 @@ impl Session {
     /// # Errors
     /// A state that is not there.
     pub fn restore(&self, id: u64) -> Result<(), Fault> {
-        let (text, model) = self.kept(id)?;
-        self.lock().model = model;
-        self.write(text);
-        self.change(State::renew);
+        let _edit = self.edit();
+        self.is_kept(id)?;
+        self.change(|state| {
+            let Some(kept) = state.kept.iter().find(|kept| kept.id == id) else { return };
+            let (text, design, model) = (kept.text.clone(), kept.design.clone(), kept.model);
+            state.is_moving = false;
+            if state.draft != text {
+                state.remember();
+            }
+            state.model = model;
+            state.take(text, Ok(design));
+        });
         Ok(())
     }
 
     /// Forgets a kept state.
     pub fn forget(&self, id: u64) {
+        let _edit = self.edit();
         self.change(|state| {
             state.kept.retain(|kept| kept.id != id);
             if state.beside == Some(id) {
@@ -341,11 +430,9 @@ impl Session {
         });
     }
 
-    fn kept(&self, id: u64) -> Result<(String, Model), Fault> {
-        let state = self.lock();
-        let found = state.kept.iter().find(|kept| kept.id == id);
-        let found = found.map(|kept| (kept.text.clone(), kept.model));
-        found.ok_or_else(|| Fault::new("this kept state is no longer there"))
+    fn is_kept(&self, id: u64) -> Result<(), Fault> {
+        let is_there = self.lock().kept.iter().any(|kept| kept.id == id);
+        is_there.then_some(()).ok_or_else(|| Fault::new("this kept state is no longer there"))
     }
 
     /// The newest design and the model, for commands on it.
@@ -420,24 +507,29 @@ impl Session {
     pub fn fail(&self, job: &Job, fault: Fault) {
         self.change(|state| {
             if state.job == job.number {
-                state.fault = Some(fault);
+                state.failed = Some(fault);
             }
         });
     }
 
-    /// Counts a viewer; without any the trace rests.
-    pub fn enter(&self) {
+    /// Counts a viewer until it is dropped; without any the trace rests.
+    pub fn enter(&self) -> Viewer<'_> {
         self.change(|state| state.viewers += 1);
+        Viewer(self)
     }
 
-    /// Counts one viewer less.
-    pub fn leave(&self) {
-        self.change(|state| {
-            state.viewers -= 1;
-            if state.viewers == 0 {
-                state.stop();
-            }
-        });
+    /// Begins an export or a report.
+    ///
+    /// # Errors
+    /// Another one is under way.
+    pub fn begin_command(&self) -> Result<Command<'_>, Fault> {
+        let mut state = self.lock();
+        if state.command.is_some() {
+            return Err(Fault::conflict("an export or a report is under way; wait for its end"));
+        }
+        let interrupt = Interrupt::default();
+        state.command = Some(interrupt.clone());
+        Ok(Command { session: self, interrupt })
     }
 
     /// Ends all that waits.
@@ -446,6 +538,7 @@ impl Session {
             state.has_ended = true;
             state.stop();
             state.search.stop();
+            state.stop_command();
         });
     }
 
@@ -485,10 +578,12 @@ impl Session {
             "file": self.path.file_name().map(|name| name.to_string_lossy()),
             "name": state.design.name,
             "text": state.draft,
+            "edition": state.edition,
             "saved": state.draft == state.stored && state.disk != Disk::Gone,
             "file_changed": state.disk == Disk::Changed,
             "file_gone": state.disk == Disk::Gone,
             "error": state.fault.as_ref().map(Fault::to_json),
+            "failed": state.failed.as_ref().map(Fault::to_json),
             "fields": fields,
             "curves": curves,
             "models": Model::all_of(&state.design).into_iter().map(model).collect::<Vec<_>>(),
@@ -514,6 +609,7 @@ impl State {
 
     fn take(&mut self, text: String, design: Result<Design, Fault>) {
         self.draft = text;
+        self.edition += 1;
         match design {
             Ok(design) => {
                 self.good.clone_from(&self.draft);
@@ -532,32 +628,84 @@ impl State {
     /// Asks for another trace.
     fn renew(&mut self) {
         self.job += 1;
+        self.failed = None;
         self.stop();
     }
 
     fn stop(&self) {
-        self.running.flag().store(true, std::sync::atomic::Ordering::SeqCst);
+        raise(&self.running);
     }
+
+    fn stop_command(&self) {
+        self.command.iter().for_each(raise);
+    }
+}
+
+fn raise(interrupt: &Interrupt) {
+    interrupt.flag().store(true, Ordering::SeqCst);
+}
+
+/// A page that looks on.
+#[derive(Debug)]
+pub struct Viewer<'a>(&'a Session);
+
+impl Drop for Viewer<'_> {
+    fn drop(&mut self) {
+        self.0.change(|state| {
+            state.viewers -= 1;
+            if state.viewers == 0 {
+                state.stop();
+                state.stop_command();
+            }
+        });
+    }
+}
+
+/// An export or a report under way.
+#[derive(Debug)]
+pub struct Command<'a> {
+    session: &'a Session,
+    /// Raised where its page is gone.
+    pub interrupt: Interrupt,
+}
+
+impl Drop for Command<'_> {
+    fn drop(&mut self) {
+        self.session.lock().command = None;
+    }
+}
+
+/// Text of a file with `\n` at the ends of its lines, and whether they end as on Windows.
+fn read(path: &Path) -> Result<(String, bool), Error> {
+    let text = design::read_text(path)?;
+    let has_crlf = text.contains("\r\n");
+    Ok((text.replace("\r\n", "\n"), has_crlf))
 }
 
 fn folder(path: &Path) -> &Path {
     path.parent().unwrap_or(Path::new(""))
 }
 
-/// Numbers that differ between two texts, in words.
+/// Numbers and curves that differ between two texts, in words.
 fn differences(before: &str, now: &str) -> String {
-    let (before, now) = (fields(before).0, fields(now).0);
-    let changed = now.iter().filter_map(|field| {
-        let old = before.iter().find(|old| old["path"] == field["path"])?;
+    if before == now {
+        return "nothing changed".to_owned();
+    }
+    let ((old_fields, old_curves), (new_fields, new_curves)) = (fields(before), fields(now));
+    let of = |all: &[Value], path: &Value| all.iter().find(|one| one["path"] == *path).cloned();
+    let numbers = new_fields.iter().filter_map(|field| {
+        let old = of(&old_fields, &field["path"])?;
+        let name = field["path"].as_str()?;
         let is_other = old["value"] != field["value"];
-        is_other.then(|| {
-            let name = field["path"].as_str().unwrap_or_default();
-            format!("{name} {} → {}", old["value"], field["value"])
-        })
+        is_other.then(|| format!("{name} {} → {}", old["value"], field["value"]))
     });
-    let changed: Vec<String> = changed.collect();
+    let curves = new_curves.iter().filter_map(|curve| {
+        let name = curve["path"].as_str()?;
+        (of(&old_curves, &curve["path"])? != *curve).then(|| format!("{name} drawn anew"))
+    });
+    let changed: Vec<String> = numbers.chain(curves).collect();
     match &changed[..] {
-        [] => "as it was".to_owned(),
+        [] => "text changed".to_owned(),
         [one] => one.clone(),
         [one, more @ ..] => format!("{one} and {} more", more.len()),
     }
@@ -612,7 +760,7 @@ mod tests {
         let fault = session.set("array.pitch_mm", Some(&json!(-1)), false).expect_err("refused");
         assert_eq!(fault.to_json()["key"], "array.pitch_mm");
         assert_eq!(session.to_json(), before);
-        session.write("[led".to_owned());
+        session.write("[led", None).expect("taken");
         let broken = session.to_json();
         assert_eq!((&broken["text"], &broken["error"]["line"]), (&json!("[led"), &json!(1)));
         // The last good design stays.
@@ -654,7 +802,7 @@ mod tests {
     fn kept_states_say_what_differs_and_come_back() {
         let (_folder, session) = session();
         session.set("array.pitch_mm", Some(&json!(6)), false).expect("set");
-        session.keep();
+        session.keep().expect("kept");
         session.set("array.pitch_mm", Some(&json!(8)), false).expect("set");
         let state = session.to_json();
         assert_eq!(state["kept"][0]["label"], "1: array.pitch_mm 5.0 → 6.0");
@@ -665,17 +813,107 @@ mod tests {
         );
         session.forget(1);
         assert!(session.restore(1).is_err() && session.put_beside(Some(1)).is_err());
+        // What was restored can be undone.
+        session.step(false);
+        assert!(
+            session.to_json()["text"].as_str().is_some_and(|text| text.contains("pitch_mm = 8.0"))
+        );
+    }
+
+    #[test]
+    fn kept_states_are_refused_where_they_are_many_and_never_dropped() {
+        let (_folder, session) = session();
+        for _ in 0..MAX_KEPT {
+            session.keep().expect("kept");
+        }
+        assert!(session.keep().is_err());
+        assert!(session.put_beside(Some(1)).is_ok());
+        let state = session.to_json();
+        assert_eq!(state["kept"][1]["label"], "2: nothing changed");
+    }
+
+    #[test]
+    fn what_is_set_again_is_no_change() {
+        let (_folder, session) = session();
+        let pitch = || session.set("array.pitch_mm", Some(&json!(5)), false).expect("set");
+        pitch();
+        let before = session.to_json();
+        assert_eq!((&before["can_undo"], &before["state"]), (&json!(false), &json!(1)));
+        // Nor is it in place of a text that is no design.
+        session.write("[led", None).expect("taken");
+        assert!(session.set("array.pitch_mm", Some(&json!(5)), false).is_err());
+    }
+
+    #[test]
+    fn a_text_by_an_older_draft_is_refused() {
+        let (_folder, session) = session();
+        let seen = session.to_json()["edition"].as_u64();
+        let text = session.to_json()["text"].as_str().expect("a text").to_owned();
+        session.set("array.pitch_mm", Some(&json!(6)), false).expect("set");
+        let refused = session.write(&format!("{text}# more\n"), seen).expect_err("refused");
+        assert_eq!(refused.status(), 409);
+        let now = session.to_json()["edition"].as_u64();
+        session.write(&format!("{text}# more\n"), now).expect("taken");
+    }
+
+    #[test]
+    fn lines_of_windows_stay_and_what_cannot_be_read_is_not_replaced() {
+        let (_folder, session) = session();
+        let text = std::fs::read_to_string(session.path()).expect("read");
+        let windows = text.replace('\n', "\r\n");
+        std::fs::write(session.path(), &windows).expect("written");
+        session.watch();
+        // The draft is the same text.
+        assert_eq!(session.to_json()["text"], text);
+        session.set("array.pitch_mm", Some(&json!(6)), false).expect("set");
+        session.save(false).expect("saved");
+        let saved = std::fs::read_to_string(session.path()).expect("read");
+        assert_eq!(saved, windows.replace("pitch_mm = 5.0", "pitch_mm = 6.0"));
+        // Bytes that are no text are others' work, too.
+        std::fs::write(session.path(), b"\xff").expect("written");
+        session.watch();
+        assert_eq!(session.to_json()["file_changed"], true);
+        session.set("array.pitch_mm", Some(&json!(7)), false).expect("set");
+        assert_eq!(session.save(false).expect_err("refused").status(), 409);
+        std::fs::remove_file(session.path()).expect("removed");
+        session.watch();
+        assert_eq!(session.to_json()["file_gone"], true);
+        session.save(false).expect("saved");
+    }
+
+    #[test]
+    fn a_failed_trace_is_told_until_the_next_and_stops_no_command() {
+        let (_folder, session) = session();
+        let _viewer = session.enter();
+        let job = session.next_job().expect("a job");
+        session.fail(&job, Fault::new("broke off"));
+        assert_eq!(session.to_json()["failed"]["message"], "broke off");
+        assert!(session.present().is_ok());
+        session.set("array.pitch_mm", Some(&json!(6)), false).expect("set");
+        assert_eq!(session.to_json()["failed"], Value::Null);
+    }
+
+    #[test]
+    fn one_command_runs_at_a_time_and_ends_with_its_page() {
+        let (_folder, session) = session();
+        let viewer = session.enter();
+        let command = session.begin_command().expect("free");
+        assert_eq!(session.begin_command().expect_err("busy").status(), 409);
+        drop(viewer);
+        assert!(command.interrupt.is_raised());
+        drop(command);
+        assert!(session.begin_command().is_ok());
     }
 
     #[test]
     fn without_viewers_nothing_is_traced() {
         let (_folder, session) = session();
-        session.enter();
+        let viewer = session.enter();
         let job = session.next_job().expect("a job");
-        session.leave();
+        drop(viewer);
         assert!(job.interrupt.is_raised());
         session.traced(&job);
-        session.enter();
+        let _viewer = session.enter();
         // The same again, since it was stopped.
         assert_eq!(session.next_job().expect("a job").number, job.number);
         session.end();

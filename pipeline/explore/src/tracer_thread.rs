@@ -4,10 +4,11 @@
 
 use std::borrow::Cow;
 use std::cell::RefCell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, anyhow};
 use serde_json::{Value, json};
 
 use design::Design;
@@ -37,21 +38,22 @@ use crate::view_3d::PackageView;
 use crate::waves::{CoarseTables, are_cached};
 
 /// Paths of the first frame, and how many times as many the next has.
-const FIRST: u64 = 4096;
+const FIRST_PATHS: u64 = 4096;
 const GROWTH: u64 = 4;
 /// Paths of frames between two tables, and the least time from one to the next.
-const BETWEEN: u64 = 65_536;
-const APART: Duration = Duration::from_millis(400);
+const PATHS_BETWEEN: u64 = 65_536;
+const TIME_BETWEEN: Duration = Duration::from_millis(400);
 /// Paths in the section.
-const IN_SECTION: u64 = 24;
+const PATHS_IN_SECTION: u64 = 24;
 
 /// Traces the jobs of `session` until it ends.
 pub fn trace_jobs(session: &Session, cache: &Cache, context: RunContext) {
     while let Some(job) = session.next_job() {
-        let mut console = context.console;
-        (console.quiet, console.warns) = (true, false);
-        let context = RunContext { console, interrupt: &job.interrupt, ..context };
-        let traced = JobTrace::new(&job, session, cache, context).and_then(|trace| trace.run());
+        let context = RunContext { interrupt: &job.interrupt, ..context.mute() };
+        let trace = || JobTrace::new(&job, session, cache, context).and_then(|trace| trace.run());
+        // A fault of the program ends this trace, not those of other designs.
+        let traced = catch_unwind(AssertUnwindSafe(trace))
+            .unwrap_or_else(|_| Err(anyhow!("the trace broke off by a fault of the program")));
         match traced {
             Err(error) if !job.interrupt.is_raised() => {
                 let file = &job.design.provenance.file;
@@ -65,7 +67,7 @@ pub fn trace_jobs(session: &Session, cache: &Cache, context: RunContext) {
 
 /// Numbers of paths of the frames of a design that asks for so many.
 fn steps(paths: u64) -> Vec<u64> {
-    let growing = std::iter::successors(Some(FIRST), |paths| paths.checked_mul(GROWTH));
+    let growing = std::iter::successors(Some(FIRST_PATHS), |paths| paths.checked_mul(GROWTH));
     growing.take_while(|step| *step < paths).chain([paths]).collect()
 }
 
@@ -96,10 +98,12 @@ impl<'a> JobTrace<'a> {
         cache: &'a Cache,
         context: RunContext<'a>,
     ) -> Result<Self> {
-        let warnings = warnings(&job.design)?;
+        let mut warnings = warnings(&job.design)?;
         // A design that cannot be drawn can be traced all the same.
-        let package = section(&job.design, context.seed).ok();
-        Ok(Self { job, session, cache, context, package, view: RefCell::default(), warnings })
+        let package = section(&job.design, context.seed)
+            .map_err(|error| warnings.push(format!("the section cannot be drawn: {error:#}")));
+        let (package, view) = (package.ok(), RefCell::default());
+        Ok(Self { job, session, cache, context, package, view, warnings })
     }
 
     fn run(&self) -> Result<()> {
@@ -145,7 +149,7 @@ impl<'a> JobTrace<'a> {
         let mut shown: Option<Instant> = None;
         loop {
             let state = coarse.state();
-            let is_due = shown.is_none_or(|at| at.elapsed() >= APART);
+            let is_due = shown.is_none_or(|at| at.elapsed() >= TIME_BETWEEN);
             if is_due || state.solved == state.rings {
                 self.show_mixed(&coarse, &state)?;
                 shown = Some(Instant::now());
@@ -159,7 +163,7 @@ impl<'a> JobTrace<'a> {
     /// A frame by the tables that are there.
     fn show_mixed(&self, coarse: &CoarseTables, state: &WavesState) -> Result<()> {
         let mut design = self.job.design.clone();
-        design.trace.paths = BETWEEN.min(design.trace.paths);
+        design.trace.paths = PATHS_BETWEEN.min(design.trace.paths);
         let observation =
             observe(&design, &coarse.surface()?, design.trace.paths, "", self.context)?;
         let mut result = model_result(&design, self.job.model, &observation);
@@ -253,8 +257,8 @@ impl<'a> JobTrace<'a> {
 /// Section of the package with a few paths by rays, as a part of a page.
 fn section(design: &Design, seed: u64) -> Result<String> {
     let parts = match design.colours() {
-        None => vec![(design.clone(), IN_SECTION)],
-        Some(lights) => by_light(design, &lights, IN_SECTION)?,
+        None => vec![(design.clone(), PATHS_IN_SECTION)],
+        Some(lights) => by_light(design, &lights, PATHS_IN_SECTION)?,
     };
     let (mut found, mut drawing) = (Vec::new(), None);
     for (place, (lit, count)) in parts.iter().enumerate() {

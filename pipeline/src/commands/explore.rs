@@ -5,11 +5,12 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::{Args, Parser};
 
 use design::Design;
 use explore::{Actions, Options, server};
+use files::formats::{WRITERS, Writes};
 use files::progress::Console;
 use files::run_context::RunContext;
 use simulate::model::Model;
@@ -109,8 +110,17 @@ impl Actions for Commands {
         out: &Path,
         context: RunContext,
     ) -> Result<()> {
-        // Far fields and rays are traced in one of two models.
-        let model = if model == Model::Hybrid { "hybrid" } else { "geometric" };
+        let writer = WRITERS.iter().find(|writer| writer.word == word);
+        let is_light =
+            writer.is_some_and(|one| matches!(one.writes, Writes::FarField(_) | Writes::Rays(_)));
+        let model = match model {
+            Model::Hybrid => "hybrid",
+            Model::Fine | Model::Control if is_light => bail!(
+                "{word}: far fields and rays are traced in the models geometric and hybrid, not in {}: choose one of these two",
+                model.word()
+            ),
+            _ => "geometric",
+        };
         let more = ["--format", word, "--model", model];
         let input = Path::new(&design.provenance.file);
         let arguments: ExportArgs = self.arguments(input, out, &more)?;

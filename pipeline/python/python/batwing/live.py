@@ -21,9 +21,19 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
+# Time that the page may take to end, s.
+_GRACE = 5
+
+
 def _end(process: subprocess.Popen[str], scratch: Path | None) -> None:
     process.terminate()
-    process.wait()
+    try:
+        process.wait(_GRACE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    if process.stdout is not None:
+        process.stdout.close()
     if scratch is not None:
         scratch.unlink(missing_ok=True)
 
@@ -43,17 +53,23 @@ class Explorer:
 
     def __init__(self, file: Path, scratch: Path | None = None) -> None:
         words = [sys.executable, "-m", "batwing", "--quiet", "explore", str(file), "--no-open"]
-        self._process = subprocess.Popen(
-            words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
-        )
-        assert self._process.stdout is not None
-        self.address = self._process.stdout.readline().strip()
         self.file = file
-        if not self.address:
-            _, said = self._process.communicate()
-            if scratch is not None:
-                scratch.unlink(missing_ok=True)
-            raise InputError(said.strip() or "the page could not be shown")
+        with tempfile.TemporaryFile("w+", encoding="utf-8") as messages:
+            # Ctrl-C in the notebook stops a cell, not the page.
+            self._process = subprocess.Popen(
+                words,
+                stdout=subprocess.PIPE,
+                stderr=messages,
+                text=True,
+                encoding="utf-8",
+                start_new_session=True,
+            )
+            assert self._process.stdout is not None
+            self.address = self._process.stdout.readline().strip()
+            if not self.address:
+                _end(self._process, scratch)
+                messages.seek(0)
+                raise InputError(messages.read().strip() or "the page could not be shown")
         self._end = weakref.finalize(self, _end, self._process, scratch)
 
     def __repr__(self) -> str:
