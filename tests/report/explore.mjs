@@ -51,6 +51,7 @@ async function openIn(context, prepare = () => {}) {
   page.on("request", (request) => { if (!/^(blob:|data:)/.test(request.url()) && !request.url().startsWith(address)) complaints.push(`asked for ${request.url()}`); });
   await prepare(page);
   await page.goto(address);
+  await page.locator("#sliders .slider").first().waitFor();
   await page.locator("#map svg, #stale:not([hidden])").first().waitFor();
   return page;
 }
@@ -475,7 +476,7 @@ for (const [width, colorScheme] of [[400, "light"], [800, "dark"], [1400, "light
   await shown.page.locator('#numbers [data-path="led.reflectance"] .pin').last().click();
   claim(await slider(shown.page, "led.reflectance").isVisible(), "which gets a slider");
   await shown.page.reload();
-  await shown.page.locator("#map svg").waitFor();
+  await shown.page.locator("#sliders .slider").first().waitFor();
   claim((await slider(shown.page, "led.reflectance").isVisible()) && (await shown.page.locator("#fold-numbers").evaluate((fold) => fold.open)), "sliders and folds stay as the user left them");
   await shown.context.close();
 }

@@ -232,7 +232,8 @@ impl<'a> JobTrace<'a> {
         let frame = parts.to_json();
         let again = (last && !has_view).then(|| frame.clone());
         self.session.publish(self.job, frame);
-        if has_view {
+        // The next design waits for no paths of this one.
+        if has_view || self.job.interrupt.is_raised() {
             return;
         }
         let (design, model) = (&self.job.design, self.job.model);

@@ -89,7 +89,7 @@ function sendText() {
   }, (error) => {
     text.isRefused = error.status === 409;
     if (text.isRefused) byId("fold-text").open = true;
-    byId("moved-words").textContent = error.message;
+    byId("moved-words").textContent = `Your text is not in the draft: ${error.message}.`;
     if (!text.isRefused && !error.isSaid) say(error.message);
   }).then(() => { if (text.underWay === typed) text.underWay = null; });
 }
