@@ -35,18 +35,31 @@ writeFileSync(file, original);
 const server = spawn(resolve(batwing), ["explore", "own.toml", "--no-open", "--quiet"], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
 const address = await new Promise((done) => { createInterface(server.stdout).once("line", done); });
 
-const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
 const complaints = [];
 async function open(options) {
   const context = await browser.newContext(options);
+  return { context, page: await openIn(context) };
+}
+// Another page of the same browser; `prepare` is given it before it goes anywhere.
+async function openIn(context, prepare = () => {}) {
   const page = await context.newPage();
+  // Other work may hold a machine up.
+  page.setDefaultTimeout(90_000);
   page.on("console", (message) => { if (["error", "warning"].includes(message.type())) complaints.push(message.text()); });
   page.on("pageerror", (error) => complaints.push(error.message));
   page.on("request", (request) => { if (!/^(blob:|data:)/.test(request.url()) && !request.url().startsWith(address)) complaints.push(`asked for ${request.url()}`); });
+  await prepare(page);
   await page.goto(address);
-  await page.locator("#map svg").waitFor();
-  return { context, page };
+  await page.locator("#sliders .slider").first().waitFor();
+  await page.locator("#map svg, #stale:not([hidden])").first().waitFor();
+  return page;
 }
+// Complaints of the browser that a test provokes.
+const forgive = (kind) => complaints.splice(0, complaints.length, ...complaints.filter((words) => !kind.test(words)));
+// The text of the draft, as the server last told it to the page.
+const draft = (page) => page.evaluate(() => state.text);
+const isDraft = (page, part) => page.waitForFunction((part) => state.text.includes(part), part);
 const progress = (page) => page.locator("#progress").innerText();
 const isDone = (page) => page.waitForFunction(() => /, done/.test(document.getElementById("progress").textContent), null, { timeout: 120000 });
 const slider = (page, path) => page.locator(`#sliders [data-path="${path}"]`);
@@ -105,8 +118,9 @@ await number(page, "array.pitch_mm").fill("-3");
 await number(page, "array.pitch_mm").press("Enter");
 await slider(page, "array.pitch_mm").locator(".fault:not(:empty)").waitFor();
 claim(/expected/.test(await slider(page, "array.pitch_mm").locator(".fault").innerText()), `a wrong value: ${await slider(page, "array.pitch_mm").locator(".fault").innerText()}`);
+claim(/; the design keeps [\d.]+ mm$/.test(await slider(page, "array.pitch_mm").locator(".fault").innerText()), "which says what the design keeps");
 claim((await page.locator("#map svg").count()) === 1, "and the picture stays");
-complaints.splice(0, complaints.length, ...complaints.filter((words) => !/400 \(Bad Request\)/.test(words)));
+forgive(/400 \(Bad Request\)/);
 await number(page, "array.pitch_mm").fill("9");
 await number(page, "array.pitch_mm").press("Enter");
 await page.waitForFunction(() => ![...document.querySelectorAll("#sliders .fault")].some((node) => node.textContent));
@@ -129,8 +143,17 @@ await page.waitForTimeout(300);
 await isDone(page);
 claim((await page.locator("#figures tr td[data-label=change]").count()) > 5, "figures have changes from the kept state");
 claim((await page.locator("#of-map button").allInnerTexts()).includes("now less kept"), "there is a map of the differences");
+const changes = await page.locator("#figures tr td[data-label=change] .value").allTextContents();
+claim(changes.filter((words) => /^\(?[+\u2212]\d/.test(words)).length > 5 && changes.every((words) => !/^-/.test(words)), `with their signs: ${changes.slice(0, 3).join(", ")}`);
 await page.locator("#of-map button", { hasText: "now less kept" }).click();
 await page.screenshot({ path: join(pictures, "explore-compared.png") });
+const besides = page.locator("#kept button", { hasText: "beside" });
+await besides.click();
+await page.locator("#of-map button", { hasText: "now less kept" }).waitFor({ state: "detached" });
+claim((await page.locator("#of-map button[aria-pressed=true]").innerText()) === "linear", "without a kept state the map itself is shown");
+await besides.click();
+await page.locator("#of-map button[aria-pressed=true]", { hasText: "now less kept" }).waitFor();
+claim(true, "and with it again that of the differences, which was chosen");
 
 // A text that is no design.
 await page.locator("#fold-text > summary").click();
@@ -152,6 +175,16 @@ await page.keyboard.type("more\n", { delay: 30 });
 await isDone(page);
 claim((await text()).startsWith("# Slowly written while answers come\n# and more\n"), "text that is written slowly arrives whole");
 await page.locator("#text").fill(good);
+await page.waitForFunction((good) => state.text === good, good);
+// What follows the last key is done to what was typed.
+await page.locator("#text").fill(`${good}# typed last\n`);
+await page.locator("#undo").click();
+await page.waitForFunction(() => !document.getElementById("redo").disabled);
+claim((await draft(page)) === good && (await text()) === good, "Undo at once after typing undoes what was typed");
+await page.locator("#redo").click();
+await isDraft(page, "# typed last");
+await page.locator("#text").fill(good);
+await page.waitForFunction((good) => state.text === good, good);
 
 // A curve, dragged and moved by keys.
 const [head] = good.split("[[elements.shapes]]");
@@ -174,8 +207,46 @@ await page.keyboard.press("ArrowDown");
 await page.waitForFunction((value) => !document.getElementById("text").value.includes(`apex_angle_deg = ${value}\n`), dragged[1]);
 claim((await apex())[1] < dragged[1], `and moved by a key: ${(await apex()).join(", ")}`);
 await curve.screenshot({ path: join(pictures, "explore-curve.png") });
+// A curve of points: what lies between them is no handle, and what is not seen is kept.
+const part = (from, to) => good.slice(good.indexOf(from), good.indexOf(to));
+const smooth = good.replace(part("[dome]", "[silicone]"), "[dome]\nmeridian_mm = [[0.0, 1.0], [1.0, 0.7, -0.05], [1.7, 0.3], [1.7, 0.0]]\n\n").replace(part("[hybrid]", "[trace]"), "");
+await page.locator("#text").fill(smooth);
+const meridian = page.locator('.curve-editor[data-path="dome.meridian_mm"]');
+await meridian.waitFor();
+await meridian.scrollIntoViewIfNeeded();
+const plane = await meridian.locator("svg").boundingBox();
+const atPoint = async (k) => {
+  const box = await meridian.locator("circle").nth(k).boundingBox();
+  return [box.x + box.width / 2, box.y + box.height / 2];
+};
+const drawnText = await draft(page);
+await page.mouse.click(plane.x + plane.width * 0.25, plane.y + plane.height * 0.85);
+const [right, low] = await atPoint(1);
+await page.mouse.click(right, low, { button: "right" });
+await page.mouse.click(right + 4, low + 3);
+await page.waitForTimeout(300);
+claim((await draft(page)) === drawnText, "a click in the empty plane, one of the other button and one on a point move nothing");
+await page.keyboard.press("Escape");
+await page.mouse.move(right + 4, low + 3);
+await page.mouse.down();
+await page.mouse.move(right + 4, low - 12, { steps: 4 });
+await page.mouse.up();
+await page.waitForFunction((before) => state.text !== before, drawnText);
+await page.waitForFunction(() => isSettled());
+const rows = (words) => [...words.match(/meridian_mm = (\[\[.*\]\])/)[1].matchAll(/\[([\d., -]+)\]/g)].map((row) => row[1].split(",").map(Number));
+const [, moved] = rows(await draft(page));
+claim(Math.abs(moved[0] - 1) < 0.01 && moved[1] > 0.7 && moved[2] === -0.05, `a point goes as far as the pointer, with its bulge: ${moved.join(", ")}`);
+// A bulge that changes elsewhere is taken by the next drag.
+await page.locator("#text").fill((await draft(page)).replace("-0.05", "-0.07"));
+await isDraft(page, "-0.07");
+await page.waitForFunction(() => isSettled());
+await meridian.locator("circle").nth(2).focus();
+await page.keyboard.press("ArrowUp");
+await page.waitForFunction(() => isSettled() && !/0\.3\]/.test(state.text));
+claim(rows(await draft(page))[1][2] === -0.07, "what is not seen of a point is that of the draft");
 await page.locator("#text").fill(good);
 await curve.waitFor({ state: "hidden" });
+await meridian.waitFor({ state: "hidden" });
 
 // Saved, exported.
 await page.locator("#save").click();
@@ -183,6 +254,86 @@ await page.waitForFunction(() => !document.getElementById("file").textContent.in
 const saved = readFileSync(file, "utf8");
 const comments = (text) => text.split("\n").filter((line) => line.includes("#")).length;
 claim(saved.includes("plane_height_mm = 4.0") && comments(saved) === comments(original), "saved, with every comment");
+// A number that is typed and not yet left is saved with the rest.
+await number(page, "array.pitch_mm").fill("8.75");
+await page.keyboard.press("Control+s");
+await page.waitForFunction(() => isSettled() && state.saved && state.text.includes("pitch_mm = 8.75"));
+claim(readFileSync(file, "utf8").includes("pitch_mm = 8.75"), "Ctrl+S within a number saves it as typed");
+
+// Another program.
+await number(page, "array.pitch_mm").fill("8.5");
+await number(page, "array.pitch_mm").press("Enter");
+await isDraft(page, "pitch_mm = 8.5");
+writeFileSync(file, readFileSync(file, "utf8") + "# by another program\n");
+await page.locator("#disk:not([hidden])").waitFor();
+await number(page, "array.pitch_mm").press("ArrowUp");
+await page.waitForFunction(() => isSettled() && !state.text.includes("pitch_mm = 8.5\n"));
+claim(await page.locator("#disk").isVisible(), "what another program did to the file is said until it is settled");
+await page.locator("#save").click();
+await page.locator("#disk", { hasText: "once more" }).waitFor();
+claim(readFileSync(file, "utf8").includes("# by another program"), "a first Save replaces nothing");
+await page.locator("#save").click();
+await page.waitForFunction(() => state.saved);
+claim(!readFileSync(file, "utf8").includes("# by another program") && !(await page.locator("#disk").isVisible()), "a second Save does");
+forgive(/409 \(Conflict\)/);
+
+// Two tabs of one design.
+const other = await openIn(context);
+await number(page, "array.pitch_mm").focus();
+await number(other, "array.pitch_mm").fill("8.25");
+await number(other, "array.pitch_mm").press("Enter");
+await page.waitForFunction(() => state.text.includes("pitch_mm = 8.25"));
+claim((await number(page, "array.pitch_mm").inputValue()) === "8.25", "a number that has the focus follows another tab");
+let release;
+const isHeld = new Promise((done) => { release = done; });
+await page.route("**/text", async (route) => {
+  await isHeld;
+  await route.continue();
+});
+const shared = await draft(page);
+await page.locator("#text").fill(`${shared}# by the first tab\n`);
+await number(other, "array.pitch_mm").fill("8.5");
+await number(other, "array.pitch_mm").press("Enter");
+await isDraft(other, "pitch_mm = 8.5");
+release();
+await page.locator("#moved:not([hidden])").waitFor();
+claim((await text()).endsWith("# by the first tab\n") && (await draft(other)).includes("pitch_mm = 8.5"), `neither text replaces the other: ${await page.locator("#moved-words").innerText()}`);
+await page.screenshot({ path: join(pictures, "explore-moved.png") });
+await page.locator("#take-other").click();
+await page.waitForFunction(() => document.getElementById("text").value === state.text && state.text.includes("pitch_mm = 8.5"));
+claim(!(await page.locator("#moved").isVisible()), "the other text is taken");
+let again;
+const isHeldAgain = new Promise((done) => { again = done; });
+await page.unroute("**/text");
+await page.route("**/text", async (route) => {
+  await isHeldAgain;
+  await route.continue();
+});
+await page.locator("#text").fill(`${await draft(page)}# by the first tab\n`);
+await number(other, "array.pitch_mm").fill("8.25");
+await number(other, "array.pitch_mm").press("Enter");
+await isDraft(other, "pitch_mm = 8.25");
+again();
+await page.locator("#moved:not([hidden])").waitFor();
+await page.waitForFunction(() => state.text.includes("pitch_mm = 8.25"));
+await page.locator("#take-mine").click();
+await isDraft(other, "# by the first tab");
+claim((await draft(other)).includes("pitch_mm = 8.5"), "or the own one, with all that it says");
+await page.unroute("**/text");
+forgive(/409 \(Conflict\)/);
+await other.close();
+
+// A design that cannot be traced, in a page that has no frame yet: the server's answers are made up here.
+const untraced = await openIn(context, async (page) => {
+  await page.route("**/frame", (route) => route.fulfill({ status: 204 }));
+  await page.route("**/state", async (route) => {
+    const answer = await route.fetch();
+    await route.fulfill({ json: { ...(await answer.json()), failed: { key: null, line: null, message: "made up" } } });
+  });
+});
+claim(/could not be traced: made up/.test(await untraced.locator("#stale").innerText()) && (await progress(untraced)) === "not traced", `without a frame the page says: ${await untraced.locator("#stale").innerText()}`);
+await untraced.close();
+
 const [download] = await Promise.all([page.waitForEvent("download"), (async () => {
   await page.locator("#export summary").focus();
   await page.keyboard.press("Enter");
@@ -191,14 +342,104 @@ const [download] = await Promise.all([page.waitForEvent("download"), (async () =
 const exported = readFileSync(await download.path(), "utf8");
 claim(exported.startsWith("IESNA"), `exported: ${download.suggestedFilename()}, ${exported.length} bytes`);
 
+await page.route("**/export?*", (route) => route.abort());
+await page.locator("#export summary").click();
+await page.locator("#formats [data-format=ies]").click();
+await page.locator("#message:not([hidden])", { hasText: "The server has ended" }).waitFor();
+claim(true, "an export that gets no answer says so");
+await page.unroute("**/export?*");
+forgive(/ERR_FAILED/);
+
+// The report is that of what was typed.
+await page.locator("#text").fill(`${await draft(page)}# before the report\n`);
+const [report] = await Promise.all([context.waitForEvent("page"), page.locator("#report").click()]);
+claim((await draft(page)).includes("# before the report"), "the report is asked for when the server has the text");
+await report.close();
+await page.waitForFunction(() => isSettled());
+
 // Searched from here.
 await page.locator("#optimise").click();
+const sought = await page.locator("#search-figure option").allTextContents();
+claim(sought.length > 3 && sought.every((words) => /, to (grow|fall)$/.test(words)) && sought.some((words) => /to fall$/.test(words)), `figures that are sought say which way: ${sought.slice(0, 3).join("; ")}`);
 await page.locator("#search-generations").fill("1");
 await page.locator("#search-start").click();
 await page.waitForFunction(() => !document.getElementById("search-take").disabled, null, { timeout: 240000 });
+const sound = await draft(page);
+await page.locator("#search-close").click();
+await page.locator("#text").fill(sound.replace("[array]", "[array"));
+await page.locator("#line.fault").waitFor();
+await page.locator("#optimise").click();
 await page.locator("#search-take").click();
+await page.locator("#search-error:not(:empty)").waitFor();
+claim(await page.locator("#search-dialog").isVisible(), "what was found is not taken into a text that is no design, and the dialog says so");
+forgive(/400 \(Bad Request\)/);
+await page.locator("#search-close").click();
+await page.locator("#text").fill(sound);
+await page.locator("#line:not(.fault)").waitFor({ state: "attached" });
+await page.locator("#optimise").click();
+await page.locator("#search-take").click();
+await page.locator("#search-dialog").waitFor({ state: "hidden" });
 await page.waitForFunction(() => document.getElementById("file").textContent.includes("•"));
 claim(true, "a search found a design, and the draft took it");
+
+// In three dimensions.
+await page.locator("#fold-view > summary").click();
+await page.locator("#scene-3d:not([hidden])").waitFor();
+// Share of the canvas that is drawn on, and the picture as a number.
+const seen = () => page.locator("#canvas-3d").evaluate((canvas) => {
+  const copy = Object.assign(document.createElement("canvas"), { width: canvas.width, height: canvas.height });
+  const plain = copy.getContext("2d");
+  plain.drawImage(canvas, 0, 0);
+  const { data } = plain.getImageData(0, 0, copy.width, copy.height);
+  let [count, sum] = [0, 0];
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i + 3] > 0) count += 1;
+    sum = (sum * 31 + data[i] + data[i + 1] + data[i + 2] + data[i + 3]) % 1000003;
+  }
+  return { share: count / (copy.width * copy.height), sum };
+});
+await isDone(page);
+const still = await seen();
+claim(still.share > 0.1 && still.share < 0.95, `the package in three dimensions fills ${Math.round(100 * still.share)} % of its place`);
+await page.locator("#canvas-3d").focus();
+await page.keyboard.press("ArrowLeft");
+const byKey = await seen();
+const round = await page.locator("#canvas-3d").boundingBox();
+await page.mouse.move(round.x + 100, round.y + 100);
+await page.mouse.down();
+await page.mouse.move(round.x + 160, round.y + 120, { steps: 3 });
+await page.mouse.up();
+const byMouse = await seen();
+claim(byKey.sum !== still.sum && byMouse.sum !== byKey.sum, "it is turned by keys and by the mouse");
+await page.locator('#parts-3d input[data-part="far-field"]').uncheck();
+const without = await seen();
+claim(without.sum !== byMouse.sum, "the far field can be taken out");
+await number(page, "dome.height_mm").press("ArrowUp");
+await page.waitForTimeout(300);
+await isDone(page);
+claim((await seen()).sum !== without.sum, "and it follows the design");
+claim(/200 paths/.test(await page.locator("#readout-3d").innerText()), await page.locator("#readout-3d").innerText());
+await page.locator("#fold-view").scrollIntoViewIfNeeded();
+await page.screenshot({ path: join(pictures, "explore-view.png") });
+
+// Words for a stranger.
+const names = await page.locator("#sliders .slider .name > span:first-child").allInnerTexts();
+claim(new Set(names).size === names.length, `every slider has a name of its own: ${names.join(", ")}`);
+await page.locator("#fold-figures > summary").click();
+const what = page.locator("#figures tr", { hasText: "peak angle" }).first().locator(".what");
+await what.click();
+claim(/intensity/.test(await page.locator("#figures tr .doc").first().innerText()), `a figure says what it is: ${await page.locator("#figures tr .doc").first().innerText()}`);
+claim((await what.getAttribute("aria-expanded")) === "true" && (await what.evaluate((button) => button === document.activeElement)), "its button keeps the focus");
+claim(/^Rays /.test(await page.locator("#model").getAttribute("title")), `so does a model: ${await page.locator("#model").getAttribute("title")}`);
+{
+  const bare = await openIn(context, (page) => page.addInitScript(() => {
+    const whole = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...more) { return kind === "webgl" ? null : whole.call(this, kind, ...more); };
+  }));
+  await bare.locator("#without-3d:not([hidden])").waitFor();
+  claim(/no WebGL/.test(await bare.locator("#without-3d").innerText()), "without WebGL a line says so");
+  await bare.close();
+}
 await context.close();
 
 for (const [width, colorScheme] of [[400, "light"], [800, "dark"], [1400, "light"], [1400, "dark"], [2000, "light"]]) {
@@ -235,7 +476,7 @@ for (const [width, colorScheme] of [[400, "light"], [800, "dark"], [1400, "light
   await shown.page.locator('#numbers [data-path="led.reflectance"] .pin').last().click();
   claim(await slider(shown.page, "led.reflectance").isVisible(), "which gets a slider");
   await shown.page.reload();
-  await shown.page.locator("#map svg").waitFor();
+  await shown.page.locator("#sliders .slider").first().waitFor();
   claim((await slider(shown.page, "led.reflectance").isVisible()) && (await shown.page.locator("#fold-numbers").evaluate((fold) => fold.open)), "sliders and folds stay as the user left them");
   await shown.context.close();
 }

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use metrics::digits::thousands;
 use metrics::extraction::is_end;
+use metrics::figure_meanings::meaning;
 use metrics::figures::{
     self, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, EXTRACTION, FLUX_UP, OF_RECEIVER, PEAK_ANGLE,
     UNIFORMITY,
@@ -54,6 +55,8 @@ pub struct Parts<'a> {
     pub pictures: &'a [LivePicture],
     /// Section of the package, as a part of a page.
     pub package: Option<&'a str>,
+    /// Package and paths in three dimensions; null before they are traced.
+    pub view: Value,
     /// Tables of the hybrid.
     pub waves: Option<&'a WavesState>,
     /// What the design may say by mistake.
@@ -85,6 +88,7 @@ impl Parts<'_> {
             "figures": self.figures(),
             "ledger": self.ledger(),
             "warnings": self.warnings.iter().cloned().chain(self.other_units()).collect::<Vec<_>>(),
+            "view": self.view,
             "pictures": package.into_iter().chain(light).collect::<Vec<_>>(),
         })
     }
@@ -113,9 +117,11 @@ impl Parts<'_> {
             json!({
                 "key": key,
                 "label": label,
+                "meaning": meaning(&key),
                 "value": entry.value,
                 "standard_error": entry.standard_error,
                 "text": shown::text(&entry, unit),
+                "larger_is_better": larger,
                 "main": MAIN.contains(&&*key),
                 "resolved": shown::in_words(&entry, unit).is_none(),
                 "beside": kept.map(|kept| shown::text(&kept.entry, kept.unit)),

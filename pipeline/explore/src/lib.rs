@@ -25,6 +25,7 @@
 //! | `waves` | tables of the hybrid, ring by ring |
 //! | `tracer_thread` | progressive trace of the present design |
 //! | [`session`] | draft, history, kept states, choice of the model |
+//! | `view_3d` | package and paths in three dimensions |
 //! | `search`, `search_thread` | a search from the present design, and its work |
 //! | `page` | the page, its style and scripts |
 //! | [`server`] | requests, and who may make them |
@@ -39,6 +40,7 @@ mod search_thread;
 pub mod server;
 pub mod session;
 mod tracer_thread;
+mod view_3d;
 mod waves;
 
 use std::path::{Path, PathBuf};

@@ -13,6 +13,7 @@ use design::dotted_keys;
 use files::atomic_file::write_bytes;
 use files::interrupt::Interrupt;
 use files::run_context::RunContext;
+use metrics::figures;
 use results::figure_entry::FigureEntry;
 use results::shown;
 use simulate::model::Model;
@@ -38,7 +39,7 @@ const MAX_LINES: usize = 12;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
-    /// Figure that is to grow.
+    /// Figure that is to grow or, where the smaller value is better, to fall.
     figure: String,
     /// Keys that are varied.
     paths: Vec<String>,
@@ -213,9 +214,11 @@ fn problem_text(request: &Request, name: &str, file: &str, model: Model) -> Resu
             toml::Value::from(*to)
         );
     }
+    let falls = figures::find(figure).and_then(|figure| figure.larger_is_better()) == Some(false);
+    let goal = if falls { ", goal = \"minimise\"" } else { "" };
     let _ = write!(
         words,
-        "\n[objective]\nterms = [{{ figure = {} }}]\n\n[[stages]]\nmodel = {}\npopulation = {POPULATION}\nevaluations = {}\npaths = {PATHS}\n\n[verification]\npaths = {VERIFIED}\n",
+        "\n[objective]\nterms = [{{ figure = {}{goal} }}]\n\n[[stages]]\nmodel = {}\npopulation = {POPULATION}\nevaluations = {}\npaths = {PATHS}\n\n[verification]\npaths = {VERIFIED}\n",
         quoted(figure),
         quoted(model.word()),
         POPULATION * generations
@@ -256,6 +259,12 @@ mod tests {
         assert_eq!(table["design"].as_str(), Some("/a \"b\"/own.toml"));
         assert_eq!(table["variables"][0]["to"].as_float(), Some(6.5));
         assert_eq!(table["stages"][0]["evaluations"].as_integer(), Some(48));
+        assert_eq!(table["objective"]["terms"][0].get("goal"), None);
+        // A figure of which less is better.
+        let request = Request { figure: "cell_variation".to_owned(), ..request };
+        let text = problem_text(&request, "own", "own.toml", Model::Geometric).expect("a text");
+        let table: toml::Table = text.parse().expect("TOML");
+        assert_eq!(table["objective"]["terms"][0]["goal"].as_str(), Some("minimise"));
         assert!(
             problem_text(&Request { paths: Vec::new(), ..request }, "", "", Model::Hybrid).is_err()
         );

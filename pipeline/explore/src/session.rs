@@ -565,8 +565,10 @@ impl Session {
     pub fn to_json(&self) -> Value {
         let state = self.lock();
         let (fields, curves) = fields(&state.good);
-        let model =
-            |model: Model| json!({"word": model.word(), "label": model.label(&state.design)});
+        let model = |model: Model| {
+            json!({"word": model.word(), "label": model.label(&state.design),
+                "meaning": model.meaning()})
+        };
         let kept = |kept: &Kept| {
             json!({"id": kept.id, "label": kept.label, "model": kept.model.word(),
                 "beside": Some(kept.id) == state.beside})

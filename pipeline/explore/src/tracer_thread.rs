@@ -3,16 +3,18 @@
 //! number of paths is a whole trace, so that every frame is what `run` gives for it.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow};
+use serde_json::{Value, json};
 
 use design::Design;
 use files::cache::Cache;
 use files::run_context::RunContext;
-use output::live::{Beside, LiveWriter};
+use output::live::{Beside, LiveLight, LiveWriter};
 use report::html::pictures::within_page;
 use report::path_picture::compact_picture;
 use report::plots::Heading;
@@ -32,6 +34,7 @@ use simulate::warnings::warnings;
 use crate::fault::Fault;
 use crate::frame::{Parts, WavesState};
 use crate::session::{Job, Session};
+use crate::view_3d::PackageView;
 use crate::waves::{CoarseTables, are_cached};
 
 /// Paths of the first frame, and how many times as many the next has.
@@ -68,12 +71,23 @@ fn steps(paths: u64) -> Vec<u64> {
     growing.take_while(|step| *step < paths).chain([paths]).collect()
 }
 
+/// Tables by which a frame was traced.
+#[derive(Clone, Copy)]
+enum Tables<'a> {
+    /// Those of the design, where its model has any.
+    Of(Option<&'a DesignTables>),
+    /// Coarse ones, as far as they are solved.
+    Coarse(&'a WavesState),
+}
+
 struct JobTrace<'a> {
     job: &'a Job,
     session: &'a Session,
     cache: &'a Cache,
     context: RunContext<'a>,
     package: Option<String>,
+    /// Package and paths in three dimensions, or why there are none; traced after the first frame.
+    view: RefCell<Option<Result<PackageView>>>,
     warnings: Vec<String>,
 }
 
@@ -88,12 +102,14 @@ impl<'a> JobTrace<'a> {
         // A design that cannot be drawn can be traced all the same.
         let package = section(&job.design, context.seed)
             .map_err(|error| warnings.push(format!("the section cannot be drawn: {error:#}")));
-        let package = package.ok();
-        Ok(Self { job, session, cache, context, package, warnings })
+        let (package, view) = (package.ok(), RefCell::default());
+        Ok(Self { job, session, cache, context, package, view, warnings })
     }
 
     fn run(&self) -> Result<()> {
         let own = self.tables_of(&self.job.design, self.job.model, true)?;
+        // Paths by the tables of the design, not by those before.
+        self.view.take();
         let kept = match &self.job.beside {
             Some((design, model)) => self.tables_of(design, *model, false)?,
             None => None,
@@ -104,7 +120,8 @@ impl<'a> JobTrace<'a> {
             let writer = LiveWriter::drawing(beside.as_ref().map(|(beside, _)| beside));
             let (design, model) = (&self.job.design, self.job.model);
             let result = self.model((design, model), paths, own.as_ref(), &writer)?;
-            self.publish(&result, writer, beside.as_ref().map(|(_, result)| result), None, last);
+            let beside = beside.as_ref().map(|(_, result)| result);
+            self.publish(&result, writer, beside, Tables::Of(own.as_ref()), last);
         }
         Ok(())
     }
@@ -154,7 +171,7 @@ impl<'a> JobTrace<'a> {
         let units = Units::from_design(&design, None);
         let output = Output { design: &design, units, out: Path::new("") };
         writer.write(output, &mut result, &mut Cow::Owned(observation), self.context)?;
-        self.publish(&result, writer, None, Some(state), false);
+        self.publish(&result, writer, None, Tables::Coarse(state), false);
         Ok(())
     }
 
@@ -191,22 +208,50 @@ impl<'a> JobTrace<'a> {
         result: &ModelResult,
         writer: LiveWriter,
         beside: Option<&ModelResult>,
-        waves: Option<&WavesState>,
+        tables: Tables,
         last: bool,
     ) {
-        let (pictures, changes) = writer.into_pictures();
+        let light = writer.into_light();
+        let (own, waves) = match tables {
+            Tables::Of(own) => (own, None),
+            Tables::Coarse(state) => (None, Some(state)),
+        };
         let parts = Parts {
             result,
             model: self.job.model.word(),
             beside,
-            changes: &changes,
-            pictures: &pictures,
+            changes: &light.changes,
+            pictures: &light.pictures,
             package: self.package.as_deref(),
+            view: self.view(&light, &result.key),
             waves,
             warnings: &self.warnings,
             last,
         };
-        self.session.publish(self.job, parts.to_json());
+        let has_view = !parts.view.is_null();
+        let frame = parts.to_json();
+        let again = (last && !has_view).then(|| frame.clone());
+        self.session.publish(self.job, frame);
+        // The next design waits for no paths of this one.
+        if has_view || self.job.interrupt.is_raised() {
+            return;
+        }
+        let (design, model) = (&self.job.design, self.job.model);
+        let traced = PackageView::new(design, model, own, self.context.seed);
+        *self.view.borrow_mut() = Some(traced);
+        if let Some(mut frame) = again {
+            frame["view"] = self.view(&light, &result.key);
+            self.session.publish(self.job, frame);
+        }
+    }
+
+    /// Package and paths as the page reads them, as far as they are traced.
+    fn view(&self, light: &LiveLight, model_key: &str) -> Value {
+        match (&*self.view.borrow(), &light.far_field) {
+            (Some(Ok(view)), Some(far_field)) => view.to_json(far_field, model_key),
+            (Some(Err(error)), _) => json!({"error": format!("{error:#}")}),
+            _ => Value::Null,
+        }
     }
 }
 

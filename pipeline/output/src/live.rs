@@ -46,11 +46,21 @@ pub struct Beside {
     replicates: Vec<(String, PairedFigure)>,
 }
 
-/// Light of a model: pictures and changes, or what another is compared with.
+/// Light of a model, to be seen.
+#[derive(Debug, Default)]
+pub struct LiveLight {
+    /// Pictures.
+    pub pictures: Vec<LivePicture>,
+    /// Changes of figures from what stands beside, by key.
+    pub changes: Vec<(String, FigureEntry)>,
+    /// Intensity over polar angle and azimuth.
+    pub far_field: Option<Map>,
+}
+
+/// Light to be seen, or what another is compared with.
 #[derive(Debug, Default)]
 struct Drawn {
-    pictures: Vec<LivePicture>,
-    changes: Vec<(String, FigureEntry)>,
+    light: LiveLight,
     beside: Option<Beside>,
 }
 
@@ -78,10 +88,9 @@ impl<'a> LiveWriter<'a> {
         Self { keeps: true, ..Self::default() }
     }
 
-    /// The pictures, and changes of figures from what stands beside, by key.
-    pub fn into_pictures(self) -> (Vec<LivePicture>, Vec<(String, FigureEntry)>) {
-        let drawn = self.drawn.into_inner().unwrap_or_else(PoisonError::into_inner);
-        (drawn.pictures, drawn.changes)
+    /// What [`Self::drawing`] drew.
+    pub fn into_light(self) -> LiveLight {
+        self.drawn.into_inner().unwrap_or_else(PoisonError::into_inner).light
     }
 
     /// What [`Self::keeping`] kept.
@@ -116,13 +125,14 @@ impl ModelWriter for LiveWriter<'_> {
         if self.keeps {
             drawn.beside = Some(files.beside(replicates)?);
         } else {
-            drawn.pictures = files.live_pictures(self.beside)?;
+            drawn.light.pictures = files.live_pictures(self.beside)?;
+            drawn.light.far_field = Some(files.far_field_map()?);
             let before = self.beside.into_iter().flat_map(|beside| &beside.replicates);
             let change = |(key, before): &(String, PairedFigure)| {
                 let (_, now) = replicates.iter().find(|(other, _)| other == key)?;
                 Some((key.clone(), now.change(before)))
             };
-            drawn.changes = before.filter_map(change).collect();
+            drawn.light.changes = before.filter_map(change).collect();
         }
         if !design.receivers.is_empty() {
             let provenance = files.provenance();

@@ -105,6 +105,20 @@ impl Model {
         }
     }
 
+    /// What the model does, in a line for people.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Geometric => "Rays on the surface as designed.",
+            Self::Fine => "Rays on the same relief in the finer rings of the hybrid.",
+            Self::Control => {
+                "Rays on the smooth dome, which scatters as ray optics says of each ring: the hybrid without waves."
+            }
+            Self::Hybrid => {
+                "Rays on the smooth dome, which scatters as Maxwell's equations say of each ring."
+            }
+        }
+    }
+
     /// True if the relief is replaced by bands with a BSDF.
     pub fn is_banded(self) -> bool {
         matches!(self, Self::Control | Self::Hybrid)

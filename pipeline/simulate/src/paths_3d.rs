@@ -29,10 +29,13 @@ const BIN_DEG: f64 = 5.0;
 /// Most bends of a path that is drawn.
 const MAX_BENDS: usize = 40;
 
-/// The light of one wavelength: design, dome and share of all paths.
-pub(super) struct WavelengthScene<'a> {
+/// The light of one wavelength.
+pub struct WavelengthScene<'a> {
+    /// Design in that light.
     pub design: &'a Design,
+    /// Surface of its dome.
     pub surface: &'a DomeSurface,
+    /// Share of all paths.
     pub share: f64,
 }
 
@@ -50,6 +53,19 @@ pub(super) fn paths_3d(
     let asked = parts.iter().map(|part| part.design.trace.paths).max();
     let most = (MAX_MET / surfaces_per_path.max(1.0)) as u64;
     let traced = asked.unwrap_or_default().min(TRACED).min(most.max(DRAWN));
+    traced_paths_3d(parts, rings, traced, seed)
+}
+
+/// Traces `traced` paths of all `parts` through a dome of `rings`.
+///
+/// # Errors
+/// Scenes that cannot be built.
+pub fn traced_paths_3d(
+    parts: &[WavelengthScene],
+    rings: &[RingOutline],
+    traced: u64,
+    seed: u64,
+) -> Result<Paths3d> {
     let mut seen = Paths3d {
         traced: 0,
         rings: rings.iter().map(|ring| ring.name.clone()).collect(),

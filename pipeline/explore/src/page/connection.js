@@ -1,19 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// Elements, requests, and the newest state and frame. Every other script builds on this one.
-
-"use strict";
-const byId = (id) => document.getElementById(id);
-function fill(node, attributes, children) {
-  for (const [name, value] of Object.entries(attributes || {})) {
-    if (value === undefined || value === null || value === false) continue;
-    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
-    else node.setAttribute(name, value === true ? "" : value);
-  }
-  node.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
-  return node;
-}
-const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
-const svg = (tag, attributes, ...children) => fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+// Requests, and the newest state and frame. Every script of this page builds on this one.
 
 let state = null;
 let frame = null;
@@ -30,38 +16,81 @@ function take(next) {
   state = next;
   tell("state");
 }
+// What a refusal says.
+async function refusal(answer) {
+  const words = await answer.text();
+  let said = null;
+  try { said = JSON.parse(words).error.message; } catch { /* it is plain text */ }
+  return Object.assign(new Error(said || words || answer.statusText), { status: answer.status });
+}
 async function ask(address) {
   const answer = await fetch(address, { cache: "no-store" });
   if (answer.status === 204) return null;
-  const body = await answer.json();
-  if (!answer.ok) throw new Error(body.error ? body.error.message : answer.statusText);
-  return body;
+  if (!answer.ok) throw await refusal(answer);
+  return answer.json();
 }
-// Refused values, by the path that was set.
-const faults = new Map();
-// Changes sent, and those not yet answered.
-const sent = { count: 0, underWay: 0 };
-async function send(address, body = {}) {
+
+// Requests that change something, in the order in which the user acted; one at a time is under way.
+const queue = { waiting: [], underWay: null, sent: 0, begun: [], settled: [] };
+const isSettled = () => !queue.underWay && queue.waiting.length === 0;
+// Calls `sendIt` before any other request: it sends what the user has begun and not yet sent.
+const beginsWith = (sendIt) => queue.begun.push(sendIt);
+const sendBegun = () => queue.begun.forEach((sendIt) => sendIt());
+// Done when all that the user did is answered.
+function settle() {
+  sendBegun();
+  return isSettled() ? Promise.resolve() : new Promise((done) => { queue.settled.push(done); });
+}
+// Puts a request into the queue. A `body` that is a function is asked when its turn comes.
+function post(address, body = {}) {
+  return new Promise((done, refuse) => {
+    queue.waiting.push({ address, body, done, refuse });
+    work();
+  });
+}
+async function work() {
+  if (queue.underWay) return;
+  while (queue.waiting.length > 0) {
+    const request = queue.waiting.shift();
+    queue.underWay = request;
+    queue.sent += 1;
+    try {
+      request.done(await answerTo(request));
+    } catch (error) {
+      request.refuse(error);
+      if (error.isSaid) queue.waiting.splice(0).forEach((other) => other.refuse(error));
+    }
+    // Who waits for the answer acts before the next request.
+    await null;
+    queue.underWay = null;
+  }
+  queue.settled.splice(0).forEach((done) => done());
+  tell("state");
+  follow();
+}
+async function answerTo({ address, body }) {
+  const content = typeof body === "function" ? body() : body;
   let answer;
-  let said;
-  sent.count += 1;
-  sent.underWay += 1;
   try {
-    answer = await fetch(address, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
-    said = await answer.json();
+    answer = await fetch(address, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(content) });
   } catch {
     say(ENDED);
     throw Object.assign(new Error(ENDED), { isSaid: true });
-  } finally {
-    sent.underWay -= 1;
-    setTimeout(follow);
   }
-  if (!answer.ok) throw new Error(said.error.message);
+  if (!answer.ok) throw await refusal(answer);
+  const next = await answer.json();
   say("");
-  // All but one number may be other than it was.
-  if (address !== "set") faults.clear();
-  take(said);
-  return said;
+  // With another text every number may be other than it was.
+  if (address !== "set" && next.text !== state.text) faults.clear();
+  take(next);
+  return next;
+}
+// Refused values by the path that was set: the message, and what the design keeps.
+const faults = new Map();
+// Sends after all that was begun.
+function send(address, body) {
+  sendBegun();
+  return post(address, body);
 }
 // The same, with a refusal below the bar.
 const sendOrSay = (address, body) => send(address, body).catch((error) => { if (!error.isSaid) say(error.message); });
@@ -86,17 +115,17 @@ async function follow() {
   isFollowing = true;
   try {
     // While a change is under way, its answer is the next state.
-    while ((told.state > seen.state && sent.underWay === 0) || told.frame > seen.frame) {
+    while ((told.state > seen.state && isSettled()) || told.frame > seen.frame) {
       const now = told;
       if (now.frame > seen.frame) {
         frame = (await ask("frame")) || frame;
         seen.frame = now.frame;
         if (frame) tell("frame");
       }
-      if (now.state > seen.state && sent.underWay === 0) {
-        const { count } = sent;
+      if (now.state > seen.state && isSettled()) {
+        const { sent } = queue;
         const next = await ask("state");
-        if (count === sent.count) {
+        if (sent === queue.sent && isSettled()) {
           seen.state = now.state;
           take(next);
         }

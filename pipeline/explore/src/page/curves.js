@@ -2,6 +2,8 @@
 // Lists of numbers and of points as curves that are drawn with the mouse or moved with the keys.
 
 const PLOT = { width: 340, height: 190, left: 46, right: 10, top: 12, bottom: 24 };
+// Distance from a point within which it is grasped, in pixels of the screen.
+const GRASP = 18;
 const short = (x) => Number(x.toPrecision(5));
 function extent(list) {
   const [low, high] = [Math.min(...list), Math.max(...list)];
@@ -17,6 +19,7 @@ function editor({ path, label, unit, values }) {
   let y = null;
   let dots = [];
   let dragged = -1;
+  let grip = null; // from the pointer to the point that is dragged, and true once it has moved
   const axis = ([low, high], from, to) => ({
     low, high, place: (v) => from + ((v - low) / (high - low)) * (to - from), number: (p) => low + ((p - from) / (to - from)) * (high - low),
   });
@@ -91,18 +94,32 @@ function editor({ path, label, unit, values }) {
     } else points[dragged] = [x.number(u), y.number(v), ...points[dragged].slice(2)];
     change(dragged, part);
   }
+  const placeOf = (point) => [x.place(point[0]), y.place(point[1])];
   image.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    const at = pointer(event);
+    const near = nearest(at);
+    const away = placeOf(points[near]).map((p, k) => p - at[k]);
+    const reach = (GRASP * PLOT.width) / image.getBoundingClientRect().width;
+    if (!isList && Math.hypot(...away) > reach) return;
     image.setPointerCapture(event.pointerId);
-    dragged = nearest(pointer(event));
+    dragged = near;
     dots[dragged].focus();
-    follow(pointer(event), true);
+    // A list takes the value under the pointer; a point goes as far as the pointer does.
+    grip = { away: isList ? [0, 0] : away, from: at, moved: isList };
+    if (isList) follow(at, true);
   });
   image.addEventListener("mousedown", (event) => event.preventDefault());
-  image.addEventListener("pointermove", (event) => { if (dragged >= 0) follow(pointer(event), true); });
+  const gripped = (event) => pointer(event).map((p, k) => p + grip.away[k]);
+  image.addEventListener("pointermove", (event) => {
+    if (dragged < 0) return;
+    grip.moved ||= Math.hypot(...pointer(event).map((p, k) => p - grip.from[k])) > 2;
+    if (grip.moved) follow(gripped(event), true);
+  });
   for (const end of ["pointerup", "pointercancel"]) {
     image.addEventListener(end, (event) => {
       if (dragged < 0) return;
-      follow(end === "pointerup" ? pointer(event) : points[dragged].slice(0, 2).map((p, k) => [x, y][k].place(p)), false);
+      if (grip.moved) follow(end === "pointerup" ? gripped(event) : placeOf(points[dragged]), false);
       dragged = -1;
       rescale();
     });
@@ -112,11 +129,12 @@ function editor({ path, label, unit, values }) {
     node,
     update(curve) {
       const said = faults.get(path);
-      fault.textContent = said || "";
+      fault.textContent = said ? `${said.message}; the design keeps the curve before` : "";
       if (dragged >= 0 || isTurning(path) || said) return;
       const next = (curve.points || curve.values.map((value, i) => [i + 1, value])).map((point) => [...point]);
       held = next.map((point) => [...point]);
-      if (next.every((p, i) => points[i] && short(p[0]) === short(points[i][0]) && short(p[1]) === short(points[i][1])) && next.length === points.length) return;
+      // The axes stay where what is seen stays.
+      const isSame = next.length === points.length && next.every((p, i) => p.every((value, k) => short(value) === short(points[i][k] ?? NaN)));
       points = next;
       if (dots.length !== points.length) {
         dots = points.map((_, i) => svg("circle", {
@@ -124,7 +142,8 @@ function editor({ path, label, unit, values }) {
         }));
         circles.replaceChildren(...dots);
       }
-      rescale();
+      if (isSame) draw();
+      else rescale();
     },
   };
 }

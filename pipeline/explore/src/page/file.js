@@ -9,32 +9,54 @@ on("save", save);
 on("reload", () => sendOrSay("reload"));
 byId("model").addEventListener("change", () => sendOrSay("model", { model: byId("model").value }));
 
+// True once the server has all that the user did; else says what it has not.
+async function isReady() {
+  await settle();
+  if (!text.isUnsent) return true;
+  byId("fold-text").open = true;
+  say(text.isRefused ? "Choose first which text is to stay." : "The server has not taken the text of the design.");
+  return false;
+}
+// True where the next Save replaces what another program wrote.
 let saysOver = false;
 async function save() {
+  if (!(await isReady())) return;
   try {
     await send("save", { over: saysOver });
-    saysOver = false;
+    const without = [...faults.keys()];
     if (state.error) say("Saved, but the text is no design yet.");
+    else if (without.length) say(`Saved without what was refused: ${without.join(", ")}.`);
   } catch (error) {
+    if (error.isSaid) return;
+    say(error.message);
+    if (error.status !== 409) return;
     saysOver = true;
-    if (!error.isSaid) say(error.message);
+    await ask("state").then(take, () => {});
   }
 }
 async function exportAs(word) {
   byId("export").open = false;
   byId("export").firstElementChild.focus();
+  if (!(await isReady())) return;
   say(`Writing ${word} …`);
-  const answer = await fetch(`export?format=${encodeURIComponent(word)}`);
-  if (!answer.ok) {
-    say((await answer.json()).error.message);
-    return;
+  try {
+    const answer = await fetch(`export?format=${encodeURIComponent(word)}`);
+    if (!answer.ok) throw await refusal(answer);
+    const name = /filename="([^"]*)"/.exec(answer.headers.get("Content-Disposition") || "");
+    const link = el("a", { href: URL.createObjectURL(await answer.blob()), download: name ? name[1] : word });
+    link.click();
+    URL.revokeObjectURL(link.href);
+    say("");
+  } catch (error) {
+    say(error.status ? error.message : ENDED);
   }
-  const name = /filename="([^"]*)"/.exec(answer.headers.get("Content-Disposition") || "");
-  const link = el("a", { href: URL.createObjectURL(await answer.blob()), download: name ? name[1] : word });
-  link.click();
-  URL.revokeObjectURL(link.href);
-  say("");
 }
+on("report", async (event) => {
+  event.preventDefault();
+  if (!(await isReady())) return;
+  if (state.error) say(state.error.message);
+  else window.open(byId("report").href, "_blank", "noopener");
+});
 // The menu closes where something else is done.
 document.addEventListener("click", (event) => { if (!byId("export").contains(event.target)) byId("export").open = false; });
 byId("export").addEventListener("focusout", (event) => { if (event.relatedTarget && !byId("export").contains(event.relatedTarget)) byId("export").open = false; });
@@ -53,17 +75,55 @@ document.addEventListener("keydown", (event) => {
   else if (key === "k" && !event.ctrlKey && !event.metaKey && !event.altKey) sendOrSay("keep");
 });
 
-// The text goes to the server a moment after the last key; until it is there, no other text takes its place.
-let typing = null;
+// The text of the pane: the edition of the draft that it began from, true where the server has not taken it, what is under way,
+// and true where the server refused it because the draft has moved. Until it is taken, no other text takes its place.
+const text = { edition: undefined, isUnsent: false, underWay: null, isRefused: false, timer: null };
+function sendText() {
+  const typed = byId("text").value;
+  clearTimeout(text.timer);
+  if (!text.isUnsent || text.isRefused || text.underWay === typed) return;
+  text.underWay = typed;
+  post("text", () => ({ text: typed, edition: text.edition })).then((next) => {
+    if (next.text === typed) text.edition = next.edition;
+    if (byId("text").value === typed) text.isUnsent = false;
+  }, (error) => {
+    text.isRefused = error.status === 409;
+    if (text.isRefused) byId("fold-text").open = true;
+    byId("moved-words").textContent = `Your text is not in the draft: ${error.message}.`;
+    if (!text.isRefused && !error.isSaid) say(error.message);
+  }).then(() => { if (text.underWay === typed) text.underWay = null; });
+}
+beginsWith(sendText);
 byId("text").addEventListener("input", () => {
-  clearTimeout(typing);
-  const timer = setTimeout(async () => {
-    await sendOrSay("text", { text: byId("text").value });
-    if (typing === timer) typing = null;
-  }, 400);
-  typing = timer;
+  text.isUnsent = true;
+  clearTimeout(text.timer);
+  // A moment after the last key.
+  text.timer = setTimeout(sendText, 400);
   showLines();
 });
+byId("text").addEventListener("blur", sendText);
+on("take-mine", () => {
+  text.isRefused = false;
+  text.edition = state.edition;
+  sendText();
+  showText();
+});
+on("take-other", () => {
+  text.isRefused = text.isUnsent = false;
+  showText();
+});
+function showText() {
+  if (text.isUnsent && byId("text").value === state.text && !text.underWay) text.isUnsent = text.isRefused = false;
+  if (!text.isUnsent) {
+    if (byId("text").value !== state.text) byId("text").value = state.text;
+    text.edition = state.edition;
+  }
+  byId("moved").hidden = !text.isRefused;
+  showLines();
+  const { error } = state;
+  byId("line").className = error ? "fault" : "";
+  byId("line").textContent = error ? error.message : "";
+}
 byId("text").addEventListener("scroll", () => { byId("line-numbers").scrollTop = byId("text").scrollTop; });
 // Numbers of the lines; the one of the error is marked.
 function showLines() {
@@ -80,7 +140,7 @@ function options(select, list, value) {
   const wanted = JSON.stringify(list);
   if (select.dataset.list !== wanted) {
     select.dataset.list = wanted;
-    select.replaceChildren(...list.map(([word, label]) => el("option", { value: word }, label)));
+    select.replaceChildren(...list.map(([word, label, title]) => el("option", { value: word, title }, label)));
   }
   select.value = value;
 }
@@ -90,7 +150,8 @@ onState(() => {
   byId("file").title = state.saved ? "saved" : "not saved";
   byId("file").setAttribute("aria-label", `${state.file}, ${byId("file").title}`);
   document.title = `${state.name}: batwing explore`;
-  options(byId("model"), state.models.map((model) => [model.word, model.label]), state.model);
+  options(byId("model"), state.models.map((model) => [model.word, model.label, model.meaning]), state.model);
+  byId("model").title = state.models.find((model) => model.word === state.model).meaning;
   if (!byId("formats").childElementCount) {
     byId("formats").append(...state.formats.map((format) => el("button", { type: "button", "data-format": format.word, onclick: () => exportAs(format.word) }, el("b", {}, format.word), ` ${format.label}`)));
   }
@@ -98,13 +159,11 @@ onState(() => {
   byId("redo").disabled = !state.can_redo;
   byId("save").disabled = state.saved;
   byId("reload").hidden = !state.file_changed;
-  if (state.file_changed) say("Another program changed the file. Read it again; or Save, which asks once more before it replaces it.");
-  if (state.file_gone) say("The file is gone; Save writes it anew.");
-  if (!typing && byId("text").value !== state.text) byId("text").value = state.text;
-  showLines();
-  const { error } = state;
-  byId("line").className = error ? "fault" : "";
-  byId("line").textContent = error ? error.message : "";
+  saysOver &&= state.file_changed;
+  byId("disk").hidden = !state.file_changed && !state.file_gone;
+  byId("disk").textContent = state.file_gone ? "The file is gone; Save writes it anew."
+    : `Another program changed the file. Read it again, or Save${saysOver ? " once more, which replaces it" : ", which asks once more before it replaces it"}.`;
+  showText();
   const kept = (one) => el("li", {}, `${one.label} (${one.model}) `,
     el("span", { class: "buttons" },
       el("button", { type: "button", "aria-pressed": String(one.beside), onclick: () => sendOrSay("beside", { id: one.beside ? null : one.id }) }, "beside"),

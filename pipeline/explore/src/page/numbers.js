@@ -10,28 +10,28 @@ function pin(field) {
   showNumbers();
 }
 
-// One value at a time is under way; of those that wait, the newest of each path is sent.
-const turning = { path: null, next: new Map() };
-const isTurning = (path) => turning.path === path || turning.next.has(path);
-async function turn(path, value, part) {
-  turning.next.delete(path);
-  turning.next.set(path, { path, value, part });
-  if (turning.path !== null) return;
-  while (turning.next.size > 0) {
-    const [next] = turning.next.values();
-    turning.next.delete(next.path);
-    turning.path = next.path;
-    try {
-      await send("set", next);
-      faults.delete(next.path);
-    } catch (error) {
-      if (error.isSaid) turning.next.clear();
-      else faults.set(next.path, error.message);
-    }
-  }
-  turning.path = null;
-  tell("state");
+// What the newest good design has at a path, to be compared.
+function keptAt(path) {
+  const found = [...state.fields, ...state.curves].find((one) => one.path === path);
+  return JSON.stringify(found && (found.value ?? found.values ?? found.points));
 }
+const isTurning = (path) => [queue.underWay, ...queue.waiting].some((one) => one && one.address === "set" && one.body.path === path);
+// Sets a value, `part` while a slider moves. Of those that wait one after the other, the newest of each path is sent.
+function turn(path, value, part) {
+  sendBegun();
+  const { waiting } = queue;
+  for (let i = waiting.length - 1; i >= 0 && waiting[i].address === "set"; i -= 1) {
+    const { body } = waiting[i];
+    // The end of a drag stays apart from the next one.
+    if (body.path === path && (body.part || !part)) waiting.splice(i, 1);
+  }
+  post("set", { path, value, part }).then(() => faults.delete(path), (error) => {
+    if (!error.isSaid) faults.set(path, { message: error.message.replace(/\.$/, ""), kept: keptAt(path) });
+  });
+}
+onState(() => {
+  for (const [path, { kept }] of faults) if (kept !== keptAt(path)) faults.delete(path);
+});
 
 // Positions of a slider: even steps of a round size or, over wide ranges, even ratios.
 const RATIOS = 1000;
@@ -79,7 +79,7 @@ function row(path, slides) {
     type: "number", id, step: "any", "aria-describedby": `${id}-fault ${id}-doc`,
     oninput: () => { isTyping = true; },
     onchange: () => { if (number.value !== "") set(Number(number.value), false); },
-    onblur: () => { if (number.value === "") { isTyping = false; showNumbers(); } },
+    onblur: () => { isTyping = false; showNumbers(); },
     onkeydown: (event) => {
       const sign = { ArrowUp: 1, ArrowDown: -1 }[event.key];
       if (!sign) return;
@@ -87,6 +87,7 @@ function row(path, slides) {
       set(Number((Number(number.value) + sign * stepOf(field)).toPrecision(10)), false);
     },
   });
+  beginsWith(() => { if (isTyping && number.value !== "") set(Number(number.value), false); });
   const range = slides && el("input", {
     type: "range", min: 0, step: 1, "aria-labelledby": `${id}-name`,
     oninput: () => {
@@ -108,11 +109,11 @@ function row(path, slides) {
     el("label", { class: "name", for: id, id: `${id}-name` }, name, " ", unit, el("small", {}, path)), number, more, pins, range, doc, fault);
   return {
     node,
-    update(now) {
+    update(now, label) {
       // A slider keeps its range until its value reaches an end.
       const keeps = field && (numbers.moving === path || (now.value > field.low && now.value < field.high));
       field = keeps ? { ...now, low: field.low, high: field.high } : now;
-      name.textContent = field.label;
+      name.textContent = label;
       unit.textContent = field.unit;
       words.textContent = `${field.doc}${field.written ? "" : " This is the default: the file does not state it."}`;
       unset.hidden = !field.written || path.endsWith("]");
@@ -122,7 +123,7 @@ function row(path, slides) {
       pins.title = `${isPinned(field) ? "Take the slider from" : "Give a slider to"} ${path}`;
       pins.setAttribute("aria-label", pins.title);
       const said = faults.get(path);
-      fault.textContent = said || "";
+      fault.textContent = said ? `${said.message}; the design keeps ${Number(field.value.toPrecision(7))} ${field.unit}`.trimEnd() : "";
       number.setAttribute("aria-invalid", String(Boolean(said)));
       if (isTyping || isTurning(path) || said || numbers.moving === path) return;
       number.value = Number(field.value.toPrecision(7));
@@ -135,11 +136,17 @@ function row(path, slides) {
 }
 
 const rows = { sliders: new Map(), numbers: new Map() };
+// The label of a field; beside others of the same name with the table before it.
+function labelAmong(fields, field) {
+  if (fields.every((other) => other === field || other.label !== field.label)) return field.label;
+  const table = field.path.slice(0, field.path.lastIndexOf(".")).replace(/[.[\]_]+/g, " ").trim();
+  return `${table} ${field.label}`;
+}
 // Puts the rows of `fields` into `host`; what has the focus keeps it.
 function place(host, known, fields, slides) {
   const nodes = fields.map((field) => {
     if (!known.has(field.path)) known.set(field.path, row(field.path, slides));
-    known.get(field.path).update(field);
+    known.get(field.path).update(field, labelAmong(fields, field));
     return known.get(field.path).node;
   });
   if (nodes.length !== host.childElementCount || nodes.some((node, i) => node !== host.children[i])) {

@@ -16,6 +16,7 @@ pub mod orders;
 pub mod pack;
 pub mod package;
 pub mod pictures;
+pub mod scene_3d;
 pub mod study;
 pub mod tables;
 pub mod tolerance;
@@ -75,10 +76,11 @@ const STYLES: [&str; 6] = [
     include_str!("assets/first.css"),
     include_str!("assets/parts.css"),
     include_str!("assets/pictures.css"),
-    include_str!("assets/view_3d.css"),
+    scene_3d::STYLE,
     include_str!("assets/print.css"),
 ];
-const SCRIPTS: [&str; 10] = [
+const SCRIPTS: [&str; 12] = [
+    scene_3d::ELEMENTS,
     include_str!("assets/core.js"),
     include_str!("assets/choice.js"),
     include_str!("assets/controls.js"),
@@ -86,7 +88,8 @@ const SCRIPTS: [&str; 10] = [
     include_str!("assets/pictures.js"),
     include_str!("assets/far-field.js"),
     include_str!("assets/map.js"),
-    include_str!("assets/webgl.js"),
+    scene_3d::WEBGL,
+    scene_3d::VIEW,
     include_str!("assets/view_3d.js"),
     include_str!("assets/bsdf.js"),
 ];
@@ -134,7 +137,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let of_models = models.iter().zip(&fields).zip(maps.iter().zip(&views));
     let data = json!({
         "models": of_models.map(of_model).collect::<Vec<_>>(),
-        "fates": package::fates(),
+        "fates": scene_3d::fates(),
         "orders": embedded.json,
         "palette": palette(),
     });
@@ -175,7 +178,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "overview": package::overview(&models, &packages),
         "sections": sections,
         "has_view_3d": views.iter().any(|view| !view.is_null()),
-        "fates": package::fates(),
+        "fates": scene_3d::fates(),
         "spectra": tables::spectra(&models),
         "results": tables::results(&models),
         "others": tables::others(&models),

@@ -1,45 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// Data of the page, elements, numbers. Every other script builds on this one.
+// Data of the page, its parts, and numbers with their errors.
 
 const data = JSON.parse(document.getElementById("data").textContent);
-const byId = (id) => document.getElementById(id);
-
-function fill(node, attributes, children) {
-  for (const [name, value] of Object.entries(attributes || {})) {
-    if (value === undefined || value === null) continue;
-    node.setAttribute(name, value);
-  }
-  node.append(...children.flat().filter((child) => child !== null && child !== undefined));
-  return node;
-}
-const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
-const svg = (tag, attributes, ...children) => fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 
 // Colours of light that surfaces let through and send back, as in every picture, and of errors: s, p and both together.
 const COLOURS = ["transmitted", "reflected", "neutral-1", "neutral-2", "neutral-3"];
 const colour = (i) => `var(--${COLOURS[i]})`;
 
-// Sixteen-bit numbers from base 64.
-function unpack(text) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const view = new DataView(bytes.buffer);
-  return Uint16Array.from({ length: bytes.length >> 1 }, (_, i) => view.getUint16(2 * i, true));
-}
-const STEPS = 65535;
-
-const minus = (text) => text.replace("-", "\u2212");
-// A number to so many significant digits, without the power of ten where it reads well without.
-function digits(x, count = 3) {
-  if (!Number.isFinite(x)) return "–";
-  if (x === 0) return "0";
-  const size = Math.abs(x);
-  if (size < 1e-3 || size >= 1e5) {
-    const [mantissa, power] = x.toExponential(count - 1).split("e");
-    return `${minus(String(Number(mantissa)))}·10${superscript(Number(power))}`;
-  }
-  return minus(String(Number(x.toPrecision(count))));
-}
-const superscript = (n) => [...String(n)].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("");
 // Value ± error, the error to two digits, the value to the same decimal.
 function withError(value, error) {
   if (!(error > 0)) return digits(value, 4);
@@ -77,9 +44,6 @@ function tickName(list) {
   return (t) => minus((Math.abs(t) < step / 2 ? 0 : t).toFixed(decimals));
 }
 const powerName = (t) => (t < 1e-3 || t >= 1e4 ? `10${superscript(Math.round(Math.log10(t)))}` : digits(t));
-const radians = (degrees) => (degrees * Math.PI) / 180;
-const degrees = (angle) => (angle * 180) / Math.PI;
-const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 // Index of the entry of an ascending list that is nearest to x.
 function nearest(list, x) {
   let best = 0;
