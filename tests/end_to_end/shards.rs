@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -74,6 +75,12 @@ fn whole(folder: &Path, command: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
     contents(&folder.join("whole"))
 }
 
+/// What [`RUN`] leaves as one command, in a folder of its own.
+fn whole_run() -> &'static BTreeMap<PathBuf, Vec<u8>> {
+    static WHOLE: OnceLock<BTreeMap<PathBuf, Vec<u8>>> = OnceLock::new();
+    WHOLE.get_or_init(|| whole(small().path(), &RUN))
+}
+
 /// Computes `count` shards of `command` in `name`, the last first.
 fn shards(folder: &Path, command: &[&str], name: &str, count: usize) {
     let at = place(name);
@@ -133,7 +140,6 @@ fn any_number_of_shards_leaves_what_one_command_leaves() {
 fn shards_side_by_side_and_twice_at_once_leave_the_same() {
     let folder = small();
     let folder = folder.path();
-    let expected = whole(folder, &RUN);
     let at = place("shared");
     std::thread::scope(|scope| {
         for shard in ["0/3", "1/3", "2/3", "1/3"] {
@@ -142,14 +148,13 @@ fn shards_side_by_side_and_twice_at_once_leave_the_same() {
         }
     });
     assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
-    assert!(contents(&folder.join("shared")) == expected);
+    assert!(contents(&folder.join("shared")) == *whole_run());
 }
 
 #[test]
 fn a_merge_names_what_is_missing_and_the_command_that_computes_it() {
     let folder = small();
     let folder = folder.path();
-    let expected = whole(folder, &RUN);
     shards(folder, &RUN, "shared", 4);
     let cache = folder.join("shared/cache");
     let all = groups(&cache);
@@ -177,7 +182,7 @@ fn a_merge_names_what_is_missing_and_the_command_that_computes_it() {
     let (code, said) = says(folder, &words);
     assert_eq!(code, Some(0), "{said}");
     assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
-    assert!(contents(&folder.join("shared")) == expected);
+    assert!(contents(&folder.join("shared")) == *whole_run());
 
     let (code, said) = merge(folder, "shared");
     assert_eq!(code, Some(1), "{said}");
@@ -188,7 +193,6 @@ fn a_merge_names_what_is_missing_and_the_command_that_computes_it() {
 fn an_interrupted_shard_is_worth_repeating() {
     let folder = small();
     let folder = folder.path();
-    let expected = whole(folder, &RUN);
     let at = place("shared");
     let words = in_place(&RUN, &at, &["--shard", "0/1", "--threads", "1"]);
     let ready = || !files(&folder.join("shared/cache")).is_empty();
@@ -197,7 +201,7 @@ fn an_interrupted_shard_is_worth_repeating() {
     assert!(said.contains("the same command goes on from there"), "{said}");
     does(folder, &words);
     assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
-    assert!(contents(&folder.join("shared")) == expected);
+    assert!(contents(&folder.join("shared")) == *whole_run());
     assert!(partial(&folder.join("shared")).is_empty());
 }
 
@@ -280,7 +284,6 @@ fn another_design_program_or_solver_is_refused() {
 fn a_plan_writes_nothing_and_scripts_run_the_shards_of_a_job() {
     let folder = small();
     let folder = folder.path();
-    let expected = whole(folder, &RUN);
     let at = place("shared");
     let words = in_place(&RUN, &at, &[]);
     let plan = [&["plan", "--shards", "3", "--json", "--"][..], &words].concat();
@@ -329,7 +332,7 @@ fn a_plan_writes_nothing_and_scripts_run_the_shards_of_a_job() {
     assert_eq!(run("shards.sh", "1"), (Some(0), String::new()));
     assert_eq!(run("merge.sh", ""), (Some(0), String::new()));
     std::fs::remove_dir_all(folder.join("shared/out/slurm")).expect("removed");
-    assert!(contents(&folder.join("shared")) == expected);
+    assert!(contents(&folder.join("shared")) == *whole_run());
 }
 
 /// The files of a search, its log without what depends on the processes: times, and tables that
