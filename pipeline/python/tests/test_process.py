@@ -97,32 +97,38 @@ def test_the_command_starts_the_package_and_ends_with_the_codes_of_the_guide(
     assert version.stdout.startswith("batwing ")
 
 
+def started(before: str, words: list[str]) -> subprocess.Popen[str]:
+    """Starts the command in a process, and waits a second from when Python has imported it."""
+    line = before + "from batwing.cli import program; print('ready', flush=True); program()"
+    words = [sys.executable, "-c", line, *words]
+    child = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None and child.stdout.readline() == "ready\n"
+    time.sleep(1.0)
+    return child
+
+
 @pytest.mark.skipif(os.name != "posix", reason="no signals here")
 @pytest.mark.parametrize(("stop", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_signals_end_the_command_and_leave_no_partial_file(
     tmp_path: Path, root: Path, stop: signal.Signals, code: int
 ) -> None:
     # Python takes over Ctrl-C unless a shell has it ignored.
-    start = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-    start += "from batwing.cli import program; program()"
+    before = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
     design = str(root / "data" / "designs" / "d1.toml")
     words = ["bsdf", design, "--rings", "75", "--tolerance", "1e-5", "--cache", str(tmp_path)]
-    child = subprocess.Popen([sys.executable, "-c", start, *words, "--quiet"])
-    time.sleep(1.0)
+    child = started(before, [*words, "--quiet"])
     child.send_signal(stop)
-    assert child.wait(20) == code
+    assert child.wait(60) == code
     assert not list(tmp_path.rglob("*.partial"))
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no signals here")
 def test_a_shard_that_is_stopped_ends_with_its_own_code(tmp_path: Path) -> None:
-    start = "from batwing.cli import program; program()"
     words = ["reproduce", "--quick", "--out", str(tmp_path / "out"), "--shard", "0/2", "--quiet"]
     words += ["--cache", str(tmp_path / "cache"), "--threads", "1"]
-    child = subprocess.Popen([sys.executable, "-c", start, *words])
-    time.sleep(1.5)
+    child = started("", words)
     child.send_signal(signal.SIGTERM)
-    assert child.wait(20) == 75
+    assert child.wait(60) == 75
 
 
 def test_other_threads_run_meanwhile() -> None:
