@@ -197,14 +197,17 @@ impl Session {
             self.lock().is_moving &= part;
             fault.about(path)
         })?;
+        if edited == draft {
+            // Nothing that a page shows.
+            self.lock().is_moving = part;
+            return Ok(());
+        }
         self.change(|state| {
-            if edited != state.draft {
-                if !state.is_moving {
-                    state.remember();
-                }
-                state.take(edited, Ok(design));
+            if !state.is_moving {
+                state.remember();
             }
             state.is_moving = part;
+            state.take(edited, Ok(design));
         });
         Ok(())
     }
@@ -574,6 +577,7 @@ impl Session {
                 "beside": Some(kept.id) == state.beside})
         };
         json!({
+            "number": state.number,
             "state": state.job,
             "file": self.path.file_name().map(|name| name.to_string_lossy()),
             "name": state.design.name,

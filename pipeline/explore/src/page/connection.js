@@ -12,8 +12,11 @@ function say(words) {
   byId("message").hidden = !words;
   byId("message").textContent = words || "";
 }
+// Takes a state, unless a newer one is there.
 function take(next) {
+  if (state && next.number < state.number) return;
   state = next;
+  seen.state = Math.max(seen.state, next.number);
   tell("state");
 }
 // What a refusal says.
@@ -125,10 +128,7 @@ async function follow() {
       if (now.state > seen.state && isSettled()) {
         const { sent } = queue;
         const next = await ask("state");
-        if (sent === queue.sent && isSettled()) {
-          seen.state = now.state;
-          take(next);
-        }
+        if (sent === queue.sent && isSettled()) take(next);
       }
     }
   } catch (error) {
