@@ -324,6 +324,11 @@ impl Sampled {
         matches!(self.valley, Some(Valley::Fit(_)))
     }
 
+    /// True if the region is a set of places without a valley.
+    fn is_of_places(&self) -> bool {
+        self.valley.is_none() && matches!(self.samples, Samples::Points(_))
+    }
+
     /// What one of two halves has where the other has its extremes, and their covariance, without
     /// a mean; then the levels of each, of a fitted valley at the place of the other.
     fn cross(&self, [a, b]: [&[f64]; 2], peaks: [usize; 2]) -> [Levels; 3] {
@@ -371,6 +376,8 @@ pub(crate) struct LevelEstimates {
     without: Vec<Vec<Levels>>,
     /// True of regions whose lowest value is that of a fit.
     is_fitted: Vec<bool>,
+    /// True of regions of places, which are few.
+    is_of_places: Vec<bool>,
     /// Change of the lowest value by one path more.
     one_more: Vec<f64>,
 }
@@ -394,7 +401,8 @@ impl LevelEstimates {
         let event = event(map);
         let one_more = picks.iter().map(|picks| event * picks.low.concentration()).collect();
         let is_fitted = regions.iter().map(Sampled::is_fitted).collect();
-        Self { plain, crossed, halves, without, is_fitted, one_more }
+        let is_of_places = regions.iter().map(Sampled::is_of_places).collect();
+        Self { plain, crossed, halves, without, is_fitted, is_of_places, one_more }
     }
 
     /// The `figure` of levels of a region.
@@ -403,15 +411,23 @@ impl LevelEstimates {
         let more = Levels { low: levels.low + self.one_more[region], ..*levels };
         let (plain, crossed) = (figure(&self.plain[region]), figure(levels));
         let one_more = (figure(&more) - crossed).abs();
-        let scatter = self.of_halves(region, &figure);
+        let halves = self.of_halves(region, &figure);
+        let scatter = match self.is_of_places[region] {
+            // Extremes of a few values in halves may agree by chance.
+            true => halves.max(self.noise_of_places(region, &figure)),
+            false => halves,
+        };
         if plain.to_bits() == crossed.to_bits() {
             return Estimate::new(plain, scatter.hypot(one_more));
         }
-        let both = Estimate::between(plain, crossed, scatter);
-        if one_more > scatter {
+        let both = Estimate::between(plain, crossed, halves);
+        if one_more > halves {
             return both.with_bias(FEW_PATHS * one_more);
         }
-        let both = Estimate::between(plain, crossed, scatter.hypot(one_more));
+        let both = Estimate::between(plain, crossed, halves.hypot(one_more));
+        if self.is_of_places[region] && both.is_resolved() {
+            return Estimate::between(plain, crossed, scatter.hypot(one_more));
+        }
         if self.is_fitted[region] && both.is_resolved() {
             let high = self.plain[region].high;
             let at_peak = figure(&Levels { high, ..*levels });
@@ -440,6 +456,18 @@ impl LevelEstimates {
     fn of_halves(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
         let halves = self.halves.iter().map(|levels| levels[region]);
         half_difference(halves.map(|[a, b]| [figure(&a), figure(&b)]))
+    }
+
+    /// The error of a figure by the noise of one place at its lowest and one at its highest value, as of
+    /// counts. What was counted there is few where noise chose the place: half of the level is the mean's.
+    fn noise_of_places(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
+        let levels = self.crossed[region];
+        let noise =
+            |level: f64| (0.5 * (level + levels.mean) * self.one_more[region]).max(0.0).sqrt();
+        let lower = Levels { low: levels.low + noise(levels.low), ..levels };
+        let higher = Levels { high: levels.high + noise(levels.high), ..levels };
+        let [lower, higher] = [lower, higher].map(|moved| figure(&moved) - figure(&levels));
+        lower.hypot(higher)
     }
 
     fn left_out(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {

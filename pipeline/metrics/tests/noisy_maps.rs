@@ -91,6 +91,10 @@ fn check(chips: &Chips, paths: f64) {
         let what = format!("{} at {paths} paths", form.key);
         assert!(of.iter().all(|e| e.standard_error > 0.0), "{what}");
         assert!(covered as f64 >= 0.9 * of.len() as f64, "{what}: {covered}");
+        // Where noise decides whether a figure is resolved, what is resolved holds its errors too.
+        let distances = resolved.iter().map(|e| (e.value - truth) / e.standard_error);
+        let distance = (distances.map(|d| d * d).sum::<f64>() / resolved.len() as f64).sqrt();
+        assert!(resolved.len() < 8 || distance < 1.65, "{what}: {distance} of {}", resolved.len());
         if resolved.len() as f64 > 0.9 * of.len() as f64 {
             let n = resolved.len() as f64;
             let mean = resolved.iter().map(|e| e.value).sum::<f64>() / n;
@@ -105,7 +109,7 @@ fn check(chips: &Chips, paths: f64) {
 #[test]
 fn errors_of_four_chips_cover_the_closed_form() {
     let chips = Chips::new(2, 5.0, 3.0, 0.2);
-    for paths in [2e3, 3e4, 1e6] {
+    for paths in [3e2, 2e3, 1e4, 3e4, 1e6] {
         check(&chips, paths);
     }
 }
@@ -114,6 +118,14 @@ fn errors_of_four_chips_cover_the_closed_form() {
 fn errors_of_many_chips_cover_the_closed_form() {
     let chips = Chips::new(7, 5.0, 1.5, 0.25);
     for paths in [2e3, 3e5] {
+        check(&chips, paths);
+    }
+}
+
+#[test]
+fn errors_of_few_paths_in_wide_maps_cover_the_closed_form() {
+    let chips = Chips::new(3, 9.0, 6.0, 0.25);
+    for paths in [5e2, 2.2e3, 1e4] {
         check(&chips, paths);
     }
 }
