@@ -412,10 +412,11 @@ impl LevelEstimates {
         let (plain, crossed) = (figure(&self.plain[region]), figure(levels));
         let one_more = (figure(&more) - crossed).abs();
         let halves = self.of_halves(region, &figure);
-        let scatter = match self.is_of_places[region] {
+        let scatter = if self.is_of_places[region] {
             // Extremes of a few values in halves may agree by chance.
-            true => halves.max(self.noise_of_places(region, &figure)),
-            false => halves,
+            halves.max(self.noise_of_places(region, &figure))
+        } else {
+            halves
         };
         if plain.to_bits() == crossed.to_bits() {
             return Estimate::new(plain, scatter.hypot(one_more));
