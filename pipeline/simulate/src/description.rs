@@ -16,14 +16,16 @@ use design::schema::receivers::ReceiverForm;
 use design::schema::solids::{Per, Prisms, ScatterLaw};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
+use metrics::illuminance::Symmetry;
 use metrics::layout::{Area, Layout};
 use metrics::plural::count;
 use metrics::uniformity_forms::{PHASES, cell, sees_one_phase};
+use results::package::MAP;
 
 use super::cells::band_cells;
 use super::model::copies_um;
 use super::observation::layout;
-use super::symmetry::broken_by;
+use super::symmetry::{broken_by, of_maps};
 
 /// Names and words, from the dome to the receiver plane.
 pub fn description(design: &Design) -> Vec<(&'static str, String)> {
@@ -122,10 +124,24 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             shortest(plane.read_bin_mm.unwrap_or(plane.bin_mm))
         ),
     );
+    line(MAP, map(design));
     for receiver in &design.receivers {
         line("receiver", self::receiver(receiver));
     }
     lines
+}
+
+/// What the map of the plane is made of, in words.
+fn map(design: &Design) -> String {
+    let averaged = match of_maps(design) {
+        Symmetry::Square => "averaged over its mirror images in x, y and x = y",
+        Symmetry::Rectangle => "averaged over its mirror images in x and y",
+        Symmetry::None => "not averaged over images",
+    };
+    match design.receiver.smoothing_sigma_mm {
+        0.0 => format!("{averaged}, not smoothed"),
+        sigma => format!("{averaged}, smoothed with a deviation of {} mm", shortest(sigma)),
+    }
 }
 
 /// A receiver in words.
